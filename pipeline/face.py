@@ -1,0 +1,69 @@
+"""What is known of the faces of one frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from makeup_video.pipeline.frame import Frame
+
+POINTS = 478  # MediaPipe's Face Mesh order, irises included
+
+
+@dataclass(frozen=True, slots=True)
+class LipPatch:
+    """Where lipstick goes, on a small crop around the lips that is turned with the face.
+
+    logits: (80, 112) float32, log-odds of lipstick at each pixel of the crop.
+    to_px: (2, 3) float64, from the crop's pixels (x, y, 1) to the picture's.
+    """
+
+    logits: np.ndarray
+    to_px: np.ndarray
+
+    def __post_init__(self) -> None:
+        if self.logits.ndim != 2 or self.to_px.shape != (2, 3):
+            raise ValueError(
+                "a lip patch has (H, W) logits and a (2, 3) matrix, got "
+                f"{self.logits.shape} and {self.to_px.shape}"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Face:
+    """One face of a picture.
+
+    points_px: (478, 3) float32: x, y in pixels of the stored picture (pixel centres at whole
+    numbers), z in the same unit, smaller is nearer; MediaPipe's Face Mesh order.
+    score: how sure it is that this is a face, 0 to 1. mouth_visible: the same of its mouth.
+    track_id: the same number for the same face in all frames; 0, 1, ... in a single picture.
+    lips: where lipstick goes, as seen in this very picture.
+    """
+
+    points_px: np.ndarray
+    score: float
+    mouth_visible: float
+    track_id: int
+    lips: LipPatch
+
+    def __post_init__(self) -> None:
+        if self.points_px.shape != (POINTS, 3):
+            raise ValueError(f"points_px must be ({POINTS}, 3), got {self.points_px.shape}")
+
+    def __repr__(self) -> str:
+        x, y = self.points_px[:, :2].mean(0)
+        return (
+            f"Face({self.track_id} at ({x:.0f}, {y:.0f}), score={self.score:.2f}, "
+            f"mouth_visible={self.mouth_visible:.2f})"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class FrameFaces:
+    """A frame and the faces in it, largest first; none is ordinary.
+
+    cut: the scene changed at this frame; nothing before it says anything about it.
+    """
+
+    frame: Frame
+    faces: tuple[Face, ...] = ()
+    cut: bool = False
