@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from makeup_video.cli.apply import apply
 from makeup_video.cli.bench import bench
+from makeup_video.cli.inspect import inspect
 from typer.core import TyperGroup
 
 _DEFAULT = "apply"
@@ -39,6 +40,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command()(apply)
+app.command()(inspect)
 app.command()(bench)
 
 

@@ -59,7 +59,7 @@ def apply(
     try:
         settings = _settings(codec, crf, preset, start, end, overwrite, strict)
         if report is not None:
-            _check_report(Path(report), source, output, look)
+            check_side_file("--report", Path(report), source, output, look)
         with show_progress(quiet) as on_progress:
             done = process_video(source, output, _look(look, ref), settings, on_progress)
         _say_how_it_went(done, quiet)
@@ -133,16 +133,16 @@ def _look(look: str | None, ref: str | None) -> "Look":
     return Look() if look == "none" else Look.load(look)
 
 
-def _check_report(report: Path, source: str, output: str, look: str | None) -> None:
-    """Before the work: the report must not take the place of anything, and its folder must exist."""
+def check_side_file(option: str, path: Path, source: str, output: str, *others: str | None) -> None:
+    """Before the work: the file must not take the place of another, and its folder must exist."""
     from makeup_video.pipeline import OutputError, UsageError
     from makeup_video.pipeline.target import part_of
 
-    taken = [Path(name).resolve() for name in (source, output, look) if name is not None]
-    if report.resolve() in [*taken, part_of(Path(output)).resolve()]:
-        raise UsageError(f"--report {report} is one of this run's own files: choose another name")
-    if not report.parent.is_dir() or report.is_dir():
-        raise OutputError(f"the report {report} cannot be written: no such folder, or it is one")
+    taken = [Path(name).resolve() for name in (source, output, *others) if name is not None]
+    if path.resolve() in [*taken, part_of(Path(output)).resolve()]:
+        raise UsageError(f"{option} {path} is one of this run's own files: choose another name")
+    if not path.parent.is_dir() or path.is_dir():
+        raise OutputError(f"{option} {path} cannot be written: no such folder, or it is one")
 
 
 def _write_report(path: Path, values: dict[str, object]) -> None:

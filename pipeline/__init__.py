@@ -1,13 +1,16 @@
 """makeup-video as a library.
 
-from makeup_video.pipeline import Look, process_video
+from makeup_video.pipeline import Look, find_faces, lip_mask, process_video
 report = process_video("in.mp4", "out.mp4", Look.load("look.json"))
+faces = find_faces(rgb8)  # largest first
+weight = lip_mask(rgb8, faces[0])
 """
 
 from makeup_video.pipeline.errors import (
     DecodeError,
     EncodeError,
     InputError,
+    InstallError,
     LookError,
     MakeupVideoError,
     OutputError,
@@ -15,7 +18,10 @@ from makeup_video.pipeline.errors import (
     StrictError,
     UsageError,
 )
+from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.faces import FindFaces, find_faces, lip_mask
 from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.inspect import inspect_video
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.process import Settings, process_video
 from makeup_video.pipeline.report import Report
@@ -24,9 +30,14 @@ __all__ = [
     "ColourTags",
     "DecodeError",
     "EncodeError",
+    "Face",
+    "FindFaces",
     "Frame",
+    "FrameFaces",
     "GraphicsParams",
     "InputError",
+    "InstallError",
+    "LipPatch",
     "Look",
     "LookError",
     "MakeupVideoError",
@@ -36,5 +47,8 @@ __all__ = [
     "StoppedError",
     "StrictError",
     "UsageError",
+    "find_faces",
+    "inspect_video",
+    "lip_mask",
     "process_video",
 ]

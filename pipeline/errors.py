@@ -1,6 +1,7 @@
 """Every error that the product raises on purpose.
 
     MakeupVideoError                 exit code 1
+    ├── InstallError   (RuntimeError)          1   a file of the package is missing or changed
     ├── UsageError     (ValueError)            2   options that do not fit together
     ├── LookError      (ValueError)            2   a look file that cannot be used
     ├── InputError     (OSError)               3   the input cannot be opened
@@ -23,6 +24,10 @@ class MakeupVideoError(Exception):
     """Base of the tree; `exit_code` is what the command returns."""
 
     exit_code: ClassVar[int] = 1
+
+
+class InstallError(MakeupVideoError, RuntimeError):
+    pass
 
 
 class UsageError(MakeupVideoError, ValueError):

@@ -7,6 +7,7 @@ import numpy as np
 from makeup_video.pipeline.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
+MIN_FACE_PX = 40  # width; smaller faces are not painted
 
 
 @dataclass(frozen=True, slots=True)

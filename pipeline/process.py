@@ -15,11 +15,11 @@ from makeup_video.pipeline.decode import Decoder
 from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.encode import VideoEncoder
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.frame import HDR_TRANSFERS
+from makeup_video.pipeline.frame import HDR_TRANSFERS, Frame
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.mux import Muxer
 from makeup_video.pipeline.report import Report
-from makeup_video.pipeline.runner import Runner
+from makeup_video.pipeline.runner import Runner, Stage
 from makeup_video.pipeline.source import VideoSource, local_file, open_video
 from makeup_video.pipeline.still import is_picture, process_picture
 from makeup_video.pipeline.target import Target
@@ -65,21 +65,35 @@ def process_video(
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
     few times a second.  Raises one of `errors`; dst then does not exist, or is what it was.
     """
+    composite = Composite(look or Look())
+    return run_stages(
+        src, dst, lambda _: [("composite", composite)], composite, settings, on_progress
+    )
+
+
+def run_stages(
+    src: str | os.PathLike[str],
+    dst: str | os.PathLike[str],
+    stages: Callable[[VideoSource], list[tuple[str, Stage]]],
+    still: Callable[[Frame], Frame],
+    settings: Settings | None = None,
+    on_progress: Progress | None = None,
+) -> Report:
+    """Read src, run every frame through the stages, write dst; a picture goes through `still`."""
     began, cpu_began = time.monotonic(), time.process_time()
     path, settings = local_file(src), settings or Settings()
     if os.fspath(dst).endswith(os.sep):
         raise UsageError(f"the output {dst} names a folder: give the name of a file")
-    composite = Composite(look or Look())
     if is_picture(path):
         if settings != Settings(overwrite=settings.overwrite, strict=settings.strict):
             raise UsageError(f"{src} is a picture: only --look, -o and -y go with it")
         report = process_picture(
-            path, Path(dst), composite, overwrite=settings.overwrite, strict=settings.strict
+            path, Path(dst), still, overwrite=settings.overwrite, strict=settings.strict
         )
     else:
         source = open_video(path)
         try:
-            report = _run(source, Path(dst), composite, settings, on_progress)
+            report = _run(source, Path(dst), stages(source), settings, on_progress)
         finally:
             source.close()
     report.seconds = time.monotonic() - began
@@ -92,7 +106,7 @@ def process_video(
 def _run(
     source: VideoSource,
     output: Path,
-    composite: Composite,
+    stages: list[tuple[str, Stage]],
     settings: Settings,
     on_progress: Progress | None,
 ) -> Report:
@@ -114,9 +128,7 @@ def _run(
             threads=settings.threads,
         )
         encoder = VideoEncoder(muxer, source, codec, options, settings.threads)
-        runner = Runner(
-            ("decode", decoder.frames()), [("composite", composite)], ("encode", encoder)
-        )
+        runner = Runner(("decode", decoder.frames()), stages, ("encode", encoder))
         tick = on_progress
         expected = decoder.expected_frames
         runner.run(tick and (lambda done: tick(done, expected, source.rate)))

@@ -3,6 +3,8 @@
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from makeup_video.pipeline.face import MIN_FACE_PX
+
 
 @dataclass(slots=True)
 class Report:
@@ -13,6 +15,8 @@ class Report:
     lost_frames: in the file, but not decodable.  skipped_packets: damaged ones of other tracks.
     dropped, converted: streams and metadata that the output could not hold, or not as they were.
     conversions: changes to the pixels' layout before painting.
+    frames_with_face, faces: how many frames showed a face, and how many faces in all; None where
+    nobody looked.  tiny_faces: how often a face was left alone because it was too small.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
     stages: per actor items, busy_seconds, cpu_seconds; channels: per channel capacity, mean_fill.
     """
@@ -34,6 +38,9 @@ class Report:
     dropped: list[str] = field(default_factory=list)
     converted: list[str] = field(default_factory=list)
     conversions: list[str] = field(default_factory=list)
+    frames_with_face: int | None = None
+    faces: int | None = None
+    tiny_faces: int = 0
     seconds: float = 0.0
     media_seconds: float = 0.0
     first_packet_unix_seconds: float | None = None
@@ -63,6 +70,10 @@ class Report:
         lines += [f"left out: {text}" for text in self.dropped]
         if self.damaged:
             lines.append(self._damage())
+        if self.frames_with_face == 0:
+            lines.append("no face was found")
+        if self.tiny_faces:
+            lines.append(f"faces under {MIN_FACE_PX} px wide were left alone ({self.tiny_faces} seen)")
         return lines
 
     def _damage(self) -> str:

@@ -4,6 +4,7 @@ Pixels that nobody paints keep their exact values, whatever the depth of the fil
 compared before and after, and only what changed is converted back.
 """
 
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal
@@ -11,7 +12,6 @@ from typing import Any, Literal
 import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.errors import DecodeError, OutputError, StrictError, UsageError
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.report import Report
@@ -45,7 +45,12 @@ def is_picture(path: Path) -> bool:
 
 
 def process_picture(
-    src: Path, dst: Path, composite: Composite, *, overwrite: bool = False, strict: bool = False
+    src: Path,
+    dst: Path,
+    paint: Callable[[Frame], Frame],
+    *,
+    overwrite: bool = False,
+    strict: bool = False,
 ) -> Report:
     """Paint one picture. EXIF (with its orientation), XMP and ICC profile are kept.
 
@@ -57,7 +62,7 @@ def process_picture(
         )
     target = Target(dst, src, overwrite=overwrite)
     try:
-        report = _process(src, target, composite, strict)
+        report = _process(src, target, paint, strict)
         target.keep()
     except BaseException:
         target.discard()
@@ -66,13 +71,15 @@ def process_picture(
     return report
 
 
-def _process(src: Path, target: Target, composite: Composite, strict: bool) -> Report:
+def _process(
+    src: Path, target: Target, paint: Callable[[Frame], Frame], strict: bool
+) -> Report:
     suffix = target.part.suffix.lower()
     stored, metadata = read_picture(src)
     report = Report(str(src), "", _WRITERS[suffix], is_picture=True, frames_in=1, frames_out=1)
     frame = to_frame(stored, rotation_degrees=_rotation(metadata))
     before = [plane.copy() for plane in frame.planes]
-    painted = merge(stored, composite(frame), before)
+    painted = merge(stored, paint(frame), before)
     write_picture(target.part, _fitting(painted, report), metadata)
     report.dropped += _lost_metadata(target.part, metadata)
     if strict and (lost := report.dropped + report.conversions):

@@ -1,0 +1,208 @@
+"""Frame -> FrameFaces: finds faces and follows them; and the same for one picture.
+
+A face is followed from where it was: the mesh net's crop lies where the last frame's points were.
+The detector looks at the whole picture only when nothing is followed, when a face was lost, after
+a cut, and now and then for new faces. All times are seconds of the film, not frames.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+
+import cv2
+import numpy as np
+
+from makeup_video.pipeline.crop import FramePicture, Picture, RgbPicture
+from makeup_video.pipeline.cut import CutDetector
+from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.face_nets import FaceNets
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.sighting import (
+    Sighting,
+    detect,
+    is_near,
+    is_same,
+    is_tiny,
+    sight,
+    sight_again,
+    to_face,
+)
+
+DETECTOR_SIDES_PX = (256, 512)  # for close faces, and for crowds
+MAX_FACES = 32  # bounds the time of a frame
+LOOK_SECONDS = 0.22  # between two looks for new faces, at one of the detector's sizes each
+SEARCH_SECONDS = 0.08  # the same while there is no face at all
+REMEMBER_SECONDS = 2.0  # a face that returns near its place within this keeps its number
+
+
+@dataclass(slots=True)
+class _Track:
+    """A face that is followed, or was a moment ago."""
+
+    track_id: int
+    sighting: Sighting
+    last_seen_seconds: float
+    is_followed: bool = True
+
+
+class FindFaces:
+    """Frame -> FrameFaces; keeps what it follows from frame to frame.
+
+    pixel_aspect: the stream's sample aspect ratio. tiny_faces: how many faces were left alone
+    because they are too small, counted once a look. frames_with_face, faces: how many so far.
+    """
+
+    def __init__(self, pixel_aspect: Fraction | float = 1, nets: FaceNets | None = None) -> None:
+        self.pixel_aspect = pixel_aspect
+        self.nets = nets or load_nets()
+        self.tiny_faces = 0
+        self.frames_with_face = 0
+        self._is_cut = CutDetector()
+        self._tracks: list[_Track] = []
+        self._next_id = 0
+        self._last_look_seconds = -np.inf
+        self._looks = 0
+
+    def __call__(self, frame: Frame) -> FrameFaces:
+        picture = FramePicture(frame, self.pixel_aspect)
+        seconds = float(frame.pts * frame.time_base)
+        cut = self._is_cut(frame.planes[0])
+        if cut:
+            self._tracks.clear()
+        is_time = self._is_time_to_look(seconds)
+        lost = self._follow(picture, seconds, doubtfully=is_time)
+        if cut or lost:
+            self._look(picture, seconds, DETECTOR_SIDES_PX)
+        elif is_time:
+            self._looks += 1
+            side_px = DETECTOR_SIDES_PX[self._looks % len(DETECTOR_SIDES_PX)]
+            self._look(picture, seconds, (side_px,))
+        self._tracks = [t for t in self._tracks if t.is_followed or _is_fresh(t, seconds)]
+        faces = (to_face(t.sighting, picture, t.track_id) for t in self._followed())
+        found = FrameFaces(frame, _largest_first(faces), cut)
+        self.frames_with_face += bool(found.faces)
+        return found
+
+    @property
+    def faces(self) -> int:
+        return self._next_id
+
+    def _followed(self) -> list[_Track]:
+        return [track for track in self._tracks if track.is_followed]
+
+    def _follow(self, picture: Picture, seconds: float, doubtfully: bool) -> bool:
+        """Find every followed face again; True when one was lost."""
+        lost = False
+        for track in self._followed():
+            found = sight_again(self.nets, picture, track.sighting.frame, doubtfully)
+            if found is None:
+                track.is_followed, lost = False, True
+            else:
+                track.sighting, track.last_seen_seconds = found, seconds
+        kept: list[_Track] = []
+        for track in sorted(self._followed(), key=lambda t: t.track_id):
+            if any(is_same(track.sighting.frame, other.sighting.frame) for other in kept):
+                # it slid onto a face that an older track follows, and is none of its own
+                self._tracks.remove(track)
+            else:
+                kept.append(track)
+        return lost
+
+    def _is_time_to_look(self, seconds: float) -> bool:
+        wait = LOOK_SECONDS if self._followed() else SEARCH_SECONDS
+        # a clock that jumps back (a stream that starts again) must not blind us
+        return not 0 <= seconds - self._last_look_seconds < wait - 1e-6
+
+    def _look(self, picture: Picture, seconds: float, sides_px: tuple[int, ...]) -> None:
+        """Start to follow what the detector finds and nobody follows yet."""
+        self._last_look_seconds = seconds
+        for guess in detect(self.nets, picture, sides_px):
+            known = self._followed()
+            if len(known) >= MAX_FACES:
+                break
+            if any(is_same(guess, track.sighting.frame) for track in known):
+                continue
+            if is_tiny(guess):
+                self.tiny_faces += 1
+                continue
+            found = sight(self.nets, picture, guess)
+            if found and not any(is_same(found.frame, t.sighting.frame) for t in known):
+                self._start(found, seconds)
+
+    def _start(self, found: Sighting, seconds: float) -> None:
+        """Follow a face: one that was lost a moment ago, or a new one."""
+        for track in self._tracks:
+            if not track.is_followed and is_near(track.sighting.frame, found.frame):
+                track.sighting, track.last_seen_seconds = found, seconds
+                track.is_followed = True
+                return
+        self._tracks.append(_Track(self._next_id, found, seconds))
+        self._next_id += 1
+
+
+def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
+    """The faces of an upright picture, largest first; none is ordinary.
+
+    rgb8: (H, W, 3) uint8, encoded R'G'B', any size. Faces less than 40 px wide are left out, and
+    so are those beyond the 32 surest. Raises ValueError for another shape or dtype.
+    """
+    return _find(RgbPicture(rgb8))
+
+
+def find_faces_in_frame(frame: Frame, pixel_aspect: Fraction | float = 1) -> FrameFaces:
+    """The same for a frame that stands alone: a picture, not one of a film."""
+    return FrameFaces(frame, _find(FramePicture(frame, pixel_aspect)))
+
+
+def _find(picture: Picture) -> tuple[Face, ...]:
+    nets, found = load_nets(), list[Sighting]()
+    for guess in detect(nets, picture, DETECTOR_SIDES_PX)[: 2 * MAX_FACES]:
+        if is_tiny(guess) or len(found) >= MAX_FACES:
+            continue
+        one = sight(nets, picture, guess, carefully=True)
+        if one and not any(is_same(one.frame, other.frame) for other in found):
+            found.append(one)
+    return _largest_first(to_face(one, picture, at) for at, one in enumerate(found))
+
+
+def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
+    """Weight of lipstick at every pixel: 1 on the lips, 0 beyond the feather.
+
+    rgb8 is (H, W, 3) uint8, encoded: the picture that `face` was found in. Returns (H, W) float32
+    in [0, 1]. The mouth opening is 0, so teeth keep their colour; so is a hand in front of the
+    lips. All zeros when the lips lie outside the picture. Raises ValueError for another shape.
+    """
+    height, width = RgbPicture(rgb8).rgb8.shape[:2]
+    return lip_mask_window(face, (0, 0), (width, height))
+
+
+def lip_mask_window(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> np.ndarray:
+    """The same in a window of the picture that begins at origin_xy: (H, W) float32 in [0, 1]."""
+    to_window = face.lips.to_px.copy()
+    to_window[:, 2] -= origin_xy
+    # logits are spread rather than weights: where they cross zero is the border at any scale
+    logits = cv2.warpAffine(
+        face.lips.logits, to_window, size_wh, flags=cv2.INTER_CUBIC,
+        borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
+    )  # fmt: skip
+    weight = 1 / (1 + np.exp(-logits.clip(-30, 30)))
+    weight[weight < _INVISIBLE] = 0
+    return weight.astype(np.float32)
+
+
+_INVISIBLE = 1 / 512  # half a code value of 8 bits
+
+
+@cache
+def load_nets() -> FaceNets:
+    """The nets of this process, loaded at first use. Raises InstallError."""
+    return FaceNets()
+
+
+def _largest_first(faces: Iterable[Face]) -> tuple[Face, ...]:
+    return tuple(sorted(faces, key=lambda face: -float(np.ptp(face.points_px[:, :2], 0).prod())))
+
+
+def _is_fresh(track: _Track, seconds: float) -> bool:
+    return 0 <= seconds - track.last_seen_seconds < REMEMBER_SECONDS

@@ -1,0 +1,3 @@
+class SmoothAhead:
+    def __call__(self, item): return item
+    def drain(self): return []
