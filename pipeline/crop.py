@@ -10,7 +10,6 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-
 from makeup_video.pipeline.frame import Frame
 
 Affine = np.ndarray  # (2, 3) float64: (x, y, 1) -> (x, y)
@@ -150,7 +149,7 @@ def _shrunk(
 
 def compose(second: Affine, first: Affine) -> Affine:
     """The map that does `first`, then `second`."""
-    both = second[:, :2] @ first
+    both: Affine = second[:, :2] @ first
     both[:, 2] += second[:, 2]
     return both
 

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
 from makeup_video.pipeline.crop import Affine, Picture
 from makeup_video.pipeline.face import LipPatch
-from makeup_video.pipeline.topology import EYE, LIPS
 from makeup_video.pipeline.net import Net, read_array
+from makeup_video.pipeline.topology import EYE, LIPS
 
 FACE_CENTRE = np.array([0.0, 0.42])  # IOD below the middle of the eyes: the middle of a face
 _CELL = 8  # px of the detector's picture per cell of its answer
@@ -116,9 +115,7 @@ class FaceNets:
             logits = (logits[:1] + logits[1:, :, ::-1]) / 2
         return _place(offsets[0], frame, centre)[:, :2], LipPatch(logits[0], to_px)
 
-    def read_eyes(
-        self, picture: Picture, points: np.ndarray, frame: Affine
-    ) -> list[np.ndarray]:
+    def read_eyes(self, picture: Picture, points: np.ndarray, frame: Affine) -> list[np.ndarray]:
         """-> the points (53, 2) px of EYE, and of the other eye."""
         centres = [points[index[:16], :2].mean(0) for index in self._eyes]
         crops = [

@@ -12,7 +12,6 @@ from functools import cache
 
 import cv2
 import numpy as np
-
 from makeup_video.pipeline.crop import FramePicture, Picture, RgbPicture
 from makeup_video.pipeline.cut import CutDetector
 from makeup_video.pipeline.face import Face, FrameFaces
@@ -186,9 +185,9 @@ def lip_mask_window(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, 
         face.lips.logits, to_window, size_wh, flags=cv2.INTER_CUBIC,
         borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
     )  # fmt: skip
-    weight = 1 / (1 + np.exp(-logits.clip(-30, 30)))
+    weight: np.ndarray = 1 / (1 + np.exp(-logits.clip(-30, 30)))
     weight[weight < _INVISIBLE] = 0
-    return weight.astype(np.float32)
+    return weight.astype(np.float32, copy=False)
 
 
 _INVISIBLE = 1 / 512  # half a code value of 8 bits

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import onnxruntime
-
 from makeup_video.pipeline.errors import InstallError
 
 _FOLDER = files("makeup_video.pipeline") / "weights"

@@ -11,11 +11,10 @@ from typing import IO, Any
 
 import cv2
 import numpy as np
-
-from makeup_video.pipeline.errors import OutputError
 from makeup_video.pipeline.face import POINTS, Face, FrameFaces
 from makeup_video.pipeline.faces import lip_mask_window, load_nets
 from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.target import write_errors
 from makeup_video.pipeline.topology import EYE, LIPS
 
 # Y', Cb, Cr as 8-bit limited-range codes: only a drawing, right enough in every matrix
@@ -48,14 +47,11 @@ class PointsFile:
     """{"frames": [{pts, seconds, faces: [...]}, ...]}, written one frame a line as they come."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self._count = path, 0
-        try:
-            self._file: IO[str] = path.open("w", encoding="utf-8")
-        except OSError as error:
-            raise OutputError(f"{path} cannot be written: {error.strerror}") from error
-        self._put('{"points": "x, y, z in px of the stored picture", "frames": [')
+        self.path = path
+        self._file: IO[str] | None = None  # opened when the first frame has come through
 
     def write(self, item: FrameFaces) -> None:
+        """Raises OutputError when the file cannot be written."""
         frame = item.frame
         line = {
             "pts": frame.pts,
@@ -63,18 +59,22 @@ class PointsFile:
             "cut": item.cut,
             "faces": [_as_json(face) for face in item.faces],
         }
-        self._put(("\n" if self._count == 0 else ",\n") + json.dumps(line))
-        self._count += 1
+        with write_errors(self.path):
+            if self._file is None:
+                self._file = self.path.open("w", encoding="utf-8")
+                self._file.write(_JSON_BEGINS)
+            else:
+                self._file.write(",\n")
+            self._file.write(json.dumps(line))
 
     def close(self) -> None:
-        self._put("\n]}\n")
-        self._file.close()
+        if self._file is not None:
+            with write_errors(self.path), self._file:
+                self._file.write(_JSON_ENDS)
 
-    def _put(self, text: str) -> None:
-        try:
-            self._file.write(text)
-        except OSError as error:
-            raise OutputError(f"{self.path} cannot be written: {error.strerror}") from error
+
+_JSON_BEGINS = '{"unit": "px of the stored picture; x, y, z", "frames": [\n'
+_JSON_ENDS = "\n]}\n"
 
 
 def _as_json(face: Face) -> dict[str, Any]:
@@ -114,9 +114,7 @@ def _fill(
         plane[window] = code
 
 
-def _chroma_views(
-    planes: tuple[np.ndarray, ...], codes: list[int]
-) -> list[tuple[np.ndarray, int]]:
+def _chroma_views(planes: tuple[np.ndarray, ...], codes: list[int]) -> list[tuple[np.ndarray, int]]:
     """Cb and Cr as (h, w) views with a code for each, also of NV12; none of a grey picture."""
     if len(planes) < 2:
         return []

@@ -73,7 +73,9 @@ class Report:
         if self.frames_with_face == 0:
             lines.append("no face was found")
         if self.tiny_faces:
-            lines.append(f"faces under {MIN_FACE_PX} px wide were left alone ({self.tiny_faces} seen)")
+            lines.append(
+                f"faces under {MIN_FACE_PX} px wide were left alone ({self.tiny_faces} seen)"
+            )
         return lines
 
     def _damage(self) -> str:

@@ -1,9 +1,9 @@
 """One face of one picture: from a guess to its points, scores and lips; and which is which."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-
 from makeup_video.pipeline.crop import Affine, Picture, compose
 from makeup_video.pipeline.face import MIN_FACE_PX, Face, LipPatch
 from makeup_video.pipeline.face_nets import FaceNets, iod_of, middle_of
@@ -31,9 +31,10 @@ class Sighting:
 
 
 def detect(nets: FaceNets, picture: Picture, sides_px: tuple[int, ...]) -> list[Affine]:
-    """The detector's guesses at all these sizes, each face once, surest first."""
+    """The detector's guesses at all these sizes (at most the picture's own), each face once."""
     frames: list[Affine] = []
-    for side_px in sides_px:
+    longer_px = math.ceil(max(picture.width_px, picture.height_px))
+    for side_px in sorted({min(side_px, longer_px) for side_px in sides_px}):
         for frame in nets.detect(picture, side_px, DETECTOR_THRESHOLD):
             if not any(is_same(frame, other) for other in frames):
                 frames.append(frame)

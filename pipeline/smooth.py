@@ -1,3 +1,6 @@
 class SmoothAhead:
-    def __call__(self, item): return item
-    def drain(self): return []
+    def __call__(self, item):
+        return item
+
+    def drain(self):
+        return []

@@ -71,9 +71,7 @@ def process_picture(
     return report
 
 
-def _process(
-    src: Path, target: Target, paint: Callable[[Frame], Frame], strict: bool
-) -> Report:
+def _process(src: Path, target: Target, paint: Callable[[Frame], Frame], strict: bool) -> Report:
     suffix = target.part.suffix.lower()
     stored, metadata = read_picture(src)
     report = Report(str(src), "", _WRITERS[suffix], is_picture=True, frames_in=1, frames_out=1)

@@ -154,7 +154,9 @@ def test_black_and_white_and_single_pixels_hold_no_face(shade, size):
 def test_an_8k_picture_is_read_like_any_other():
     picture = put(grey(7680, 4320), np.repeat(np.repeat(portrait(), 5, 0), 5, 1), 3000, 600)
     (face,) = find_faces(picture)
-    assert middle(face)[0] == pytest.approx(3000 + 5 * middle(find_faces(portrait())[0])[0], rel=0.01)
+    assert middle(face)[0] == pytest.approx(
+        3000 + 5 * middle(find_faces(portrait())[0])[0], rel=0.01
+    )
     window = lip_mask_window(face, (4000, 2500), (800, 600))
     assert window.shape == (600, 800)
 
@@ -177,7 +179,9 @@ def test_no_picture_does_any_harm(picture):
         assert np.isfinite(mask).all()
 
 
-@pytest.mark.parametrize("bad", [np.zeros((9, 9)), np.zeros((9, 9, 3)), np.zeros((9, 9, 4), np.uint8)])
+@pytest.mark.parametrize(
+    "bad", [np.zeros((9, 9)), np.zeros((9, 9, 3)), np.zeros((9, 9, 4), np.uint8)]
+)
 def test_what_is_no_picture_is_refused(bad):
     with pytest.raises(ValueError, match="8-bit RGB"):
         find_faces(bad)
@@ -316,7 +320,9 @@ def test_a_clock_that_jumps_back_or_stands_still_does_not_blind():
 
 
 def test_a_fast_head_is_not_lost():
-    scenes = [put(grey(), face_of(120), 60 + 22 * (at if at < 12 else 24 - at), 60) for at in range(24)]
+    scenes = [
+        put(grey(), face_of(120), 60 + 22 * (at if at < 12 else 24 - at), 60) for at in range(24)
+    ]
     items = run(scenes)  # 22 px a frame: a third of the distance between the eyes
     assert all(len(item.faces) == 1 for item in items)
     assert {item.faces[0].track_id for item in items} == {0}

@@ -1,0 +1,86 @@
+"""Weights are read as they were shipped, or not at all."""
+
+import json
+
+import numpy as np
+import pytest
+from makeup_video.pipeline import InstallError, net
+from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS, LIPS_INNER, LIPS_OUTER
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A copy of the weights that may be spoilt."""
+    for file in net._FOLDER.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    monkeypatch.setattr(net, "_FOLDER", tmp_path)
+    net._hashes.cache_clear()
+    yield tmp_path
+    net._hashes.cache_clear()
+
+
+def test_all_weights_together_are_at_most_eight_megabytes_and_every_one_has_a_hash():
+    files = {file.name: file.read_bytes() for file in net._FOLDER.iterdir()}
+    hashes = json.loads(files.pop("sha256.json"))
+    assert set(hashes) == set(files)
+    assert sum(map(len, files.values())) <= 8e6
+
+
+@pytest.mark.parametrize("name", ["detector.onnx", "mesh.onnx", "lips.onnx", "eye.onnx",
+                                  "mean_face.npy", "mirror.npy"])  # fmt: skip
+def test_one_changed_byte_is_refused_by_name(folder, name):
+    data = bytearray((folder / name).read_bytes())
+    data[len(data) // 2] ^= 1
+    (folder / name).write_bytes(data)
+    with pytest.raises(InstallError, match=rf"{name} .*install makeup-video again") as error:
+        net.read(name)
+    assert "\n" not in str(error.value)
+
+
+def test_missing_weights_are_told_in_one_line(folder):
+    (folder / "mesh.onnx").unlink()
+    with pytest.raises(InstallError, match=r"mesh\.onnx are missing"):
+        net.Net("mesh")
+
+
+@pytest.mark.parametrize(
+    ("name", "crop", "shapes"),
+    [
+        ("mesh", (96, 96), {"points": (478, 3), "scores": (2,)}),
+        ("lips", (80, 112), {"points": (80, 3), "mask_logits": (80, 112)}),
+        ("eye", (48, 64), {"points": (53, 3)}),
+        ("detector", (160, 256), {"cells": (6, 20, 32)}),
+    ],
+)
+@pytest.mark.parametrize("count", [1, 2])
+def test_every_net_takes_crops_and_gives_finite_numbers(name, crop, shapes, count):
+    rng = np.random.default_rng(0)
+    rgb8 = rng.integers(0, 256, (count, *crop, 3), dtype=np.uint8)
+    out = net.Net(name)(rgb8)
+    for key, shape in shapes.items():
+        assert out[key].shape == (count, *shape)
+        assert out[key].dtype == np.float32
+        assert np.isfinite(out[key]).all()
+
+
+def test_a_net_gives_the_same_answer_twice_and_on_more_threads():
+    rgb8 = np.random.default_rng(1).integers(0, 256, (1, 96, 96, 3), dtype=np.uint8)
+    one = net.Net("mesh")
+    first = one(rgb8)["points"]
+    assert (one(rgb8)["points"] == first).all()
+    assert net.Net("mesh", threads=2)(rgb8)["points"] == pytest.approx(first, abs=1e-5)
+
+
+def test_the_mirror_is_its_own_inverse_and_maps_lips_to_lips():
+    mirror = net.read_array("mirror.npy").astype(int)
+    assert (mirror[mirror] == np.arange(478)).all()
+    for index in (LIPS, LIPS_OUTER, LIPS_INNER):
+        assert set(mirror[index]) == set(index.tolist())
+    assert not set(mirror[EYE]) & set(EYE.tolist())
+
+
+def test_the_mean_face_has_its_outer_eye_corners_one_apart_and_level():
+    mean = net.read_array("mean_face.npy")
+    left, right = mean[33], mean[263]
+    assert right - left == pytest.approx([1, 0, 0], abs=0.02)
+    assert (mean[EYE_CONTOUR, 0] < 0).all()
