@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-
 from makeup_video.pipeline.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
