@@ -35,7 +35,7 @@ RIGHT_EYE = np.array([
     263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466,
     359, 255, 339, 254, 253, 252, 256, 341, 463, 467, 260, 259, 257, 258, 286, 414,
     446, 261, 448, 449, 450, 451, 452, 453, 464, 342, 445, 444, 443, 442, 441, 413,
-    473, 474, 475, 476, 477,
+    473, 476, 475, 474, 477,
 ])  # fmt: skip
 _REST = np.setdiff1d(np.arange(POINTS), np.concatenate([LIPS, LEFT_EYE, RIGHT_EYE]))
 _ORDER = np.concatenate([LIPS, LEFT_EYE, RIGHT_EYE, _REST])  # `values` holds the points like this

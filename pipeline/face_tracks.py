@@ -61,13 +61,11 @@ class Tracks(Generic[T]):
         return now
 
     def of(self, face: Face, now: float) -> T:
-        """The memory that this face goes on with; a second face of the same number has none."""
+        """The memory that this face goes on with; a second face of one number has its own."""
         track = self._tracks.get(face.track_id)
-        if (
-            track is None
-            or track.last_seconds == now
-            or track.space.patch_hw != face.lips.logits.shape
-        ):
+        if track is not None and track.last_seconds == now:
+            return self._begin(face)
+        if track is None or track.space.patch_hw != face.lips.logits.shape:
             track = self._tracks[face.track_id] = self._begin(face)
         return track
 

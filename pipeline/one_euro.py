@@ -54,7 +54,7 @@ class OneEuro:
         self._speed += np.float32(share) * (off / np.float32(step_seconds) - self._speed)
         squares = np.add.reduceat(self._speed * self._speed, self._starts) / self._counts
         noise = variance * (_DIFFERENCE / step_seconds**2 * share / (2 - share))
-        units = np.sqrt(np.maximum(squares / noise - _TOLERANCE, 0))
+        units = np.maximum(np.sqrt(squares / noise) - math.sqrt(_TOLERANCE), 0)
         shares = _share(self.min_cutoff_hz + self.rise_hz * units, step_seconds)
         widths = np.diff(self._starts, append=len(x))
         self._value += np.repeat(shares, widths).astype(np.float32) * off

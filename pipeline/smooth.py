@@ -133,7 +133,7 @@ class SmoothLive:
     def __init__(
         self,
         min_cutoff_hz: float = 1.0,
-        rise_hz: float = 10.0,
+        rise_hz: float = 15.0,
         speed_cutoff_hz: float = 15.0,
         gap_seconds: float = GAP_SECONDS,
     ) -> None:
