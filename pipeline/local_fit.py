@@ -21,6 +21,9 @@ _SLOPE_SECONDS = 0.04  # of the weight by time for the first guess of the speed
 # beyond it the weight falls by a half.
 _TOLERANCE = 1.7
 _FALL = 0.7
+# Rows: rest, steady speed. Lids have no steady speed: a line through a blink's two sides would only
+# make it shallower.
+_MAY_MOVE = np.array([[1, 1, 1, 1, 1, 1], [1, 0, 0, 1, 1, 1]])
 
 
 class NoiseLevel:
@@ -77,29 +80,24 @@ def local_linear_taps(
     used = np.isfinite(from_now)
     dt = np.where(used, from_now, 0.0)
     by_time = used * np.exp(-0.5 * (dt / _TIME_SECONDS) ** 2)
-    scale = 1 / (2 * space.key_counts * variance)  # both moments of a distance are noisy
-    off = keys - keys[now]
-    distances = np.add.reduceat(off * off, space.key_starts, 1) * scale
-    weights = _weights(distances, by_time)
     near = by_time * np.exp(-0.5 * (dt / _SLOPE_SECONDS) ** 2) * dt
-    span = float(near @ dt)
-    if span > 0:
-        # |off - dt * speed| ** 2, multiplied out
-        speed = (near / span).astype(np.float32) @ off
-        along = np.add.reduceat(off * speed, space.key_starts, 1) * scale
-        speeds = np.add.reduceat(speed * speed, space.key_starts) * scale
-        distances += dt[:, None] * (dt[:, None] * speeds - 2 * along)
-        moving = _weights(distances, by_time)
-        # Whichever explains more of the window: at rest, a speed would be nothing but noise.
-        weights = np.where(weights.sum(0) >= moving.sum(0), weights, moving)
-    total, first = weights.sum(0), dt @ weights
+    off = keys - keys[now]
+    speed = (near / max(float(near @ dt), 1e-12)).astype(np.float32) @ off
+    scale = 1 / (2 * space.key_counts * variance)  # both moments of a distance are noisy
+    # Distances from a face at rest and from one at steady speed: |off - dt * speed| ** 2,
+    # multiplied out.
+    resting = np.add.reduceat(off * off, space.key_starts, 1) * scale
+    along = np.add.reduceat(off * speed, space.key_starts, 1) * scale
+    speeds = np.add.reduceat(speed * speed, space.key_starts) * scale
+    dt = dt[:, None]
+    distances = np.array((resting, resting + dt * (dt * speeds - 2 * along)))
+    excess = np.maximum(distances - _TOLERANCE, 0)
+    both = by_time[:, None] * np.exp(-_FALL * excess)
+    # Whichever explains more of the window: at rest, a speed would be nothing but noise.
+    explained = both.sum(1) * _MAY_MOVE
+    weights = np.where(explained[0] >= explained[1], both[0], both[1])
+    total, first = explained.max(0), (dt * weights).sum(0)
     # The tiny addition decides when only `now` has weight, and is nothing beside a frame's time.
-    second = (dt * dt) @ weights + 1e-9 * total
-    taps: np.ndarray = weights * (second - dt[:, None] * first) / (total * second - first * first)
+    second = (dt * dt * weights).sum(0) + 1e-9 * total
+    taps: np.ndarray = weights * (second - dt * first) / (total * second - first * first)
     return taps
-
-
-def _weights(distances: np.ndarray, by_time: np.ndarray) -> np.ndarray:
-    """Both (N, regions) but by_time, (N,); distances are squares, 1 what noise alone makes."""
-    weights: np.ndarray = by_time[:, None] * np.exp(-_FALL * np.maximum(distances - _TOLERANCE, 0))
-    return weights

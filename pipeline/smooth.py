@@ -34,8 +34,8 @@ class SmoothAhead:
     The window reaches `window_seconds` to both sides, but never more than `ahead_frames` frames:
     those are held back in memory (12 MB each at 2160p, 25 MB with 10 bits), and a hardware
     decoder has only so many pictures to lend. Four make nine moments, so noise falls to a third;
-    a sixth frame to each side would bring a quarter, and half as much memory again. Faces
-    with numbers that are not finite are left out.
+    for a quarter it would take twice the memory. Faces with numbers that are not finite are left
+    out.
     """
 
     def __init__(
