@@ -9,6 +9,7 @@ import math
 import cv2
 import numpy as np
 from makeup_video.pipeline.face import POINTS, Face, LipPatch
+from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
 
 # Points that speech and blinks move least: eye corners, the bridge and wings of the nose, brows,
 # and the upper half of the oval. Many of them, so that their own noise averages out.
@@ -18,29 +19,17 @@ STABLE = np.array([
     10, 338, 297, 332, 284, 251, 389, 356, 454, 234, 127, 162, 21, 54, 103, 67, 109,
 ])  # fmt: skip
 
-LIPS = np.array([
-    61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 185, 40, 39, 37, 0, 267, 269, 270, 409,
-    78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 191, 80, 81, 82, 13, 312, 311, 310, 415,
-    76, 77, 90, 180, 85, 16, 315, 404, 320, 307, 306, 184, 74, 73, 72, 11, 302, 303, 304, 408,
-    62, 96, 89, 179, 86, 15, 316, 403, 319, 325, 292, 183, 42, 41, 38, 12, 268, 271, 272, 407,
-])  # fmt: skip
-# The lids, two rings around them and the iris; the eye at the left of an unmirrored picture first.
-LEFT_EYE = np.array([
-    33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246,
-    130, 25, 110, 24, 23, 22, 26, 112, 243, 247, 30, 29, 27, 28, 56, 190,
-    226, 31, 228, 229, 230, 231, 232, 233, 244, 113, 225, 224, 223, 222, 221, 189,
-    468, 469, 470, 471, 472,
-])  # fmt: skip
+# topology.EYE, mirrored: the eye at the right of an upright picture.
 RIGHT_EYE = np.array([
     263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466,
     359, 255, 339, 254, 253, 252, 256, 341, 463, 467, 260, 259, 257, 258, 286, 414,
     446, 261, 448, 449, 450, 451, 452, 453, 464, 342, 445, 444, 443, 442, 441, 413,
     473, 476, 475, 474, 477,
 ])  # fmt: skip
-_REST = np.setdiff1d(np.arange(POINTS), np.concatenate([LIPS, LEFT_EYE, RIGHT_EYE]))
-_ORDER = np.concatenate([LIPS, LEFT_EYE, RIGHT_EYE, _REST])  # `values` holds the points like this
+_REST = np.setdiff1d(np.arange(POINTS), np.concatenate([LIPS, EYE, RIGHT_EYE]))
+_ORDER = np.concatenate([LIPS, EYE, RIGHT_EYE, _REST])  # `values` holds the points like this
 _BACK = np.argsort(_ORDER)
-_ENDS = np.cumsum([len(LIPS), len(LEFT_EYE), len(RIGHT_EYE), len(_REST)])
+_ENDS = np.cumsum([len(LIPS), len(EYE), len(RIGHT_EYE), len(_REST)])
 # Columns of `values` (x, y, z of one point after the other) that belong to one region.
 SPANS = [(3 * int(a), 3 * int(b)) for a, b in zip([0, *_ENDS[:-1]], _ENDS, strict=True)]
 
@@ -48,7 +37,7 @@ SPANS = [(3 * int(a), 3 * int(b)) for a, b in zip([0, *_ENDS[:-1]], _ENDS, stric
 # move in a blink and would hide it. Of the rest every fifth point is enough.
 REGIONS = ("lips", "left lids", "right lids", "rest", "pose", "patch")
 LIPS_REGION, POSE_REGION, PATCH_REGION = 0, 4, 5
-_LIDS = 16
+_LIDS = len(EYE_CONTOUR)
 _KEY_POINTS = [
     np.arange(_ENDS[0]),
     np.arange(_ENDS[0], _ENDS[0] + _LIDS),

@@ -6,8 +6,8 @@ from pathlib import Path
 import av
 import numpy as np
 from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
-from makeup_video.pipeline.face_frame import LIPS
 from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.topology import LIPS
 
 _FILE = np.load(Path(__file__).parents[1] / "samples" / "in_points.npz")
 HEAD_PX = _FILE["points"] * float(_FILE["unit"])  # (300, 478, 2), 30 frames a second

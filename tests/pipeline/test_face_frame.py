@@ -5,8 +5,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.face import POINTS
 from makeup_video.pipeline.face_frame import (
-    LEFT_EYE,
-    LIPS,
     REGIONS,
     RIGHT_EYE,
     SPANS,
@@ -15,6 +13,7 @@ from makeup_video.pipeline.face_frame import (
     Readings,
     fit_similarity,
 )
+from makeup_video.pipeline.topology import EYE, LIPS
 
 finite = st.floats(-1e3, 1e3)
 
@@ -68,13 +67,13 @@ def test_float32_far_from_the_origin_is_fitted_precisely():
 
 
 def test_regions_name_points_once_and_eyes_mirror_each_other():
-    named = np.concatenate([LIPS, LEFT_EYE, RIGHT_EYE])
+    named = np.concatenate([LIPS, EYE, RIGHT_EYE])
     assert len(set(named)) == len(named) and named.min() >= 0 and named.max() < POINTS
     assert len(set(STABLE)) == len(STABLE) and not np.isin(STABLE, LIPS).any()
     assert len(REGIONS) == len(SPANS) + 2 and SPANS[-1][1] == 3 * POINTS
     straight = HEAD_PX[:12].mean(0)
-    mirrored = fit_similarity(straight[LEFT_EYE] * [-1, 1], straight[RIGHT_EYE])
-    off = moved(straight[LEFT_EYE] * [-1, 1], mirrored) - straight[RIGHT_EYE]
+    mirrored = fit_similarity(straight[EYE] * [-1, 1], straight[RIGHT_EYE])
+    off = moved(straight[EYE] * [-1, 1], mirrored) - straight[RIGHT_EYE]
     assert np.abs(off).max() < 4  # px of 190 between the eyes: a face is not quite symmetric
 
 
