@@ -1,0 +1,68 @@
+"""The One-Euro filter, for many numbers at once that move together in regions."""
+
+import math
+
+import numpy as np
+
+# Squared speeds up to this, in units of what noise alone makes, are rest. Noise that moves a
+# whole region at once varies by about its own size from moment to moment.
+_TOLERANCE = 2.5
+# The variance of the difference between newest and filtered value, in units of the noise's: the
+# newest value's own, and some of the filtered one's.
+_DIFFERENCE = 1.5
+
+
+class OneEuro:
+    """A low-pass filter whose cutoff rises with speed: steady at rest, prompt in motion.
+
+    Casiez, Roussel and Vogel, "1 Euro Filter: A Simple Speed-based Low-pass Filter for Noisy
+    Input in Interactive Systems", CHI 2012. Two things differ. The speed is a region's: the root
+    of the mean square over its columns. And it is counted in units of the speed that noise alone
+    would show, so that one setting suits a sharp face and a blurred one.
+
+    min_cutoff_hz: at rest. rise_hz: of the cutoff, for each unit of speed. speed_cutoff_hz: of
+    the low-pass filter of the speed; well above the paper's 1 Hz, or a blink is over before it
+    is noticed.
+    """
+
+    def __init__(
+        self,
+        starts: np.ndarray,
+        counts: np.ndarray,
+        min_cutoff_hz: float,
+        rise_hz: float,
+        speed_cutoff_hz: float,
+    ) -> None:
+        """starts: (R,) first column of each region; counts: (R,) what its squares are divided by."""
+        self._starts, self._counts = starts, counts
+        self.min_cutoff_hz, self.rise_hz = min_cutoff_hz, rise_hz
+        self.speed_cutoff_hz = speed_cutoff_hz
+        self._value: np.ndarray | None = None
+        self._speed = np.zeros(0, np.float32)
+
+    def __call__(self, x: np.ndarray, step_seconds: float, variance: np.ndarray) -> np.ndarray:
+        """How much the newest value counts in each region, (R,) in (0, 1]; 1 at first.
+
+        x: (K,) float32. step_seconds: since the last call, more than 0. variance: (R,), the
+        noise of x.
+        """
+        if self._value is None:
+            self._value, self._speed = x.copy(), np.zeros_like(x)
+            return np.ones(len(self._starts))
+        off = x - self._value
+        share = float(_share(self.speed_cutoff_hz, step_seconds))
+        self._speed += np.float32(share) * (off / np.float32(step_seconds) - self._speed)
+        squares = np.add.reduceat(self._speed * self._speed, self._starts) / self._counts
+        noise = variance * (_DIFFERENCE / step_seconds**2 * share / (2 - share))
+        units = np.maximum(np.sqrt(squares / noise) - math.sqrt(_TOLERANCE), 0)
+        shares = _share(self.min_cutoff_hz + self.rise_hz * units, step_seconds)
+        widths = np.diff(self._starts, append=len(x))
+        self._value += np.repeat(shares, widths).astype(np.float32) * off
+        return shares
+
+
+def _share(cutoff_hz: "float | np.ndarray", step_seconds: float) -> np.ndarray:
+    """Of the newest value, in the low-pass filter of first order."""
+    turn = 2 * math.pi * step_seconds * np.asarray(cutoff_hz, np.float64)
+    share: np.ndarray = turn / (1 + turn)
+    return share

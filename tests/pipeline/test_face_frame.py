@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+from heads import HEAD_PX, face
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline.face import POINTS
+from makeup_video.pipeline.face_frame import (
+    REGIONS,
+    RIGHT_EYE,
+    SPANS,
+    STABLE,
+    FaceSpace,
+    Readings,
+    fit_similarity,
+)
+from makeup_video.pipeline.topology import EYE, LIPS
+
+finite = st.floats(-1e3, 1e3)
+
+
+def similarity(scale, turn, x, y):
+    c, s = scale * np.cos(turn), scale * np.sin(turn)
+    return np.array([[c, -s, x], [s, c, y]])
+
+
+def moved(points, matrix):
+    return points @ matrix[:, :2].T + matrix[:, 2]
+
+
+@given(scale=st.floats(0.01, 100), turn=st.floats(-3.1, 3.1), x=finite, y=finite)
+@settings(deadline=None)
+def test_a_similarity_is_found_again(scale, turn, x, y):
+    points = np.random.default_rng(0).normal(size=(9, 2))
+    want = similarity(scale, turn, x, y)
+    np.testing.assert_allclose(fit_similarity(points, moved(points, want)), want, atol=1e-8)
+
+
+def test_no_other_similarity_fits_better():
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(2, 12, 2))
+    best = fit_similarity(a, b)
+    error = ((moved(a, best) - b) ** 2).sum()
+    for _ in range(50):
+        c, s, x, y = rng.normal(0, 0.05, 4)
+        other = best + np.array([[c, -s, x], [s, c, y]])
+        assert ((moved(a, other) - b) ** 2).sum() > error
+
+
+def test_many_fits_at_once_are_the_fits_one_by_one():
+    rng = np.random.default_rng(2)
+    a, b = rng.normal(size=(7, 2)), rng.normal(size=(3, 4, 7, 2))
+    many = fit_similarity(np.broadcast_to(a, b.shape), b)
+    assert many.shape == (3, 4, 2, 3)
+    np.testing.assert_allclose(many[2, 1], fit_similarity(a, b[2, 1]))
+
+
+def test_fitting_one_point_is_a_shift():
+    same = np.full((5, 2), 3.0)
+    np.testing.assert_allclose(
+        fit_similarity(same, same + np.array([2, -1])), [[1, 0, 2], [0, 1, -1]]
+    )
+
+
+def test_float32_far_from_the_origin_is_fitted_precisely():
+    points = HEAD_PX[0].astype(np.float32) + np.float32(3000)
+    np.testing.assert_allclose(fit_similarity(points, points), np.eye(2, 3), atol=1e-9)
+
+
+def test_regions_name_points_once_and_eyes_mirror_each_other():
+    named = np.concatenate([LIPS, EYE, RIGHT_EYE])
+    assert len(set(named)) == len(named) and named.min() >= 0 and named.max() < POINTS
+    assert len(set(STABLE)) == len(STABLE) and not np.isin(STABLE, LIPS).any()
+    assert len(REGIONS) == len(SPANS) + 2 and SPANS[-1][1] == 3 * POINTS
+    straight = HEAD_PX[:12].mean(0)
+    mirrored = fit_similarity(straight[EYE] * [-1, 1], straight[RIGHT_EYE])
+    off = moved(straight[EYE] * [-1, 1], mirrored) - straight[RIGHT_EYE]
+    assert np.abs(off).max() < 4  # px of 190 between the eyes: a face is not quite symmetric
+
+
+@pytest.mark.parametrize("size", [0.05, 1, 8])
+def test_what_is_split_is_joined_again(size):
+    rng = np.random.default_rng(3)
+    faces = [face(HEAD_PX[i] * size, logits=rng.normal(0, 3, (80, 112))) for i in (0, 90, 195)]
+    space = FaceSpace(faces[0])
+    readings = Readings(space, 3)
+    for at, one in enumerate(faces):
+        space.split(one, readings, at)
+    for at, one in enumerate(faces):
+        points, patch = space.join(readings.values[at], readings.pose[at], readings.patches[at])
+        np.testing.assert_allclose(points, one.points_px, atol=1e-3 * max(size, 1))
+        assert patch.logits.shape == (80, 112)
+
+
+def test_a_face_moved_as_a_whole_keeps_its_shape():
+    space = FaceSpace(face(HEAD_PX[0]))
+    readings = Readings(space, 2)
+    space.split(face(HEAD_PX[0]), readings, 0)
+    where = similarity(1.7, 0.6, 300, -40)
+    there = face(moved(HEAD_PX[0], where))
+    there.points_px[:, 2] = 1.7 * face(HEAD_PX[0]).points_px[:, 2]
+    space.split(there, readings, 1)
+    np.testing.assert_allclose(readings.values[1], readings.values[0], atol=2e-5)
+    log_scale, turn = readings.pose[1, 2:] - readings.pose[0, 2:]
+    assert log_scale == pytest.approx(np.log(1.7), abs=1e-5)
+    assert turn == pytest.approx(0.6, abs=1e-5)
+
+
+def test_a_face_that_goes_on_turning_does_not_jump_at_180_degrees():
+    space = FaceSpace(face(HEAD_PX[0]))
+    readings = Readings(space, 40)
+    for at in range(40):
+        space.split(face(moved(HEAD_PX[0], similarity(1, 0.3 * at, 0, 0))), readings, at)
+    np.testing.assert_allclose(np.diff(readings.pose[:, 3]), 0.3, atol=1e-5)
+
+
+def test_a_crop_far_from_the_window_begins_a_new_one_and_takes_the_old_patches_along():
+    x = np.mgrid[0:80, 0:112][1].astype(np.float32)
+    first = face(HEAD_PX[0], logits=x - 40)
+    to_px = first.lips.to_px.copy()
+    to_px[:, 2] += 20 * to_px[:, 0]  # the crop moves 20 of its px to the right
+    space = FaceSpace(first)
+    readings = Readings(space, 2)
+    space.split(first, readings, 0)
+    space.split(face(HEAD_PX[0], logits=x - 20, to_px=to_px), readings, 1)
+    np.testing.assert_allclose(readings.patches[0][:, :90], readings.patches[1][:, :90], atol=1e-3)
+    _, patch = space.join(readings.values[1], readings.pose[1], readings.patches[1])
+    np.testing.assert_allclose(patch.to_px, to_px, atol=1e-3)

@@ -1,0 +1,436 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from heads import (
+    HEAD_PX,
+    IOD_PX,
+    LOWER_LID,
+    UPPER_LID,
+    face,
+    film,
+    frame,
+    lip_logits,
+    rms,
+    through,
+    xy_px,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline.face import FrameFaces
+from makeup_video.pipeline.runner import Runner
+from makeup_video.pipeline.smooth import SmoothAhead, SmoothLive
+from makeup_video.pipeline.topology import LIPS
+
+STAGES = [SmoothAhead, SmoothLive]
+SMALL = lip_logits((8, 10))  # a patch of any size will do, and a small one is quick
+
+
+def noise_px(count, share_of_iod=0.003, seed=0):
+    """Jitter as nets have it: part moves each point, part a whole region at once."""
+    rng = np.random.default_rng(seed)
+    lips = np.isin(np.arange(478), LIPS)
+    out = rng.normal(0, 0.7, (count, 478, 2))
+    for region in (lips, ~lips):
+        out[:, region] += rng.normal(0, 0.7, (count, 1, 2))
+    return out * share_of_iod * IOD_PX
+
+
+def all_finite(items):
+    return all(
+        np.isfinite(one.points_px).all()
+        and np.isfinite(one.lips.logits).all()
+        and np.isfinite(one.lips.to_px).all()
+        and 0 <= one.score <= 1
+        and 0 <= one.mouth_visible <= 1
+        for item in items
+        for one in item.faces
+    )
+
+
+moments = st.lists(
+    st.tuples(
+        st.sampled_from([-400, -33, 0, 1, 17, 33, 33, 33, 42, 100, 160, 3000]),  # ms to the next
+        st.sets(st.integers(0, 2)),  # who is there
+        st.sampled_from([False] * 9 + [True]),  # cut
+        st.integers(0, 299),  # what they do
+    ),
+    max_size=25,
+)
+
+
+def timeline(script):
+    """FrameFaces of a drawn script; faces jump about, shrink, grow and turn."""
+    items, pts = [], 0
+    for step, who, cut, pose in script:
+        faces = []
+        for track in sorted(who):
+            size = (1, 0.05, 7, 0)[(pose + track) % 4 if pose % 7 == 0 else 0]
+            turned = HEAD_PX[pose][:, ::-1] if pose % 11 == 0 else HEAD_PX[pose]
+            faces.append(face(turned * size + 500 * track, track, SMALL))
+        items.append(FrameFaces(frame(pts, Fraction(1, 1000)), tuple(faces), cut))
+        pts += step
+    return items
+
+
+@pytest.mark.parametrize("stage", STAGES)
+@given(script=moments)
+@settings(deadline=None, max_examples=60)
+def test_every_frame_comes_out_once_in_order_with_its_own_faces(stage, script):
+    items = timeline(script)
+    before = [[one.points_px.copy() for one in item.faces] for item in items]
+    out = through(stage(), items)
+    assert [item.frame for item in out] == [item.frame for item in items]
+    assert [item.cut for item in out] == [item.cut for item in items]
+    ids = [[one.track_id for one in item.faces] for item in items]
+    assert [[one.track_id for one in item.faces] for item in out] == ids
+    assert all_finite(out)
+    for item, points in zip(items, before, strict=True):
+        assert all((a.points_px == b).all() for a, b in zip(item.faces, points, strict=True))
+
+
+@given(script=moments)
+@settings(deadline=None, max_examples=40)
+def test_what_comes_out_live_does_not_depend_on_what_comes_later(script):
+    items = timeline(script)
+    half = len(items) // 2
+    whole, first = through(SmoothLive(), items), through(SmoothLive(), items[:half])
+    for a, b in zip(whole, first, strict=False):
+        assert all(
+            (x.points_px == y.points_px).all() for x, y in zip(a.faces, b.faces, strict=True)
+        )
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_the_same_seconds_in_other_ticks_give_the_same(stage):
+    faces = [face(points, logits=SMALL) for points in HEAD_PX[60:90]]
+    a = through(stage(), film(faces, Fraction(1, 30)))
+    b = through(stage(), film(faces, Fraction(1, 90000), 3000))
+    assert (xy_px(a) == xy_px(b)).all()
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_later_start_of_time_gives_the_same(stage):
+    faces = [face(points, logits=SMALL) for points in HEAD_PX[60:90]]
+    late = [FrameFaces(frame(index + 12345), (one,), False) for index, one in enumerate(faces)]
+    # Seconds are subtracted in floating point.
+    np.testing.assert_allclose(
+        xy_px(through(stage(), film(faces))), xy_px(through(stage(), late)), atol=1e-3
+    )
+
+
+@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("iod_px", [20, 190, 1500])
+def test_a_face_that_stays_is_left_as_it_is(stage, iod_px):
+    rng = np.random.default_rng(1)
+    one = face(HEAD_PX[100] * iod_px / IOD_PX, logits=rng.normal(0, 4, (80, 112)))
+    for item in through(stage(), film([one] * 14)):
+        got = item.faces[0]
+        np.testing.assert_allclose(got.points_px, one.points_px, atol=2e-6 * iod_px + 1e-3)
+        np.testing.assert_allclose(got.lips.logits, one.lips.logits, atol=1e-5)
+        np.testing.assert_allclose(got.lips.to_px, one.lips.to_px, atol=2e-6 * iod_px)
+        assert got.score == pytest.approx(0.9) and got.mouth_visible == pytest.approx(1.0)
+
+
+def steady(count, every=1):
+    """A head that moves across the picture and nearer, at steady speed, without noise."""
+    at = np.arange(count)[:, None, None] * every
+    return HEAD_PX[0] + at * [3.7, -1.3]
+
+
+@pytest.mark.parametrize("time_base", [Fraction(1, 24), Fraction(1, 30), Fraction(1, 60)])
+def test_steady_motion_does_not_lag_in_a_file_not_even_at_its_ends(time_base):
+    true = steady(30)
+    got = xy_px(through(SmoothAhead(), film([face(points) for points in true], time_base)))
+    assert np.abs(got - true).max() < 2e-3  # float32
+
+
+@given(steps=st.lists(st.integers(8, 60), min_size=1, max_size=20))
+@settings(deadline=None, max_examples=30)
+def test_steady_motion_does_not_lag_in_a_file_of_variable_frame_rate(steps):
+    pts = np.concatenate([[0], np.cumsum(steps)])
+    true = HEAD_PX[0] + pts[:, None, None] * [0.11, -0.04]
+    items = [
+        FrameFaces(frame(int(t), Fraction(1, 1000)), (face(points, logits=SMALL),))
+        for t, points in zip(pts, true, strict=True)
+    ]
+    assert np.abs(xy_px(through(SmoothAhead(), items)) - true).max() < 2e-3
+
+
+def test_steady_motion_live_lags_by_less_than_a_third_of_a_frame():
+    true = steady(40)
+    got = xy_px(through(SmoothLive(), film([face(points) for points in true])))
+    assert np.abs(got - true)[5:].max() < 3.7 / 3
+
+
+@pytest.mark.parametrize("share_of_iod", [0.001, 0.004])
+@pytest.mark.parametrize(("stage", "times"), [(SmoothAhead, 2.5), (SmoothLive, 2.2)])
+def test_jitter_of_a_still_face_falls(stage, times, share_of_iod):
+    noise = noise_px(150, share_of_iod)
+    got = xy_px(through(stage(), film([face(HEAD_PX[0] + n) for n in noise])))
+    inside = slice(12, 138)
+    error = (got - HEAD_PX[0])[inside]
+    assert rms(noise[inside], LIPS) > times * rms(error, LIPS)
+    assert rms(noise[inside]) > times * rms(error)
+    # From frame to frame, which is what is seen as shimmer, it falls further.
+    assert rms(np.diff(noise[inside], axis=0), LIPS) > 2 * times * rms(np.diff(error, axis=0), LIPS)
+
+
+def test_a_film_of_a_talking_head_is_never_worse_off():
+    noise = noise_px(300)
+    got = xy_px(through(SmoothAhead(), film([face(p) for p in HEAD_PX + noise])))
+    error = got - HEAD_PX
+    lids = [159, 145, 158, 153, 160, 144, 386, 374, 385, 380, 387, 373]
+    for points in (LIPS, lids, slice(None)):
+        assert rms(noise, points) > 1.15 * rms(error, points)
+    speed_px = np.linalg.norm(np.gradient(HEAD_PX.mean(1), axis=0), axis=1)
+    fast = speed_px > 3
+    assert rms(noise[fast]) > 1.3 * rms(error[fast])
+
+
+def opening_px(points_px, upper, lower):
+    return np.linalg.norm(points_px[:, upper] - points_px[:, lower], axis=1)
+
+
+@pytest.mark.parametrize(("stage", "share"), [(SmoothAhead, 0.97), (SmoothLive, 0.95)])
+def test_a_blink_keeps_its_depth_and_its_moment(stage, share):
+    got = xy_px(through(stage(), film([face(p) for p in HEAD_PX + noise_px(300, 0.002)])))
+    true, seen = (opening_px(p, UPPER_LID, LOWER_LID) for p in (HEAD_PX, got))
+    shut = np.flatnonzero(true < 3.5)  # of 21 px
+    assert len(shut) > 10
+    assert ((true.max() - seen[shut]) / (true.max() - true[shut])).mean() > share
+    assert ((true.max() - seen[shut]) / (true.max() - true[shut])).min() > 0.9
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_lips_that_close_for_two_frames_are_seen_to_close(stage):
+    """The b of a fast "aba": closed for 60 ms in an open mouth."""
+    wide, closed = HEAD_PX[195], HEAD_PX[2]
+    true = np.repeat(wide[None], 60, 0)
+    for at in (30, 31):
+        true[at, LIPS] = closed[LIPS] - closed[LIPS].mean(0) + wide[LIPS].mean(0)
+    got = xy_px(through(stage(), film([face(p) for p in true + noise_px(60, 0.002)])))
+    true_px, seen_px = (opening_px(p, 13, 14) for p in (true, got))
+    drop_px = true_px[20] - true_px[30]
+    assert drop_px > 20
+    assert true_px[20] - seen_px[30] > 0.9 * drop_px
+    assert true_px[20] - seen_px[31] > 0.9 * drop_px
+    assert abs(seen_px[29] - true_px[29]) < 0.1 * drop_px
+    assert abs(seen_px[32] - true_px[32]) < 0.1 * drop_px
+
+
+@pytest.mark.parametrize("hz", [1.0, 2.5])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_shaken_or_nodding_head_is_followed(hz, axis):
+    seconds = np.arange(120) / 30
+    move = np.zeros((120, 1, 2))
+    move[:, 0, axis] = 0.3 * IOD_PX * np.sin(2 * np.pi * hz * seconds)
+    true = HEAD_PX[0] + move
+    ahead = xy_px(through(SmoothAhead(), film([face(p) for p in true]))) - true
+    live = xy_px(through(SmoothLive(), film([face(p) for p in true]))) - true
+    assert np.abs(ahead).max() < 0.005 * IOD_PX
+    assert np.abs(live)[10:].max() < 0.01 * IOD_PX
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_step_at_a_cut_is_untouched(stage):
+    before, after = face(HEAD_PX[0]), face(HEAD_PX[190] * 0.7 + [400, 90])
+    items = film([before] * 10 + [after] * 10)
+    items[10] = FrameFaces(items[10].frame, items[10].faces, cut=True)
+    got = through(stage(), items)
+    for item, want in zip(got, items, strict=True):
+        np.testing.assert_allclose(item.faces[0].points_px, want.faces[0].points_px, atol=1e-3)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_nothing_is_shared_across_a_cut_even_when_the_face_hardly_moves(stage):
+    noise = noise_px(20)
+    items = film([face(HEAD_PX[0] + n) for n in noise])
+    items[10] = FrameFaces(items[10].frame, items[10].faces, cut=True)
+    whole = xy_px(through(stage(), items))
+    second = xy_px(through(stage(), items[10:]))
+    np.testing.assert_allclose(whole[10:], second, atol=1e-3)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize(("away", "begins_anew"), [(2, False), (8, True)])
+def test_a_face_that_was_away_for_long_begins_anew(stage, away, begins_anew):
+    noise = noise_px(30)
+    faces = [face(HEAD_PX[0] + n) for n in noise]
+    faces[10 : 10 + away] = [None] * away
+    items = film(faces)
+    got = through(stage(), items)[10 + away :]
+    alone = through(stage(), items[10 + away :])
+    same = np.abs(xy_px(got) - xy_px(alone)).max() < 1e-3
+    assert same == begins_anew
+
+
+def test_a_missed_frame_or_two_glue_no_false_motion():
+    """A head at steady speed, missed for two frames: where it is seen, it does not lag."""
+    true = steady(24)
+    faces = [face(points) for points in true]
+    faces[11:13] = [None, None]
+    for item, points in zip(through(SmoothAhead(), film(faces)), true, strict=True):
+        for one in item.faces:
+            assert np.abs(one.points_px[:, :2] - points).max() < 2e-3
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_two_faces_do_not_know_of_each_other(stage):
+    noise = noise_px(20)
+    left = [face(HEAD_PX[0] + n, 4) for n in noise]
+    right = [face(HEAD_PX[i] + [900, 0], 7) for i in range(20)]
+    both = [FrameFaces(frame(i), (a, b)) for i, (a, b) in enumerate(zip(left, right, strict=True))]
+    got, alone = through(stage(), both), through(stage(), film(left))
+    for a, b in zip(got, alone, strict=True):
+        assert (a.faces[0].points_px == b.faces[0].points_px).all()
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_faces_of_one_number_in_one_frame_do_not_mix(stage):
+    near, far = face(HEAD_PX[0], 3), face(HEAD_PX[0] * 0.4 + [800, 0], 3)
+    got = through(stage(), [FrameFaces(frame(i), (near, far)) for i in range(12)])
+    for item in got:
+        np.testing.assert_allclose(item.faces[0].points_px, near.points_px, atol=1e-3)
+        np.testing.assert_allclose(item.faces[1].points_px, far.points_px, atol=1e-3)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_face_that_is_not_finite_is_left_out_and_spoils_nothing(stage):
+    broken = HEAD_PX[0].copy()
+    broken[7, 0] = np.nan
+    faces = [face(HEAD_PX[0])] * 6 + [face(broken)] + [face(HEAD_PX[0])] * 6
+    got = through(stage(), film(faces))
+    assert [len(item.faces) for item in got] == [1] * 6 + [0] + [1] * 6
+    assert all_finite(got)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("to_px", [np.zeros((2, 3)), np.eye(2, 3) * 1e-9, np.eye(2, 3) * 1e6])
+def test_a_crop_of_no_sense_breaks_nothing(stage, to_px):
+    faces = [face(p, logits=SMALL, to_px=to_px) for p in HEAD_PX[:12]]
+    assert all_finite(through(stage(), film(faces)))
+
+
+# -- the lip patch
+
+
+def placed(item, xy):
+    """The logit that a smoothed face has at a place of the picture, to the nearest pixel."""
+    patch = item.faces[0].lips
+    u, v = np.linalg.solve(patch.to_px[:, :2], np.asarray(xy) - patch.to_px[:, 2])
+    return patch.logits[round(v), round(u)]
+
+
+@pytest.mark.parametrize(("stage", "times"), [(SmoothAhead, 2.4), (SmoothLive, 2.2)])
+def test_noise_of_the_lip_patch_falls(stage, times):
+    rng = np.random.default_rng(2)
+    clean = lip_logits()
+    noise = rng.normal(0, 0.7, (60, 80, 112)) + rng.normal(0, 0.2, (60, 1, 1))
+    got = through(stage(), film([face(HEAD_PX[0], logits=clean + n) for n in noise]))
+    error = np.array([item.faces[0].lips.logits for item in got]) - clean
+    assert noise[10:50].std() > times * error[10:50].std()
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_the_patch_stays_on_the_lips_when_crop_and_head_move_differently(stage):
+    """The crop wanders by a tenth of itself and back; what is seen stays on the moving lips."""
+    items, places = [], []
+    for index in range(40):
+        points = HEAD_PX[0] + [2.5 * index, -index]
+        centred = face(points)
+        step = centred.lips.to_px[0, 0]
+        shift = np.array([12 * np.sin(index / 6), 5 * np.cos(index / 4)])  # crop px
+        to_px = centred.lips.to_px.copy()
+        to_px[:, 2] += step * shift
+        y, x = np.mgrid[0:80, 0:112].astype(np.float32)
+        u, v = (x + shift[0] - 56) / 35, (y + shift[1] - 40) / 18
+        items.append(face(points, logits=4 - 6 * (u * u + v * v), to_px=to_px))
+        places.append(centred.lips.to_px @ [56, 40, 1])
+    for item, place in zip(through(stage(), film(items)), places, strict=True):
+        assert placed(item, place) == pytest.approx(4, abs=0.15)
+
+
+@pytest.mark.parametrize(("stage", "frames"), [(SmoothAhead, 1), (SmoothLive, 2)])
+def test_a_hand_before_the_mouth_is_seen_at_once(stage, frames):
+    """The points do not move, only the patch says so: lipstick must go within a frame or two."""
+    rng = np.random.default_rng(3)
+    clean, hidden = lip_logits(), lip_logits()
+    hidden[:, 56:] = -8
+    noise = rng.normal(0, 0.5, (40, 80, 112))
+    items = film(
+        [
+            face(p, logits=(hidden if i >= 20 else clean) + n, mouth_visible=0.2 if i >= 20 else 1)
+            for i, (p, n) in enumerate(zip(HEAD_PX[0] + noise_px(40), noise, strict=True))
+        ]
+    )
+    got = through(stage(), items)
+    right = [item.faces[0].lips.logits[36:44, 62:80].mean() for item in got]
+    assert min(right[12:20]) > 1.5
+    assert max(right[19 + frames :]) < -7
+    visible = [item.faces[0].mouth_visible for item in got]
+    assert min(visible[:18]) > 0.95 and max(visible[22:]) < 0.3
+
+
+# -- holding frames back
+
+
+def test_a_file_is_held_back_by_four_frames_and_no_more():
+    stage = SmoothAhead()
+    items = film([face(HEAD_PX[0], logits=SMALL)] * 20, Fraction(1, 60))
+    out = [stage(item) for item in items]
+    assert out[:4] == [None] * 4
+    assert [item.frame.pts for item in out[4:]] == list(range(16))
+    assert [item.frame.pts for item in stage.drain()] == [16, 17, 18, 19]
+    assert list(stage.drain()) == []
+
+
+def test_slow_films_are_held_back_by_the_window_only():
+    stage = SmoothAhead()
+    out = [stage(item) for item in film([None] * 6, Fraction(1, 10))]
+    assert [item and item.frame.pts for item in out] == [None, None, 0, 1, 2, 3]
+
+
+def test_live_holds_nothing_back():
+    stage = SmoothLive()
+    items = film([face(HEAD_PX[0], logits=SMALL)] * 5)
+    assert [stage(item).frame for item in items] == [item.frame for item in items]
+
+
+def test_runs_as_a_stage():
+    class Sink:
+        def __init__(self):
+            self.pts = []
+
+        def __call__(self, item):
+            self.pts.append(item.frame.pts)
+
+        def finish(self, stopped):
+            pass
+
+    sink = Sink()
+    faces = (item for item in film([face(HEAD_PX[0], logits=SMALL)] * 9))
+    Runner(("faces", faces), [("smooth", SmoothAhead())], ("sink", sink)).run()
+    assert sink.pts == list(range(9))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: SmoothAhead(window_seconds=0),
+        lambda: SmoothAhead(ahead_frames=-1),
+        lambda: SmoothAhead(gap_seconds=float("nan")),
+        lambda: SmoothLive(min_cutoff_hz=0),
+        lambda: SmoothLive(rise_hz=-1),
+        lambda: SmoothLive(gap_seconds=0),
+    ],
+)
+def test_options_out_of_range_are_refused(make):
+    with pytest.raises(ValueError, match="got"):
+        make()
+
+
+def test_without_frames_ahead_nothing_is_held_and_nothing_breaks():
+    items = film([face(p) for p in HEAD_PX[:8]])
+    got = through(SmoothAhead(ahead_frames=0), items)
+    np.testing.assert_allclose(xy_px(got), HEAD_PX[:8], atol=1e-3)
