@@ -4,8 +4,9 @@ Only the window's own pixels are read. It may be turned, and may reach beyond th
 the border is repeated.
 """
 
+from collections.abc import Sequence
 from fractions import Fraction
-from functools import cache
+from functools import lru_cache
 from typing import Protocol
 
 import cv2
@@ -13,6 +14,7 @@ import numpy as np
 from makeup_video.pipeline.frame import Frame
 
 Affine = np.ndarray  # (2, 3) float64: (x, y, 1) -> (x, y)
+Window = tuple[Affine, tuple[int, int]]  # crop px -> upright px, and the crop's width and height
 
 
 class Picture(Protocol):
@@ -24,6 +26,10 @@ class Picture(Protocol):
 
     def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
         """(H, W, 3) uint8 RGB, encoded; to_px maps the crop's pixels to upright pixels."""
+        ...
+
+    def crops(self, windows: Sequence[Window]) -> list[np.ndarray]:
+        """Several crops of about the same scale that lie close together, for less work."""
         ...
 
 
@@ -43,6 +49,9 @@ class RgbPicture:
     def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
         return sample(self.rgb8, to_px, size_wh)
 
+    def crops(self, windows: Sequence[Window]) -> list[np.ndarray]:
+        return [sample(self.rgb8, *window) for window in windows]
+
 
 class FramePicture:
     """A frame's planes, seen upright.
@@ -52,26 +61,10 @@ class FramePicture:
 
     def __init__(self, frame: Frame, pixel_aspect: Fraction | float = 1) -> None:
         self.frame = frame
-        aspect = float(pixel_aspect) or 1.0
-        wide, high = frame.width_px * aspect, float(frame.height_px)
-        # where upright pixels lie in the picture with square pixels, not yet turned
-        turned = {
-            0: [[1, 0, 0], [0, 1, 0]],
-            90: [[0, -1, wide - 1], [1, 0, 0]],
-            180: [[-1, 0, wide - 1], [0, -1, high - 1]],
-            270: [[0, 1, 0], [-1, 0, high - 1]],
-        }[frame.rotation_degrees]
-        upright = np.array(turned, np.float64)
-        squeeze = np.array([[1 / aspect, 0, 0.5 / aspect - 0.5], [0, 1, 0]])
-        self.to_stored = compose(squeeze, upright)
-        across, down = frame.chroma
-        self._to_chroma = np.array([
-            [1 / across, 0, 0.5 / across - 0.5],
-            [0, 1 / down, 0.5 / down - 0.5],
-        ])  # fmt: skip
+        key = frame.width_px, frame.height_px, float(pixel_aspect) or 1.0, frame.rotation_degrees
+        self.to_stored, self.width_px, self.height_px = _upright(*key)
+        self._to_chroma = _to_chroma(*frame.chroma)
         self._to_rgb = to_rgb_matrix(frame.tags.matrix, frame.tags.range)
-        sideways = frame.rotation_degrees % 180 == 90
-        self.width_px, self.height_px = (high, wide) if sideways else (wide, high)
 
     def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
         frame, planes = self.frame, self.frame.planes
@@ -93,6 +86,61 @@ class FramePicture:
             chroma = [cv2.resize(plane, twice)[: size_wh[1], : size_wh[0]] for plane in chroma]
         return cv2.transform(cv2.merge([luma, *chroma]), self._to_rgb)
 
+    def crops(self, windows: Sequence[Window]) -> list[np.ndarray]:
+        # Every call into OpenCV costs as much as a thousand pixels: so all crops are one list of
+        # places, sampled at once.
+        frame, planes = self.frame, self.frame.planes
+        maps = [compose(self.to_stored, to_px) for to_px, _ in windows]
+        sizes = [size_wh for _, size_wh in windows]
+        places = [at.astype(np.float32) @ _grid(size) for at, size in zip(maps, sizes, strict=True)]
+        at, step = np.concatenate(places, axis=1), max(map(_step, maps))
+        rows = [_eight_bits(sample_at(planes[0], at, step), frame.bit_depth)]
+        if len(planes) > 1:
+            scale = self._to_chroma.diagonal().astype(np.float32)
+            at = at * scale[:, None] + self._to_chroma[:, 2:].astype(np.float32)
+            step *= float(scale.prod() ** 0.5)
+            for plane in planes[1:3]:
+                sampled = sample_at(plane, at, step)
+                parts = [sampled] if sampled.ndim == 2 else cv2.split(sampled)  # NV12: both in one
+                rows += [_eight_bits(part, frame.bit_depth) for part in parts]
+            rgb8 = cv2.transform(cv2.merge(rows[:3]), self._to_rgb)
+        else:
+            rgb8 = cv2.merge(rows * 3)
+        parts = np.split(rgb8[0], np.cumsum([w * h for w, h in sizes])[:-1])
+        return [part.reshape(h, w, 3) for part, (w, h) in zip(parts, sizes, strict=True)]
+
+
+@lru_cache
+def _upright(
+    width_px: int, height_px: int, pixel_aspect: float, rotation_degrees: int
+) -> tuple[Affine, float, float]:
+    """Upright px -> stored px, and the upright picture's width and height."""
+    wide, high = width_px * pixel_aspect, float(height_px)
+    # where upright pixels lie in the picture with square pixels, not yet turned
+    turned = {
+        0: [[1, 0, 0], [0, 1, 0]],
+        90: [[0, -1, wide - 1], [1, 0, 0]],
+        180: [[-1, 0, wide - 1], [0, -1, high - 1]],
+        270: [[0, 1, 0], [-1, 0, high - 1]],
+    }[rotation_degrees]
+    squeeze = np.array([[1 / pixel_aspect, 0, 0.5 / pixel_aspect - 0.5], [0, 1, 0]])
+    size = (high, wide) if rotation_degrees % 180 == 90 else (wide, high)
+    return compose(squeeze, np.array(turned, np.float64)), *size
+
+
+@lru_cache
+def _to_chroma(across: int, down: int) -> Affine:
+    """Luma px -> chroma px, for chroma sited in the middle of its luma."""
+    return np.array([[1 / across, 0, 0.5 / across - 0.5], [0, 1 / down, 0.5 / down - 0.5]])
+
+
+@lru_cache
+def _grid(size_wh: tuple[int, int]) -> np.ndarray:
+    """(3, H*W) float32: x, y, 1 of every pixel of a crop, row by row."""
+    w, h = size_wh
+    y, x = np.divmod(np.arange(w * h, dtype=np.float32), w)
+    return np.stack([x, y, np.ones_like(x)])
+
 
 _TWICE = np.array([[2.0, 0, 0.5], [0, 2.0, 0.5]])  # px of a crop of half the size -> its px
 
@@ -102,13 +150,32 @@ def sample(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.nda
 
     to_px maps the crop's pixels to the plane's; the border is repeated beyond it.
     """
-    step, factor = _step(to_px), 1
-    while step > 2 * factor:
-        factor *= 2
+    factor = _shrink_factor(_step(to_px))
     if factor > 1:
-        plane, to_px = _shrunk(plane, to_px, size_wh, factor)
+        reach = []
+        for across, down, start in to_px.tolist():
+            ends = sorted((0.0, across * (size_wh[0] - 1))), sorted((0.0, down * (size_wh[1] - 1)))
+            reach.append((start + ends[0][0] + ends[1][0], start + ends[0][1] + ends[1][1]))
+        plane, to_part = _shrunk(plane, reach, factor)
+        to_px = compose(to_part, to_px)
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return cv2.warpAffine(plane, to_px, size_wh, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+
+
+def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
+    """The same at any places (2, N) float32, x and y, of which neighbours are `step` px apart.
+
+    Returns (1, N) or (1, N, C).
+    """
+    factor = _shrink_factor(step)
+    if factor > 1:
+        reach = list(zip(places.min(1).tolist(), places.max(1).tolist(), strict=True))
+        plane, to_part = _shrunk(plane, reach, factor)
+        scale = to_part.diagonal().astype(np.float32)[:, None]
+        places = places * scale + to_part[:, 2:].astype(np.float32)
+    return cv2.remap(
+        plane, places[:1], places[1:], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
 
 
 def _step(to_px: Affine) -> float:
@@ -117,20 +184,26 @@ def _step(to_px: Affine) -> float:
     return float(abs(a * d - b * c) ** 0.5)
 
 
+def _shrink_factor(step: float) -> int:
+    """A power of two that leaves at most 2 px between samples."""
+    factor = 1
+    while step > 2 * factor:
+        factor *= 2
+    return factor
+
+
 def _shrunk(
-    plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int], factor: int
+    plane: np.ndarray, reach: list[tuple[float, float]], factor: int
 ) -> tuple[np.ndarray, Affine]:
-    """The part of the plane that the crop needs, averaged by `factor`, and the map to it."""
+    """The part of the plane within reach (of x, of y), averaged by `factor`, and the map to it."""
     low, high = [], []
-    for (across, down, start), length in zip(to_px.tolist(), plane.shape[1::-1], strict=True):
-        reach = sorted((0.0, across * (size_wh[0] - 1))), sorted((0.0, down * (size_wh[1] - 1)))
-        first = int(start + reach[0][0] + reach[1][0]) - 2 * factor
-        last = int(start + reach[0][1] + reach[1][1]) + 2 * factor + 2
+    for (first, last), length in zip(reach, plane.shape[1::-1], strict=True):
         # From multiple to multiple of the factor: so the average does not swim with the window,
         # and OpenCV takes its fast way.
-        low.append(min(max(first, 0), length - 1) // factor * factor)
-        whole = -(-(max(last, low[-1] + 1) - low[-1]) // factor) * factor
-        high.append(low[-1] + min(whole, max((length - low[-1]) // factor * factor, 1)))
+        low.append(min(max(int(first) - 2 * factor, 0), length - 1) // factor * factor)
+        needed = max(int(last) + 2 * factor + 2, low[-1] + 1) - low[-1]
+        there = max((length - low[-1]) // factor * factor, 1)
+        high.append(low[-1] + min(-(-needed // factor) * factor, there))
     # of a very large picture every second, fourth ... px is enough for an average of many
     skip = max(1, factor // 8)
     part = plane[low[1] : high[1] : skip, low[0] : high[0] : skip]
@@ -144,7 +217,7 @@ def _shrunk(
         [x_scale, 0, (0.5 - low[0]) * x_scale - 0.5],
         [0, y_scale, (0.5 - low[1]) * y_scale - 0.5],
     ])  # fmt: skip
-    return part, compose(to_part, to_px)
+    return part, to_part
 
 
 def compose(second: Affine, first: Affine) -> Affine:
@@ -160,7 +233,7 @@ def _eight_bits(plane: np.ndarray, bit_depth: int) -> np.ndarray:
     return cv2.convertScaleAbs(plane, alpha=2.0 ** (8 - bit_depth))
 
 
-@cache
+@lru_cache
 def to_rgb_matrix(matrix: int, range_: int) -> np.ndarray:
     """(3, 4) from 8-bit Y'CbCr codes to R'G'B' codes 0..255 (ITU-T H.273, equations 32 to 43).
 

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-_COARSE_WH, _GRID_WH = (128, 72), (32, 18)
+_COARSE_WH, _GRID_WH = (96, 54), (32, 18)
 _ALIKE = 0.5  # correlation of neighbours: pans and waving stay above 0.8, unlike scenes below 0.4
 _FLAT = 3.0  # code values of 8 bits: a grid this even (black, white, a fade's end) tells nothing
 

@@ -6,16 +6,19 @@ scaled by it, so the nets always see an upright face of the same size. docs/mode
 each net was taught.
 """
 
+import math
 from dataclasses import dataclass
+from importlib.resources.abc import Traversable
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine, Picture
-from makeup_video.pipeline.face import LipPatch
-from makeup_video.pipeline.net import Net, read_array
-from makeup_video.pipeline.topology import EYE, LIPS
+from makeup_video.pipeline.crop import Affine, Picture, compose
+from makeup_video.pipeline.face import POINTS, LipPatch
+from makeup_video.pipeline.net import SHIPPED, Net, read_array
+from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
 
-FACE_CENTRE = np.array([0.0, 0.42])  # IOD below the middle of the eyes: the middle of a face
+_BELOW_EYES = 0.42  # IOD: the middle of a face is so far below the middle of the eyes
+_RIMS = slice(16, 48)  # of EYE: two rings around the lids
 _CELL = 8  # px of the detector's picture per cell of its answer
 _CELL_GROUP = 32  # its sides must be multiples of this
 _MIRRORED = np.array([-1, 1, 1])
@@ -32,12 +35,14 @@ class _Window:
     def to_px(self, frame: Affine, centre: np.ndarray, mirrored: bool = False) -> Affine:
         """Crop px -> upright px, turned and scaled as the face frame, its middle at centre."""
         unit = self.span / self.size_wh[0]
-        to_px = frame * unit
+        (a, b, _), (c, d, _) = (frame * unit).tolist()
         if mirrored:
-            to_px[:, 0] *= -1
-        w, h = self.size_wh
-        to_px[:, 2] = centre - to_px[:, :2] @ [(w - 1) / 2, (h - 1) / 2]
-        return to_px
+            a, c = -a, -c
+        x, y = (self.size_wh[0] - 1) / 2, (self.size_wh[1] - 1) / 2
+        return np.array([
+            [a, b, centre[0] - a * x - b * y],
+            [c, d, centre[1] - c * x - d * y],
+        ])  # fmt: skip
 
 
 _MESH = _Window((96, 96), 2.56)
@@ -48,16 +53,19 @@ _EYE = _Window((64, 48), 0.72)
 class FaceNets:
     """All four nets and the mean face, loaded once."""
 
-    def __init__(self) -> None:
-        self.detector, self.mesh = Net("detector"), Net("mesh")
-        self.lips, self.eye = Net("lips"), Net("eye")
-        self.mean_face = read_array("mean_face.npy").astype(np.float64)  # (478, 3) IOD
-        self.mirror = read_array("mirror.npy").astype(int)  # (478,) the point on the other side
+    def __init__(self, folder: Traversable = SHIPPED) -> None:
+        self.detector, self.mesh = Net("detector", folder), Net("mesh", folder)
+        self.lips, self.eye = Net("lips", folder), Net("eye", folder)
+        self.mean_face = read_array("mean_face.npy", folder).astype(np.float64)  # (478, 3) IOD
+        self.mirror = read_array("mirror.npy", folder).astype(int)  # (478,) the other side's point
         self._eyes = (EYE, self.mirror[EYE])
+        self._eye_contours = (EYE_CONTOUR, self.mirror[EYE_CONTOUR])
+        self.eye_rims = np.concatenate([eye[_RIMS] for eye in self._eyes])  # lids do not move them
+        self.far_points = np.setdiff1d(np.arange(POINTS), [*LIPS, *self._eyes[0], *self._eyes[1]])
         middle = self.mean_face[:, :2].mean(0)
         self._middle = float(middle[0]), float(middle[1])
         centred = self.mean_face[:, :2] - middle
-        self._fit = (centred / (centred**2).sum()).T  # (2, 478)
+        self._fit = np.ascontiguousarray((centred / (centred**2).sum()).T)  # (2, 478)
         order = {int(point): at for at, point in enumerate(LIPS)}
         self._lips_mirror = np.array([order[int(self.mirror[point])] for point in LIPS])
 
@@ -66,26 +74,38 @@ class FaceNets:
 
         The same as fit_similarity(mean_face, points), whose result is linear in the points.
         """
-        xy = points[:, :2].astype(np.float64)
-        (xx, xy_), (yx, yy) = (self._fit @ xy).tolist()
-        a, b = xx + yy, xy_ - yx
-        x, y = xy.mean(0).tolist()
+        fit_x, fit_y = self._fit
+        px, py = points[:, 0], points[:, 1]
+        a = float(fit_x.dot(px) + fit_y.dot(py))
+        b = float(fit_x.dot(py) - fit_y.dot(px))
+        x, y = float(px.mean()), float(py.mean())
         mid_x, mid_y = self._middle
         return np.array([
             [a, -b, x - a * mid_x + b * mid_y],
             [b, a, y - b * mid_x - a * mid_y],
         ])  # fmt: skip
 
-    def detect(self, picture: Picture, side_px: int, threshold: float) -> list[Affine]:
-        """Face frames, surest first; the picture is looked at with its longer side at side_px."""
-        scale = max(picture.width_px, picture.height_px, 1) / side_px
-        size = np.array([picture.width_px, picture.height_px]) / scale
-        w, h = (max(1, round(float(side))) for side in size)
-        to_px = np.array([[scale, 0, 0.5 * scale - 0.5], [0, scale, 0.5 * scale - 0.5]])
+    def detect(
+        self, picture: Picture, side_px: int, threshold: float, tilt_degrees: float = 0
+    ) -> list[Affine]:
+        """Face frames, surest first; the picture is looked at with its longer side at side_px.
+
+        tilt_degrees: how far the picture is turned for that; the detector knows heads that tilt
+        up to 30 degrees or so.
+        """
+        size = np.array([picture.width_px, picture.height_px])
+        scale = max(*size, 1) / side_px
+        turn = np.radians(tilt_degrees)
+        c, s = np.cos(turn), np.sin(turn)
+        w, h = np.maximum(np.rint(np.abs([[c, s], [s, c]]) @ size / scale), 1).astype(int).tolist()
+        linear = scale * np.array([[c, -s], [s, c]])
+        middle = (size - 1) / 2 - linear @ [(w - 1) / 2, (h - 1) / 2]
+        to_px = np.column_stack([linear, middle])
         padded_w, padded_h = (-(-side // _CELL_GROUP) * _CELL_GROUP for side in (w, h))
         seen = np.zeros((1, padded_h, padded_w, 3), np.uint8)
         seen[0, :h, :w] = picture.crop(to_px, (w, h))
-        return _decode_cells(self.detector(seen)["cells"][0], scale, threshold)
+        found = _decode_cells(self.detector(seen)["cells"][0], threshold)
+        return [compose(to_px, frame) for frame in found]
 
     def read_mesh(
         self, picture: Picture, frame: Affine, mirrored: bool = False
@@ -93,62 +113,73 @@ class FaceNets:
         """-> points (478, 3) px, and (2,) probabilities: a face is there, its mouth is visible."""
         centre = middle_of(frame)
         out = self.mesh(picture.crop(_MESH.to_px(frame, centre, mirrored), _MESH.size_wh)[None])
-        points = out["points"][0]
+        offsets = out["points"][0]
         if mirrored:
-            points = points[self.mirror] * _MIRRORED
-        return _place(points, frame, centre), out["scores"][0]
+            offsets = offsets[self.mirror] * _MIRRORED
+        points = np.empty((len(offsets), 3))
+        points[:, :2] = _place_xy(offsets, frame, centre)
+        points[:, 2] = offsets[:, 2] * iod_of(frame)
+        return points, out["scores"][0]
 
-    def read_lips(
+    def refine(
         self, picture: Picture, points: np.ndarray, frame: Affine, both_ways: bool = False
-    ) -> tuple[np.ndarray, LipPatch]:
-        """-> points (80, 2) px of LIPS, and where lipstick goes; its to_px is upright px.
+    ) -> LipPatch:
+        """Look at lips and eyes more closely, and move `points` (478, 3) px there, in place.
 
-        both_ways: look at the mirrored crop too, and take the mean: truer, for twice the work.
+        both_ways: look at the mirrored lips too, and take the mean: truer, for more work. Returns
+        where lipstick goes; its to_px is upright px.
         """
-        centre = points[LIPS, :2].mean(0)
-        to_px = _LIPS.to_px(frame, centre)
-        crop = picture.crop(to_px, _LIPS.size_wh)
-        out = self.lips(np.stack([crop, crop[:, ::-1]] if both_ways else [crop]))
-        offsets, logits = out["points"], out["mask_logits"]
-        if both_ways:
-            offsets = (offsets[:1] + offsets[1:, self._lips_mirror] * _MIRRORED) / 2
-            logits = (logits[:1] + logits[1:, :, ::-1]) / 2
-        return _place(offsets[0], frame, centre)[:, :2], LipPatch(logits[0], to_px)
+        xy = points[:, :2]
+        centres = [xy[index].mean(0) for index in (LIPS, *self._eye_contours)]
+        to_px = _LIPS.to_px(frame, centres[0])
+        windows = [(to_px, _LIPS.size_wh)]
+        for side in (0, 1):
+            at = _EYE.to_px(frame, centres[1 + side], mirrored=bool(side))
+            windows.append((at, _EYE.size_wh))
+        lips, *eyes = picture.crops(windows)
+        offsets, logits = self._read_lips(lips, both_ways)
+        points[LIPS, :2] = _place_xy(offsets, frame, centres[0])
+        found = self.eye(np.stack(eyes))["points"]
+        found[1, :, 0] *= -1  # it was seen mirrored
+        for index, eye, centre in zip(self._eyes, found, centres[1:], strict=True):
+            points[index, :2] = _place_xy(eye, frame, centre)
+        return LipPatch(logits, to_px)
 
-    def read_eyes(self, picture: Picture, points: np.ndarray, frame: Affine) -> list[np.ndarray]:
-        """-> the points (53, 2) px of EYE, and of the other eye."""
-        centres = [points[index[:16], :2].mean(0) for index in self._eyes]
-        crops = [
-            picture.crop(_EYE.to_px(frame, centre, mirrored=bool(side)), _EYE.size_wh)
-            for side, centre in enumerate(centres)
-        ]
-        found = self.eye(np.stack(crops))["points"] * np.array([[[1, 1, 1]], [_MIRRORED]])
-        return [
-            _place(eye, frame, centre)[:, :2] for eye, centre in zip(found, centres, strict=True)
-        ]
+    def take_rest(self, points: np.ndarray, mesh: np.ndarray, strayed_px: float) -> None:
+        """Take from the mesh net's points all but lips and eyes, and these where they strayed."""
+        points[self.far_points] = mesh[self.far_points]
+        for index in (LIPS, *self._eyes):
+            points[index, 2] = mesh[index, 2]
+            x, y = (points[index, :2] - mesh[index, :2]).mean(0).tolist()
+            if math.hypot(x, y) > strayed_px:
+                points[index] = mesh[index]
 
-    def refine(self, picture: Picture, points: np.ndarray, both_ways: bool = False) -> LipPatch:
-        """Look at lips and eyes more closely, and move `points` (478, 3) px there, in place."""
-        frame = self.face_frame(points)
-        points[LIPS, :2], patch = self.read_lips(picture, points, frame, both_ways)
-        for index, xy in zip(self._eyes, self.read_eyes(picture, points, frame), strict=True):
-            points[index, :2] = xy
-        return patch
+    def _read_lips(self, crop: np.ndarray, both_ways: bool) -> tuple[np.ndarray, np.ndarray]:
+        """(80, 112, 3) uint8 -> points (80, 3) in IOD, logits (80, 112)."""
+        if not both_ways:
+            out = self.lips(crop[None])
+            return out["points"][0], out["mask_logits"][0]
+        out = self.lips(np.stack([crop, crop[:, ::-1]]))
+        (offsets, mirrored), logits = out["points"], out["mask_logits"]
+        offsets = (offsets + mirrored[self._lips_mirror] * _MIRRORED) / 2
+        return offsets, (logits[0] + logits[1, :, ::-1]) / 2
 
 
-def _place(offsets: np.ndarray, frame: Affine, centre: np.ndarray) -> np.ndarray:
-    """A net's points (K, 3) in IOD from a crop's middle -> (K, 3) px."""
-    placed = np.empty((len(offsets), 3))
-    placed[:, :2] = offsets[:, :2] @ frame[:, :2].T + centre
-    placed[:, 2] = offsets[:, 2] * iod_of(frame)
+def _place_xy(offsets: np.ndarray, frame: Affine, centre: np.ndarray) -> np.ndarray:
+    """A net's points (K, 3) in IOD from a crop's middle -> (K, 2) px."""
+    (a, b, _), (c, d, _) = frame.tolist()
+    x, y = offsets[:, 0], offsets[:, 1]
+    placed = np.empty((len(offsets), 2))
+    placed[:, 0] = a * x + b * y + centre[0]
+    placed[:, 1] = c * x + d * y + centre[1]
     return placed
 
 
-def _decode_cells(cells: np.ndarray, scale: float, threshold: float) -> list[Affine]:
-    """(6, rows, columns) of the detector -> face frames in px, surest first.
+def _decode_cells(cells: np.ndarray, threshold: float) -> list[Affine]:
+    """(6, rows, columns) of the detector -> face frames in px of its picture, surest first.
 
-    scale: px per px of the detector's picture. Per cell: the logit of a face, dx and dy to its
-    middle in cells, the logarithm of its IOD in cells, cosine and sine of its turn.
+    Per cell: the logit of a face, dx and dy to its middle in cells, the logarithm of its IOD in
+    cells, cosine and sine of its turn.
     """
     logit = cells[0]
     peak = cv2.dilate(logit, np.ones((3, 3))) <= logit
@@ -157,21 +188,22 @@ def _decode_cells(cells: np.ndarray, scale: float, threshold: float) -> list[Aff
     for at in np.argsort(-logit[rows, columns]):
         row, column = rows[at], columns[at]
         dx, dy, size, cosine, sine = cells[1:, row, column].astype(np.float64)
-        centre = ((np.array([column + dx, row + dy]) + 0.5) * _CELL - 0.5) * scale
-        iod = np.exp(min(size, 8.0)) * _CELL * scale
+        centre = (np.array([column + dx, row + dy]) + 0.5) * _CELL - 0.5
+        iod = np.exp(min(size, 8.0)) * _CELL
         cosine, sine = np.array([cosine, sine]) / max(np.hypot(cosine, sine), 1e-6)
         linear = iod * np.array([[cosine, -sine], [sine, cosine]])
         if all(np.hypot(*(middle_of(f) - centre)) > _CLOSE * iod for f in frames):
-            frames.append(np.column_stack([linear, centre - linear @ FACE_CENTRE]))
+            frames.append(np.column_stack([linear, centre - linear @ [0, _BELOW_EYES]]))
     return frames
 
 
 def middle_of(frame: Affine) -> np.ndarray:
     """(2,) px: the middle of a face."""
-    middle: np.ndarray = frame @ [*FACE_CENTRE, 1]
-    return middle
+    (_, b, x), (_, d, y) = frame.tolist()
+    return np.array([x + _BELOW_EYES * b, y + _BELOW_EYES * d])
 
 
 def iod_of(frame: Affine) -> float:
     """The inter-ocular distance in px."""
-    return float(np.hypot(*frame[:, 0]))
+    (a, _, _), (c, _, _) = frame.tolist()
+    return math.hypot(a, c)

@@ -29,9 +29,11 @@ from makeup_video.pipeline.sighting import (
 )
 
 DETECTOR_SIDES_PX = (256, 512)  # for close faces, and for crowds
+BESIDE_SIDES_PX = (320,)  # for others beside a face that is followed: smaller ones than that
+TILTS_DEGREES = (-40, 40)  # the picture is turned by so much when no face was found
 MAX_FACES = 32  # bounds the time of a frame
-LOOK_SECONDS = 0.22  # between two looks for new faces, at one of the detector's sizes each
-SEARCH_SECONDS = 0.08  # the same while there is no face at all
+LOOK_SECONDS = 0.24  # between two looks for new faces
+SEARCH_SECONDS = 0.08  # the same while there is no face at all, at one of the detector's sizes each
 REMEMBER_SECONDS = 2.0  # a face that returns near its place within this keeps its number
 
 
@@ -70,13 +72,17 @@ class FindFaces:
         if cut:
             self._tracks.clear()
         is_time = self._is_time_to_look(seconds)
-        lost = self._follow(picture, seconds, doubtfully=is_time)
+        lost = self._follow(picture, seconds, doubtfully=is_time and self._looks % 2 == 0)
         if cut or lost:
             self._look(picture, seconds, DETECTOR_SIDES_PX)
         elif is_time:
             self._looks += 1
-            side_px = DETECTOR_SIDES_PX[self._looks % len(DETECTOR_SIDES_PX)]
-            self._look(picture, seconds, (side_px,))
+            if self._followed():
+                self._look(picture, seconds, BESIDE_SIDES_PX)
+            else:
+                side_px = DETECTOR_SIDES_PX[self._looks % 2]
+                tilts = (0, 0, *TILTS_DEGREES)
+                self._look(picture, seconds, (side_px,), tilts[self._looks // 2 % len(tilts)])
         self._tracks = [t for t in self._tracks if t.is_followed or _is_fresh(t, seconds)]
         faces = (to_face(t.sighting, picture, t.track_id) for t in self._followed())
         found = FrameFaces(frame, _largest_first(faces), cut)
@@ -94,7 +100,7 @@ class FindFaces:
         """Find every followed face again; True when one was lost."""
         lost = False
         for track in self._followed():
-            found = sight_again(self.nets, picture, track.sighting.frame, doubtfully)
+            found = sight_again(self.nets, picture, track.sighting, seconds, doubtfully)
             if found is None:
                 track.is_followed, lost = False, True
             else:
@@ -113,10 +119,12 @@ class FindFaces:
         # a clock that jumps back (a stream that starts again) must not blind us
         return not 0 <= seconds - self._last_look_seconds < wait - 1e-6
 
-    def _look(self, picture: Picture, seconds: float, sides_px: tuple[int, ...]) -> None:
+    def _look(
+        self, picture: Picture, seconds: float, sides_px: tuple[int, ...], tilt_degrees: float = 0
+    ) -> None:
         """Start to follow what the detector finds and nobody follows yet."""
         self._last_look_seconds = seconds
-        for guess in detect(self.nets, picture, sides_px):
+        for guess in detect(self.nets, picture, sides_px, tilt_degrees):
             known = self._followed()
             if len(known) >= MAX_FACES:
                 break
@@ -146,22 +154,28 @@ def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
     rgb8: (H, W, 3) uint8, encoded R'G'B', any size. Faces less than 40 px wide are left out, and
     so are those beyond the 32 surest. Raises ValueError for another shape or dtype.
     """
-    return _find(RgbPicture(rgb8))
+    return find_in(RgbPicture(rgb8), load_nets())
 
 
 def find_faces_in_frame(frame: Frame, pixel_aspect: Fraction | float = 1) -> FrameFaces:
     """The same for a frame that stands alone: a picture, not one of a film."""
-    return FrameFaces(frame, _find(FramePicture(frame, pixel_aspect)))
+    return FrameFaces(frame, find_in(FramePicture(frame, pixel_aspect), load_nets()))
 
 
-def _find(picture: Picture) -> tuple[Face, ...]:
-    nets, found = load_nets(), list[Sighting]()
-    for guess in detect(nets, picture, DETECTOR_SIDES_PX)[: 2 * MAX_FACES]:
-        if is_tiny(guess) or len(found) >= MAX_FACES:
-            continue
-        one = sight(nets, picture, guess, carefully=True)
-        if one and not any(is_same(one.frame, other.frame) for other in found):
-            found.append(one)
+def find_in(picture: Picture, nets: FaceNets) -> tuple[Face, ...]:
+    """The same with any nets."""
+    found: list[Sighting] = []
+    for tilt_degrees in (0, *TILTS_DEGREES):
+        for guess in detect(nets, picture, DETECTOR_SIDES_PX, tilt_degrees)[: 2 * MAX_FACES]:
+            if is_tiny(guess) or len(found) >= MAX_FACES:
+                continue
+            if any(is_same(guess, other.frame) for other in found):
+                continue
+            one = sight(nets, picture, guess, carefully=True)
+            if one and not any(is_same(one.frame, other.frame) for other in found):
+                found.append(one)
+        if found:
+            break
     return _largest_first(to_face(one, picture, at) for at, one in enumerate(found))
 
 

@@ -3,28 +3,28 @@
 import hashlib
 import io
 import json
-from functools import cache
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from typing import Any
 
 import numpy as np
 import onnxruntime
 from makeup_video.pipeline.errors import InstallError
 
-_FOLDER = files("makeup_video.pipeline") / "weights"
+SHIPPED = files("makeup_video.pipeline") / "weights"
 
 
 class Net:
-    """One net: uint8 RGB crops (N, H, W, 3) -> its outputs, float32."""
+    """One net: uint8 RGB crops (N, H, W, 3) -> its outputs, float32. Raises InstallError."""
 
-    def __init__(self, name: str, threads: int = 1) -> None:
+    def __init__(self, name: str, folder: Traversable = SHIPPED, threads: int = 1) -> None:
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         options.inter_op_num_threads = 1
         # a thread that spins while it waits takes the codec's core
         options.add_session_config_entry("session.intra_op.allow_spinning", "0")
         self._session = onnxruntime.InferenceSession(
-            read(f"{name}.onnx"), options, providers=["CPUExecutionProvider"]
+            read(f"{name}.onnx", folder), options, providers=["CPUExecutionProvider"]
         )
         self._outputs = [output.name for output in self._session.get_outputs()]
 
@@ -33,30 +33,24 @@ class Net:
         return dict(zip(self._outputs, values, strict=True))
 
 
-def read(name: str) -> bytes:
-    """A file of weights/, as its hash says it should be. Raises InstallError."""
+def read(name: str, folder: Traversable = SHIPPED) -> bytes:
+    """A file of weights, as its hash says it should be. Raises InstallError."""
     try:
-        data = (_FOLDER / name).read_bytes()
-        wanted = _hashes()[name]
-    except (OSError, KeyError) as error:
+        data = (folder / name).read_bytes()
+        wanted = json.loads((folder / "sha256.json").read_text(encoding="ascii"))[name]
+    except (OSError, KeyError, ValueError) as error:
         raise InstallError(
-            f"the weights {name} are missing from {_FOLDER}: install makeup-video again"
+            f"the weights {name} are missing from {folder}: install makeup-video again"
         ) from error
     if hashlib.sha256(data).hexdigest() != wanted:
         raise InstallError(
-            f"the weights {name} in {_FOLDER} are not the ones that were shipped "
+            f"the weights {name} in {folder} are not the ones that were shipped "
             "(SHA-256 differs): install makeup-video again"
         )
     return data
 
 
-def read_array(name: str) -> np.ndarray:
-    """An .npy file of weights/."""
-    array: np.ndarray = np.load(io.BytesIO(read(name)), allow_pickle=False)
+def read_array(name: str, folder: Traversable = SHIPPED) -> np.ndarray:
+    """An .npy file of weights. Raises InstallError."""
+    array: np.ndarray = np.load(io.BytesIO(read(name, folder)), allow_pickle=False)
     return array
-
-
-@cache
-def _hashes() -> dict[str, str]:
-    hashes: dict[str, str] = json.loads((_FOLDER / "sha256.json").read_text(encoding="ascii"))
-    return hashes

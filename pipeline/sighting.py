@@ -1,18 +1,30 @@
 """One face of one picture: from a guess to its points, scores and lips; and which is which."""
 
+import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from makeup_video.pipeline.crop import Affine, Picture, compose
 from makeup_video.pipeline.face import MIN_FACE_PX, Face, LipPatch
+from makeup_video.pipeline.face_frame import fit_similarity
 from makeup_video.pipeline.face_nets import FaceNets, iod_of, middle_of
 
 DETECTOR_THRESHOLD = 0.35
-FACE_THRESHOLD = 0.5  # of the mesh net's score
+# Of the mesh net's score. 99.5 % of faces score over 0.9, masked ones too; and a face that is
+# followed already may look doubtful for a moment.
+_A_FACE, _STILL_A_FACE = 0.85, 0.4
 _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
-_FIRST_PASSES = 3  # of the mesh net, from a detector's guess
+# Passes of the mesh net from a detector's guess; a score below these is not worth the next one.
+_HOPELESS = (0.01, 0.1, 0.5)
 _MOVED_FAR = 0.12  # IOD, or log scale, or radians, between two frames: look again
+_FAST = 0.08  # the same: the mesh net had better look at every frame
+MESH_SECONDS = 0.09  # between two looks of the mesh net
+_STRAYED = (
+    0.2  # IOD between the mesh net's lips or eyes and those of the closer look: these are lost
+)
+_CORRECTION = 0.3  # of the face frame towards the mesh net's: at once would jolt the crops
 _SAME_FACE = 0.6  # IOD between the middles of two that are one
 _PART_OF_FACE = 1.15, 0.7  # IOD of the larger, and ratio of sizes: a mouth taken for a face
 # Mean distance, in IOD, between the points of a crop and of the same crop mirrored. Of faces 99 %
@@ -28,14 +40,19 @@ class Sighting:
     scores: np.ndarray  # (2,) probabilities: a face, a visible mouth
     frame: Affine  # the face frame of the points
     lips: LipPatch
+    meshed_seconds: float = -np.inf  # when the mesh net last looked at it
+    step: Affine = field(default_factory=partial(np.eye, 2, 3))  # its motion since the frame before, px -> px
+    moved: float = 0.0  # the same in IOD, log scale or radians, whichever is most
 
 
-def detect(nets: FaceNets, picture: Picture, sides_px: tuple[int, ...]) -> list[Affine]:
+def detect(
+    nets: FaceNets, picture: Picture, sides_px: tuple[int, ...], tilt_degrees: float = 0
+) -> list[Affine]:
     """The detector's guesses at all these sizes (at most the picture's own), each face once."""
     frames: list[Affine] = []
     longer_px = math.ceil(max(picture.width_px, picture.height_px))
     for side_px in sorted({min(side_px, longer_px) for side_px in sides_px}):
-        for frame in nets.detect(picture, side_px, DETECTOR_THRESHOLD):
+        for frame in nets.detect(picture, side_px, DETECTOR_THRESHOLD, tilt_degrees):
             if not any(is_same(frame, other) for other in frames):
                 frames.append(frame)
     return frames
@@ -49,50 +66,85 @@ def sight(
     carefully: the mean of several looks, for a picture that stands alone.
     """
     frame = guess
-    for _ in range(_FIRST_PASSES):
+    for hopeless in _HOPELESS:
         points, scores = nets.read_mesh(picture, frame)
         frame = nets.face_frame(points)
-        if not _is_plausible(points, picture):
+        if scores[0] < hopeless or not _is_plausible(points, picture):
             return None
     mirrored, scores_mirrored = nets.read_mesh(picture, frame, mirrored=True)
     scores = (scores + scores_mirrored) / 2
-    if scores[0] < FACE_THRESHOLD or _disagreement(points, mirrored, frame) > _AGREE:
+    if scores[0] < _A_FACE or _disagreement(points, mirrored, frame) > _AGREE:
         return None
     if carefully:
         looks = [nets.read_mesh(picture, f, m)[0] for f in _around(frame) for m in (False, True)]
         points = np.mean([points, mirrored, *looks], axis=0)
-    nets.refine(picture, points, both_ways=carefully)
-    lips = nets.refine(picture, points, both_ways=carefully)
+    for _ in range(2):
+        lips = nets.refine(picture, points, nets.face_frame(points), both_ways=carefully)
     return Sighting(points, scores, nets.face_frame(points), lips)
 
 
 def sight_again(
-    nets: FaceNets, picture: Picture, frame: Affine, doubtfully: bool = False
+    nets: FaceNets, picture: Picture, before: Sighting, seconds: float, doubtfully: bool = False
 ) -> Sighting | None:
-    """The same face a frame later, given where it was; None when it is gone.
+    """The same face a frame later, at `seconds` of the film; None when it is gone.
 
-    doubtfully: look at the mirrored crop too, to see whether this still is a face.
+    Lips and eyes are read in every frame, where the face's motion leads to. The mesh net sees to
+    the rest, and to whether this still is a face, now and then; in between the rest is carried
+    along. doubtfully: look at the mirrored crop too.
     """
-    points, scores = nets.read_mesh(picture, frame)
-    moved = nets.face_frame(points)
-    if _distance(frame, moved) > _MOVED_FAR:
-        points, scores = nets.read_mesh(picture, moved)
-    if scores[0] < FACE_THRESHOLD or not _is_plausible(points, picture):
-        return None
-    if doubtfully:
-        mirrored, _ = nets.read_mesh(picture, moved, mirrored=True)
-        if _disagreement(points, mirrored, moved) > _AGREE_STILL:
+    points, frame = _moved(before.points, before.step), compose(before.step, before.frame)
+    scores, meshed_seconds = before.scores, before.meshed_seconds
+    age = seconds - meshed_seconds
+    is_due = doubtfully or before.moved > _FAST or not 0 <= age < MESH_SECONDS
+    if is_due:
+        mesh, scores = nets.read_mesh(picture, frame)
+        mesh_frame = nets.face_frame(mesh)
+        if _distance(frame, mesh_frame) > _MOVED_FAR:
+            mesh, scores = nets.read_mesh(picture, mesh_frame)
+            points, frame = mesh, nets.face_frame(mesh)
+        if scores[0] < _STILL_A_FACE or not _is_plausible(mesh, picture):
             return None
-    lips = nets.refine(picture, points)
-    return Sighting(points, scores, nets.face_frame(points), lips)
+        if doubtfully and _looks_otherwise_mirrored(nets, picture, mesh, frame):
+            return None
+        nets.take_rest(points, mesh, _STRAYED * iod_of(frame))
+        meshed_seconds = seconds
+    lips = nets.refine(picture, points, frame)
+    rims = nets.eye_rims
+    step = fit_similarity(before.points[rims, :2], points[rims, :2])
+    frame = compose(step, before.frame)
+    if is_due:
+        frame = frame + _CORRECTION * (nets.face_frame(points) - frame)
+    else:
+        points[nets.far_points] = _moved(before.points[nets.far_points], step)
+    moved = _distance(before.frame, frame)
+    return Sighting(points, scores, frame, lips, meshed_seconds, step, moved)
+
+
+def _moved(points: np.ndarray, step: Affine) -> np.ndarray:
+    """(K, 3) moved in the picture; depth stays."""
+    (a, b, right), (c, d, below) = step.tolist()
+    moved = points.copy()
+    moved[:, 0] = a * points[:, 0] + b * points[:, 1] + right
+    moved[:, 1] = c * points[:, 0] + d * points[:, 1] + below
+    return moved
+
+
+def _looks_otherwise_mirrored(
+    nets: FaceNets, picture: Picture, mesh: np.ndarray, frame: Affine
+) -> bool:
+    mirrored, _ = nets.read_mesh(picture, frame, mirrored=True)
+    return _disagreement(mesh, mirrored, frame) > _AGREE_STILL
 
 
 def to_face(sighting: Sighting, picture: Picture, track_id: int) -> Face:
     """Upright px -> a Face in px of the stored picture."""
     to_stored, points = picture.to_stored, sighting.points
+    (a, b, right), (c, d, below) = to_stored.tolist()
+    x, y, z = points.T
     stored = np.empty(points.shape, np.float32)
-    stored[:, :2] = points[:, :2] @ to_stored[:, :2].T + to_stored[:, 2]
-    stored[:, 2] = points[:, 2] * np.sqrt(abs(np.linalg.det(to_stored[:, :2])))
+    stored[:, 0] = a * x + b * y + right
+    stored[:, 1] = c * x + d * y + below
+    stored[:, 2] = z * abs(a * d - b * c) ** 0.5
     lips = LipPatch(sighting.lips.logits, compose(to_stored, sighting.lips.to_px))
     return Face(stored, float(sighting.scores[0]), float(sighting.scores[1]), track_id, lips)
 
@@ -130,8 +182,8 @@ def _around(frame: Affine) -> list[Affine]:
 def _distance(a: Affine, b: Affine) -> float:
     """The largest of shift (IOD), log scale and turn (radians) between two frames."""
     ratio = complex(*b[:, 0]) / complex(*a[:, 0])
-    shift = np.hypot(*(middle_of(a) - middle_of(b))) / iod_of(a)
-    return float(max(shift, abs(np.log(max(abs(ratio), 1e-6))), abs(np.angle(ratio))))
+    shift = abs(complex(*(middle_of(a) - middle_of(b)))) / iod_of(a)
+    return max(shift, abs(math.log(max(abs(ratio), 1e-6))), abs(cmath.phase(ratio)))
 
 
 def _disagreement(points: np.ndarray, mirrored: np.ndarray, frame: Affine) -> float:

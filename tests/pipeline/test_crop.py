@@ -84,6 +84,25 @@ def test_any_window_over_any_picture_gives_a_crop(scale, turn, x, y, size, pix_f
     assert crop.dtype == np.uint8
 
 
+@pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuv444p", "nv12", "yuv420p10le", "gray"])
+@pytest.mark.parametrize("scale", [0.4, 1.0, 3.1])
+@pytest.mark.parametrize("rotation", [0, 90])
+def test_several_crops_at_once_are_the_crops_one_by_one(pix_fmt, scale, rotation):
+    frame = frame_of(portrait(), pix_fmt=pix_fmt, rotation_degrees=rotation)
+    c, s = scale * np.cos(0.2), scale * np.sin(0.2)
+    windows = [
+        (np.array([[c, -s, 200], [s, c, 250]]), (40, 30)),
+        (np.array([[-c, -s, 300], [s, c, 120]]), (16, 24)),
+        (np.array([[c, s, -50], [-s, c, 580]]), (16, 24)),  # reaches beyond the border
+    ]
+    for picture in (FramePicture(frame), RgbPicture(portrait())):
+        for got, window in zip(picture.crops(windows), windows, strict=True):
+            want = picture.crop(*window)
+            assert got.shape == want.shape
+            # single crops take chroma at its own, coarser, resolution
+            assert difference(got, want) < 2
+
+
 @pytest.mark.parametrize("scale", [1.0, 2.0, 3.7, 8.0, 30.0])
 def test_a_shrinking_crop_averages_and_does_not_alias(scale):
     rng = np.random.default_rng(0)

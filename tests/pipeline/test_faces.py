@@ -287,7 +287,7 @@ def test_a_face_that_leaves_is_lost_and_returns_under_its_number():
     here = put(away, face_of(120), 200, 50)
     items = run([here] * 5 + [away] * 15 + [here] * 15)
     assert all(len(item.faces) == 1 for item in items[:5])
-    assert all(item.faces == () for item in items[6:20])
+    assert all(item.faces == () for item in items[8:20])  # within a tenth of a second
     assert len(items[-1].faces) == 1
     assert items[-1].faces[0].track_id == items[0].faces[0].track_id
     back = next(at for at, item in enumerate(items[20:]) if item.faces)

@@ -9,18 +9,15 @@ from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS, LIPS_INNER, L
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(tmp_path):
     """A copy of the weights that may be spoilt."""
-    for file in net._FOLDER.iterdir():
+    for file in net.SHIPPED.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    monkeypatch.setattr(net, "_FOLDER", tmp_path)
-    net._hashes.cache_clear()
-    yield tmp_path
-    net._hashes.cache_clear()
+    return tmp_path
 
 
 def test_all_weights_together_are_at_most_eight_megabytes_and_every_one_has_a_hash():
-    files = {file.name: file.read_bytes() for file in net._FOLDER.iterdir()}
+    files = {file.name: file.read_bytes() for file in net.SHIPPED.iterdir()}
     hashes = json.loads(files.pop("sha256.json"))
     assert set(hashes) == set(files)
     assert sum(map(len, files.values())) <= 8e6
@@ -33,14 +30,14 @@ def test_one_changed_byte_is_refused_by_name(folder, name):
     data[len(data) // 2] ^= 1
     (folder / name).write_bytes(data)
     with pytest.raises(InstallError, match=rf"{name} .*install makeup-video again") as error:
-        net.read(name)
+        net.read(name, folder)
     assert "\n" not in str(error.value)
 
 
 def test_missing_weights_are_told_in_one_line(folder):
     (folder / "mesh.onnx").unlink()
     with pytest.raises(InstallError, match=r"mesh\.onnx are missing"):
-        net.Net("mesh")
+        net.Net("mesh", folder)
 
 
 @pytest.mark.parametrize(

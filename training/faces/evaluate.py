@@ -1,70 +1,43 @@
-"""Measure the nets on human labels, MediaPipe's figures on the same pictures beside ours.
+"""Measure the product's face finding on human labels, MediaPipe on the same pictures beside it.
 
-    python -m makeup_video.training.faces.evaluate --faces DIR --weights pipeline/weights
+    python -m makeup_video.training.faces.evaluate --faces DIR [--weights runs/weights]
 
-A folder of checkpoints will do for --weights too.
+DIR/check and DIR/lipmasks_check are for measuring alone: nothing is trained on them or chosen by
+them. Every figure starts from the whole picture, with the product's own detector.
 """
 
 import argparse
+import time
 from pathlib import Path
 
 import cv2
 import numpy as np
-import torch
-from makeup_video.training.faces.crops import SPECS
-from makeup_video.training.faces.detect import decode, letterbox
-from makeup_video.training.faces.export import load, session
-from makeup_video.training.faces.infer import Net, Reader
-from makeup_video.training.faces.model import normalise
-from makeup_video.training.faces.scenes import FACE_CENTRE
-from makeup_video.training.faces.topology import (
-    EYES_68,
-    LIPS_INNER,
-    LIPS_OUTER,
-    MOUTH_68,
-    POINTS_68,
-)
+from makeup_video.pipeline.crop import RgbPicture
+from makeup_video.pipeline.face import Face
+from makeup_video.pipeline.face_nets import FaceNets
+from makeup_video.pipeline.faces import FindFaces, find_in, lip_mask
+from makeup_video.pipeline.net import SHIPPED
+from makeup_video.pipeline.smooth import SmoothAhead
+from makeup_video.pipeline.still import to_frame
+from makeup_video.pipeline.topology import EYE_CORNERS, LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.training.faces.topology import EYES_68, MOUTH_68, POINTS_68
+
+SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "portrait.jpg"
+NOISE_SIGMA, STILL_FRAMES = 4.0, 90  # code values; frames
 
 
-def from_checkpoint(path: Path) -> Net:
-    """The averaged weights of a checkpoint as a function of uint8 crops."""
-    _name, net = load(path)
-    print(f"{path}: step {torch.load(path, weights_only=True)['step']}")
-
-    def run(rgb8: np.ndarray) -> tuple[np.ndarray, ...]:
-        with torch.no_grad():
-            out = net(normalise(torch.from_numpy(rgb8)))
-        return (out.numpy(),) if isinstance(out, torch.Tensor) else tuple(o.numpy() for o in out)
-
-    return run
+def read_rgb(path: Path) -> np.ndarray:
+    bgr8 = cv2.imread(str(path))
+    assert bgr8 is not None, f"{path} cannot be read"
+    return np.ascontiguousarray(bgr8[..., ::-1])
 
 
-def from_onnx(path: Path) -> Net:
-    net = session(path)
-    print(path)
-    return lambda rgb8: tuple(net.run(None, {"rgb8": rgb8}))
-
-
-class Finder:
-    """Where to start: the detector's face nearest to where one is known to be.
-
-    Without a detector, that place itself, missed by a tenth of the inter-ocular distance.
-    """
-
-    def __init__(self, detector: Net | None, reader: Reader) -> None:
-        self.detector, self.reader = detector, reader
-        self.rng = np.random.default_rng(0)
-
-    def __call__(self, rgb8: np.ndarray, rough: np.ndarray) -> np.ndarray | None:
-        known = self.reader.frame(rough)
-        unit = np.linalg.norm(known[:, 0])
-        if self.detector is None:
-            known[:, 2] += self.rng.normal(size=2) * 0.1 * unit
-            return known
-        square, scale = letterbox(rgb8)
-        frames = decode(self.detector(square[None])[0][0], scale)
-        gaps = [np.linalg.norm((frame - known) @ [*FACE_CENTRE, 1]) for frame in frames]
-        return frames[int(np.argmin(gaps))] if gaps and min(gaps) < unit else None
+def nearest(nets: FaceNets, rgb8: np.ndarray, rough: np.ndarray) -> Face | None:
+    """The face that lies where one is known to be (478, >=2), among all that are found."""
+    middle, width = rough[:, :2].mean(0), np.ptp(rough[:, 0])
+    faces = find_in(RgbPicture(rgb8), nets)
+    gaps = [np.linalg.norm(face.points_px[:, :2].mean(0) - middle) for face in faces]
+    return faces[int(np.argmin(gaps))] if gaps and min(gaps) < width / 2 else None
 
 
 def errors_68(points_px: np.ndarray, human: np.ndarray) -> np.ndarray:
@@ -74,30 +47,30 @@ def errors_68(points_px: np.ndarray, human: np.ndarray) -> np.ndarray:
 
 
 def report(name: str, error: np.ndarray) -> None:
-    lost = 100 * np.mean(~(error.mean(1) <= 10))
-    print(f"{name:10} mouth {np.nanmean(error[:, MOUTH_68]):.2f}  "
+    missed = np.isnan(error[:, 0])
+    off = ~missed & (error.mean(1) > 10)
+    print(f"{name:12} mouth {np.nanmean(error[:, MOUTH_68]):.2f}  "
           f"eyes {np.nanmean(error[:, EYES_68]):.2f}  all {np.nanmean(error):.2f}  "
-          f"over 10 % or not found: {lost:.1f} %")  # fmt: skip
+          f"over 10 % or not found {100 * np.mean(off | missed):.1f} % "
+          f"({off.sum()} + {missed.sum()} of {len(error)})")  # fmt: skip
 
 
-def measure_points(folder: Path, reader: Reader, find: Finder) -> None:
+def measure_points(folder: Path, nets: FaceNets) -> None:
     labels, teacher = np.load(folder / "labels.npz"), np.load(folder / "mediapipe.npz")
     found, tones = [], []
-    for name, rough in zip(teacher["name"], teacher["points"], strict=True):
-        bgr8 = cv2.imread(str(folder / f"{Path(name).stem}.jpg"))
-        rgb8 = np.ascontiguousarray(bgr8[..., ::-1])
-        frame = find(rgb8, rough)
-        lost = np.full((478, 3), np.nan)
-        found.append(lost if frame is None else reader.read(rgb8, frame))
+    columns = teacher["name"], teacher["points"], labels["points68"]
+    for name, rough, human in zip(*columns, strict=True):
+        rgb8 = read_rgb(folder / f"{Path(name).stem}.jpg")
+        face = nearest(nets, rgb8, human)
+        found.append(np.full((478, 3), np.nan) if face is None else face.points_px)
         tones.append(skin_tone(rgb8, rough))
-    report("MediaPipe", errors_68(teacher["points"], labels["points68"]))
-    report("ours", errors_68(np.stack(found), labels["points68"]))
+    ours, human = np.stack(found), labels["points68"]
+    report("MediaPipe", errors_68(teacher["points"], human))
+    report("ours", errors_68(ours, human))
     for label, low, high in (("light", 41, 181), ("medium", 10, 41), ("dark", -181, 10)):
         of = (np.array(tones) >= low) & (np.array(tones) < high)
-        human = labels["points68"][of]
-        report(f" {label} {of.sum()}", errors_68(np.stack(found)[of], human))
-        report("  MediaPipe", errors_68(teacher["points"][of], human))
-    report("to teacher", errors_68(np.stack(found), teacher["points"][:, POINTS_68, :2]))
+        report(f" {label}", errors_68(ours[of], human[of]))
+        report("  MediaPipe", errors_68(teacher["points"][of], human[of]))
 
 
 def skin_tone(rgb8: np.ndarray, points_px: np.ndarray) -> float:
@@ -126,44 +99,70 @@ def overlap(painted: np.ndarray, human: np.ndarray) -> tuple[float, float]:
     return (painted & lips).sum() / (painted | lips).sum(), share
 
 
-def measure_masks(folder: Path, reader: Reader, find: Finder) -> None:
+def measure_masks(folder: Path, nets: FaceNets) -> None:
     teacher = np.load(folder / "mediapipe.npz")
-    theirs, ours = [], []
+    theirs, ours, missed = [], [], 0
     for name, rough in zip(teacher["name"], teacher["points"], strict=True):
         stem = folder / Path(name).stem
-        rgb8 = np.ascontiguousarray(cv2.imread(f"{stem}.jpg")[..., ::-1])
-        human = cv2.imread(f"{stem}.png", cv2.IMREAD_GRAYSCALE)
+        rgb8 = read_rgb(stem.with_suffix(".jpg"))
+        human = cv2.imread(str(stem.with_suffix(".png")), cv2.IMREAD_GRAYSCALE)
         theirs.append(overlap(lip_polygon(rough, human.shape), human))
-        frame, painted = find(rgb8, rough), np.zeros(human.shape, bool)
-        if frame is not None:
-            painted = reader.lip_mask(rgb8, reader.read(rgb8, frame)) > 0.5
+        face, painted = nearest(nets, rgb8, rough), np.zeros(human.shape, bool)
+        if face is not None:
+            painted = lip_mask(rgb8, face) > 0.5
+        missed += face is None
         ours.append(overlap(painted, human))
     for name, scores in (("MediaPipe", theirs), ("ours", ours)):
         iou, share = np.array(scores).T
-        print(f"{name:10} lip mask IoU {iou.mean():.3f}  interior painted "
+        print(f"{name:12} lip mask IoU {iou.mean():.3f}  interior painted "
               f"{100 * np.nanmean(share):.1f} %  (worst tenth of IoU "
               f"{np.sort(iou)[: len(iou) // 10].mean():.3f})")  # fmt: skip
+    print(f"{'':12} faces not found: {missed}")
+
+
+def measure_stillness(nets: FaceNets) -> None:
+    """A still face of 720p under noise: how its lip points shake, and what following it costs."""
+    portrait = cv2.resize(cv2.imread(str(SAMPLE)), (512, 600), interpolation=cv2.INTER_AREA)
+    ground = np.full((720, 1280, 3), 110, np.uint8)
+    ground[60:660, 384:896] = portrait
+    rng, find, smooth = np.random.default_rng(0), FindFaces(nets=nets), SmoothAhead()
+    raw, steady, seconds = [], [], []
+    for at in range(STILL_FRAMES):
+        noisy = ground + rng.normal(0, NOISE_SIGMA, ground.shape)
+        frame = to_frame(np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
+        frame.pts = at  # seconds / 30, below
+        frame.time_base = frame.time_base / 30
+        began = time.thread_time()
+        item = find(frame)
+        later = smooth(item)
+        seconds.append(time.thread_time() - began)
+        raw.append(item.faces[0].points_px)
+        steady += [later.faces[0].points_px] if later is not None else []
+    steady += [item.faces[0].points_px for item in smooth.drain()]
+    for name, points in (("found", raw), ("smoothed", steady)):
+        print(f"still face, {name}: lip points shake by {shake(np.stack(points)):.3f} % (rms)")
+    print(f"a followed frame, 720p 4:4:4: median {1e3 * np.median(seconds):.2f} ms CPU, "
+          f"mean {1e3 * np.mean(seconds[5:]):.2f} with the looks for new faces")  # fmt: skip
+
+
+def shake(points_px: np.ndarray) -> float:
+    """(T, 478, 3) -> rms distance of the lip points from their mean place, % of IOD."""
+    middle = points_px.mean(0)
+    iod = np.linalg.norm(middle[EYE_CORNERS[0], :2] - middle[EYE_CORNERS[1], :2])
+    off = (points_px - middle)[:, LIPS, :2]
+    return 100 * float(np.sqrt((off**2).sum(-1).mean())) / iod
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", type=Path, required=True)
-    parser.add_argument("--weights", type=Path, default=Path("runs"))
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--weights", type=Path, help="a folder of export's; default: as shipped")
     options = parser.parse_args()
-    torch.set_num_threads(1)
-    packed = np.load(options.data)
-    nets = {}
-    for name in (*SPECS, "detector"):
-        for suffix, read in ((".onnx", from_onnx), (".pt", from_checkpoint)):
-            path = options.weights / f"{name}{suffix}"
-            if name not in nets and path.exists():
-                nets[name] = read(path)
-    reader = Reader(nets, packed["mean"], packed["mirror"])
-    find = Finder(nets.get("detector"), reader)
-    measure_points(options.faces / "check", reader, find)
-    if "lips" in nets:
-        measure_masks(options.faces / "lipmasks_check", reader, find)
+    cv2.setNumThreads(1)
+    nets = FaceNets(options.weights or SHIPPED)
+    measure_stillness(nets)
+    measure_points(options.faces / "check", nets)
+    measure_masks(options.faces / "lipmasks_check", nets)
 
 
 if __name__ == "__main__":
