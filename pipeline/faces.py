@@ -28,7 +28,7 @@ from makeup_video.pipeline.sighting import (
     to_face,
 )
 
-DETECTOR_SIDES_PX = (256, 512)  # for close faces, and for crowds
+DETECTOR_SIDES_PX = (256, 512, 128)  # for most faces, for crowds, and for one that fills the frame
 BESIDE_SIDES_PX = (320,)  # for others beside a face that is followed: smaller ones than that
 TILTS_DEGREES = (-40, 40)  # the picture is turned by so much when no face was found
 MAX_FACES = 32  # bounds the time of a frame
@@ -63,7 +63,7 @@ class FindFaces:
         self._tracks: list[_Track] = []
         self._next_id = 0
         self._last_look_seconds = -np.inf
-        self._looks = 0
+        self._looks = -1
 
     def __call__(self, frame: Frame) -> FrameFaces:
         picture = FramePicture(frame, self.pixel_aspect)
@@ -80,9 +80,10 @@ class FindFaces:
             if self._followed():
                 self._look(picture, seconds, BESIDE_SIDES_PX)
             else:
-                side_px = DETECTOR_SIDES_PX[self._looks % 2]
+                side_px = DETECTOR_SIDES_PX[self._looks % len(DETECTOR_SIDES_PX)]
                 tilts = (0, 0, *TILTS_DEGREES)
-                self._look(picture, seconds, (side_px,), tilts[self._looks // 2 % len(tilts)])
+                tilt_degrees = tilts[self._looks // len(DETECTOR_SIDES_PX) % len(tilts)]
+                self._look(picture, seconds, (side_px,), tilt_degrees)
         self._tracks = [t for t in self._tracks if t.is_followed or _is_fresh(t, seconds)]
         faces = (to_face(t.sighting, picture, t.track_id) for t in self._followed())
         found = FrameFaces(frame, _largest_first(faces), cut)
@@ -134,8 +135,12 @@ class FindFaces:
                 self.tiny_faces += 1
                 continue
             found = sight(self.nets, picture, guess)
-            if found and not any(is_same(found.frame, t.sighting.frame) for t in known):
-                self._start(found, seconds)
+            if found is None or any(is_same(found.frame, t.sighting.frame) for t in known):
+                continue
+            if is_tiny(found.frame):
+                self.tiny_faces += 1
+                continue
+            self._start(found, seconds)
 
     def _start(self, found: Sighting, seconds: float) -> None:
         """Follow a face: one that was lost a moment ago, or a new one."""
@@ -172,7 +177,9 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[Face, ...]:
             if any(is_same(guess, other.frame) for other in found):
                 continue
             one = sight(nets, picture, guess, carefully=True)
-            if one and not any(is_same(one.frame, other.frame) for other in found):
+            if one is None or is_tiny(one.frame):
+                continue
+            if not any(is_same(one.frame, other.frame) for other in found):
                 found.append(one)
         if found:
             break

@@ -16,8 +16,9 @@ DETECTOR_THRESHOLD = 0.35
 # followed already may look doubtful for a moment.
 _A_FACE, _STILL_A_FACE = 0.85, 0.4
 _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
-# Passes of the mesh net from a detector's guess; a score below these is not worth the next one.
-_HOPELESS = (0.01, 0.1, 0.5)
+# Passes of the mesh net from a detector's guess, which may be off by half a face: the score says
+# nothing before the second. Below these the next is not worth while.
+_HOPELESS, _HOPELESS_CAREFULLY = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
 _MOVED_FAR = 0.12  # IOD, or log scale, or radians, between two frames: look again
 _FAST = 0.08  # the same: the mesh net had better look at every frame
 MESH_SECONDS = 0.09  # between two looks of the mesh net
@@ -66,7 +67,7 @@ def sight(
     carefully: the mean of several looks, for a picture that stands alone.
     """
     frame = guess
-    for hopeless in _HOPELESS:
+    for hopeless in _HOPELESS_CAREFULLY if carefully else _HOPELESS:
         points, scores = nets.read_mesh(picture, frame)
         frame = nets.face_frame(points)
         if scores[0] < hopeless or not _is_plausible(points, picture):
