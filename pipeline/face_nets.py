@@ -6,6 +6,7 @@ scaled by it, so the nets always see an upright face of the same size. docs/mode
 each net was taught.
 """
 
+import cmath
 import math
 from dataclasses import dataclass
 from importlib.resources.abc import Traversable
@@ -19,6 +20,7 @@ from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
 
 _BELOW_EYES = 0.42  # IOD: the middle of a face is so far below the middle of the eyes
 _RIMS = slice(16, 48)  # of EYE: two rings around the lids
+_LEAST_SHARE = 0.2  # of a new reading of what is not painted
 _CELL = 8  # px of the detector's picture per cell of its answer
 _CELL_GROUP = 32  # its sides must be multiples of this
 _MIRRORED = np.array([-1, 1, 1])
@@ -48,6 +50,22 @@ class _Window:
 _MESH = _Window((96, 96), 2.56)
 _LIPS = _Window((112, 80), 1.15)
 _EYE = _Window((64, 48), 0.72)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Where the nets look at a face, in upright px.
+
+    frame: the face frame of all crops. centres: (3, 2), middles of the crops of lips and eyes.
+    """
+
+    frame: Affine
+    centres: np.ndarray
+
+    def strayed(self, other: "View") -> float:
+        """How far another view is off: IOD, log scale or radians, whichever is most."""
+        off = np.abs(self.centres - other.centres).max() / iod_of(self.frame)
+        return max(float(off), distance(self.frame, other.frame))
 
 
 class FaceNets:
@@ -121,16 +139,21 @@ class FaceNets:
         points[:, 2] = offsets[:, 2] * iod_of(frame)
         return points, out["scores"][0]
 
+    def view(self, points: np.ndarray, frame: Affine | None = None) -> View:
+        """Where to look at a face with these points (478, >=2) px; frame: if known already."""
+        xy = points[:, :2]
+        centres = np.stack([xy[index].mean(0) for index in (LIPS, *self._eye_contours)])
+        return View(self.face_frame(points) if frame is None else frame, centres)
+
     def refine(
-        self, picture: Picture, points: np.ndarray, frame: Affine, both_ways: bool = False
+        self, picture: Picture, points: np.ndarray, view: View, both_ways: bool = False
     ) -> LipPatch:
         """Look at lips and eyes more closely, and move `points` (478, 3) px there, in place.
 
         both_ways: look at the mirrored lips too, and take the mean: truer, for more work. Returns
         where lipstick goes; its to_px is upright px.
         """
-        xy = points[:, :2]
-        centres = [xy[index].mean(0) for index in (LIPS, *self._eye_contours)]
+        frame, centres = view.frame, view.centres
         to_px = _LIPS.to_px(frame, centres[0])
         windows = [(to_px, _LIPS.size_wh)]
         for side in (0, 1):
@@ -145,14 +168,22 @@ class FaceNets:
             points[index, :2] = _place_xy(eye, frame, centre)
         return LipPatch(logits, to_px)
 
-    def take_rest(self, points: np.ndarray, mesh: np.ndarray, strayed_px: float) -> None:
-        """Take from the mesh net's points all but lips and eyes, and these where they strayed."""
-        points[self.far_points] = mesh[self.far_points]
+    def take_rest(self, points: np.ndarray, mesh: np.ndarray, strayed_px: float) -> bool:
+        """Take from the mesh net's points all but lips and eyes; these too where they strayed.
+
+        Where the rest hardly differs, only a part of the difference is taken: it is noise, and
+        would jolt the face's pose. True when lips or eyes had strayed.
+        """
+        off = (mesh - points)[self.far_points]
+        share = 14 * float(np.abs(off[:, :2]).mean()) / strayed_px
+        points[self.far_points] += min(max(share, _LEAST_SHARE), 1) * off
+        strayed = False
         for index in (LIPS, *self._eyes):
             points[index, 2] = mesh[index, 2]
             x, y = (points[index, :2] - mesh[index, :2]).mean(0).tolist()
             if math.hypot(x, y) > strayed_px:
-                points[index] = mesh[index]
+                points[index], strayed = mesh[index], True
+        return strayed
 
     def _read_lips(self, crop: np.ndarray, both_ways: bool) -> tuple[np.ndarray, np.ndarray]:
         """(80, 112, 3) uint8 -> points (80, 3) in IOD, logits (80, 112)."""
@@ -195,6 +226,13 @@ def _decode_cells(cells: np.ndarray, threshold: float) -> list[Affine]:
         if all(np.hypot(*(middle_of(f) - centre)) > _CLOSE * iod for f in frames):
             frames.append(np.column_stack([linear, centre - linear @ [0, _BELOW_EYES]]))
     return frames
+
+
+def distance(a: Affine, b: Affine) -> float:
+    """The largest of shift (IOD), log scale and turn (radians) between two face frames."""
+    ratio = complex(*b[:, 0]) / complex(*a[:, 0])
+    shift = abs(complex(*(middle_of(a) - middle_of(b)))) / iod_of(a)
+    return max(shift, abs(math.log(max(abs(ratio), 1e-6))), abs(cmath.phase(ratio)))
 
 
 def middle_of(frame: Affine) -> np.ndarray:

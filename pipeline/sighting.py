@@ -1,6 +1,5 @@
 """One face of one picture: from a guess to its points, scores and lips; and which is which."""
 
-import cmath
 import math
 from dataclasses import dataclass, field
 from functools import partial
@@ -9,7 +8,7 @@ import numpy as np
 from makeup_video.pipeline.crop import Affine, Picture, compose
 from makeup_video.pipeline.face import MIN_FACE_PX, Face, LipPatch
 from makeup_video.pipeline.face_frame import fit_similarity
-from makeup_video.pipeline.face_nets import FaceNets, iod_of, middle_of
+from makeup_video.pipeline.face_nets import FaceNets, View, distance, iod_of, middle_of
 
 DETECTOR_THRESHOLD = 0.35
 # Of the mesh net's score. 99.5 % of faces score over 0.9, masked ones too; and a face that is
@@ -20,6 +19,7 @@ _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
 # nothing before the second. Below these the next is not worth while.
 _HOPELESS, _HOPELESS_CAREFULLY = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
 _MOVED_FAR = 0.12  # IOD, or log scale, or radians, between two frames: look again
+_AT_REST = 0.015  # the same: not more than noise
 _FAST = 0.08  # the same: the mesh net had better look at every frame
 MESH_SECONDS = 0.09  # between two looks of the mesh net
 _STRAYED = (
@@ -41,8 +41,11 @@ class Sighting:
     scores: np.ndarray  # (2,) probabilities: a face, a visible mouth
     frame: Affine  # the face frame of the points
     lips: LipPatch
+    view: View  # where the nets looked
     meshed_seconds: float = -np.inf  # when the mesh net last looked at it
-    step: Affine = field(default_factory=partial(np.eye, 2, 3))  # its motion since the frame before, px -> px
+    step: Affine = field(
+        default_factory=partial(np.eye, 2, 3)
+    )  # its motion since the frame before, px -> px
     moved: float = 0.0  # the same in IOD, log scale or radians, whichever is most
 
 
@@ -80,8 +83,9 @@ def sight(
         looks = [nets.read_mesh(picture, f, m)[0] for f in _around(frame) for m in (False, True)]
         points = np.mean([points, mirrored, *looks], axis=0)
     for _ in range(2):
-        lips = nets.refine(picture, points, nets.face_frame(points), both_ways=carefully)
-    return Sighting(points, scores, nets.face_frame(points), lips)
+        view = nets.view(points)
+        lips = nets.refine(picture, points, view, both_ways=carefully)
+    return Sighting(points, scores, nets.face_frame(points), lips, view)
 
 
 def sight_again(
@@ -93,23 +97,29 @@ def sight_again(
     the rest, and to whether this still is a face, now and then; in between the rest is carried
     along. doubtfully: look at the mirrored crop too.
     """
-    points, frame = _moved(before.points, before.step), compose(before.step, before.frame)
+    points, frame = before.points.copy(), before.frame
+    if before.moved > _AT_REST:  # what moves moves on
+        points, frame = _moved(points, before.step), compose(before.step, frame)
+    view = nets.view(points, frame)
+    if before.view.strayed(view) < _AT_REST:
+        view = before.view  # the crops of a still face stay where they are, or they would wander
     scores, meshed_seconds = before.scores, before.meshed_seconds
     age = seconds - meshed_seconds
     is_due = doubtfully or before.moved > _FAST or not 0 <= age < MESH_SECONDS
     if is_due:
-        mesh, scores = nets.read_mesh(picture, frame)
+        mesh, scores = nets.read_mesh(picture, view.frame)
         mesh_frame = nets.face_frame(mesh)
-        if _distance(frame, mesh_frame) > _MOVED_FAR:
+        if distance(view.frame, mesh_frame) > _MOVED_FAR:
             mesh, scores = nets.read_mesh(picture, mesh_frame)
-            points, frame = mesh, nets.face_frame(mesh)
+            points, view = mesh, nets.view(mesh)
         if scores[0] < _STILL_A_FACE or not _is_plausible(mesh, picture):
             return None
-        if doubtfully and _looks_otherwise_mirrored(nets, picture, mesh, frame):
+        if doubtfully and _looks_otherwise_mirrored(nets, picture, mesh, view.frame):
             return None
-        nets.take_rest(points, mesh, _STRAYED * iod_of(frame))
+        if nets.take_rest(points, mesh, _STRAYED * iod_of(frame)):
+            view = nets.view(points)
         meshed_seconds = seconds
-    lips = nets.refine(picture, points, frame)
+    lips = nets.refine(picture, points, view)
     rims = nets.eye_rims
     step = fit_similarity(before.points[rims, :2], points[rims, :2])
     frame = compose(step, before.frame)
@@ -117,8 +127,8 @@ def sight_again(
         frame = frame + _CORRECTION * (nets.face_frame(points) - frame)
     else:
         points[nets.far_points] = _moved(before.points[nets.far_points], step)
-    moved = _distance(before.frame, frame)
-    return Sighting(points, scores, frame, lips, meshed_seconds, step, moved)
+    moved = distance(before.frame, frame)
+    return Sighting(points, scores, frame, lips, view, meshed_seconds, step, moved)
 
 
 def _moved(points: np.ndarray, step: Affine) -> np.ndarray:
@@ -178,13 +188,6 @@ def _around(frame: Affine) -> list[Affine]:
         shift = middle - linear @ np.linalg.solve(frame[:, :2], middle - frame[:, 2])
         frames.append(np.column_stack([linear, shift]))
     return frames
-
-
-def _distance(a: Affine, b: Affine) -> float:
-    """The largest of shift (IOD), log scale and turn (radians) between two frames."""
-    ratio = complex(*b[:, 0]) / complex(*a[:, 0])
-    shift = abs(complex(*(middle_of(a) - middle_of(b)))) / iod_of(a)
-    return max(shift, abs(math.log(max(abs(ratio), 1e-6))), abs(cmath.phase(ratio)))
 
 
 def _disagreement(points: np.ndarray, mirrored: np.ndarray, frame: Affine) -> float:
