@@ -9,7 +9,7 @@ import math
 import cv2
 import numpy as np
 from makeup_video.pipeline.face import POINTS, Face, LipPatch
-from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
+from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS, RIGHT_EYE
 
 # Points that speech and blinks move least: eye corners, the bridge and wings of the nose, brows,
 # and the upper half of the oval. Many of them, so that their own noise averages out.
@@ -19,13 +19,6 @@ STABLE = np.array([
     10, 338, 297, 332, 284, 251, 389, 356, 454, 234, 127, 162, 21, 54, 103, 67, 109,
 ])  # fmt: skip
 
-# topology.EYE, mirrored: the eye at the right of an upright picture.
-RIGHT_EYE = np.array([
-    263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466,
-    359, 255, 339, 254, 253, 252, 256, 341, 463, 467, 260, 259, 257, 258, 286, 414,
-    446, 261, 448, 449, 450, 451, 452, 453, 464, 342, 445, 444, 443, 442, 441, 413,
-    473, 476, 475, 474, 477,
-])  # fmt: skip
 _REST = np.setdiff1d(np.arange(POINTS), np.concatenate([LIPS, EYE, RIGHT_EYE]))
 _ORDER = np.concatenate([LIPS, EYE, RIGHT_EYE, _REST])  # `values` holds the points like this
 _BACK = np.argsort(_ORDER)

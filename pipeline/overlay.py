@@ -12,10 +12,10 @@ from typing import IO, Any
 import cv2
 import numpy as np
 from makeup_video.pipeline.face import POINTS, Face, FrameFaces
-from makeup_video.pipeline.faces import lip_mask_window, load_nets
+from makeup_video.pipeline.faces import lip_mask_window
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.target import write_errors
-from makeup_video.pipeline.topology import EYE, LIPS
+from makeup_video.pipeline.topology import EYE, LIPS, RIGHT_EYE
 
 # Y', Cb, Cr as 8-bit limited-range codes: only a drawing, right enough in every matrix
 _WHITE, _GREEN, _YELLOW = (235, 128, 128), (150, 44, 21), (210, 16, 146)
@@ -28,7 +28,7 @@ class DrawFaces:
     def __init__(self, points_file: "PointsFile | None" = None) -> None:
         self.points_file = points_file
         self._colours = np.full((POINTS, 3), _WHITE)
-        self._colours[EYE] = self._colours[load_nets().mirror[EYE]] = _YELLOW
+        self._colours[EYE] = self._colours[RIGHT_EYE] = _YELLOW
         self._colours[LIPS] = _GREEN
 
     def __call__(self, item: FrameFaces) -> Frame:

@@ -22,7 +22,6 @@ LIPS = np.array([
 ])  # fmt: skip
 
 # The eye at the left of an upright picture: lid contour, two rings around it, iris.
-# The other eye is this one, mirrored (`mirror` of the face nets' weights).
 EYE_CONTOUR = np.array([33, 7, 163, 144, 145, 153, 154, 155, 133,
                         173, 157, 158, 159, 160, 161, 246])  # fmt: skip
 EYE = np.concatenate([EYE_CONTOUR, [
@@ -30,3 +29,11 @@ EYE = np.concatenate([EYE_CONTOUR, [
     226, 31, 228, 229, 230, 231, 232, 233, 244, 113, 225, 224, 223, 222, 221, 189,
     468, 469, 470, 471, 472,
 ]])  # fmt: skip
+
+# EYE, mirrored: the eye at the right.
+RIGHT_EYE = np.array([
+    263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466,
+    359, 255, 339, 254, 253, 252, 256, 341, 463, 467, 260, 259, 257, 258, 286, 414,
+    446, 261, 448, 449, 450, 451, 452, 453, 464, 342, 445, 444, 443, 442, 441, 413,
+    473, 476, 475, 474, 477,
+])  # fmt: skip

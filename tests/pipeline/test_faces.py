@@ -1,7 +1,9 @@
 """Faces are found, kept apart, followed, lost and found again; and odd pictures do no harm."""
 
+from dataclasses import replace
 from fractions import Fraction
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -191,8 +193,6 @@ def test_what_is_no_picture_is_refused(bad):
 
 
 def polygon(points: np.ndarray, contour: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    import cv2
-
     inside = np.zeros(shape, np.uint8)
     cv2.fillPoly(inside, [np.rint(points[contour] * 16).astype(np.int32)], 1, shift=4)
     return inside.astype(bool)
@@ -225,6 +225,26 @@ def test_a_window_of_the_mask_is_that_part_of_it():
     x, y = face.points_px[LIPS, :2].mean(0).astype(int) - 40
     part = lip_mask_window(face, (int(x), int(y)), (90, 70))
     assert part == pytest.approx(whole[y : y + 70, x : x + 90], abs=2e-3)
+
+
+def test_a_hidden_mouth_has_no_mask_and_a_half_hidden_one_a_weaker():
+    (face,) = find_faces(portrait())
+    full = lip_mask(portrait(), face)
+    assert lip_mask(portrait(), replace(face, mouth_visible=0.1)).max() == 0
+    half = lip_mask(portrait(), replace(face, mouth_visible=0.35))
+    assert half.max() == pytest.approx(full.max() / 2, rel=0.01)
+
+
+def test_a_mouth_behind_a_medical_mask_is_told_to_be_hidden():
+    picture = portrait().copy()
+    (face,) = find_faces(picture)
+    nose, chin = face.points_px[1, :2], face.points_px[152, :2]
+    left, right = face.points_px[234, :2], face.points_px[454, :2]
+    cloth = np.array([[left[0] + 8, nose[1]], nose - [0, 12], [right[0] - 8, nose[1]],
+                      [right[0] - 25, chin[1]], chin + [0, 8], [left[0] + 25, chin[1]]])  # fmt: skip
+    cv2.fillPoly(picture, [np.rint(cloth).astype(np.int32)], (150, 190, 215))
+    for face in find_faces(picture):
+        assert face.mouth_visible < 0.5
 
 
 def test_lips_outside_the_picture_have_no_mask():
