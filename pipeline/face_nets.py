@@ -24,6 +24,7 @@ _LEAST_SHARE = 0.2  # of a new reading of what is not painted
 _CELL = 8  # px of the detector's picture per cell of its answer
 _CELL_GROUP = 32  # its sides must be multiples of this
 _MIRRORED = np.array([-1, 1, 1])
+_LARGE_CELLS = 3.0  # IOD: the cells around its middle then all belong to a face
 _CLOSE = 0.9  # IOD: two faces are no closer than this
 
 
@@ -218,14 +219,33 @@ def _decode_cells(cells: np.ndarray, threshold: float) -> list[Affine]:
     frames: list[Affine] = []
     for at in np.argsort(-logit[rows, columns]):
         row, column = rows[at], columns[at]
-        dx, dy, size, cosine, sine = cells[1:, row, column].astype(np.float64)
+        dx, dy, size, cosine, sine = _told_around(cells, row, column).tolist()
         centre = (np.array([column + dx, row + dy]) + 0.5) * _CELL - 0.5
         iod = np.exp(min(size, 8.0)) * _CELL
-        cosine, sine = np.array([cosine, sine]) / max(np.hypot(cosine, sine), 1e-6)
+        length = max(math.hypot(cosine, sine), 1e-6)
+        cosine, sine = cosine / length, sine / length
         linear = iod * np.array([[cosine, -sine], [sine, cosine]])
         if all(np.hypot(*(middle_of(f) - centre)) > _CLOSE * iod for f in frames):
             frames.append(np.column_stack([linear, centre - linear @ [0, _BELOW_EYES]]))
     return frames
+
+
+def _told_around(cells: np.ndarray, row: int, column: int) -> np.ndarray:
+    """(5,) what the cell of a large face tells, averaged with its neighbours, surer ones more.
+
+    A small face's neighbours may belong to another, so its own cell speaks alone.
+    """
+    own = cells[1:, row, column]
+    if own[2] < math.log(_LARGE_CELLS):
+        return own
+    rows, columns = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
+    told = cells[1:, rows, columns].copy()
+    y, x = np.mgrid[: cells.shape[1], : cells.shape[2]]
+    told[0] += x[rows, columns] - column
+    told[1] += y[rows, columns] - row
+    sure = 1 / (1 + np.exp(-cells[0, rows, columns]))
+    mean: np.ndarray = (told * sure).sum((1, 2)) / sure.sum()
+    return mean
 
 
 def distance(a: Affine, b: Affine) -> float:

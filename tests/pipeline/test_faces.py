@@ -241,7 +241,7 @@ def test_a_mouth_behind_a_medical_mask_is_told_to_be_hidden():
     nose, chin = face.points_px[1, :2], face.points_px[152, :2]
     left, right = face.points_px[234, :2], face.points_px[454, :2]
     cloth = np.array([[left[0] + 8, nose[1]], nose - [0, 12], [right[0] - 8, nose[1]],
-                      [right[0] - 25, chin[1]], chin + [0, 8], [left[0] + 25, chin[1]]])  # fmt: skip
+                      [right[0] - 25, chin[1]], np.add(chin, (0, 8)), [left[0] + 25, chin[1]]])  # fmt: skip
     cv2.fillPoly(picture, [np.rint(cloth).astype(np.int32)], (150, 190, 215))
     for face in find_faces(picture):
         assert face.mouth_visible < 0.5
