@@ -20,6 +20,7 @@ from torch.utils.data import DataLoader, IterableDataset
 BATCH = 128
 WARM_UP = 500  # steps
 AVERAGE = 0.9995  # of the weights, per step
+PAINTED_TEETH = 1.0  # how much more the opening's px count
 
 
 class Stream(IterableDataset):
@@ -40,11 +41,16 @@ def tensors(batch: Batch) -> tuple[Tensor, ...]:
 
 
 def mask_loss(logits: Tensor, mask: Tensor) -> Tensor:
-    """Cross-entropy where the mask is known, and overlap of the whole lips (soft Dice)."""
-    target, known = (mask.float() / 255).unbind(-1)
-    wrong = nn.functional.binary_cross_entropy_with_logits(logits, target, reduction="none")
+    """Cross-entropy where the masks are known, and overlap of the lips (soft Dice)."""
+    whole, opening, known = (mask.float() / 255).unbind(-1)
+    cross_entropy = nn.functional.binary_cross_entropy_with_logits
+    wrong = cross_entropy(logits[:, 0], whole, reduction="none")
+    # Painted teeth are a worse mistake than a gap in the paint.
+    wrong = wrong + cross_entropy(logits[:, 1], opening, 1 + PAINTED_TEETH * opening,
+                                  reduction="none")  # fmt: skip
     cross = (wrong * known).sum() / known.sum().clamp(min=1)
-    painted = logits.sigmoid() * known
+    painted = logits[:, 0].sigmoid() * (-logits[:, 1]).sigmoid() * known
+    target = whole * (1 - opening)
     both, sums = (painted * target).sum((1, 2)), (painted + target * known).sum((1, 2))
     lips = (target * known).sum((1, 2)) > 60
     dice = 1 - (2 * both + 1) / (sums + 1)
@@ -94,7 +100,8 @@ def validate(net: nn.Module, faces: Faces, name: str) -> str:
         rgb8, target, _, _, *mask = tensors(cropper.batch(len(part), part))
         points, _, *painted = net(normalise(rgb8).to(memory_format=torch.channels_last))
         if mask:
-            ours, theirs = painted[0] > 0, mask[0][..., 0] > 127
+            ours = painted[0] > 0
+            theirs = (mask[0][..., 0] > 127) & (mask[0][..., 1] <= 127)
             iou = (ours & theirs).sum((1, 2)) / (ours | theirs).sum((1, 2)).clamp(min=1)
             overlaps.append(iou[torch.tensor([int(face) in faces.masks for face in part])])
         errors.append(100 * (points - target)[..., :2].norm(dim=2))
@@ -114,6 +121,15 @@ def validate(net: nn.Module, faces: Faces, name: str) -> str:
     return " | ".join(report)
 
 
+@torch.no_grad()
+def inherit(net: nn.Module, average: dict[str, Tensor]) -> None:
+    """Take over averaged weights, of a net with fewer channels too: as far as they go."""
+    for key, value in net.state_dict().items():
+        old = average[f"module.{key}"]
+        common = tuple(slice(min(a, b)) for a, b in zip(value.shape, old.shape, strict=True))
+        value[common] = old[common]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("net", choices=list(SPECS))
@@ -121,6 +137,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=2e6)
     parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
     options = parser.parse_args()
     torch.set_num_threads(2)
     checkpoint = options.out / f"{options.net}.pt"
@@ -130,6 +147,8 @@ def main() -> None:
     index = drawer.rng.choice(len(drawer.p), 6000, p=drawer.p)
     targets = drawer.geometry(index)["target"]
     net = build(options.net, spec.size_wh, torch.from_numpy(targets))
+    if options.start:
+        inherit(net, torch.load(options.start, weights_only=True)["average"])
     net = net.to(memory_format=torch.channels_last).train()
     average = torch.optim.swa_utils.AveragedModel(
         net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE), use_buffers=True
