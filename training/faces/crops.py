@@ -11,7 +11,7 @@ from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
 from makeup_video.training.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
 
 MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild"), 1.4  # as lipmasks.py makes them
-MASK_CERTAINTY = 0.6
+MASK_CERTAINTY = 0.36  # leaves out a sixth of `wild`, hardly any others
 HARSH = 0.45  # of the lips' crops: light and colours that spoil the border
 LOWER_FACE = 0.55  # IOD below the eyes: what a medical mask may hide
 LIPS_AT = {int(point): at for at, point in enumerate(LIPS)}

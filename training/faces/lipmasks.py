@@ -1,11 +1,11 @@
 """Lip masks for training: what the outlines drawn by hand say, carried over to every face.
 
-    python -m makeup_video.training.faces.lipmasks --net runs/lips.onnx --out runs/lipmasks.npz
+    python -m makeup_video.training.faces.lipmasks                        # for a first net
+    python -m makeup_video.training.faces.lipmasks --net runs/lips.onnx   # for one that is better
 
 The teacher's contours are not the vermilion border, and a face's own colours are not sure of
 it either, nor is a net that was trained on such masks. lipevidence.py gathers what they say of
-every pixel; a small labeller, fitted on the mouths outlined by hand, weighs it. The net may be
-one from an earlier round.
+every pixel; a small labeller, fitted on the mouths outlined by hand, weighs it.
 """
 
 import argparse
@@ -40,12 +40,14 @@ def session(path: Path) -> onnxruntime.InferenceSession:
     return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
 
 
-def evidence(net: Path, face: Face, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def evidence(net: Path | None, face: Face, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """-> features (144, 192, F), the mask crop (144, 192, 3)."""
     rgb8, points, frame = face
     to_image = mouth_window(points, frame)
-    run = session(net)
-    average = average_of(lambda crops: run.run(None, {"rgb8": crops}), rgb8, to_image, seed)
+    average = np.zeros(MASK_SPEC.size_wh[::-1], np.float32)
+    if net is not None:
+        run = session(net)
+        average = average_of(lambda crops: run.run(None, {"rgb8": crops}), rgb8, to_image, seed)
     crop = take(rgb8, to_image, MASK_SPEC)
     return features(crop, to_mask_px(points, to_image), average), crop
 
@@ -122,7 +124,7 @@ def cross_validated(seen: list, mouths: list[Mouth], folds: int = 6) -> list[Lab
     return [fitted[one] for one in fold]
 
 
-def label_part(job: tuple[Labeller, Path, list[Face], int]) -> tuple[list, ...]:
+def label_part(job: tuple[Labeller, Path | None, list[Face], int]) -> tuple[list, ...]:
     labeller, net, faces, seed = job
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
@@ -133,7 +135,7 @@ def label_part(job: tuple[Labeller, Path, list[Face], int]) -> tuple[list, ...]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
-    parser.add_argument("--net", type=Path, default=Path("runs/lips.onnx"))
+    parser.add_argument("--net", type=Path)
     parser.add_argument("--out", type=Path, default=Path("runs/lipmasks.npz"))
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()

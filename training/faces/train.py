@@ -7,6 +7,7 @@ import argparse
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -130,18 +131,19 @@ def inherit(net: nn.Module, average: dict[str, Tensor]) -> None:
         value[common] = old[common]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("net", choices=list(SPECS))
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
-    parser.add_argument("--out", type=Path, default=Path("runs"))
-    parser.add_argument("--samples", type=float, default=2e6)
-    parser.add_argument("--rate", type=float, default=2e-3)
-    parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
-    options = parser.parse_args()
-    torch.set_num_threads(2)
-    checkpoint = options.out / f"{options.net}.pt"
-    faces, held_out = Faces(options.data, False), Faces(options.data, True)
+def resume(checkpoint: Path, parts: dict[str, Any]) -> int:
+    """Put every part back to where it was; tell at which step. 0: nothing was saved yet."""
+    if not checkpoint.exists():
+        return 0
+    saved = torch.load(checkpoint, weights_only=True)
+    for name, part in parts.items():
+        part.load_state_dict(saved[name])
+    print("resumed at step", saved["step"])
+    return saved["step"]
+
+
+def beginning(options: argparse.Namespace, faces: Faces) -> dict[str, Any]:
+    """A net, its running average and its optimizer."""
     spec = SPECS[options.net]
     drawer = Cropper(faces, spec, seed=0)
     index = drawer.rng.choice(len(drawer.p), 6000, p=drawer.p)
@@ -154,14 +156,24 @@ def main() -> None:
         net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE), use_buffers=True
     )
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.05, fused=True)
-    step, steps = 0, int(options.samples / BATCH)
-    if checkpoint.exists():
-        saved = torch.load(checkpoint, weights_only=True)
-        net.load_state_dict(saved["net"])
-        average.load_state_dict(saved["average"])
-        optimizer.load_state_dict(saved["optimizer"])
-        step = saved["step"]
-        print("resumed at step", step)
+    return {"net": net, "average": average, "optimizer": optimizer}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("net", choices=list(SPECS))
+    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--out", type=Path, default=Path("runs"))
+    parser.add_argument("--samples", type=float, default=2e6)
+    parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
+    options = parser.parse_args()
+    torch.set_num_threads(2)
+    checkpoint = options.out / f"{options.net}.pt"
+    faces, held_out = Faces(options.data, False), Faces(options.data, True)
+    parts = beginning(options, faces)
+    net, average, optimizer = parts.values()
+    step, steps = resume(checkpoint, parts), int(options.samples / BATCH)
     worth = point_worth(options.net, faces.mirror)
     loader = iter(DataLoader(Stream(faces, options.net, seed=step), None, num_workers=1,
                              prefetch_factor=8))  # fmt: skip
@@ -178,11 +190,8 @@ def main() -> None:
         nn.utils.clip_grad_norm_(net.parameters(), 1.0)
         optimizer.step()
         step += 1
-        if step < 2000:  # a young average must forget faster
-            average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(
-                min(AVERAGE, step / (step + 10)))  # fmt: skip
-        else:
-            average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE)
+        decay = AVERAGE if step >= 2000 else min(AVERAGE, step / (step + 10))  # young: forgets
+        average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(decay)
         average.update_parameters(net)
         running, counted = running + error.item(), counted + 1
         if step % 200 == 0:
@@ -194,9 +203,8 @@ def main() -> None:
             )
             running, counted, since = 0.0, 0, time.time()
         if time.time() - saved_at > 150 or step == steps:
-            state = {"net": net.state_dict(), "average": average.state_dict(),
-                         "optimizer": optimizer.state_dict(), "step": step,
-                         "config": (options.net, targets.shape[1])}  # fmt: skip
+            state = {name: part.state_dict() for name, part in parts.items()}
+            state |= {"step": step, "config": (options.net, len(SPECS[options.net].points))}
             torch.save(state, checkpoint.with_suffix(".part"))
             checkpoint.with_suffix(".part").rename(checkpoint)
             print("  held out:", validate(average, held_out, options.net), flush=True)
