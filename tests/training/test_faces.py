@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from makeup_video.training.faces import crops, prepare, topology
+from makeup_video.training.faces import crops, lipevidence, lipoutlines, prepare, topology
 
 RNG = np.random.default_rng(0)
 
@@ -40,13 +40,39 @@ def test_stretch_keeps_a_linear_map_exact():
     assert np.abs(crops.stretch(coarse, (w, h)) - np.dstack([x, y])).max() < 8 / 32
 
 
-def test_a_covered_lip_gets_no_lipstick_and_that_is_known():
-    mask = np.dstack([np.full((8, 8), 255, np.uint8), np.zeros((8, 8), np.uint8)])
+def test_a_covered_mouth_is_no_mouth_and_that_is_known():
+    mask = np.dstack([np.full((8, 8, 2), 255, np.uint8), np.zeros((8, 8), np.uint8)])
     cover = np.zeros((8, 8), np.float32)
     cover[:, :4] = 1
     crops.cover_mask(mask, cover)
-    assert (mask[:, :4, 0] == 0).all() and (mask[:, 4:, 0] == 255).all()
-    assert (mask[:, :4, 1] == 255).all() and (mask[:, 4:, 1] == 0).all()
+    assert (mask[:, :4, :2] == 0).all() and (mask[:, 4:, :2] == 255).all()
+    assert (mask[:, :4, 2] == 255).all() and (mask[:, 4:, 2] == 0).all()
+
+
+def test_hand_drawn_curves_pass_through_their_points_with_sharp_corners():
+    square = [[x, y] for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)) for _ in range(2)]
+    curve = lipoutlines.spline(square)
+    assert np.allclose(curve[::12][:4], square[1::2])
+    assert curve.min() >= -1e-9 and curve.max() <= 1 + 1e-9  # straight sides do not bulge
+
+
+def test_outlined_lips_interiors_and_covers_share_out_every_pixel():
+    mouths = lipoutlines.read_mouths((96, 72), 1.4)
+    assert len(mouths) >= 40
+    for mouth in mouths:
+        assert (mouth.lips + mouth.interior + mouth.covered <= 1 + 1e-6).all()
+        assert mouth.lips.sum() > 50
+
+
+def test_enclosed_is_sure_on_lips_and_between_them_only():
+    column = np.array([-5.0, 4.0, -5.0, -5.0, 3.0, -5.0])[:, None]
+    assert lipevidence.enclosed(column)[:, 0].tolist() == [-5, 4, 3, 3, 3, -5]
+
+
+def test_lipstick_goes_inside_the_mouth_and_outside_its_opening():
+    model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
+    logits = model.torch.tensor([[3.0, 3.0, -3.0], [-2.0, 2.0, -2.0]])[None, :, None]
+    assert model.lipstick_logits(logits).flatten().tolist() == [2, -2, -3]
 
 
 def test_lists_of_points_have_no_doubles():

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.training.faces.photo import Occluder, lipstick, photograph
+from makeup_video.training.faces.photo import Occluder, harsh, photograph, restyle
 from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
 from makeup_video.training.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
 
 MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild"), 1.4  # as lipmasks.py makes them
-MASK_CERTAINTY = 0.25
-OUTSIDE = 110  # of 255: painted skin is a smaller mistake than painted teeth
+MASK_CERTAINTY = 0.36  # leaves out a sixth of `wild`, hardly any others
+HARSH = 0.45  # of the lips' crops: light and colours that spoil the border
 LOWER_FACE = 0.55  # IOD below the eyes: what a medical mask may hide
 LIPS_AT = {int(point): at for at, point in enumerate(LIPS)}
 
@@ -28,6 +28,7 @@ class CropSpec:
     centre: tuple[float, float] = (0.0, 0.0)
     # Residual error of the tracker, one sigma: turn (radians), log scale, shift (IOD).
     jitter: tuple[float, float, float] = (0.08, 0.06, 0.06)
+    turn: tuple[float, float] = (0.28, 0.16)  # in depth, one sigma: yaw, pitch (radians)
     share: dict[str, float] = field(
         default_factory=lambda: {"portraits": 0.25, "wild": 0.52, "talking": 0.18, "covered": 0.05}
     )
@@ -36,8 +37,8 @@ class CropSpec:
 SPECS = {
     "mesh": CropSpec((96, 96), 2.56, np.arange(478), None, (0.0, 0.42)),
     "lips": CropSpec(
-        (112, 80), 1.15, LIPS, LIPS, jitter=(0.06, 0.06, 0.035),
-        share={"portraits": 0.35, "wild": 0.4, "talking": 0.25, "covered": 0.0},
+        (112, 80), 1.15, LIPS, LIPS, jitter=(0.06, 0.06, 0.04), turn=(0.36, 0.2),
+        share={"portraits": 0.45, "wild": 0.3, "talking": 0.25, "covered": 0.0},
     ),
     "eye": CropSpec(
         (64, 48), 0.72, EYE, EYE[:16], jitter=(0.06, 0.06, 0.03),
@@ -136,8 +137,8 @@ class Batch:
     weight: np.ndarray  # (N, K) of each point in the loss
     labels: np.ndarray  # (N, 2): a face, a visible mouth
     index: np.ndarray  # (N,) which face
-    # (N, H, W, 2) uint8: weight of lipstick, and how much a mistake there matters (0: that is
-    # not known); only for the lips' net
+    # (N, H, W, 3) uint8: the whole mouth, what shows between the lips, and whether both are
+    # known there; only for the lips' net
     mask: np.ndarray | None = None
 
 
@@ -148,7 +149,7 @@ class Cropper:
         self.faces, self.spec, self.augment = faces, spec, augment
         self.rng = np.random.default_rng(seed)
         self.p = faces.sampling(spec.share)
-        self.occluder = Occluder(faces.pictures, self.rng)
+        self.occluder = Occluder(faces.pictures, self.rng, mouth=spec is SPECS["lips"])
         w, h = spec.size_wh
         coarse = np.stack(np.meshgrid(np.linspace(0, w - 1, w // 8 + 1),
                                       np.linspace(0, h - 1, h // 8 + 1)), -1)  # fmt: skip
@@ -162,7 +163,7 @@ class Cropper:
         turn, log_scale = rng.normal(size=(2, n)) * spread.T[:2]
         shift = rng.normal(size=(n, 2)) * spread[:, 2:]
         angle = np.where(rng.random(n) < 0.6, 1.0, 0.0) * self.augment
-        yaw, pitch = rng.normal(size=(2, n)) * angle * np.array([[0.28], [0.16]])
+        yaw, pitch = rng.normal(size=(2, n)) * angle * np.array([spec.turn]).T
         rotation = rotations(yaw, pitch)
         flip = rng.random(n) < 0.5
 
@@ -204,18 +205,17 @@ class Cropper:
         return {"target": target.astype(np.float32), "source": source.astype(np.float32)}
 
     def lip_mask(self, face: int, source: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """(H, W, 2) as in Batch. Without a refined mask only the surely bare places are known."""
+        """(H, W, 3) as in Batch. Without a good mask only the surely bare places are known."""
         w, h = self.spec.size_wh
         if face not in self.faces.masks:
             return sure_places(at, (w, h), w / self.spec.span)
         mask, window = self.faces.masks[face]
-        rows, columns = mask.shape
+        rows, columns = mask.shape[:2]
         inverse = np.linalg.inv(window[:, :2]) * (columns / MASK_SPAN)
         place = (source - window[:, 2]) @ inverse.T + [(columns - 1) / 2, (rows - 1) / 2]
         grid = stretch(place.astype(np.float32).reshape(h // 8 + 1, w // 8 + 1, 2), (w, h))
-        opening = fill(at, LIPS_INNER, (w, h)) * np.uint8(255)
-        known = np.maximum(opening, np.uint8(OUTSIDE))
-        return np.dstack([cv2.remap(mask, grid, None, cv2.INTER_LINEAR), known])
+        drawn = cv2.remap(mask, grid, None, cv2.INTER_LINEAR)
+        return np.dstack([drawn, np.full((h, w), 255, np.uint8)])
 
     def crop(self, face: int, source: np.ndarray) -> np.ndarray:
         """Sample one crop; source (K, 2) is the coarse map."""
@@ -240,7 +240,7 @@ class Cropper:
         rgb8 = np.empty((n, h, w, 3), np.uint8)
         weight = np.ones((n, len(spec.points)), np.float32)
         labels = np.ones((n, 2), np.float32)
-        masks = np.zeros((n, h, w, 2), np.uint8) if spec is SPECS["lips"] else None
+        masks = np.zeros((n, h, w, 3), np.uint8) if spec is SPECS["lips"] else None
         covered = self.faces.folder[index] == "covered"
         lower = self.faces.mean[spec.points, 1] > LOWER_FACE
         weight[covered] = np.where(lower, 0.1, 1.0)
@@ -255,8 +255,8 @@ class Cropper:
             if masks is not None:
                 masks[i] = self.lip_mask(face, placed["source"][i], at)
             if self.augment:
-                if masks is not None and face in self.faces.masks and rng.random() < 0.4:
-                    crop = lipstick(crop, masks[i, ..., 0], rng)
+                if masks is not None and face in self.faces.masks:
+                    crop = restyle(crop, masks[i], rng)
                 hidden = self.occluder(crop, at, rng)
                 if hidden is not None:
                     if masks is not None:
@@ -265,6 +265,8 @@ class Cropper:
                     mouth = np.isin(spec.points, LIPS)
                     if mouth.any() and hidden[mouth].mean() > 0.6:
                         labels[i, 1] = 0
+                if masks is not None and rng.random() < HARSH:
+                    crop = harsh(crop, rng)
                 crop = photograph(crop, rng)
             rgb8[i] = crop
         return Batch(rgb8, placed["target"], weight, labels, index, masks)
@@ -330,12 +332,13 @@ def stretch(coarse: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
 def sure_places(at: np.ndarray, size_wh: tuple[int, int], unit: float) -> np.ndarray:
     """A mask that knows only where no lipstick goes: far outside, and well inside the mouth.
 
-    at: (80, 2) px, the points of LIPS. unit: px per IOD. Returns (H, W, 2) as in Batch.
+    at: (80, 2) px, the points of LIPS. unit: px per IOD. Returns (H, W, 3) as in Batch.
     """
     outer, inner = 1 - fill(at, LIPS_OUTER, size_wh), fill(at, LIPS_INNER, size_wh)
     outside = cv2.distanceTransform(outer, cv2.DIST_L2, 3) > 0.07 * unit
     within = cv2.distanceTransform(inner, cv2.DIST_L2, 3) > 0.03 * unit
-    return np.dstack([np.zeros_like(outer), outside * np.uint8(OUTSIDE) | within * np.uint8(255)])
+    opening = within * np.uint8(255)
+    return np.dstack([opening, opening, (outside | within) * np.uint8(255)])
 
 
 def fill(at: np.ndarray, contour: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
@@ -347,6 +350,6 @@ def fill(at: np.ndarray, contour: np.ndarray, size_wh: tuple[int, int]) -> np.nd
 
 
 def cover_mask(mask: np.ndarray, shape: np.ndarray) -> None:
-    """What hides the lips gets no lipstick; and that is then known."""
-    mask[..., 0] = mask[..., 0] * (1 - shape)
-    mask[..., 1] = np.maximum(mask[..., 1], (shape > 0.8) * np.uint8(255))
+    """What hides the mouth is no part of it; and that is then known."""
+    mask[..., :2] = mask[..., :2] * (1 - shape[..., None])
+    mask[..., 2] = np.maximum(mask[..., 2], (shape > 0.8) * np.uint8(255))

@@ -1,123 +1,163 @@
-"""Turn the teacher's lip contours into masks that follow the vermilion border.
+"""Lip masks for training: what the outlines drawn by hand say, carried over to every face.
 
-    python -m makeup_video.training.faces.lipmasks --data runs/faces.npz --out runs/lipmasks.npz
+    python -m makeup_video.training.faces.lipmasks                        # for a first net
+    python -m makeup_video.training.faces.lipmasks --net runs/lips.onnx   # for one that is better
 
-The contours run outside the red of the lips, most at the corners and under the lower lip.
-So each face gets colour models of its own, learnt well inside and well outside the
-contours: upper lip against the skin above, lower lip against the skin below, both against
-what the mouth shows inside. The contour, drawn in a little, remains as a prior.
+The teacher's contours are not the vermilion border, and a face's own colours are not sure of
+it either, nor is a net that was trained on such masks. lipevidence.py gathers what they say of
+every pixel; a small labeller, fitted on the mouths outlined by hand, weighs it.
 """
 
 import argparse
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+from itertools import chain
+from multiprocessing import get_context
 from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.training.faces.crops import CropSpec
+import onnxruntime
+import torch
 from makeup_video.training.faces.infer import take
-from makeup_video.training.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.training.faces.lipevidence import MASK_SPEC, average_of, features, to_mask_px
+from makeup_video.training.faces.lipoutlines import Mouth, mouth_window, read_mouths
+from torch import Tensor, nn
 
-MASK_SPEC = CropSpec((192, 144), 1.4, LIPS, LIPS)
-IOD = MASK_SPEC.size_wh[0] / MASK_SPEC.span  # px of the mask crop
-DRAWN_IN, TRUST = 0.006, 0.022  # IOD: how far the contour is drawn in; one unit of log-odds
-CLOSED = 0.012  # IOD: half the height of an opening that counts as one
 FOLDERS = ("portraits", "talking", "wild")
+HIDDEN, STEPS, BATCH, RATE = 32, 300, 4096, 5e-3  # more of each changes nothing
+JITTER = 0.15  # of the features, in deviations: so few mouths are soon learnt by heart
+OPENING_WEIGHT = 3.0  # calling teeth lip is worse than calling lip teeth
+BESIDE = -4.0  # of the first feature: further out nothing is lip
+# What one face gives: picture, points (478, 3) px, frame (2, 3)
+Face = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def signed_distance(contour_px: np.ndarray) -> np.ndarray:
-    """(H, W) px, positive inside a closed contour (K, 2)."""
-    inside = np.zeros(MASK_SPEC.size_wh[::-1], np.uint8)
-    cv2.fillPoly(inside, [np.rint(contour_px * 16).astype(np.int32)], 1, shift=4)
-    inwards = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
-    return inwards - cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5)
+@cache
+def session(path: Path) -> onnxruntime.InferenceSession:
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
 
 
-def separate(features: np.ndarray, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray | None:
-    """Linear discriminant: (H, W, F) and two sample masks -> (H, W) log-odds for `ours`."""
-    a, b = features[ours], features[theirs]
-    if min(len(a), len(b)) < 30:
-        return None
-    middle_a, middle_b = np.median(a, 0), np.median(b, 0)
-    spread = (np.cov(a.T) + np.cov(b.T)) / 2 + np.diag([9.0, 1.5, 1.5])
-    direction = np.linalg.solve(spread, middle_a - middle_b)
-    return (features - (middle_a + middle_b) / 2) @ direction
+def evidence(net: Path | None, face: Face, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """-> features (144, 192, F), the mask crop (144, 192, 3)."""
+    rgb8, points, frame = face
+    to_image = mouth_window(points, frame)
+    average = np.zeros(MASK_SPEC.size_wh[::-1], np.float32)
+    if net is not None:
+        run = session(net)
+        average = average_of(lambda crops: run.run(None, {"rgb8": crops}), rgb8, to_image, seed)
+    crop = take(rgb8, to_image, MASK_SPEC)
+    return features(crop, to_mask_px(points, to_image), average), crop
 
 
-def trusted(lightness: np.ndarray, lip: np.ndarray, skin: np.ndarray) -> np.ndarray:
-    """1, and less where it is darker than lips and skin both are: a shadow, a beard, a corner."""
-    darkest = min(np.percentile(lightness[lip], 10), np.percentile(lightness[skin], 10))
-    return np.exp(-np.maximum(darkest - lightness, 0) / 8)
+class Labeller(nn.Module):
+    """Features (..., F) -> log-odds (..., 2): of the whole mouth, and of the opening."""
+
+    def __init__(self, count: int) -> None:
+        super().__init__()
+        self.register_buffer("mean", torch.zeros(count))
+        self.register_buffer("deviation", torch.ones(count))
+        self.layers = nn.Sequential(
+            nn.Linear(count, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, HIDDEN), nn.ReLU(),
+            nn.Linear(HIDDEN, 2),
+        )  # fmt: skip
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = (x - self.mean) / self.deviation
+        return self.layers(x + JITTER * torch.randn_like(x) if self.training else x)
 
 
-def refine(rgb8: np.ndarray, points_px: np.ndarray) -> tuple[np.ndarray, float]:
-    """Mask crop (144, 192, 3), points in its px -> lip weight uint8, and how sure it is, 0 to 1."""
-    lab = cv2.cvtColor(rgb8.astype(np.float32) / 255, cv2.COLOR_RGB2Lab)
-    lab = cv2.GaussianBlur(lab, (0, 0), 1.0)
-    outer, inner = signed_distance(points_px[LIPS_OUTER]), signed_distance(points_px[LIPS_INNER])
-    thickness = np.minimum(outer, -inner).max()
-    lip = (outer > 0.35 * thickness) & (inner < -0.25 * thickness)
-    skin = (outer < -0.035 * IOD) & (outer > -0.13 * IOD)
-    opening = inner > 0.012 * IOD
-    # The line between the lips, through the inner contour's middle, divides upper from lower.
-    y = np.arange(lab.shape[0])[:, None]
-    middle = np.interp(np.arange(lab.shape[1]), *line_between(points_px).T)[None]
-    lower_share = 1 / (1 + np.exp(-(y - middle) / (0.03 * IOD)))
-
-    log_odds, gap = np.zeros(lab.shape[:2]), 0.0
-    for share, half in ((lower_share, y > middle), (1 - lower_share, y <= middle)):
-        found = separate(lab, lip & half, skin & half)
-        if found is None:
-            return np.zeros(lab.shape[:2], np.uint8), 0.0
-        log_odds += share * found.clip(-4, 4)
-        gap += abs(np.median(found[lip & half]) - np.median(found[skin & half])) / 2
-    log_odds *= trusted(lab[..., 0], lip, skin)
-    height = (outer > 0).sum(0)[None] / IOD  # the lips taper to their corners: so does this
-    drawn_in = DRAWN_IN * np.minimum(height / 0.12, 1)
-    border = 0.8 * log_odds + (outer - drawn_in * IOD) / (TRUST * IOD)
-    found = separate(lab, lip, opening) if opening.sum() > 60 else None
-    inside = (inner - 0.004 * IOD) / (0.5 * TRUST * IOD)
-    if found is not None:
-        inside = inside - 0.8 * found.clip(-2, 4)  # a dark corner is no opening
-    if inner.max() < CLOSED * IOD:  # lipstick goes over the line between closed lips
-        inside = np.full_like(border, -12)
-    border, inside = border.clip(-12, 12), inside.clip(-12, 12)
-    weight = 1 / (1 + np.exp(-border)) / (1 + np.exp(inside))
-    guide = lab[..., 0] / 100
-    weight = cv2.ximgproc.guidedFilter(guide, weight.astype(np.float32), 3, 1e-4)
-    weight = ((weight - 0.5) * 2.5 + 0.5).clip(0, 1)
-    return (weight * 255).astype(np.uint8), float(np.clip((gap - 1) / 3, 0, 1))
+def fit(seen: list[np.ndarray], mouths: list[Mouth]) -> Labeller:
+    """seen: the features (144, 192, F) of every mouth."""
+    torch.manual_seed(0)
+    wanted = [np.dstack([np.minimum(m.lips + m.interior, 1), m.interior]) for m in mouths]
+    near = [(x[..., 0] > BESIDE) & (m.covered < 0.1) for x, m in zip(seen, mouths, strict=True)]
+    x = torch.from_numpy(np.concatenate([a[b] for a, b in zip(seen, near, strict=True)]))
+    target = torch.from_numpy(np.concatenate([a[b] for a, b in zip(wanted, near, strict=True)]))
+    labeller = Labeller(x.shape[1])
+    labeller.mean[:], labeller.deviation[:] = x.mean(0), x.std(0) + 1e-3
+    optimizer = torch.optim.AdamW(labeller.parameters(), lr=RATE, weight_decay=0.02)
+    for step in range(STEPS):
+        for group in optimizer.param_groups:
+            group["lr"] = RATE * (1 - step / STEPS) + 1e-5
+        chosen = torch.randint(len(x), (BATCH,))
+        weight = torch.ones(BATCH, 2)
+        weight[:, 1] += (OPENING_WEIGHT - 1) * target[chosen, 1]
+        loss = nn.functional.binary_cross_entropy_with_logits(
+            labeller(x[chosen]), target[chosen], weight
+        )
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+    return labeller.eval()
 
 
-def line_between(points_px: np.ndarray) -> np.ndarray:
-    """(11, 2), left to right: the middle of the inner contour, corner to corner."""
-    lower = points_px[LIPS_INNER[:11]]
-    upper = points_px[np.r_[LIPS_INNER[:1], LIPS_INNER[:9:-1]]]
-    middle = (lower + upper) / 2
-    return middle[np.argsort(middle[:, 0])]
+@torch.no_grad()
+def label(labeller: Labeller, seen: np.ndarray, crop: np.ndarray) -> tuple[np.ndarray, float]:
+    """-> whole mouth and opening (144, 192, 2) uint8, and how sure all that is, 0 to 1."""
+    log_odds = labeller(torch.from_numpy(seen)).numpy()
+    log_odds[..., 0][seen[..., 0] <= BESIDE] = -9
+    guide = cv2.cvtColor(crop, cv2.COLOR_RGB2GRAY).astype(np.float32) / 255
+    smooth = [cv2.ximgproc.guidedFilter(guide, np.ascontiguousarray(one), 2, 1e-4)
+              for one in np.moveaxis(1 / (1 + np.exp(-log_odds)), -1, 0)]  # fmt: skip
+    weight = np.dstack(smooth).clip(0, 1)
+    lips = weight[..., 0] * (1 - weight[..., 1])
+    sure = np.square(2 * lips - 1)[lips > 0.1].mean() if lips.max() > 0.5 else 0.0
+    return np.rint(weight * 255).astype(np.uint8), float(sure)
+
+
+def read_faces(data: Path, name: str) -> list[Face]:
+    packed = np.load(data)
+    columns = (packed[f"{name}_{key}"] for key in ("rgb8", "points", "frames"))
+    return list(zip(*columns, strict=True))
+
+
+def cross_validated(seen: list, mouths: list[Mouth], folds: int = 6) -> list[Labeller]:
+    """For every mouth a labeller that was fitted on others."""
+    fold = np.random.default_rng(0).permutation(len(mouths)) % folds
+    fitted = []
+    for one in range(folds):
+        others = np.flatnonzero(fold != one)
+        fitted.append(fit([seen[i] for i in others], [mouths[i] for i in others]))
+    return [fitted[one] for one in fold]
+
+
+def label_part(job: tuple[Labeller, Path | None, list[Face], int]) -> tuple[list, ...]:
+    labeller, net, faces, seed = job
+    cv2.setNumThreads(1)
+    torch.set_num_threads(1)
+    found = [label(labeller, *evidence(net, face, seed + i)) for i, face in enumerate(faces)]
+    return tuple(zip(*found, strict=True))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--net", type=Path)
     parser.add_argument("--out", type=Path, default=Path("runs/lipmasks.npz"))
+    parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
-    packed = np.load(options.data)
-    out = {}
-    w, h = MASK_SPEC.size_wh
-    for name in FOLDERS:
-        masks, windows, sure = [], [], []
-        columns = (packed[f"{name}_{key}"] for key in ("rgb8", "points", "frames"))
-        for rgb8, points, frame in zip(*columns, strict=True):
-            to_image = np.column_stack([frame[:, :2], points[LIPS, :2].mean(0)])
-            at = (points[:, :2] - to_image[:, 2]) @ np.linalg.inv(to_image[:, :2]).T
-            at = at * IOD + [(w - 1) / 2, (h - 1) / 2]
-            mask, certainty = refine(take(rgb8, to_image, MASK_SPEC), at)
-            masks.append(mask)
-            windows.append(to_image)
-            sure.append(certainty)
-        out |= {f"{name}_masks": np.stack(masks), f"{name}_windows": np.stack(windows),
-                f"{name}_sure": np.array(sure)}  # fmt: skip
-        print(name, len(masks), "masks, mean certainty", np.mean(sure))
+    torch.set_num_threads(1)
+    mouths = read_mouths(MASK_SPEC.size_wh, MASK_SPEC.span)
+    faces = {name: read_faces(options.data, name) for name in FOLDERS}
+    seen, crops = zip(*[evidence(options.net, faces[m.folder][m.index], i)
+                        for i, m in enumerate(mouths)], strict=True)  # fmt: skip
+    labeller, out = fit(seen, mouths), {}
+    with ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
+        for name in FOLDERS:
+            jobs = [(labeller, options.net, faces[name][i : i + 50], i)
+                    for i in range(0, len(faces[name]), 50)]  # fmt: skip
+            parts = zip(*pool.map(label_part, jobs), strict=True)
+            masks, sure = (list(chain.from_iterable(part)) for part in parts)
+            windows = [mouth_window(points, frame) for _, points, frame in faces[name]]
+            out |= {f"{name}_masks": np.stack(masks), f"{name}_windows": np.stack(windows),
+                    f"{name}_sure": np.array(sure)}  # fmt: skip
+            print(name, len(masks), "masks, mean certainty", np.mean(sure), flush=True)
+    # The outlined mouths get masks from labellers that never saw them: lipcheck can judge them.
+    for i, (mouth, blind) in enumerate(zip(mouths, cross_validated(seen, mouths), strict=True)):
+        out[f"{mouth.folder}_masks"][mouth.index] = label(blind, seen[i], crops[i])[0]
     np.savez(options.out, **out)
 
 

@@ -75,7 +75,11 @@ class PointNet(nn.Module):
 
 
 class LipNet(PointNet):
-    """A PointNet that also paints: logits (N, H, W) of where lipstick goes."""
+    """A PointNet that also paints: (N, H, W) log-odds of lipstick.
+
+    In training it gives what they come from, (N, 2, H, W): the mouth as a whole, lips and all
+    that shows between them, against skin; and what shows between them against all else.
+    """
 
     def __init__(
         self,
@@ -88,12 +92,12 @@ class LipNet(PointNet):
         super().__init__(size_wh, channels, residuals, mean, basis)
         first, second, third, fourth = channels
         self.down = nn.ModuleList([
-            nn.Conv2d(fourth, third, 1), nn.Conv2d(third, second, 1), nn.Conv2d(second, 8, 1),
-            nn.Conv2d(first, 8, 1),
+            nn.Conv2d(fourth, third, 1), nn.Conv2d(third, second, 1), nn.Conv2d(second, first, 1),
+            nn.Conv2d(first, first, 1),
         ])  # fmt: skip
-        self.merge = nn.ModuleList([Conv(third, third), Conv(second, second), Conv(8, 8)])
-        # Four values per cell of half the crop's size: one for each px.
-        self.paint = nn.Sequential(nn.Conv2d(8, 4, 1), nn.PixelShuffle(2))
+        self.merge = nn.ModuleList([Conv(third, third), Conv(second, second), Conv(first, first)])
+        # Eight values per cell of half the crop's size: two for each px.
+        self.paint = nn.Sequential(nn.Conv2d(first, 8, 1), nn.PixelShuffle(2))
 
     def forward(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         levels = []
@@ -104,7 +108,13 @@ class LipNet(PointNet):
         skips = [levels[2], levels[1], self.down[3](levels[0])]
         for down, skip, merge in zip(self.down, skips, self.merge, strict=False):
             x = merge(up(down(x)) + skip)
-        return points, score, self.paint(x).float()[:, 0]
+        painted = self.paint(x).float()
+        return points, score, painted if self.training else lipstick_logits(painted)
+
+
+def lipstick_logits(logits: Tensor) -> Tensor:
+    """Whole mouth and opening, (N, 2, H, W) -> (N, H, W): inside the one, outside the other."""
+    return torch.minimum(logits[:, 0], -logits[:, 1])
 
 
 def up(x: Tensor) -> Tensor:

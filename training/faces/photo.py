@@ -43,15 +43,92 @@ def photograph(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return rgb8
 
 
+def restyle(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Another lipstick, beard or mouth opening, now and then. mask: (H, W, 3) as in Batch."""
+    whole, opening, _ = np.moveaxis(mask, -1, 0)
+    u = rng.random(3)
+    if u[0] < 0.45:
+        rgb8 = lipstick(rgb8, np.minimum(whole, 255 - opening), rng)
+    if u[1] < 0.2:
+        rgb8 = stubble(rgb8, whole, rng)
+    if u[2] < 0.25:  # deeper in shadow, or teeth in brighter light
+        gain = 2 ** rng.uniform(-2.5, 0.6) - 1
+        changed = rgb8 * (1 + opening[..., None] * np.float32(gain / 255))
+        rgb8 = changed.clip(0, 255).astype(np.uint8)
+    return rgb8
+
+
+def stubble(rgb8: np.ndarray, whole: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Short dark or grey hairs around the mouth. whole: (H, W) uint8, where the mouth is."""
+    h, w = whole.shape
+    start = int(rng.integers(len(_noise) - h * w))
+    hairs = cv2.GaussianBlur(_noise[start : start + h * w].reshape(h, w), (0, 0), 0.5,
+                             sigmaY=rng.uniform(0.6, 2.5)) * 3  # fmt: skip
+    cells = rng.random((3, 4)).astype(np.float32) * rng.uniform(0.1, 0.9)
+    dense = cv2.resize(cells, (w, h), interpolation=cv2.INTER_LINEAR) * (1 - whole / 255)
+    weight = (dense * (hairs + 0.8)).clip(0, 1)[..., None]
+    hair = np.float32(rng.uniform(10, 90) if rng.random() < 0.8 else rng.uniform(120, 220))
+    return (rgb8 + weight * (hair - rgb8)).clip(0, 255).astype(np.uint8)
+
+
+def harsh(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Cast shadows, blown lights, gloss, tinted or colourless pictures, halos."""
+    h, w = rgb8.shape[:2]
+    u = rng.random(6)
+    picture = rgb8.astype(np.float32)
+    if u[0] < 0.4:
+        picture *= cast_shadow(rng, w, h)[..., None]
+    if u[1] < 0.35:  # gloss, sweat, a flash
+        shine = np.zeros((h, w), np.float32)
+        for _ in range(int(rng.integers(1, 7))):
+            middle = rng.normal([w / 2, h / 2], [w / 5, h / 5])
+            axes = (rng.uniform(1, 8), rng.uniform(0.6, 3))
+            cv2.ellipse(shine, (tuple(middle), axes, rng.uniform(-35, 35)), 1, -1)
+        shine = cv2.GaussianBlur(shine, (0, 0), rng.uniform(0.5, 2.5))
+        picture += shine[..., None] * np.float32(rng.uniform(40, 180))
+    if u[2] < 0.3:  # faded to one tint, as old prints and stage light are
+        grey = picture @ np.array([0.299, 0.587, 0.114], np.float32)
+        tint = np.exp(rng.normal(0, 0.35, 3))
+        tinted = grey[..., None] * (tint / tint.mean()).astype(np.float32)
+        picture += (tinted - picture) * np.float32(rng.uniform(0.4, 1))
+    if u[3] < 0.3:  # contrast about a middle of its own, clipped at both ends
+        middle = picture.mean() * np.float32(rng.uniform(0.7, 1.3))
+        picture = (picture - middle) * np.float32(rng.uniform(1.2, 2.2)) + middle
+    if u[4] < 0.2:
+        picture *= np.float32(2 ** rng.uniform(0.3, 1.1))
+    picture = picture.clip(0, 255).astype(np.uint8)
+    if u[5] < 0.25:
+        soft = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.7, 2))
+        gain = rng.uniform(0.8, 2.5)
+        picture = cv2.addWeighted(picture, 1 + gain, soft, -gain, 0)
+    return picture
+
+
+def cast_shadow(rng: np.random.Generator, w: int, h: int) -> np.ndarray:
+    """(H, W) gain: something keeps the light off a part with a straight or a bent edge."""
+    shape = np.zeros((h, w), np.float32)
+    angle, middle = rng.uniform(0, 2 * np.pi), rng.uniform([0.1 * w, 0.1 * h], [0.9 * w, 0.9 * h])
+    away = np.array([np.cos(angle), np.sin(angle)])
+    along = np.array([-away[1], away[0]])
+    bends = np.linspace(-1.5, 1.5, 7)[:, None] * w * along + rng.normal(0, 5, (7, 1)) * away
+    far = [2 * w * (away + along), 2 * w * (away - along)]
+    corners = middle + np.vstack([bends, far])
+    cv2.fillPoly(shape, [np.rint(corners).astype(np.int32)], 1.0)
+    shape = cv2.GaussianBlur(shape, (0, 0), rng.uniform(0.5, 6))
+    return 1 - shape * np.float32(rng.uniform(0.2, 0.85))
+
+
 def lipstick(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Lips in any colour, from sheer to opaque, matt to glossy. mask: (H, W) uint8."""
     inside = mask > 127
     if inside.sum() < 20:
         return rgb8
-    colour = rng.uniform(0, 255, 3)
-    if rng.random() < 0.7:  # reds, pinks, browns
-        red = rng.uniform(60, 250)
+    colour, kind = rng.uniform(0, 255, 3), rng.random()
+    if kind < 0.6:  # reds, pinks, browns
+        red = rng.uniform(40, 250)
         colour = np.array([red, red * rng.uniform(0.05, 0.7), red * rng.uniform(0.1, 0.75)])
+    elif kind < 0.85:  # nude: nearly the skin beside
+        colour = np.median(rgb8[mask < 30], 0) * rng.uniform(0.75, 1.1) * rng.uniform(0.9, 1.1, 3)
     picture = rgb8.astype(np.float32)
     luma = picture @ np.array([0.299, 0.587, 0.114], np.float32)
     shade = (luma / max(luma[inside].mean(), 1)) ** rng.uniform(0.5, 1.6)
@@ -104,10 +181,15 @@ def motion_blur(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 class Occluder:
-    """Hands, cups, microphones, hair: blobs, bars and strands, flat or textured."""
+    """Hands, cups, microphones, hair: blobs, bars and strands, flat or textured.
 
-    def __init__(self, pictures: list[list[np.ndarray]], rng: np.random.Generator) -> None:
-        self.pictures = pictures
+    mouth: fingers and microphones right over the lips as well.
+    """
+
+    def __init__(
+        self, pictures: list[list[np.ndarray]], rng: np.random.Generator, mouth: bool = False
+    ) -> None:
+        self.pictures, self.mouth = pictures, mouth
         self.chance = 0.25
 
     def __call__(
@@ -118,8 +200,10 @@ class Occluder:
         if rng.random() >= self.chance:
             return None
         h, w = crop.shape[:2]
-        shape = self._shape(w, h, rng)
-        cover = self._texture(w, h, crop, rng)
+        if self.mouth and rng.random() < 0.5:
+            shape, cover = (fingers if rng.random() < 0.6 else microphone)(crop, rng)
+        else:
+            shape, cover = self._shape(w, h, rng), self._texture(w, h, crop, rng)
         soft = cv2.GaussianBlur(shape, (0, 0), rng.uniform(0.4, 1.2)).astype(np.float32) / 255
         mixed = crop + (cover - crop.astype(np.float32)) * soft[..., None]
         crop[:] = mixed.clip(0, 255)
@@ -161,6 +245,45 @@ class Occluder:
         other = self.pictures[int(rng.integers(len(self.pictures)))][-1]
         y, x = (int(rng.integers(0, max(size - 40, 1))) for size in other.shape[:2])
         return cv2.resize(other[y : y + 64, x : x + 64], (w, h)).astype(np.float32)
+
+
+def fingers(crop: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """One to four round bars side by side in the face's own skin, or a fist of them."""
+    h, w = crop.shape[:2]
+    skin = crop[int(rng.integers(h * 3 // 4, h)), int(rng.integers(w // 4, w * 3 // 4))]
+    skin = skin.astype(np.float32) * np.float32(rng.uniform(0.7, 1.25))
+    shape, cover = np.zeros((h, w), np.uint8), np.zeros((h, w, 3), np.float32)
+    angle, radius = rng.uniform(0, 2 * np.pi), rng.uniform(4, 11)
+    along = np.array([np.cos(angle), np.sin(angle)])
+    tip = rng.normal([w / 2, h / 2], [w / 5, h / 5])
+    y, x = np.mgrid[0:h, 0:w].astype(np.float32)
+    for finger in range(int(rng.integers(1, 5))):
+        start = tip + finger * 1.9 * radius * np.array([-along[1], along[0]]) + rng.normal(0, 3, 2)
+        dx, dy = x - start[0], y - start[1]
+        ahead = np.maximum(dx * along[0] + dy * along[1], 0)
+        off = np.hypot(dx - ahead * along[0], dy - ahead * along[1]) / radius
+        inside = off < 1
+        shape[inside] = 255
+        round_off = np.sqrt(np.maximum(1 - off**2, 0)) * 0.45 + 0.6
+        cover[inside] = round_off[inside, None] * skin
+    return shape, cover * light(rng, w, h)
+
+
+def microphone(crop: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """A ball of foam or wire mesh on a stick that comes from below or from a side."""
+    h, w = crop.shape[:2]
+    shape = np.zeros((h, w), np.uint8)
+    middle, radius = rng.normal([w / 2, h * 0.75], [w / 5, h / 6]), rng.uniform(8, 22)
+    end = middle + np.array([rng.normal() * w * 0.5, h])
+    line(shape, middle, end, max(3, int(radius * rng.uniform(0.6, 1.4))))
+    cv2.circle(shape, tuple(np.rint(middle).astype(int).tolist()), int(radius), 255, -1)
+    y, x = np.mgrid[0:h, 0:w].astype(np.float32)
+    pitch = rng.uniform(1.2, 3)
+    mesh = (np.sin(x * pitch) * np.sin(y * pitch))[..., None] * np.float32(rng.uniform(0, 35))
+    shine = np.exp(-np.hypot(x - middle[0] + radius / 3, y - middle[1] + radius / 3) / radius)
+    colour = np.float32(rng.uniform(0, 70) if rng.random() < 0.75 else rng.uniform(70, 200))
+    cover = colour * (0.6 + 1.2 * shine[..., None]) + mesh + np.zeros(3, np.float32)
+    return shape, cover * light(rng, w, h)
 
 
 def line(shape: np.ndarray, start: np.ndarray, end: np.ndarray, thick: int) -> None:

@@ -7,6 +7,7 @@ import argparse
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -20,6 +21,7 @@ from torch.utils.data import DataLoader, IterableDataset
 BATCH = 128
 WARM_UP = 500  # steps
 AVERAGE = 0.9995  # of the weights, per step
+PAINTED_TEETH = 1.0  # how much more the opening's px count
 
 
 class Stream(IterableDataset):
@@ -40,11 +42,16 @@ def tensors(batch: Batch) -> tuple[Tensor, ...]:
 
 
 def mask_loss(logits: Tensor, mask: Tensor) -> Tensor:
-    """Cross-entropy where the mask is known, and overlap of the whole lips (soft Dice)."""
-    target, known = (mask.float() / 255).unbind(-1)
-    wrong = nn.functional.binary_cross_entropy_with_logits(logits, target, reduction="none")
+    """Cross-entropy where the masks are known, and overlap of the lips (soft Dice)."""
+    whole, opening, known = (mask.float() / 255).unbind(-1)
+    cross_entropy = nn.functional.binary_cross_entropy_with_logits
+    wrong = cross_entropy(logits[:, 0], whole, reduction="none")
+    # Painted teeth are a worse mistake than a gap in the paint.
+    wrong = wrong + cross_entropy(logits[:, 1], opening, 1 + PAINTED_TEETH * opening,
+                                  reduction="none")  # fmt: skip
     cross = (wrong * known).sum() / known.sum().clamp(min=1)
-    painted = logits.sigmoid() * known
+    painted = logits[:, 0].sigmoid() * (-logits[:, 1]).sigmoid() * known
+    target = whole * (1 - opening)
     both, sums = (painted * target).sum((1, 2)), (painted + target * known).sum((1, 2))
     lips = (target * known).sum((1, 2)) > 60
     dice = 1 - (2 * both + 1) / (sums + 1)
@@ -94,7 +101,8 @@ def validate(net: nn.Module, faces: Faces, name: str) -> str:
         rgb8, target, _, _, *mask = tensors(cropper.batch(len(part), part))
         points, _, *painted = net(normalise(rgb8).to(memory_format=torch.channels_last))
         if mask:
-            ours, theirs = painted[0] > 0, mask[0][..., 0] > 127
+            ours = painted[0] > 0
+            theirs = (mask[0][..., 0] > 127) & (mask[0][..., 1] <= 127)
             iou = (ours & theirs).sum((1, 2)) / (ours | theirs).sum((1, 2)).clamp(min=1)
             overlaps.append(iou[torch.tensor([int(face) in faces.masks for face in part])])
         errors.append(100 * (points - target)[..., :2].norm(dim=2))
@@ -114,6 +122,43 @@ def validate(net: nn.Module, faces: Faces, name: str) -> str:
     return " | ".join(report)
 
 
+@torch.no_grad()
+def inherit(net: nn.Module, average: dict[str, Tensor]) -> None:
+    """Take over averaged weights, of a net with fewer channels too: as far as they go."""
+    for key, value in net.state_dict().items():
+        old = average[f"module.{key}"]
+        common = tuple(slice(min(a, b)) for a, b in zip(value.shape, old.shape, strict=True))
+        value[common] = old[common]
+
+
+def resume(checkpoint: Path, parts: dict[str, Any]) -> int:
+    """Put every part back to where it was; tell at which step. 0: nothing was saved yet."""
+    if not checkpoint.exists():
+        return 0
+    saved = torch.load(checkpoint, weights_only=True)
+    for name, part in parts.items():
+        part.load_state_dict(saved[name])
+    print("resumed at step", saved["step"])
+    return saved["step"]
+
+
+def beginning(options: argparse.Namespace, faces: Faces) -> dict[str, Any]:
+    """A net, its running average and its optimizer."""
+    spec = SPECS[options.net]
+    drawer = Cropper(faces, spec, seed=0)
+    index = drawer.rng.choice(len(drawer.p), 6000, p=drawer.p)
+    targets = drawer.geometry(index)["target"]
+    net = build(options.net, spec.size_wh, torch.from_numpy(targets))
+    if options.start:
+        inherit(net, torch.load(options.start, weights_only=True)["average"])
+    net = net.to(memory_format=torch.channels_last).train()
+    average = torch.optim.swa_utils.AveragedModel(
+        net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE), use_buffers=True
+    )
+    optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.05, fused=True)
+    return {"net": net, "average": average, "optimizer": optimizer}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("net", choices=list(SPECS))
@@ -121,28 +166,14 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=2e6)
     parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
     options = parser.parse_args()
     torch.set_num_threads(2)
     checkpoint = options.out / f"{options.net}.pt"
     faces, held_out = Faces(options.data, False), Faces(options.data, True)
-    spec = SPECS[options.net]
-    drawer = Cropper(faces, spec, seed=0)
-    index = drawer.rng.choice(len(drawer.p), 6000, p=drawer.p)
-    targets = drawer.geometry(index)["target"]
-    net = build(options.net, spec.size_wh, torch.from_numpy(targets))
-    net = net.to(memory_format=torch.channels_last).train()
-    average = torch.optim.swa_utils.AveragedModel(
-        net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE), use_buffers=True
-    )
-    optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.05, fused=True)
-    step, steps = 0, int(options.samples / BATCH)
-    if checkpoint.exists():
-        saved = torch.load(checkpoint, weights_only=True)
-        net.load_state_dict(saved["net"])
-        average.load_state_dict(saved["average"])
-        optimizer.load_state_dict(saved["optimizer"])
-        step = saved["step"]
-        print("resumed at step", step)
+    parts = beginning(options, faces)
+    net, average, optimizer = parts.values()
+    step, steps = resume(checkpoint, parts), int(options.samples / BATCH)
     worth = point_worth(options.net, faces.mirror)
     loader = iter(DataLoader(Stream(faces, options.net, seed=step), None, num_workers=1,
                              prefetch_factor=8))  # fmt: skip
@@ -159,11 +190,8 @@ def main() -> None:
         nn.utils.clip_grad_norm_(net.parameters(), 1.0)
         optimizer.step()
         step += 1
-        if step < 2000:  # a young average must forget faster
-            average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(
-                min(AVERAGE, step / (step + 10)))  # fmt: skip
-        else:
-            average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE)
+        decay = AVERAGE if step >= 2000 else min(AVERAGE, step / (step + 10))  # young: forgets
+        average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(decay)
         average.update_parameters(net)
         running, counted = running + error.item(), counted + 1
         if step % 200 == 0:
@@ -175,9 +203,8 @@ def main() -> None:
             )
             running, counted, since = 0.0, 0, time.time()
         if time.time() - saved_at > 150 or step == steps:
-            state = {"net": net.state_dict(), "average": average.state_dict(),
-                         "optimizer": optimizer.state_dict(), "step": step,
-                         "config": (options.net, targets.shape[1])}  # fmt: skip
+            state = {name: part.state_dict() for name, part in parts.items()}
+            state |= {"step": step, "config": (options.net, len(SPECS[options.net].points))}
             torch.save(state, checkpoint.with_suffix(".part"))
             checkpoint.with_suffix(".part").rename(checkpoint)
             print("  held out:", validate(average, held_out, options.net), flush=True)
