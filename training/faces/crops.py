@@ -6,9 +6,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.training.faces.photo import Occluder, harsh, photograph, restyle
 from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
-from makeup_video.training.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
 
 MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild"), 1.4  # as lipmasks.py makes them
 MASK_CERTAINTY = 0.36  # leaves out a sixth of `wild`, hardly any others

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import onnx
-import onnxruntime
 import torch
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.detect import Detector
+from makeup_video.training.faces.infer import Net, from_onnx
 from makeup_video.training.faces.model import build, normalise
 from makeup_video.training.faces.scenes import SCENE, Scenes
 from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
@@ -61,18 +61,25 @@ def load(path: Path) -> tuple[str, nn.Module]:
     return name, net.eval()
 
 
+def from_checkpoint(path: Path) -> Net:
+    """The averaged weights of a checkpoint as a function of uint8 crops."""
+    _name, net = load(path)
+    print(f"{path}: step {torch.load(path, weights_only=True)['step']}")
+
+    def run(rgb8: np.ndarray) -> tuple[np.ndarray, ...]:
+        with torch.no_grad():
+            out = net(normalise(torch.from_numpy(rgb8)))
+        return (out.numpy(),) if isinstance(out, Tensor) else tuple(o.numpy() for o in out)
+
+    return run
+
+
 def examples(name: str, data: Path, count: int) -> np.ndarray:
     faces = Faces(data, False)
     if name == "detector":
         scenes = Scenes(faces, seed=7)
         return np.stack([scenes.draw()[0] for _ in range(count)])
     return Cropper(faces, SPECS[name], seed=7).batch(count).rgb8
-
-
-def session(path: Path) -> onnxruntime.InferenceSession:
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
 
 
 def write(name: str, net: nn.Module, path: Path, crops: np.ndarray) -> None:
@@ -87,7 +94,7 @@ def write(name: str, net: nn.Module, path: Path, crops: np.ndarray) -> None:
     with torch.no_grad():
         wanted = module(torch.from_numpy(crops[:16]))
     wanted = (wanted,) if isinstance(wanted, Tensor) else wanted
-    got = session(path).run(None, {"rgb8": crops[:16]})
+    got = from_onnx(path)(crops[:16])
     for key, a, b in zip(OUTPUTS[name], wanted, got, strict=True):
         worst = float(np.abs(a.numpy() - b).max())
         print(f"  {key}: worst difference {worst:.1e}")
@@ -123,7 +130,7 @@ class Crops(CalibrationDataReader):
 
 def quantize(path: Path, crops: np.ndarray) -> None:
     """Convolutions to int8, weights per channel; the heads stay float."""
-    before = session(path).run(None, {"rgb8": crops})
+    before = from_onnx(path)(crops)
     part = path.with_suffix(".part")
     quant_pre_process(str(path), str(part), skip_symbolic_shape=True)
     quantize_static(
@@ -132,7 +139,7 @@ def quantize(path: Path, crops: np.ndarray) -> None:
         op_types_to_quantize=["Conv", "Add", "Resize"],
     )  # fmt: skip
     part.unlink()
-    after = session(path).run(None, {"rgb8": crops})
+    after = from_onnx(path)(crops)
     off = np.linalg.norm((before[0] - after[0])[..., :2], axis=-1).mean()
     print(f"  int8 moves the first output by {off:.5f} on average")
 

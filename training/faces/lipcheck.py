@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 import torch
 from makeup_video.training.faces.crops import SPECS, CropSpec
-from makeup_video.training.faces.evaluate import from_checkpoint, from_onnx
-from makeup_video.training.faces.infer import take
+from makeup_video.training.faces.export import from_checkpoint
+from makeup_video.training.faces.infer import from_onnx, take
 from makeup_video.training.faces.lipevidence import MASK_SPEC
 from makeup_video.training.faces.lipoutlines import Mouth, mouth_window, read_mouths
 

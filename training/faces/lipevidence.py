@@ -2,9 +2,9 @@
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.topology import LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.training.faces.crops import SPECS, CropSpec
 from makeup_video.training.faces.infer import Net, take
-from makeup_video.training.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
 
 MASK_SPEC = CropSpec((192, 144), 1.4, LIPS, LIPS)
 IOD = MASK_SPEC.size_wh[0] / MASK_SPEC.span  # px of the mask crop

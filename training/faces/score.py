@@ -18,8 +18,8 @@ import numpy as np
 import torch
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.detect import decode
-from makeup_video.training.faces.export import load, session
-from makeup_video.training.faces.infer import Net, place, take, window
+from makeup_video.training.faces.export import load
+from makeup_video.training.faces.infer import Net, from_onnx, place, take, window
 from makeup_video.training.faces.model import PointNet, normalise
 from makeup_video.training.faces.photo import photograph
 from makeup_video.training.faces.prepare import fit_similarity
@@ -131,11 +131,6 @@ def gather(faces: Faces, mesh: PointNet, nets: list[Net], count: int, seed: int)
     return [torch.cat(parts) for parts in found]
 
 
-def onnx_net(path: Path) -> Net:
-    net = session(path)
-    return lambda rgb8: tuple(net.run(None, {"rgb8": rgb8}))
-
-
 def report(name: str, score: nn.Linear, sets: list[Tensor]) -> None:
     with torch.no_grad():
         face, none = (score(part)[:, 0].sigmoid() for part in sets)
@@ -156,7 +151,7 @@ def main() -> None:
     path = options.checkpoints / "mesh.pt"
     _, mesh = load(path)
     assert isinstance(mesh, PointNet)
-    nets = [onnx_net(options.weights / f"{name}.onnx") for name in ("mesh", "detector")]
+    nets = [from_onnx(options.weights / f"{name}.onnx") for name in ("mesh", "detector")]
     held_out = gather(Faces(options.data, True), mesh, nets, 3000, seed=1)
     report("before", mesh.score, held_out)
     sets = gather(Faces(options.data, False), mesh, nets, int(options.samples), seed=0)

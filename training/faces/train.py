@@ -12,9 +12,9 @@ from typing import Any
 import cv2
 import numpy as np
 import torch
+from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
 from makeup_video.training.faces.crops import SPECS, Batch, Cropper, Faces
 from makeup_video.training.faces.model import build, normalise
-from makeup_video.training.faces.topology import EYE, EYE_CONTOUR, LIPS
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
