@@ -176,7 +176,7 @@ class FaceNets:
         would jolt the face's pose. True when lips or eyes had strayed.
         """
         off = (mesh - points)[self.far_points]
-        share = 14 * float(np.abs(off[:, :2]).mean()) / strayed_px
+        share = 14 * float(np.abs(off[:, :2]).mean()) / max(strayed_px, 1e-9)
         points[self.far_points] += min(max(share, _LEAST_SHARE), 1) * off
         strayed = False
         for index in (LIPS, *self._eyes):

@@ -22,9 +22,8 @@ _MOVED_FAR = 0.12  # IOD, or log scale, or radians, between two frames: look aga
 _AT_REST = 0.015  # the same: not more than noise
 _FAST = 0.08  # the same: the mesh net had better look at every frame
 MESH_SECONDS = 0.09  # between two looks of the mesh net
-_STRAYED = (
-    0.2  # IOD between the mesh net's lips or eyes and those of the closer look: these are lost
-)
+# IOD between the mesh net's lips or eyes and those of the closer look: these look elsewhere.
+_STRAYED = 0.2
 _CORRECTION = 0.3  # of the face frame towards the mesh net's: at once would jolt the crops
 _SAME_FACE = 0.6  # IOD between the middles of two that are one
 _PART_OF_FACE = 1.15, 0.7  # IOD of the larger, and ratio of sizes: a mouth taken for a face
@@ -43,10 +42,9 @@ class Sighting:
     lips: LipPatch
     view: View  # where the nets looked
     meshed_seconds: float = -np.inf  # when the mesh net last looked at it
-    step: Affine = field(
-        default_factory=partial(np.eye, 2, 3)
-    )  # its motion since the frame before, px -> px
-    moved: float = 0.0  # the same in IOD, log scale or radians, whichever is most
+    # Its motion since the frame before, px -> px; and in IOD, log scale or radians, the most.
+    step: Affine = field(default_factory=partial(np.eye, 2, 3))
+    moved: float = 0.0
 
 
 def detect(
@@ -97,28 +95,19 @@ def sight_again(
     the rest, and to whether this still is a face, now and then; in between the rest is carried
     along. doubtfully: look at the mirrored crop too.
     """
-    points, frame = before.points.copy(), before.frame
-    if before.moved > _AT_REST:  # what moves moves on
-        points, frame = _moved(points, before.step), compose(before.step, frame)
-    view = nets.view(points, frame)
-    if before.view.strayed(view) < _AT_REST:
-        view = before.view  # the crops of a still face stay where they are, or they would wander
+    points, view = _expected(nets, before)
     scores, meshed_seconds = before.scores, before.meshed_seconds
     age = seconds - meshed_seconds
     is_due = doubtfully or before.moved > _FAST or not 0 <= age < MESH_SECONDS
     if is_due:
-        mesh, scores = nets.read_mesh(picture, view.frame)
-        mesh_frame = nets.face_frame(mesh)
-        if distance(view.frame, mesh_frame) > _MOVED_FAR:
-            mesh, scores = nets.read_mesh(picture, mesh_frame)
-            points, view = mesh, nets.view(mesh)
-        if scores[0] < _STILL_A_FACE or not _is_plausible(mesh, picture):
+        seen = _mesh_again(nets, picture, view, doubtfully)
+        if seen is None:
             return None
-        if doubtfully and _looks_otherwise_mirrored(nets, picture, mesh, view.frame):
-            return None
-        if nets.take_rest(points, mesh, _STRAYED * iod_of(frame)):
-            view = nets.view(points)
+        mesh, scores, is_where_expected = seen
         meshed_seconds = seconds
+        strayed_px = _STRAYED * iod_of(view.frame) if is_where_expected else 0
+        if nets.take_rest(points, mesh, strayed_px):
+            view = nets.view(points)
     lips = nets.refine(picture, points, view)
     rims = nets.eye_rims
     step = fit_similarity(before.points[rims, :2], points[rims, :2])
@@ -131,6 +120,35 @@ def sight_again(
     return Sighting(points, scores, frame, lips, view, meshed_seconds, step, moved)
 
 
+def _expected(nets: FaceNets, before: Sighting) -> tuple[np.ndarray, View]:
+    """Where a face's points will be in the next frame, and where to look for them."""
+    points, frame = before.points.copy(), before.frame
+    if before.moved > _AT_REST:  # what moves moves on
+        points, frame = _moved(points, before.step), compose(before.step, frame)
+    view = nets.view(points, frame)
+    # the crops of a still face stay where they are: after their own noise they would wander
+    return points, before.view if before.view.strayed(view) < _AT_REST else view
+
+
+def _mesh_again(
+    nets: FaceNets, picture: Picture, view: View, doubtfully: bool
+) -> tuple[np.ndarray, np.ndarray, bool] | None:
+    """What the mesh net sees: points, scores, and whether the face is where it was expected."""
+    mesh, scores = nets.read_mesh(picture, view.frame)
+    frame = nets.face_frame(mesh)
+    is_where_expected = distance(view.frame, frame) < _MOVED_FAR
+    if not is_where_expected:
+        mesh, scores = nets.read_mesh(picture, frame)
+    if scores[0] < _STILL_A_FACE or not _is_plausible(mesh, picture):
+        return None
+    if doubtfully:
+        frame = nets.face_frame(mesh)
+        mirrored, _ = nets.read_mesh(picture, frame, mirrored=True)
+        if _disagreement(mesh, mirrored, frame) > _AGREE_STILL:
+            return None
+    return mesh, scores, is_where_expected
+
+
 def _moved(points: np.ndarray, step: Affine) -> np.ndarray:
     """(K, 3) moved in the picture; depth stays."""
     (a, b, right), (c, d, below) = step.tolist()
@@ -138,13 +156,6 @@ def _moved(points: np.ndarray, step: Affine) -> np.ndarray:
     moved[:, 0] = a * points[:, 0] + b * points[:, 1] + right
     moved[:, 1] = c * points[:, 0] + d * points[:, 1] + below
     return moved
-
-
-def _looks_otherwise_mirrored(
-    nets: FaceNets, picture: Picture, mesh: np.ndarray, frame: Affine
-) -> bool:
-    mirrored, _ = nets.read_mesh(picture, frame, mirrored=True)
-    return _disagreement(mesh, mirrored, frame) > _AGREE_STILL
 
 
 def to_face(sighting: Sighting, picture: Picture, track_id: int) -> Face:

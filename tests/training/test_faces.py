@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from makeup_video.training.faces import crops, lipevidence, lipoutlines, prepare, topology
+from makeup_video.pipeline.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
+from makeup_video.training.faces import crops, lipevidence, lipoutlines, prepare
 
 RNG = np.random.default_rng(0)
 
@@ -76,7 +77,7 @@ def test_lipstick_goes_inside_the_mouth_and_outside_its_opening():
 
 
 def test_lists_of_points_have_no_doubles():
-    for points in (topology.LIPS, topology.EYE, topology.LIPS_OUTER, topology.LIPS_INNER):
+    for points in (LIPS, EYE, RIGHT_EYE, LIPS_OUTER, LIPS_INNER):
         assert len(set(points.tolist())) == len(points)
 
 
