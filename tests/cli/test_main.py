@@ -107,7 +107,7 @@ def test_help_and_version_belong_to_the_group():
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--start", "1:99"], 2, "60 or more"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--end", "0"], 2, "--end later"),
         (["in.mp4", "--look", "none", "-o", "out.webm", "--strict"], 6, "StrictError: --strict"),
-        (["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "no/r.json"], 4, "the report"),
+        (["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "no/r.json"], 4, "--report"),
     ],
 )
 def test_mistakes_are_one_line_and_the_documented_exit_code(folder, args, code, says):
