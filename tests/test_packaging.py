@@ -122,3 +122,6 @@ def test_the_wheel_carries_every_source_file(tmp_path):
         for path in (ROOT / folder).iterdir():
             if path.suffix in (".py", ".cl", ".h", ".onnx") or path.name == "py.typed":
                 assert f"makeup_video/{folder}/{path.name}" in names
+    for path in (ROOT / "pipeline" / "weights").iterdir():
+        assert f"makeup_video/pipeline/weights/{path.name}" in names
+    assert "makeup_video/training/faces/lip_contours.json" in names
