@@ -106,8 +106,8 @@ class FaceNets:
 
     def detect(
         self, picture: Picture, side_px: int, threshold: float, tilt_degrees: float = 0
-    ) -> list[Affine]:
-        """Face frames, surest first; the picture is looked at with its longer side at side_px.
+    ) -> list[tuple[float, Affine]]:
+        """(logit, face frame), surest first; the picture is seen with its longer side at side_px.
 
         tilt_degrees: how far the picture is turned for that; the detector knows heads that tilt
         up to 30 degrees or so.
@@ -124,7 +124,7 @@ class FaceNets:
         seen = np.zeros((1, padded_h, padded_w, 3), np.uint8)
         seen[0, :h, :w] = picture.crop(to_px, (w, h))
         found = _decode_cells(self.detector(seen)["cells"][0], threshold)
-        return [compose(to_px, frame) for frame in found]
+        return [(logit, compose(to_px, frame)) for logit, frame in found]
 
     def read_mesh(
         self, picture: Picture, frame: Affine, mirrored: bool = False
@@ -207,8 +207,8 @@ def _place_xy(offsets: np.ndarray, frame: Affine, centre: np.ndarray) -> np.ndar
     return placed
 
 
-def _decode_cells(cells: np.ndarray, threshold: float) -> list[Affine]:
-    """(6, rows, columns) of the detector -> face frames in px of its picture, surest first.
+def _decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Affine]]:
+    """(6, rows, columns) of the detector -> (logit, face frame) in px of its picture, surest first.
 
     Per cell: the logit of a face, dx and dy to its middle in cells, the logarithm of its IOD in
     cells, cosine and sine of its turn.
@@ -216,7 +216,7 @@ def _decode_cells(cells: np.ndarray, threshold: float) -> list[Affine]:
     logit = cells[0]
     peak = cv2.dilate(logit, np.ones((3, 3))) <= logit
     rows, columns = np.nonzero(peak & (logit > np.log(threshold / (1 - threshold))))
-    frames: list[Affine] = []
+    found: list[tuple[float, Affine]] = []
     for at in np.argsort(-logit[rows, columns]):
         row, column = rows[at], columns[at]
         dx, dy, size, cosine, sine = _told_around(cells, row, column).tolist()
@@ -225,9 +225,10 @@ def _decode_cells(cells: np.ndarray, threshold: float) -> list[Affine]:
         length = max(math.hypot(cosine, sine), 1e-6)
         cosine, sine = cosine / length, sine / length
         linear = iod * np.array([[cosine, -sine], [sine, cosine]])
-        if all(np.hypot(*(middle_of(f) - centre)) > _CLOSE * iod for f in frames):
-            frames.append(np.column_stack([linear, centre - linear @ [0, _BELOW_EYES]]))
-    return frames
+        if all(np.hypot(*(middle_of(f) - centre)) > _CLOSE * iod for _, f in found):
+            frame = np.column_stack([linear, centre - linear @ [0, _BELOW_EYES]])
+            found.append((float(logit[row, column]), frame))
+    return found
 
 
 def _told_around(cells: np.ndarray, row: int, column: int) -> np.ndarray:

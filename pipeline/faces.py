@@ -2,25 +2,24 @@
 
 A face is followed from where it was: the mesh net's crop lies where the last frame's points were.
 The detector looks at the whole picture only when nothing is followed, when a face was lost, after
-a cut, and now and then for new faces. All times are seconds of the film, not frames.
+a cut, and now and then for new faces: by the seconds of the film, not by frames.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import FramePicture, Picture, RgbPicture
+from makeup_video.pipeline.crop import Affine, FramePicture, Picture, RgbPicture
 from makeup_video.pipeline.cut import CutDetector
 from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.face_nets import FaceNets
+from makeup_video.pipeline.face_nets import FaceNets, distance, iod_of, middle_of
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.sighting import (
     Sighting,
     detect,
-    is_near,
     is_same,
     is_tiny,
     sight,
@@ -28,13 +27,18 @@ from makeup_video.pipeline.sighting import (
     to_face,
 )
 
-DETECTOR_SIDES_PX = (256, 512, 128)  # for most faces, for crowds, and for one that fills the frame
+# For most faces, for crowds, and for one that fills the frame.
+DETECTOR_SIDES_PX = (256, 512, 128)
 BESIDE_SIDES_PX = (320,)  # for others beside a face that is followed: smaller ones than that
 TILTS_DEGREES = (-40, 40)  # the picture is turned by so much when no face was found
+STILL_WIDE_ENOUGH = 0.85  # of the least width: a followed face may be a little narrower
 MAX_FACES = 32  # bounds the time of a frame
 LOOK_SECONDS = 0.24  # between two looks for new faces
-SEARCH_SECONDS = 0.08  # the same while there is no face at all, at one of the detector's sizes each
-REMEMBER_SECONDS = 2.0  # a face that returns near its place within this keeps its number
+SEARCH_SECONDS = 0.08  # the same while there is none at all, or one was lost a moment ago
+# A face that returns near its place within this keeps its number; so does whoever comes instead.
+REMEMBER_SECONDS = 2.0
+SETTLED_SECONDS = 0.5
+RETURN_REACH = 1.5  # IOD
 # Of mouth_visible: nothing is painted below, all above. Medical masks score under 0.1, mouths over 0.9.
 _MOUTH_SEEN = 0.2, 0.5
 _INVISIBLE = 1 / 512  # half a code value of 8 bits
@@ -48,6 +52,32 @@ class _Track:
     sighting: Sighting
     last_seen_seconds: float
     is_followed: bool = True
+    # Where it would be looked for after a loss. Who walks in front makes a face seem to shrink
+    # before it is lost, so a new size must last for a while before it counts.
+    place: Affine = field(init=False)
+    place_seconds: float = field(init=False)
+    speed: np.ndarray = field(init=False)  # (2,) px a second
+
+    def __post_init__(self) -> None:
+        self.place, self.place_seconds = self.sighting.frame, self.last_seen_seconds
+        self.speed = np.zeros(2)
+
+    def see(self, sighting: Sighting, seconds: float) -> None:
+        """Take what was found now."""
+        self.sighting, self.last_seen_seconds, self.is_followed = sighting, seconds, True
+        ratio = iod_of(sighting.frame) / iod_of(self.place)
+        since = seconds - self.place_seconds
+        if 0.87 < ratio < 1.15 or not 0 <= since < SETTLED_SECONDS:
+            moved = middle_of(sighting.frame) - middle_of(self.place)
+            speed = moved / since if 0 < since < SETTLED_SECONDS else np.zeros(2)
+            self.speed += 0.5 * (speed - self.speed)
+            self.place, self.place_seconds = sighting.frame, seconds
+
+    def off(self, frame: Affine, seconds: float) -> float:
+        """How far a face is from where this one was, or would be by now: see `distance`."""
+        gone = self.place.copy()
+        gone[:, 2] += self.speed * (seconds - self.place_seconds)
+        return min(distance(frame, self.place), distance(frame, gone))
 
 
 class FindFaces:
@@ -71,7 +101,7 @@ class FindFaces:
     def __call__(self, frame: Frame) -> FrameFaces:
         picture = FramePicture(frame, self.pixel_aspect)
         seconds = float(frame.pts * frame.time_base)
-        cut = self._is_cut(frame.planes[0])
+        cut = self._is_cut(frame.planes[0], frame.bit_depth)
         if cut:
             self._tracks.clear()
         is_time = self._is_time_to_look(seconds)
@@ -102,24 +132,30 @@ class FindFaces:
 
     def _follow(self, picture: Picture, seconds: float, doubtfully: bool) -> bool:
         """Find every followed face again; True when one was lost."""
-        lost = False
-        for track in self._followed():
+        followed = self._followed()
+        for track in followed:
             found = sight_again(self.nets, picture, track.sighting, seconds, doubtfully)
             if found is None:
-                track.is_followed, lost = False, True
+                track.is_followed = False
             else:
-                track.sighting, track.last_seen_seconds = found, seconds
+                track.see(found, seconds)
+            if found and is_tiny(found.frame, STILL_WIDE_ENOUGH):
+                track.is_followed = False
+                self.tiny_faces += 1
         kept: list[_Track] = []
         for track in sorted(self._followed(), key=lambda t: t.track_id):
             if any(is_same(track.sighting.frame, other.sighting.frame) for other in kept):
-                # it slid onto a face that an older track follows, and is none of its own
-                self._tracks.remove(track)
+                track.is_followed = False  # it slid onto a face that an older track follows
             else:
                 kept.append(track)
-        return lost
+        return len(kept) < len(followed)
 
     def _is_time_to_look(self, seconds: float) -> bool:
-        wait = LOOK_SECONDS if self._followed() else SEARCH_SECONDS
+        missing = any(
+            not t.is_followed and seconds - t.last_seen_seconds < SETTLED_SECONDS
+            for t in self._tracks
+        )
+        wait = LOOK_SECONDS if self._followed() and not missing else SEARCH_SECONDS
         # a clock that jumps back (a stream that starts again) must not blind us
         return not 0 <= seconds - self._last_look_seconds < wait - 1e-6
 
@@ -134,9 +170,6 @@ class FindFaces:
                 break
             if any(is_same(guess, track.sighting.frame) for track in known):
                 continue
-            if is_tiny(guess):
-                self.tiny_faces += 1
-                continue
             found = sight(self.nets, picture, guess)
             if found is None or any(is_same(found.frame, t.sighting.frame) for t in known):
                 continue
@@ -147,13 +180,14 @@ class FindFaces:
 
     def _start(self, found: Sighting, seconds: float) -> None:
         """Follow a face: one that was lost a moment ago, or a new one."""
-        for track in self._tracks:
-            if not track.is_followed and is_near(track.sighting.frame, found.frame):
-                track.sighting, track.last_seen_seconds = found, seconds
-                track.is_followed = True
-                return
-        self._tracks.append(_Track(self._next_id, found, seconds))
-        self._next_id += 1
+        size = iod_of(found.frame)
+        lost = [t for t in self._tracks if not t.is_followed and 0.5 < size / iod_of(t.place) < 2]
+        nearest = min(lost, key=lambda track: track.off(found.frame, seconds), default=None)
+        if nearest is not None and nearest.off(found.frame, seconds) < RETURN_REACH:
+            nearest.see(found, seconds)
+        else:
+            self._tracks.append(_Track(self._next_id, found, seconds))
+            self._next_id += 1
 
 
 def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
@@ -162,31 +196,32 @@ def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
     rgb8: (H, W, 3) uint8, encoded R'G'B', any size. Faces less than 40 px wide are left out, and
     so are those beyond the 32 surest. Raises ValueError for another shape or dtype.
     """
-    return find_in(RgbPicture(rgb8), load_nets())
+    return find_in(RgbPicture(rgb8), load_nets())[0]
 
 
-def find_faces_in_frame(frame: Frame, pixel_aspect: Fraction | float = 1) -> FrameFaces:
-    """The same for a frame that stands alone: a picture, not one of a film."""
-    return FrameFaces(frame, find_in(FramePicture(frame, pixel_aspect), load_nets()))
+def find_faces_in_frame(frame: Frame, pixel_aspect: Fraction | float = 1) -> tuple[FrameFaces, int]:
+    """The same for a frame that stands alone, a picture; and how many faces were too small."""
+    faces, tiny_faces = find_in(FramePicture(frame, pixel_aspect), load_nets())
+    return FrameFaces(frame, faces), tiny_faces
 
 
-def find_in(picture: Picture, nets: FaceNets) -> tuple[Face, ...]:
-    """The same with any nets."""
+def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
+    """The same for any picture and with any nets."""
     found: list[Sighting] = []
+    tiny: list[Sighting] = []
     for tilt_degrees in (0, *TILTS_DEGREES):
-        for guess in detect(nets, picture, DETECTOR_SIDES_PX, tilt_degrees)[: 2 * MAX_FACES]:
-            if is_tiny(guess) or len(found) >= MAX_FACES:
-                continue
-            if any(is_same(guess, other.frame) for other in found):
+        for guess in detect(nets, picture, DETECTOR_SIDES_PX, tilt_degrees):
+            if len(found) >= MAX_FACES:
+                break
+            if any(is_same(guess, other.frame) for other in (*found, *tiny)):
                 continue
             one = sight(nets, picture, guess, carefully=True)
-            if one is None or is_tiny(one.frame):
-                continue
-            if not any(is_same(one.frame, other.frame) for other in found):
-                found.append(one)
-        if found:
+            if one and not any(is_same(one.frame, other.frame) for other in (*found, *tiny)):
+                (tiny if is_tiny(one.frame) else found).append(one)
+        if found or tiny:
             break
-    return _largest_first(to_face(one, picture, at) for at, one in enumerate(found))
+    faces = (to_face(one, picture, at) for at, one in enumerate(found))
+    return _largest_first(faces), len(tiny)
 
 
 def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
@@ -194,10 +229,19 @@ def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
 
     rgb8 is (H, W, 3) uint8, encoded: the picture that `face` was found in. Returns (H, W) float32
     in [0, 1]. The mouth opening is 0, so teeth keep their colour; so is a hand in front of the
-    lips. All zeros when the mouth is hidden (`mouth_visible`), and when the lips lie outside the picture. Raises ValueError for another shape.
+    lips. All zeros when the mouth is hidden (`mouth_visible`), and when the lips lie outside the
+    picture. Raises ValueError for another shape.
     """
-    height, width = RgbPicture(rgb8).rgb8.shape[:2]
-    return lip_mask_window(face, (0, 0), (width, height))
+    RgbPicture(rgb8)  # checks it
+    size = np.array(rgb8.shape[1::-1])
+    mask = np.zeros(rgb8.shape[:2], np.float32)
+    h, w = face.lips.logits.shape
+    corners = face.lips.to_px @ np.array([[0, w, 0, w], [0, 0, h, h], [1, 1, 1, 1]])
+    x0, y0 = np.clip(np.floor(corners.min(1)) - 2, 0, size).astype(int)
+    x1, y1 = np.clip(np.ceil(corners.max(1)) + 2, 0, size).astype(int)
+    if x1 > x0 and y1 > y0:
+        mask[y0:y1, x0:x1] = lip_mask_window(face, (x0, y0), (int(x1 - x0), int(y1 - y0)))
+    return mask
 
 
 def lip_mask_window(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> np.ndarray:

@@ -9,8 +9,10 @@ from makeup_video.pipeline.crop import Affine, Picture, compose
 from makeup_video.pipeline.face import MIN_FACE_PX, Face, LipPatch
 from makeup_video.pipeline.face_frame import fit_similarity
 from makeup_video.pipeline.face_nets import FaceNets, View, distance, iod_of, middle_of
+from makeup_video.pipeline.topology import LIPS
 
 DETECTOR_THRESHOLD = 0.35
+MAX_GUESSES = 64
 # Of the mesh net's score. 99.5 % of faces score over 0.9, masked ones too; and a face that is
 # followed already may look doubtful for a moment.
 _A_FACE, _STILL_A_FACE = 0.85, 0.4
@@ -24,6 +26,8 @@ _FAST = 0.08  # the same: the mesh net had better look at every frame
 MESH_SECONDS = 0.09  # between two looks of the mesh net
 # IOD between the mesh net's lips or eyes and those of the closer look: these look elsewhere.
 _STRAYED = 0.2
+_LIPS_JUMP = 0.05  # IOD in one frame, against the eyes
+_SHRUNK = 0.3  # log scale in MESH_SECONDS: no face does that
 _CORRECTION = 0.3  # of the face frame towards the mesh net's: at once would jolt the crops
 _SAME_FACE = 0.6  # IOD between the middles of two that are one
 _PART_OF_FACE = 1.15, 0.7  # IOD of the larger, and ratio of sizes: a mouth taken for a face
@@ -50,14 +54,16 @@ class Sighting:
 def detect(
     nets: FaceNets, picture: Picture, sides_px: tuple[int, ...], tilt_degrees: float = 0
 ) -> list[Affine]:
-    """The detector's guesses at all these sizes (at most the picture's own), each face once."""
-    frames: list[Affine] = []
+    """The detector's guesses at all these sizes (at most the picture's own), surest first.
+
+    Several may be of one face. They bound the time of a frame: no more than MAX_GUESSES.
+    """
     longer_px = math.ceil(max(picture.width_px, picture.height_px))
-    for side_px in sorted({min(side_px, longer_px) for side_px in sides_px}):
-        for frame in nets.detect(picture, side_px, DETECTOR_THRESHOLD, tilt_degrees):
-            if not any(is_same(frame, other) for other in frames):
-                frames.append(frame)
-    return frames
+    found: list[tuple[float, Affine]] = []
+    for side_px in dict.fromkeys(min(side_px, longer_px) for side_px in sides_px):
+        found += nets.detect(picture, side_px, DETECTOR_THRESHOLD, tilt_degrees)
+    found.sort(key=lambda guess: -guess[0])
+    return [frame for _, frame in found[:MAX_GUESSES]]
 
 
 def sight(
@@ -95,16 +101,30 @@ def sight_again(
     the rest, and to whether this still is a face, now and then; in between the rest is carried
     along. doubtfully: look at the mirrored crop too.
     """
+    age = seconds - before.meshed_seconds
+    is_due = doubtfully or before.moved > _FAST or not 0 <= age < MESH_SECONDS
+    found = _follow(nets, picture, before, seconds if is_due else None, doubtfully)
+    if found is not None and not is_due and _is_odd(before, found):
+        found = _follow(nets, picture, before, seconds, doubtfully)
+    return found
+
+
+def _follow(
+    nets: FaceNets,
+    picture: Picture,
+    before: Sighting,
+    mesh_seconds: float | None,
+    doubtfully: bool,
+) -> Sighting | None:
+    """mesh_seconds: the time, when the mesh net is to look; None: the rest is carried along."""
     points, view = _expected(nets, before)
     scores, meshed_seconds = before.scores, before.meshed_seconds
-    age = seconds - meshed_seconds
-    is_due = doubtfully or before.moved > _FAST or not 0 <= age < MESH_SECONDS
-    if is_due:
+    if mesh_seconds is not None:
         seen = _mesh_again(nets, picture, view, doubtfully)
         if seen is None:
             return None
         mesh, scores, is_where_expected = seen
-        meshed_seconds = seconds
+        meshed_seconds = mesh_seconds
         strayed_px = _STRAYED * iod_of(view.frame) if is_where_expected else 0
         if nets.take_rest(points, mesh, strayed_px):
             view = nets.view(points)
@@ -112,12 +132,21 @@ def sight_again(
     rims = nets.eye_rims
     step = fit_similarity(before.points[rims, :2], points[rims, :2])
     frame = compose(step, before.frame)
-    if is_due:
+    if mesh_seconds is not None:
         frame = frame + _CORRECTION * (nets.face_frame(points) - frame)
     else:
         points[nets.far_points] = _moved(before.points[nets.far_points], step)
     moved = distance(before.frame, frame)
     return Sighting(points, scores, frame, lips, view, meshed_seconds, step, moved)
+
+
+def _is_odd(before: Sighting, found: Sighting) -> bool:
+    """Lips that jump about the face, or vanish: something is in front of them, it may be."""
+    lips_before = _moved(before.points[LIPS], found.step)
+    off = (found.points[LIPS] - lips_before)[:, :2].mean(0)
+    painted_before, painted = ((sight.lips.logits > 0).sum() for sight in (before, found))
+    jumped = math.hypot(*off.tolist()) > _LIPS_JUMP * iod_of(found.frame)
+    return bool(jumped or painted < painted_before / 2)
 
 
 def _expected(nets: FaceNets, before: Sighting) -> tuple[np.ndarray, View]:
@@ -139,10 +168,11 @@ def _mesh_again(
     is_where_expected = distance(view.frame, frame) < _MOVED_FAR
     if not is_where_expected:
         mesh, scores = nets.read_mesh(picture, frame)
-    if scores[0] < _STILL_A_FACE or not _is_plausible(mesh, picture):
+    frame = nets.face_frame(mesh)
+    resized = abs(math.log(max(iod_of(frame), 1e-6) / iod_of(view.frame)))
+    if scores[0] < _STILL_A_FACE or resized > _SHRUNK or not _is_plausible(mesh, picture):
         return None
     if doubtfully:
-        frame = nets.face_frame(mesh)
         mirrored, _ = nets.read_mesh(picture, frame, mirrored=True)
         if _disagreement(mesh, mirrored, frame) > _AGREE_STILL:
             return None
@@ -171,9 +201,9 @@ def to_face(sighting: Sighting, picture: Picture, track_id: int) -> Face:
     return Face(stored, float(sighting.scores[0]), float(sighting.scores[1]), track_id, lips)
 
 
-def is_tiny(frame: Affine) -> bool:
-    """Narrower than MIN_FACE_PX."""
-    return iod_of(frame) * _FACE_WIDTH < MIN_FACE_PX
+def is_tiny(frame: Affine, share: float = 1) -> bool:
+    """Narrower than a share of MIN_FACE_PX."""
+    return iod_of(frame) * _FACE_WIDTH < share * MIN_FACE_PX
 
 
 def is_same(a: Affine, b: Affine) -> bool:
@@ -182,12 +212,6 @@ def is_same(a: Affine, b: Affine) -> bool:
     apart = np.hypot(*(middle_of(a) - middle_of(b))) / large
     reach, ratio = _PART_OF_FACE
     return bool(apart < (reach if small < ratio * large else _SAME_FACE))
-
-
-def is_near(before: Affine, now: Affine) -> bool:
-    """A face that was lost may be this one: not far off, and of a like size."""
-    apart = np.hypot(*(middle_of(before) - middle_of(now)))
-    return bool(apart < 1.5 * iod_of(now) and 0.6 < iod_of(now) / iod_of(before) < 1.7)
 
 
 def _around(frame: Affine) -> list[Affine]:

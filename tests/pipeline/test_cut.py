@@ -10,9 +10,9 @@ def luma(rgb8: np.ndarray) -> np.ndarray:
     return rgb8.astype(np.float32).mean(2).astype(np.uint8)
 
 
-def cuts(planes) -> list[int]:
+def cuts(planes, bit_depth=8) -> list[int]:
     is_cut = CutDetector()
-    return [at for at, plane in enumerate(planes) if is_cut(plane)]
+    return [at for at, plane in enumerate(planes) if is_cut(plane, bit_depth)]
 
 
 def other() -> np.ndarray:
@@ -29,9 +29,24 @@ def test_another_scene_is_a_cut_where_it_begins():
     assert cuts([*head, other(), other(), *head]) == [6, 8]
 
 
-def test_sixteen_bit_planes_cut_alike():
+@pytest.mark.parametrize("bit_depth", [10, 12])
+def test_deeper_planes_cut_alike(bit_depth):
     planes = [luma(clip(2)[0]), luma(clip(2)[1]), other()]
-    assert cuts([plane.astype(np.uint16) << 2 for plane in planes]) == [2]
+    deep = [plane.astype(np.uint16) << (bit_depth - 8) for plane in planes]
+    assert cuts(deep, bit_depth) == [2]
+
+
+@pytest.mark.parametrize("bit_depth", [8, 10, 12])
+@pytest.mark.parametrize("sigma", [4, 12, 24])
+def test_grain_is_no_cut_however_even_the_scene(bit_depth, sigma):
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[0:720, 0:1280]
+    for depth in (0, 3, 6):
+        scene = 110 + depth * np.sin(x / 150) * np.cos(y / 90)
+        noisy = [scene + rng.normal(0, sigma, scene.shape) for _ in range(4)]
+        codes = [np.clip(n, 0, 255) * 2 ** (bit_depth - 8) for n in noisy]
+        dtype = np.uint8 if bit_depth == 8 else np.uint16
+        assert cuts([c.astype(dtype) for c in codes], bit_depth) == []
 
 
 @pytest.mark.parametrize("gain", [0.3, 1.6])
@@ -49,9 +64,12 @@ def test_noise_and_a_pan_are_no_cuts():
     assert cuts(noisy) == []
 
 
-def test_black_frames_before_a_scene_end_there():
-    black = np.full((360, 640), 16, np.uint8)
-    assert cuts([black, black, other(), other(), black]) == [2, 4]
+@pytest.mark.parametrize("shade", [16, 235])
+def test_even_frames_are_no_cuts_and_hide_none(shade):
+    even = np.full((360, 640), shade, np.uint8)
+    head = [luma(frame) for frame in clip(6)]
+    assert cuts([even, *head[:3], even, *head[3:], even, even]) == []
+    assert cuts([*head[:3], even, other(), other()]) == [4]
 
 
 @pytest.mark.parametrize("size", [(1, 1), (2, 3), (17, 5), (4320, 7680)])

@@ -38,7 +38,7 @@ def read_rgb(path: Path) -> np.ndarray:
 def nearest(nets: FaceNets, rgb8: np.ndarray, rough: np.ndarray) -> Face | None:
     """The face that lies where one is known to be (478, >=2), among all that are found."""
     middle, width = rough[:, :2].mean(0), np.ptp(rough[:, 0])
-    faces = find_in(RgbPicture(rgb8), nets)
+    faces, _ = find_in(RgbPicture(rgb8), nets)
     gaps = [np.linalg.norm(face.points_px[:, :2].mean(0) - middle) for face in faces]
     return faces[int(np.argmin(gaps))] if gaps and min(gaps) < width / 2 else None
 
