@@ -73,7 +73,8 @@ def test_enclosed_is_sure_on_lips_and_between_them_only():
 def test_lipstick_goes_inside_the_mouth_and_outside_its_opening():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     logits = model.torch.tensor([[3.0, 3.0, -3.0], [-2.0, 2.0, -2.0]])[None, :, None]
-    assert model.lipstick_logits(logits).flatten().tolist() == [2, -2, -3]
+    margin = model.OPENING_MARGIN
+    assert model.lipstick_logits(logits).flatten().tolist() == [2 - margin, -2 - margin, -3]
 
 
 def test_lists_of_points_have_no_doubles():

@@ -3,6 +3,11 @@
 import torch
 from torch import Tensor, nn
 
+# Log-odds: how much surer than even it must be that a px is not between the lips. Chosen on the
+# mouths outlined by hand: of 0, 0.5 and 1 it is the one that halves what is painted of teeth
+# and takes little of the lips.
+OPENING_MARGIN = 0.5
+
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
 # fast as depthwise ones, and they train in bfloat16 where depthwise ones do not.
 
@@ -114,7 +119,7 @@ class LipNet(PointNet):
 
 def lipstick_logits(logits: Tensor) -> Tensor:
     """Whole mouth and opening, (N, 2, H, W) -> (N, H, W): inside the one, outside the other."""
-    return torch.minimum(logits[:, 0], -logits[:, 1])
+    return torch.minimum(logits[:, 0], -logits[:, 1] - OPENING_MARGIN)
 
 
 def up(x: Tensor) -> Tensor:
