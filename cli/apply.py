@@ -1,17 +1,16 @@
 """`makeup-video IN --look LOOK -o OUT`: the main job."""
 
-import json
 import re
-import traceback
+from contextlib import AbstractContextManager, nullcontext
 from fractions import Fraction
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.say import say
+from makeup_video.cli.ending import tell, told_in_one_line
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline import Look, Report, Settings
+    from makeup_video.pipeline import Look, Settings
+    from makeup_video.pipeline.side_file import ReportFile
 
 
 def apply(
@@ -39,7 +38,9 @@ def apply(
     end: Annotated[
         str | None, typer.Option(help="End here, counted from the same beginning.")
     ] = None,
-    overwrite: Annotated[bool, typer.Option("-y", "--yes", help="Overwrite OUT.")] = False,
+    overwrite: Annotated[
+        bool, typer.Option("-y", "--yes", help="Overwrite what exists: OUT, the report.")
+    ] = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Fail rather than drop or convert a track.")
     ] = False,
@@ -52,39 +53,17 @@ def apply(
     """Paint a look on every frame of IN and write OUT (the command to run without a name)."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.progress import show_progress
-    from makeup_video.pipeline import MakeupVideoError, StoppedError, process_video
-    from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
-    from makeup_video.pipeline.target import part_of
+    from makeup_video.pipeline import process_video
 
-    try:
+    with told_in_one_line(output, debug):
         settings = _settings(codec, crf, preset, start, end, overwrite, strict)
-        if report is not None:
-            check_side_file("--report", Path(report), source, output, look)
-        with show_progress(quiet) as on_progress:
-            done = process_video(source, output, _look(look, ref), settings, on_progress)
-        _say_how_it_went(done, quiet)
-        if report is not None:
-            _write_report(Path(report), done.to_dict())
-    except StoppedError:
-        part = part_of(Path(output))
-        kept = f"; {part} holds what was done" if part.exists() else ""
-        say(f"stopped{kept}")
-        raise typer.Exit(StoppedError.exit_code) from None
-    except MakeupVideoError as error:
-        if debug:
-            traceback.print_exc()
-        say(f"{type(error).__name__}: {error}")
-        raise typer.Exit(error.exit_code) from None
-    if done.damaged:
-        raise typer.Exit(EXIT_DAMAGED_INPUT)
-
-
-def _say_how_it_went(done: "Report", quiet: bool) -> None:
-    for line in done.warnings():
-        if not quiet or done.damaged:
-            say(line)
-    if not quiet:
-        say(done.summary())
+        painted = _look(look, ref)
+        with _report_file(report, source, output, look, overwrite) as file:
+            with show_progress(quiet) as on_progress:
+                done = process_video(source, output, painted, settings, on_progress)
+            if file is not None:
+                file.write(done.to_dict())
+    tell(done, quiet)
 
 
 def _settings(
@@ -133,22 +112,12 @@ def _look(look: str | None, ref: str | None) -> "Look":
     return Look() if look == "none" else Look.load(look)
 
 
-def check_side_file(option: str, path: Path, source: str, output: str, *others: str | None) -> None:
-    """Before the work: the file must not take the place of another, and its folder must exist."""
-    from makeup_video.pipeline import OutputError, UsageError
-    from makeup_video.pipeline.target import part_of
+def _report_file(
+    path: str | None, source: str, output: str, look: str | None, overwrite: bool
+) -> "AbstractContextManager[ReportFile | None]":
+    from makeup_video.pipeline.side_file import ReportFile
 
-    taken = [Path(name).resolve() for name in (source, output, *others) if name is not None]
-    if path.resolve() in [*taken, part_of(Path(output)).resolve()]:
-        raise UsageError(f"{option} {path} is one of this run's own files: choose another name")
-    if not path.parent.is_dir() or path.is_dir():
-        raise OutputError(f"{option} {path} cannot be written: no such folder, or it is one")
-
-
-def _write_report(path: Path, values: dict[str, object]) -> None:
-    from makeup_video.pipeline import OutputError
-
-    try:
-        path.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"the report {path} cannot be written: {error.strerror}") from error
+    if path is None:
+        return nullcontext()
+    others = [] if look is None or look == "none" else [look]
+    return ReportFile(path, source, output, *others, overwrite=overwrite)

@@ -7,6 +7,7 @@ from statistics import median
 from typing import Annotated, Any
 
 import typer
+from makeup_video.cli.ending import told_in_one_line
 from makeup_video.cli.say import say
 
 _SAMPLE = Path(__file__).resolve().parent.parent / "samples" / "in.mp4"
@@ -23,13 +24,8 @@ def bench(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Measure the product beside a bare decode-and-encode loop: speed, CPU, memory, start."""
-    from makeup_video.pipeline import MakeupVideoError
-
-    try:
+    with told_in_one_line():
         results = _measure(clip, _heights(sizes), seconds, rounds)
-    except MakeupVideoError as error:
-        say(f"{type(error).__name__}: {error}")
-        raise typer.Exit(error.exit_code) from None
     if as_json:
         typer.echo(json.dumps(results, indent=2))
     else:

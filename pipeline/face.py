@@ -9,7 +9,7 @@ POINTS = 478  # MediaPipe's Face Mesh order, irises included
 MIN_FACE_PX = 40  # width; smaller faces are not painted
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class LipPatch:
     """Where lipstick goes, on a small crop around the lips that is turned with the face.
 
@@ -28,7 +28,7 @@ class LipPatch:
             )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Face:
     """One face of a picture.
 
@@ -57,7 +57,7 @@ class Face:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class FrameFaces:
     """A frame and the faces in it, largest first; none is ordinary.
 

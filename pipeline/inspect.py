@@ -1,8 +1,8 @@
 """Show on a picture or a video what was found of faces: for people who wonder why."""
 
+import contextlib
 import os
 from collections.abc import Callable
-from pathlib import Path
 
 from makeup_video.pipeline.faces import FindFaces, find_faces_in_frame
 from makeup_video.pipeline.frame import Frame
@@ -23,37 +23,37 @@ def inspect_video(
 ) -> Report:
     """Draw points, lip mask, number and scores of every face of src, and write dst.
 
-    points: also write the points as JSON there, one frame a line. Raises one of `errors`.
+    points: also write the points as JSON there, one frame a line. After Ctrl-C what was found so
+    far stays under its part name, beside the part of dst. Raises one of `errors`.
     """
-    points_file = None if points is None else PointsFile(Path(points))
-    draw = DrawFaces(points_file)
+    settings = settings or Settings()
+    side: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
+    if points is not None:
+        side = PointsFile(points, src, dst, overwrite=settings.overwrite)
     finders: list[FindFaces] = []
+    with side as points_file:
+        draw = DrawFaces(points_file)
 
-    def stages(source: VideoSource) -> list[tuple[str, Stage]]:
-        finders.append(FindFaces(source.video.sample_aspect_ratio or 1))
-        return [("faces", finders[0]), ("smooth", SmoothAhead()), ("draw", draw)]
+        def stages(source: VideoSource) -> list[tuple[str, Stage]]:
+            finders.append(FindFaces(source.video.sample_aspect_ratio or 1))
+            return [("faces", finders[0]), ("smooth", SmoothAhead()), ("draw", draw)]
 
-    found = _Still(draw)
-    try:
-        report = run_stages(src, dst, stages, found, settings, on_progress)
-    finally:
-        if points_file is not None:
-            points_file.close()
-    for finder in finders:
-        report.frames_with_face, report.faces = finder.frames_with_face, finder.faces
-        report.tiny_faces = finder.tiny_faces
-    if report.is_picture:
-        report.frames_with_face, report.faces = int(found.faces > 0), found.faces
+        still = _Still(draw)
+        report = run_stages(src, dst, stages, still, settings, on_progress)
+    found = still if report.is_picture else finders[0]
+    report.frames_with_face, report.faces = found.frames_with_face, found.faces
+    report.tiny_faces = found.tiny_faces
     return report
 
 
 class _Still:
-    """The one frame of a picture, with what was found drawn on it."""
+    """The one frame of a picture, with what was found drawn on it; counts as FindFaces does."""
 
     def __init__(self, draw: Callable[..., Frame]) -> None:
-        self.draw, self.faces = draw, 0
+        self.draw = draw
+        self.frames_with_face = self.faces = self.tiny_faces = 0
 
     def __call__(self, frame: Frame) -> Frame:
-        item = find_faces_in_frame(frame)
-        self.faces = len(item.faces)
+        item, self.tiny_faces = find_faces_in_frame(frame)
+        self.faces, self.frames_with_face = len(item.faces), int(bool(item.faces))
         return self.draw(item)

@@ -38,7 +38,7 @@ def read(name: str, folder: Traversable = SHIPPED) -> bytes:
     try:
         data = (folder / name).read_bytes()
         wanted = json.loads((folder / "sha256.json").read_text(encoding="ascii"))[name]
-    except (OSError, KeyError, ValueError) as error:
+    except (OSError, KeyError, TypeError, ValueError) as error:
         raise InstallError(
             f"the weights {name} are missing from {folder}: install makeup-video again"
         ) from error

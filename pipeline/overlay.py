@@ -1,20 +1,19 @@
 """FrameFaces -> Frame: draws what was found onto the planes, for people to judge by eye.
 
 Points of lips green, of eyes yellow, others white; lips tinted by their mask; number, score and
-mouth score above each face.
+mouth score above each face as the viewer sees it, or as near to that as the picture's edge allows.
 """
 
 import json
-from collections.abc import Iterable
-from pathlib import Path
-from typing import IO, Any
+from collections.abc import Sequence
+from typing import Any
 
 import cv2
 import numpy as np
 from makeup_video.pipeline.face import POINTS, Face, FrameFaces
 from makeup_video.pipeline.faces import lip_mask_window
 from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.target import write_errors
+from makeup_video.pipeline.side_file import SideFile
 from makeup_video.pipeline.topology import EYE, LIPS, RIGHT_EYE
 
 # Y', Cb, Cr as 8-bit limited-range codes: only a drawing, right enough in every matrix
@@ -43,12 +42,12 @@ class DrawFaces:
         return item.frame
 
 
-class PointsFile:
+class PointsFile(SideFile):
     """{"frames": [{pts, seconds, faces: [...]}, ...]}, written one frame a line as they come."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._file: IO[str] | None = None  # opened when the first frame has come through
+    what = "the points file"
+    begins = '{"unit": "px of the stored picture; x, y, z", "frames": [\n'
+    ends = "\n]}\n"
 
     def write(self, item: FrameFaces) -> None:
         """Raises OutputError when the file cannot be written."""
@@ -59,22 +58,7 @@ class PointsFile:
             "cut": item.cut,
             "faces": [_as_json(face) for face in item.faces],
         }
-        with write_errors(self.path):
-            if self._file is None:
-                self._file = self.path.open("w", encoding="utf-8")
-                self._file.write(_JSON_BEGINS)
-            else:
-                self._file.write(",\n")
-            self._file.write(json.dumps(line))
-
-    def close(self) -> None:
-        if self._file is not None:
-            with write_errors(self.path), self._file:
-                self._file.write(_JSON_ENDS)
-
-
-_JSON_BEGINS = '{"unit": "px of the stored picture; x, y, z", "frames": [\n'
-_JSON_ENDS = "\n]}\n"
+        self.append((",\n" if self.is_begun else "") + json.dumps(line))
 
 
 def _as_json(face: Face) -> dict[str, Any]:
@@ -86,41 +70,41 @@ def _as_json(face: Face) -> dict[str, Any]:
     }
 
 
-def _codes(frame: Frame, colour: Iterable[int]) -> list[int]:
+def _codes(frame: Frame, colours: Any) -> np.ndarray:
     """8-bit codes in the frame's own depth."""
-    return [int(code) << max(frame.bit_depth - 8, 0) for code in colour]
+    codes: np.ndarray = np.asarray(colours) << max(frame.bit_depth - 8, 0)
+    return codes
 
 
 def _draw_points(
     planes: tuple[np.ndarray, ...], frame: Frame, face: Face, colours: np.ndarray
 ) -> None:
+    """Lay a square of its colour over each point: luma px, and the chroma samples under them."""
     size = float(np.ptp(face.points_px[:, 0]))
     radius = max(0, round(size / 400))
-    for (x, y), colour in zip(face.points_px[:, :2], colours, strict=True):
-        low = np.rint([x - radius, y - radius]).astype(int)
-        _fill(planes, frame, low, low + 2 * radius + 1, _codes(frame, colour))
-
-
-def _fill(
-    planes: tuple[np.ndarray, ...], frame: Frame, low: np.ndarray, high: np.ndarray,
-    codes: list[int],
-) -> None:  # fmt: skip
-    """Lay a colour over luma px low..high, and over the chroma samples under them."""
-    (x0, y0), (x1, y1) = np.maximum(low, 0), np.maximum(high, 0)
-    planes[0][y0:y1, x0:x1] = codes[0]
+    steps = np.arange(-radius, radius + 1)
+    centre = np.rint(face.points_px[:, :2]).astype(int)
+    x, y = np.broadcast_arrays(
+        centre[:, 0, None, None] + steps, centre[:, 1, None, None] + steps[:, None]
+    )
+    inside = (x >= 0) & (y >= 0) & (x < frame.width_px) & (y < frame.height_px)
+    x, y, of_point = x[inside], y[inside], inside.nonzero()[0]
+    codes = _codes(frame, colours)[of_point]
+    planes[0][y, x] = codes[:, 0]
     across, down = frame.chroma
-    window = np.s_[y0 // down : -(-y1 // down), x0 // across : -(-x1 // across)]
-    for plane, code in _chroma_views(planes, codes):
-        plane[window] = code
+    for plane, at in _chroma_views(planes, (1, 2)):
+        plane[y // down, x // across] = codes[:, at]
 
 
-def _chroma_views(planes: tuple[np.ndarray, ...], codes: list[int]) -> list[tuple[np.ndarray, int]]:
-    """Cb and Cr as (h, w) views with a code for each, also of NV12; none of a grey picture."""
+def _chroma_views(
+    planes: tuple[np.ndarray, ...], values: Sequence[int]
+) -> list[tuple[np.ndarray, int]]:
+    """Cb and Cr as (h, w) views with a value for each, also of NV12; none of a grey picture."""
     if len(planes) < 2:
         return []
     if planes[1].ndim == 3:
-        return [(planes[1][..., 0], codes[1]), (planes[1][..., 1], codes[2])]
-    return [(planes[1], codes[1]), (planes[2], codes[2])]
+        return [(planes[1][..., 0], values[0]), (planes[1][..., 1], values[1])]
+    return [(planes[1], values[0]), (planes[2], values[1])]
 
 
 def _tint(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> None:
@@ -134,10 +118,10 @@ def _tint(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> None:
         return
     w, h = int(high[0] - low[0]), int(high[1] - low[1])
     weight = lip_mask_window(face, (int(low[0]), int(low[1])), (w, h)) * _TINT_OPACITY
-    codes = _codes(frame, _TINT)
+    codes = _codes(frame, _TINT).tolist()
     _mix(planes[0][low[1] : high[1], low[0] : high[0]], weight, codes[0])
     across, down = frame.chroma
-    for plane, code in _chroma_views(planes, codes):
+    for plane, code in _chroma_views(planes, codes[1:]):
         part = plane[low[1] // down :, low[0] // across :][: -(-h // down), : -(-w // across)]
         small = cv2.resize(weight, part.shape[1::-1], interpolation=cv2.INTER_AREA)
         _mix(part, small, code)
@@ -148,26 +132,44 @@ def _mix(plane: np.ndarray, weight: np.ndarray, code: int) -> None:
 
 
 def _draw_label(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> None:
-    """Number and scores beside the face's upper left corner, upright as the viewer sees it."""
+    """Number and scores above the face's upper left corner, upright as the viewer sees it, and
+    within the picture; none for a face that lies outside."""
+    turns = frame.rotation_degrees // 90
+    stored_wh = np.array([frame.width_px, frame.height_px])
+    upright_wh = stored_wh[::-1] if turns % 2 else stored_wh
+    xy = _turned(face.points_px[:, :2], stored_wh, turns)
+    low, high = xy.min(0), xy.max(0)
+    if (high < 0).any() or (low >= upright_wh).any():
+        return
+    label = _label(face, size_px=float(np.ptp(xy[:, 0])), width_px=int(upright_wh[0]))
+    label = label[: upright_wh[1]]
+    label_wh = np.array(label.shape[::-1])
+    corner = np.clip(low.astype(int) - [0, label_wh[1] + 4], 0, upright_wh - label_wh)
+    label = np.rot90(label, -turns)
+    x, y = _turned(np.stack([corner, corner + label_wh - 1]), upright_wh, -turns).min(0)
+    height, width = label.shape
+    planes[0][y : y + height, x : x + width] = _codes(frame, label.astype(planes[0].dtype))
+    across, down = frame.chroma
+    window = np.s_[y // down : -(-(y + height) // down), x // across : -(-(x + width) // across)]
+    for plane, code in _chroma_views(planes, _codes(frame, (128, 128)).tolist()):
+        plane[window] = code
+
+
+def _label(face: Face, size_px: float, width_px: int) -> np.ndarray:
+    """(h, w) uint8: white on black, for a face of that size; at most so wide."""
     text = f"{face.track_id}  {face.score:.2f}  mouth {face.mouth_visible:.2f}"
-    size = float(np.ptp(face.points_px[:, 0]))
-    scale = max(0.4, size / 400)
-    (w, h), base = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, scale, 1)
-    label = np.zeros((h + base + 4, w + 4), np.uint8)
-    label[:] = 16
-    cv2.putText(label, text, (2, h + 2), cv2.FONT_HERSHEY_SIMPLEX, scale, 235, 1, cv2.LINE_AA)
-    label = np.rot90(label, -frame.rotation_degrees // 90)
-    x, y = np.maximum(face.points_px[:, :2].min(0) - [0, label.shape[0] + 4], 0).astype(int)
-    luma = planes[0][y : y + label.shape[0], x : x + label.shape[1]]
-    if luma.size:
-        part = label[: luma.shape[0], : luma.shape[1]].astype(luma.dtype)
-        luma[:] = part << max(frame.bit_depth - 8, 0)
-        corner = np.array([x, y])
-        grey = _codes(frame, (0, 128, 128))
-        across, down = frame.chroma
-        window = np.s_[
-            corner[1] // down : -(-(y + part.shape[0]) // down),
-            corner[0] // across : -(-(x + part.shape[1]) // across),
-        ]
-        for plane, code in _chroma_views(planes, grey):
-            plane[window] = code
+    font, scale = cv2.FONT_HERSHEY_SIMPLEX, max(0.4, size_px / 400)
+    wide = cv2.getTextSize(text, font, scale, 1)[0][0] + 4
+    scale *= min(1.0, width_px / wide)
+    (w, h), base = cv2.getTextSize(text, font, scale, 1)
+    label = np.full((h + base + 4, w + 4), 16, np.uint8)
+    cv2.putText(label, text, (2, h + 2), font, scale, 235, 1, cv2.LINE_AA)
+    return label[:, :width_px]
+
+
+def _turned(xy: np.ndarray, size_wh: np.ndarray, quarter_turns: int) -> np.ndarray:
+    """Where pixels (N, 2) of a picture of that size lie after turns counter-clockwise."""
+    (width, height), (x, y) = size_wh, xy.T
+    for _ in range(quarter_turns % 4):
+        x, y, width, height = y, width - 1 - x, height, width
+    return np.stack([x, y], axis=-1)

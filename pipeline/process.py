@@ -52,6 +52,21 @@ class Settings:
                 f"{'the end' if end is None else f'{float(end):g} s'}"
             )
 
+    def of_videos(self) -> list[str]:
+        """The options given that mean nothing to a picture."""
+        plain = Settings()
+        return [flag for flag, name in _OF_VIDEOS if getattr(self, name) != getattr(plain, name)]
+
+
+_OF_VIDEOS = (
+    ("--codec", "codec"),
+    ("--crf", "crf"),
+    ("--preset", "preset"),
+    ("--start", "start_seconds"),
+    ("--end", "end_seconds"),
+    ("threads", "threads"),
+)
+
 
 def process_video(
     src: str | os.PathLike[str],
@@ -85,8 +100,8 @@ def run_stages(
     if os.fspath(dst).endswith(os.sep):
         raise UsageError(f"the output {dst} names a folder: give the name of a file")
     if is_picture(path):
-        if settings != Settings(overwrite=settings.overwrite, strict=settings.strict):
-            raise UsageError(f"{src} is a picture: only --look, -o and -y go with it")
+        if given := settings.of_videos():
+            raise UsageError(f"{src} is a picture: leave out {', '.join(given)} (for videos only)")
         report = process_picture(
             path, Path(dst), still, overwrite=settings.overwrite, strict=settings.strict
         )

@@ -21,7 +21,7 @@ _WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
 _TICK = Fraction(1, 1)
 _EXIF_TAG_ORIENTATION = 0x0112
 # EXIF orientation -> counter-clockwise degrees that make the picture upright (mirroring aside)
-_UPRIGHT_DEGREES = {1: 0, 2: 0, 3: 180, 4: 180, 5: 90, 6: 270, 7: 270, 8: 90}
+_UPRIGHT_DEGREES = {1: 0, 2: 0, 3: 180, 4: 180, 5: 270, 6: 270, 7: 90, 8: 90}
 # APP1 segments of a JPEG say what they hold (XMP specification part 3, section 1.1.3)
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers

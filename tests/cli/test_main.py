@@ -107,7 +107,13 @@ def test_help_and_version_belong_to_the_group():
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--start", "1:99"], 2, "60 or more"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--end", "0"], 2, "--end later"),
         (["in.mp4", "--look", "none", "-o", "out.webm", "--strict"], 6, "StrictError: --strict"),
-        (["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "no/r.json"], 4, "--report"),
+        (
+            ["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "no/r.json"],
+            4,
+            "the folder no does",
+        ),
+        (["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "."], 4, "is a folder"),
+        (["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "old.mp4"], 2, "add -y"),
     ],
 )
 def test_mistakes_are_one_line_and_the_documented_exit_code(folder, args, code, says):
@@ -138,13 +144,32 @@ def test_wrong_options_are_one_line_too(folder, args):
     assert len(said.splitlines()) == 1 and said.startswith("UsageError: ")
 
 
-@pytest.mark.parametrize("name", ["in.mp4", "out.mp4", "look.json", "out.part.mp4"])
+@pytest.mark.parametrize(
+    "name",
+    ["in.mp4", "out.mp4", "look.json", "out.part.mp4", "hard.json", "soft.json", "hard_look.json"],
+)
 def test_the_report_never_takes_the_place_of_another_file(folder, name):
     (folder / "look.json").write_text(json.dumps({**LOOK, "strength": 0}))
+    os.link("in.mp4", "hard.json")
+    os.link("look.json", "hard_look.json")
+    os.symlink("in.mp4", "soft.json")
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    result = run("in.mp4", "--look", "look.json", "-o", "out.mp4", "--report", name)
-    assert result.exit_code == 2 and "--report" in result.output
+    result = run("in.mp4", "--look", "look.json", "-o", "out.mp4", "--report", name, "-y")
+    assert result.exit_code == 2
+    assert f"the report {name} is one of this run's own files" in result.output
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_an_old_report_is_overwritten_with_yes_only_and_kept_when_the_run_fails(folder):
+    words = ["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json"]
+    (folder / "r.json").write_text("old")
+    assert run(*words).exit_code == 2
+    assert not (folder / "out.mp4").exists()
+    assert run(*words[:4], "out.webm", "--report", "r.json", "-y", "--strict").exit_code == 6
+    assert (folder / "r.json").read_text() == "old"
+    assert run(*words, "-y").exit_code == 0
+    assert json.loads((folder / "r.json").read_text())["frames_out"] == 12
+    assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.mp4", "r.json"]
 
 
 @pytest.mark.parametrize("text", ["1e3", "-1", "1/2", "", "99999999999999999999", "1:2:3:4", "inf"])

@@ -40,6 +40,14 @@ def test_missing_weights_are_told_in_one_line(folder):
         net.Net("mesh", folder)
 
 
+@pytest.mark.parametrize("text", ["[]", "null", "1", '"mesh.onnx"', "{}", "{", ""])
+def test_a_list_of_hashes_that_is_none_is_told_in_one_line(folder, text):
+    (folder / "sha256.json").write_text(text)
+    with pytest.raises(InstallError, match=r"mesh\.onnx are missing") as error:
+        net.read("mesh.onnx", folder)
+    assert "\n" not in str(error.value)
+
+
 @pytest.mark.parametrize(
     ("name", "crop", "shapes"),
     [

@@ -5,10 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from makeup_video.pipeline import FrameFaces, OutputError
+from makeup_video.pipeline import FrameFaces, OutputError, StoppedError, UsageError
 from makeup_video.pipeline.faces import find_faces_in_frame
 from makeup_video.pipeline.overlay import DrawFaces, PointsFile
 from people import frame_of, grey, portrait
+
+
+def found_in(frame) -> FrameFaces:
+    return find_faces_in_frame(frame)[0]
 
 
 def difference(frame, before) -> np.ndarray:
@@ -23,7 +27,7 @@ def difference(frame, before) -> np.ndarray:
 def test_points_lips_and_label_are_drawn_in_every_layout(pix_fmt, rotation):
     how = {"pix_fmt": pix_fmt, "rotation_degrees": rotation}
     plain = frame_of(portrait(), **how)
-    item = find_faces_in_frame(frame_of(portrait(), **how))
+    item = found_in(frame_of(portrait(), **how))
     drawn = DrawFaces()(item)
     assert drawn is item.frame
     changed = difference(drawn, plain)
@@ -43,7 +47,7 @@ def test_a_frame_without_a_face_keeps_every_byte():
 
 @pytest.mark.parametrize("shift", [(-160, -260), (200, 0), (0, 300), (5000, 5000), (-5000, 0)])
 def test_a_face_that_lies_partly_or_wholly_outside_does_no_harm(shift):
-    (face,) = find_faces_in_frame(frame_of(portrait())).faces
+    (face,) = found_in(frame_of(portrait())).faces
     points = face.points_px + np.array([*shift, 0], np.float32)
     to_px = face.lips.to_px + np.array([[0, 0, shift[0]], [0, 0, shift[1]]])
     moved = replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
@@ -51,13 +55,85 @@ def test_a_face_that_lies_partly_or_wholly_outside_does_no_harm(shift):
         DrawFaces()(FrameFaces(frame_of(portrait(), pix_fmt=pix_fmt), (moved,)))
 
 
-def test_the_points_file_is_json_with_one_frame_a_line(tmp_path):
-    path = tmp_path / "points.json"
-    file = PointsFile(path)
-    draw = DrawFaces(file)
-    draw(find_faces_in_frame(frame_of(portrait(), pts=0)))
-    draw(FrameFaces(frame_of(grey(), pts=15), cut=True))
-    file.close()
+def moved_to(face, left, top):
+    """The face with the upper left corner of its points there."""
+    x, y = np.array([left, top]) - face.points_px[:, :2].min(0)
+    to_px = face.lips.to_px + np.array([[0, 0, x], [0, 0, y]])
+    points = face.points_px + np.array([x, y, 0], np.float32)
+    return replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
+
+
+def stored(face, frame):
+    """A face of the upright picture, as it lies in a square frame that is stored turned."""
+    x, y, z = face.points_px.T
+    for _ in range((360 - frame.rotation_degrees) // 90 % 4):
+        x, y = y, frame.width_px - 1 - x  # a quarter counter-clockwise
+    return replace(face, points_px=np.stack([x, y, z], axis=1))
+
+
+def label_of(frame) -> tuple[int, int, int, int]:
+    """(left, top, right, bottom) of the label in the upright picture; grey() has no such black."""
+    luma = np.rot90(frame.planes[0], frame.rotation_degrees // 90)
+    rows, columns = np.nonzero(luma == 16)
+    return columns.min(), rows.min(), columns.max(), rows.max()
+
+
+@pytest.mark.parametrize("rotation", [0, 90, 180, 270])
+def test_the_label_stands_above_the_face_and_never_leaves_the_picture(rotation):
+    width = height = 480  # square, so that `stored` is one formula for all turns
+    (face,) = found_in(frame_of(portrait())).faces
+    size = np.ptp(face.points_px[:, :2], axis=0)
+    places = {
+        (140, 150): None, (-80, 150): None, (width - size[0] / 3, 150): None, (140, -60): None,
+        (140, height - 60): None,
+    }  # fmt: skip
+    for left, top in places:
+        frame = frame_of(grey(width, height), rotation_degrees=rotation)
+        DrawFaces()(FrameFaces(frame, (stored(moved_to(face, left, top), frame),)))
+        places[left, top] = label_of(frame)
+    middle = places[140, 150]
+    wide, high = middle[2] - middle[0], middle[3] - middle[1]
+    assert middle[0] == pytest.approx(140, abs=1) and 145 - 2 <= middle[3] < 150
+    for (left, top), found in places.items():
+        assert (found[2] - found[0], found[3] - found[1]) == (wide, high), (left, top)
+    assert places[-80, 150][0] == 0 and places[140, -60][1] == 0
+    assert places[width - size[0] / 3, 150][2] == width - 1
+
+
+def test_no_label_is_drawn_of_a_face_outside_and_a_wide_one_is_made_to_fit():
+    (face,) = found_in(frame_of(portrait())).faces
+    frame = frame_of(grey())
+    DrawFaces()(FrameFaces(frame, (moved_to(face, 5000, 100),)))
+    assert (frame.planes[0] == frame_of(grey()).planes[0]).all()
+    small = frame_of(grey(96, 64))
+    DrawFaces()(FrameFaces(small, (moved_to(face, -60, 40),)))
+    left, _, right, _ = label_of(small)
+    assert 0 <= left < right <= 95
+
+
+def test_points_file_is_refused_where_it_would_take_another_files_place(tmp_path):
+    src, dst = tmp_path / "in.mp4", tmp_path / "out.mp4"
+    src.write_bytes(b"film")
+    for name in ("in.mp4", "out.mp4", "out.part.mp4"):
+        with pytest.raises(UsageError, match="own files"):
+            PointsFile(tmp_path / name, src, dst, overwrite=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
+
+
+@pytest.fixture
+def place(tmp_path):
+    """(points, src, dst), as PointsFile takes them."""
+    (tmp_path / "in.mp4").write_bytes(b"film")
+    return tmp_path / "points.json", tmp_path / "in.mp4", tmp_path / "out.mp4"
+
+
+def test_the_points_file_is_json_with_one_frame_a_line(place):
+    path = place[0]
+    with PointsFile(*place) as file:
+        draw = DrawFaces(file)
+        draw(found_in(frame_of(portrait(), pts=0)))
+        draw(FrameFaces(frame_of(grey(), pts=15), cut=True))
+        assert not path.exists()
     stored = json.loads(path.read_text())
     first, second = stored["frames"]
     assert np.array(first["faces"][0]["points_px"]).shape == (478, 3)
@@ -65,9 +141,38 @@ def test_the_points_file_is_json_with_one_frame_a_line(tmp_path):
     assert len(path.read_text().splitlines()) == 4
 
 
-def test_a_points_file_that_cannot_be_written_is_told_in_one_line(tmp_path):
-    file = PointsFile(tmp_path / "missing" / "points.json")
-    with pytest.raises(OutputError) as error:
+def test_a_points_file_of_no_frames_is_json_too(place):
+    with PointsFile(*place):
+        pass
+    assert json.loads(place[0].read_text())["frames"] == []
+
+
+@pytest.mark.parametrize(
+    ("error", "left"),
+    [(StoppedError, ["in.mp4", "points.part.json"]), (OutputError, ["in.mp4"]),
+     (KeyboardInterrupt, ["in.mp4"])],
+)  # fmt: skip
+def test_only_after_a_stop_the_part_stays_whole_as_json(place, error, left):
+    with pytest.raises(error), PointsFile(*place) as file:
         file.write(FrameFaces(frame_of(grey())))
-    assert "points.json" in str(error.value)
+        raise error
+    assert sorted(path.name for path in place[0].parent.iterdir()) == left
+    if len(left) > 1:
+        assert len(json.loads(place[0].with_name(left[1]).read_text())["frames"]) == 1
+
+
+def test_a_stop_before_the_first_frame_leaves_nothing(place):
+    with pytest.raises(StoppedError), PointsFile(*place):
+        raise StoppedError
+    assert [path.name for path in place[0].parent.iterdir()] == ["in.mp4"]
+
+
+def test_a_points_file_on_a_full_disk_is_told_in_one_line_and_removed(place):
+    with pytest.raises(OutputError) as error, PointsFile(*place) as file:
+        file.write(FrameFaces(frame_of(grey())))
+        file._file.close()
+        file._file = open("/dev/full", "w")  # noqa: SIM115
+        file.write(FrameFaces(frame_of(grey())))
+    assert "points.json cannot be written" in str(error.value)
     assert "\n" not in str(error.value)
+    assert [path.name for path in place[0].parent.iterdir()] == ["in.mp4"]

@@ -1,6 +1,7 @@
 """Still pictures through the same path."""
 
 import struct
+from fractions import Fraction
 
 import av
 import cv2
@@ -18,6 +19,7 @@ from makeup_video.pipeline import (
 )
 from makeup_video.pipeline.still import merge, read_picture, to_frame
 from media import picture
+from people import portrait
 
 EXIF, ICC, XMP = cv2.IMAGE_METADATA_EXIF, cv2.IMAGE_METADATA_ICCP, cv2.IMAGE_METADATA_XMP
 
@@ -90,13 +92,39 @@ def test_exif_icc_and_xmp_are_kept_and_the_picture_is_not_turned(tmp_path, start
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize(
     ("orientation", "degrees"),
-    [(1, 0), (2, 0), (3, 180), (4, 180), (5, 90), (6, 270), (7, 270), (8, 90), (99, 0)],
+    [(1, 0), (2, 0), (3, 180), (4, 180), (5, 270), (6, 270), (7, 90), (8, 90), (99, 0)],
 )
 def test_exif_orientation_becomes_the_frames_rotation(tmp_path, order, orientation, degrees):
     from makeup_video.pipeline.still import _rotation
 
     src = write(tmp_path / "in.jpg", scene(), {EXIF: exif(orientation, order)})
     assert _rotation(read_picture(src)[1]) == degrees
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_face_is_upright_under_every_orientation(tmp_path, orientation):
+    """Stored as Exif 2.32 (table 6) says where row 0 and column 0 are; OpenCV turns it back."""
+    from makeup_video.pipeline.faces import find_faces_in_frame
+    from makeup_video.pipeline.still import _rotation
+
+    upright = portrait()[..., ::-1]
+    stored = {
+        1: upright, 2: upright[:, ::-1], 3: upright[::-1, ::-1], 4: upright[::-1],
+        5: upright.transpose(1, 0, 2), 6: np.rot90(upright, 1),
+        7: upright[::-1, ::-1].transpose(1, 0, 2), 8: np.rot90(upright, -1),
+    }[orientation]  # fmt: skip
+    src = write(tmp_path / "in.png", np.ascontiguousarray(stored), {EXIF: exif(orientation)})
+    np.testing.assert_array_equal(cv2.imread(str(src)), upright)
+    pixels, metadata = read_picture(src)
+    frame = to_frame(pixels, _rotation(metadata))
+    (face,) = find_faces_in_frame(frame)[0].faces
+    xy = face.points_px[:, :2].astype(int)
+    turned = np.zeros(pixels.shape[:2], np.uint8)
+    chin, brow = xy[152], xy[10]
+    turned[chin[1], chin[0]], turned[brow[1], brow[0]] = 2, 1
+    turned = np.rot90(turned, frame.rotation_degrees // 90)
+    row = {mark: int(np.argwhere(turned == mark)[0, 0]) for mark in (1, 2)}
+    assert row[2] - row[1] > 150  # the chin is below the brow, by the height of the face
 
 
 def test_orientation_6_means_that_turning_left_by_270_degrees_makes_it_upright():
@@ -223,10 +251,13 @@ def test_a_picture_cannot_become_a_video(tmp_path, name):
 
 
 def test_video_options_do_not_go_with_a_picture(tmp_path):
-    with pytest.raises(UsageError, match="is a picture"):
-        process_video(
-            write(tmp_path / "in.png", scene()), tmp_path / "out.png", None, Settings(crf=20)
-        )
+    src = write(tmp_path / "in.png", scene())
+    for how, flags in (
+        (Settings(crf=20), "--crf"),
+        (Settings(start_seconds=Fraction(1), end_seconds=Fraction(2)), "--start, --end"),
+    ):
+        with pytest.raises(UsageError, match=f"is a picture: leave out {flags} "):
+            process_video(src, tmp_path / "out.png", None, how)
 
 
 def test_an_existing_picture_is_not_overwritten(tmp_path):

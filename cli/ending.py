@@ -1,0 +1,52 @@
+"""How every command ends: what it says, and the documented exit code."""
+
+import traceback
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+from makeup_video.cli.say import say
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline import Report
+
+
+@contextmanager
+def told_in_one_line(output: str | None = None, debug: bool = False) -> Generator[None, None, None]:
+    """Whatever the pipeline raises becomes one line and its exit code."""
+    from makeup_video.pipeline import MakeupVideoError, StoppedError
+
+    try:
+        yield
+    except StoppedError:
+        part = None if output is None else _part_of(Path(output))
+        kept = f"; {part} holds what was done" if part is not None and part.exists() else ""
+        say(f"stopped{kept}")
+        raise typer.Exit(StoppedError.exit_code) from None
+    except MakeupVideoError as error:
+        if debug:
+            traceback.print_exc()
+        say(f"{type(error).__name__}: {error}")
+        raise typer.Exit(error.exit_code) from None
+
+
+def tell(done: "Report", quiet: bool, more: str = "") -> None:
+    """What was lost or changed, and the closing line; exit code 5 when the input was damaged."""
+    from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
+
+    for line in done.warnings():
+        if not quiet or done.damaged:
+            say(line)
+    if not quiet:
+        say(done.summary() + more)
+    if done.damaged:
+        raise typer.Exit(EXIT_DAMAGED_INPUT)
+
+
+def _part_of(output: Path) -> Path:
+    from makeup_video.pipeline.side_file import target_of
+    from makeup_video.pipeline.target import part_of
+
+    return part_of(target_of(output))

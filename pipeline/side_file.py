@@ -1,0 +1,102 @@
+"""A JSON file that a run writes beside its output: the points, or the report."""
+
+import contextlib
+import json
+import os
+from pathlib import Path
+from typing import IO, Any, ClassVar, Self
+
+from makeup_video.pipeline.errors import OutputError, StoppedError, UsageError
+from makeup_video.pipeline.source import local_file
+from makeup_video.pipeline.target import Target, part_of, write_errors
+
+
+class SideFile:
+    """Checked before the work, grown as NAME.part.EXT, renamed when the run has ended well.
+
+    After Ctrl-C the part stays, whole as JSON, if anything was written to it; after an error it is
+    removed. others: more files of the run (src and dst are known) that it must not replace.
+    Raises InputError when src is no file, UsageError or OutputError when the place is not free.
+    """
+
+    what: ClassVar[str]
+    begins: ClassVar[str] = ""
+    ends: ClassVar[str] = ""
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        src: str | os.PathLike[str],
+        dst: str | os.PathLike[str],
+        *others: str | os.PathLike[str],
+        overwrite: bool = False,
+    ) -> None:
+        source, self.path = local_file(src), Path(path)
+        with write_errors(self.path):
+            if self.path.is_dir() or os.fspath(path).endswith(os.sep):
+                raise OutputError(f"{self.what} {path} is a folder: give the name of a file in it")
+            own = [source, Path(dst), *map(Path, others)]
+            grows = [part_of(target_of(file)) for file in (self.path, own[1]) if file.name]
+            if any(_is_same(a, b) for a in (self.path, grows[0]) for b in [*own, *grows[1:]]):
+                raise UsageError(
+                    f"{self.what} {path} is one of this run's own files, or would grow there: "
+                    "choose another name"
+                )
+        self._target = Target(self.path, source, overwrite=overwrite)
+        self._file: IO[str] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    @property
+    def is_begun(self) -> bool:
+        return self._file is not None
+
+    def append(self, text: str) -> None:
+        """Raises OutputError when the file cannot be written."""
+        with write_errors(self.path):
+            if self._file is None:
+                self._file = self._target.part.open("w", encoding="utf-8")
+                self._file.write(self.begins)
+            self._file.write(text)
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, trace: object) -> None:
+        keep = kind is None
+        leave = self.is_begun and kind is not None and issubclass(kind, StoppedError)
+        try:
+            if keep or leave:
+                self.append(self.ends)
+            if self._file is not None:
+                with write_errors(self.path) if keep or leave else contextlib.suppress(OSError):
+                    self._file.close()
+            if keep:
+                with write_errors(self.path):
+                    self._target.keep()
+            elif leave:
+                self._target.leave()
+            else:
+                self._target.discard()
+        except BaseException:
+            self._target.discard()
+            raise
+
+
+class ReportFile(SideFile):
+    """What `Report.to_dict` says."""
+
+    what = "the report"
+
+    def write(self, values: dict[str, Any]) -> None:
+        """Raises OutputError when the file cannot be written."""
+        self.append(json.dumps(values, indent=2) + "\n")
+
+
+def target_of(path: Path) -> Path:
+    """The file that is written when `path` is: a link is written through."""
+    return Path(os.path.realpath(path)) if path.is_symlink() else path
+
+
+def _is_same(one: Path, other: Path) -> bool:
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return os.path.realpath(one) == os.path.realpath(other)
