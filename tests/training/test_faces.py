@@ -94,3 +94,17 @@ def test_detector_targets_decode_to_the_same_faces():
         frame = frames[int(np.argmin(gaps))]
         assert min(gaps) < 0.01
         assert np.allclose(frame[:, 0], unit * np.array([np.cos(turn), np.sin(turn)]), rtol=1e-4)
+
+
+def test_mistakes_of_the_detector_are_told_from_the_face_itself():
+    score = pytest.importorskip("makeup_video.training.faces.score", reason="needs PyTorch")
+    middle, unit = np.array([200.0, 150.0]), 60.0
+
+    def guess(x: float, y: float, size: float) -> np.ndarray:
+        linear = size * np.eye(2)
+        return np.column_stack([linear, np.array([x, y]) - linear @ [0, 0.42]])
+
+    assert not score._is_elsewhere(guess(205, 146, 55), middle, unit)
+    assert score._is_elsewhere(guess(300, 150, 60), middle, unit)  # beside it
+    assert score._is_elsewhere(guess(200, 190, 25), middle, unit)  # its chin
+    assert score._is_elsewhere(guess(200, 150, 20), middle, unit)  # its nose
