@@ -79,7 +79,11 @@ class FaceNets:
         self.mirror = read_array("mirror.npy", folder).astype(int)  # (478,) the other side's point
         self._eyes = (EYE, self.mirror[EYE])
         self._eye_contours = (EYE_CONTOUR, self.mirror[EYE_CONTOUR])
-        self.eye_rims = np.concatenate([eye[_RIMS] for eye in self._eyes])  # lids do not move them
+        # rows: means of the lips, of both lid contours, and of the rims, which lids do not move
+        of = (LIPS, *self._eye_contours, *(eye[_RIMS] for eye in self._eyes))
+        self._means = np.zeros((len(of), POINTS))
+        for row, index in zip(self._means, of, strict=True):
+            row[index] = 1 / len(index)
         self.far_points = np.setdiff1d(np.arange(POINTS), [*LIPS, *self._eyes[0], *self._eyes[1]])
         middle = self.mean_face[:, :2].mean(0)
         self._middle = float(middle[0]), float(middle[1])
@@ -140,11 +144,14 @@ class FaceNets:
         points[:, 2] = offsets[:, 2] * iod_of(frame)
         return points, out["scores"][0]
 
+    def middles(self, points: np.ndarray) -> np.ndarray:
+        """(5, 2): the middles of lips, lids of either eye, and rim of either eye (478, >=2)."""
+        middles: np.ndarray = self._means @ points[:, :2]
+        return middles
+
     def view(self, points: np.ndarray, frame: Affine | None = None) -> View:
         """Where to look at a face with these points (478, >=2) px; frame: if known already."""
-        xy = points[:, :2]
-        centres = np.stack([xy[index].mean(0) for index in (LIPS, *self._eye_contours)])
-        return View(self.face_frame(points) if frame is None else frame, centres)
+        return View(self.face_frame(points) if frame is None else frame, self.middles(points)[:3])
 
     def refine(
         self, picture: Picture, points: np.ndarray, view: View, both_ways: bool = False

@@ -7,9 +7,7 @@ from functools import partial
 import numpy as np
 from makeup_video.pipeline.crop import Affine, Picture, compose
 from makeup_video.pipeline.face import MIN_FACE_PX, Face, LipPatch
-from makeup_video.pipeline.face_frame import fit_similarity
 from makeup_video.pipeline.face_nets import FaceNets, View, distance, iod_of, middle_of
-from makeup_video.pipeline.topology import LIPS
 
 DETECTOR_THRESHOLD = 0.35
 MAX_GUESSES = 64
@@ -45,10 +43,15 @@ class Sighting:
     frame: Affine  # the face frame of the points
     lips: LipPatch
     view: View  # where the nets looked
+    middles: np.ndarray  # (5, 2), see FaceNets.middles
     meshed_seconds: float = -np.inf  # when the mesh net last looked at it
     # Its motion since the frame before, px -> px; and in IOD, log scale or radians, the most.
     step: Affine = field(default_factory=partial(np.eye, 2, 3))
     moved: float = 0.0
+    painted: int = field(init=False)  # px of the lip patch
+
+    def __post_init__(self) -> None:
+        self.painted = int(np.count_nonzero(self.lips.logits > 0))
 
 
 def detect(
@@ -89,7 +92,8 @@ def sight(
     for _ in range(2):
         view = nets.view(points)
         lips = nets.refine(picture, points, view, both_ways=carefully)
-    return Sighting(points, scores, nets.face_frame(points), lips, view)
+    frame, middles = nets.face_frame(points), nets.middles(points)
+    return Sighting(points, scores, frame, lips, view, middles)
 
 
 def sight_again(
@@ -129,24 +133,34 @@ def _follow(
         if nets.take_rest(points, mesh, strayed_px):
             view = nets.view(points)
     lips = nets.refine(picture, points, view)
-    rims = nets.eye_rims
-    step = fit_similarity(before.points[rims, :2], points[rims, :2])
+    middles = nets.middles(points)
+    step = _step_of(before.middles, middles)
     frame = compose(step, before.frame)
     if mesh_seconds is not None:
         frame = frame + _CORRECTION * (nets.face_frame(points) - frame)
     else:
         points[nets.far_points] = _moved(before.points[nets.far_points], step)
     moved = distance(before.frame, frame)
-    return Sighting(points, scores, frame, lips, view, meshed_seconds, step, moved)
+    return Sighting(points, scores, frame, lips, view, middles, meshed_seconds, step, moved)
+
+
+def _step_of(before: np.ndarray, now: np.ndarray) -> Affine:
+    """The similarity that takes both rims of `middles` before to those now."""
+    left, right, new_left, new_right = (complex(*xy) for xy in (*before[3:], *now[3:]))
+    across = right - left
+    turn = (new_right - new_left) / across if across else 1 + 0j
+    shift = new_left - turn * left
+    return np.array([
+        [turn.real, -turn.imag, shift.real],
+        [turn.imag, turn.real, shift.imag],
+    ])  # fmt: skip
 
 
 def _is_odd(before: Sighting, found: Sighting) -> bool:
     """Lips that jump about the face, or vanish: something is in front of them, it may be."""
-    lips_before = _moved(before.points[LIPS], found.step)
-    off = (found.points[LIPS] - lips_before)[:, :2].mean(0)
-    painted_before, painted = ((sight.lips.logits > 0).sum() for sight in (before, found))
+    off = found.middles[0] - found.step @ [*before.middles[0], 1]
     jumped = math.hypot(*off.tolist()) > _LIPS_JUMP * iod_of(found.frame)
-    return bool(jumped or painted < painted_before / 2)
+    return jumped or found.painted < before.painted / 2
 
 
 def _expected(nets: FaceNets, before: Sighting) -> tuple[np.ndarray, View]:
