@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.crops import SPECS, Batch, Cropper, Faces
 from makeup_video.training.faces.model import build, normalise
 from makeup_video.training.faces.topology import EYE, EYE_CONTOUR, LIPS
@@ -123,7 +124,6 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=2e-3)
     options = parser.parse_args()
     torch.set_num_threads(2)
-    checkpoint = options.out / f"{options.net}.pt"
     faces, held_out = Faces(options.data, False), Faces(options.data, True)
     spec = SPECS[options.net]
     drawer = Cropper(faces, spec, seed=0)
@@ -131,26 +131,18 @@ def main() -> None:
     targets = drawer.geometry(index)["target"]
     net = build(options.net, spec.size_wh, torch.from_numpy(targets))
     net = net.to(memory_format=torch.channels_last).train()
-    average = torch.optim.swa_utils.AveragedModel(
-        net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE), use_buffers=True
-    )
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.05, fused=True)
-    step, steps = 0, int(options.samples / BATCH)
-    if checkpoint.exists():
-        saved = torch.load(checkpoint, weights_only=True)
-        net.load_state_dict(saved["net"])
-        average.load_state_dict(saved["average"])
-        optimizer.load_state_dict(saved["optimizer"])
-        step = saved["step"]
-        print("resumed at step", step)
+    run = Checkpoint(options.out / f"{options.net}.pt", net, optimizer, AVERAGE)
+    run.resume()
+    steps = int(options.samples / BATCH)
     worth = point_worth(options.net, faces.mirror)
-    loader = iter(DataLoader(Stream(faces, options.net, seed=step), None, num_workers=1,
+    loader = iter(DataLoader(Stream(faces, options.net, seed=run.step), None, num_workers=1,
                              prefetch_factor=8))  # fmt: skip
     forward = torch.compile(net)
     running, counted, since, saved_at = 0.0, 0, time.time(), time.time()
-    while step < steps:
-        progress = step / steps
-        rate = options.rate * min(1, (step + 1) / WARM_UP, 2.5 * (1 - progress) + 0.005)
+    while run.step < steps:
+        progress = run.step / steps
+        rate = options.rate * min(1, (run.step + 1) / WARM_UP, 2.5 * (1 - progress) + 0.005)
         for group in optimizer.param_groups:
             group["lr"] = rate
         loss, error = loss_of(forward, next(loader), worth)
@@ -158,29 +150,19 @@ def main() -> None:
         loss.backward()
         nn.utils.clip_grad_norm_(net.parameters(), 1.0)
         optimizer.step()
-        step += 1
-        if step < 2000:  # a young average must forget faster
-            average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(
-                min(AVERAGE, step / (step + 10)))  # fmt: skip
-        else:
-            average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE)
-        average.update_parameters(net)
+        run.count_step()
         running, counted = running + error.item(), counted + 1
-        if step % 200 == 0:
+        if run.step % 200 == 0:
             speed = counted * BATCH / (time.time() - since)
             print(
-                f"{time.strftime('%H:%M:%S')} step {step}/{steps} error "
+                f"{time.strftime('%H:%M:%S')} step {run.step}/{steps} error "
                 f"{100 * running / counted:.2f} % rate {rate:.1e} {speed:.0f}/s",
                 flush=True,
             )
             running, counted, since = 0.0, 0, time.time()
-        if time.time() - saved_at > 150 or step == steps:
-            state = {"net": net.state_dict(), "average": average.state_dict(),
-                         "optimizer": optimizer.state_dict(), "step": step,
-                         "config": (options.net, targets.shape[1])}  # fmt: skip
-            torch.save(state, checkpoint.with_suffix(".part"))
-            checkpoint.with_suffix(".part").rename(checkpoint)
-            print("  held out:", validate(average, held_out, options.net), flush=True)
+        if time.time() - saved_at > 150 or run.step == steps:
+            run.save((options.net, targets.shape[1]))
+            print("  held out:", validate(run.average, held_out, options.net), flush=True)
             running, counted, saved_at, since = 0.0, 0, time.time(), time.time()
 
 
