@@ -22,6 +22,7 @@ from torch.utils.data import DataLoader, IterableDataset
 BATCH = 48
 AVERAGE = 0.998  # of the weights, per step
 CELLS = SCENE // STRIDE
+LARGE = 3.0  # cells of IOD from which neighbouring cells see the same face
 
 
 class Detector(nn.Module):
@@ -85,7 +86,7 @@ def decode(out: np.ndarray, scale: float, threshold: float = 0.35) -> list[np.nd
     rows, columns = np.nonzero(peak & (logit > np.log(threshold / (1 - threshold))))
     frames: list[np.ndarray] = []
     for row, column in sorted(zip(rows, columns, strict=True), key=lambda at: -logit[at]):
-        dx, dy, size, c, s = out[1:, row, column]
+        dx, dy, size, c, s = around(out, row, column)
         centre = ((np.array([column + dx, row + dy]) + 0.5) * STRIDE - 0.5) * scale
         unit = np.exp(size) * STRIDE * scale / max(np.hypot(c, s), 1e-6)
         linear = unit * np.array([[c, -s], [s, c]])
@@ -94,6 +95,23 @@ def decode(out: np.ndarray, scale: float, threshold: float = 0.35) -> list[np.nd
         if all(gap > 0.9 * np.exp(size) * STRIDE * scale for gap in apart):
             frames.append(frame.astype(np.float32))
     return frames
+
+
+def around(out: np.ndarray, row: int, column: int) -> np.ndarray:
+    """(5,) what the cell of a large face tells, averaged with its neighbours, surer ones more.
+
+    A small face's neighbours may belong to another, so its own cell speaks alone.
+    """
+    own = out[1:, row, column]
+    if own[2] < np.log(LARGE):
+        return own
+    rows, columns = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
+    told = out[1:, rows, columns].copy()
+    y, x = np.mgrid[: out.shape[1], : out.shape[2]]
+    told[0] += x[rows, columns] - column
+    told[1] += y[rows, columns] - row
+    sure = 1 / (1 + np.exp(-out[0, rows, columns]))
+    return (told * sure).sum((1, 2)) / sure.sum()
 
 
 def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:

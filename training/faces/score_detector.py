@@ -26,7 +26,7 @@ from makeup_video.training.faces.scenes import (
     ill_exposed,
 )
 
-THRESHOLDS = (0.25, 0.35, 0.5)
+THRESHOLDS = (0.3, 0.35, 0.45)
 TURNED = 0.16  # IOD that the tip of the nose lies beside the middle of the face
 NEAR, SIZE = 0.5, np.log(1.5)  # what counts as found: IOD, log of the ratio of IOD
 Drawn = tuple[np.ndarray, np.ndarray]  # scene, faces as Scenes draws them
