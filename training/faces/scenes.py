@@ -14,11 +14,11 @@ IOD_RANGE = (4.5, 150.0)  # px in the scene; a face is about twice as wide
 CROWD_IOD = (4.5, 12.0)  # px
 NOSE_TIP = 1  # of the 478 points
 KINDS = {  # what a scene shows, and how often
-    "whole": 0.32,  # one picture as it is
-    "close": 0.2,  # one face that fills the scene, or is cut by its border
-    "mixed": 0.26,  # faces of any size pasted anywhere
-    "crowd": 0.1,  # many small ones
-    "empty": 0.12,
+    "whole": 0.34,  # one picture as it is
+    "close": 0.18,  # one face that fills the scene, or is cut by its border
+    "mixed": 0.24,  # faces of any size pasted anywhere
+    "crowd": 0.04,  # many small ones: each weighs as much in the loss as a large one
+    "empty": 0.2,
 }
 BACKDROPS = ("coffee", "rocket", "chelsea", "brick", "grass", "gravel", "page", "text", "clock",
              "coins", "moon", "hubble_deep_field", "immunohistochemistry", "colorwheel",
@@ -181,7 +181,7 @@ class Scenes:
         rng = self.rng
         picture, frame = self._reduced(face, wanted)
         unit = np.linalg.norm(frame[:, 0])
-        turn = rng.normal() * (0.15 if rng.random() < 0.75 else 0.5)
+        turn = rng.normal() * (0.15 if rng.random() < 0.65 else 0.5)
         c, s = np.cos(turn) * wanted / unit, np.sin(turn) * wanted / unit
         linear = np.array([[c, -s], [s, c]])
         middle = frame @ [*FACE_CENTRE, 1]
