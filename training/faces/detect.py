@@ -201,6 +201,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2, help="1 where the machine is shared")
     options = parser.parse_args()
     torch.set_num_threads(1)  # one scene at a time is too little for two
+    cv2.setNumThreads(1)  # its threads do not survive the loader's fork
     options.out.mkdir(parents=True, exist_ok=True)
     net = Detector().to(memory_format=torch.channels_last).train()
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.02, fused=True)
