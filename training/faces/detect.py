@@ -1,6 +1,6 @@
 """Train the detector: where faces are, how large, how turned.
 
-python -m makeup_video.training.faces.detect --data runs/faces.npz --samples 4e5
+python -m makeup_video.training.faces.detect --data runs/faces.npz --samples 6e5
 """
 
 import argparse
@@ -11,8 +11,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.crops import Faces
 from makeup_video.training.faces.model import Conv, Residual, normalise, stage
+from makeup_video.training.faces.props import blot_out
 from makeup_video.training.faces.scenes import FACE_CENTRE, SCENE, STRIDE, Scenes
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
@@ -20,6 +22,7 @@ from torch.utils.data import DataLoader, IterableDataset
 BATCH = 48
 AVERAGE = 0.998  # of the weights, per step
 CELLS = SCENE // STRIDE
+LARGE = 3.0  # cells of IOD from which neighbouring cells see the same face
 
 
 class Detector(nn.Module):
@@ -55,7 +58,7 @@ def targets(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     y, x = np.mgrid[:CELLS, :CELLS].astype(np.float32)
     for centre_x, centre_y, unit, turn in faces:
         at_x, at_y = (centre_x + 0.5) / STRIDE - 0.5, (centre_y + 0.5) / STRIDE - 0.5
-        reach = np.clip(unit / STRIDE * 0.35, 0.7, 2.5)
+        reach = np.clip(unit / STRIDE * 0.35, 0.7, 3.5)
         near = np.exp(-((x - at_x) ** 2 + (y - at_y) ** 2) / (2 * reach**2))
         ours = near > np.maximum(heat, 0.3)
         numbers = (at_x - x, at_y - y, np.log(unit / STRIDE), np.cos(turn), np.sin(turn), 1.0)
@@ -83,7 +86,7 @@ def decode(out: np.ndarray, scale: float, threshold: float = 0.35) -> list[np.nd
     rows, columns = np.nonzero(peak & (logit > np.log(threshold / (1 - threshold))))
     frames: list[np.ndarray] = []
     for row, column in sorted(zip(rows, columns, strict=True), key=lambda at: -logit[at]):
-        dx, dy, size, c, s = out[1:, row, column]
+        dx, dy, size, c, s = around(out, row, column)
         centre = ((np.array([column + dx, row + dy]) + 0.5) * STRIDE - 0.5) * scale
         unit = np.exp(size) * STRIDE * scale / max(np.hypot(c, s), 1e-6)
         linear = unit * np.array([[c, -s], [s, c]])
@@ -92,6 +95,23 @@ def decode(out: np.ndarray, scale: float, threshold: float = 0.35) -> list[np.nd
         if all(gap > 0.9 * np.exp(size) * STRIDE * scale for gap in apart):
             frames.append(frame.astype(np.float32))
     return frames
+
+
+def around(out: np.ndarray, row: int, column: int) -> np.ndarray:
+    """(5,) what the cell of a large face tells, averaged with its neighbours, surer ones more.
+
+    A small face's neighbours may belong to another, so its own cell speaks alone.
+    """
+    own = out[1:, row, column]
+    if own[2] < np.log(LARGE):
+        return own
+    rows, columns = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
+    told = out[1:, rows, columns].copy()
+    y, x = np.mgrid[: out.shape[1], : out.shape[2]]
+    told[0] += x[rows, columns] - column
+    told[1] += y[rows, columns] - row
+    sure = 1 / (1 + np.exp(-out[0, rows, columns]))
+    return (told * sure).sum((1, 2)) / sure.sum()
 
 
 def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:
@@ -104,69 +124,127 @@ def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:
     return square, scale
 
 
+@torch.no_grad()
+def hide_strangers(faces: Faces, net: nn.Module) -> int:
+    """Paint over, in place, what else a net takes for a face in these pictures; how many it was.
+
+    Only one face of a picture is labelled: others would be taught as background.
+    """
+    rng, hidden = np.random.default_rng(0), 0
+    for levels, own, folder in zip(faces.pictures, faces.frames, faces.folder, strict=True):
+        if folder not in ("wild", "covered"):  # the others show one person each
+            continue
+        square, scale = letterbox(levels[0])
+        out = net(normalise(torch.from_numpy(square[None])).to(memory_format=torch.channels_last))
+        for frame in decode(out[0].numpy(), scale, threshold=0.5):
+            unit = np.linalg.norm(frame[:, 0])
+            middle = frame @ [*FACE_CENTRE, 1]
+            if np.hypot(*(middle - own @ [*FACE_CENTRE, 1])) < 0.8 * np.linalg.norm(own[:, 0]):
+                continue
+            turn = np.arctan2(frame[1, 0], frame[0, 0])
+            for level, rgb8 in enumerate(levels):
+                place = np.array([*(middle / 2**level), unit / 2**level, turn])
+                blot_out(rgb8, place, rng)
+            hidden += 1
+    return hidden
+
+
+def load_average(path: Path) -> nn.Module:
+    """The averaged weights of a checkpoint."""
+    average = torch.load(path, weights_only=True)["average"]
+    net = Detector().to(memory_format=torch.channels_last)
+    net.load_state_dict({key.removeprefix("module."): value for key, value in average.items()
+                         if key != "n_averaged"})  # fmt: skip
+    return net.eval()
+
+
 class Stream(IterableDataset):
+    """Batches of scenes; each is shown once more, mirrored and in another tone."""
+
     def __init__(self, faces: Faces, seed: int) -> None:
         self.faces, self.seed = faces, seed
 
     def __iter__(self) -> Iterator[tuple[Tensor, ...]]:
         cv2.setNumThreads(1)
-        scenes = Scenes(self.faces, self.seed)
+        scenes, recent = Scenes(self.faces, self.seed), []
         while True:
-            drawn = [scenes.draw() for _ in range(BATCH)]
-            heat, values = zip(*(targets(faces) for _, faces in drawn), strict=True)
-            columns = ([rgb8 for rgb8, _ in drawn], heat, values)
-            yield tuple(torch.from_numpy(np.stack(column)) for column in columns)
+            recent.append([scenes.draw() for _ in range(BATCH)])
+            yield tensors(recent[-1])
+            if len(recent) > 12:
+                past = recent.pop(int(scenes.rng.integers(6)))
+                yield tensors([echo(*drawn, scenes.rng) for drawn in past])
+
+
+def tensors(drawn: list[tuple[np.ndarray, np.ndarray]]) -> tuple[Tensor, ...]:
+    heat, values = zip(*(targets(faces) for _, faces in drawn), strict=True)
+    columns = ([rgb8 for rgb8, _ in drawn], heat, values)
+    return tuple(torch.from_numpy(np.stack(column)) for column in columns)
+
+
+def echo(
+    rgb8: np.ndarray, faces: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same scene mirrored and in another tone: a tenth of the work of a new one."""
+    tone = np.arange(256)[:, None] * np.exp(rng.normal(0, 0.2) + rng.normal(0, 0.08, 3))
+    rgb8 = cv2.LUT(np.ascontiguousarray(rgb8[:, ::-1]), tone.clip(0, 255).astype(np.uint8)[None])
+    return rgb8, faces * [-1, 1, 1, -1] + [SCENE - 1, 0, 0, 0]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
     parser.add_argument("--out", type=Path, default=Path("runs"))
-    parser.add_argument("--samples", type=float, default=4e5)
+    parser.add_argument("--samples", type=float, default=6e5)
     parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--start", type=Path, help="begin with this checkpoint's weights")
+    parser.add_argument("--minutes", type=float, default=np.inf, help="stop by then at the latest")
+    parser.add_argument("--threads", type=int, default=2, help="1 where the machine is shared")
     options = parser.parse_args()
-    torch.set_num_threads(2)
-    checkpoint = options.out / "detector.pt"
+    torch.set_num_threads(1)  # one scene at a time is too little for two
+    cv2.setNumThreads(1)  # its threads do not survive the loader's fork
+    options.out.mkdir(parents=True, exist_ok=True)
     net = Detector().to(memory_format=torch.channels_last).train()
-    ema = torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE)
-    average = torch.optim.swa_utils.AveragedModel(net, multi_avg_fn=ema, use_buffers=True)
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.02, fused=True)
-    step, steps = 0, int(options.samples / BATCH)
-    if checkpoint.exists():
-        saved = torch.load(checkpoint, weights_only=True)
-        net.load_state_dict(saved["net"])
-        average.load_state_dict(saved["average"])
-        optimizer.load_state_dict(saved["optimizer"])
-        step = saved["step"]
-        print("resumed at step", step)
-    stream = Stream(Faces(options.data, False), seed=step)
+    run = Checkpoint(options.out / "detector.pt", net, optimizer, AVERAGE)
+    if options.start and not run.path.exists():
+        run.start_from(options.start)
+    run.resume()
+    faces = Faces(options.data, False)
+    if options.start:
+        strangers = hide_strangers(faces, load_average(options.start))
+        print("painted over", strangers, "faces without a label", flush=True)
+    torch.set_num_threads(options.threads)
+    train(run, faces, options)
+
+
+def train(run: Checkpoint, faces: Faces, options: argparse.Namespace) -> None:
+    """Constant rate, then down to almost nothing over the last 40 % of the samples or time."""
+    steps, began = int(options.samples / BATCH), time.time()
+    stream = Stream(faces, seed=run.step)
     loader = iter(DataLoader(stream, None, num_workers=1, prefetch_factor=8))
-    forward, since, running, counted = torch.compile(net), time.time(), 0.0, 0
-    while step < steps:
-        rate = options.rate * min(1, (step + 1) / 300, 2.5 * (1 - step / steps) + 0.005)
-        for group in optimizer.param_groups:
+    forward, since, running, counted = torch.compile(run.net), time.time(), 0.0, 0
+    done = run.step / steps
+    while done < 1:
+        rate = options.rate * min(1, (run.step + 1) / 300, 2.5 * (1 - done) + 0.005)
+        for group in run.optimizer.param_groups:
             group["lr"] = rate
         rgb8, heat, values = next(loader)
         x = normalise(rgb8).to(memory_format=torch.channels_last)
         with torch.autocast("cpu", dtype=torch.bfloat16):
             out = forward(x)
         loss = detector_loss(out, heat, values)
-        optimizer.zero_grad(set_to_none=True)
+        run.optimizer.zero_grad(set_to_none=True)
         loss.backward()
-        nn.utils.clip_grad_norm_(net.parameters(), 2.0)
-        optimizer.step()
-        young = torch.optim.swa_utils.get_ema_multi_avg_fn(min(AVERAGE, step / (step + 10)))
-        average.multi_avg_fn = young  # a young average must forget faster
-        average.update_parameters(net)
-        step, running, counted = step + 1, running + loss.item(), counted + 1
-        if step % 200 == 0 or step == steps:
+        nn.utils.clip_grad_norm_(run.net.parameters(), 2.0)
+        run.optimizer.step()
+        run.count_step()
+        running, counted = running + loss.item(), counted + 1
+        done = max(run.step / steps, (time.time() - began) / 60 / options.minutes)
+        if run.step % 200 == 0 or done >= 1:
             speed = counted * BATCH / (time.time() - since)
-            print(f"{time.strftime('%H:%M:%S')} step {step}/{steps} loss {running / counted:.3f} "
-                  f"{speed:.0f}/s", flush=True)  # fmt: skip
-            state = {"net": net.state_dict(), "average": average.state_dict(),
-                         "optimizer": optimizer.state_dict(), "step": step, "config": ("detector", 0)}  # fmt: skip
-            torch.save(state, checkpoint.with_suffix(".part"))
-            checkpoint.with_suffix(".part").rename(checkpoint)
+            print(f"{time.strftime('%H:%M:%S')} step {run.step}/{steps} loss "
+                  f"{running / counted:.3f} rate {rate:.1e} {speed:.0f}/s", flush=True)  # fmt: skip
+            run.save(("detector", 0))
             since, running, counted = time.time(), 0.0, 0
 
 

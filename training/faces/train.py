@@ -7,12 +7,12 @@ import argparse
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 import torch
 from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
+from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.crops import SPECS, Batch, Cropper, Faces
 from makeup_video.training.faces.model import build, normalise
 from torch import Tensor, nn
@@ -131,19 +131,8 @@ def inherit(net: nn.Module, average: dict[str, Tensor]) -> None:
         value[common] = old[common]
 
 
-def resume(checkpoint: Path, parts: dict[str, Any]) -> int:
-    """Put every part back to where it was; tell at which step. 0: nothing was saved yet."""
-    if not checkpoint.exists():
-        return 0
-    saved = torch.load(checkpoint, weights_only=True)
-    for name, part in parts.items():
-        part.load_state_dict(saved[name])
-    print("resumed at step", saved["step"])
-    return saved["step"]
-
-
-def beginning(options: argparse.Namespace, faces: Faces) -> dict[str, Any]:
-    """A net, its running average and its optimizer."""
+def beginning(options: argparse.Namespace, faces: Faces) -> Checkpoint:
+    """A net, its running average and its optimizer: fresh, or as the last run left them."""
     spec = SPECS[options.net]
     drawer = Cropper(faces, spec, seed=0)
     index = drawer.rng.choice(len(drawer.p), 6000, p=drawer.p)
@@ -152,11 +141,10 @@ def beginning(options: argparse.Namespace, faces: Faces) -> dict[str, Any]:
     if options.start:
         inherit(net, torch.load(options.start, weights_only=True)["average"])
     net = net.to(memory_format=torch.channels_last).train()
-    average = torch.optim.swa_utils.AveragedModel(
-        net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE), use_buffers=True
-    )
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.05, fused=True)
-    return {"net": net, "average": average, "optimizer": optimizer}
+    run = Checkpoint(options.out / f"{options.net}.pt", net, optimizer, AVERAGE)
+    run.resume()
+    return run
 
 
 def main() -> None:
@@ -169,45 +157,36 @@ def main() -> None:
     parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
     options = parser.parse_args()
     torch.set_num_threads(2)
-    checkpoint = options.out / f"{options.net}.pt"
     faces, held_out = Faces(options.data, False), Faces(options.data, True)
-    parts = beginning(options, faces)
-    net, average, optimizer = parts.values()
-    step, steps = resume(checkpoint, parts), int(options.samples / BATCH)
+    run, steps = beginning(options, faces), int(options.samples / BATCH)
     worth = point_worth(options.net, faces.mirror)
-    loader = iter(DataLoader(Stream(faces, options.net, seed=step), None, num_workers=1,
+    loader = iter(DataLoader(Stream(faces, options.net, seed=run.step), None, num_workers=1,
                              prefetch_factor=8))  # fmt: skip
-    forward = torch.compile(net)
+    forward = torch.compile(run.net)
     running, counted, since, saved_at = 0.0, 0, time.time(), time.time()
-    while step < steps:
-        progress = step / steps
-        rate = options.rate * min(1, (step + 1) / WARM_UP, 2.5 * (1 - progress) + 0.005)
-        for group in optimizer.param_groups:
+    while run.step < steps:
+        progress = run.step / steps
+        rate = options.rate * min(1, (run.step + 1) / WARM_UP, 2.5 * (1 - progress) + 0.005)
+        for group in run.optimizer.param_groups:
             group["lr"] = rate
         loss, error = loss_of(forward, next(loader), worth)
-        optimizer.zero_grad(set_to_none=True)
+        run.optimizer.zero_grad(set_to_none=True)
         loss.backward()
-        nn.utils.clip_grad_norm_(net.parameters(), 1.0)
-        optimizer.step()
-        step += 1
-        decay = AVERAGE if step >= 2000 else min(AVERAGE, step / (step + 10))  # young: forgets
-        average.multi_avg_fn = torch.optim.swa_utils.get_ema_multi_avg_fn(decay)
-        average.update_parameters(net)
+        nn.utils.clip_grad_norm_(run.net.parameters(), 1.0)
+        run.optimizer.step()
+        run.count_step()
         running, counted = running + error.item(), counted + 1
-        if step % 200 == 0:
+        if run.step % 200 == 0:
             speed = counted * BATCH / (time.time() - since)
             print(
-                f"{time.strftime('%H:%M:%S')} step {step}/{steps} error "
+                f"{time.strftime('%H:%M:%S')} step {run.step}/{steps} error "
                 f"{100 * running / counted:.2f} % rate {rate:.1e} {speed:.0f}/s",
                 flush=True,
             )
             running, counted, since = 0.0, 0, time.time()
-        if time.time() - saved_at > 150 or step == steps:
-            state = {name: part.state_dict() for name, part in parts.items()}
-            state |= {"step": step, "config": (options.net, len(SPECS[options.net].points))}
-            torch.save(state, checkpoint.with_suffix(".part"))
-            checkpoint.with_suffix(".part").rename(checkpoint)
-            print("  held out:", validate(average, held_out, options.net), flush=True)
+        if time.time() - saved_at > 150 or run.step == steps:
+            run.save((options.net, len(SPECS[options.net].points)))
+            print("  held out:", validate(run.average, held_out, options.net), flush=True)
             running, counted, saved_at, since = 0.0, 0, time.time(), time.time()
 
 

@@ -1,0 +1,54 @@
+"""What a training run keeps: the net, the running average of its weights, the optimizer."""
+
+from pathlib import Path
+
+import torch
+from torch import nn
+from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
+
+
+class Checkpoint:
+    """A file a run goes on from. Weights, their average, the optimizer's state, the step."""
+
+    def __init__(
+        self, path: Path, net: nn.Module, optimizer: torch.optim.Optimizer, decay: float
+    ) -> None:
+        """decay: of the average, per step."""
+        self.path, self.net, self.optimizer, self.decay = path, net, optimizer, decay
+        self.average = AveragedModel(
+            net, multi_avg_fn=get_ema_multi_avg_fn(decay), use_buffers=True
+        )
+        self.step = 0
+
+    def resume(self) -> None:
+        """Go on from the file, if there is one."""
+        if not self.path.exists():
+            return
+        saved = torch.load(self.path, weights_only=True)
+        self.net.load_state_dict(saved["net"])
+        self.average.load_state_dict(saved["average"])
+        self.optimizer.load_state_dict(saved["optimizer"])
+        self.step = saved["step"]
+        print("resumed at step", self.step)
+
+    def start_from(self, path: Path) -> None:
+        """Take the averaged weights of another run, and begin at step 0 with a new optimizer."""
+        average = torch.load(path, weights_only=True)["average"]
+        self.average.load_state_dict(average)
+        self.net.load_state_dict(self.average.module.state_dict())
+        self.average.n_averaged.zero_()
+
+    def count_step(self) -> None:
+        """After each step: average the weights. A young average forgets faster."""
+        self.step += 1
+        young = self.step < 1 / (1 - self.decay)
+        decay = min(self.decay, self.step / (self.step + 10)) if young else self.decay
+        self.average.multi_avg_fn = get_ema_multi_avg_fn(decay)
+        self.average.update_parameters(self.net)
+
+    def save(self, config: tuple[str, int]) -> None:
+        """config: the net's name, how many points it tells."""
+        state = {"net": self.net.state_dict(), "average": self.average.state_dict(),
+                 "optimizer": self.optimizer.state_dict(), "step": self.step, "config": config}  # fmt: skip
+        torch.save(state, self.path.with_suffix(".part"))
+        self.path.with_suffix(".part").rename(self.path)
