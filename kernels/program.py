@@ -1,0 +1,190 @@
+"""An OpenCL device, the kernels of the package built for it, and planes lent to it without a copy.
+
+One thread at a time uses a Device: OpenCL keeps a kernel's arguments in the kernel.
+"""
+
+import atexit
+import math
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib import resources
+from typing import Any
+
+import numpy as np
+import pyopencl as cl
+
+# PoCL compiles a kernel again for every local size: so there is one.
+LOCAL_SIZE = (64, 1)
+_POCL = "Portable Computing Language"
+_INCLUDE = re.compile(r'^#include "(\w+\.h)"$', re.MULTILINE)
+
+
+class NoDeviceError(RuntimeError):
+    """There is no OpenCL device at all."""
+
+
+class UnknownDeviceError(ValueError):
+    """There is none of that name or number."""
+
+
+def devices() -> list[Any]:
+    """Every OpenCL device, PoCL's first. Raises NoDeviceError."""
+    _give_caches_a_folder()
+    try:
+        platforms = cl.get_platforms()
+    except cl.LogicError:  # the loader finds no platform
+        platforms = []
+    platforms = sorted(platforms, key=lambda platform: platform.name != _POCL)
+    found = [device for platform in platforms for device in _of(platform)]
+    if not found:
+        raise NoDeviceError(
+            "painting needs an OpenCL device, found none: pip install pocl-binary-distribution "
+            "(Linux x86-64), or install your system's PoCL or the OpenCL driver of your GPU"
+        )
+    return found
+
+
+def _give_caches_a_folder() -> None:
+    """Where none can be written: PoCL shows no device then, and PyOpenCL cannot start a kernel."""
+    folders = {"XDG_CACHE_HOME": os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")}
+    if given := os.environ.get("POCL_CACHE_DIR"):
+        folders["POCL_CACHE_DIR"] = given
+    for variable, folder in folders.items():
+        if not _is_writable(folder):
+            # a name of its own: PoCL runs what it finds there, and others can write to /tmp
+            os.environ[variable] = own = tempfile.mkdtemp(prefix="makeup-video-")
+            atexit.register(shutil.rmtree, own, ignore_errors=True)
+
+
+def _is_writable(folder: str) -> bool:
+    if not os.path.isabs(folder):  # "~", of a user without a home
+        return False
+    try:
+        os.makedirs(folder, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK)
+
+
+def _of(platform: Any) -> list[Any]:
+    try:
+        return list(platform.get_devices())
+    except cl.RuntimeError:  # a platform without devices
+        return []
+
+
+def pick(choice: str = "") -> Any:
+    """The device of a number, counted from 0, or of a part of its name; "" is the first.
+
+    Raises NoDeviceError, UnknownDeviceError.
+    """
+    found = devices()
+    if choice.isdecimal():
+        matching = found[int(choice) : int(choice) + 1]
+    else:
+        matching = [
+            device
+            for device in found
+            if choice.lower() in f"{device.platform.name} {device.name}".lower()
+        ]
+    if not matching:
+        known = ", ".join(f"{number} {device.name.strip()}" for number, device in enumerate(found))
+        raise UnknownDeviceError(
+            f"an OpenCL device is given by its number or a part of its name, got {choice!r}; "
+            f"there is: {known}"
+        )
+    return matching[0]
+
+
+def package_source() -> str:
+    """All .cl files of this package as one source: a program each would start slower."""
+    files = sorted(file.name for file in resources.files(__package__).iterdir())
+    return "\n".join(source_of(name) for name in files if name.endswith(".cl"))
+
+
+def source_of(name: str) -> str:
+    """A file of this package with its includes in place: nothing is needed on disk."""
+    text = (resources.files(__package__) / name).read_text(encoding="utf-8")
+    return _INCLUDE.sub(lambda match: source_of(match[1]), text)
+
+
+class Device:
+    """A device and its queue. Programs and kernels are built at first use and kept."""
+
+    def __init__(self, choice: str = "") -> None:
+        """choice: as for pick. Raises NoDeviceError, UnknownDeviceError."""
+        device = pick(choice)
+        self.context = cl.Context([device])
+        self.queue = cl.CommandQueue(self.context)
+        # An ordinary processor works in our memory; others may work in a copy of it.
+        self._shares_memory = bool(device.type & cl.device_type.CPU)
+        self._programs: dict[int, Any] = {}
+        self._kernels: dict[tuple[str, int], Any] = {}
+
+    def kernel(self, name: str, transfer: int) -> Any:
+        """A kernel of this package, for frames of a transfer function (ITU-T H.273: 13, 16, 18)."""
+        if (name, transfer) not in self._kernels:
+            if transfer not in self._programs:
+                self._programs[transfer] = self.build(package_source(), transfer)
+            self._kernels[name, transfer] = cl.Kernel(self._programs[transfer], name)
+        return self._kernels[name, transfer]
+
+    def build(self, source: str, transfer: int) -> Any:
+        """A program of any source. What PoCL compiles, it keeps on disk for the next process."""
+        return cl.Program(self.context, source).build(options=[f"-DCOLOUR_TRANSFER={transfer}"])
+
+    def launch(self, kernel: Any, size_wh: tuple[int, int], arguments: Sequence[Any]) -> None:
+        """Start it over size_wh work-items, and more on the right: the kernel guards that edge."""
+        kernel.set_args(*arguments)
+        width = -(-size_wh[0] // LOCAL_SIZE[0]) * LOCAL_SIZE[0]
+        cl.enqueue_nd_range_kernel(self.queue, kernel, (width, size_wh[1]), LOCAL_SIZE)
+
+    @contextmanager
+    def lend(self, *planes: np.ndarray) -> Iterator[list[Any]]:
+        """Buffers over the memory of planes, or of regions of planes, to read and write.
+
+        Pixel (x, y) is element y * stride_of(plane) + x. When the block ends, the work is done and
+        the planes hold it. Lend nothing twice at a time: one buffer for each piece of memory.
+        """
+        flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
+        spans = [_span(plane) for plane in planes]
+        buffers = [cl.Buffer(self.context, flags, hostbuf=span) for span in spans]
+        try:
+            yield buffers
+            if not self._shares_memory:
+                self._bring_back(buffers, spans)
+        finally:
+            self.queue.finish()
+            for buffer in buffers:
+                buffer.release()
+
+    def _bring_back(self, buffers: list[Any], spans: list[np.ndarray]) -> None:
+        for buffer, span in zip(buffers, spans, strict=True):
+            mapped, _ = cl.enqueue_map_buffer(
+                self.queue, buffer, cl.map_flags.READ, 0, span.shape, span.dtype
+            )
+            mapped.base.release(self.queue)
+
+
+def stride_of(plane: np.ndarray) -> np.int32:
+    """Elements from one row of a plane to the next, as a kernel takes it."""
+    return np.int32(plane.strides[0] // plane.itemsize)
+
+
+def _span(plane: np.ndarray) -> np.ndarray:
+    """(N,) view of a plane's memory from its first element to its last, gaps included."""
+    row = math.prod(plane.shape[1:])
+    inner = [plane.itemsize * math.prod(plane.shape[at:]) for at in range(2, plane.ndim + 1)]
+    step = plane.strides[0] if plane.shape[0] > 1 else row * plane.itemsize
+    whole = list(plane.strides[1:]) == inner and step >= row * plane.itemsize
+    if not (whole and plane.size and plane.flags.writeable and step % plane.itemsize == 0):
+        raise ValueError(
+            "a plane to paint on must be writable and not empty, its rows whole and top down; got "
+            f"shape {plane.shape}, strides {plane.strides}, writable {plane.flags.writeable}"
+        )
+    length = (plane.shape[0] - 1) * (step // plane.itemsize) + row
+    return np.lib.stride_tricks.as_strided(plane, (length,), (plane.itemsize,))

@@ -1,0 +1,24 @@
+"""The OpenCL device that paints, with the errors of this product."""
+
+from typing import TYPE_CHECKING
+
+from makeup_video.pipeline.errors import InstallError, UsageError
+
+if TYPE_CHECKING:
+    from makeup_video.kernels.program import Device
+
+
+def open_device(choice: str = "") -> "Device":
+    """The device of a number, counted from 0, or of a part of its name; "" is PoCL's processor.
+
+    Raises InstallError when there is none at all, UsageError when there is none of that name.
+    """
+    # PyOpenCL takes a quarter of a second to load: not for those who only copy or inspect
+    from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError
+
+    try:
+        return Device(choice)
+    except NoDeviceError as error:
+        raise InstallError(str(error)) from error
+    except UnknownDeviceError as error:
+        raise UsageError(str(error)) from error

@@ -1,0 +1,149 @@
+"""Devices are found or named as missing; planes are lent as they lie in memory."""
+
+import os
+import tempfile
+
+import numpy as np
+import pyopencl as cl
+import pytest
+from makeup_video.kernels import program
+from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError, pick, stride_of
+
+SOURCE = """
+__kernel void test_add(__global uchar *restrict plane, const int stride, const int width) {
+    int x = get_global_id(0);
+    if (x >= width) return;
+    plane[get_global_id(1) * stride + x] += 1;
+}
+"""
+
+
+@pytest.fixture
+def device(monkeypatch):
+    monkeypatch.setattr(program, "package_source", lambda: SOURCE)
+    return Device()
+
+
+def add(device, plane):
+    width, height = plane.shape[1] * (2 if plane.ndim == 3 else 1), plane.shape[0]
+    with device.lend(plane) as buffers:
+        kernel = device.kernel("test_add", 13)
+        device.launch(kernel, (width, height), [*buffers, stride_of(plane), np.int32(width)])
+
+
+def test_kernels_and_programs_are_built_once(device):
+    assert device.kernel("test_add", 13) is device.kernel("test_add", 13)
+    assert device.kernel("test_add", 16) is not device.kernel("test_add", 13)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (7, 5), (33, 17), (64, 3), (200, 2)])
+def test_a_lent_region_changes_in_place_and_nothing_around_it(device, size):
+    width, height = size
+    whole = np.arange((height + 4) * (width + 9)).astype(np.uint8).reshape(height + 4, width + 9)
+    want = whole.copy()
+    want[2 : 2 + height, 3 : 3 + width] += 1
+    add(device, whole[2 : 2 + height, 3 : 3 + width])
+    np.testing.assert_array_equal(whole, want)
+
+
+def test_interleaved_chroma_is_lent_as_it_lies(device):
+    whole = np.zeros((6, 10, 2), np.uint8)
+    add(device, whole[1:5, 2:7])
+    assert whole[1:5, 2:7].all() and whole.sum() == 4 * 5 * 2
+
+
+def test_a_device_with_memory_of_its_own_brings_the_planes_back(device):
+    device._shares_memory = False
+    plane = np.zeros((5, 7), np.uint8)
+    add(device, plane)
+    assert (plane == 1).all()
+
+
+def test_an_error_while_planes_are_lent_gives_them_back(device):
+    plane = np.zeros((5, 7), np.uint8)
+    with pytest.raises(KeyError), device.lend(plane):
+        raise KeyError("mistake")
+    add(device, plane)
+    assert (plane == 1).all()
+
+
+@pytest.mark.parametrize(
+    "plane",
+    [
+        np.zeros((0, 4), np.uint8),
+        np.zeros((4, 8), np.uint8)[:, ::2],
+        np.zeros((4, 8), np.uint8)[::-1],
+        np.zeros((4, 8), np.uint8).T,
+        np.frombuffer(bytes(32), np.uint8).reshape(4, 8),
+    ],
+    ids=["empty", "gaps in rows", "bottom up", "turned", "read-only"],
+)
+def test_planes_that_cannot_be_lent_are_refused(device, plane):
+    with pytest.raises(ValueError, match="writable and not empty"), device.lend(plane):
+        pass
+
+
+def test_sources_hold_their_includes_and_keep_other_text():
+    text = program.source_of("colour.h")
+    assert "colour_decode" in text
+    text = 'int a;\n#include "b.h"\nint c;'
+    assert program._INCLUDE.sub(r"[\1]", text) == "int a;\n[b.h]\nint c;"
+
+
+def test_devices_are_picked_by_number_and_by_name():
+    first = pick()
+    assert pick("0") == first
+    assert pick(first.name[:6].upper()) == first
+    for wrong in ("99", "no such device"):
+        with pytest.raises(UnknownDeviceError, match=r"there is: 0 ") as caught:
+            pick(wrong)
+        assert "\n" not in str(caught.value)
+
+
+def test_pocl_comes_first_among_platforms(monkeypatch):
+    class Platform:
+        def __init__(self, name, names):
+            self.name, self.names = name, names
+
+        def get_devices(self):
+            if not self.names:
+                raise cl.RuntimeError("clGetDeviceIDs failed: DEVICE_NOT_FOUND")
+            return self.names
+
+    platforms = [Platform("Card", ["gpu"]), Platform("Empty", []),
+                 Platform("Portable Computing Language", ["cpu"])]  # fmt: skip
+    monkeypatch.setattr(cl, "get_platforms", lambda: platforms)
+    assert program.devices() == ["cpu", "gpu"]
+
+
+@pytest.mark.parametrize("variable", ["XDG_CACHE_HOME", "POCL_CACHE_DIR"])
+def test_caches_that_cannot_be_written_get_a_folder_for_this_process(
+    monkeypatch, tmp_path, variable
+):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv(variable, str(tmp_path / "file" / "below"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    program.devices()
+    chosen = {name: os.environ[name] for name in ("XDG_CACHE_HOME", "POCL_CACHE_DIR")}
+    assert chosen.pop(variable).startswith(str(tmp_path / "makeup-video-"))
+    assert list(chosen.values()) == [str(tmp_path)]  # what can be written is left alone
+
+
+def test_a_user_without_a_home_gets_no_folder_of_that_name_here(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    assert not program._is_writable("~/.cache")
+    assert list(tmp_path.iterdir()) == []
+
+
+def no_platform():
+    raise cl.LogicError("clGetPlatformIDs failed: PLATFORM_NOT_FOUND_KHR")
+
+
+@pytest.mark.parametrize("platforms", [no_platform, list])
+def test_without_any_device_one_line_says_what_to_install(monkeypatch, platforms):
+    monkeypatch.setattr(cl, "get_platforms", platforms)
+    with pytest.raises(NoDeviceError, match="pip install pocl-binary-distribution") as caught:
+        Device()
+    assert "\n" not in str(caught.value)

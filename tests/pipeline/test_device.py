@@ -1,0 +1,21 @@
+"""The device of the painting, and the product's own errors when there is none."""
+
+import pyopencl as cl
+import pytest
+from makeup_video.pipeline import InstallError, UsageError
+from makeup_video.pipeline.device import open_device
+
+
+def test_the_default_device_opens():
+    assert open_device().queue is not None
+
+
+def test_no_opencl_at_all_is_an_install_error(monkeypatch):
+    monkeypatch.setattr(cl, "get_platforms", list)
+    with pytest.raises(InstallError, match="pocl-binary-distribution"):
+        open_device()
+
+
+def test_an_unknown_device_is_a_usage_error():
+    with pytest.raises(UsageError, match="no such device"):
+        open_device("no such device")
