@@ -33,17 +33,21 @@ class Picture(Protocol):
         ...
 
 
+def check_rgb8(rgb8: np.ndarray) -> None:
+    """Raises ValueError for what is no (H, W, 3) uint8 picture."""
+    shape: tuple[int, ...] = getattr(rgb8, "shape", ())
+    dtype = getattr(rgb8, "dtype", type(rgb8).__name__)
+    if len(shape) != 3 or shape[2] != 3 or dtype != np.uint8 or 0 in shape:
+        raise ValueError(
+            f"a picture must be (H, W, 3) uint8, got {shape} {dtype}: convert it to 8-bit RGB first"
+        )
+
+
 class RgbPicture:
     """A picture that is stored as (H, W, 3) uint8 RGB and is upright already."""
 
     def __init__(self, rgb8: np.ndarray) -> None:
-        shape: tuple[int, ...] = getattr(rgb8, "shape", ())
-        dtype = getattr(rgb8, "dtype", type(rgb8).__name__)
-        if len(shape) != 3 or shape[2] != 3 or dtype != np.uint8 or 0 in shape:
-            raise ValueError(
-                f"a picture must be (H, W, 3) uint8, got {shape} {dtype}: "
-                "convert it to 8-bit RGB first"
-            )
+        check_rgb8(rgb8)
         self.rgb8 = np.ascontiguousarray(rgb8)  # once, or OpenCV copies it for every crop
         self.height_px, self.width_px = rgb8.shape[:2]
         self.to_stored = np.eye(2, 3)

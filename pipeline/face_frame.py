@@ -8,6 +8,7 @@ import math
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.crop import compose
 from makeup_video.pipeline.face import POINTS, Face, LipPatch
 from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS, RIGHT_EYE
 
@@ -144,7 +145,7 @@ class FaceSpace:
         points[:, 0], points[:, 1] = at.real, at.imag
         points[:, 2] = own[:, 2] * abs(factor)
         assert self._window is not None  # there is no reading before the first `split`
-        to_px = _then(self._lip_frame(values, pose), self._window)
+        to_px = compose(self._lip_frame(values, pose), self._window)
         return points, LipPatch(logits.reshape(self.patch_hw), to_px)
 
     def _frame(self, pose: np.ndarray) -> tuple[complex, complex]:
@@ -169,12 +170,12 @@ class FaceSpace:
         """
         lip_frame = self._lip_frame(into.values[at], into.pose[at])
         if self._window is None:
-            self._window = _then(cv2.invertAffineTransform(lip_frame), patch.to_px)
-        to_own = _then(cv2.invertAffineTransform(patch.to_px), _then(lip_frame, self._window))
+            self._window = compose(cv2.invertAffineTransform(lip_frame), patch.to_px)
+        to_own = compose(cv2.invertAffineTransform(patch.to_px), compose(lip_frame, self._window))
         stray = self._stray_px(to_own)
         if stray > _STRAY * max(self.patch_hw):
-            own = _then(cv2.invertAffineTransform(lip_frame), patch.to_px)
-            to_old = _then(cv2.invertAffineTransform(self._window), own)
+            own = compose(cv2.invertAffineTransform(lip_frame), patch.to_px)
+            to_old = compose(cv2.invertAffineTransform(self._window), own)
             for earlier in into.patches:
                 earlier[:] = _warp(earlier, to_old)
             self._window, stray = own, 0.0
@@ -201,10 +202,3 @@ def _warp(logits: np.ndarray, to_source: np.ndarray) -> np.ndarray:
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     size_wh = logits.shape[1], logits.shape[0]
     return cv2.warpAffine(logits, to_source, size_wh, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-
-
-def _then(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """(2, 3): first inner, then outer."""
-    both: np.ndarray = outer[:, :2] @ inner
-    both[:, 2] += outer[:, 2]
-    return both

@@ -127,7 +127,7 @@ class FaceNets:
         padded_w, padded_h = (-(-side // _CELL_GROUP) * _CELL_GROUP for side in (w, h))
         seen = np.zeros((1, padded_h, padded_w, 3), np.uint8)
         seen[0, :h, :w] = picture.crop(to_px, (w, h))
-        found = _decode_cells(self.detector(seen)["cells"][0], threshold)
+        found = decode_cells(self.detector(seen)["cells"][0], threshold)
         return [(logit, compose(to_px, frame)) for logit, frame in found]
 
     def read_mesh(
@@ -214,7 +214,7 @@ def _place_xy(offsets: np.ndarray, frame: Affine, centre: np.ndarray) -> np.ndar
     return placed
 
 
-def _decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Affine]]:
+def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Affine]]:
     """(6, rows, columns) of the detector -> (logit, face frame) in px of its picture, surest first.
 
     Per cell: the logit of a face, dx and dy to its middle in cells, the logarithm of its IOD in

@@ -12,7 +12,7 @@ from functools import cache
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine, FramePicture, Picture, RgbPicture
+from makeup_video.pipeline.crop import Affine, FramePicture, Picture, RgbPicture, check_rgb8
 from makeup_video.pipeline.cut import CutDetector
 from makeup_video.pipeline.face import Face, FrameFaces
 from makeup_video.pipeline.face_nets import FaceNets, distance, iod_of, middle_of
@@ -232,7 +232,7 @@ def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
     lips. All zeros when the mouth is hidden (`mouth_visible`), and when the lips lie outside the
     picture. Raises ValueError for another shape.
     """
-    RgbPicture(rgb8)  # checks it
+    check_rgb8(rgb8)
     size = np.array(rgb8.shape[1::-1])
     mask = np.zeros(rgb8.shape[:2], np.float32)
     h, w = face.lips.logits.shape

@@ -145,7 +145,10 @@ def _follow(
 
 
 def _step_of(before: np.ndarray, now: np.ndarray) -> Affine:
-    """The similarity that takes both rims of `middles` before to those now."""
+    """The similarity that takes both rims of `middles` before to those now.
+
+    What fit_similarity says of two points, in plain numbers: this runs for every face and frame.
+    """
     left, right, new_left, new_right = (complex(*xy) for xy in (*before[3:], *now[3:]))
     across = right - left
     turn = (new_right - new_left) / across if across else 1 + 0j

@@ -33,6 +33,14 @@ def picture(index: int, width_px: int, height_px: int, pix_fmt: str = "yuv420p")
     return frame.reformat(format=pix_fmt) if pix_fmt != "rgb24" else frame
 
 
+def damage(path: Path) -> None:
+    """Blank 400 bytes in the middle of a file."""
+    data = bytearray(path.read_bytes())
+    middle = len(data) // 2
+    data[middle : middle + 400] = bytes(400)
+    path.write_bytes(data)
+
+
 def add_video(
     container: Any,
     codec: str = "h264",

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from makeup_video.cli.app import app
 from makeup_video.pipeline import Settings, UsageError, inspect_video
-from media import decoded, make_clip, times_of
+from media import damage, decoded, make_clip, times_of
 from people import SAMPLES, clip_points, face_of, grey, put
 from typer.testing import CliRunner
 
@@ -125,10 +125,7 @@ def test_an_error_on_the_way_leaves_no_points(folder):
 
 
 def test_damaged_input_exits_with_5_and_says_so_even_when_quiet(folder):
-    data = bytearray(make_clip(folder / "in.mp4", frames=60, size_wh=(320, 240)).read_bytes())
-    middle = len(data) // 2
-    data[middle : middle + 400] = bytes(400)
-    (folder / "in.mp4").write_bytes(data)
+    damage(make_clip(folder / "in.mp4", frames=60, size_wh=(320, 240)))
     for quiet in ([], ["-q"]):
         done = run("in.mp4", "-o", "out.mp4", "--json", "points.json", "-y", *quiet)
         assert done.exit_code == 5, done.output

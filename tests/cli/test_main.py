@@ -12,7 +12,7 @@ import time
 
 import pytest
 from makeup_video.cli.app import app
-from media import decoded, make_clip
+from media import damage, decoded, make_clip
 from typer.testing import CliRunner
 
 LOOK = {
@@ -275,10 +275,7 @@ def test_the_report_is_json_with_every_promised_figure(folder):
 
 
 def test_damaged_input_is_done_as_far_as_possible_and_exits_with_5(folder):
-    data = bytearray(make_clip(folder / "long.mp4", frames=60, size_wh=(320, 240)).read_bytes())
-    middle = len(data) // 2
-    data[middle : middle + 400] = bytes(400)
-    (folder / "long.mp4").write_bytes(data)
+    damage(make_clip(folder / "long.mp4", frames=60, size_wh=(320, 240)))
     for quiet in ([], ["-q"]):
         result = run("long.mp4", "--look", "none", "-o", "out.mp4", "-y", *quiet)
         assert result.exit_code == 5, result.output

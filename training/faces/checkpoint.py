@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import torch
-from torch import nn
+from torch import Tensor, nn
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 
@@ -38,8 +38,18 @@ class Checkpoint:
         self.net.load_state_dict(self.average.module.state_dict())
         self.average.n_averaged.zero_()
 
-    def count_step(self) -> None:
-        """After each step: average the weights. A young average forgets faster."""
+    def learn(self, loss: Tensor, rate: float, clip: float) -> None:
+        """One step down the loss; clip: the longest gradient. Averages the weights."""
+        for group in self.optimizer.param_groups:
+            group["lr"] = rate
+        self.optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        nn.utils.clip_grad_norm_(self.net.parameters(), clip)
+        self.optimizer.step()
+        self._average()
+
+    def _average(self) -> None:
+        """A young average forgets faster."""
         self.step += 1
         young = self.step < 1 / (1 - self.decay)
         decay = min(self.decay, self.step / (self.step + 10)) if young else self.decay

@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+from makeup_video.pipeline.face_nets import decode_cells
 from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.crops import Faces
 from makeup_video.training.faces.model import Conv, Residual, normalise, stage
@@ -22,7 +23,6 @@ from torch.utils.data import DataLoader, IterableDataset
 BATCH = 48
 AVERAGE = 0.998  # of the weights, per step
 CELLS = SCENE // STRIDE
-LARGE = 3.0  # cells of IOD from which neighbouring cells see the same face
 
 
 class Detector(nn.Module):
@@ -81,37 +81,7 @@ def detector_loss(out: Tensor, heat: Tensor, values: Tensor) -> Tensor:
 
 def decode(out: np.ndarray, scale: float, threshold: float = 0.35) -> list[np.ndarray]:
     """(6, C, C) -> face frames (2, 3) in image px, best first. scale: image px per input px."""
-    logit = out[0]
-    peak = cv2.dilate(logit, np.ones((3, 3))) <= logit
-    rows, columns = np.nonzero(peak & (logit > np.log(threshold / (1 - threshold))))
-    frames: list[np.ndarray] = []
-    for row, column in sorted(zip(rows, columns, strict=True), key=lambda at: -logit[at]):
-        dx, dy, size, c, s = around(out, row, column)
-        centre = ((np.array([column + dx, row + dy]) + 0.5) * STRIDE - 0.5) * scale
-        unit = np.exp(size) * STRIDE * scale / max(np.hypot(c, s), 1e-6)
-        linear = unit * np.array([[c, -s], [s, c]])
-        frame = np.column_stack([linear, centre - linear @ FACE_CENTRE])
-        apart = [np.hypot(*(f @ [*FACE_CENTRE, 1] - centre)) for f in frames]
-        if all(gap > 0.9 * np.exp(size) * STRIDE * scale for gap in apart):
-            frames.append(frame.astype(np.float32))
-    return frames
-
-
-def around(out: np.ndarray, row: int, column: int) -> np.ndarray:
-    """(5,) what the cell of a large face tells, averaged with its neighbours, surer ones more.
-
-    A small face's neighbours may belong to another, so its own cell speaks alone.
-    """
-    own = out[1:, row, column]
-    if own[2] < np.log(LARGE):
-        return own
-    rows, columns = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
-    told = out[1:, rows, columns].copy()
-    y, x = np.mgrid[: out.shape[1], : out.shape[2]]
-    told[0] += x[rows, columns] - column
-    told[1] += y[rows, columns] - row
-    sure = 1 / (1 + np.exp(-out[0, rows, columns]))
-    return (told * sure).sum((1, 2)) / sure.sum()
+    return [(frame * scale).astype(np.float32) for _, frame in decode_cells(out, threshold)]
 
 
 def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:
@@ -226,18 +196,12 @@ def train(run: Checkpoint, faces: Faces, options: argparse.Namespace) -> None:
     done = run.step / steps
     while done < 1:
         rate = options.rate * min(1, (run.step + 1) / 300, 2.5 * (1 - done) + 0.005)
-        for group in run.optimizer.param_groups:
-            group["lr"] = rate
         rgb8, heat, values = next(loader)
         x = normalise(rgb8).to(memory_format=torch.channels_last)
         with torch.autocast("cpu", dtype=torch.bfloat16):
             out = forward(x)
         loss = detector_loss(out, heat, values)
-        run.optimizer.zero_grad(set_to_none=True)
-        loss.backward()
-        nn.utils.clip_grad_norm_(run.net.parameters(), 2.0)
-        run.optimizer.step()
-        run.count_step()
+        run.learn(loss, rate, clip=2.0)
         running, counted = running + loss.item(), counted + 1
         done = max(run.step / steps, (time.time() - began) / 60 / options.minutes)
         if run.step % 200 == 0 or done >= 1:

@@ -1,5 +1,7 @@
 """The face nets: plain 3x3 convolutions, small enough for one thread."""
 
+from typing import Any
+
 import torch
 from torch import Tensor, nn
 
@@ -86,15 +88,9 @@ class LipNet(PointNet):
     that shows between them, against skin; and what shows between them against all else.
     """
 
-    def __init__(
-        self,
-        size_wh: tuple[int, int],
-        channels: tuple[int, ...],
-        residuals: tuple[int, ...],
-        mean: Tensor,
-        basis: Tensor,
-    ) -> None:
-        super().__init__(size_wh, channels, residuals, mean, basis)
+    def __init__(self, size_wh: tuple[int, int], channels: tuple[int, ...], *rest: Any) -> None:
+        """The same as a PointNet's, of four channels."""
+        super().__init__(size_wh, channels, *rest)
         first, second, third, fourth = channels
         self.down = nn.ModuleList([
             nn.Conv2d(fourth, third, 1), nn.Conv2d(third, second, 1), nn.Conv2d(second, first, 1),

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.face_frame import fit_similarity
 from makeup_video.pipeline.topology import EYE_CORNERS
 from makeup_video.training.faces.topology import mirror_permutation
 
@@ -37,15 +38,9 @@ def read_folder(folder: Path) -> dict[str, np.ndarray]:
     return {key: value[good] for key, value in columns.items()}
 
 
-def fit_similarity(points: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    """(N, K, 2) points -> (N, 2, 3) that map the mean face (K, 2) onto them, least squares."""
-    centre = points.mean(1, keepdims=True)
-    p, m = points - centre, mean - mean.mean(0)
-    a = (p * m).sum((1, 2)) / (m**2).sum()
-    b = (p[..., 1] * m[:, 0] - p[..., 0] * m[:, 1]).sum(1) / (m**2).sum()
-    linear = np.stack([np.stack([a, -b], -1), np.stack([b, a], -1)], 1)  # (N, 2, 2)
-    offset = centre[:, 0] - linear @ mean.mean(0)
-    return np.concatenate([linear, offset[..., None]], 2).astype(np.float32)
+def frames_of(points: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """(N, K, 2) points -> (N, 2, 3) float32 that map the mean face (K, 2) onto them."""
+    return fit_similarity(mean, points).astype(np.float32)
 
 
 def to_face_frame(points: np.ndarray, frames: np.ndarray) -> np.ndarray:
@@ -60,7 +55,7 @@ def mean_face(points: np.ndarray) -> np.ndarray:
     """Procrustes mean (478, 3) with outer eye corners 1 apart, level, their middle at 0."""
     mean = points[0].copy()
     for _ in range(6):
-        frames = fit_similarity(points[..., :2], mean[:, :2])
+        frames = frames_of(points[..., :2], mean[:, :2])
         mean = to_face_frame(points, frames).mean(0)
         left, right = mean[EYE_CORNERS[0], :2], mean[EYE_CORNERS[1], :2]
         across = right - left
@@ -103,7 +98,7 @@ def main() -> None:
     mean = (mean + mean[mirror] * [-1, 1, 1]) / 2
     packed: dict[str, np.ndarray] = {"mean": mean.astype(np.float32), "mirror": mirror}
     for name, columns in folders.items():
-        frames = fit_similarity(columns["points"][..., :2], mean[:, :2])
+        frames = frames_of(columns["points"][..., :2], mean[:, :2])
         face_points = to_face_frame(columns["points"], frames)
         columns |= {"frames": frames, "face_points": face_points.astype(np.float32)}
         columns["depth"] = depth_grids(face_points)

@@ -22,7 +22,7 @@ from makeup_video.training.faces.export import load
 from makeup_video.training.faces.infer import Net, from_onnx, place, take, window
 from makeup_video.training.faces.model import PointNet, normalise
 from makeup_video.training.faces.photo import photograph
-from makeup_video.training.faces.prepare import fit_similarity
+from makeup_video.training.faces.prepare import frames_of
 from makeup_video.training.faces.scenes import FACE_CENTRE, backdrops
 from torch import Tensor, nn
 
@@ -91,7 +91,7 @@ class NoFaces:
                 yield photograph(crop, self.rng)
                 points = self.mesh(crop[None])[0][0]
                 placed = place(points, window(guess, np.array(SPEC.centre), SPEC))
-                guess = fit_similarity(placed[None, :, :2], self.faces.mean[:, :2])[0]
+                guess = frames_of(placed[None, :, :2], self.faces.mean[:, :2])[0]
                 if not 4 < np.linalg.norm(guess[:, 0]) < 2 * max(picture.shape):
                     break
 

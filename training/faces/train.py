@@ -167,14 +167,8 @@ def main() -> None:
     while run.step < steps:
         progress = run.step / steps
         rate = options.rate * min(1, (run.step + 1) / WARM_UP, 2.5 * (1 - progress) + 0.005)
-        for group in run.optimizer.param_groups:
-            group["lr"] = rate
         loss, error = loss_of(forward, next(loader), worth)
-        run.optimizer.zero_grad(set_to_none=True)
-        loss.backward()
-        nn.utils.clip_grad_norm_(run.net.parameters(), 1.0)
-        run.optimizer.step()
-        run.count_step()
+        run.learn(loss, rate, clip=1.0)
         running, counted = running + error.item(), counted + 1
         if run.step % 200 == 0:
             speed = counted * BATCH / (time.time() - since)
