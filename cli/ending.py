@@ -46,7 +46,6 @@ def tell(done: "Report", quiet: bool, more: str = "") -> None:
 
 
 def _part_of(output: Path) -> Path:
-    from makeup_video.pipeline.side_file import target_of
-    from makeup_video.pipeline.target import part_of
+    from makeup_video.pipeline.target import part_of, target_of
 
     return part_of(target_of(output))

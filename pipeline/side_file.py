@@ -8,7 +8,7 @@ from typing import IO, Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import OutputError, StoppedError, UsageError
 from makeup_video.pipeline.source import local_file
-from makeup_video.pipeline.target import Target, part_of, write_errors
+from makeup_video.pipeline.target import Target, part_of, target_of, write_errors
 
 
 class SideFile:
@@ -89,11 +89,6 @@ class ReportFile(SideFile):
     def write(self, values: dict[str, Any]) -> None:
         """Raises OutputError when the file cannot be written."""
         self.append(json.dumps(values, indent=2) + "\n")
-
-
-def target_of(path: Path) -> Path:
-    """The file that is written when `path` is: a link is written through."""
-    return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 
 def _is_same(one: Path, other: Path) -> bool:

@@ -20,6 +20,11 @@ _DISK_ADVICE = {
 }
 
 
+def target_of(path: Path) -> Path:
+    """The file that is written when `path` is: a link is written through, not replaced."""
+    return Path(os.path.realpath(path)) if path.is_symlink() else path
+
+
 def part_of(path: Path) -> Path:
     """Where the output grows: NAME.part.EXT beside it."""
     return path.with_name(f"{path.stem}.part{path.suffix}")
@@ -33,8 +38,7 @@ class Target:
 
     def __init__(self, path: Path, source: Path, *, overwrite: bool) -> None:
         with write_errors(path):
-            # a link to a file is written through, not replaced
-            self.path = path.resolve() if path.is_symlink() else path
+            self.path = target_of(path)
             self.part = part_of(self.path)
             _check(self.path, source, overwrite)
             _check_part(self.part, source, overwrite)
