@@ -1,0 +1,55 @@
+"""What the renderer knows of a frame: its faces as painted regions, and the light on them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from makeup_video.pipeline.face import Face
+from makeup_video.pipeline.frame import Frame
+
+ENVIRONMENT_PX = 16  # side of an environment image
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneLight:
+    """The light on one face, in the frame's own primaries.
+
+    colour: (3,) float32, linear; its luminance is 1, and (1, 1, 1) is white light.
+    strength: 1 when a product of colour p shows as p, 0.5 when it shows with half that light.
+    direction: (3,) float32 unit vector from the face to the light, in the axes of points_px (x
+    right and y down in the stored picture, z away from the viewer, so the light has z < 0).
+    environment: (16, 16, 3) float32, linear light that a mirror held before the face would show:
+    the frame, much reduced; rows and columns as in the stored picture.
+    """
+
+    colour: np.ndarray
+    strength: float
+    direction: np.ndarray
+    environment: np.ndarray
+
+    def __post_init__(self) -> None:
+        shapes = self.colour.shape, self.direction.shape, self.environment.shape
+        if shapes != ((3,), (3,), (ENVIRONMENT_PX, ENVIRONMENT_PX, 3)):
+            raise ValueError(f"a light has shapes (3,), (3,), (16, 16, 3); got {shapes}")
+
+
+def white_light() -> SceneLight:
+    """Neutral light of full strength from the front and above, in a grey room."""
+    environment = np.full((ENVIRONMENT_PX, ENVIRONMENT_PX, 3), 0.2, np.float32)
+    direction = np.array([0, -0.5, -0.75**0.5], np.float32)
+    return SceneLight(np.ones(3, np.float32), 1.0, direction, environment)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceScene:
+    """One face as the renderer sees it."""
+
+    face: Face
+    light: SceneLight
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameScene:
+    """A frame, and its faces as the renderer sees them, largest first; none is ordinary."""
+
+    frame: Frame
+    faces: tuple[FaceScene, ...] = ()
