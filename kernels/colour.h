@@ -42,6 +42,14 @@ typedef struct {
 
 static inline float colour_abs(float x) { return as_float(as_int(x) & 0x7fffffff); }
 
+/* max(x, 0), and x clamped to 0..top, without comparing: LLVM packs like comparisons of two channels or
+ * coordinates into vectors of two, and then no longer vectorises over pixels. */
+static inline float colour_positive(float x) { return 0.5f * (x + colour_abs(x)); }
+
+static inline float colour_min(float x, float y) { return 0.5f * (x + y - colour_abs(x - y)); }
+
+static inline float colour_clamp(float x, float top) { return colour_min(colour_positive(x), top); }
+
 /* |x| with the sign of `sign`. */
 static inline float colour_signed(float x, float sign) {
     return as_float((as_int(x) & 0x7fffffff) | (as_int(sign) & (int)0x80000000));

@@ -19,6 +19,7 @@ import pyopencl as cl
 
 # PoCL compiles a kernel again for every local size: so there is one.
 LOCAL_SIZE = (64, 1)
+_SAMPLES = {np.dtype(np.uint8): "uchar", np.dtype(np.uint16): "ushort"}
 _POCL = "Portable Computing Language"
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"$', re.MULTILINE)
 
@@ -100,12 +101,6 @@ def pick(choice: str = "") -> Any:
     return matching[0]
 
 
-def package_source() -> str:
-    """All .cl files of this package as one source: a program each would start slower."""
-    files = sorted(file.name for file in resources.files(__package__).iterdir())
-    return "\n".join(source_of(name) for name in files if name.endswith(".cl"))
-
-
 def source_of(name: str) -> str:
     """A file of this package with its includes in place: nothing is needed on disk."""
     text = (resources.files(__package__) / name).read_text(encoding="utf-8")
@@ -122,20 +117,23 @@ class Device:
         self.queue = cl.CommandQueue(self.context)
         # An ordinary processor works in our memory; others may work in a copy of it.
         self._shares_memory = bool(device.type & cl.device_type.CPU)
-        self._programs: dict[int, Any] = {}
-        self._kernels: dict[tuple[str, int], Any] = {}
+        self._kernels: dict[tuple[str, int, np.dtype], Any] = {}
 
-    def kernel(self, name: str, transfer: int) -> Any:
-        """A kernel of this package, for frames of a transfer function (ITU-T H.273: 13, 16, 18)."""
-        if (name, transfer) not in self._kernels:
-            if transfer not in self._programs:
-                self._programs[transfer] = self.build(package_source(), transfer)
-            self._kernels[name, transfer] = cl.Kernel(self._programs[transfer], name)
-        return self._kernels[name, transfer]
+    def kernel(self, name: str, transfer: int, sample: np.dtype) -> Any:
+        """A kernel of this package, for frames of a transfer function and a dtype of samples.
 
-    def build(self, source: str, transfer: int) -> Any:
+        transfer: ITU-T H.273, 13, 16 or 18.  sample: uint8 or uint16.
+        """
+        key = name, transfer, sample
+        if key not in self._kernels:
+            program = self.build(source_of(f"{name}.cl"), transfer, sample)
+            self._kernels[key] = cl.Kernel(program, name)
+        return self._kernels[key]
+
+    def build(self, source: str, transfer: int, sample: np.dtype = np.dtype(np.uint8)) -> Any:
         """A program of any source. What PoCL compiles, it keeps on disk for the next process."""
-        return cl.Program(self.context, source).build(options=[f"-DCOLOUR_TRANSFER={transfer}"])
+        options = [f"-DCOLOUR_TRANSFER={transfer}", f"-DSAMPLE={_SAMPLES[sample]}"]
+        return cl.Program(self.context, source).build(options=options)
 
     def launch(self, kernel: Any, size_wh: tuple[int, int], arguments: Sequence[Any]) -> None:
         """Start it over size_wh work-items, and more on the right: the kernel guards that edge."""

@@ -1,24 +1,116 @@
-"""Frame -> Frame: lays the look on the planes. A bare look changes no byte."""
+"""FrameScene -> Frame: lays the look on the planes. Bytes outside every mask stay the decoder's."""
 
-from makeup_video.pipeline.errors import UsageError
+import cv2
+import numpy as np
+from makeup_video.kernels.paint import Surface, paint
+from makeup_video.kernels.planes import Window, fold, spread
+from makeup_video.pipeline.device import open_device
+from makeup_video.pipeline.eyes import EyeRegion
+from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.lips import LipRegion
+from makeup_video.pipeline.look import GraphicsParams, Look
+from makeup_video.pipeline.product import Place, material
+from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.topology import EYE_CORNERS
 
 
 class Composite:
-    """Paints `look` on every frame. Bytes outside every mask stay the decoder's bytes."""
+    """Paints `look` on every frame.
 
-    def __init__(self, look: Look) -> None:
+    device: as for open_device.  faces: all, largest, or a face's number.
+    painted_frames: how many frames had a face that was painted.
+    Raises InstallError, UsageError for the device.
+    """
+
+    def __init__(self, look: Look, device: str = "", faces: str = "all") -> None:
+        self._device = open_device(device)
+        self._faces = faces
+        self.painted_frames = 0
         self.set_look(look)
 
     def set_look(self, look: Look) -> None:
-        """Take effect from the next frame on. Raises UsageError for makeup we cannot paint yet."""
-        if not look.is_bare:
-            raise UsageError(
-                "this version reads looks but has no renderer yet: use --look none, "
-                "which carries everything through and paints nothing"
-            )
+        """Take effect from the next frame on."""
         self.look = look
 
-    def __call__(self, frame: Frame) -> Frame:
-        return frame
+    def __call__(self, item: FrameScene) -> Frame:
+        chosen = [scene for scene in self._chosen(item.faces) if self._parts(scene)]
+        if not chosen or len(item.frame.planes) < 2:  # a grey frame holds no colour
+            return item.frame
+        planes = item.frame.writable_planes()
+        for scene in chosen:
+            for lit, params, amount in self._parts(scene):
+                self._paint(item, planes, scene, lit, params, amount)
+        self.painted_frames += 1
+        return item.frame
+
+    def _chosen(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
+        if self._faces == "all":
+            return faces
+        if self._faces == "largest":
+            return faces[:1]
+        return tuple(scene for scene in faces if str(scene.face.track_id) == self._faces)
+
+    def _parts(
+        self, scene: FaceScene
+    ) -> list[tuple[Lit[LipRegion] | Lit[EyeRegion], GraphicsParams, float]]:
+        """What is painted of a face: region, product, and how much of it."""
+        look, parts = self.look, []
+        if look.lips and scene.lips and look.lips.is_worn:
+            parts.append((scene.lips, look.lips, look.strength * scene.face.mouth_weight))
+        if look.eyes and look.eyes.is_worn:
+            amount = look.strength * look.intensity
+            parts += [(lid, look.eyes, amount) for lid in scene.eyes]
+        return [part for part in parts if part[2] > 0]
+
+    def _paint(
+        self,
+        item: FrameScene,
+        planes: tuple[np.ndarray, ...],
+        scene: FaceScene,
+        lit: Lit[LipRegion] | Lit[EyeRegion],
+        params: GraphicsParams,
+        amount: float,
+    ) -> None:
+        frame, region = item.frame, lit.region
+        size = frame.width_px, frame.height_px
+        window = Window.around(*region.corners_xy, size, frame.chroma)
+        if window is None:
+            return
+        maps = np.empty((4, window.height, window.width), np.float32)
+        origin_xy = window.x, window.y
+        region.weigh(maps[0], origin_xy, params.edge_softness, self.look.zone)
+        to_window = region.grid.to_px.copy()
+        to_window[:, 2] -= origin_xy
+        for image, out in zip((lit.shading, *region.normals), maps[1:], strict=True):
+            cv2.warpAffine(
+                image, to_window, (window.width, window.height), out,
+                flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
+            )  # fmt: skip
+        place = _place(scene.face, region)
+        surface = Surface(maps, lit.mean, _to_skin(to_window, place), _environment(scene.light, params))
+        product = material(params, amount, scene.light, place, item.coding, region.spares_dark)
+        chroma = window.chroma(planes, frame.chroma)
+        change = spread(chroma, frame.chroma, (window.width, window.height))
+        paint(self._device, window.luma(planes), change, surface, product, item.coding)
+        fold(chroma, change, frame.chroma, item.coding.max_code)
+
+
+def _place(face: Face, region: LipRegion | EyeRegion) -> Place:
+    axes = region.grid.to_px[:, :2]
+    first, second = face.points_px[list(EYE_CORNERS), :2]
+    return Place(axes / np.linalg.norm(axes, axis=0), max(float(np.hypot(*(first - second))), 1.0))
+
+
+def _to_skin(to_window: np.ndarray, place: Place) -> np.ndarray:
+    """(2, 3): px of a window -> the region's own axes, in units of the eyes' distance."""
+    unit = np.linalg.norm(to_window[:, :2], axis=0) / place.skin_px
+    back: np.ndarray = cv2.invertAffineTransform(to_window) * unit[:, None]
+    return back
+
+
+def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
+    """(3, 16, 16) float32: what the product mirrors, as blurred as it is told to be."""
+    sigma = 0.6 + 4 * params.environment_blur
+    blurred = cv2.GaussianBlur(light.environment, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    return np.ascontiguousarray(np.moveaxis(blurred, -1, 0))

@@ -7,6 +7,8 @@ from makeup_video.pipeline.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
 MIN_FACE_PX = 40  # width; smaller faces are not painted
+# Of mouth_visible: nothing is painted below, all above. Medical masks score under 0.1, mouths over 0.9.
+_MOUTH_SEEN = 0.2, 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +50,12 @@ class Face:
     def __post_init__(self) -> None:
         if self.points_px.shape != (POINTS, 3):
             raise ValueError(f"points_px must be ({POINTS}, 3), got {self.points_px.shape}")
+
+    @property
+    def mouth_weight(self) -> float:
+        """How much of the lips is painted: 0 when something hides the mouth, 1 when it is seen."""
+        hidden, seen = _MOUTH_SEEN
+        return min(max((self.mouth_visible - hidden) / (seen - hidden), 0.0), 1.0)
 
     def __repr__(self) -> str:
         x, y = self.points_px[:, :2].mean(0)

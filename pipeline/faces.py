@@ -39,8 +39,6 @@ SEARCH_SECONDS = 0.08  # the same while there is none at all, or one was lost a 
 REMEMBER_SECONDS = 2.0
 SETTLED_SECONDS = 0.5
 RETURN_REACH = 1.5  # IOD
-# Of mouth_visible: nothing is painted below, all above. Medical masks score under 0.1, mouths over 0.9.
-_MOUTH_SEEN = 0.2, 0.5
 _INVISIBLE = 1 / 512  # half a code value of 8 bits
 
 
@@ -254,8 +252,7 @@ def lip_mask_window(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, 
         borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
     )  # fmt: skip
     weight: np.ndarray = 1 / (1 + np.exp(-logits.clip(-30, 30)))
-    hidden, seen = _MOUTH_SEEN
-    weight *= min(max((face.mouth_visible - hidden) / (seen - hidden), 0), 1)
+    weight *= face.mouth_weight
     weight[weight < _INVISIBLE] = 0
     return weight.astype(np.float32, copy=False)
 

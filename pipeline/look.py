@@ -62,6 +62,11 @@ class GraphicsParams:
             value = getattr(self, spec.name)
             _check_number(spec.name, value, spec.metadata["low"], spec.metadata["high"])
 
+    @property
+    def is_worn(self) -> bool:
+        """False when it changes nothing: neither opaque, nor glossy, nor reflecting."""
+        return self.opacity > 0 or self.gloss > 0 or self.reflection > 0
+
     @classmethod
     def from_dict(cls, values: Any, where: str = "region") -> Self:
         """Raises LookError that names the key, what it may be, and what came."""

@@ -1,12 +1,17 @@
 """What the renderer knows of a frame: its faces as painted regions, and the light on them."""
 
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
+from makeup_video.kernels.colour import Coding
+from makeup_video.pipeline.eyes import EyeRegion
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.lips import LipRegion
 
 ENVIRONMENT_PX = 16  # side of an environment image
+Region = TypeVar("Region", LipRegion, EyeRegion)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,16 +45,32 @@ def white_light() -> SceneLight:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Lit(Generic[Region]):
+    """A region and the broad light on it.
+
+    shading: luminance without texture on the region's grid, (H, W) float32, linear.
+    mean: that of the whole region, smoothed over time.
+    """
+
+    region: Region
+    shading: np.ndarray
+    mean: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class FaceScene:
-    """One face as the renderer sees it."""
+    """One face as the renderer sees it. What cannot be seen of it is missing."""
 
     face: Face
     light: SceneLight
+    lips: Lit[LipRegion] | None
+    eyes: tuple[Lit[EyeRegion], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameScene:
-    """A frame, and its faces as the renderer sees them, largest first; none is ordinary."""
+    """A frame, how its codes mean colour, and its faces, largest first; none is ordinary."""
 
     frame: Frame
+    coding: Coding
     faces: tuple[FaceScene, ...] = ()

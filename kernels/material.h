@@ -1,0 +1,149 @@
+/* Makeup on a surface, in linear light: recolouring, gloss, reflection, shimmer.
+ * Numpy twin, with the meaning of every number: material.py. */
+
+#ifndef MATERIAL_H
+#define MATERIAL_H
+
+#define MATERIAL_INLINE static inline __attribute__((always_inline))
+
+/* Made by Material.argument in material.py. */
+typedef struct {
+    float product[3];   /* the product's colour, lit */
+    float glint[3];     /* colour and strength of the synthetic highlight */
+    float sparkle[3];   /* the same of shimmer */
+    float luminance[3]; /* weights of red, green and blue */
+    float opacity;
+    float texture;
+    float undertone;
+    float own_highlights; /* gain of the highlights that were there */
+    float lobe;           /* squared width of the highlight */
+    float half_way[3];    /* between light and viewer, z towards the viewer */
+    float reflection;
+    float fresnel_front, fresnel_rim;
+    float room[4];     /* turns a normal's x, y into the environment's */
+    float shimmer;     /* density */
+    float cells;       /* sparkles' cells for each px of the patch */
+    float spot;        /* squared radius of a sparkle, in cells */
+    float dark;        /* light below which nothing is told apart */
+    float dark_gain, dark_offset; /* of fine light: what is spared because it is dark */
+    float ceiling;     /* the brightest light that is painted */
+} material;
+
+/* What is the same for all pixels of a block. */
+typedef struct {
+    float coarse;    /* luminance of what is there, without its fine texture */
+    float shade;     /* the same, 1 on the region's average */
+    float nx, ny;    /* unit normal; z is towards the viewer */
+    float lobe;      /* synthetic highlight, 1 at its peak */
+    float mirror;    /* share of the reflection */
+    colour_rgb room; /* what it shows */
+} material_surface;
+
+MATERIAL_INLINE material_surface material_at(
+    float coarse, float mean, float nx, float ny, __global const float *environment,
+    const material *m) {
+    float sum = nx * nx + ny * ny;
+    float shrink = 0.96f / (0.96f + colour_positive(sum - 0.96f));
+    shrink = colour_sqrt(shrink);
+    nx *= shrink;
+    ny *= shrink;
+    float nz = colour_sqrt(1.0f - (nx * nx + ny * ny));
+    material_surface s;
+    s.coarse = coarse;
+    float shade = (coarse + m->dark) / (mean + m->dark);
+    s.shade = colour_min(shade, 4.0f);
+    s.nx = nx;
+    s.ny = ny;
+    float facing = nx * m->half_way[0] + ny * m->half_way[1] + nz * m->half_way[2];
+    facing = colour_positive(facing);
+    /* Trowbridge and Reitz's lobe (GGX), 1 at its peak */
+    float lobe = m->lobe / (1.0f - facing * facing * (1.0f - m->lobe));
+    s.lobe = lobe * lobe;
+    float rim = 1.0f - nz;
+    s.mirror = m->reflection * (m->fresnel_front + m->fresnel_rim * rim * rim * rim);
+    /* the reflected ray's x and y, from the middle of 16 x 16 texels */
+    float rx = 2.0f * nz * nx, ry = 2.0f * nz * ny;
+    float ex = 7.5f + m->room[0] * rx + m->room[1] * ry;
+    float ey = 7.5f + m->room[2] * rx + m->room[3] * ry;
+    ex = colour_clamp(ex, 14.999f);
+    ey = 14.999f - colour_clamp(14.999f - ey, 14.999f);
+    int ix = (int)ex, iy = (int)ey;
+    float fx = ex - (float)ix, fy = ey - (float)iy;
+    environment += 16 * iy + ix;
+    float a = (1.0f - fx) * (1.0f - fy), b = fx * (1.0f - fy), c = (1.0f - fx) * fy, d = fx * fy;
+    s.room.red = a * environment[0] + b * environment[1] + c * environment[16] + d * environment[17];
+    environment += 256;
+    s.room.green = a * environment[0] + b * environment[1] + c * environment[16] + d * environment[17];
+    environment += 256;
+    s.room.blue = a * environment[0] + b * environment[1] + c * environment[16] + d * environment[17];
+    return s;
+}
+
+/* Light upon light: nearly `base + more` while there is room, and never above the ceiling. */
+MATERIAL_INLINE float material_add(float base, float more, float ceiling) {
+    float room = colour_positive(ceiling - base) + 1e-4f;
+    return base + room * more / (room + more);
+}
+
+/* Sparkles that stick to the skin: each cell of the patch has one or none, tilted its own way. */
+MATERIAL_INLINE float material_sparkle(float px, float py, const material_surface *s, const material *m) {
+    float u = px * m->cells + 4096.0f, v = py * m->cells + 4096.0f;
+    int iu = (int)u, iv = (int)v;
+    uint hash = (uint)iu * 374761393u + (uint)iv * 668265263u;
+    hash = (hash ^ (hash >> 13)) * 1274126177u;
+    hash ^= hash >> 16;
+    float unit = 1.0f / 256.0f;
+    float present = (float)(int)(hash & 255u) * unit;
+    float du = u - (float)iu - 0.3f - 0.4f * unit * (float)(int)((hash >> 8) & 255u);
+    float dv = 0.3f + 0.4f * unit * (float)(int)((hash >> 16) & 255u) - (v - (float)iv);
+    float tx = s->nx - m->half_way[0] + 0.9f * (unit * (float)(int)((hash >> 4) & 255u) - 0.5f);
+    float ty = 0.9f * (0.5f - unit * (float)(int)((hash >> 12) & 255u)) - (s->ny - m->half_way[1]);
+    float spot = 1.0f - (du * du + dv * dv) / m->spot;
+    spot = colour_positive(spot);
+    float glint = 1.0f - 4.0f * (tx * tx + ty * ty);
+    glint = glint > 0.0f ? glint : 0.0f;
+    return present < m->shimmer ? spot * spot * glint * glint : 0.0f;
+}
+
+/* The light of a pixel with makeup of that weight (0 to 1) on it; px, py in the patch. */
+MATERIAL_INLINE colour_rgb material_paint(
+    colour_rgb bare, float weight, float px, float py, const material_surface *s, const material *m) {
+    float y = m->luminance[0] * bare.red + m->luminance[1] * bare.green + m->luminance[2] * bare.blue;
+    float lit = colour_positive(y) + m->dark;
+    float broad = s->coarse + m->dark;
+    float fine = lit / broad;
+    fine = colour_min(fine, 6.0f);
+    weight *= colour_clamp(m->dark_offset + m->dark_gain * fine, 1.0f);
+    float matte = colour_min(fine, 1.25f);
+    float highlight = (fine - matte) * broad;
+    float shade = s->shade * (1.0f + m->texture * (matte - 1.0f));
+    float below = colour_min(shade, 1.0f);
+    float above = shade - below;
+    float product_y = m->luminance[0] * m->product[0] + m->luminance[1] * m->product[1] + m->luminance[2] * m->product[2];
+    float skin = m->undertone * product_y / lit;
+    float opaque = weight * m->opacity;
+    float own = m->texture * highlight;
+    float mirror = weight * s->mirror;
+    float breakup = 2.5f * fine - 1.5f;
+    breakup = colour_clamp(breakup, 2.0f);
+    float lobe = weight * s->lobe * breakup;
+    float shown = weight * m->own_highlights * highlight;
+    float sparkle = weight * material_sparkle(px, py, s, m);
+    colour_rgb out;
+#define MATERIAL_CHANNEL(channel, i)                                                    \
+    {                                                                                  \
+        float base = m->product[i] * (1.0f - m->undertone) + colour_positive(bare.channel) * skin;   \
+        float laid = material_add(base * below, base * above + own, m->ceiling);        \
+        float mixed = bare.channel + opaque * (laid - bare.channel);                    \
+        mixed += mirror * (s->room.channel - mixed);                                    \
+        float more = lobe * m->glint[i] + shown + sparkle * m->sparkle[i];              \
+        out.channel = material_add(mixed, more, m->ceiling);                            \
+    }
+    MATERIAL_CHANNEL(red, 0)
+    MATERIAL_CHANNEL(green, 1)
+    MATERIAL_CHANNEL(blue, 2)
+#undef MATERIAL_CHANNEL
+    return out;
+}
+
+#endif

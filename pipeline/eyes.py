@@ -1,0 +1,184 @@
+"""The lids of a face as a surface: zones for eye-shadow that follow the eye and its blinks.
+
+Each eye has a grid of its own: across from the inner (-0.5) to the outer corner (0.5), up to the
+brow, in widths of the eye; the other eye's grid is its mirror image. Its columns know three heights:
+the lash line (0), the crease (1) and below the brow (2). A closing lid moves the lash line only,
+and the lid grows with it, as lids do.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.face import Face
+from makeup_video.pipeline.shading import Grid
+from makeup_video.pipeline.topology import EYE, RIGHT_EYE
+
+SIZE_WH = (56, 40)
+SHADING_SIGMA = 2.5
+_LEFT, _TOP, _STEP = -0.85, -0.95, 1.9 / 55  # of the grid: its first column and row, its step
+# From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
+_LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
+_CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
+_BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
+_LASH_FEATHER = 0.035  # of the eye's width, upwards from the lash line
+_FAINTEST = 1 / 512
+_CURVES = (_LASHES, _CREASE, _BROW)
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """Where eye-shadow goes: it rises from the first to the second number, falls from the third to
+    the fourth, upwards (lash line 0, crease 1, brow 2) and outwards (corners at -0.5 and 0.5)."""
+
+    up: tuple[float, float, float, float]
+    out: tuple[float, float, float, float]
+
+
+ZONES = {
+    "lid": Zone((-0.6, -0.5, 0.75, 1.25), (-0.54, -0.30, 0.42, 0.66)),
+    "crease": Zone((0.35, 0.85, 1.10, 1.65), (-0.50, -0.15, 0.46, 0.74)),
+    "full": Zone((-0.6, -0.5, 1.05, 1.90), (-0.56, -0.28, 0.46, 0.80)),
+    "outer": Zone((-0.6, -0.5, 0.90, 1.50), (-0.02, 0.34, 0.48, 0.76)),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EyeRegion:
+    """One eye's lid, ready to be painted; (40, 56) float32 on its grid.
+
+    up: height above the lash line, 1 at the crease, 2 below the brow.  lash: the same in px of the
+    frame, less the gap that is left to the lashes.  out: (56,), -0.5 to 0.5 between the corners.
+    normals: (2, 40, 56).  corners_xy: (2, 2), lowest and highest px it may reach.
+    """
+
+    grid: Grid
+    up: np.ndarray
+    lash_px: np.ndarray
+    out: np.ndarray
+    normals: np.ndarray
+    corners_xy: np.ndarray
+    spares_dark: ClassVar[bool] = True  # lashes, brows, liner
+
+    def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
+        """(40, 56) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as wide again."""
+        wide = 0.5 + softness
+        rise = _ramp(self.up, zone.up, wide)
+        weight: np.ndarray = rise * _ramp(self.out, zone.out, wide)[None]
+        return weight
+
+    def weigh(
+        self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
+    ) -> None:
+        """Fill (h, w) float32 with the weight of eye-shadow on the frame's pixels from origin_xy on."""
+        to_px = self.grid.to_px.copy()
+        to_px[:, 2] -= origin_xy
+        size_wh = out.shape[::-1]
+        width_px = float(np.linalg.norm(to_px[:, 0])) / _STEP
+        lash = cv2.warpAffine(
+            self.lash_px, to_px, size_wh, borderMode=cv2.BORDER_CONSTANT, borderValue=-1e3
+        )
+        lash *= 1 / max(_LASH_FEATHER * width_px, 1.2)
+        weight = self.zone_weight(ZONES[zone], softness)
+        cv2.warpAffine(weight, to_px, size_wh, out, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
+        out *= np.clip(lash, 0, 1, lash)
+        out[out < _FAINTEST] = 0
+
+    def shading_weight(self) -> np.ndarray:
+        """What counts as lid when its light is measured."""
+        return ((self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)).astype(np.float32)
+
+
+def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: float) -> np.ndarray:
+    """Smooth trapezoid: 0, up to 1 between the first two corners, down between the last two."""
+    a, b, c, d = corners
+    half, fall = (b - a) * wide / 2, (d - c) * wide / 2
+    middle, end = (a + b) / 2, (c + d) / 2
+    up = np.clip((at - middle) / (2 * half) + 0.5, 0, 1)
+    down = np.clip((end - at) / (2 * fall) + 0.5, 0, 1)
+    weight: np.ndarray = (up * up * (3 - 2 * up) * down * down * (3 - 2 * down)).astype(np.float32)
+    return weight
+
+
+def eye_regions(face: Face) -> list[EyeRegion]:
+    """The lids of both eyes; those too narrow to be seen (a face from the side) are left out."""
+    brow_side = face.points_px[[10, 152], :2]  # top of the forehead and chin
+    up = brow_side[0] - brow_side[1]
+    regions = [_region(face.points_px[points], up) for points in (EYE, RIGHT_EYE)]
+    return [region for region in regions if region is not None]
+
+
+def _region(points_px: np.ndarray, up_xy: np.ndarray) -> EyeRegion | None:
+    points = points_px.astype(np.float64)
+    outer, inner = points[0, :2], points[8, :2]
+    axis = outer - inner
+    width = float(np.hypot(*axis))
+    if width < 4:
+        return None
+    down = np.array([-axis[1], axis[0]])
+    if down @ up_xy > 0:
+        down = -down
+    middle = (outer + inner) / 2
+    to_px = np.column_stack([axis * _STEP, down * _STEP, middle + axis * _LEFT + down * _TOP])
+    grid = Grid(to_px, SIZE_WH)
+    xy = (points[:, :2] - to_px[:, 2]) @ np.linalg.inv(to_px[:, :2]).T
+    z = points[:, 2] / (width * _STEP)
+    columns = np.arange(SIZE_WH[0], dtype=np.float64)
+    y, depth = _curves(xy, z, columns)
+    lash, crease, brow = y
+    crease = np.minimum(crease, lash - 1.0)
+    brow = np.minimum(brow, crease - 1.0)
+    rows = np.arange(SIZE_WH[1], dtype=np.float64)[:, None]
+    first, second = lash - crease, crease - brow
+    over = (lash - rows) / first
+    height = np.where(over < 1, over, 1 + (crease - rows) / second)
+    slope = np.gradient(lash)
+    lash_px = (lash - rows) / np.sqrt(1 + slope * slope) * (_STEP * width)
+    normals = _normals(y, depth, columns, height)
+    out = _LEFT + _STEP * columns
+    corners = (np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * (np.array(SIZE_WH) - 1)) @ to_px[:, :2].T
+    corners += to_px[:, 2]
+    ends = np.stack([corners.min(0), corners.max(0)])
+    return EyeRegion(grid, height.astype(np.float32), lash_px.astype(np.float32), out, normals, ends)
+
+
+def _curves(xy: np.ndarray, z: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Heights (3, columns) and depths of lash line, crease and brow."""
+    heights, depths = [], []
+    for curve in _CURVES:
+        smooth = _SMOOTH @ np.column_stack([xy[curve], z[curve]])[::-1]
+        x = np.maximum.accumulate(smooth[:, 0])
+        heights.append(np.interp(columns, x, smooth[:, 1]))
+        depths.append(np.interp(columns, x, smooth[:, 2]))
+    return np.stack(heights), np.stack(depths)
+
+
+def _normals(
+    y: np.ndarray, depth: np.ndarray, columns: np.ndarray, height: np.ndarray
+) -> np.ndarray:
+    """(2, H, W) float32, x and y of the unit normal in the grid's axes; z is towards the viewer."""
+    below, above = (np.diff(depth, axis=0) / np.minimum(np.diff(y, axis=0), -1.0)).clip(-2, 2)
+    share = np.clip(height - 0.5, 0, 1)
+    gy = below + (above - below) * share
+    gy += 0.8 * np.clip(0.5 - height, -0.5, 0.5)  # a lid lies on a ball
+    gx = np.gradient(depth[1], columns).clip(-2, 2) + 0 * gy
+    length = np.sqrt(1 + gx * gx + gy * gy)
+    return np.stack([gx / length, gy / length]).astype(np.float32)
+
+
+def _catmull_rom(count: int, between: int) -> np.ndarray:
+    """(M, count): from points to a smooth curve through them (Catmull and Rom, 1974)."""
+    rows = []
+    for at in np.linspace(0, count - 1, (count - 1) * between + 1):
+        i = min(int(at), count - 2)
+        t = at - i
+        taps = 0.5 * np.array([-t + 2*t**2 - t**3, 2 - 5*t**2 + 3*t**3, t + 4*t**2 - 3*t**3, -(t**2) + t**3])  # fmt: skip
+        row = np.zeros(count)
+        for offset, tap in zip(range(-1, 3), taps, strict=True):
+            row[min(max(i + offset, 0), count - 1)] += tap
+        rows.append(row)
+    return np.stack(rows)
+
+
+_SMOOTH = _catmull_rom(9, 4)

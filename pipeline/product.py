@@ -1,0 +1,94 @@
+"""GraphicsParams under the light of a scene -> the Material that the kernel paints.
+
+Every number here that is not physics was set by eye, on the finishes and on photos of real makeup.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from makeup_video.kernels.colour import HLG, PQ, Coding, product_linear, to_xyz
+from makeup_video.kernels.material import ENVIRONMENT_PX, Material
+from makeup_video.pipeline.look import GraphicsParams
+from makeup_video.pipeline.scene import SceneLight
+
+_SDR_CEILING, _HDR_CEILING = 1.0, 4.0  # in units of diffuse white
+_DARK = 0.004  # of diffuse white: a fifth of a code of 8 bits counts for little below this
+_MOST_GLOSS = 1e4  # as good as infinite
+_GLINT = 0.55  # light of the synthetic highlight at gloss 1
+_OWN = 2.2  # gain of the lips' own highlights at gloss 1
+_SPARKLE = 2.5
+_SPARED = -1.4, 4.0  # of the skin's broad light: bare below 0.35 of it, painted from 0.6 on
+_FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
+_SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """How a region lies in the frame.
+
+    turn: (2, 2) unit columns, the directions of the region's x and y axes in the frame.
+    skin_px: px of the frame for one unit of the coordinates that stick to the skin (the distance of
+    the eyes).
+    """
+
+    turn: np.ndarray
+    skin_px: float
+
+
+def material(
+    params: GraphicsParams,
+    amount: float,
+    light: SceneLight,
+    place: Place,
+    coding: Coding,
+    spares_dark: bool = False,
+) -> Material:
+    """amount: 0..1, scales all of the product (strength, intensity).
+
+    spares_dark: what is far darker than the skin around it (lashes, brows) is left bare.
+    """
+    weights = to_xyz(coding.primaries)[1]
+    gain = 1 + params.light_adaptation * (light.colour.astype(np.float64) * light.strength - 1)
+    product = product_linear((params.red, params.green, params.blue), coding)
+    gloss = min(params.gloss, _MOST_GLOSS) * amount
+    sheen = 0.35 + 0.65 * (1 - params.gloss_roughness)  # a broad highlight is a weaker one
+    cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
+    cell_px = cell * place.skin_px
+    # Sparkles of less than a pixel would flicker: they fade, and grow to a pixel before.
+    spot = min(max(_SPOT, 0.75 / cell_px), 0.3)
+    resolved = min(max((cell_px - 1.0) / 1.0, 0.0), 1.0)
+    tint = 1 + params.shimmer_tint * (product - 1)
+    worn = min(1.0, params.opacity + params.gloss + params.reflection)
+    blur = params.environment_blur
+    room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
+    return Material(
+        product=tuple(product * gain),
+        glint=tuple(gain * (_GLINT * gloss * sheen * (1 - params.gloss_detail))),
+        sparkle=tuple(gain * tint * (_SPARKLE * resolved * amount * worn)),
+        luminance=tuple(weights),
+        opacity=params.opacity * amount,
+        texture=params.texture_keep,
+        undertone=params.undertone,
+        own_highlights=_OWN * gloss * params.gloss_detail,
+        lobe=(0.14 + 0.7 * params.gloss_roughness) ** 2,
+        half_way=_half_way(light, place),
+        reflection=params.reflection * amount,
+        fresnel_front=0.5 * (1 - params.fresnel) + 0.08,
+        fresnel_rim=3.0 * params.fresnel,
+        room=tuple(room.ravel()),
+        shimmer=params.shimmer,
+        cells=1 / cell,
+        spot=spot * spot,
+        dark=_DARK * max(light.strength, 0.1),
+        dark_gain=_SPARED[1] if spares_dark else 0.0,
+        dark_offset=_SPARED[0] if spares_dark else 1.0,
+        ceiling=_HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING,
+    )
+
+
+def _half_way(light: SceneLight, place: Place) -> tuple[float, float, float]:
+    """Unit vector between the light and the viewer, in the region's axes, z to the viewer."""
+    x, y = np.linalg.solve(place.turn, light.direction[:2].astype(np.float64))
+    half = np.array([x, y, 1 - light.direction[2]])
+    a, b, c = half / np.linalg.norm(half)
+    return float(a), float(b), float(c)

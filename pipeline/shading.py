@@ -1,0 +1,90 @@
+"""The broad light and dark of a small part of a frame, read straight from its planes."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from makeup_video.kernels.colour import HLG, Coding, matrices, to_linear, to_xyz
+from makeup_video.pipeline.crop import Affine, sample_at
+from makeup_video.pipeline.frame import Frame
+
+_STEPS = 1023  # of R'G'B' from 0 to 1, in the table of its light
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """Places on a frame, a small picture of rows and columns.
+
+    to_px: (2, 3) float64, from the grid's pixels (x, y, 1) to the frame's. size_wh: its size.
+    """
+
+    to_px: Affine
+    size_wh: tuple[int, int]
+
+    def places(self) -> np.ndarray:
+        """(2, N) float32, x and y in the frame, row by row."""
+        at: np.ndarray = self.to_px.astype(np.float32) @ _pixels(self.size_wh)
+        return at
+
+    def step_px(self) -> float:
+        return float(abs(np.linalg.det(self.to_px[:, :2])) ** 0.5)
+
+
+def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarray]:
+    """Linear luminance on each grid, (H, W) float32; beyond the frame its border is repeated.
+
+    The grids lie close together and have about the same step: they are read at once.
+    """
+    places = np.concatenate([grid.places() for grid in grids], axis=1)
+    step = max(grid.step_px() for grid in grids)
+    across, down = frame.chroma
+    rows = [sample_at(frame.planes[0], places, step)[0]]
+    if len(frame.planes) > 1:
+        scale = np.array([[1 / across], [1 / down]], np.float32)
+        there = (places + 0.5) * scale - 0.5
+        parts = [sample_at(plane, there, step / (across * down) ** 0.5)[0] for plane in frame.planes[1:3]]
+        rows += list(parts[0].T) if parts[0].ndim == 2 else parts  # NV12: both in one
+    light = linear_luminance(np.stack(rows), coding)
+    ends = np.cumsum([w * h for w, h in (grid.size_wh for grid in grids)])[:-1]
+    return [part.reshape(grid.size_wh[::-1]) for part, grid in zip(np.split(light, ends), grids, strict=True)]
+
+
+def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
+    """(3, N) codes, or (1, N) of a grey frame -> (N,) float32, within 0.3 % of a step of 8 bits."""
+    to_rgb, table, weights = _tables(coding)
+    rgb = to_rgb[:, : len(codes)] @ codes.astype(np.float32)
+    rgb += to_rgb[:, 3:] if len(codes) == 3 else to_rgb[:, 3:] + to_rgb[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
+    light: np.ndarray = weights @ table[(rgb * _STEPS + 0.5).clip(0, _STEPS).astype(np.int16)]
+    return light ** np.float32(1.2) if coding.transfer == HLG else light
+
+
+@lru_cache
+def _tables(coding: Coding) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Codes to R'G'B' (3, 4), light of R'G'B' in 1/1023, weights of luminance (3,)."""
+    steps = np.arange(_STEPS + 1) / _STEPS
+    table = to_linear(np.repeat(steps[:, None], 3, axis=1), coding.transfer)[:, 0]
+    if coding.transfer == HLG:  # the display's gain comes after the sum (BT.2100: OOTF)
+        table = table ** (1 / 1.2)
+    weights = to_xyz(coding.primaries)[1]
+    return (
+        matrices(coding)[0].astype(np.float32),
+        table.astype(np.float32),
+        weights.astype(np.float32),
+    )
+
+
+def broad(light: np.ndarray, weight: np.ndarray, sigma_px: float) -> tuple[np.ndarray, float]:
+    """Light blurred within where weight is, and its mean there; both of everything if weight is 0."""
+    total = float(weight.sum())
+    mean = float((light * weight).sum() / total) if total > 1e-3 else float(light.mean())
+    pair = cv2.GaussianBlur(cv2.merge([light * weight, weight]), (0, 0), sigma_px)
+    faint = np.float32(0.02)  # far from the region its mean counts
+    return (pair[..., 0] + faint * np.float32(mean)) / (pair[..., 1] + faint), mean
+
+
+@lru_cache
+def _pixels(size_wh: tuple[int, int]) -> np.ndarray:
+    w, h = size_wh
+    y, x = np.divmod(np.arange(w * h, dtype=np.float32), w)
+    return np.stack([x, y, np.ones_like(x)])
