@@ -1,4 +1,4 @@
-"""What skin looks like in white light: the two constants of pipeline/light.py.
+"""What skin looks like in white light: the two constants of pipeline/light_reading.py.
 
     python -m makeup_video.training.light shades.csv --faces portraits
 
@@ -19,7 +19,7 @@ import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
 from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.light import skin_of
+from makeup_video.pipeline.light_reading import skin_of
 
 LIGHTNESSES = 30, 85  # CIE L*; beyond, shades are swatches of no skin
 BINS = 11

@@ -25,7 +25,8 @@ from makeup_video.pipeline.colour import resolve
 from makeup_video.pipeline.crop import FramePicture
 from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
 from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.light import _TRIANGLES, SKIN_POINTS, STRENGTHS, EstimateLight, light_of
+from makeup_video.pipeline.light import EstimateLight, light_of
+from makeup_video.pipeline.light_reading import SKIN_POINTS, STRENGTHS, TRIANGLES
 from people import frame_of, portrait
 
 NO_LIPS = LipPatch(np.zeros((80, 112), np.float32), np.eye(2, 3))
@@ -131,10 +132,18 @@ def test_hdr_shows_the_same_light_in_its_own_primaries(transfer):
     np.testing.assert_allclose(in_srgb, want.colour, atol=0.03)
 
 
-def test_grey_planes_give_a_light():
-    planes = frame_of(portrait(), pix_fmt="gray", full_range=True)
-    (found,) = light_of(FrameFaces(planes, (face_at(points()),)))
+@pytest.mark.parametrize("pix_fmt", ["gray", "yuv420p"])
+def test_a_film_without_colour_stands_in_white_light(pix_fmt):
+    grey = np.repeat(cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
+    found = light(grey, pix_fmt=pix_fmt, full_range=True)
     assert_sane(found)
+    assert np.abs(found.colour - 1).max() < 0.02
+    assert found.strength == pytest.approx(light(portrait()).strength, rel=0.25)
+
+
+def test_a_hot_warm_lamp_stays_warm_where_red_is_clipped():
+    warmths = [warmth(light(lit(red, 1, 0.5))) for red in (1, 1.3, 1.8, 2.5, 3.5)]
+    assert np.diff(warmths).min() > -0.02 and warmths[-1] > 0.4
 
 
 @settings(max_examples=15, deadline=None)
@@ -181,12 +190,12 @@ def test_points_that_are_not_finite_do_no_harm():
 def shaded(towards, rgb8=(200, 150, 130)):
     """A picture with the portrait's face as a matt mask under a lamp in a direction."""
     face = points().astype(np.float64)
-    a, b, c = face[_TRIANGLES].transpose(1, 0, 2)
+    a, b, c = face[TRIANGLES].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     picture = np.full_like(portrait(), 90)
     for point in SKIN_POINTS:
-        normal = normals[(point == _TRIANGLES).any(1)].mean(0)
+        normal = normals[(point == TRIANGLES).any(1)].mean(0)
         normal /= np.linalg.norm(normal)
         linear = to_linear(np.array(rgb8) / 255, SRGB) * (0.25 + 0.75 * max(normal @ towards, 0))
         x, y = np.rint(face[point, :2]).astype(int)
@@ -260,7 +269,7 @@ def test_the_light_follows_by_time_not_by_frames():
             if abs(seconds * 15 - round(seconds * 15)) < 1e-6
         }
     for seconds, want in strengths[30].items():
-        for fps in (15, 60):  # a change is noticed up to a tenth of a second later
+        for fps in (15, 60):  # all look again at 0.4 s
             assert strengths[fps][seconds] == pytest.approx(want, rel=0.04)
 
 
