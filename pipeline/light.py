@@ -1,0 +1,115 @@
+"""FrameFaces -> the light on each face, smoothed over time; light_reading.py reads it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from makeup_video.pipeline.colour import coding_of
+from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.face_tracks import Clock
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.light_reading import Optics, log_mean, optics_of, read_face, read_room
+from makeup_video.pipeline.scene import SceneLight
+
+LOOK_SECONDS = 0.2  # between two readings of a face or of the room; the smoothing fills in
+SMOOTH_SECONDS = 0.5  # time constant: a hand's shadow hardly counts, a lamp switched on soon does
+ROOM_SMOOTH_SECONDS = 0.4  # the same of the environment
+FORGET_SECONDS = 2.0  # after four time constants hardly anything is left of what was
+_EARLY = 1e-6  # clocks of 30 and 60 fps must meet at the same readings in spite of rounding
+
+
+@dataclass(slots=True)
+class _Room:
+    """The environment, the same for all faces of a frame."""
+
+    read_seconds: float
+    seen_seconds: float
+    target: np.ndarray  # (16, 16, 3) float32, linear, as last read
+    mean: np.ndarray  # (3,) log of its mean, in sRGB's primaries
+    value: np.ndarray  # the target, smoothed
+
+
+@dataclass(slots=True)
+class _Track:
+    """The light of one face as (7,): log strength, log colour, direction."""
+
+    read_seconds: float
+    seen_seconds: float
+    target: np.ndarray
+    value: np.ndarray
+
+
+class EstimateLight:
+    """FrameFaces -> a SceneLight for each face, in the same order, smoothed over time.
+
+    Without faces nothing is read. A face that cannot be read (outside the picture, or its numbers
+    are not finite) gets the light that the frame as a whole suggests, from the front and above.
+    """
+
+    def __init__(self) -> None:
+        self._clock = Clock()
+        self._room: _Room | None = None
+        self._tracks: dict[int, _Track] = {}
+
+    def __call__(self, item: FrameFaces) -> tuple[SceneLight, ...]:
+        now = self._clock.tick(item.frame)
+        if item.cut:
+            self._room, self._tracks = None, {}
+        if not item.faces:
+            return ()
+        oldest = now - FORGET_SECONDS
+        self._tracks = {i: t for i, t in self._tracks.items() if t.seen_seconds >= oldest}
+        optics = optics_of(coding_of(item.frame))
+        room = self._room = _see_room(self._room, item.frame, optics, now)
+        lights = []
+        for face in item.faces:
+            state = self._follow(face, item.frame, optics, room, now)
+            colour = np.exp(state[1:4])
+            colour /= colour @ optics.luminance
+            direction = state[4:] / math.sqrt(state[4:] @ state[4:])
+            lights.append(
+                SceneLight(
+                    colour.astype(np.float32),
+                    math.exp(state[0]),
+                    direction.astype(np.float32),
+                    room.value,
+                )
+            )
+        return tuple(lights)
+
+    def _follow(
+        self, face: Face, frame: Frame, optics: Optics, room: _Room, now: float
+    ) -> np.ndarray:
+        """What is taken to be the light of a face now."""
+        track = self._tracks.get(face.track_id)
+        if track is not None and track.seen_seconds == now:  # a second face of one number
+            return read_face(face, frame, optics, room.mean)
+        if track is None:
+            target = read_face(face, frame, optics, room.mean)
+            track = self._tracks[face.track_id] = _Track(now, now, target, target)
+            return track.value
+        if now - track.read_seconds >= LOOK_SECONDS - _EARLY:
+            track.target, track.read_seconds = read_face(face, frame, optics, room.mean), now
+        share = -math.expm1((track.seen_seconds - now) / SMOOTH_SECONDS)
+        track.value = track.value + share * (track.target - track.value)
+        track.seen_seconds = now
+        return track.value
+
+
+def light_of(item: FrameFaces) -> tuple[SceneLight, ...]:
+    """The light on each face of a picture that stands alone."""
+    return EstimateLight()(item)
+
+
+def _see_room(room: _Room | None, frame: Frame, optics: Optics, now: float) -> _Room:
+    """The room as it is taken to be now."""
+    if room is None or now - room.seen_seconds > FORGET_SECONDS:
+        target = read_room(frame, optics)
+        return _Room(now, now, target, log_mean(target, optics), target)
+    if now - room.read_seconds >= LOOK_SECONDS - _EARLY:
+        room.target, room.read_seconds = read_room(frame, optics), now
+        room.mean = log_mean(room.target, optics)
+    share = np.float32(-math.expm1((room.seen_seconds - now) / ROOM_SMOOTH_SECONDS))
+    room.value = room.value + share * (room.target - room.value)
+    room.seen_seconds = now
+    return room

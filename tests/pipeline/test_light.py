@@ -1,0 +1,318 @@
+"""The light on a face: its colour, strength and direction, what surrounds it, and all over time."""
+
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+
+import av
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.kernels.colour import (
+    HLG,
+    PQ,
+    SRGB,
+    encode,
+    from_srgb_primaries,
+    rounded,
+    to_encoded,
+    to_linear,
+)
+from makeup_video.pipeline import find_faces
+from makeup_video.pipeline.colour import resolve
+from makeup_video.pipeline.crop import FramePicture
+from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.light import EstimateLight, light_of
+from makeup_video.pipeline.light_reading import SKIN_POINTS, STRENGTHS, TRIANGLES
+from people import frame_of, portrait
+
+NO_LIPS = LipPatch(np.zeros((80, 112), np.float32), np.eye(2, 3))
+CAST = st.tuples(*[st.floats(0.02, 3.0)] * 3)
+
+
+@cache
+def points():
+    """(478, 3) of the portrait's face."""
+    (face,) = find_faces(portrait())
+    return face.points_px
+
+
+def face_at(points_px, track_id=0):
+    return Face(points_px.astype(np.float32), 1.0, 1.0, track_id, NO_LIPS)
+
+
+def lit(*gain):
+    """The portrait under another light: linear red, green and blue times gain."""
+    linear = to_linear(portrait() / 255, SRGB) * gain
+    return np.rint(to_encoded(np.clip(linear, 0, 1), SRGB) * 255).astype(np.uint8)
+
+
+def light(rgb8, **layout):
+    return light_of(FrameFaces(frame_of(rgb8, **layout), (face_at(points()),)))[0]
+
+
+def warmth(light):
+    return float(np.log(light.colour[0] / light.colour[2]))
+
+
+def assert_sane(light):
+    assert STRENGTHS[0] * 0.999 <= light.strength <= STRENGTHS[1] * 1.001
+    assert np.isfinite(light.environment).all() and (light.environment >= 0).all()
+    assert (light.colour > 0.1).all() and (light.colour < 4).all()
+    assert np.linalg.norm(light.direction) == pytest.approx(1, abs=1e-5)
+    assert light.direction[2] < -0.3
+
+
+def test_an_ordinary_portrait_stands_in_nearly_white_light_of_full_strength():
+    found = light(portrait())
+    assert_sane(found)
+    assert 0.8 < found.strength < 1.25
+    assert np.abs(found.colour - 1).max() < 0.2
+    assert found.colour @ [0.2126, 0.7152, 0.0722] == pytest.approx(1, abs=1e-3)
+
+
+def test_a_darker_picture_of_the_same_face_means_weaker_light():
+    strengths = [light(lit(gain, gain, gain)).strength for gain in (0.12, 0.25, 0.5, 0.75, 1, 1.2)]
+    assert strengths == sorted(strengths)
+    assert strengths[2] < 0.8 * strengths[4] and strengths[1] < 0.8 * strengths[2]
+
+
+def test_darker_skin_is_not_taken_for_dim_light():
+    # the portrait as if its skin were much darker: along the line of real skin, not of exposure
+    tone = np.exp(-0.9 * np.array([0.52, 0.75, 1.0]))
+    skin, dim = lit(*tone), lit(*[float(tone[1])] * 3)
+    mask = np.zeros(portrait().shape[:2], np.uint8)
+    hull = cv2.convexHull(points()[:, :2].astype(np.int32))
+    cv2.fillConvexPoly(mask, hull, 1)
+    dark_face = np.where(mask[..., None] > 0, skin, portrait())
+    assert light(dark_face).strength > 0.85 * light(portrait()).strength
+    assert light(dim).strength < 0.75 * light(portrait()).strength
+    assert abs(warmth(light(dark_face)) - warmth(light(portrait()))) < 0.1
+
+
+def test_a_warm_cast_is_read_as_warm_light_and_a_blue_one_as_blue():
+    plain = warmth(light(portrait()))
+    for gain in ((1.35, 1, 0.6), (1.2, 0.8, 0.4), (0.6, 0.9, 1.3), (0.5, 0.6, 0.9)):
+        cast = np.log(gain[0] / gain[2])
+        shift = warmth(light(lit(*gain))) - plain
+        assert 0.5 < shift / cast < 1.2
+
+
+@pytest.mark.parametrize("matrix", [1, 5])
+@pytest.mark.parametrize("full_range", [False, True])
+@pytest.mark.parametrize("pix_fmt", ["yuv420p", "nv12", "yuv422p", "yuv444p", "yuv420p10le"])
+def test_the_same_picture_in_any_layout_has_the_same_light(pix_fmt, full_range, matrix):
+    want = light(portrait(), pix_fmt="yuv444p", full_range=True)
+    got = light(portrait(), pix_fmt=pix_fmt, full_range=full_range, matrix=matrix)
+    # chroma is coarser, and single pixels are looked at
+    assert got.strength == pytest.approx(want.strength, rel=0.02)
+    np.testing.assert_allclose(got.colour, want.colour, atol=0.02)
+    np.testing.assert_allclose(got.direction, want.direction, atol=0.03)
+    assert np.abs(got.environment - want.environment).mean() < 0.01
+
+
+@pytest.mark.parametrize("transfer", [PQ, HLG])
+def test_hdr_shows_the_same_light_in_its_own_primaries(transfer):
+    tags = ColourTags(9, 1, transfer, 9)
+    height_px, width_px = portrait().shape[:2]
+    linear = to_linear(portrait() / 255, SRGB) @ from_srgb_primaries(9).T
+    coding = resolve(tags, width_px, height_px, 10)
+    codes = rounded(encode(linear, coding), coding).astype(np.uint16)
+    picture = av.VideoFrame(width_px, height_px, "yuv444p10le")
+    frame = Frame(picture, 0, Fraction(1, 30), tags)
+    for plane, values in zip(frame.writable_planes(), np.moveaxis(codes, 2, 0), strict=True):
+        plane[:] = values
+    (got,) = light_of(FrameFaces(frame, (face_at(points()),)))
+    want = light(portrait(), pix_fmt="yuv444p", full_range=True)
+    assert got.strength == pytest.approx(want.strength, rel=0.02)
+    in_srgb = np.linalg.solve(from_srgb_primaries(9), got.colour)
+    np.testing.assert_allclose(in_srgb, want.colour, atol=0.03)
+
+
+@pytest.mark.parametrize("pix_fmt", ["gray", "yuv420p"])
+def test_a_film_without_colour_stands_in_white_light(pix_fmt):
+    grey = np.repeat(cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
+    found = light(grey, pix_fmt=pix_fmt, full_range=True)
+    assert_sane(found)
+    assert np.abs(found.colour - 1).max() < 0.02
+    assert found.strength == pytest.approx(light(portrait()).strength, rel=0.25)
+
+
+def test_a_hot_warm_lamp_stays_warm_where_red_is_clipped():
+    warmths = [warmth(light(lit(red, 1, 0.5))) for red in (1, 1.3, 1.8, 2.5, 3.5)]
+    assert np.diff(warmths).min() > -0.02 and warmths[-1] > 0.4
+
+
+@settings(max_examples=15, deadline=None)
+@given(gain=CAST)
+def test_any_cast_and_exposure_gives_a_sane_light(gain):
+    assert_sane(light(lit(*gain)))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    size=st.tuples(st.integers(1, 40), st.integers(1, 40)),
+    scale=st.floats(0.001, 3),
+    shift=st.tuples(st.floats(-800, 800), st.floats(-800, 800)),
+    kind=st.sampled_from(["black", "white", "noise"]),
+    pix_fmt=st.sampled_from(["yuv420p", "nv12", "yuv444p10le", "gray"]),
+)
+def test_any_face_on_any_small_picture_gives_a_sane_light(size, scale, shift, kind, pix_fmt):
+    w, h = size
+    level = {"black": 0, "white": 255}.get(kind)
+    noise = np.random.default_rng(w * 41 + h).integers(0, 256, (h, w, 3))
+    rgb8 = (noise if level is None else np.full((h, w, 3), level)).astype(np.uint8)
+    moved = points() * scale + [*shift, 0]
+    item = FrameFaces(frame_of(rgb8, pix_fmt=pix_fmt), (face_at(moved),))
+    assert_sane(light_of(item)[0])
+
+
+@pytest.mark.parametrize("level", [0, 255])
+def test_black_and_blown_out_faces_have_no_colour_of_their_own(level):
+    found = light(np.full_like(portrait(), level))
+    assert_sane(found)
+    assert np.abs(found.colour - 1).max() < 0.1
+
+
+def test_points_that_are_not_finite_do_no_harm():
+    broken = points().copy()
+    broken[SKIN_POINTS[::3]] = np.nan
+    deep = points().copy()
+    deep[:, 2] = np.inf
+    flat = points() * [0, 0, 0] + [200, 200, 0]
+    for face in map(face_at, (broken, deep, flat, points() * np.nan)):
+        assert_sane(light_of(FrameFaces(frame_of(portrait()), (face,)))[0])
+
+
+def shaded(towards, rgb8=(200, 150, 130)):
+    """A picture with the portrait's face as a matt mask under a lamp in a direction."""
+    face = points().astype(np.float64)
+    a, b, c = face[TRIANGLES].transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    picture = np.full_like(portrait(), 90)
+    for point in SKIN_POINTS:
+        normal = normals[(point == TRIANGLES).any(1)].mean(0)
+        normal /= np.linalg.norm(normal)
+        linear = to_linear(np.array(rgb8) / 255, SRGB) * (0.25 + 0.75 * max(normal @ towards, 0))
+        x, y = np.rint(face[point, :2]).astype(int)
+        picture[y - 1 : y + 2, x - 1 : x + 2] = np.rint(to_encoded(linear, SRGB) * 255)
+    return picture
+
+
+@pytest.mark.parametrize(
+    "towards", [(-0.7, -0.3, -0.65), (0.7, -0.3, -0.65), (0, -0.8, -0.6), (0, 0, -1), (0.5, 0.4, -0.77)]
+)  # fmt: skip
+def test_shading_tells_where_the_light_comes_from(towards):
+    towards = np.array(towards) / np.linalg.norm(towards)
+    found = light(shaded(towards), pix_fmt="yuv444p")
+    assert_sane(found)
+    assert found.direction @ towards > 0.9
+
+
+def test_even_light_counts_as_light_from_the_front_and_above():
+    even = np.full_like(portrait(), 150)
+    x, y, z = light(even).direction
+    assert abs(x) < 0.1 and y < -0.15 and z < -0.7
+
+
+@pytest.mark.parametrize("rotation_degrees", [90, 180, 270])
+def test_the_light_turns_with_a_turned_picture(rotation_degrees):
+    towards = np.array([-0.6, -0.5, -0.62])
+    upright = light(shaded(towards), pix_fmt="yuv444p")
+    frame = frame_of(shaded(towards), pix_fmt="yuv444p", rotation_degrees=rotation_degrees)
+    to_stored = FramePicture(frame).to_stored
+    turned = points().copy()
+    turned[:, :2] = points()[:, :2] @ to_stored[:, :2].T + to_stored[:, 2]
+    (found,) = light_of(FrameFaces(frame, (face_at(turned),)))
+    want = np.append(to_stored[:, :2] @ upright.direction[:2], upright.direction[2])
+    np.testing.assert_allclose(found.direction, want, atol=0.02)
+    assert found.strength == pytest.approx(upright.strength, rel=0.02)
+
+
+def test_the_environment_shows_the_frame_where_it_is():
+    picture = np.zeros((360, 640, 3), np.uint8)
+    picture[:, :320] = 255
+    picture[:90, 320:] = (0, 0, 255)
+    (found,) = light_of(FrameFaces(frame_of(picture), (face_at(points()),)))
+    assert found.environment.shape == (16, 16, 3) and found.environment.dtype == np.float32
+    assert found.environment[:, :7].min() > 0.95 and found.environment[5:, 9:].max() < 0.05
+    blue = found.environment[:3, 9:]
+    assert blue[..., 2].min() > 0.8 and blue[..., :2].max() < 0.1
+
+
+def film(pictures, fps, faces=None, cut_at=None):
+    """Frames at a rate, of which picture(seconds) is shown, as (seconds, lights)."""
+    estimate = EstimateLight()
+    for index in range(round(2 * fps)):
+        seconds = index / fps
+        frame = replace(pictures(seconds), pts=index, time_base=Fraction(1, fps))
+        item = FrameFaces(frame, faces or (face_at(points()),), seconds == cut_at)
+        yield seconds, estimate(item)
+
+
+def switched(at_seconds, before=1.0, after=0.4):
+    """Pictures of a room where the light is switched at a moment."""
+    frames = frame_of(lit(*[before] * 3)), frame_of(lit(*[after] * 3))
+    return lambda seconds: frames[seconds >= at_seconds]
+
+
+def test_the_light_follows_by_time_not_by_frames():
+    strengths = {}
+    for fps in (15, 30, 60):
+        strengths[fps] = {
+            round(seconds, 3): lights[0].strength
+            for seconds, lights in film(switched(0.4), fps)
+            if abs(seconds * 15 - round(seconds * 15)) < 1e-6
+        }
+    for seconds, want in strengths[30].items():
+        for fps in (15, 60):  # all look again at 0.4 s
+            assert strengths[fps][seconds] == pytest.approx(want, rel=0.04)
+
+
+def test_a_change_of_light_comes_gradually():
+    strengths = [lights[0].strength for _, lights in film(switched(0.4), 30)]
+    start, end = light(lit(1, 1, 1)).strength, light(lit(0.4, 0.4, 0.4)).strength
+    assert strengths[0] == pytest.approx(start) and strengths[11] == pytest.approx(start)
+    assert np.diff(strengths).max() < 1e-6
+    assert strengths[12 + 15] == pytest.approx(end + (start - end) * np.exp(-1), abs=0.06)
+    assert strengths[-1] == pytest.approx(end, rel=0.05)
+
+
+def test_a_cut_starts_afresh():
+    lights = [lights[0] for _, lights in film(switched(0.5), 30, cut_at=0.5)]
+    want = light(lit(0.4, 0.4, 0.4))
+    assert lights[15].strength == pytest.approx(want.strength)
+    np.testing.assert_array_equal(lights[15].environment, want.environment)
+
+
+def test_each_face_has_its_own_light_and_all_share_the_room():
+    bright, dark = np.ascontiguousarray(lit(1, 1, 1)), lit(0.3, 0.3, 0.3)
+    frame = frame_of(np.hstack([bright, dark]))
+    beside = points() + np.array([bright.shape[1], 0, 0])
+    faces = face_at(points(), 3), face_at(beside, 8), face_at(beside, 8)
+    estimate = EstimateLight()
+    for pts in range(3):
+        left, right, twin = estimate(FrameFaces(replace(frame, pts=pts), faces))
+        assert left.strength > 1.3 * right.strength
+        assert twin.strength == pytest.approx(right.strength, rel=0.01)
+        assert left.environment is right.environment
+
+
+def test_clocks_that_stand_still_or_jump_back_do_no_harm():
+    estimate, frame = EstimateLight(), frame_of(portrait())
+    face = face_at(points())
+    for pts in (0, 1, 1, 500, 3, 4, -90, 10**9, 10**9):
+        assert_sane(estimate(FrameFaces(replace(frame, pts=pts), (face,)))[0])
+
+
+def test_a_face_that_was_long_away_is_read_anew():
+    estimate, face = EstimateLight(), face_at(points())
+    bright, dark = frame_of(portrait()), frame_of(lit(0.3, 0.3, 0.3))
+    estimate(FrameFaces(bright, (face,)))
+    assert estimate(FrameFaces(replace(dark, pts=30), ())) == ()
+    (found,) = estimate(FrameFaces(replace(dark, pts=150), (face,)))
+    assert found.strength == pytest.approx(light(lit(0.3, 0.3, 0.3)).strength)

@@ -1,0 +1,95 @@
+"""What skin looks like in white light: the two constants of pipeline/light_reading.py.
+
+    python -m makeup_video.training.light shades.csv --faces portraits
+
+shades.csv: foundation shades with a column `hex`, sRGB: how skin varies. portraits: a folder of
+pictures of people of every skin tone in soft, white light, and labels.npz with their names and
+points: what it is like on average on a picture, which is darker and paler than a swatch. Every
+lightness counts the same, or dark skin would be rare.
+"""
+
+import argparse
+import csv
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
+from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.light_reading import skin_of
+
+LIGHTNESSES = 30, 85  # CIE L*; beyond, shades are swatches of no skin
+BINS = 11
+KEPT = 0.9  # of the shades: the others are mistakes of shops' pictures
+FEWEST = 10  # faces of one lightness
+FACES = 800
+
+
+def shades(path: Path) -> np.ndarray:
+    """Log linear light (N, 3) of a list of shades."""
+    with path.open() as file:
+        codes = [row["hex"].lstrip("#") for row in csv.DictReader(file)]
+    encoded = np.array([list(bytes.fromhex(code)) for code in codes]) / 255
+    return np.log(np.maximum(to_linear(encoded, SRGB), 1e-3))
+
+
+def lightness(log_linear: np.ndarray) -> np.ndarray:
+    """CIE L* (N,)."""
+    luminance: np.ndarray = np.exp(log_linear) @ to_xyz(1)[1]
+    return 116 * np.cbrt(luminance) - 16
+
+
+def fit_covariance(log_linear: np.ndarray) -> np.ndarray:
+    """(3, 3) of shades, each lightness counting the same, without the tenth that is furthest off."""
+    low, high = LIGHTNESSES
+    light = lightness(log_linear)
+    within = (light >= low) & (light < high)
+    log_linear = log_linear[within]
+    bins = ((light[within] - low) / (high - low) * BINS).astype(int)
+    kept = np.ones(len(bins), bool)
+    for _ in range(8):
+        weight = kept / np.maximum(np.bincount(bins[kept], minlength=BINS), 1)[bins]
+        off = log_linear - np.average(log_linear, axis=0, weights=weight)
+        covariance = np.cov(log_linear.T, aweights=weight)
+        distance = np.einsum("ni,ij,nj->n", off, np.linalg.inv(covariance), off)
+        kept = distance <= np.quantile(distance, KEPT)
+    return covariance
+
+
+def faces(folder: Path) -> np.ndarray:
+    """Log linear light (N, 3) of the skin of labelled pictures."""
+    labels = np.load(folder / "labels.npz")
+    sure = np.flatnonzero(labels["spread"] < 1.5)
+    chosen = np.random.default_rng(0).permutation(sure)[:FACES]
+    found = []
+    for name, points in zip(labels["name"][chosen], labels["points"][chosen], strict=True):
+        rgb8 = cv2.imread(str(folder / name))[..., ::-1]
+        picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb8), format="rgb24").reformat(
+            format="yuv444p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.JPEG
+        )
+        frame = Frame(picture, 0, Fraction(1, 30), ColourTags(1, 2, 13, 1))
+        found.append(skin_of(frame, points.astype(np.float32)))
+    return np.array([skin for skin in found if skin is not None])
+
+
+def fit_mean(log_linear: np.ndarray) -> np.ndarray:
+    """(3,) of faces, the mean of the means by lightness."""
+    bins = (lightness(log_linear) // 5).astype(int)
+    means = [log_linear[bins == b].mean(0) for b in np.unique(bins) if (bins == b).sum() >= FEWEST]
+    return np.mean(means, 0)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("shades", type=Path, help="CSV with a column `hex`")
+    parser.add_argument("--faces", type=Path, required=True, help="folder with labels.npz")
+    options = parser.parse_args()
+    print("SKIN_MEAN =", repr(fit_mean(faces(options.faces)).round(3)))
+    print("SKIN_COVARIANCE =", repr(fit_covariance(shades(options.shades)).round(4)))
+
+
+if __name__ == "__main__":
+    main()
