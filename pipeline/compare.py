@@ -1,5 +1,6 @@
 """Before and after beside each other, as the viewer sees them: in videos and in pictures."""
 
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -7,6 +8,7 @@ import av
 import numpy as np
 from av.video.reformatter import Interpolation
 from makeup_video.pipeline.frame import Frame, _views
+from makeup_video.pipeline.hdr import side_data
 
 # Counter-clockwise degrees to upright -> (axis along which the halves lie in the stored picture,
 # whether the one that the viewer sees on the left comes first).
@@ -31,7 +33,7 @@ class Compare:
 
     def __call__(self, item: Any) -> Frame:
         frame: Frame = item if isinstance(item, Frame) else item.frame
-        axis, before_first = _LAYOUTS[frame.rotation_degrees]
+        axis, before_first = _layout(frame)
         both = _room_for_two(frame, axis)
         halves = [np.array_split(plane, 2, axis) for plane in _views(both, frame.bit_depth)]
         # copied at once: painting changes this very memory
@@ -46,6 +48,15 @@ def side_by_side(before: np.ndarray, after: np.ndarray, exif_orientation: int = 
     `before` on the left once the EXIF orientation (1 to 8) is applied."""
     axis, before_first = _EXIF_LAYOUTS.get(exif_orientation, _EXIF_LAYOUTS[1])
     return np.concatenate([before, after] if before_first else [after, before], axis)
+
+
+def _layout(frame: Frame) -> tuple[int, bool]:
+    matrix = side_data(frame.picture, "DISPLAYMATRIX")
+    if matrix is None:
+        return _LAYOUTS[frame.rotation_degrees]
+    # it may mirror too; a column x, y of the stored picture is shown at a * x + c * y
+    a, _, _, c = struct.unpack("9i", matrix)[:4]
+    return (1, a > 0) if abs(a) >= abs(c) else (0, c > 0)
 
 
 def _room_for_two(frame: Frame, axis: int) -> av.VideoFrame:

@@ -1,7 +1,6 @@
 """Finishes by their usual names: points of the 17-parameter space, without the colour."""
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.look import GraphicsParams
@@ -32,17 +31,14 @@ _EYES = {
 }  # fmt: skip
 
 
-def _named(row: tuple[float, ...]) -> Mapping[str, float]:
-    return MappingProxyType(dict(zip(_SETTINGS, row, strict=True)))
+def _named(row: tuple[float, ...]) -> dict[str, float]:
+    return dict(zip(_SETTINGS, row, strict=True))
 
 
 # FINISHES["gloss"]["lips"]["opacity"]: everything of GraphicsParams but red, green, blue
-FINISHES: Mapping[str, Mapping[str, Mapping[str, float]]] = MappingProxyType(
-    {
-        name: MappingProxyType({"lips": _named(_LIPS[name]), "eyes": _named(_EYES[name])})
-        for name in _LIPS
-    }
-)
+FINISHES: Mapping[str, Mapping[str, Mapping[str, float]]] = {
+    name: {"lips": _named(_LIPS[name]), "eyes": _named(_EYES[name])} for name in _LIPS
+}
 
 
 def product(rgb: Sequence[float], finish: str, region: str = "lips") -> GraphicsParams:

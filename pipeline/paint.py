@@ -7,7 +7,7 @@ from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.crop import check_rgb8
 from makeup_video.pipeline.face import Face, FrameFaces
 from makeup_video.pipeline.face_run import FaceRun, Stages
-from makeup_video.pipeline.faces import find_faces
+from makeup_video.pipeline.faces import find_faces_in_frame
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.mesh import BuildScene
 from makeup_video.pipeline.report import Report
@@ -42,9 +42,9 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
     check_rgb8(rgb8)
     if look.is_bare:
         return rgb8.copy()
-    found = find_faces(rgb8) if faces is None else tuple(faces)
     stored = np.ascontiguousarray(rgb8[..., ::-1])
     frame = to_frame(stored)
     before = [plane.copy() for plane in frame.planes]
-    painted = Composite(look)(BuildScene()(FrameFaces(frame, found)))
+    item = find_faces_in_frame(frame)[0] if faces is None else FrameFaces(frame, tuple(faces))
+    painted = Composite(look)(BuildScene()(item))
     return np.ascontiguousarray(merge(stored, painted, before)[..., ::-1])
