@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 
 _DEFAULT = "apply"
 _EPILOG = (
-    "Without a command name, `apply` runs: makeup-video IN --look LOOK -o OUT. "
+    "Without a command name, `apply` runs: makeup-video IN --color '#B4002E' -o OUT. "
     "A file that is named like a command is given as ./NAME. "
     "Exit codes: 0 done; 1 a fault of ours; 2 options or look file wrong, or the output exists; "
     "3 the input cannot be read; 4 the output cannot be written; 5 done, but the input was "

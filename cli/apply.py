@@ -1,7 +1,8 @@
-"""`makeup-video IN --look LOOK -o OUT`: the main job."""
+"""`makeup-video IN --color '#B4002E' -o OUT`: the main job."""
 
 import re
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Generator
+from contextlib import ExitStack, contextmanager
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,8 +10,8 @@ import typer
 from makeup_video.cli.ending import tell, told_in_one_line
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline import Look, Settings
-    from makeup_video.pipeline.side_file import ReportFile
+    from makeup_video.pipeline import Look
+    from makeup_video.pipeline.side_file import JsonFile
 
 
 def apply(
@@ -19,7 +20,37 @@ def apply(
         str, typer.Option("-o", "--output", metavar="OUT", help="Where to write the result.")
     ],
     look: Annotated[
-        str | None, typer.Option(help="A look file (JSON), or 'none' to paint nothing.")
+        str | None, typer.Option(metavar="FILE", help="A look file (JSON), or 'none'.")
+    ] = None,
+    color: Annotated[
+        str | None, typer.Option(metavar="HEX", help="The product's colour, such as '#B4002E'.")
+    ] = None,
+    finish: Annotated[
+        str | None, typer.Option(help="matte, satin, sheer, gloss, metallic or shimmer.")
+    ] = None,
+    parts: Annotated[
+        str | None, typer.Option(help="lips, eyes, or lips,eyes; default: those of the look, lips.")
+    ] = None,
+    zone: Annotated[
+        str | None, typer.Option(help="Of eye-shadow: lid, crease, full or outer.")
+    ] = None,
+    intensity: Annotated[
+        float | None, typer.Option(metavar="0..1", help="How much eye-shadow.")
+    ] = None,
+    strength: Annotated[
+        float | None, typer.Option(metavar="0..1", help="How much of all of it.")
+    ] = None,
+    faces: Annotated[
+        str, typer.Option(help="all, largest, or a face's number as inspect shows it.")
+    ] = "all",
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Show before and after beside each other.")
+    ] = False,
+    device: Annotated[
+        str, typer.Option(help="The OpenCL device: a number or part of a name; default: the CPU.")
+    ] = "",
+    save_look: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write the look that is painted as JSON.")
     ] = None,
     ref: Annotated[str | None, typer.Option(help="A photo of the makeup to paint.")] = None,
     codec: Annotated[
@@ -39,7 +70,7 @@ def apply(
         str | None, typer.Option(help="End here, counted from the same beginning.")
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("-y", "--yes", help="Overwrite what exists: OUT, the report.")
+        bool, typer.Option("-y", "--yes", help="Overwrite what exists: OUT and side files.")
     ] = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Fail rather than drop or convert a track.")
@@ -53,39 +84,39 @@ def apply(
     """Paint a look on every frame of IN and write OUT (the command to run without a name)."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.progress import show_progress
-    from makeup_video.pipeline import process_video
+    from makeup_video.pipeline import Settings, process_video
+    from makeup_video.pipeline.choose import Choice, choose_look
 
     with told_in_one_line(output, debug):
-        settings = _settings(codec, crf, preset, start, end, overwrite, strict)
-        painted = _look(look, ref)
-        with _report_file(report, source, output, look, overwrite) as file:
+        settings = Settings(
+            codec=codec,
+            crf=crf,
+            preset=preset,
+            start_seconds=None if start is None else parse_time(start, "--start"),
+            end_seconds=None if end is None else parse_time(end, "--end"),
+            overwrite=overwrite,
+            strict=strict,
+            faces=faces,
+            compare=compare,
+            device=device,
+        )
+        chosen = Choice(
+            base=_base(look, ref),
+            color=color,
+            finish=finish,
+            parts=parts,
+            zone=zone,
+            intensity=intensity,
+            strength=strength,
+        )
+        painted = choose_look(chosen)
+        with _side_files(source, output, look, report, save_look, overwrite) as files:
             with show_progress(quiet) as on_progress:
                 done = process_video(source, output, painted, settings, on_progress)
-            if file is not None:
-                file.write(done.to_dict())
+            for file, values in zip(files, (done.to_dict(), painted.to_dict()), strict=True):
+                if file is not None:
+                    file.write(values)
     tell(done, quiet)
-
-
-def _settings(
-    codec: str | None,
-    crf: int | None,
-    preset: str | None,
-    start: str | None,
-    end: str | None,
-    overwrite: bool,
-    strict: bool,
-) -> "Settings":
-    from makeup_video.pipeline import Settings
-
-    return Settings(
-        codec=codec,
-        crf=crf,
-        preset=preset,
-        start_seconds=None if start is None else parse_time(start, "--start"),
-        end_seconds=None if end is None else parse_time(end, "--end"),
-        overwrite=overwrite,
-        strict=strict,
-    )
 
 
 def parse_time(text: str, option: str) -> Fraction:
@@ -100,24 +131,41 @@ def parse_time(text: str, option: str) -> Fraction:
     return sum((v * 60**i for i, v in enumerate(reversed(values))), Fraction(0))
 
 
-def _look(look: str | None, ref: str | None) -> "Look":
+def _base(look: str | None, ref: str | None) -> "Look | None":
+    """The look of --look, None when it was not given."""
     from makeup_video.pipeline import Look, UsageError
 
     if ref is not None:
         raise UsageError(
-            "--ref: this version cannot read a look from a photo yet; give --look FILE or none"
+            "--ref: this version cannot read a look from a photo yet; give --color, or --look FILE "
+            "or none"
         )
     if look is None:
-        raise UsageError("no look given: add --look FILE.json, or --look none to paint nothing")
+        return None
     return Look() if look == "none" else Look.load(look)
 
 
-def _report_file(
-    path: str | None, source: str, output: str, look: str | None, overwrite: bool
-) -> "AbstractContextManager[ReportFile | None]":
-    from makeup_video.pipeline.side_file import ReportFile
+@contextmanager
+def _side_files(
+    source: str,
+    output: str,
+    look: str | None,
+    report: str | None,
+    save_look: str | None,
+    overwrite: bool,
+) -> "Generator[tuple[JsonFile | None, JsonFile | None], None, None]":
+    """The report and the look, both checked before either is begun."""
+    from makeup_video.pipeline.side_file import LookFile, ReportFile
 
-    if path is None:
-        return nullcontext()
-    others = [] if look is None or look == "none" else [look]
-    return ReportFile(path, source, output, *others, overwrite=overwrite)
+    read = [] if look is None or look == "none" else [look]
+    with ExitStack() as stack:
+
+        def opened(
+            kind: "type[JsonFile]", path: str | None, other: str | None
+        ) -> "JsonFile | None":
+            if path is None:
+                return None
+            others = read if other is None else [*read, other]
+            return stack.enter_context(kind(path, source, output, *others, overwrite=overwrite))
+
+        yield opened(ReportFile, report, save_look), opened(LookFile, save_look, report)

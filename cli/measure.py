@@ -93,7 +93,7 @@ def run_bare(source: Path, target: Path, threads: tuple[int, int]) -> Run:
 
 
 def run_product(source: Path, target: Path) -> tuple[Run, dict[str, Any]]:
-    """`--look none`: every stage and channel, nothing painted. Also gives the report."""
+    """`--look none`: the whole pipeline, nothing painted. Also gives the report."""
     began, cpu = time.perf_counter(), time.process_time()
     report = process_video(source, target, None, _SETTINGS)
     run = Run(report.frames_out, time.perf_counter() - began, time.process_time() - cpu)

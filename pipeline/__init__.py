@@ -1,7 +1,9 @@
 """makeup-video as a library.
 
-from makeup_video.pipeline import Look, find_faces, lip_mask, process_video
-report = process_video("in.mp4", "out.mp4", Look.load("look.json"))
+from makeup_video.pipeline import Look, apply_look, find_faces, lip_mask, process_video, product
+look = Look(lips=product((180, 0, 46), "gloss"))  # or Look.load("look.json")
+report = process_video("in.mp4", "out.mp4", look)
+painted = apply_look(rgb8, look)  # one picture
 faces = find_faces(rgb8)  # largest first
 weight = lip_mask(rgb8, faces[0])
 """
@@ -22,12 +24,14 @@ from makeup_video.pipeline.errors import (
     UsageError,
 )
 from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.finishes import FINISHES, product
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.process import Settings, process_video
 from makeup_video.pipeline.report import Report
 
 __all__ = [
+    "FINISHES",
     "ColourTags",
     "DecodeError",
     "EncodeError",
@@ -48,22 +52,26 @@ __all__ = [
     "StoppedError",
     "StrictError",
     "UsageError",
+    "apply_look",
     "find_faces",
     "inspect_video",
     "lip_mask",
     "process_video",
+    "product",
 ]
 
 if TYPE_CHECKING:
     from makeup_video.pipeline.faces import FindFaces, find_faces, lip_mask
     from makeup_video.pipeline.inspect import inspect_video
+    from makeup_video.pipeline.paint import apply_look
 
-# ONNX Runtime and OpenCV take half a second to import: only for those who look for faces.
+# ONNX Runtime, OpenCV and OpenCL take their time to import: only for those who look for faces.
 _LATER = {
     "FindFaces": "faces",
     "find_faces": "faces",
     "lip_mask": "faces",
     "inspect_video": "inspect",
+    "apply_look": "paint",
 }
 
 

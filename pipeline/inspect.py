@@ -2,16 +2,11 @@
 
 import contextlib
 import os
-from collections.abc import Callable
 
-from makeup_video.pipeline.faces import FindFaces, find_faces_in_frame
-from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.face_run import FaceRun
 from makeup_video.pipeline.overlay import DrawFaces, PointsFile
 from makeup_video.pipeline.process import Progress, Settings, run_stages
 from makeup_video.pipeline.report import Report
-from makeup_video.pipeline.runner import Stage
-from makeup_video.pipeline.smooth import SmoothAhead
-from makeup_video.pipeline.source import VideoSource
 
 
 def inspect_video(
@@ -30,30 +25,8 @@ def inspect_video(
     side: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
     if points is not None:
         side = PointsFile(points, src, dst, overwrite=settings.overwrite)
-    finders: list[FindFaces] = []
     with side as points_file:
-        draw = DrawFaces(points_file)
-
-        def stages(source: VideoSource) -> list[tuple[str, Stage]]:
-            finders.append(FindFaces(source.video.sample_aspect_ratio or 1))
-            return [("faces", finders[0]), ("smooth", SmoothAhead()), ("draw", draw)]
-
-        still = _Still(draw)
-        report = run_stages(src, dst, stages, still, settings, on_progress)
-    found = still if report.is_picture else finders[0]
-    report.frames_with_face, report.faces = found.frames_with_face, found.faces
-    report.tiny_faces = found.tiny_faces
+        run = FaceRun(lambda: [("draw", DrawFaces(points_file))])
+        report = run_stages(src, dst, run, settings, on_progress)
+    run.count(report)
     return report
-
-
-class _Still:
-    """The one frame of a picture, with what was found drawn on it; counts as FindFaces does."""
-
-    def __init__(self, draw: Callable[..., Frame]) -> None:
-        self.draw = draw
-        self.frames_with_face = self.faces = self.tiny_faces = 0
-
-    def __call__(self, frame: Frame) -> Frame:
-        item, self.tiny_faces = find_faces_in_frame(frame)
-        self.faces, self.frames_with_face = len(item.faces), int(bool(item.faces))
-        return self.draw(item)

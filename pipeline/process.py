@@ -1,16 +1,19 @@
 """Puts the pipeline together for a file: source -> stages -> sink, and the report of it."""
 
 import os
+import re
 import resource
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
+from typing import Any, cast
 
 from makeup_video.pipeline.codecs import container_of, encoder_options, pick_codec
-from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.compare import Compare
 from makeup_video.pipeline.decode import Decoder
 from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.encode import VideoEncoder
@@ -33,6 +36,9 @@ class Settings:
 
     start_seconds, end_seconds: the part to keep, counted from where the file begins.  threads: of decoder
     and encoder each, 0 lets FFmpeg choose.  strict: raise rather than drop or convert a track.
+    faces: whom to paint: "all", "largest", or the number of one (as `inspect` shows it).
+    compare: show before and after beside each other.  device: the OpenCL device that paints, by its
+    number or a part of its name, "" for the processor.
     """
 
     codec: str | None = None
@@ -43,8 +49,15 @@ class Settings:
     overwrite: bool = False
     strict: bool = False
     threads: int = 0
+    faces: str = "all"
+    compare: bool = False
+    device: str = ""
 
     def __post_init__(self) -> None:
+        if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
+            raise UsageError(
+                f"--faces must be all, largest, or the number that inspect shows, got {self.faces!r}"
+            )
         start, end = self.start_seconds or Fraction(0), self.end_seconds
         if start < 0 or (end is not None and end <= start):
             raise UsageError(
@@ -80,21 +93,30 @@ def process_video(
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
     few times a second.  Raises one of `errors`; dst then does not exist, or is what it was.
     """
-    composite = Composite(look or Look())
-    return run_stages(
-        src, dst, lambda _: [("composite", composite)], composite, settings, on_progress
-    )
+    look, settings = look or Look(), settings or Settings()
+    if look.is_bare:
+        return run_stages(src, dst, lambda _: [], settings, on_progress)
+    # the face nets and OpenCL take their time to load: only for those who paint
+    from makeup_video.pipeline.paint import PaintRun
+
+    run = PaintRun(look, settings.faces, settings.device)
+    report = run_stages(src, dst, run, settings, on_progress)
+    run.count(report)
+    return report
 
 
 def run_stages(
     src: str | os.PathLike[str],
     dst: str | os.PathLike[str],
-    stages: Callable[[VideoSource], list[tuple[str, Stage]]],
-    still: Callable[[Frame], Frame],
+    stages: Callable[[VideoSource | None], list[tuple[str, Stage]]],
     settings: Settings | None = None,
     on_progress: Progress | None = None,
 ) -> Report:
-    """Read src, run every frame through the stages, write dst; a picture goes through `still`."""
+    """Read src, run every frame through the stages, write dst.
+
+    stages(source), or stages(None) for a picture, is called before the output is begun; all of
+    them together turn a Frame into a Frame. In those for a picture none may look ahead.
+    """
     began, cpu_began = time.monotonic(), time.process_time()
     path, settings = local_file(src), settings or Settings()
     if os.fspath(dst).endswith(os.sep):
@@ -103,12 +125,20 @@ def run_stages(
         if given := settings.of_videos():
             raise UsageError(f"{src} is a picture: leave out {', '.join(given)} (for videos only)")
         report = process_picture(
-            path, Path(dst), still, overwrite=settings.overwrite, strict=settings.strict
+            path,
+            Path(dst),
+            partial(_through, stages(None)),
+            compare=settings.compare,
+            overwrite=settings.overwrite,
+            strict=settings.strict,
         )
     else:
         source = open_video(path)
         try:
-            report = _run(source, Path(dst), stages(source), settings, on_progress)
+            made = stages(source)
+            if settings.compare:
+                made = _compared(made)
+            report = _run(source, Path(dst), made, settings, on_progress)
         finally:
             source.close()
     report.seconds = time.monotonic() - began
@@ -116,6 +146,19 @@ def run_stages(
     report.bytes_in = path.stat().st_size
     report.peak_memory_bytes = peak_memory_bytes()
     return report
+
+
+def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
+    item: Any = frame
+    for _, stage in stages:
+        item = stage(item)
+    return cast(Frame, item)
+
+
+def _compared(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
+    """The last stage is the one that changes the picture; without any, both halves are the same."""
+    *others, (name, last) = stages or [("compare", lambda frame: frame)]
+    return [*others, (name, Compare(last))]
 
 
 def _run(

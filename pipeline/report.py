@@ -17,6 +17,7 @@ class Report:
     conversions: changes to the pixels' layout before painting.
     frames_with_face, faces: how many frames showed a face, and how many faces in all; None where
     nobody looked.  tiny_faces: how often a face was left alone because it was too small.
+    painted_frames: how many frames were painted on; None where nothing was to be painted.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
     stages: per actor items, busy_seconds, cpu_seconds; channels: per channel capacity, mean_fill.
     """
@@ -41,6 +42,7 @@ class Report:
     frames_with_face: int | None = None
     faces: int | None = None
     tiny_faces: int = 0
+    painted_frames: int | None = None
     seconds: float = 0.0
     media_seconds: float = 0.0
     first_packet_unix_seconds: float | None = None
@@ -70,7 +72,11 @@ class Report:
         lines += [f"left out: {text}" for text in self.dropped]
         if self.damaged:
             lines.append(self._damage())
-        if self.frames_with_face == 0:
+        if self.painted_frames == 0 and self.frames_with_face:
+            lines.append("nothing was painted: of the faces found, none is to be painted")
+        elif self.painted_frames == 0:
+            lines.append("no face was found: nothing was painted")
+        elif self.frames_with_face == 0:
             lines.append("no face was found")
         if self.tiny_faces:
             lines.append(

@@ -1,4 +1,4 @@
-"""A JSON file that a run writes beside its output: the points, or the report."""
+"""A JSON file that a run writes beside its output: the points, the report, or the look."""
 
 import contextlib
 import json
@@ -81,14 +81,24 @@ class SideFile:
             raise
 
 
-class ReportFile(SideFile):
-    """What `Report.to_dict` says."""
-
-    what = "the report"
+class JsonFile(SideFile):
+    """One JSON object, written at once."""
 
     def write(self, values: dict[str, Any]) -> None:
         """Raises OutputError when the file cannot be written."""
         self.append(json.dumps(values, indent=2) + "\n")
+
+
+class ReportFile(JsonFile):
+    """What `Report.to_dict` says."""
+
+    what = "the report"
+
+
+class LookFile(JsonFile):
+    """What `Look.to_dict` says; `Look.load` reads it."""
+
+    what = "the look file"
 
 
 def _is_same(one: Path, other: Path) -> bool:

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.compare import side_by_side
 from makeup_video.pipeline.errors import DecodeError, OutputError, StrictError, UsageError
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.report import Report
@@ -49,11 +50,13 @@ def process_picture(
     dst: Path,
     paint: Callable[[Frame], Frame],
     *,
+    compare: bool = False,
     overwrite: bool = False,
     strict: bool = False,
 ) -> Report:
     """Paint one picture. EXIF (with its orientation), XMP and ICC profile are kept.
 
+    compare: write it twice, as it was and painted, beside each other.
     Raises DecodeError, OutputError, UsageError, StrictError.
     """
     if dst.suffix.lower() not in _WRITERS:
@@ -62,7 +65,7 @@ def process_picture(
         )
     target = Target(dst, src, overwrite=overwrite)
     try:
-        report = _process(src, target, paint, strict)
+        report = _process(src, target, paint, compare, strict)
         target.keep()
     except BaseException:
         target.discard()
@@ -71,13 +74,18 @@ def process_picture(
     return report
 
 
-def _process(src: Path, target: Target, paint: Callable[[Frame], Frame], strict: bool) -> Report:
+def _process(
+    src: Path, target: Target, paint: Callable[[Frame], Frame], compare: bool, strict: bool
+) -> Report:
     suffix = target.part.suffix.lower()
     stored, metadata = read_picture(src)
     report = Report(str(src), "", _WRITERS[suffix], is_picture=True, frames_in=1, frames_out=1)
     frame = to_frame(stored, rotation_degrees=_rotation(metadata))
     before = [plane.copy() for plane in frame.planes]
     painted = merge(stored, paint(frame), before)
+    if compare:
+        untouched = stored if painted.shape == stored.shape else _with_colour(stored)
+        painted = side_by_side(untouched, painted, _orientation(metadata))
     write_picture(target.part, _fitting(painted, report), metadata)
     report.dropped += _lost_metadata(target.part, metadata)
     if strict and (lost := report.dropped + report.conversions):
@@ -214,19 +222,24 @@ def _lost_metadata(written: Path, metadata: dict[int, np.ndarray]) -> list[str]:
 
 
 def _rotation(metadata: dict[int, Any]) -> int:
-    """Counter-clockwise degrees to upright, from EXIF (TIFF structure, Exif 2.32 section 4.6)."""
+    """Counter-clockwise degrees to upright."""
+    return _UPRIGHT_DEGREES.get(_orientation(metadata), 0)
+
+
+def _orientation(metadata: dict[int, Any]) -> int:
+    """1 to 8 from EXIF (TIFF structure, Exif 2.32 section 4.6), 1 when it does not say."""
     import cv2
 
     blob = metadata.get(int(cv2.IMAGE_METADATA_EXIF))
     if blob is None:
-        return 0
+        return 1
     data = np.asarray(blob, np.uint8).tobytes().removeprefix(b"Exif\0\0")
     if data[:2] not in (b"II", b"MM"):
-        return 0
+        return 1
     order: Literal["little", "big"] = "little" if data[:2] == b"II" else "big"
     at = int.from_bytes(data[4:8], order)
     for entry in range(int.from_bytes(data[at : at + 2], order)):
         field = data[at + 2 + 12 * entry : at + 14 + 12 * entry]
         if int.from_bytes(field[:2], order) == _EXIF_TAG_ORIENTATION:
-            return _UPRIGHT_DEGREES.get(int.from_bytes(field[8:10], order), 0)
-    return 0
+            return int.from_bytes(field[8:10], order)
+    return 1

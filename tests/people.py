@@ -1,5 +1,6 @@
 """Frames and pictures with people on them, cut from the repository's own samples."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -9,6 +10,7 @@ import cv2
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.pipeline.frame import ColourTags, Frame
+from media import add_video
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 TICK = Fraction(1, 30)
@@ -61,6 +63,23 @@ def frame_of(
     )
     tags = ColourTags(matrix, 2 if full_range else 1, 1, 1)
     return Frame(picture, pts, time_base, tags, rotation_degrees)
+
+
+def film(
+    path: Path, pictures: Sequence[np.ndarray], pix_fmt: str = "yuv420p", rotation_degrees: int = 0
+) -> Path:
+    """Upright RGB pictures as a lossless film, stored turned as a camera would, and saying so."""
+    with av.open(str(path), "w") as out:
+        height, width = np.rot90(pictures[0], rotation_degrees // 90).shape[:2]
+        stream = add_video(out, "ffv1", size_wh=(width, height), pix_fmt=pix_fmt)
+        if rotation_degrees:
+            stream.set_display_rotation(rotation_degrees)
+        for index, rgb8 in enumerate(pictures):
+            shown = frame_of(rgb8, index, pix_fmt, rotation_degrees=rotation_degrees).picture
+            shown.pts, shown.time_base = index, TICK
+            out.mux(stream.encode(shown))
+        out.mux(stream.encode(None))
+    return path
 
 
 def put(ground: np.ndarray, picture: np.ndarray, x: int, y: int) -> np.ndarray:

@@ -90,11 +90,24 @@ def test_help_and_version_belong_to_the_group():
     ("args", "code", "says"),
     [
         (["no.mp4", "--look", "none", "-o", "out.mp4"], 3, "InputError: no.mp4 does not exist"),
-        (["in.mp4", "-o", "out.mp4"], 2, "UsageError: no look given"),
+        (
+            ["in.mp4", "-o", "out.mp4"],
+            2,
+            "UsageError: no look given: add --look FILE.json, --color",
+        ),
         (["in.mp4", "--ref", "a.jpg", "-o", "out.mp4"], 2, "UsageError: --ref"),
         (["in.mp4", "--look", "no.json", "-o", "out.mp4"], 2, "LookError: no.json"),
         (["in.mp4", "--look", "bad.json", "-o", "out.mp4"], 2, "lips.glos"),
-        (["in.mp4", "--look", "look.json", "-o", "out.mp4"], 2, "no renderer yet"),
+        (["in.mp4", "--finish", "gloss", "-o", "out.mp4"], 2, "needs a colour: add --color"),
+        (["in.mp4", "--color", "red", "-o", "out.mp4"], 2, "3 or 6 hex digits such as '#B4002E'"),
+        (["in.mp4", "--color", "B02", "--finish", "x", "-o", "out.mp4"], 2, "--finish must be"),
+        (["in.mp4", "--color", "B02", "--parts", "nose", "-o", "out.mp4"], 2, "--parts must be"),
+        (["in.mp4", "--color", "B02", "--zone", "lid", "-o", "out.mp4"], 2, "no eyes are painted"),
+        (["in.mp4", "--color", "B02", "--strength", "2", "-o", "out.mp4"], 2, "--strength must be"),
+        (["in.mp4", "--color", "B02", "--strength", "nan", "-o", "o.mp4"], 2, "--strength must be"),
+        (["in.mp4", "--color", "B02", "--faces", "me", "-o", "out.mp4"], 2, "--faces must be all"),
+        (["in.mp4", "--color", "B02", "--device", "none such", "-o", "out.mp4"], 2, "there is: 0 "),
+        (["in.mp4", "--look", "look.json", "--parts", "eyes", "-o", "out.mp4"], 2, "leaves bare"),
         (["in.mp4", "--look", "none", "-o", "in.mp4"], 2, "output is the input"),
         (["in.mp4", "--look", "none", "-o", "in.mp4", "-y"], 2, "output is the input"),
         (["in.mp4", "--look", "none", "-o", "old.mp4"], 2, "exists already"),
@@ -271,7 +284,8 @@ def test_the_report_is_json_with_every_promised_figure(folder):
     for key in ("dropped", "converted", "conversions", "corrupt_frames", "lost_frames", "stages",
                 "channels", "bytes_in", "bytes_out", "peak_memory_bytes", "fps"):  # fmt: skip
         assert key in report
-    assert set(report["stages"]) >= {"decode", "composite", "encode"}
+    assert list(report["stages"]) == ["decode", "encode"]
+    assert report["painted_frames"] is None and report["frames_with_face"] is None
 
 
 def test_damaged_input_is_done_as_far_as_possible_and_exits_with_5(folder):

@@ -1,0 +1,50 @@
+"""The stages of every run that looks for faces, and what such a run counts."""
+
+from collections.abc import Callable
+
+from makeup_video.pipeline.face import FrameFaces
+from makeup_video.pipeline.faces import FindFaces, find_faces_in_frame
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.report import Report
+from makeup_video.pipeline.runner import Stage
+from makeup_video.pipeline.smooth import SmoothAhead
+from makeup_video.pipeline.source import VideoSource
+
+Stages = list[tuple[str, Stage]]
+
+
+class FaceRun:
+    """Finds faces, steadies them in a video, and goes on with `rest` (FrameFaces -> Frame).
+
+    rest() makes these stages, once the input is known to be there and before the output is begun.
+    """
+
+    def __init__(self, rest: Callable[[], Stages]) -> None:
+        self._rest = rest
+        self._found: FindFaces | _FindOnce
+
+    def __call__(self, source: VideoSource | None) -> Stages:
+        """For a video, or for a picture (None)."""
+        rest = self._rest()
+        if source is None:
+            self._found = _FindOnce()
+            return [("faces", self._found), *rest]
+        self._found = FindFaces(source.video.sample_aspect_ratio or 1)
+        return [("faces", self._found), ("smooth", SmoothAhead()), *rest]
+
+    def count(self, report: Report) -> None:
+        """Put into the report what was found."""
+        report.frames_with_face = self._found.frames_with_face
+        report.faces, report.tiny_faces = self._found.faces, self._found.tiny_faces
+
+
+class _FindOnce:
+    """Frame -> FrameFaces for the one frame of a picture; counts as FindFaces does."""
+
+    def __init__(self) -> None:
+        self.frames_with_face = self.faces = self.tiny_faces = 0
+
+    def __call__(self, frame: Frame) -> FrameFaces:
+        item, self.tiny_faces = find_faces_in_frame(frame)
+        self.faces, self.frames_with_face = len(item.faces), int(bool(item.faces))
+        return item

@@ -1,0 +1,58 @@
+"""Finishes by their usual names: points of the 17-parameter space, without the colour."""
+
+from collections.abc import Mapping, Sequence
+
+from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.look import GraphicsParams
+
+REGIONS = ("lips", "eyes")
+
+_SETTINGS = (
+    "opacity", "gloss", "gloss_roughness", "reflection",
+    "edge_softness", "texture_keep", "undertone", "gloss_detail", "fresnel", "environment_blur",
+    "shimmer", "shimmer_size", "shimmer_tint", "light_adaptation",
+)  # fmt: skip
+# In the order of _SETTINGS. Eye-shadow is a powder: broader highlights, softer edges, no mirror.
+_LIPS = {
+    "matte":    (0.90, 0.00, 0.80, 0.00,  0.40, 0.35, 0.00, 0.20, 0.30, 0.80,  0.00, 0.50, 0.50, 1.0),
+    "satin":    (0.85, 0.35, 0.55, 0.05,  0.45, 0.50, 0.05, 0.50, 0.50, 0.60,  0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.45, 0.30, 0.50, 0.05,  0.60, 0.70, 0.50, 0.60, 0.50, 0.50,  0.00, 0.50, 0.50, 1.0),
+    "gloss":    (0.70, 1.20, 0.20, 0.25,  0.50, 0.60, 0.15, 0.60, 0.70, 0.25,  0.00, 0.50, 0.50, 1.0),
+    "metallic": (0.95, 0.90, 0.45, 0.35,  0.40, 0.40, 0.00, 0.50, 0.80, 0.45,  0.35, 0.15, 1.00, 1.0),
+    "shimmer":  (0.60, 0.60, 0.40, 0.10,  0.50, 0.55, 0.20, 0.50, 0.50, 0.50,  0.70, 0.50, 0.40, 1.0),
+}  # fmt: skip
+_EYES = {
+    "matte":    (0.80, 0.00, 0.95, 0.00,  0.80, 0.50, 0.10, 0.20, 0.20, 0.90,  0.00, 0.50, 0.50, 1.0),
+    "satin":    (0.75, 0.20, 0.80, 0.00,  0.80, 0.55, 0.15, 0.40, 0.40, 0.80,  0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.35, 0.10, 0.80, 0.00,  0.90, 0.70, 0.50, 0.40, 0.30, 0.80,  0.00, 0.50, 0.50, 1.0),
+    "gloss":    (0.60, 0.80, 0.40, 0.10,  0.75, 0.60, 0.20, 0.50, 0.60, 0.50,  0.00, 0.50, 0.50, 1.0),
+    "metallic": (0.85, 0.60, 0.65, 0.15,  0.75, 0.45, 0.05, 0.40, 0.70, 0.65,  0.45, 0.20, 1.00, 1.0),
+    "shimmer":  (0.55, 0.40, 0.65, 0.05,  0.85, 0.55, 0.20, 0.40, 0.50, 0.65,  0.80, 0.45, 0.40, 1.0),
+}  # fmt: skip
+
+
+def _named(row: tuple[float, ...]) -> dict[str, float]:
+    return dict(zip(_SETTINGS, row, strict=True))
+
+
+# FINISHES["gloss"]["lips"]["opacity"]: everything of GraphicsParams but red, green, blue
+FINISHES: Mapping[str, Mapping[str, Mapping[str, float]]] = {
+    name: {"lips": _named(_LIPS[name]), "eyes": _named(_EYES[name])} for name in _LIPS
+}
+
+
+def product(rgb: Sequence[float], finish: str, region: str = "lips") -> GraphicsParams:
+    """A product of a colour and a finish, for a region ("lips" or "eyes").
+
+    rgb: red, green, blue as sRGB-encoded code values 0..255, the product's colour as under neutral
+    light. finish: a name of FINISHES.  Raises UsageError for an unknown name, LookError for a
+    number out of its range.
+    """
+    if finish not in FINISHES:
+        raise UsageError(f"--finish must be one of {', '.join(FINISHES)}, got {finish!r}")
+    if region not in REGIONS:
+        raise UsageError(f"a region is one of {', '.join(REGIONS)}, got {region!r}")
+    if len(rgb) != 3:
+        raise UsageError(f"a colour is red, green and blue, got {len(rgb)} numbers")
+    red, green, blue = rgb
+    return GraphicsParams(red=red, green=green, blue=blue, **FINISHES[finish][region])

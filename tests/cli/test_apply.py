@@ -1,0 +1,165 @@
+"""The options of `apply` that say what is painted, on whom, and how it is shown."""
+
+import json
+import os
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+from makeup_video.cli.app import app
+from makeup_video.pipeline import Look, product
+from media import decoded, make_clip
+from people import SAMPLES, clip, film, portrait
+from typer.testing import CliRunner
+
+PHOTO = SAMPLES / "portrait.jpg"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*args):
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+def test_a_colour_and_a_finish_paint_a_film(folder):
+    film(folder / "in.mkv", clip(4))
+    done = run("in.mkv", "--color", "#B4002E", "--finish", "satin", "-o", "out.mp4",
+               "--report", "r.json")  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert len(decoded(folder / "out.mp4")) == 4
+    report = json.loads((folder / "r.json").read_text())
+    wanted = {"faces": 1, "frames_with_face": 4, "tiny_faces": 0, "painted_frames": 4}
+    assert {name: report[name] for name in wanted} == wanted
+
+
+@pytest.mark.parametrize(
+    ("words", "look"),
+    [
+        (["--color", "B02"], Look(lips=product((187, 0, 34), "satin"))),
+        (["--color", "#0A2A8C", "--finish", "gloss"], Look(lips=product((10, 42, 140), "gloss"))),
+        (
+            ["--color", "0a2a8c", "--parts", "eyes", "--zone", "crease", "--intensity", "0.5"],
+            Look(eyes=product((10, 42, 140), "satin", "eyes"), zone="crease", intensity=0.5),
+        ),
+        (["--look", "old.json"], Look(lips=product((1, 2, 3), "matte"), strength=0.5)),
+        (
+            ["--look", "old.json", "--finish", "gloss", "--strength", "1"],
+            Look(lips=product((1, 2, 3), "gloss")),
+        ),
+        (["--look", "none"], Look()),
+        (["--look", "none", "--color", "000"], Look(lips=product((0, 0, 0), "satin"))),
+    ],
+)
+def test_the_look_that_is_painted_can_be_saved_and_used_again(folder, words, look):
+    Look(lips=product((1, 2, 3), "matte"), strength=0.5).save("old.json")
+    done = run(PHOTO, *words, "-o", "one.png", "--save-look", "new.json")
+    assert done.exit_code == 0, done.output
+    assert Look.load("new.json") == look
+    assert run(PHOTO, "--look", "new.json", "-o", "two.png").exit_code == 0
+    np.testing.assert_array_equal(cv2.imread("one.png"), cv2.imread("two.png"))
+    names = {"old.json", "new.json", "one.png", "two.png"}
+    assert {path.name for path in folder.iterdir()} == names
+
+
+@pytest.mark.parametrize(
+    ("save", "report", "code", "says"),
+    [
+        ("old.json", None, 2, "old.json exists already: add -y"),
+        ("base.json", None, 2, "the look file base.json is one of this run's own files"),
+        ("twin.json", None, 2, "the look file twin.json is one of this run's own files"),
+        ("out.png", None, 2, "one of this run's own files"),
+        ("out.part.png", None, 2, "one of this run's own files"),
+        ("both.json", "both.json", 2, "one of this run's own files"),
+        ("both.json", "both.part.json", 2, "one of this run's own files"),
+        ("both.part.json", "both.json", 2, "one of this run's own files"),
+        ("no/new.json", None, 4, "the folder no does not exist"),
+        (".", None, 4, "the look file . is a folder"),
+    ],
+)
+def test_a_saved_look_never_takes_the_place_of_another_file(folder, save, report, code, says):
+    Look(lips=product((1, 2, 3), "matte")).save("base.json")
+    os.link("base.json", "twin.json")
+    (folder / "old.json").write_text("precious")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    words = [] if report is None else ["--report", report]
+    yes = [] if save == "old.json" else ["-y"]
+    done = run(PHOTO, "--look", "base.json", "-o", "out.png", "--save-look", save, *words, *yes)
+    assert done.exit_code == code, done.output
+    assert says in done.output and len(done.output.splitlines()) == 1
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_yes_overwrites_an_old_look_and_an_error_keeps_it(folder):
+    (folder / "look.json").write_text("old")
+    words = [PHOTO, "--color", "B02", "--save-look", "look.json", "-y"]
+    assert run(*words, "-o", "out.xyz").exit_code == 2
+    assert (folder / "look.json").read_text() == "old"
+    assert run(*words, "-o", "out.png").exit_code == 0
+    assert Look.load("look.json") == Look(lips=product((187, 0, 34), "satin"))
+
+
+def test_a_comparison_is_twice_as_wide(folder):
+    assert run(PHOTO, "--color", "B02", "--compare", "-o", "out.png").exit_code == 0
+    both, photo = cv2.imread("out.png"), cv2.imread(str(PHOTO))
+    width = photo.shape[1]
+    np.testing.assert_array_equal(both[:, :width], photo)
+    assert (both[:, width:] != photo).any()
+
+
+def test_a_film_without_a_face_says_so_and_is_no_error(folder):
+    make_clip(folder / "in.mp4")
+    done = run("in.mp4", "--color", "B02", "-o", "out.mp4")
+    assert done.exit_code == 0
+    assert done.output.splitlines()[0] == "no face was found: nothing was painted"
+    quiet = run("in.mp4", "--color", "B02", "-o", "out.mp4", "-y", "-q")
+    assert (quiet.exit_code, quiet.output) == (0, "")
+
+
+@pytest.mark.parametrize("device", ["0", "pthread"])
+def test_a_device_is_chosen_by_number_or_name(folder, device):
+    cv2.imwrite("in.png", portrait()[..., ::-1])
+    assert run("in.png", "--color", "B02", "--device", device, "-o", "o.png").exit_code == 0
+
+
+@pytest.mark.parametrize("device", ["99", "none such"])
+@pytest.mark.parametrize("name", ["in.mkv", "in.png"])
+def test_a_device_that_is_not_there_is_one_line_and_no_file(folder, name, device):
+    film(folder / "in.mkv", clip(1))
+    cv2.imwrite("in.png", portrait()[..., ::-1])
+    done = run(name, "--color", "B02", "--device", device, "-o", f"out{name[2:]}")
+    assert done.exit_code == 2 and len(done.output.splitlines()) == 1
+    assert repr(device) in done.output
+    assert {path.name for path in folder.iterdir()} == {"in.mkv", "in.png"}
+
+
+def test_a_photo_of_makeup_is_refused_in_one_line_that_says_what_works(folder):
+    done = run(PHOTO, "--ref", PHOTO, "-o", "out.png")
+    assert done.exit_code == 2 and len(done.output.splitlines()) == 1
+    assert "give --color, or --look FILE or none" in done.output
+
+
+def test_help_names_every_finish_and_zone():
+    from makeup_video.pipeline import FINISHES
+    from makeup_video.pipeline.look import ZONES
+
+    said = " ".join(run("apply", "--help").output.split())
+    assert all(name in said for name in (*FINISHES, *ZONES))
+
+
+def test_painting_nothing_loads_no_nets_and_no_opencl(folder):
+    make_clip(folder / "in.mp4")
+    code = (
+        "import sys; from makeup_video.cli.app import app\n"
+        "app(['in.mp4', '--look', 'none', '-o', 'out.mp4', '-q'], standalone_mode=False)\n"
+        "app(['in.mp4', '--color', 'B02', '--strength', '0', '-o', 'two.mp4', '-q'],\n"
+        "    standalone_mode=False)\n"
+        "heavy = {'cv2', 'onnxruntime', 'pyopencl', 'rich.progress'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,58 @@
+"""What every run that looks for faces does: its stages, its counts, and when they are made."""
+
+import pytest
+from makeup_video.pipeline import InputError, OutputError, UsageError
+from makeup_video.pipeline.face_run import FaceRun
+from makeup_video.pipeline.process import run_stages
+from makeup_video.pipeline.report import Report
+from people import SAMPLES, clip, face_of, film, frame_of, grey, put
+
+
+def pass_on(item):
+    return item.frame
+
+
+def test_a_picture_is_searched_once_and_counted():
+    run = FaceRun(lambda: [("rest", pass_on)])
+    (_, find), (name, rest) = run(None)
+    assert name == "rest"
+    two = put(put(grey(), face_of(80), 40, 60), face_of(110), 320, 60)
+    assert rest(find(frame_of(two))) is not None
+    report = Report("in", "out", "png")
+    run.count(report)
+    assert (report.faces, report.frames_with_face, report.tiny_faces) == (2, 1, 0)
+    assert report.painted_frames is None
+
+
+def test_a_film_is_followed_and_counted(tmp_path):
+    src, run = film(tmp_path / "in.mkv", clip(5)), FaceRun(lambda: [("rest", pass_on)])
+    report = run_stages(src, tmp_path / "out.mkv", run)
+    run.count(report)
+    assert list(report.stages) == ["decode", "faces", "smooth", "rest", "encode"]
+    assert (report.faces, report.frames_with_face, report.frames_out) == (1, 5, 5)
+
+
+@pytest.mark.parametrize("name", ["in.mkv", "in.jpg"])
+def test_the_rest_is_made_when_the_input_is_there_and_before_the_output_is_begun(tmp_path, name):
+    def rest():
+        seen.append(sorted(path.name for path in tmp_path.iterdir()))
+        raise UsageError("no such device")
+
+    seen = []
+    with pytest.raises(InputError):
+        run_stages(tmp_path / name, tmp_path / f"out.{name}", FaceRun(rest))
+    assert seen == []
+    if name == "in.jpg":
+        (tmp_path / name).write_bytes((SAMPLES / "portrait.jpg").read_bytes())
+    else:
+        film(tmp_path / name, clip(1))
+    with pytest.raises(UsageError, match="no such device"):
+        run_stages(tmp_path / name, tmp_path / f"out.{name}", FaceRun(rest))
+    assert seen == [[name]]
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_an_output_that_cannot_be_is_still_refused(tmp_path):
+    src = film(tmp_path / "in.mkv", clip(1))
+    with pytest.raises(OutputError):
+        run_stages(src, tmp_path / "no" / "out.mkv", FaceRun(lambda: [("rest", pass_on)]))

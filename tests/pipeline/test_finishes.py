@@ -1,0 +1,64 @@
+"""Finishes are whole and in range, and differ as their names say."""
+
+from dataclasses import fields
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.pipeline import FINISHES, GraphicsParams, LookError, UsageError, product
+from makeup_video.pipeline.finishes import REGIONS
+
+CODES = st.tuples(*[st.integers(0, 255)] * 3)
+NAMES = st.sampled_from(list(FINISHES))
+
+
+def test_there_are_six_finishes_for_both_regions():
+    assert list(FINISHES) == ["matte", "satin", "sheer", "gloss", "metallic", "shimmer"]
+    assert all(tuple(by_region) == REGIONS for by_region in FINISHES.values())
+
+
+@pytest.mark.parametrize("region", REGIONS)
+def test_a_finish_says_everything_but_the_colour(region):
+    names = {spec.name for spec in fields(GraphicsParams)} - {"red", "green", "blue"}
+    assert len(names) == 14
+    for by_region in FINISHES.values():
+        assert set(by_region[region]) == names
+
+
+@given(CODES, NAMES, st.sampled_from(REGIONS))
+def test_every_colour_in_every_finish_is_a_product(rgb, finish, region):
+    made = product(rgb, finish, region)
+    assert (made.red, made.green, made.blue) == rgb
+    assert all(getattr(made, name) == value for name, value in FINISHES[finish][region].items())
+
+
+@pytest.mark.parametrize("region", REGIONS)
+def test_finishes_are_ordered_as_their_names_say(region):
+    by = {name: FINISHES[name][region] for name in FINISHES}
+    assert by["matte"]["gloss"] == 0 and by["matte"]["reflection"] == 0
+    assert max(by, key=lambda name: by[name]["gloss"]) == "gloss"
+    assert min(by, key=lambda name: by[name]["opacity"]) == "sheer"
+    assert max(by, key=lambda name: by[name]["shimmer"]) == "shimmer"
+    assert max(by, key=lambda name: by[name]["shimmer_tint"]) == "metallic"
+
+
+@pytest.mark.parametrize("finish", FINISHES)
+def test_eye_shadow_is_softer_and_broader_than_lipstick(finish):
+    lips, eyes = FINISHES[finish]["lips"], FINISHES[finish]["eyes"]
+    assert eyes["edge_softness"] > lips["edge_softness"]
+    assert eyes["gloss_roughness"] > lips["gloss_roughness"]
+    assert eyes["reflection"] <= lips["reflection"]
+
+
+@pytest.mark.parametrize(
+    ("rgb", "finish", "region", "error", "words"),
+    [
+        ((0, 0, 0), "glossy", "lips", UsageError, "matte, satin, sheer"),
+        ((0, 0, 0), "gloss", "nose", UsageError, "lips, eyes"),
+        ((0, 0), "gloss", "lips", UsageError, "got 2 numbers"),
+        ((0, 256, 0), "gloss", "lips", LookError, "green must be"),
+    ],
+)
+def test_what_is_no_product_is_refused(rgb, finish, region, error, words):
+    with pytest.raises(error, match=words):
+        product(rgb, finish, region)

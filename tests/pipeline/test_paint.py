@@ -1,0 +1,206 @@
+"""Painting a film, a picture file, a picture in memory: who is painted, and what is left alone."""
+
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pyopencl as cl
+import pytest
+from makeup_video.pipeline import (
+    InstallError,
+    Look,
+    Settings,
+    UsageError,
+    apply_look,
+    find_faces,
+    process_video,
+    product,
+)
+from makeup_video.pipeline.still import read_picture
+from media import decoded, make_clip
+from people import SAMPLES, clip, clip_points, face_of, film, grey, portrait, put
+
+BLUE = Look(lips=product((10, 42, 140), "matte"))
+BOTH = Look(lips=product((10, 42, 140), "matte"), eyes=product((0, 90, 40), "matte", "eyes"))
+
+
+def two_people():
+    return put(put(grey(), face_of(80), 40, 60), face_of(110), 320, 60)
+
+
+def box_of(face):
+    """Columns and rows of a face, wide enough for all that may be painted on it."""
+    low, high = face.points_px[:, :2].min(0), face.points_px[:, :2].max(0)
+    return np.s_[int(low[1]) : int(high[1]) + 2, int(low[0]) : int(high[0]) + 2]
+
+
+def changed(before, after):
+    return (before != after).any(axis=2)
+
+
+def test_a_film_is_painted_on_the_face_and_nowhere_else(tmp_path):
+    src, dst = film(tmp_path / "in.mkv", clip(6)), tmp_path / "out.mkv"
+    report = process_video(src, dst, BLUE, Settings(codec="ffv1"))
+    assert (report.painted_frames, report.frames_with_face, report.faces) == (6, 6, 1)
+    assert report.warnings() == []
+    names = ["decode", "faces", "smooth", "scene", "composite", "encode"]
+    assert list(report.stages) == names
+    for old, new, points in zip(decoded(src), decoded(dst), clip_points()[:6], strict=True):
+        luma = [np.asarray(p.to_ndarray()[:360], int) for p in (old, new)]
+        moved = luma[0] != luma[1]
+        mouth = points[[61, 291]].mean(0).astype(int)
+        assert moved[mouth[1] - 12 : mouth[1] + 12, mouth[0] - 20 : mouth[0] + 20].any()
+        low, high = points.min(0).astype(int) - 20, points.max(0).astype(int) + 20
+        moved[low[1] : high[1], low[0] : high[0]] = False
+        assert not moved.any()
+
+
+def test_lips_alone_leave_the_eyes_alone():
+    face = find_faces(portrait())[0]
+    middle = int(face.points_px[4, 1])  # the tip of the nose
+    lips, both = apply_look(portrait(), BLUE), apply_look(portrait(), BOTH)
+    assert not changed(portrait(), lips)[:middle].any()
+    assert changed(portrait(), lips)[middle:].any()
+    assert changed(portrait(), both)[:middle].any()
+    np.testing.assert_array_equal(lips[middle:], both[middle:])
+
+
+def test_a_picture_in_memory_is_a_new_array_and_outside_the_face_the_same():
+    before = portrait().copy()
+    painted = apply_look(before, BOTH)
+    np.testing.assert_array_equal(before, portrait())
+    assert painted.shape == before.shape and painted.dtype == np.uint8
+    assert painted.flags.c_contiguous and painted.flags.writeable
+    moved = changed(before, painted)
+    assert moved.any()
+    moved[box_of(find_faces(before)[0])] = False
+    assert not moved.any()
+
+
+def test_a_picture_file_and_a_picture_in_memory_are_painted_alike(tmp_path):
+    cv2.imwrite(str(tmp_path / "in.png"), portrait()[..., ::-1])
+    report = process_video(tmp_path / "in.png", tmp_path / "out.png", BOTH)
+    assert (report.painted_frames, report.faces, report.frames_with_face) == (1, 1, 1)
+    got = cv2.imread(str(tmp_path / "out.png"))[..., ::-1]
+    np.testing.assert_array_equal(got, apply_look(portrait(), BOTH))
+
+
+@pytest.mark.parametrize("shape", [(600, 512, 3), (600, 512, 4), (600, 512, 1)])
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_compared_pictures_hold_the_original_pixels_exactly(tmp_path, shape, dtype):
+    grey8 = portrait().mean(2).astype(np.uint8)[..., None]
+    stored = {1: grey8, 3: portrait()[..., ::-1],
+              4: np.concatenate([portrait()[..., ::-1], grey8], 2)}[shape[2]]  # fmt: skip
+    stored = stored.astype(dtype) * (257 if dtype == np.uint16 else 1)
+    cv2.imwrite(str(tmp_path / "in.png"), stored)
+    process_video(tmp_path / "in.png", tmp_path / "plain.png", BLUE)
+    process_video(tmp_path / "in.png", tmp_path / "both.png", BLUE, Settings(compare=True))
+    both, plain = (read_picture(tmp_path / f"{name}.png")[0] for name in ("both", "plain"))
+    assert both.dtype == dtype and both.shape == (600, 1024, max(shape[2], 3))
+    np.testing.assert_array_equal(both[:, :512], np.broadcast_to(stored, plain.shape))
+    np.testing.assert_array_equal(both[:, 512:], plain)
+    assert (both[:, :512] != both[:, 512:]).any()
+
+
+def test_a_comparison_that_paints_nothing_needs_no_face(tmp_path):
+    cv2.imwrite(str(tmp_path / "in.png"), grey(31, 17))
+    report = process_video(tmp_path / "in.png", tmp_path / "o.png", None, Settings(compare=True))
+    assert cv2.imread(str(tmp_path / "o.png")).shape == (17, 62, 3)
+    assert report.faces is None and report.warnings() == []
+
+
+def test_the_largest_or_one_by_its_number_is_painted_and_nobody_else(tmp_path):
+    picture = two_people()
+    cv2.imwrite(str(tmp_path / "in.png"), picture[..., ::-1])
+    large, small = find_faces(picture)
+    for who, painted, other in (
+        ("largest", large, small),
+        (str(large.track_id), large, small),
+        (str(small.track_id), small, large),
+    ):
+        process_video(
+            tmp_path / "in.png", tmp_path / "o.png", BLUE, Settings(faces=who, overwrite=True)
+        )
+        moved = changed(picture, cv2.imread(str(tmp_path / "o.png"))[..., ::-1])
+        assert moved[box_of(painted)].any() and not moved[box_of(other)].any()
+
+
+def test_faces_that_are_given_are_painted_and_no_others():
+    picture = two_people()
+    large, small = find_faces(picture)
+    moved = changed(picture, apply_look(picture, BLUE, [small]))
+    assert moved[box_of(small)].any() and not moved[box_of(large)].any()
+    moved = changed(picture, apply_look(picture, BLUE, [small, large]))
+    assert moved[box_of(small)].any() and moved[box_of(large)].any()
+
+
+@pytest.mark.parametrize("look", [Look(), Look(lips=BLUE.lips, strength=0)])
+def test_a_bare_look_and_no_face_give_a_copy(look):
+    for picture, wanted in ((portrait(), look), (grey(), BLUE)):
+        got = apply_look(picture, wanted)
+        assert got is not picture and not np.shares_memory(got, picture)
+        np.testing.assert_array_equal(got, picture)
+    np.testing.assert_array_equal(apply_look(portrait(), BLUE, ()), portrait())
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((8, 8), np.uint8), np.zeros((8, 8, 3), np.float32)])
+def test_what_is_no_rgb8_is_refused(wrong):
+    for look in (Look(), BLUE):
+        with pytest.raises(ValueError, match="uint8"):
+            apply_look(wrong, look)
+
+
+@pytest.mark.parametrize("name", ["in.mp4", "in.png"])
+def test_without_a_face_nothing_is_painted_and_that_is_said(tmp_path, name):
+    if name == "in.png":
+        cv2.imwrite(str(tmp_path / name), grey())
+    else:
+        make_clip(tmp_path / name)
+    report = process_video(tmp_path / name, tmp_path / f"out{name[2:]}", BLUE)
+    assert (report.painted_frames, report.faces) == (0, 0)
+    assert report.warnings() == ["no face was found: nothing was painted"]
+    assert report.to_dict()["painted_frames"] == 0
+
+
+def test_faces_that_are_not_to_be_painted_are_said_too(tmp_path):
+    settings = Settings(faces="31")
+    report = process_video(SAMPLES / "portrait.jpg", tmp_path / "o.jpg", BLUE, settings)
+    assert (report.painted_frames, report.faces) == (0, 1)
+    assert report.warnings() == ["nothing was painted: of the faces found, none is to be painted"]
+
+
+@pytest.mark.parametrize("faces", ["", "none", "-1", "1.5", "ALL", "1,2", "\uff11"])
+def test_whom_to_paint_is_all_the_largest_or_a_number(faces):
+    with pytest.raises(UsageError, match="--faces must be all, largest, or the number"):
+        Settings(faces=faces)
+
+
+@pytest.mark.parametrize("name", ["in.mkv", "in.jpg"])
+def test_a_device_that_is_not_there_is_said_before_the_work(tmp_path, monkeypatch, name):
+    if name == "in.jpg":
+        (tmp_path / name).write_bytes((SAMPLES / "portrait.jpg").read_bytes())
+    else:
+        film(tmp_path / name, clip(2))
+    target = tmp_path / f"out.{name}"
+    with pytest.raises(UsageError, match="no such device"):
+        process_video(tmp_path / name, target, BLUE, Settings(device="no such device"))
+    monkeypatch.setattr(cl, "get_platforms", list)
+    with pytest.raises(InstallError, match="pocl-binary-distribution"):
+        process_video(tmp_path / name, target, BLUE)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    process_video(tmp_path / name, target, Look(), Settings(device="no such device"))
+
+
+def test_the_public_names_bring_their_libraries_only_when_used():
+    code = (
+        "import sys; from makeup_video.pipeline import FINISHES, Look, product\n"
+        "from makeup_video.pipeline.choose import Choice, choose_look\n"
+        "look = choose_look(Choice(color='B02', finish='gloss'))\n"
+        "assert look == Look(lips=product((187, 0, 34), 'gloss'))\n"
+        "heavy = {'cv2', 'onnxruntime', 'pyopencl'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+        "from makeup_video.pipeline import find_faces\n"
+        "assert 'pyopencl' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
