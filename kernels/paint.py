@@ -62,6 +62,10 @@ def paint_twin(
     skin = skin_at(coarse, surface.mean, nx, ny, environment, material)
     y, x = np.mgrid[: luma.shape[0], : luma.shape[1]].astype(np.float32)
     a, b, c, d, e, f = surface.to_patch.astype(np.float32).ravel()
-    light = made_up(decode(codes, coding), weight, a * x + b * y + c, d * x + e * y + f, skin, material)
+    light = made_up(
+        decode(codes, coding), weight, a * x + b * y + c, d * x + e * y + f, skin, material
+    )
     new = np.where(weight[..., None] > 0, encode(light, coding), codes)
-    return rounded(new[..., 0], coding).astype(luma.dtype), np.moveaxis((new - codes)[..., 1:], -1, 0)
+    return rounded(new[..., 0], coding).astype(luma.dtype), np.moveaxis(
+        (new - codes)[..., 1:], -1, 0
+    )

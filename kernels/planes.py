@@ -20,7 +20,11 @@ class Window:
 
     @classmethod
     def around(
-        cls, low_xy: np.ndarray, high_xy: np.ndarray, size_wh: tuple[int, int], chroma: tuple[int, int]
+        cls,
+        low_xy: np.ndarray,
+        high_xy: np.ndarray,
+        size_wh: tuple[int, int],
+        chroma: tuple[int, int],
     ) -> "Window | None":
         """The smallest window of a plane that holds low_xy..high_xy (px); None when all is outside."""
         (width, height), (across, down) = size_wh, chroma
@@ -45,7 +49,9 @@ class Window:
         return [planes[1][at], planes[2][at]]
 
 
-def spread(parts: list[np.ndarray], chroma: tuple[int, int], size_wh: tuple[int, int]) -> np.ndarray:
+def spread(
+    parts: list[np.ndarray], chroma: tuple[int, int], size_wh: tuple[int, int]
+) -> np.ndarray:
     """Cb and Cr -> (2, h, w) float32, the codes of each luma pixel: those of its block."""
     width, height = size_wh
     out = np.empty((2, height, width), np.float32)
@@ -58,7 +64,9 @@ def spread(parts: list[np.ndarray], chroma: tuple[int, int], size_wh: tuple[int,
     return out
 
 
-def fold(parts: list[np.ndarray], change: np.ndarray, chroma: tuple[int, int], max_code: int) -> None:
+def fold(
+    parts: list[np.ndarray], change: np.ndarray, chroma: tuple[int, int], max_code: int
+) -> None:
     """Add the mean change of each block to its Cb and Cr, in place; halves go up."""
     across, down = chroma
     for part, plane in zip(parts, change, strict=True):
@@ -66,5 +74,9 @@ def fold(parts: list[np.ndarray], change: np.ndarray, chroma: tuple[int, int], m
         if plane.shape != (high * down, wide * across):  # the last block of an odd size
             more = high * down - plane.shape[0], wide * across - plane.shape[1]
             plane = np.pad(plane, ((0, more[0]), (0, more[1])), mode="edge")
-        mean = plane if chroma == (1, 1) else cv2.resize(plane, (wide, high), interpolation=cv2.INTER_AREA)
+        mean = (
+            plane
+            if chroma == (1, 1)
+            else cv2.resize(plane, (wide, high), interpolation=cv2.INTER_AREA)
+        )
         part[:] = np.clip(np.floor(part + (mean + 0.5)), 0, max_code)

@@ -9,8 +9,8 @@ from makeup_video.pipeline.eyes import EyeRegion
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.lips import LipRegion
+from makeup_video.pipeline.lit_product import Place, material
 from makeup_video.pipeline.look import GraphicsParams, Look
-from makeup_video.pipeline.product import Place, material
 from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
 
@@ -88,7 +88,9 @@ class Composite:
                 flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
             )  # fmt: skip
         place = _place(scene.face, region)
-        surface = Surface(maps, lit.mean, _to_skin(to_window, place), _environment(scene.light, params))
+        surface = Surface(
+            maps, lit.mean, _to_skin(to_window, place), _environment(scene.light, params)
+        )
         product = material(params, amount, scene.light, place, item.coding, region.spares_dark)
         chroma = window.chroma(planes, frame.chroma)
         change = spread(chroma, frame.chroma, (window.width, window.height))

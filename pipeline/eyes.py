@@ -137,10 +137,14 @@ def _region(points_px: np.ndarray, up_xy: np.ndarray) -> EyeRegion | None:
     lash_px = (lash - rows) / np.sqrt(1 + slope * slope) * (_STEP * width)
     normals = _normals(y, depth, columns, height)
     out = _LEFT + _STEP * columns
-    corners = (np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * (np.array(SIZE_WH) - 1)) @ to_px[:, :2].T
+    corners = (np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * (np.array(SIZE_WH) - 1)) @ to_px[
+        :, :2
+    ].T
     corners += to_px[:, 2]
     ends = np.stack([corners.min(0), corners.max(0)])
-    return EyeRegion(grid, height.astype(np.float32), lash_px.astype(np.float32), out, normals, ends)
+    return EyeRegion(
+        grid, height.astype(np.float32), lash_px.astype(np.float32), out, normals, ends
+    )
 
 
 def _curves(xy: np.ndarray, z: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

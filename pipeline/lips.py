@@ -99,7 +99,9 @@ def lip_region(face: Face) -> LipRegion | None:
     xyz = np.column_stack([xy, points[:, 2] / px_per_patch])
     columns = np.arange(width, dtype=np.float64)
     limits, opening = _limits(xyz, columns, np.arange(height, dtype=np.float32)[:, None])
-    normals = _normals(xyz, columns[::COARSE] + 0.5, np.arange(height // COARSE)[:, None] * COARSE + 0.5)
+    normals = _normals(
+        xyz, columns[::COARSE] + 0.5, np.arange(height // COARSE)[:, None] * COARSE + 0.5
+    )
     reach = 1.5 * _REACH * px_per_patch * np.ptp(xyz[:, 0])
     low, high = points[:, :2].min(0) - reach, points[:, :2].max(0) + reach
     odds = np.minimum(patch.logits, limits)
@@ -113,7 +115,9 @@ def _curve(xyz: np.ndarray, ring: np.ndarray, columns: np.ndarray, axis: int) ->
     return np.interp(columns, x, points[:, axis])
 
 
-def _limits(xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _limits(
+    xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Odds that the mask may not exceed, and how near the opening of the mouth is."""
     top, upper = (_curve(xyz, _UPPER[i], columns, 1).astype(np.float32) for i in (0, 3))
     bottom, lower = (_curve(xyz, _LOWER[i], columns, 1).astype(np.float32) for i in (0, 3))
@@ -124,7 +128,11 @@ def _limits(xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> tuple[np.
     within = np.minimum(rows - upper, lower - rows)  # of the opening
     limits = np.float32(_LIMIT_STEEPNESS) * (np.minimum(inside, -within) + reach)
     gap = np.clip((lower - upper) / reach, 0, 1)
-    near = np.where(rows < 0.5 * (upper + lower), (rows - top) / np.maximum(upper - top, 1), (bottom - rows) / np.maximum(bottom - lower, 1))
+    near = np.where(
+        rows < 0.5 * (upper + lower),
+        (rows - top) / np.maximum(upper - top, 1),
+        (bottom - rows) / np.maximum(bottom - lower, 1),
+    )
     return limits, gap * np.clip(2 * near - 0.8, 0, 1)
 
 
@@ -139,7 +147,9 @@ def _normals(xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarr
         slopes = cv2.blur(np.clip(np.diff(z, axis=0) / down, -_STEEPEST, _STEEPEST), (7, 1))
         along = cv2.blur(np.gradient(z[1:3].mean(0), columns)[None], (7, 1))[0]
         tilt = cv2.blur(np.gradient(y[1:3].mean(0), columns)[None], (7, 1))[0]
-        across = (rows - y[0]) / np.where(np.abs(y[3] - y[0]) < 0.5, np.copysign(0.5, y[3] - y[0]), y[3] - y[0])
+        across = (rows - y[0]) / np.where(
+            np.abs(y[3] - y[0]) < 0.5, np.copysign(0.5, y[3] - y[0]), y[3] - y[0]
+        )
         sides.append(_slopes(np.clip(across, 0, 1), slopes, along, tilt, fuller))
     upper_ends = _curve(xyz, _UPPER[3], columns, 1) + _curve(xyz, _LOWER[3], columns, 1)
     gx, gy = np.where(2 * rows < upper_ends, sides[0], sides[1])

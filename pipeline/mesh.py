@@ -5,11 +5,11 @@ import math
 from makeup_video.kernels.colour import Coding
 from makeup_video.pipeline import eyes, lips
 from makeup_video.pipeline.colour import coding_of
-from makeup_video.pipeline.eyes import EyeRegion, eye_regions
+from makeup_video.pipeline.eyes import eye_regions
 from makeup_video.pipeline.face import Face, FrameFaces
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.light import EstimateLight
-from makeup_video.pipeline.lips import LipRegion, lip_region
+from makeup_video.pipeline.lips import lip_region
 from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.shading import broad, luminances
 
@@ -44,7 +44,9 @@ class BuildScene:
         }
         return FrameScene(frame, coding, faces)
 
-    def _face(self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float) -> FaceScene:
+    def _face(
+        self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float
+    ) -> FaceScene:
         mouth, lids = lip_region(face), eye_regions(face)
         grids = [*([mouth.grid] if mouth else []), *(lid.grid for lid in lids)]
         luminance = iter(luminances(frame, coding, grids) if grids else [])

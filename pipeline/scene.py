@@ -40,7 +40,7 @@ class SceneLight:
 def white_light() -> SceneLight:
     """Neutral light of full strength from the front and above, in a grey room."""
     environment = np.full((ENVIRONMENT_PX, ENVIRONMENT_PX, 3), 0.2, np.float32)
-    direction = np.array([0, -0.5, -0.75**0.5], np.float32)
+    direction = np.array([0, -0.5, -(0.75**0.5)], np.float32)
     return SceneLight(np.ones(3, np.float32), 1.0, direction, environment)
 
 

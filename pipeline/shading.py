@@ -43,18 +43,27 @@ def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarr
     if len(frame.planes) > 1:
         scale = np.array([[1 / across], [1 / down]], np.float32)
         there = (places + 0.5) * scale - 0.5
-        parts = [sample_at(plane, there, step / (across * down) ** 0.5)[0] for plane in frame.planes[1:3]]
+        parts = [
+            sample_at(plane, there, step / (across * down) ** 0.5)[0] for plane in frame.planes[1:3]
+        ]
         rows += list(parts[0].T) if parts[0].ndim == 2 else parts  # NV12: both in one
     light = linear_luminance(np.stack(rows), coding)
     ends = np.cumsum([w * h for w, h in (grid.size_wh for grid in grids)])[:-1]
-    return [part.reshape(grid.size_wh[::-1]) for part, grid in zip(np.split(light, ends), grids, strict=True)]
+    return [
+        part.reshape(grid.size_wh[::-1])
+        for part, grid in zip(np.split(light, ends), grids, strict=True)
+    ]
 
 
 def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
     """(3, N) codes, or (1, N) of a grey frame -> (N,) float32, within 0.3 % of a step of 8 bits."""
     to_rgb, table, weights = _tables(coding)
     rgb = to_rgb[:, : len(codes)] @ codes.astype(np.float32)
-    rgb += to_rgb[:, 3:] if len(codes) == 3 else to_rgb[:, 3:] + to_rgb[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
+    rgb += (
+        to_rgb[:, 3:]
+        if len(codes) == 3
+        else to_rgb[:, 3:] + to_rgb[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
+    )
     light: np.ndarray = weights @ table[(rgb * _STEPS + 0.5).clip(0, _STEPS).astype(np.int16)]
     return light ** np.float32(1.2) if coding.transfer == HLG else light
 
