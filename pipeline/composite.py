@@ -55,7 +55,8 @@ class Composite:
         self, scene: FaceScene
     ) -> list[tuple[Lit[LipRegion] | Lit[EyeRegion], GraphicsParams, float]]:
         """What is painted of a face: region, product, and how much of it."""
-        look, parts = self.look, []
+        look = self.look
+        parts: list[tuple[Lit[LipRegion] | Lit[EyeRegion], GraphicsParams, float]] = []
         if look.lips and scene.lips and look.lips.is_worn:
             parts.append((scene.lips, look.lips, look.strength * scene.face.mouth_weight))
         if look.eyes and look.eyes.is_worn:
@@ -74,7 +75,8 @@ class Composite:
     ) -> None:
         frame, region = item.frame, lit.region
         size = frame.width_px, frame.height_px
-        window = Window.around(*region.corners_xy, size, frame.chroma)
+        low_xy, high_xy = region.corners_xy
+        window = Window.around(low_xy, high_xy, size, frame.chroma)
         if window is None:
             return
         maps = np.empty((4, window.height, window.width), np.float32)

@@ -79,7 +79,7 @@ class EyeRegion:
         lash = cv2.warpAffine(
             self.lash_px, to_px, size_wh, borderMode=cv2.BORDER_CONSTANT, borderValue=-1e3
         )
-        lash *= 1 / max(_LASH_FEATHER * width_px, 1.2)
+        lash /= np.float32(max(_LASH_FEATHER * width_px, 1.2))
         weight = self.zone_weight(ZONES[zone], softness)
         cv2.warpAffine(weight, to_px, size_wh, out, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
         out *= np.clip(lash, 0, 1, lash)
@@ -87,7 +87,8 @@ class EyeRegion:
 
     def shading_weight(self) -> np.ndarray:
         """What counts as lid when its light is measured."""
-        return ((self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)).astype(np.float32)
+        is_lid: np.ndarray = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
+        return is_lid.astype(np.float32)
 
 
 def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: float) -> np.ndarray:

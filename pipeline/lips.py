@@ -80,7 +80,8 @@ class LipRegion:
     def shading_weight(self) -> np.ndarray:
         """(H/2, W/2) float32: what counts as lips when their light is measured."""
         odds = cv2.resize(self.odds, self.normals.shape[:0:-1], interpolation=cv2.INTER_AREA)
-        return (odds > 0).astype(np.float32)
+        weight: np.ndarray = (odds > 0).astype(np.float32)
+        return weight
 
 
 _COARSE_TO_PATCH = np.array([[COARSE, 0, (COARSE - 1) / 2], [0, COARSE, (COARSE - 1) / 2]])

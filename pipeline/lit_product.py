@@ -75,7 +75,7 @@ def material(
         reflection=params.reflection * amount,
         fresnel_front=0.5 * (1 - params.fresnel) + 0.08,
         fresnel_rim=3.0 * params.fresnel,
-        room=tuple(room.ravel()),
+        room=(room[0, 0], room[0, 1], room[1, 0], room[1, 1]),
         shimmer=params.shimmer,
         cells=1 / cell,
         spot=spot * spot,
