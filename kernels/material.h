@@ -135,8 +135,7 @@ MATERIAL_INLINE colour_rgb material_paint(
         float base = m->product[i] * (1.0f - m->undertone) + colour_positive(bare.channel) * skin;   \
         float laid = material_add(base * below, base * above + own, m->ceiling);        \
         float mixed = bare.channel + opaque * (laid - bare.channel);                    \
-        mixed += mirror * (s->room.channel - mixed);                                    \
-        float more = lobe * m->glint[i] + shown + sparkle * m->sparkle[i];              \
+        float more = lobe * m->glint[i] + shown + sparkle * m->sparkle[i] + mirror * s->room.channel; \
         out.channel = material_add(mixed, more, m->ceiling);                            \
     }
     MATERIAL_CHANNEL(red, 0)

@@ -160,7 +160,7 @@ def made_up(
     extra = base * (shade - below)[..., None] + (m.texture * highlight)[..., None]
     laid = added(base * below[..., None], extra, m.ceiling)
     mixed = bare + (weight * m.opacity)[..., None] * (laid - bare)
-    mixed += (weight * skin.mirror)[..., None] * (skin.room - mixed)
     more = lobe[..., None] * np.array(m.glint) + shown[..., None]
     more = more + sparkle[..., None] * np.array(m.sparkle)
+    more = more + (weight * skin.mirror)[..., None] * skin.room
     return added(mixed, more, m.ceiling)

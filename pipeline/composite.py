@@ -14,6 +14,8 @@ from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
 
+_VEIL = 0.7  # of the room's mean light: what a reflection does not show
+
 
 class Composite:
     """Paints `look` on every frame.
@@ -114,7 +116,12 @@ def _to_skin(to_window: np.ndarray, place: Place) -> np.ndarray:
 
 
 def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
-    """(3, 16, 16) float32: what the product mirrors, as blurred as it is told to be."""
+    """(3, 16, 16) float32: what the product mirrors, as blurred as it is told to be.
+
+    What is as dark as the room's own average adds little: gloss shows windows and lamps, and an
+    even room would only lay a veil over the colour.
+    """
     sigma = 0.6 + 4 * params.environment_blur
     blurred = cv2.GaussianBlur(light.environment, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
-    return np.ascontiguousarray(np.moveaxis(blurred, -1, 0))
+    bright = np.maximum(blurred - _VEIL * blurred.mean((0, 1)), 0)
+    return np.ascontiguousarray(np.moveaxis(bright, -1, 0))

@@ -79,10 +79,9 @@ class EyeRegion:
         lash = cv2.warpAffine(
             self.lash_px, to_px, size_wh, borderMode=cv2.BORDER_CONSTANT, borderValue=-1e3
         )
-        lash /= np.float32(max(_LASH_FEATHER * width_px, 1.2))
         weight = self.zone_weight(ZONES[zone], softness)
         cv2.warpAffine(weight, to_px, size_wh, out, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
-        out *= np.clip(lash, 0, 1, lash)
+        out *= np.clip(lash / max(_LASH_FEATHER * width_px, 1.2), 0, 1)
         out[out < _FAINTEST] = 0
 
     def shading_weight(self) -> np.ndarray:

@@ -57,13 +57,15 @@ def material(
     # Sparkles of less than a pixel would flicker: they fade, and grow to a pixel before.
     spot = min(max(_SPOT, 0.75 / cell_px), 0.3)
     resolved = min(max((cell_px - 1.0) / 1.0, 0.0), 1.0)
-    tint = 1 + params.shimmer_tint * (product - 1)
+    hue = product / max(float(product.max()), 1e-3)
+    tint = 1 + params.shimmer_tint * (hue - 1)
+    metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
     blur = params.environment_blur
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
         product=tuple(product * gain),
-        glint=tuple(gain * (_GLINT * gloss * sheen * (1 - params.gloss_detail))),
+        glint=tuple(gain * metal * (_GLINT * gloss * sheen * (1 - params.gloss_detail))),
         sparkle=tuple(gain * tint * (_SPARKLE * resolved * amount * worn)),
         luminance=tuple(weights),
         opacity=params.opacity * amount,
@@ -73,8 +75,8 @@ def material(
         lobe=(0.14 + 0.7 * params.gloss_roughness) ** 2,
         half_way=_half_way(light, place),
         reflection=params.reflection * amount,
-        fresnel_front=0.5 * (1 - params.fresnel) + 0.08,
-        fresnel_rim=3.0 * params.fresnel,
+        fresnel_front=0.7 * (1 - params.fresnel) + 0.1,
+        fresnel_rim=5.0 * params.fresnel,
         room=(room[0, 0], room[0, 1], room[1, 0], room[1, 1]),
         shimmer=params.shimmer,
         cells=1 / cell,
