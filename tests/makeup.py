@@ -2,7 +2,6 @@
 
 import sys
 from dataclasses import fields, replace
-from fractions import Fraction
 from functools import cache
 
 import av
@@ -22,7 +21,7 @@ from makeup_video.pipeline.lit_product import Place
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.mesh import BuildScene
 from makeup_video.pipeline.scene import FrameScene, SceneLight, white_light
-from makeup_video.pipeline.topology import LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.topology import LIPS_INNER, LIPS_OUTER
 from people import clip, clip_points, frame_of
 
 LAYOUTS = (
@@ -138,7 +137,9 @@ def signed_distance(points_xy: np.ndarray, hw: tuple[int, int]) -> np.ndarray:
     fine = 4
     big = np.zeros((hw[0] * fine, hw[1] * fine), np.uint8)
     cv2.fillPoly(big, [np.rint((points_xy + 0.5) * fine - 0.5).astype(np.int32)], 1)
-    far = cv2.distanceTransform(big, cv2.DIST_L2, 5) - cv2.distanceTransform(1 - big, cv2.DIST_L2, 5)
+    far = cv2.distanceTransform(big, cv2.DIST_L2, 5) - cv2.distanceTransform(
+        1 - big, cv2.DIST_L2, 5
+    )
     return cv2.resize(far, hw[::-1], interpolation=cv2.INTER_AREA) / fine
 
 
@@ -171,9 +172,7 @@ def tagged(frame: Frame, tags: ColourTags) -> Frame:
     return Frame(frame.picture, frame.pts, frame.time_base, tags)
 
 
-def scene_of(
-    frame: Frame, faces: tuple[Face, ...], light: SceneLight | None = None
-) -> FrameScene:
+def scene_of(frame: Frame, faces: tuple[Face, ...], light: SceneLight | None = None) -> FrameScene:
     """The scene of a frame that stands alone; a light that is given stands in for the estimate."""
     scene = BuildScene()(FrameFaces(frame, faces))
     if light is None:
@@ -231,11 +230,3 @@ def weights_of(scene: FrameScene, look: Look, monkeypatch) -> np.ndarray:
 def inside(points_px: np.ndarray, hw: tuple[int, int], shrunk_px: float = 0.0) -> np.ndarray:
     """(H, W) bool: pixels within a contour, and at least shrunk_px away from it."""
     return signed_distance(points_px, hw) > shrunk_px
-
-
-def at_half(points_px: np.ndarray) -> np.ndarray:
-    return (points_px + 0.5) / 2 - 0.5
-
-
-LIP_POINTS = LIPS
-TICK = Fraction(1, 30)

@@ -42,7 +42,9 @@ def even(shape=(1, 1), coarse=0.2, mean=0.2, nx=0.0, ny=0.0, room=DARK_ROOM, m=N
 def paint(bare, m, skin=None, weight=1.0, u=0.5, v=0.5):
     """The light of one pixel."""
     one = np.ones((1, 1))
-    return made_up(np.full((1, 1, 3), bare), weight * one, u * one, v * one, skin or even(), m)[0, 0]
+    return made_up(np.full((1, 1, 3), bare), weight * one, u * one, v * one, skin or even(), m)[
+        0, 0
+    ]
 
 
 def test_the_struct_is_declared_as_the_twin_packs_it():
@@ -70,9 +72,7 @@ def test_on_even_skin_an_opaque_product_shows_its_own_colour():
 
 def test_broad_shade_of_the_skin_stays_on_the_product():
     m = of()
-    whole, half = (
-        paint(light, m, even(coarse=light, mean=0.2)) for light in (0.2, 0.1)
-    )
+    whole, half = (paint(light, m, even(coarse=light, mean=0.2)) for light in (0.2, 0.1))
     np.testing.assert_allclose(half, 0.5 * whole, rtol=0.02)  # `dark` makes the difference
 
 

@@ -1,0 +1,156 @@
+"""Who is painted, when, and how much of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from makeup import (
+    close_up,
+    close_up_scene,
+    copied,
+    inside,
+    paint_planes,
+    product,
+    scene_of,
+    true_face,
+)
+from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.scene import white_light
+from makeup_video.pipeline.topology import LIPS_OUTER
+from people import frame_of
+
+LIPS = Look(lips=product())
+EYES = Look(eyes=product(red=0, green=90, blue=40))
+BOTH = Look(LIPS.lips, EYES.eyes)
+
+
+def change(scene, look):
+    """(H, W) by how much luma changes."""
+    return np.abs(paint_planes(scene, look)[0].astype(int) - scene.frame.planes[0])
+
+
+def two_faces():
+    """Side by side: number 7 is the larger, 3 the smaller; and the columns of the second."""
+    rgb8, points = close_up()
+    small = rgb8[::2, ::2]
+    ground = np.full((rgb8.shape[0], 310, 3), 90, np.uint8)
+    ground[:, :200] = rgb8
+    ground[: small.shape[0], 205:305] = small
+    faces = true_face(points, 7), true_face(points / 2 + (205, 0), 3)
+    return scene_of(frame_of(ground, pix_fmt="yuv444p"), faces, white_light())
+
+
+def painted_by(composite, scene):
+    rgb8 = scene.frame.picture.to_ndarray(format="yuv444p")
+    frame = scene.frame
+    fresh = type(frame.picture).from_ndarray(rgb8, format="yuv444p")
+    target = Frame(fresh, frame.pts, frame.time_base, frame.tags)
+    return composite(replace(scene, frame=target)).planes[0].astype(int)
+
+
+@pytest.mark.parametrize("who", ["all", "largest", "7", "3", "99"])
+def test_the_chosen_faces_are_painted_and_no_others(who):
+    scene = two_faces()
+    composite = Composite(LIPS, faces=who)
+    changed = painted_by(composite, scene) != scene.frame.planes[0]
+    assert changed[:, :200].any() == (who in ("all", "largest", "7"))
+    assert changed[:, 200:].any() == (who in ("all", "3"))
+    assert composite.painted_frames == (who != "99")
+
+
+def test_only_frames_with_something_to_paint_are_counted():
+    composite = Composite(LIPS)
+    rgb8, points = close_up()
+    for faces in ((), (true_face(points, mouth_visible=0.1),), (true_face(points),)):
+        composite(scene_of(frame_of(rgb8), faces))
+    assert composite.painted_frames == 1
+
+
+def test_a_frame_that_is_not_painted_is_not_copied():
+    rgb8, points = close_up()
+    for look, faces in ((LIPS, ()), (Look(), (true_face(points),))):
+        frame = frame_of(rgb8)
+        address = frame.planes[0].ctypes.data
+        assert Composite(look)(scene_of(frame, faces)) is frame
+        assert frame.planes[0].ctypes.data == address
+
+
+def test_a_frame_keeps_its_time_and_its_tags():
+    rgb8, points = close_up()
+    frame = frame_of(rgb8, 31)
+    painted = Composite(BOTH)(scene_of(frame, (true_face(points),)))
+    assert painted.pts == 31 and painted.time_base == frame.time_base
+    assert painted.tags == frame.tags
+
+
+def test_a_grey_frame_holds_no_colour_and_stays():
+    rgb8, points = close_up()
+    frame = frame_of(rgb8, pix_fmt="gray")
+    before = copied(frame)
+    Composite(BOTH)(scene_of(frame, (true_face(points),)))
+    np.testing.assert_array_equal(frame.planes[0], before[0])
+
+
+def test_a_new_look_takes_effect_at_the_next_frame():
+    scene = close_up_scene()
+    composite = Composite(Look())
+    bare = painted_by(composite, scene)
+    composite.set_look(LIPS)
+    red = painted_by(composite, scene)
+    composite.set_look(replace(LIPS, strength=0.0))
+    again = painted_by(composite, scene)
+    np.testing.assert_array_equal(bare, scene.frame.planes[0])
+    np.testing.assert_array_equal(again, bare)
+    np.testing.assert_array_equal(np.abs(red - bare), change(scene, LIPS))
+    assert (red != bare).any()
+
+
+@pytest.mark.parametrize("dial", ["strength", "intensity"])
+def test_the_user_s_dials_scale_what_is_painted(dial):
+    scene = close_up_scene()
+    look = LIPS if dial == "strength" else EYES
+    sums = [change(scene, replace(look, **{dial: d})).sum() for d in (0, 0.25, 0.5, 0.75, 1)]
+    assert sums[0] == 0 and (np.diff(sums) > 0).all()
+
+
+def test_strength_scales_the_eyes_and_intensity_leaves_the_lips_alone():
+    scene = close_up_scene()
+    assert change(scene, replace(EYES, strength=0.5)).sum() < change(scene, EYES).sum()
+    np.testing.assert_array_equal(change(scene, LIPS), change(scene, replace(LIPS, intensity=0.2)))
+
+
+def test_a_mouth_that_is_hidden_is_not_painted_and_one_half_hidden_is_half():
+    rgb8, points = close_up()
+    sums = []
+    for visible in (0.1, 0.35, 1.0):
+        faces = (true_face(points, mouth_visible=visible),)
+        scene = scene_of(frame_of(rgb8, pix_fmt="yuv444p"), faces, white_light())
+        sums.append(change(scene, LIPS).sum())
+        assert change(scene, BOTH).sum() > sums[-1]  # the eyes are painted all the same
+    assert sums[0] == 0 < sums[1] < sums[2]
+
+
+def test_lips_and_eyes_are_painted_apart():
+    scene = close_up_scene()
+    lips, eyes, both = (change(scene, look) for look in (LIPS, EYES, BOTH))
+    np.testing.assert_array_equal(lips + eyes, both)
+    assert not (lips * eyes).any()
+    _, points = close_up()
+    on_lips = inside(points[LIPS_OUTER], lips.shape)
+    assert (lips[on_lips] > 0).mean() > 0.7
+
+
+@pytest.mark.parametrize("offset", [(-90, 0), (110, 0), (0, -130), (60, 60), (9000, 0), (0, -9000)])
+def test_faces_partly_or_wholly_outside_are_no_trouble(offset):
+    rgb8, points = close_up()
+    scene = scene_of(frame_of(rgb8), (true_face(points + offset),), white_light())
+    after = paint_planes(scene, BOTH)
+    assert [plane.shape for plane in after] == [plane.shape for plane in scene.frame.planes]
+
+
+def test_a_device_that_is_not_there_is_a_usage_error():
+    with pytest.raises(UsageError, match="no such device"):
+        Composite(LIPS, device="no such device")

@@ -1,0 +1,134 @@
+"""Zones for eye-shadow: where they lie, and that they follow the lid."""
+
+import cv2
+import heads
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup import close_up, inside, true_face
+from makeup_video.pipeline.eyes import ZONES as ZONE_OF
+from makeup_video.pipeline.eyes import eye_regions
+from makeup_video.pipeline.look import ZONES
+from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, RIGHT_EYE
+
+HW = (220, 200)
+
+
+def weights(points, zone="lid", softness=0.5, hw=HW):
+    out = np.zeros((2, *hw), np.float32)
+    for region, part in zip(eye_regions(true_face(points)), out, strict=True):
+        region.weigh(part, (0, 0), softness, zone)
+    return out
+
+
+def turned(points, degrees, scale=1.0):
+    angle = np.radians(degrees)
+    spin = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return (points - (100, 60)) @ spin.T + (100, 60)
+
+
+@pytest.mark.parametrize("zone", ZONES)
+@pytest.mark.parametrize("softness", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("number", [0, 60])
+def test_zones_lie_above_the_lashes_and_below_the_brow(zone, softness, number):
+    _, points = close_up(number)
+    for weight, contour, eye in zip(
+        weights(points, zone, softness),
+        (EYE_CONTOUR, RIGHT_EYE[:16]),
+        (EYE, RIGHT_EYE),
+        strict=True,
+    ):
+        assert 0.5 < weight.max() <= 1 and weight.min() == 0
+        assert weight[inside(points[contour], HW, 0.7)].max() == 0
+        rows = np.flatnonzero((weight > 0.2).any(1))
+        assert rows[0] > points[eye[42:46], 1].min() - 10 and rows[-1] < points[eye[:16], 1].max()
+
+
+def middle_of(weight):
+    y, x = np.mgrid[: weight.shape[0], : weight.shape[1]]
+    return np.array([(x * weight).sum(), (y * weight).sum()]) / weight.sum()
+
+
+def test_zones_are_where_their_names_say():
+    _, points = close_up()
+    by_zone = {zone: weights(points, zone)[0] for zone in ZONES}
+    assert middle_of(by_zone["crease"])[1] < middle_of(by_zone["lid"])[1]
+    assert by_zone["full"].sum() > by_zone["lid"].sum() > by_zone["outer"].sum()
+    outer, inner = points[33, 0], points[133, 0]
+    assert (middle_of(by_zone["outer"])[0] - middle_of(by_zone["lid"])[0]) * (outer - inner) > 0
+
+
+def test_one_eye_is_the_mirror_of_the_other():
+    _, points = close_up()
+    mirrored = points.copy()
+    mirrored[EYE], mirrored[RIGHT_EYE] = points[RIGHT_EYE], points[EYE]
+    for index in np.setdiff1d(np.arange(478), np.concatenate([EYE, RIGHT_EYE])):
+        mirrored[index] = points[index]
+    mirrored[:, 0] = HW[1] - 1 - mirrored[:, 0]
+    here, there = weights(points), weights(mirrored)[:, :, ::-1]
+    for eye, other in ((0, 1), (1, 0)):
+        np.testing.assert_allclose(here[eye], there[other], atol=0.08)  # `up` differs a little
+
+
+def test_a_closing_lid_takes_the_shadow_down_with_it():
+    (_, opened), (_, closed) = close_up(60), close_up(75)
+    reach = []
+    for points in (opened, closed):
+        middle = points[[33, 133]].mean(0)
+        weight = weights(points)[0]
+        reach.append(np.flatnonzero(weight[:, round(middle[0])] > 0.3).max() - middle[1])
+    assert reach[1] > reach[0] + 2
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-180, 180), st.floats(0.3, 3), st.floats(0, 1), st.sampled_from(ZONES))
+def test_zones_turn_with_the_face_and_stay_within_their_corners(degrees, scale, softness, zone):
+    _, points = close_up()
+    points = turned(points, degrees, scale)
+    for region in eye_regions(true_face(points)):
+        low, high = region.corners_xy
+        origin = np.floor(low).astype(int) - 15
+        out = np.zeros(tuple(np.ceil(high - low).astype(int)[::-1] + 30), np.float32)
+        region.weigh(out, tuple(origin), softness, zone)
+        assert np.isfinite(out).all() and 0.3 < out.max() <= 1
+        y, x = np.nonzero(out)
+        assert (x + origin[0] >= low[0] - 1.5).all() and (x + origin[0] <= high[0] + 1.5).all()
+        assert (y + origin[1] >= low[1] - 1.5).all() and (y + origin[1] <= high[1] + 1.5).all()
+        # nothing at the grid's own border, or the zone would be cut off there
+        at_grid = region.zone_weight(ZONE_OF[zone], softness)
+        border = np.concatenate([at_grid[0], at_grid[:, 0], at_grid[:, -1]])
+        assert border.max() < 0.02
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-180, 180), st.floats(-2, 2))
+def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean):
+    _, points = close_up()
+    points = turned(points, degrees)
+    points = np.column_stack([points, lean * points[:, 0] - 3 * lean * points[:, 1]])
+    shaken = points + np.random.default_rng(1).normal(0, 6, points.shape)
+    for some in (points, points * (0.2, 1, 1), shaken, 0 * points + 50):
+        for region in eye_regions(heads.face(some)):
+            assert np.isfinite(region.normals).all() and np.isfinite(region.up).all()
+            assert (np.square(region.normals).sum(0) < 1).all()
+
+
+def test_eyes_too_narrow_to_be_seen_are_left_out():
+    _, points = close_up()
+    gone = points.copy()
+    gone[EYE] = points[EYE].mean(0) + (points[EYE] - points[EYE].mean(0)) * (0.05, 1)
+    gone[[33, 133], 1] = gone[33, 1]
+    assert len(eye_regions(true_face(points))) == 2
+    assert len(eye_regions(true_face(gone))) == 1
+
+
+def test_the_light_of_a_lid_is_measured_on_skin():
+    _, points = close_up()
+    for region, contour in zip(
+        eye_regions(true_face(points)), (EYE_CONTOUR, RIGHT_EYE[:16]), strict=True
+    ):
+        measured = region.shading_weight()
+        assert measured.shape == region.up.shape and 50 < measured.sum() < measured.size / 2
+        on_frame = cv2.warpAffine(measured, region.grid.to_px, HW[::-1], flags=cv2.INTER_NEAREST)
+        assert on_frame[inside(points[contour], HW, 1)].max() == 0

@@ -1,0 +1,136 @@
+"""Where lipstick goes, and how the lips are shaped."""
+
+import cv2
+import heads
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup import close_up, inside, true_face
+from makeup_video.pipeline.face import MIN_FACE_PX
+from makeup_video.pipeline.lips import lip_region
+from makeup_video.pipeline.topology import LIPS_INNER, LIPS_OUTER
+
+HW = (220, 200)
+
+
+def weight_of(face, hw=HW, softness=0.5, origin_xy=(0, 0)):
+    out = np.full(hw, np.nan, np.float32)
+    lip_region(face).weigh(out, origin_xy, softness, "lid")
+    return out
+
+
+def turned(points, degrees, scale=1.0):
+    """About the middle of the picture."""
+    angle = np.radians(degrees)
+    spin = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return (points - (100, 110)) @ spin.T + (100, 110)
+
+
+@pytest.mark.parametrize("softness", [0.0, 0.5, 1.0])
+def test_lips_are_covered_and_skin_is_not(softness):
+    _, points = close_up()
+    weight = weight_of(true_face(points), softness=softness)
+    assert weight.min() == 0 and 0.99 < weight.max() <= 1
+    outer, inner = inside(points[LIPS_OUTER], HW, 3), inside(points[LIPS_INNER], HW, -3)
+    assert weight[outer & ~inner].mean() > (0.97 if softness < 1 else 0.8)
+    assert weight[~inside(points[LIPS_OUTER], HW, -6)].max() == 0
+
+
+def test_an_open_mouth_stays_free():
+    _, points = close_up(100)
+    weight = weight_of(true_face(points), softness=1.0)
+    within = inside(points[LIPS_INNER], HW, 1.0)
+    assert within.sum() > 100 and weight[within].max() < 0.05
+
+
+def test_a_softer_edge_is_a_wider_one():
+    _, points = close_up()
+    face = true_face(points)
+    widths = [((w > 0.05) & (w < 0.95)).sum() for w in (weight_of(face, softness=s)
+              for s in (0.0, 0.5, 1.0))]  # fmt: skip
+    assert widths[0] < widths[1] < widths[2]
+
+
+def test_the_edge_is_never_harder_than_a_pixel():
+    _, points = close_up()
+    weight = weight_of(true_face(points), softness=0.0)
+    assert np.abs(np.diff(weight, axis=0)).max() < 0.95
+    large = cv2.resize(weight, None, fx=2, fy=2)
+    assert len(np.unique(large)) > 50
+
+
+def test_the_contours_hold_a_mask_that_goes_astray():
+    _, points = close_up()
+    face = heads.face(points, logits=np.full((80, 112), 9, np.float32))
+    weight = weight_of(face)
+    assert weight[~inside(points[LIPS_OUTER], HW, -10)].max() == 0
+
+
+def test_a_mask_that_leaves_something_out_is_believed():
+    _, points = close_up()
+    face = true_face(points)
+    hand = face.lips.logits.copy()
+    hand[:, 50:60] = -8
+    there = weight_of(heads.face(points, logits=hand))
+    column = round(face.lips.to_px[0] @ (55, 40, 1))
+    assert weight_of(face)[:, column].max() == 1 and there[:, column].max() < 0.05
+
+
+@pytest.mark.parametrize("visible", [0.0, 0.1, 0.2])
+def test_a_hidden_mouth_has_no_lips(visible):
+    _, points = close_up()
+    assert lip_region(heads.face(points, mouth_visible=visible)) is None
+    assert lip_region(heads.face(points, mouth_visible=0.3)) is not None
+
+
+def test_a_window_is_a_part_of_the_whole():
+    _, points = close_up()
+    face = true_face(points)
+    whole = weight_of(face)
+    part = weight_of(face, (80, 90), origin_xy=(61, 103))
+    np.testing.assert_allclose(part, whole[103:183, 61:151], atol=0.02)  # 1/32 px in OpenCV
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-180, 180), st.floats(0.3, 4), st.floats(0, 1), st.sampled_from([0, 75, 100]))
+def test_nothing_is_painted_beyond_the_region_s_corners(degrees, scale, softness, number):
+    _, points = close_up(number)
+    face = true_face(turned(points, degrees, scale))
+    region = lip_region(face)
+    low, high = region.corners_xy
+    hw = tuple(np.ceil(high - low).astype(int)[::-1] + 40)
+    origin = np.floor(low).astype(int) - 20
+    weight = weight_of(face, hw, softness, tuple(origin))
+    y, x = np.nonzero(weight > 1 / 255)
+    assert (x + origin[0] >= low[0] - 1).all() and (x + origin[0] <= high[0] + 1).all()
+    assert (y + origin[1] >= low[1] - 1).all() and (y + origin[1] <= high[1] + 1).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-180, 180), st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
+def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean, depth):
+    _, points = close_up(100)
+    points = turned(points, degrees)
+    leaning = np.column_stack([points, depth * np.abs(points[:, 0] - 90) + lean * points[:, 1]])
+    for some in (leaning, leaning * (0.0, 1.0, 1.0), leaning * 0 + 50):
+        region = lip_region(heads.face(some, to_px=heads.face(points).lips.to_px))
+        if region is not None:
+            assert np.isfinite(region.normals).all() and np.isfinite(region.odds).all()
+            assert (np.square(region.normals).sum(0) < 1).all()
+
+
+def test_lips_bulge_towards_the_viewer():
+    """The border of the upper lip looks up, that of the lower one down."""
+    _, points = close_up()
+    region = lip_region(true_face(points))
+    back = cv2.invertAffineTransform(region.grid.to_px)
+    top, bottom = (points[at] @ back[:, :2].T + back[:, 2] for at in (0, 17))
+    ny = region.normals[1]
+    assert ny[round(top[1]) + 1, round(top[0])] < ny[round(bottom[1]) - 1, round(bottom[0])]
+
+
+def test_faces_as_small_as_any_have_lips():
+    _, points = close_up()
+    points = turned(points, 0, MIN_FACE_PX / np.ptp(points[:, 0]))
+    assert weight_of(true_face(points)).max() > 0.8

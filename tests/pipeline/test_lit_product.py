@@ -1,0 +1,102 @@
+"""Products under a scene's light: what the parameters become."""
+
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup import codings, lights, params, places, product
+from makeup_video.kernels.colour import HLG, PQ, Coding, product_linear
+from makeup_video.pipeline.lit_product import Place, material
+from makeup_video.pipeline.scene import SceneLight, white_light
+
+FACING = Place(np.eye(2), 200.0)
+
+
+def lit(light=None, amount=1.0, place=FACING, coding=None, **given_params):
+    return material(
+        product(**given_params), amount, light or white_light(), place, coding or Coding()
+    )
+
+
+def lamp(colour=(1.0, 1.0, 1.0), strength=1.0, direction=(0, -0.5, -(0.75**0.5))):
+    return SceneLight(
+        np.array(colour, np.float32), strength, np.array(direction, np.float32),
+        white_light().environment,
+    )  # fmt: skip
+
+
+def test_under_white_light_a_product_has_its_own_colour():
+    want = product_linear((180, 0, 46), Coding())
+    np.testing.assert_allclose(lit().product, want, rtol=1e-6)
+    wide = Coding(9, primaries=9)
+    np.testing.assert_allclose(lit(coding=wide).product, product_linear((180, 0, 46), wide))
+
+
+@pytest.mark.parametrize("adaptation", [0.0, 0.5, 1.0])
+def test_the_light_colours_the_product_as_far_as_it_adapts(adaptation):
+    warm = lamp((1.3, 0.95, 0.6), 0.5)
+    plain, seen = (
+        np.array(lit(light, red=90, green=80, blue=70, light_adaptation=adaptation).product)
+        for light in (None, warm)
+    )
+    want = 1 + adaptation * (np.array([1.3, 0.95, 0.6]) * 0.5 - 1)
+    np.testing.assert_allclose(seen / plain, want, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["opacity", "reflection", "own_highlights", "glint"])
+def test_strength_scales_what_is_laid_on(name):
+    full, half = (
+        np.array(getattr(lit(amount=a, gloss=1, reflection=0.6), name)) for a in (1.0, 0.5)
+    )
+    np.testing.assert_allclose(half, 0.5 * full)
+
+
+def test_shimmer_fades_with_a_product_that_is_hardly_there():
+    there = [sum(lit(shimmer=1, opacity=o).sparkle) for o in (0.0, 0.1, 0.5, 1.0)]
+    assert there[0] == 0 and (np.diff(there) > 0).all()
+
+
+def test_sparkles_finer_than_a_pixel_are_not_drawn():
+    small, large = (lit(shimmer=1, place=Place(np.eye(2), px)) for px in (30.0, 900.0))
+    assert sum(small.sparkle) == 0 and sum(large.sparkle) > 0
+
+
+def test_gloss_is_shared_between_own_and_synthetic_highlights():
+    own, made = lit(gloss=1, gloss_detail=1.0), lit(gloss=1, gloss_detail=0.0)
+    assert own.own_highlights > 0 and sum(own.glint) == 0
+    assert made.own_highlights == 0 and min(made.glint) > 0
+
+
+def test_roughness_makes_highlights_broader_and_weaker():
+    sharp, rough = (lit(gloss=1, gloss_roughness=r) for r in (0.0, 1.0))
+    assert 0 < sharp.lobe < rough.lobe < 1
+    assert rough.glint[0] < sharp.glint[0]
+
+
+def test_a_highlight_lies_between_light_and_viewer_in_the_region_s_own_axes():
+    left = lamp(direction=(-0.6, 0, -0.8))
+    x, y, z = lit(left).half_way
+    assert x < -0.2 and abs(y) < 1e-6 and z > 0.8
+    upside_down = Place(-np.eye(2), 200.0)
+    assert lit(left, place=upside_down).half_way[:2] == pytest.approx((-x, -y))
+
+
+def test_hdr_has_room_for_highlights_beyond_white():
+    sdr, pq, hlg = (lit(coding=Coding(9, False, transfer, 9, 10)) for transfer in (13, PQ, HLG))
+    assert sdr.ceiling == 1 and pq.ceiling == hlg.ceiling > 1
+
+
+@settings(max_examples=150, deadline=None)
+@given(params(), st.floats(0, 1), lights(), places(), codings(), st.booleans())
+def test_every_number_is_finite_and_in_its_range(p, amount, light, place, coding, spares):
+    m = material(p, amount, light, place, coding, spares)
+    assert np.isfinite(np.hstack(astuple(m))).all() and np.isfinite(m.argument()).all()
+    for share in (m.opacity, m.texture, m.undertone, m.reflection, m.shimmer):
+        assert 0 <= share <= 1
+    assert 0 < m.lobe < 1 and m.spot > 0 and m.cells > 0 and m.dark > 0
+    assert np.linalg.norm(m.half_way) == pytest.approx(1) and m.half_way[2] > 0
+    assert min(m.glint) >= 0 and m.own_highlights >= 0
+    # a region reaches less than 8 of the eyes' distance: sparkles' cells stay in their range
+    assert m.cells * 8 < 4096
