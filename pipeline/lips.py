@@ -30,7 +30,8 @@ _REACH = 0.06  # of the mouth's width: the mask is trusted so far beyond the con
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 _LIMIT_STEEPNESS = 3.0  # odds for a px beyond the contours' reach
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
-_FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 5.0, 0.7
+_FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
+_INWARD = 0.5  # of that half: how far the edge is drawn back at an open mouth
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +61,7 @@ class LipRegion:
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
 
-        1 on the lips, 0 beyond their edge. At an open mouth all of the feather is on the lips.
+        1 on the lips, 0 beyond their edge. At an open mouth the edge is drawn back onto the lips.
         """
         to_px = self.face.lips.to_px.copy()
         scale = abs(np.linalg.det(to_px[:, :2])) ** 0.5
@@ -68,7 +69,7 @@ class LipRegion:
         feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, _FEATHER_LEAST_PX / scale)
         half = np.float32(feather * _ODDS_PER_PX)
         cv2.warpAffine(
-            self.odds - half * self.opening, to_px, out.shape[::-1], out,
+            self.odds - _INWARD * half * self.opening, to_px, out.shape[::-1], out,
             flags=cv2.INTER_CUBIC if scale > 1.5 else cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
         )  # fmt: skip

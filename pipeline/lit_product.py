@@ -16,7 +16,8 @@ _DARK = 0.004  # of diffuse white: a fifth of a code of 8 bits counts for little
 _MOST_GLOSS = 1e4  # as good as infinite
 _GLINT = 0.55  # light of the synthetic highlight at gloss 1
 _OWN = 2.2  # gain of the lips' own highlights at gloss 1
-_SPARKLE = 2.5
+_SPARKLE = 1.8
+_PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
 _SPARED = -1.4, 4.0  # of the skin's broad light: bare below 0.35 of it, painted from 0.6 on
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
 _SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
@@ -62,10 +63,11 @@ def material(
     metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
     blur = params.environment_blur
+    pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
         product=tuple(product * gain),
-        glint=tuple(gain * metal * (_GLINT * gloss * sheen * (1 - params.gloss_detail))),
+        glint=tuple(gain * (metal * _GLINT * gloss * sheen * (1 - params.gloss_detail) + tint * pearl)),
         sparkle=tuple(gain * tint * (_SPARKLE * resolved * amount * worn)),
         luminance=tuple(weights),
         opacity=params.opacity * amount,
