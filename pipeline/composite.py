@@ -1,5 +1,7 @@
 """FrameScene -> Frame: lays the look on the planes. Bytes outside every mask stay the decoder's."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from makeup_video.kernels.paint import Surface, paint
@@ -14,6 +16,7 @@ from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
 
+_LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _VEIL = 0.7  # of the room's mean light: what a reflection does not show
 
 
@@ -95,11 +98,23 @@ class Composite:
         surface = Surface(
             maps, lit.mean, _to_skin(to_window, place), _environment(scene.light, params)
         )
-        product = material(params, amount, scene.light, place, item.coding, region.spares_dark)
+        light = _on_lids(scene.light, lit.mean) if isinstance(region, EyeRegion) else scene.light
+        product = material(params, amount, light, place, item.coding, region.spares_dark)
         chroma = window.chroma(planes, frame.chroma)
         change = spread(chroma, frame.chroma, (window.width, window.height))
         paint(self._device, window.luma(planes), change, surface, product, item.coding)
         fold(chroma, change, frame.chroma, item.coding.max_code)
+
+
+def _on_lids(light: SceneLight, mean: float) -> SceneLight:
+    """Lids are skin: where they are darker than the face, less light falls on them, by that much.
+
+    So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
+    """
+    if light.skin <= 0:
+        return light
+    share = min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
+    return replace(light, strength=light.strength * share)
 
 
 def _place(face: Face, region: LipRegion | EyeRegion) -> Place:

@@ -18,7 +18,7 @@ _GLINT = 0.55  # light of the synthetic highlight at gloss 1
 _OWN = 2.2  # gain of the lips' own highlights at gloss 1
 _SPARKLE = 1.8
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
-_SPARED = -1.4, 4.0  # of the skin's broad light: bare below 0.35 of it, painted from 0.6 on
+_SPARED = -0.8, 4.0  # of the skin's broad light: bare below 0.2 of it, painted from 0.45 on
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
 _SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
 
