@@ -25,7 +25,7 @@ _FINISHES = {
 _ZONES = {
     "lid": "from the lashes to a little above the crease, the whole width of the eye",
     "crease": "only around the crease, the lid itself stays bare",
-    "full": "from the lashes almost to the brow",
+    "full": "from the lashes to well above the crease, thinning out towards the brow",
     "outer": "the outer third, from the lashes to above the crease",
 }
 
