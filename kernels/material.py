@@ -129,11 +129,11 @@ def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarra
 
     du = u - iu - 0.3 - 0.4 * bits(8)
     dv = v - iv - 0.3 - 0.4 * bits(16)
-    tx = skin.nx - m.half_way[0] + 0.9 * (bits(4) - 0.5)
-    ty = skin.ny - m.half_way[1] - 0.9 * (0.5 - bits(12))
+    tx = skin.nx - m.half_way[0] + 1.3 * (bits(4) - 0.5)
+    ty = skin.ny - m.half_way[1] - 1.3 * (0.5 - bits(12))
     spot = np.maximum(1 - (du * du + dv * dv) / m.spot, 0)
-    glint = np.maximum(1 - 4 * (tx * tx + ty * ty), 0)
-    sparkle: np.ndarray = np.where(bits(0) < m.shimmer, spot**2 * glint**2, 0)
+    glint = np.maximum(1 - 2.5 * (tx * tx + ty * ty), 0)
+    sparkle: np.ndarray = np.where(bits(0) < m.shimmer, spot**2 * glint, 0)
     return sparkle
 
 
@@ -146,7 +146,7 @@ def made_up(
     fine = np.minimum(lit / broad, _BRIGHTEST)
     weight = weight * np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
     matte = np.minimum(fine, FINEST)
-    highlight = (fine - matte) * broad
+    highlight = weight * (fine - matte) * broad  # at the edge bright skin is no highlight
     shade = skin.shade * (1 + m.texture * (matte - 1))
     below = np.minimum(shade, 1)
     product = np.array(m.product)

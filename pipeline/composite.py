@@ -17,6 +17,7 @@ from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
 
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
+_ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
 _VEIL = 0.7  # of the room's mean light: what a reflection does not show
 
 
@@ -137,6 +138,8 @@ def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
     even room would only lay a veil over the colour.
     """
     sigma = 0.6 + 4 * params.environment_blur
-    blurred = cv2.GaussianBlur(light.environment, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    grey = light.environment.mean(-1, keepdims=True)
+    room = grey + _ROOM_COLOUR * (light.environment - grey)
+    blurred = cv2.GaussianBlur(room, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
     bright = np.maximum(blurred - _VEIL * blurred.mean((0, 1)), 0)
     return np.ascontiguousarray(np.moveaxis(bright, -1, 0))

@@ -22,7 +22,7 @@ _LEFT, _TOP, _STEP = -0.85, -0.95, 1.9 / 55  # of the grid: its first column and
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
-_LASH_FEATHER = 0.035  # of the eye's width, upwards from the lash line
+_LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
 _FAINTEST = 1 / 512
 _CURVES = (_LASHES, _CREASE, _BROW)
 
@@ -37,10 +37,10 @@ class Zone:
 
 
 ZONES = {
-    "lid": Zone((-0.6, -0.5, 0.45, 1.40), (-0.54, -0.30, 0.40, 0.68)),
-    "crease": Zone((0.30, 0.95, 1.05, 1.75), (-0.50, -0.10, 0.44, 0.76)),
-    "full": Zone((-0.6, -0.5, 0.70, 2.20), (-0.56, -0.26, 0.44, 0.82)),
-    "outer": Zone((-0.6, -0.5, 0.60, 1.70), (-0.05, 0.36, 0.46, 0.78)),
+    "lid": Zone((-0.6, -0.5, 0.45, 1.40), (-0.58, -0.20, 0.38, 0.68)),
+    "crease": Zone((0.30, 0.95, 1.05, 1.75), (-0.52, -0.10, 0.42, 0.76)),
+    "full": Zone((-0.6, -0.5, 0.80, 2.50), (-0.60, -0.20, 0.42, 0.82)),
+    "outer": Zone((-0.6, -0.5, 0.70, 1.90), (-0.15, 0.34, 0.48, 0.82)),
 }
 
 

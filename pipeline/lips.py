@@ -26,12 +26,17 @@ _BETWEEN = (0.19, 0.57, 0.88)
 _FULLER_UPPER = (-0.30, 0.75)
 _FULLER_LOWER = (0.45, -1.0)
 _STEEPEST = 2.5
+_SEAM_SIGMA = 0.8  # px of the coarse grid
 _REACH = 0.06  # of the mouth's width: the mask is trusted so far beyond the contours
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 _LIMIT_STEEPNESS = 3.0  # odds for a px beyond the contours' reach
+# What the contours say is mixed in where the mask is not sure of itself, and both draw the border
+# a little too tight.
+_CONTOUR_SHARE, _CONTOUR_MOST = 0.25, 4.0
+_WIDER = 0.25
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
-_INWARD = 0.5  # of that half: how far the edge is drawn back at an open mouth
+_INWARD = 0.3  # of that half: how far the edge is drawn back from an open mouth, and over a shut one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +44,7 @@ class LipRegion:
     """Lips, ready to be painted; (H, W) float32 on the patch, (H/2, W/2) on the coarse grid.
 
     odds: (H, W) log-odds of lipstick, limited to the contours' neighbourhood.  opening: (H, W),
-    1 at the rim of an open mouth, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
+    1 at the rim of an open mouth, -1 where shut lips meet, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
     shading, mean: see `light_up`.  corners_xy: (2, 2) lowest and highest px it may reach.
     """
 
@@ -100,13 +105,15 @@ def lip_region(face: Face) -> LipRegion | None:
     xy = points[:, :2] @ to_patch[:, :2].T + to_patch[:, 2]
     xyz = np.column_stack([xy, points[:, 2] / px_per_patch])
     columns = np.arange(width, dtype=np.float64)
-    limits, opening = _limits(xyz, columns, np.arange(height, dtype=np.float32)[:, None])
+    inside, reach, opening = _contours(xyz, columns, np.arange(height, dtype=np.float32)[:, None])
     normals = _normals(
         xyz, columns[::COARSE] + 0.5, np.arange(height // COARSE)[:, None] * COARSE + 0.5
     )
-    reach = 1.5 * _REACH * px_per_patch * np.ptp(xyz[:, 0])
-    low, high = points[:, :2].min(0) - reach, points[:, :2].max(0) + reach
-    odds = np.minimum(patch.logits, limits)
+    odds = (1 - _CONTOUR_SHARE) * patch.logits + _WIDER
+    odds += _CONTOUR_SHARE * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST)
+    np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
+    margin = 1.5 * reach * px_per_patch
+    low, high = points[:, :2].min(0) - margin, points[:, :2].max(0) + margin
     return LipRegion(face, odds, opening, normals, np.stack([low, high]))
 
 
@@ -117,10 +124,10 @@ def _curve(xyz: np.ndarray, ring: np.ndarray, columns: np.ndarray, axis: int) ->
     return np.interp(columns, x, points[:, axis])
 
 
-def _limits(
+def _contours(
     xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Odds that the mask may not exceed, and how near the opening of the mouth is."""
+) -> tuple[np.ndarray, np.float32, np.ndarray]:
+    """How far within the contours each px lies, how far they may be off, and `opening`."""
     top, upper = (_curve(xyz, _UPPER[i], columns, 1).astype(np.float32) for i in (0, 3))
     bottom, lower = (_curve(xyz, _LOWER[i], columns, 1).astype(np.float32) for i in (0, 3))
     left, right = xyz[_UPPER[0][[0, -1]], 0]
@@ -128,14 +135,13 @@ def _limits(
     beside = np.minimum(columns - left, right - columns).astype(np.float32)
     inside = np.minimum(np.minimum(rows - top, bottom - rows), beside)
     within = np.minimum(rows - upper, lower - rows)  # of the opening
-    limits = np.float32(_LIMIT_STEEPNESS) * (np.minimum(inside, -within) + reach)
     gap = np.clip((lower - upper) / reach, 0, 1)
     near = np.where(
         rows < 0.5 * (upper + lower),
         (rows - top) / np.maximum(upper - top, 1),
         (bottom - rows) / np.maximum(bottom - lower, 1),
     )
-    return limits, gap * np.clip(2 * near - 0.8, 0, 1)
+    return np.minimum(inside, -within), reach, (2 * gap - 1) * np.clip(2 * near - 0.8, 0, 1)
 
 
 def _normals(xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -155,6 +161,8 @@ def _normals(xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarr
         sides.append(_slopes(np.clip(across, 0, 1), slopes, along, tilt, fuller))
     upper_ends = _curve(xyz, _UPPER[3], columns, 1) + _curve(xyz, _LOWER[3], columns, 1)
     gx, gy = np.where(2 * rows < upper_ends, sides[0], sides[1])
+    # where the lips meet the slope would jump, and be seen as steps
+    gx, gy = (cv2.GaussianBlur(slope, (0, 0), _SEAM_SIGMA) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
     return np.stack([gx / length, gy / length]).astype(np.float32)
 

@@ -14,7 +14,7 @@ from makeup_video.pipeline.scene import SceneLight
 _SDR_CEILING, _HDR_CEILING = 1.0, 4.0  # in units of diffuse white
 _DARK = 0.004  # of diffuse white: a fifth of a code of 8 bits counts for little below this
 _MOST_GLOSS = 1e4  # as good as infinite
-_GLINT = 0.55  # light of the synthetic highlight at gloss 1
+_GLINT = 0.6  # light of the synthetic highlight at gloss 1
 _OWN = 2.2  # gain of the lips' own highlights at gloss 1
 _SPARKLE = 1.8
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
@@ -52,7 +52,8 @@ def material(
     gain = 1 + params.light_adaptation * (light.colour.astype(np.float64) * light.strength - 1)
     product = product_linear((params.red, params.green, params.blue), coding)
     gloss = min(params.gloss, _MOST_GLOSS) * amount
-    sheen = 0.35 + 0.65 * (1 - params.gloss_roughness)  # a broad highlight is a weaker one
+    # a broad highlight is a weaker one: the same light over more of the surface
+    sheen = 1 / (1 + 6 * params.gloss_roughness**2)
     cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
     cell_px = cell * place.skin_px
     # Sparkles of less than a pixel would flicker: they fade, and grow to a pixel before.
