@@ -1,5 +1,6 @@
 """FrameScene -> Frame: lays the look on the planes. Bytes outside every mask stay the decoder's."""
 
+import math
 from dataclasses import replace
 
 import cv2
@@ -119,15 +120,21 @@ def _on_lids(light: SceneLight, mean: float) -> SceneLight:
 
 def _place(face: Face, region: LipRegion | EyeRegion) -> Place:
     axes = region.grid.to_px[:, :2]
-    first, second = face.points_px[list(EYE_CORNERS), :2]
-    return Place(axes / np.linalg.norm(axes, axis=0), max(float(np.hypot(*(first - second))), 1.0))
+    first, second = (face.points_px[corner, :2].tolist() for corner in EYE_CORNERS)
+    return Place(axes / _lengths(axes), max(math.dist(first, second), 1.0))
 
 
 def _to_skin(to_window: np.ndarray, place: Place) -> np.ndarray:
     """(2, 3): px of a window -> the region's own axes, in units of the eyes' distance."""
-    unit = np.linalg.norm(to_window[:, :2], axis=0) / place.skin_px
+    unit = _lengths(to_window[:, :2]) / place.skin_px
     back: np.ndarray = cv2.invertAffineTransform(to_window) * unit[:, None]
     return back
+
+
+def _lengths(axes: np.ndarray) -> np.ndarray:
+    """(2,) of the columns of (2, 2)."""
+    (a, b), (c, d) = axes.tolist()
+    return np.array([math.hypot(a, c), math.hypot(b, d)])
 
 
 def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
