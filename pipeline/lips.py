@@ -56,6 +56,10 @@ class LipRegion:
         height, width = self.normals.shape[1:]
         return Grid(compose(self.face.lips.to_px, _COARSE_TO_PATCH), (width, height))
 
+    def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+        return self.corners_xy[0], self.corners_xy[1]
+
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
     ) -> None:

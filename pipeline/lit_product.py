@@ -68,7 +68,9 @@ def material(
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
         product=tuple((product * gain).tolist()),
-        glint=tuple(gain * (metal * _GLINT * gloss * sheen * (1 - params.gloss_detail) + tint * pearl)),
+        glint=tuple(
+            gain * (metal * _GLINT * gloss * sheen * (1 - params.gloss_detail) + tint * pearl)
+        ),
         sparkle=tuple(gain * tint * (_SPARKLE * resolved * amount * worn)),
         luminance=tuple(weights),
         opacity=params.opacity * amount,
