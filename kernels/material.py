@@ -4,7 +4,7 @@ The numpy twin of material.h, in float64 over arrays of pixels, and what its str
 steps are those of Kips et al. (2021), section 3.1: recolouring, then texture.
 """
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -56,7 +56,14 @@ class Material:
 
     def argument(self) -> np.ndarray:
         """The struct `material` of material.h: (34,) float32."""
-        return np.array(np.hstack(astuple(self)), np.float32)
+        numbers: list[float] = []
+        for name in _NAMES:
+            value = getattr(self, name)
+            numbers.extend(value) if isinstance(value, tuple) else numbers.append(value)
+        return np.array(numbers, np.float32)
+
+
+_NAMES = [field.name for field in fields(Material)]
 
 
 @dataclass(slots=True)

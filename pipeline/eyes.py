@@ -50,7 +50,7 @@ class EyeRegion:
 
     up: height above the lash line, 1 at the crease, 2 below the brow.  lash: the same in px of the
     frame, less the gap that is left to the lashes.  out: (56,), -0.5 to 0.5 between the corners.
-    normals: (2, 40, 56).  corners_xy: (2, 2), lowest and highest px it may reach.
+    normals: (2, 40, 56).
     """
 
     grid: Grid
@@ -58,7 +58,6 @@ class EyeRegion:
     lash_px: np.ndarray
     out: np.ndarray
     normals: np.ndarray
-    corners_xy: np.ndarray
     spares_dark: ClassVar[bool] = True  # lashes, brows, liner
 
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
@@ -67,6 +66,18 @@ class EyeRegion:
         rise = _ramp(self.up, zone.up, wide)
         weight: np.ndarray = rise * _ramp(self.out, zone.out, wide)[None]
         return weight
+
+    def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+        covers, wide = ZONES[zone], 0.5 + softness
+        across = np.flatnonzero(_is_between(self.out, covers.out, wide))
+        rows = _is_between(self.up[:, across], covers.up, wide) & (self.lash_px[:, across] > 0)
+        down = np.flatnonzero(rows.any(1))
+        if not len(down):
+            return np.zeros(2), np.full(2, -1.0)
+        x, y = np.array([across[[0, -1]], down[[0, -1]]]) + [-1, 1]  # weights are interpolated
+        corners = self.grid.to_px @ np.array([x[[0, 1, 0, 1]], y[[0, 0, 1, 1]], np.ones(4)])
+        return corners.min(1), corners.max(1)
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
@@ -99,6 +110,16 @@ def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: floa
     down = np.clip((end - at) / (2 * fall) + 0.5, 0, 1)
     weight: np.ndarray = (up * up * (3 - 2 * up) * down * down * (3 - 2 * down)).astype(np.float32)
     return weight
+
+
+def _is_between(
+    at: np.ndarray, corners: tuple[float, float, float, float], wide: float
+) -> np.ndarray:
+    """Where `_ramp` is above 0."""
+    a, b, c, d = corners
+    low, high = (a + b) / 2 - (b - a) * wide / 2, (c + d) / 2 + (d - c) * wide / 2
+    between: np.ndarray = (at > low) & (at < high)
+    return between
 
 
 def eye_regions(face: Face) -> list[EyeRegion]:
@@ -137,14 +158,7 @@ def _region(points_px: np.ndarray, up_xy: np.ndarray) -> EyeRegion | None:
     lash_px = (lash - rows) / np.sqrt(1 + slope * slope) * (_STEP * width)
     normals = _normals(y, depth, columns, height)
     out = _LEFT + _STEP * columns
-    corners = (np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * (np.array(SIZE_WH) - 1)) @ to_px[
-        :, :2
-    ].T
-    corners += to_px[:, 2]
-    ends = np.stack([corners.min(0), corners.max(0)])
-    return EyeRegion(
-        grid, height.astype(np.float32), lash_px.astype(np.float32), out, normals, ends
-    )
+    return EyeRegion(grid, height.astype(np.float32), lash_px.astype(np.float32), out, normals)
 
 
 def _curves(xy: np.ndarray, z: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

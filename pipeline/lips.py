@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.crop import compose
 from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid
+from makeup_video.pipeline.shading import Grid, slopes_along
 from makeup_video.pipeline.topology import LIPS
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
@@ -23,8 +23,7 @@ _UPPER = np.array([[ring, *range(ring + 11, ring + 20), ring + 10] for ring in _
 # Between the rings, from border (0) to opening (1), where their slopes hold.
 _BETWEEN = (0.19, 0.57, 0.88)
 # Lips are fuller than the mesh: added to the slope at the border, and on the way to the opening.
-_FULLER_UPPER = (-0.30, 0.75)
-_FULLER_LOWER = (0.45, -1.0)
+_FULLER = np.array([[-0.30, 0.45], [0.75, -1.0]], np.float32)[..., None, None]  # upper, lower
 _STEEPEST = 2.5
 _SEAM_SIGMA = 0.8  # px of the coarse grid
 _REACH = 0.06  # of the mouth's width: the mask is trusted so far beyond the contours
@@ -36,7 +35,9 @@ _CONTOUR_SHARE, _CONTOUR_MOST = 0.25, 4.0
 _WIDER = 0.25
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
-_INWARD = 0.3  # of that half: how far the edge is drawn back from an open mouth, and over a shut one
+_INWARD = (
+    0.3  # of that half: how far the edge is drawn back from an open mouth, and over a shut one
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +61,10 @@ class LipRegion:
         """Where `shading` and `normals` lie on the frame."""
         height, width = self.normals.shape[1:]
         return Grid(compose(self.face.lips.to_px, _COARSE_TO_PATCH), (width, height))
+
+    def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+        return self.corners_xy[0], self.corners_xy[1]
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
@@ -104,35 +109,40 @@ def lip_region(face: Face) -> LipRegion | None:
     px_per_patch = abs(np.linalg.det(patch.to_px[:, :2])) ** 0.5
     xy = points[:, :2] @ to_patch[:, :2].T + to_patch[:, 2]
     xyz = np.column_stack([xy, points[:, 2] / px_per_patch])
-    columns = np.arange(width, dtype=np.float64)
-    inside, reach, opening = _contours(xyz, columns, np.arange(height, dtype=np.float32)[:, None])
-    normals = _normals(
-        xyz, columns[::COARSE] + 0.5, np.arange(height // COARSE)[:, None] * COARSE + 0.5
-    )
-    odds = (1 - _CONTOUR_SHARE) * patch.logits + _WIDER
-    odds += _CONTOUR_SHARE * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST)
+    columns = np.arange(width)
+    rows = np.arange(height, dtype=np.float32)[:, None]
+    left, right = xyz[_UPPER[0, [0, -1]], 0].tolist()
+    y = _curves(xyz, columns)[:, ::3, 0]  # of the border and of the opening
+    inside, reach, opening = _contours(y, rows, left, right)
+    normals = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
+    odds = np.float32(1 - _CONTOUR_SHARE) * patch.logits
+    odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST) + _WIDER
     np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
     margin = 1.5 * reach * px_per_patch
     low, high = points[:, :2].min(0) - margin, points[:, :2].max(0) + margin
     return LipRegion(face, odds, opening, normals, np.stack([low, high]))
 
 
-def _curve(xyz: np.ndarray, ring: np.ndarray, columns: np.ndarray, axis: int) -> np.ndarray:
-    """y (1) or z (2) of a ring at every column."""
-    points = xyz[ring]
-    x = np.maximum.accumulate(points[:, 0])  # a face seen from the side folds its rings
-    return np.interp(columns, x, points[:, axis])
+def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """(2, 4, 2, C) float32: of the upper and the lower lip, each ring's y and z at every column."""
+    points = xyz[np.concatenate([_UPPER, _LOWER])]
+    x = np.maximum.accumulate(points[..., 0], axis=1)  # a face seen from the side folds its rings
+    yz = points[..., 1] + 1j * points[..., 2]  # np.interp takes both at once
+    curves = np.stack([np.interp(columns, *ring) for ring in zip(x, yz, strict=True)])
+    return np.stack([curves.real, curves.imag], 1, dtype=np.float32).reshape(2, 4, 2, -1)
 
 
 def _contours(
-    xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray
-) -> tuple[np.ndarray, np.float32, np.ndarray]:
-    """How far within the contours each px lies, how far they may be off, and `opening`."""
-    top, upper = (_curve(xyz, _UPPER[i], columns, 1).astype(np.float32) for i in (0, 3))
-    bottom, lower = (_curve(xyz, _LOWER[i], columns, 1).astype(np.float32) for i in (0, 3))
-    left, right = xyz[_UPPER[0][[0, -1]], 0]
-    reach = np.float32(_REACH * max(right - left, 1.0))
-    beside = np.minimum(columns - left, right - columns).astype(np.float32)
+    y: np.ndarray, rows: np.ndarray, left: float, right: float
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """How far within the contours each px lies, how far they may be off, and `opening`.
+
+    y: (2, 2, C), of upper and lower lip, of border and opening.
+    """
+    (top, upper), (bottom, lower) = y
+    columns = np.arange(y.shape[-1], dtype=np.float32)
+    reach = _REACH * max(right - left, 1.0)
+    beside = np.minimum(columns - np.float32(left), np.float32(right) - columns)
     inside = np.minimum(np.minimum(rows - top, bottom - rows), beside)
     within = np.minimum(rows - upper, lower - rows)  # of the opening
     gap = np.clip((lower - upper) / reach, 0, 1)
@@ -144,40 +154,39 @@ def _contours(
     return np.minimum(inside, -within), reach, (2 * gap - 1) * np.clip(2 * near - 0.8, 0, 1)
 
 
-def _normals(xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def _normals(curves: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """(2, rows, columns) float32: x and y of the unit normal towards the viewer."""
-    sides = []
-    for rings, fuller in ((_UPPER, _FULLER_UPPER), (_LOWER, _FULLER_LOWER)):
-        y = np.stack([_curve(xyz, ring, columns, 1) for ring in rings])
-        z = np.stack([_curve(xyz, ring, columns, 2) for ring in rings])
-        down = np.diff(y, axis=0)
-        down = np.where(down < 0, np.minimum(down, -0.5), np.maximum(down, 0.5))
-        slopes = cv2.blur(np.clip(np.diff(z, axis=0) / down, -_STEEPEST, _STEEPEST), (7, 1))
-        along = cv2.blur(np.gradient(z[1:3].mean(0), columns)[None], (7, 1))[0]
-        tilt = cv2.blur(np.gradient(y[1:3].mean(0), columns)[None], (7, 1))[0]
-        across = (rows - y[0]) / np.where(
-            np.abs(y[3] - y[0]) < 0.5, np.copysign(0.5, y[3] - y[0]), y[3] - y[0]
-        )
-        sides.append(_slopes(np.clip(across, 0, 1), slopes, along, tilt, fuller))
-    upper_ends = _curve(xyz, _UPPER[3], columns, 1) + _curve(xyz, _LOWER[3], columns, 1)
-    gx, gy = np.where(2 * rows < upper_ends, sides[0], sides[1])
+    y, z = curves[:, :, 0], curves[:, :, 1]  # (2, 4, C)
+    down = _at_least_half(y[:, 1:] - y[:, :-1])
+    slopes = np.clip((z[:, 1:] - z[:, :-1]) / down, -_STEEPEST, _STEEPEST)
+    middle = 0.5 * (curves[:, 1] + curves[:, 2])  # (2, 2, C), y and z
+    bends = np.concatenate([slopes, slopes_along(middle, COARSE)], axis=1)
+    bends = cv2.blur(bends.reshape(10, -1), (7, 1)).reshape(2, 5, 1, -1)
+    first, last = y[:, 0, None], y[:, 3, None]
+    across = np.clip((rows - first) / _at_least_half(last - first), 0, 1)
+    gx, gy = np.where(2 * rows < y[0, 3] + y[1, 3], *_slopes(across, bends).swapaxes(0, 1))
     # where the lips meet the slope would jump, and be seen as steps
     gx, gy = (cv2.GaussianBlur(slope, (0, 0), _SEAM_SIGMA) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
-    return np.stack([gx / length, gy / length]).astype(np.float32)
+    return np.stack([gx / length, gy / length])
 
 
-def _slopes(
-    across: np.ndarray,
-    slopes: np.ndarray,
-    along: np.ndarray,
-    tilt: np.ndarray,
-    fuller: tuple[float, float],
-) -> tuple[np.ndarray, np.ndarray]:
-    """dz/dx and dz/dy, from those between the rings and along them."""
+def _at_least_half(length: np.ndarray) -> np.ndarray:
+    """With its sign."""
+    far: np.ndarray = np.copysign(np.maximum(np.abs(length), np.float32(0.5)), length)
+    return far
+
+
+def _slopes(across: np.ndarray, bends: np.ndarray) -> np.ndarray:
+    """(2, 2, rows, columns): dz/dx and dz/dy of both lips, from those between the rings and along them."""
     first, middle, last = _BETWEEN
-    outer = slopes[0] + (slopes[1] - slopes[0]) * ((across - first) / (middle - first))
-    inner = slopes[1] + (slopes[2] - slopes[1]) * ((across - middle) / (last - middle))
-    down = np.where(across < middle, outer, inner) + fuller[0] + fuller[1] * across
+    outer, inner = bends[:, 1] - bends[:, 0], bends[:, 2] - bends[:, 1]
+    down = np.where(
+        across < middle,
+        bends[:, 0] + outer * ((across - first) / (middle - first)),
+        bends[:, 1] + inner * ((across - middle) / (last - middle)),
+    )
+    down += _FULLER[0] + _FULLER[1] * across
     down = np.clip(down, -_STEEPEST, _STEEPEST)
-    return np.clip(along - 0.5 * down * tilt, -_STEEPEST, _STEEPEST), down
+    along, tilt = bends[:, 4], bends[:, 3]
+    return np.stack([np.clip(along - 0.5 * down * tilt, -_STEEPEST, _STEEPEST), down])

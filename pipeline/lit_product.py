@@ -3,6 +3,7 @@
 Every number here that is not physics was set by eye, on the finishes and on photos of real makeup.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,8 +68,10 @@ def material(
     pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
-        product=tuple(product * gain),
-        glint=tuple(gain * (metal * _GLINT * gloss * sheen * (1 - params.gloss_detail) + tint * pearl)),
+        product=tuple((product * gain).tolist()),
+        glint=tuple(
+            gain * (metal * _GLINT * gloss * sheen * (1 - params.gloss_detail) + tint * pearl)
+        ),
         sparkle=tuple(gain * tint * (_SPARKLE * resolved * amount * worn)),
         luminance=tuple(weights),
         opacity=params.opacity * amount,
@@ -93,7 +96,9 @@ def material(
 
 def _half_way(light: SceneLight, place: Place) -> tuple[float, float, float]:
     """Unit vector between the light and the viewer, in the region's axes, z to the viewer."""
-    x, y = np.linalg.solve(place.turn, light.direction[:2].astype(np.float64))
-    half = np.array([x, y, 1 - light.direction[2]])
-    a, b, c = half / np.linalg.norm(half)
-    return float(a), float(b), float(c)
+    (a, b), (c, d) = place.turn.tolist()
+    right, down, away = light.direction.tolist()
+    size = a * d - b * c
+    x, y, z = (d * right - b * down) / size, (a * down - c * right) / size, 1 - away
+    length = math.sqrt(x * x + y * y + z * z)
+    return x / length, y / length, z / length

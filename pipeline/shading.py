@@ -92,6 +92,15 @@ def broad(light: np.ndarray, weight: np.ndarray, sigma_px: float) -> tuple[np.nd
     return (pair[..., 0] + faint * np.float32(mean)) / (pair[..., 1] + faint), mean
 
 
+def slopes_along(heights: np.ndarray, step: float) -> np.ndarray:
+    """(..., N) -> (..., N): their slope, as np.gradient has it, for points `step` apart."""
+    slopes = np.empty_like(heights)
+    slopes[..., 1:-1] = (heights[..., 2:] - heights[..., :-2]) * (0.5 / step)
+    slopes[..., 0] = (heights[..., 1] - heights[..., 0]) * (1 / step)
+    slopes[..., -1] = (heights[..., -1] - heights[..., -2]) * (1 / step)
+    return slopes
+
+
 @lru_cache
 def _pixels(size_wh: tuple[int, int]) -> np.ndarray:
     w, h = size_wh
