@@ -17,6 +17,7 @@ _DARK = 0.004  # of diffuse white: a fifth of a code of 8 bits counts for little
 _MOST_GLOSS = 1e4  # as good as infinite
 _GLINT = 0.6  # light of the synthetic highlight at gloss 1
 _OWN = 2.2  # gain of the lips' own highlights at gloss 1
+_DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they would show their grid
 _SPARKLE = 1.8
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
 _SPARED = -0.8, 4.0  # of the skin's broad light: bare below 0.2 of it, painted from 0.45 on
@@ -84,7 +85,7 @@ def material(
         fresnel_front=0.7 * (1 - params.fresnel) + 0.1,
         fresnel_rim=5.0 * params.fresnel,
         room=(room[0, 0], room[0, 1], room[1, 0], room[1, 1]),
-        shimmer=params.shimmer,
+        shimmer=_DENSEST * params.shimmer,
         cells=1 / cell,
         spot=spot * spot,
         dark=_DARK * max(light.strength, 0.1),
