@@ -48,8 +48,8 @@ _EXPECTED_TINT = SKIN_MEAN - SKIN_MEAN.mean()
 # Mean log red - 2 log green + log blue: a warm or cold light leaves it as it is.
 _RED_BEYOND = float(SKIN_MEAN @ [1, -2, 1])
 # Standard deviations of log exposure, of log red to blue, of log green to magenta.
-_LIGHT_SPREAD = 0.35, 0.5, 0.1
-_ROOM_SPREAD = 0.6, 0.35, 0.2  # of a frame's mean in white light
+_LIGHT_SPREAD = 0.35, 0.4, 0.1
+_ROOM_SPREAD = 0.6, 0.45, 0.2  # of a frame's mean in white light
 _ROOM_MEAN = np.log([0.27, 0.22, 0.18])  # what cameras expose for, a little warm
 
 # Where skin is bare and a face has few creases: triangles over cheeks, forehead, nose and chin,
