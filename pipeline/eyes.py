@@ -8,6 +8,7 @@ and the lid grows with it, as lids do.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import cv2
@@ -67,14 +68,13 @@ class EyeRegion:
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
         """(40, 56) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as wide again."""
         wide = 0.5 + softness
-        rise = _ramp(self.up, zone.up, wide)
-        weight: np.ndarray = rise * _ramp(self.out, zone.out, wide)[None]
+        weight: np.ndarray = _ramp(self.up, zone.up, wide) * _across(zone, wide)
         return weight
 
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
         covers, wide = ZONES[zone], 0.5 + softness
-        across = np.flatnonzero(_is_between(self.out, covers.out, wide))
+        across = np.flatnonzero(_across(covers, wide))
         rows = _is_between(self.up[:, across], covers.up, wide) & (self.lash_px[:, across] > 0)
         down = np.flatnonzero(rows.any(1))
         if not len(down):
@@ -105,14 +105,21 @@ class EyeRegion:
         return is_lid.astype(np.float32)
 
 
+@lru_cache
+def _across(zone: Zone, wide: float) -> np.ndarray:
+    """(56,) float32: a zone's weight by column."""
+    return _ramp(_OUT, zone.out, wide).astype(np.float32)
+
+
 def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: float) -> np.ndarray:
     """Smooth trapezoid: 0, up to 1 between the first two corners, down between the last two."""
     a, b, c, d = corners
     half, fall = (b - a) * wide / 2, (d - c) * wide / 2
     middle, end = (a + b) / 2, (c + d) / 2
-    up = np.clip((at - middle) / (2 * half) + 0.5, 0, 1)
-    down = np.clip((end - at) / (2 * fall) + 0.5, 0, 1)
-    weight: np.ndarray = (up * up * (3 - 2 * up) * down * down * (3 - 2 * down)).astype(np.float32)
+    up = np.minimum(np.maximum(at * (0.5 / half) + (0.5 - middle * 0.5 / half), 0), 1)
+    down = np.minimum(np.maximum((0.5 + end * 0.5 / fall) - at * (0.5 / fall), 0), 1)
+    both = up * down
+    weight: np.ndarray = both * both * ((3 - 2 * up) * (3 - 2 * down))
     return weight
 
 
