@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -14,7 +15,7 @@ from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.lips import LipRegion
 from makeup_video.pipeline.lit_product import Place, material
 from makeup_video.pipeline.look import GraphicsParams, Look
-from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.scene import ENVIRONMENT_PX, FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
 
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
@@ -144,9 +145,17 @@ def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
     What is as dark as the room's own average adds little: gloss shows windows and lamps, and an
     even room would only lay a veil over the colour.
     """
-    sigma = 0.6 + 4 * params.environment_blur
+    blur = _blur(0.6 + 4 * params.environment_blur)
     grey = light.environment.mean(-1, keepdims=True)
     room = grey + _ROOM_COLOUR * (light.environment - grey)
-    blurred = cv2.GaussianBlur(room, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
-    bright = np.maximum(blurred - _VEIL * blurred.mean((0, 1)), 0)
-    return np.ascontiguousarray(np.moveaxis(bright, -1, 0))
+    blurred = blur @ np.moveaxis(room, -1, 0) @ blur.T
+    return np.maximum(blurred - _VEIL * blurred.mean((1, 2), keepdims=True), 0)
+
+
+@lru_cache
+def _blur(sigma: float) -> np.ndarray:
+    """(16, 16) float32: times the rows of an environment, these blurred; the border is repeated."""
+    rows = np.eye(ENVIRONMENT_PX, dtype=np.float32)
+    taps = cv2.getGaussianKernel(2 * math.ceil(4 * sigma) + 1, sigma, cv2.CV_32F)
+    border = cv2.BORDER_REPLICATE
+    return cv2.sepFilter2D(rows, -1, np.ones(1, np.float32), taps, borderType=border)

@@ -57,27 +57,28 @@ def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarr
 
 def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
     """(3, N) codes, or (1, N) of a grey frame -> (N,) float32, within 0.3 % of a step of 8 bits."""
-    to_rgb, table, weights = _tables(coding)
-    rgb = to_rgb[:, : len(codes)] @ codes.astype(np.float32)
-    rgb += (
-        to_rgb[:, 3:]
-        if len(codes) == 3
-        else to_rgb[:, 3:] + to_rgb[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
-    )
-    light: np.ndarray = weights @ table[(rgb * _STEPS + 0.5).clip(0, _STEPS).astype(np.int16)]
+    to_steps, table, weights = _tables(coding)
+    steps = to_steps[:, : len(codes)] @ codes.astype(np.float32)
+    offset = to_steps[:, 3:]
+    if len(codes) == 1:
+        offset = offset + to_steps[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
+    steps += offset
+    light: np.ndarray = weights @ table.take(steps.astype(np.intp), mode="clip")
     return light ** np.float32(1.2) if coding.transfer == HLG else light
 
 
 @lru_cache
 def _tables(coding: Coding) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Codes to R'G'B' (3, 4), light of R'G'B' in 1/1023, weights of luminance (3,)."""
+    """Codes to R'G'B' in 1/1023, and a half (3, 4); its light; weights of luminance (3,)."""
     steps = np.arange(_STEPS + 1) / _STEPS
     table = to_linear(np.repeat(steps[:, None], 3, axis=1), coding.transfer)[:, 0]
     if coding.transfer == HLG:  # the display's gain comes after the sum (BT.2100: OOTF)
         table = table ** (1 / 1.2)
     weights = to_xyz(coding.primaries)[1]
+    to_steps = matrices(coding)[0] * _STEPS
+    to_steps[:, 3] += 0.5
     return (
-        matrices(coding)[0].astype(np.float32),
+        to_steps.astype(np.float32),
         table.astype(np.float32),
         weights.astype(np.float32),
     )
