@@ -87,15 +87,17 @@ MATERIAL_INLINE float material_add(float base, float more, float ceiling) {
 
 /* Sparkles that stick to the skin: each cell of the patch has one or none, tilted its own way. */
 MATERIAL_INLINE float material_sparkle(float px, float py, const material_surface *s, const material *m) {
-    float u = px * m->cells + 4096.0f, v = py * m->cells + 4096.0f;
-    int iu = (int)u, iv = (int)v;
+    float u = px * m->cells, v = py * m->cells;
+    /* within the cell, from numbers that are not as large as 4096: those have few digits left */
+    int iu = (int)(u + 4096.0f), iv = (int)(v + 4096.0f);
+    float in_u = u - (float)(iu - 4096), in_v = v - (float)(iv - 4096);
     uint hash = (uint)iu * 374761393u + (uint)iv * 668265263u;
     hash = (hash ^ (hash >> 13)) * 1274126177u;
     hash ^= hash >> 16;
     float unit = 1.0f / 256.0f;
     float present = (float)(int)(hash & 255u) * unit;
-    float du = u - (float)iu - 0.3f - 0.4f * unit * (float)(int)((hash >> 8) & 255u);
-    float dv = 0.3f + 0.4f * unit * (float)(int)((hash >> 16) & 255u) - (v - (float)iv);
+    float du = in_u - 0.3f - 0.4f * unit * (float)(int)((hash >> 8) & 255u);
+    float dv = 0.3f + 0.4f * unit * (float)(int)((hash >> 16) & 255u) - in_v;
     float tx = s->nx - m->half_way[0] + 1.3f * (unit * (float)(int)((hash >> 4) & 255u) - 0.5f);
     float ty = 1.3f * (0.5f - unit * (float)(int)((hash >> 12) & 255u)) - (s->ny - m->half_way[1]);
     float spot = 1.0f - (du * du + dv * dv) / m->spot;

@@ -117,15 +117,16 @@ def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def added(base: np.ndarray, more: np.ndarray, ceiling: float) -> np.ndarray:
     """Light upon light: nearly `base + more` while there is room, and never above the ceiling."""
     room = np.maximum(ceiling - base, 0) + _LEAST_ROOM
-    return base + room * more / (room + more)
+    sum_: np.ndarray = base + room * more / (room + more)
+    return sum_
 
 
 def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarray:
     """Sparkles that stick to the skin: each cell has one or none, tilted its own way."""
     # float32 as in the kernel, or cells would differ at their borders
-    u = np.float32(m.cells) * u.astype(np.float32) + np.float32(4096)
-    v = np.float32(m.cells) * v.astype(np.float32) + np.float32(4096)
-    iu, iv = u.astype(np.uint32), v.astype(np.uint32)
+    u = np.float32(m.cells) * u.astype(np.float32)
+    v = np.float32(m.cells) * v.astype(np.float32)
+    iu, iv = ((at + np.float32(4096)).astype(np.uint32) for at in (u, v))
     number = iu * np.uint32(374761393) + iv * np.uint32(668265263)
     number = (number ^ (number >> np.uint32(13))) * np.uint32(1274126177)
     number ^= number >> np.uint32(16)
@@ -134,13 +135,13 @@ def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarra
         part: np.ndarray = ((number >> np.uint32(shift)) & np.uint32(255)).astype(np.float64) / 256
         return part
 
-    du = u - iu - 0.3 - 0.4 * bits(8)
-    dv = v - iv - 0.3 - 0.4 * bits(16)
+    du = u - (iu - 4096.0) - 0.3 - 0.4 * bits(8)
+    dv = v - (iv - 4096.0) - 0.3 - 0.4 * bits(16)
     tx = skin.nx - m.half_way[0] + 1.3 * (bits(4) - 0.5)
     ty = skin.ny - m.half_way[1] - 1.3 * (0.5 - bits(12))
     spot = np.maximum(1 - (du * du + dv * dv) / m.spot, 0)
     glint = np.maximum(1 - 2.5 * (tx * tx + ty * ty), 0)
-    sparkle: np.ndarray = np.where(bits(0) < m.shimmer, spot**2 * glint, 0)
+    sparkle: np.ndarray = np.where(bits(0) < np.float32(m.shimmer), spot**2 * glint, 0)
     return sparkle
 
 

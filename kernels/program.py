@@ -130,9 +130,14 @@ class Device:
             self._kernels[key] = cl.Kernel(program, name)
         return self._kernels[key]
 
-    def build(self, source: str, transfer: int, sample: np.dtype = np.dtype(np.uint8)) -> Any:
-        """A program of any source. What PoCL compiles, it keeps on disk for the next process."""
-        options = [f"-DCOLOUR_TRANSFER={transfer}", f"-DSAMPLE={_SAMPLES[sample]}"]
+    def build(self, source: str, transfer: int, sample: np.dtype | None = None) -> Any:
+        """A program of any source. What PoCL compiles, it keeps on disk for the next process.
+
+        sample: what SAMPLE stands for; None for a source that does not ask.
+        """
+        options = [f"-DCOLOUR_TRANSFER={transfer}"]
+        if sample is not None:
+            options.append(f"-DSAMPLE={_SAMPLES[sample]}")
         return cl.Program(self.context, source).build(options=options)
 
     def launch(self, kernel: Any, size_wh: tuple[int, int], arguments: Sequence[Any]) -> None:

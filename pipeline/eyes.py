@@ -14,11 +14,11 @@ from typing import ClassVar
 import cv2
 import numpy as np
 from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid, slopes_along
+from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import EYE, RIGHT_EYE
 
 SIZE_WH = (56, 40)
-SHADING_SIGMA = 2.5
+_SHADING_SIGMA = 2.5  # px of the grid: what is finer is texture
 _LEFT, _TOP, _STEP = -0.85, -0.95, 1.9 / 55  # of the grid: its first column and row, its step
 # From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
@@ -26,6 +26,7 @@ _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
 _FAINTEST = 1 / 512
+_ONE_MORE = np.array([-1, 1])
 _CURVES = np.stack([_LASHES, _CREASE, _BROW])
 _COLUMNS = np.arange(SIZE_WH[0])
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
@@ -79,7 +80,8 @@ class EyeRegion:
         down = np.flatnonzero(rows.any(1))
         if not len(down):
             return np.zeros(2), np.full(2, -1.0)
-        x, y = np.array([across[[0, -1]], down[[0, -1]]]) + [-1, 1]  # weights are interpolated
+        # weights are interpolated: a step more on each side
+        x, y = across[[0, -1]] + _ONE_MORE, down[[0, -1]] + _ONE_MORE
         corners = self.grid.to_px @ np.array([x[[0, 1, 0, 1]], y[[0, 0, 1, 1]], np.ones(4)])
         return corners.min(1), corners.max(1)
 
@@ -99,10 +101,11 @@ class EyeRegion:
         out *= np.clip(lash / max(_LASH_FEATHER * width_px, 1.2), 0, 1)
         out[out < _FAINTEST] = 0
 
-    def shading_weight(self) -> np.ndarray:
-        """What counts as lid when its light is measured."""
-        is_lid: np.ndarray = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
-        return is_lid.astype(np.float32)
+    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+        """Luminance on the grid -> the broad light, alike, and its mean over the lid."""
+        is_lid = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
+        (light,), mean = broad(luminance, (is_lid,), _SHADING_SIGMA)
+        return light, mean
 
 
 @lru_cache

@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.crop import compose
 from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid, slopes_along
+from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import LIPS
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
-SHADING_SIGMA = 2.5  # of that grid: what is finer is texture
+_SHADING_SIGMA = 2.5  # of that grid: what is finer is texture
 # The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
 _RINGS = (0, 40, 60, 20)
 _LOWER = np.array([[ring + i for i in range(11)] for ring in _RINGS])
@@ -46,6 +46,7 @@ class LipRegion:
 
     odds: (H, W) log-odds of lipstick, limited to the contours' neighbourhood.  opening: (H, W),
     1 at the rim of an open mouth, -1 where shut lips meet, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
+    is_upper: (H/2, W/2) bool, above the line where the lips meet.
     shading, mean: see `light_up`.  corners_xy: (2, 2) lowest and highest px it may reach.
     """
 
@@ -53,6 +54,7 @@ class LipRegion:
     odds: np.ndarray
     opening: np.ndarray
     normals: np.ndarray
+    is_upper: np.ndarray
     corners_xy: np.ndarray
     spares_dark: ClassVar[bool] = False
 
@@ -88,11 +90,17 @@ class LipRegion:
         np.clip(out, 0, 1, out)
         out *= out * (3 - 2 * out)
 
-    def shading_weight(self) -> np.ndarray:
-        """(H/2, W/2) float32: what counts as lips when their light is measured."""
-        odds = cv2.resize(self.odds, self.normals.shape[:0:-1], interpolation=cv2.INTER_AREA)
-        weight: np.ndarray = (odds > 0).astype(np.float32)
-        return weight
+    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+        """Luminance on the grid -> the broad light, alike, and its mean over the lips.
+
+        Each lip is blurred alone: the upper one is mostly in the shade, and would make a highlight
+        of all the lower one.
+        """
+        odds = cv2.resize(self.odds, luminance.shape[::-1], interpolation=cv2.INTER_AREA)
+        upper = (odds > 0) & self.is_upper
+        lower = (odds > 0) & ~self.is_upper
+        light, mean = broad(luminance, (upper, lower), _SHADING_SIGMA)
+        return np.where(self.is_upper, *light), mean
 
 
 _COARSE_TO_PATCH = np.array([[COARSE, 0, (COARSE - 1) / 2], [0, COARSE, (COARSE - 1) / 2]])
@@ -114,13 +122,13 @@ def lip_region(face: Face) -> LipRegion | None:
     left, right = xyz[_UPPER[0, [0, -1]], 0].tolist()
     y = _curves(xyz, columns)[:, ::3, 0]  # of the border and of the opening
     inside, reach, opening = _contours(y, rows, left, right)
-    normals = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
+    normals, is_upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
     odds = np.float32(1 - _CONTOUR_SHARE) * patch.logits
     odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST) + _WIDER
     np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
     margin = 1.5 * reach * px_per_patch
     low, high = points[:, :2].min(0) - margin, points[:, :2].max(0) + margin
-    return LipRegion(face, odds, opening, normals, np.stack([low, high]))
+    return LipRegion(face, odds, opening, normals, is_upper, np.stack([low, high]))
 
 
 def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -154,8 +162,8 @@ def _contours(
     return np.minimum(inside, -within), reach, (2 * gap - 1) * np.clip(2 * near - 0.8, 0, 1)
 
 
-def _normals(curves: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """(2, rows, columns) float32: x and y of the unit normal towards the viewer."""
+def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(2, rows, columns) float32: x and y of the unit normal towards the viewer; is_upper."""
     y, z = curves[:, :, 0], curves[:, :, 1]  # (2, 4, C)
     down = _at_least_half(y[:, 1:] - y[:, :-1])
     slopes = np.clip((z[:, 1:] - z[:, :-1]) / down, -_STEEPEST, _STEEPEST)
@@ -164,11 +172,12 @@ def _normals(curves: np.ndarray, rows: np.ndarray) -> np.ndarray:
     bends = cv2.blur(bends.reshape(10, -1), (7, 1)).reshape(2, 5, 1, -1)
     first, last = y[:, 0, None], y[:, 3, None]
     across = np.clip((rows - first) / _at_least_half(last - first), 0, 1)
-    gx, gy = np.where(2 * rows < y[0, 3] + y[1, 3], *_slopes(across, bends).swapaxes(0, 1))
+    is_upper = 2 * rows < y[0, 3] + y[1, 3]
+    gx, gy = np.where(is_upper, *_slopes(across, bends).swapaxes(0, 1))
     # where the lips meet the slope would jump, and be seen as steps
     gx, gy = (cv2.GaussianBlur(slope, (0, 0), _SEAM_SIGMA) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
-    return np.stack([gx / length, gy / length])
+    return np.stack([gx / length, gy / length]), is_upper
 
 
 def _at_least_half(length: np.ndarray) -> np.ndarray:

@@ -67,6 +67,7 @@ def material(
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
     blur = params.environment_blur
     pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
+    ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
         product=tuple((product * gain).tolist()),
@@ -91,7 +92,7 @@ def material(
         dark=_DARK * max(light.strength, 0.1),
         dark_gain=_SPARED[1] if spares_dark else 0.0,
         dark_offset=_SPARED[0] if spares_dark else 1.0,
-        ceiling=_HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING,
+        ceiling=ceiling,
     )
 
 

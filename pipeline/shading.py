@@ -1,5 +1,6 @@
 """The broad light and dark of a small part of a frame, read straight from its planes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -84,13 +85,24 @@ def _tables(coding: Coding) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     )
 
 
-def broad(light: np.ndarray, weight: np.ndarray, sigma_px: float) -> tuple[np.ndarray, float]:
-    """Light blurred within where weight is, and its mean there; both of everything if weight is 0."""
-    total = float(weight.sum())
-    mean = float((light * weight).sum() / total) if total > 1e-3 else float(light.mean())
-    pair = cv2.GaussianBlur(cv2.merge([light * weight, weight]), (0, 0), sigma_px)
-    faint = np.float32(0.02)  # far from the region its mean counts
-    return (pair[..., 0] + faint * np.float32(mean)) / (pair[..., 1] + faint), mean
+def broad(
+    light: np.ndarray, areas: Sequence[np.ndarray], sigma_px: float
+) -> tuple[list[np.ndarray], float]:
+    """Light blurred within each of one or two areas, and its mean over all; of everything without any.
+
+    light: (H, W) float32. areas: (H, W) bool, apart from each other.
+    """
+    weights = [area.astype(np.float32) for area in areas]
+    inside = sum(weights[1:], weights[0])
+    total = float(inside.sum())
+    mean = float((light * inside).sum() / total) if total >= 1 else float(light.mean())
+    layers = [layer for weight in weights for layer in (light * weight, weight)]
+    blurred = cv2.GaussianBlur(cv2.merge(layers), (0, 0), sigma_px)
+    faint = np.float32(0.02)  # far from the area the mean counts
+    return [
+        (blurred[..., at] + faint * np.float32(mean)) / (blurred[..., at + 1] + faint)
+        for at in range(0, len(layers), 2)
+    ], mean
 
 
 def slopes_along(heights: np.ndarray, step: float) -> np.ndarray:

@@ -18,22 +18,27 @@ __kernel void test_add(__global uchar *restrict plane, const int stride, const i
 """
 
 
+BYTES = np.dtype(np.uint8)
+
+
 @pytest.fixture
 def device(monkeypatch):
-    monkeypatch.setattr(program, "package_source", lambda: SOURCE)
+    monkeypatch.setattr(program, "source_of", {"test_add.cl": SOURCE}.__getitem__)
     return Device()
 
 
 def add(device, plane):
     width, height = plane.shape[1] * (2 if plane.ndim == 3 else 1), plane.shape[0]
     with device.lend(plane) as buffers:
-        kernel = device.kernel("test_add", 13)
+        kernel = device.kernel("test_add", 13, BYTES)
         device.launch(kernel, (width, height), [*buffers, stride_of(plane), np.int32(width)])
 
 
 def test_kernels_and_programs_are_built_once(device):
-    assert device.kernel("test_add", 13) is device.kernel("test_add", 13)
-    assert device.kernel("test_add", 16) is not device.kernel("test_add", 13)
+    first = device.kernel("test_add", 13, BYTES)
+    assert device.kernel("test_add", 13, np.dtype(np.uint8)) is first
+    assert device.kernel("test_add", 16, BYTES) is not first
+    assert device.kernel("test_add", 13, np.dtype(np.uint16)) is not first
 
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 5), (33, 17), (64, 3), (200, 2)])
@@ -88,6 +93,17 @@ def test_sources_hold_their_includes_and_keep_other_text():
     assert "colour_decode" in text
     text = 'int a;\n#include "b.h"\nint c;'
     assert program._INCLUDE.sub(r"[\1]", text) == "int a;\n[b.h]\nint c;"
+
+
+def test_the_sample_of_a_program_is_the_dtype_of_its_planes():
+    device = Device()
+    source = "__kernel void size(__global int *out) { *out = sizeof(SAMPLE); }"
+    for dtype in (np.uint8, np.uint16):
+        out = np.zeros(1, np.int32)
+        with device.lend(out) as buffers:
+            kernel = cl.Kernel(device.build(source, 13, np.dtype(dtype)), "size")
+            device.launch(kernel, (1, 1), buffers)
+        assert out[0] == np.dtype(dtype).itemsize
 
 
 def test_devices_are_picked_by_number_and_by_name():

@@ -1,0 +1,108 @@
+"""Windows on planes, chroma spread over pixels and its change folded back."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.kernels.planes import Window, fold, spread
+
+SUBSAMPLINGS = [(1, 1), (2, 1), (2, 2), (4, 1), (1, 2)]
+WINDOW_SIZES = st.tuples(st.integers(1, 13), st.integers(1, 11))
+
+
+def planes_of(size_wh, chroma, interleaved=False):
+    (width, height), (across, down) = size_wh, chroma
+    rng = np.random.default_rng(1)
+    small = -(-height // down), -(-width // across)
+    luma = rng.integers(0, 256, (height, width)).astype(np.uint8)
+    both = rng.integers(0, 256, (*small, 2)).astype(np.uint8)
+    if interleaved:
+        return luma, both
+    return luma, both[..., 0].copy(), both[..., 1].copy()
+
+
+@given(
+    st.sampled_from(SUBSAMPLINGS),
+    WINDOW_SIZES,
+    st.tuples(*[st.floats(-20, 30)] * 4),
+)
+def test_a_window_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
+    low, high = np.minimum(ends[:2], ends[2:]), np.maximum(ends[:2], ends[2:])
+    window = Window.around(low, high, size, chroma)
+    is_inside = [
+        (x, y) for y in range(size[1]) for x in range(size[0])
+        if low[0] <= x <= high[0] and low[1] <= y <= high[1]
+    ]  # fmt: skip
+    if window is None:
+        assert not is_inside
+        return
+    assert window.x % chroma[0] == 0 and window.y % chroma[1] == 0
+    for at, extent, size_px, block in (
+        (window.x, window.width, size[0], chroma[0]),
+        (window.y, window.height, size[1], chroma[1]),
+    ):
+        assert at >= 0 and extent > 0 and at + extent <= size_px
+        assert (at + extent) % block == 0 or at + extent == size_px
+    for x, y in is_inside:
+        assert 0 <= x - window.x < window.width and 0 <= y - window.y < window.height
+
+
+@pytest.mark.parametrize("ends", [((-9, -9), (-3, 5)), ((20, 2), (30, 5)), ((2, 40), (5, 50))])
+def test_there_is_no_window_where_all_is_outside(ends):
+    assert Window.around(np.array(ends[0]), np.array(ends[1]), (16, 9), (2, 2)) is None
+
+
+@pytest.mark.parametrize("chroma", SUBSAMPLINGS)
+@pytest.mark.parametrize("interleaved", [False, True])
+def test_views_are_of_the_very_planes(chroma, interleaved):
+    planes = planes_of((15, 9), chroma, interleaved)
+    window = Window.around(np.array([5, 3]), np.array([30, 30]), (15, 9), chroma)
+    window.luma(planes)[:] = 7
+    for number, part in enumerate(window.chroma(planes, chroma)):
+        part[:] = 8 + number
+    across, down = chroma
+    y, x = window.y, window.x
+    assert (planes[0][y:, x:] == 7).all()
+    cb, cr = (planes[1][..., 0], planes[1][..., 1]) if interleaved else planes[1:]
+    assert (cb[y // down :, x // across :] == 8).all()
+    assert (cr[y // down :, x // across :] == 9).all()
+
+
+@given(st.sampled_from(SUBSAMPLINGS), WINDOW_SIZES)
+def test_every_pixel_sees_the_chroma_of_its_block(chroma, size):
+    planes = planes_of(size, chroma)
+    seen = spread(list(planes[1:]), chroma, size)
+    assert seen.dtype == np.float32 and seen.shape == (2, size[1], size[0])
+    y, x = np.mgrid[: size[1], : size[0]]
+    for plane, got in zip(planes[1:], seen, strict=True):
+        np.testing.assert_array_equal(got, plane[y // chroma[1], x // chroma[0]])
+
+
+@given(st.sampled_from(SUBSAMPLINGS), WINDOW_SIZES, st.integers(-300, 300), st.integers(0, 1))
+def test_the_same_change_everywhere_is_added_and_clipped(chroma, size, change, half):
+    planes = planes_of(size, chroma)
+    parts = [plane.copy() for plane in planes[1:]]
+    fold(parts, np.full((2, *size[::-1]), change + half / 2, np.float32), chroma, 255)
+    for old, new in zip(planes[1:], parts, strict=True):
+        np.testing.assert_array_equal(new, np.clip(old.astype(int) + change + half, 0, 255))
+
+
+@pytest.mark.parametrize("chroma", SUBSAMPLINGS)
+def test_a_block_takes_the_mean_of_its_pixels_and_other_blocks_nothing(chroma):
+    across, down = chroma
+    part = np.full((3, 4), 100, np.uint16)
+    change = np.zeros((2, 3 * down, 4 * across), np.float32)
+    change[:, down, 2 * across] = 8 * across * down  # one pixel of the block in row 1, column 2
+    fold([part, part.copy()], change, chroma, 1023)
+    want = np.full((3, 4), 100)
+    want[1, 2] = 108
+    np.testing.assert_array_equal(part, want)
+
+
+@given(st.sampled_from(SUBSAMPLINGS), WINDOW_SIZES)
+def test_no_change_changes_no_code(chroma, size):
+    planes = planes_of(size, chroma)
+    parts = [plane.copy() for plane in planes[1:]]
+    fold(parts, np.zeros((2, *size[::-1]), np.float32), chroma, 255)
+    for old, new in zip(planes[1:], parts, strict=True):
+        np.testing.assert_array_equal(new, old)

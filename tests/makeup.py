@@ -1,0 +1,241 @@
+"""Any product, light and surface; faces whose true points are known; who paints them."""
+
+import sys
+from dataclasses import fields, replace
+from fractions import Fraction
+from functools import cache
+
+import av
+import cv2
+import heads
+import numpy as np
+from hypothesis import strategies as st
+from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, SRGB, Coding
+from makeup_video.kernels.paint import Surface
+from makeup_video.kernels.program import Device
+from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.eyes import EyeRegion
+from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.lips import LipRegion
+from makeup_video.pipeline.lit_product import Place
+from makeup_video.pipeline.look import GraphicsParams, Look
+from makeup_video.pipeline.mesh import BuildScene
+from makeup_video.pipeline.scene import FrameScene, SceneLight, white_light
+from makeup_video.pipeline.topology import LIPS, LIPS_INNER, LIPS_OUTER
+from people import clip, clip_points, frame_of
+
+LAYOUTS = (
+    "yuv420p", "yuv422p", "yuv444p", "nv12",
+    "yuv420p10le", "yuv422p10le", "yuv444p10le",
+)  # fmt: skip
+BARE = {"opacity": 0.0, "gloss": 0.0, "reflection": 0.0}  # of a product that is not worn
+FLAT = {"gloss": 0.0, "reflection": 0.0, "shimmer": 0.0}  # colour alone
+
+device = cache(Device)
+
+
+def params(**fixed: float):
+    """Any GraphicsParams of the whole space, gloss up to the largest number there is."""
+    free = {}
+    for spec in fields(GraphicsParams):
+        low, high = spec.metadata["low"], spec.metadata["high"]
+        number = st.floats(low, min(high, 255))
+        if high == sys.float_info.max:
+            number = st.one_of(st.floats(0, 4), st.floats(0, high))
+        free[spec.name] = st.just(fixed[spec.name]) if spec.name in fixed else number
+    return st.builds(GraphicsParams, **free)
+
+
+def product(**given: float) -> GraphicsParams:
+    """An opaque matte red, but for what is given."""
+    plain = {"red": 180, "green": 0, "blue": 46, "opacity": 1, "gloss_roughness": 0.5, **FLAT}
+    return GraphicsParams(**{**plain, **given})
+
+
+def light_of(colour, tilt, strength: float, room: float, seed: int) -> SceneLight:
+    """Light of a colour (logarithms of red, green, blue) from a side (x and y)."""
+    rgb = np.exp(np.array(colour))
+    direction = np.array([*tilt, -np.sqrt(1 - np.square(tilt).sum())])
+    environment = np.random.default_rng(seed).uniform(0, room, (16, 16, 3))
+    return SceneLight(
+        (rgb / (rgb @ (0.2126, 0.7152, 0.0722))).astype(np.float32),
+        strength,
+        direction.astype(np.float32),
+        environment.astype(np.float32),
+    )
+
+
+def lights():
+    """Any that may be estimated; its luminance is 1."""
+    return st.builds(
+        light_of,
+        st.tuples(*[st.floats(-1.2, 1.2)] * 3),
+        st.tuples(*[st.floats(-0.7, 0.7)] * 2),
+        st.floats(0.02, 8), st.floats(0, 4), st.integers(0, 9),
+    )  # fmt: skip
+
+
+def codings(transfers=(SRGB, PQ, HLG), depths=(8, 10)):
+    matrices = st.sampled_from(sorted(LUMA_WEIGHTS))
+    primaries = st.sampled_from((1, 6, 9, 12))
+    return st.builds(
+        Coding, matrices, st.booleans(), st.sampled_from(transfers), primaries,
+        st.sampled_from(depths),
+    )  # fmt: skip
+
+
+def place_of(angle: float, skin_px: float) -> Place:
+    turn = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    return Place(np.array(turn), skin_px)
+
+
+def places():
+    """A region turned by any angle, of a face of any size."""
+    return st.builds(place_of, st.floats(-3.2, 3.2), st.floats(4, 1500))
+
+
+def any_surface(seed: int, size_wh: tuple[int, int], place: Place, brightest: float) -> Surface:
+    """Every kind of pixel: no weight, little and all; black and bright; normals too steep."""
+    rng = np.random.default_rng(seed)
+    w, h = size_wh
+    weight = np.clip(rng.uniform(-0.5, 1.5, (h, w)), 0, 1)
+    coarse = brightest * rng.uniform(0, 1, (h, w)) ** 3 * (rng.uniform(0, 1, (h, w)) > 0.1)
+    maps = np.stack([weight, coarse, *rng.uniform(-1.2, 1.2, (2, h, w))]).astype(np.float32)
+    mean = float(rng.choice([0, 0.02, 0.3, brightest]))
+    step = np.array([[1, 0], [0, 1]]) / place.skin_px
+    to_patch = np.column_stack([step @ place.turn, rng.uniform(-1, 1, 2)])
+    room = rng.uniform(0, brightest, (3, 16, 16)).astype(np.float32)
+    return Surface(maps, mean, to_patch, room)
+
+
+def flat_surface(size_wh: tuple[int, int], luminance: float, weight: float = 1.0) -> Surface:
+    """An even patch that faces the viewer, in a dark room."""
+    w, h = size_wh
+    maps = np.zeros((4, h, w), np.float32)
+    maps[0], maps[1] = weight, luminance
+    to_patch = np.array([[0.01, 0, 0], [0, 0.01, 0]])
+    return Surface(maps, luminance, to_patch, np.zeros((3, 16, 16), np.float32))
+
+
+def any_codes(seed: int, size_wh: tuple[int, int], coding: Coding) -> tuple[np.ndarray, np.ndarray]:
+    """Luma and chroma: black, white, ordinary skin, and codes that mean no colour at all."""
+    rng = np.random.default_rng(seed)
+    w, h = size_wh
+    top, unit = coding.max_code, 2.0 ** (coding.bit_depth - 8)
+    codes = rng.integers(0, top + 1, (3, h, w)).astype(np.float64)
+    codes[:, 0] = rng.choice([0, top], (3, w))
+    codes[1:, 1] = 128 * unit
+    skin = np.array([150, 112, 150])[:, None, None] * unit
+    codes[:, 2:6] = skin + rng.normal(0, 6 * unit, (3, *codes[0, 2:6].shape))
+    whole = np.clip(np.rint(codes), 0, top)
+    dtype = np.uint8 if coding.bit_depth == 8 else np.uint16
+    return whole[0].astype(dtype), whole[1:].astype(np.float32)
+
+
+def signed_distance(points_xy: np.ndarray, hw: tuple[int, int]) -> np.ndarray:
+    """(H, W) float32 px, positive inside a polygon, right to a quarter of a pixel."""
+    fine = 4
+    big = np.zeros((hw[0] * fine, hw[1] * fine), np.uint8)
+    cv2.fillPoly(big, [np.rint((points_xy + 0.5) * fine - 0.5).astype(np.int32)], 1)
+    far = cv2.distanceTransform(big, cv2.DIST_L2, 5) - cv2.distanceTransform(
+        1 - big, cv2.DIST_L2, 5
+    )
+    return cv2.resize(far, hw[::-1], interpolation=cv2.INTER_AREA) / fine
+
+
+def true_face(points_px: np.ndarray, track_id: int = 0, mouth_visible: float = 1.0) -> Face:
+    """A face with a lip patch drawn after its points, (478, 2)."""
+    face = heads.face(points_px, track_id, mouth_visible=mouth_visible)
+    back = cv2.invertAffineTransform(face.lips.to_px)
+    hw = face.lips.logits.shape
+    outer, inner = (
+        signed_distance(points_px[ring] @ back[:, :2].T + back[:, 2], hw)
+        for ring in (LIPS_OUTER, LIPS_INNER)
+    )
+    logits = np.clip(1.1 * np.minimum(outer, -inner), -30, 30)
+    return heads.face(points_px, track_id, logits, mouth_visible=mouth_visible)
+
+
+@cache
+def _sample(index: int) -> tuple[np.ndarray, np.ndarray]:
+    return clip(index + 1)[index], clip_points(index + 1)[index]
+
+
+def close_up(index: int = 0, box=(220, 80, 420, 300)) -> tuple[np.ndarray, np.ndarray]:
+    """A part of a sample's frame, 640 x 360 in all: RGB, and the face's points in it."""
+    rgb8, points = _sample(index)
+    x0, y0, x1, y1 = box
+    return np.ascontiguousarray(rgb8[y0:y1, x0:x1]), points - (x0, y0)
+
+
+def tagged(frame: Frame, tags: ColourTags) -> Frame:
+    return Frame(frame.picture, frame.pts, frame.time_base, tags)
+
+
+def scene_of(frame: Frame, faces: tuple[Face, ...], light: SceneLight | None = None) -> FrameScene:
+    """The scene of a frame that stands alone; a light that is given stands in for the estimate."""
+    scene = BuildScene()(FrameFaces(frame, faces))
+    if light is None:
+        return scene
+    return replace(scene, faces=tuple(replace(face, light=light) for face in scene.faces))
+
+
+def close_up_scene(pix_fmt: str = "yuv444p", light: SceneLight | None = None, **box) -> FrameScene:
+    rgb8, points = close_up(**box)
+    return scene_of(frame_of(rgb8, pix_fmt=pix_fmt), (true_face(points),), light or white_light())
+
+
+@cache
+def painter() -> Composite:
+    """One for all tests; each sets its own look."""
+    return Composite(Look())
+
+
+def copied(frame: Frame) -> list[np.ndarray]:
+    return [plane.copy() for plane in frame.planes]
+
+
+def paint_planes(scene: FrameScene, look: Look) -> list[np.ndarray]:
+    """The planes with the look on; the scene's own frame is as before, so it can be used again."""
+    frame = scene.frame
+    fresh = av.VideoFrame(frame.width_px, frame.height_px, frame.pix_fmt)
+    target = Frame(fresh, frame.pts, frame.time_base, frame.tags)
+    for new, old in zip(target.writable_planes(), frame.planes, strict=True):
+        new[:] = old
+    painter().set_look(look)
+    return copied(painter()(replace(scene, frame=target)))
+
+
+def weights_of(scene: FrameScene, look: Look, monkeypatch) -> np.ndarray:
+    """(H, W): the largest weight that a look lays on each pixel of a frame."""
+    frame = scene.frame
+    total = np.zeros((frame.height_px, frame.width_px), np.float32)
+
+    def noted(weigh):
+        def weigh_and_note(self, out, origin_xy, *rest):
+            weigh(self, out, origin_xy, *rest)
+            x, y = origin_xy
+            part = total[y : y + out.shape[0], x : x + out.shape[1]]
+            np.maximum(part, out, out=part)
+
+        return weigh_and_note
+
+    with monkeypatch.context() as patch:
+        for region in (LipRegion, EyeRegion):
+            patch.setattr(region, "weigh", noted(region.weigh))
+        paint_planes(scene, look)
+    return total
+
+
+def inside(points_px: np.ndarray, hw: tuple[int, int], shrunk_px: float = 0.0) -> np.ndarray:
+    """(H, W) bool: pixels within a contour, and at least shrunk_px away from it."""
+    return signed_distance(points_px, hw) > shrunk_px
+
+
+def at_half(points_px: np.ndarray) -> np.ndarray:
+    return (points_px + 0.5) / 2 - 0.5
+
+
+LIP_POINTS = LIPS
+TICK = Fraction(1, 30)
