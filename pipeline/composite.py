@@ -149,7 +149,8 @@ def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
     grey = light.environment.mean(-1, keepdims=True)
     room = grey + _ROOM_COLOUR * (light.environment - grey)
     blurred = blur @ np.moveaxis(room, -1, 0) @ blur.T
-    return np.maximum(blurred - _VEIL * blurred.mean((1, 2), keepdims=True), 0)
+    bright: np.ndarray = np.maximum(blurred - _VEIL * blurred.mean((1, 2), keepdims=True), 0)
+    return bright
 
 
 @lru_cache
