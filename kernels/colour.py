@@ -120,12 +120,14 @@ def matrices(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack([back, -back @ offset]), np.column_stack([forward, offset])
 
 
+@lru_cache
 def coding_argument(coding: Coding) -> np.ndarray:
     """The colour_coding of colour.h, as a kernel takes it by value: (25,) float32."""
     numbers = [*matrices(coding)[0].flat, *matrices(coding)[1].flat, coding.max_code]
     return np.array(numbers, np.float32)
 
 
+@lru_cache
 def product_linear(rgb: tuple[float, float, float], coding: Coding) -> np.ndarray:
     """Linear light (3,) in the frame's primaries of a colour in sRGB, 0..255, under white light."""
     linear = to_linear(np.array(rgb, np.float64) / 255, SRGB)
@@ -140,6 +142,7 @@ def from_srgb_primaries(primaries: int) -> np.ndarray:
     return matrix
 
 
+@lru_cache
 def to_xyz(primaries: int) -> np.ndarray:
     """(3, 3) from linear light to CIE 1931 XYZ with Y = 1 for white (SMPTE RP 177)."""
     columns = np.array([[x / y, 1, (1 - x - y) / y] for x, y in (*PRIMARIES[primaries], D65)]).T

@@ -98,13 +98,13 @@ MATERIAL_INLINE float material_sparkle(float px, float py, const material_surfac
     float present = (float)(int)(hash & 255u) * unit;
     float du = in_u - 0.3f - 0.4f * unit * (float)(int)((hash >> 8) & 255u);
     float dv = 0.3f + 0.4f * unit * (float)(int)((hash >> 16) & 255u) - in_v;
-    float tx = s->nx - m->half_way[0] + 0.9f * (unit * (float)(int)((hash >> 4) & 255u) - 0.5f);
-    float ty = 0.9f * (0.5f - unit * (float)(int)((hash >> 12) & 255u)) - (s->ny - m->half_way[1]);
+    float tx = s->nx - m->half_way[0] + 1.3f * (unit * (float)(int)((hash >> 4) & 255u) - 0.5f);
+    float ty = 1.3f * (0.5f - unit * (float)(int)((hash >> 12) & 255u)) - (s->ny - m->half_way[1]);
     float spot = 1.0f - (du * du + dv * dv) / m->spot;
     spot = colour_positive(spot);
-    float glint = 1.0f - 4.0f * (tx * tx + ty * ty);
+    float glint = 1.0f - 2.5f * (tx * tx + ty * ty);
     glint = glint > 0.0f ? glint : 0.0f;
-    return present < m->shimmer ? spot * spot * glint * glint : 0.0f;
+    return present < m->shimmer ? spot * spot * glint : 0.0f;
 }
 
 /* The light of a pixel with makeup of that weight (0 to 1) on it; px, py in the patch. */
@@ -117,7 +117,7 @@ MATERIAL_INLINE colour_rgb material_paint(
     fine = colour_min(fine, 6.0f);
     weight *= colour_clamp(m->dark_offset + m->dark_gain * fine, 1.0f);
     float matte = colour_min(fine, 1.25f);
-    float highlight = (fine - matte) * broad;
+    float highlight = weight * (fine - matte) * broad; /* at the edge bright skin is no highlight */
     float shade = s->shade * (1.0f + m->texture * (matte - 1.0f));
     float below = colour_min(shade, 1.0f);
     float above = shade - below;

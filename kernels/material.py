@@ -4,7 +4,7 @@ The numpy twin of material.h, in float64 over arrays of pixels, and what its str
 steps are those of Kips et al. (2021), section 3.1: recolouring, then texture.
 """
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -56,7 +56,14 @@ class Material:
 
     def argument(self) -> np.ndarray:
         """The struct `material` of material.h: (34,) float32."""
-        return np.array(np.hstack(astuple(self)), np.float32)
+        numbers: list[float] = []
+        for name in _NAMES:
+            value = getattr(self, name)
+            numbers.extend(value) if isinstance(value, tuple) else numbers.append(value)
+        return np.array(numbers, np.float32)
+
+
+_NAMES = [field.name for field in fields(Material)]
 
 
 @dataclass(slots=True)
@@ -110,7 +117,8 @@ def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def added(base: np.ndarray, more: np.ndarray, ceiling: float) -> np.ndarray:
     """Light upon light: nearly `base + more` while there is room, and never above the ceiling."""
     room = np.maximum(ceiling - base, 0) + _LEAST_ROOM
-    return base + room * more / (room + more)
+    sum_: np.ndarray = base + room * more / (room + more)
+    return sum_
 
 
 def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarray:
@@ -129,11 +137,11 @@ def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarra
 
     du = u - (iu - 4096.0) - 0.3 - 0.4 * bits(8)
     dv = v - (iv - 4096.0) - 0.3 - 0.4 * bits(16)
-    tx = skin.nx - m.half_way[0] + 0.9 * (bits(4) - 0.5)
-    ty = skin.ny - m.half_way[1] - 0.9 * (0.5 - bits(12))
+    tx = skin.nx - m.half_way[0] + 1.3 * (bits(4) - 0.5)
+    ty = skin.ny - m.half_way[1] - 1.3 * (0.5 - bits(12))
     spot = np.maximum(1 - (du * du + dv * dv) / m.spot, 0)
-    glint = np.maximum(1 - 4 * (tx * tx + ty * ty), 0)
-    sparkle: np.ndarray = np.where(bits(0) < np.float32(m.shimmer), spot**2 * glint**2, 0)
+    glint = np.maximum(1 - 2.5 * (tx * tx + ty * ty), 0)
+    sparkle: np.ndarray = np.where(bits(0) < np.float32(m.shimmer), spot**2 * glint, 0)
     return sparkle
 
 
@@ -146,7 +154,7 @@ def made_up(
     fine = np.minimum(lit / broad, _BRIGHTEST)
     weight = weight * np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
     matte = np.minimum(fine, FINEST)
-    highlight = (fine - matte) * broad
+    highlight = weight * (fine - matte) * broad  # at the edge bright skin is no highlight
     shade = skin.shade * (1 + m.texture * (matte - 1))
     below = np.minimum(shade, 1)
     product = np.array(m.product)

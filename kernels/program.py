@@ -18,7 +18,7 @@ import numpy as np
 import pyopencl as cl
 
 # PoCL compiles a kernel again for every local size: so there is one.
-LOCAL_SIZE = (64, 1)
+LOCAL_SIZE = (32, 1)
 _SAMPLES = {np.dtype(np.uint8): "uchar", np.dtype(np.uint16): "ushort"}
 _POCL = "Portable Computing Language"
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"$', re.MULTILINE)

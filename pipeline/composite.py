@@ -1,5 +1,9 @@
 """FrameScene -> Frame: lays the look on the planes. Bytes outside every mask stay the decoder's."""
 
+import math
+from dataclasses import replace
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from makeup_video.kernels.paint import Surface, paint
@@ -11,10 +15,15 @@ from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.lips import LipRegion
 from makeup_video.pipeline.lit_product import Place, material
 from makeup_video.pipeline.look import GraphicsParams, Look
-from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.scene import ENVIRONMENT_PX, FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
 
+_LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
+_ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
 _VEIL = 0.7  # of the room's mean light: what a reflection does not show
+
+# Regions of a face that wear one product, the product, and how much of it.
+_Part = tuple[tuple[Lit[LipRegion] | Lit[EyeRegion], ...], GraphicsParams, float]
 
 
 class Composite:
@@ -41,8 +50,10 @@ class Composite:
             return item.frame
         planes = item.frame.writable_planes()
         for scene in chosen:
-            for lit, params, amount in self._parts(scene):
-                self._paint(item, planes, scene, lit, params, amount)
+            for regions, params, amount in self._parts(scene):
+                environment = _environment(scene.light, params)
+                for lit in regions:
+                    self._paint(item, planes, scene, lit, params, amount, environment)
         self.painted_frames += 1
         return item.frame
 
@@ -53,18 +64,14 @@ class Composite:
             return faces[:1]
         return tuple(scene for scene in faces if str(scene.face.track_id) == self._faces)
 
-    def _parts(
-        self, scene: FaceScene
-    ) -> list[tuple[Lit[LipRegion] | Lit[EyeRegion], GraphicsParams, float]]:
-        """What is painted of a face: region, product, and how much of it."""
+    def _parts(self, scene: FaceScene) -> list[_Part]:
         look = self.look
-        parts: list[tuple[Lit[LipRegion] | Lit[EyeRegion], GraphicsParams, float]] = []
+        parts: list[_Part] = []
         if look.lips and scene.lips and look.lips.is_worn:
-            parts.append((scene.lips, look.lips, look.strength * scene.face.mouth_weight))
+            parts.append(((scene.lips,), look.lips, look.strength * scene.face.mouth_weight))
         if look.eyes and look.eyes.is_worn:
-            amount = look.strength * look.intensity
-            parts += [(lid, look.eyes, amount) for lid in scene.eyes]
-        return [part for part in parts if part[2] > 0]
+            parts.append((scene.eyes, look.eyes, look.strength * look.intensity))
+        return [part for part in parts if part[0] and part[2] > 0]
 
     def _paint(
         self,
@@ -74,10 +81,11 @@ class Composite:
         lit: Lit[LipRegion] | Lit[EyeRegion],
         params: GraphicsParams,
         amount: float,
+        environment: np.ndarray,
     ) -> None:
         frame, region = item.frame, lit.region
         size = frame.width_px, frame.height_px
-        low_xy, high_xy = region.corners_xy
+        low_xy, high_xy = region.reach(params.edge_softness, self.look.zone)
         window = Window.around(low_xy, high_xy, size, frame.chroma)
         if window is None:
             return
@@ -92,27 +100,43 @@ class Composite:
                 flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
             )  # fmt: skip
         place = _place(scene.face, region)
-        surface = Surface(
-            maps, lit.mean, _to_skin(to_window, place), _environment(scene.light, params)
-        )
-        product = material(params, amount, scene.light, place, item.coding, region.spares_dark)
+        surface = Surface(maps, lit.mean, _to_skin(to_window, place), environment)
+        light = _on_lids(scene.light, lit.mean) if isinstance(region, EyeRegion) else scene.light
+        product = material(params, amount, light, place, item.coding, region.spares_dark)
         chroma = window.chroma(planes, frame.chroma)
         change = spread(chroma, frame.chroma, (window.width, window.height))
         paint(self._device, window.luma(planes), change, surface, product, item.coding)
         fold(chroma, change, frame.chroma, item.coding.max_code)
 
 
+def _on_lids(light: SceneLight, mean: float) -> SceneLight:
+    """Lids are skin: where they are darker than the face, less light falls on them, by that much.
+
+    So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
+    """
+    if light.skin <= 0:
+        return light
+    share = min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
+    return replace(light, strength=light.strength * share)
+
+
 def _place(face: Face, region: LipRegion | EyeRegion) -> Place:
     axes = region.grid.to_px[:, :2]
-    first, second = face.points_px[list(EYE_CORNERS), :2]
-    return Place(axes / np.linalg.norm(axes, axis=0), max(float(np.hypot(*(first - second))), 1.0))
+    first, second = (face.points_px[corner, :2].tolist() for corner in EYE_CORNERS)
+    return Place(axes / _lengths(axes), max(math.dist(first, second), 1.0))
 
 
 def _to_skin(to_window: np.ndarray, place: Place) -> np.ndarray:
     """(2, 3): px of a window -> the region's own axes, in units of the eyes' distance."""
-    unit = np.linalg.norm(to_window[:, :2], axis=0) / place.skin_px
+    unit = _lengths(to_window[:, :2]) / place.skin_px
     back: np.ndarray = cv2.invertAffineTransform(to_window) * unit[:, None]
     return back
+
+
+def _lengths(axes: np.ndarray) -> np.ndarray:
+    """(2,) of the columns of (2, 2)."""
+    (a, b), (c, d) = axes.tolist()
+    return np.array([math.hypot(a, c), math.hypot(b, d)])
 
 
 def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
@@ -121,7 +145,18 @@ def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
     What is as dark as the room's own average adds little: gloss shows windows and lamps, and an
     even room would only lay a veil over the colour.
     """
-    sigma = 0.6 + 4 * params.environment_blur
-    blurred = cv2.GaussianBlur(light.environment, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
-    bright = np.maximum(blurred - _VEIL * blurred.mean((0, 1)), 0)
-    return np.ascontiguousarray(np.moveaxis(bright, -1, 0))
+    blur = _blur(0.6 + 4 * params.environment_blur)
+    grey = light.environment.mean(-1, keepdims=True)
+    room = grey + _ROOM_COLOUR * (light.environment - grey)
+    blurred = blur @ np.moveaxis(room, -1, 0) @ blur.T
+    bright: np.ndarray = np.maximum(blurred - _VEIL * blurred.mean((1, 2), keepdims=True), 0)
+    return bright
+
+
+@lru_cache
+def _blur(sigma: float) -> np.ndarray:
+    """(16, 16) float32: times the rows of an environment, these blurred; the border is repeated."""
+    rows = np.eye(ENVIRONMENT_PX, dtype=np.float32)
+    taps = cv2.getGaussianKernel(2 * math.ceil(4 * sigma) + 1, sigma, cv2.CV_32F)
+    border = cv2.BORDER_REPLICATE
+    return cv2.sepFilter2D(rows, -1, np.ones(1, np.float32), taps, borderType=border)

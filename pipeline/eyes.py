@@ -6,25 +6,31 @@ the lash line (0), the crease (1) and below the brow (2). A closing lid moves th
 and the lid grows with it, as lids do.
 """
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import cv2
 import numpy as np
 from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid
+from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import EYE, RIGHT_EYE
 
 SIZE_WH = (56, 40)
-SHADING_SIGMA = 2.5
+_SHADING_SIGMA = 2.5  # px of the grid: what is finer is texture
 _LEFT, _TOP, _STEP = -0.85, -0.95, 1.9 / 55  # of the grid: its first column and row, its step
 # From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
-_LASH_FEATHER = 0.035  # of the eye's width, upwards from the lash line
+_LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
 _FAINTEST = 1 / 512
-_CURVES = (_LASHES, _CREASE, _BROW)
+_ONE_MORE = np.array([-1, 1])
+_CURVES = np.stack([_LASHES, _CREASE, _BROW])
+_COLUMNS = np.arange(SIZE_WH[0])
+_ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
+_OUT = _LEFT + _STEP * _COLUMNS
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +43,10 @@ class Zone:
 
 
 ZONES = {
-    "lid": Zone((-0.6, -0.5, 0.75, 1.25), (-0.54, -0.30, 0.42, 0.66)),
-    "crease": Zone((0.35, 0.85, 1.10, 1.65), (-0.50, -0.15, 0.46, 0.74)),
-    "full": Zone((-0.6, -0.5, 1.05, 1.90), (-0.56, -0.28, 0.46, 0.80)),
-    "outer": Zone((-0.6, -0.5, 0.90, 1.50), (-0.02, 0.34, 0.48, 0.76)),
+    "lid": Zone((-0.6, -0.5, 0.45, 1.40), (-0.58, -0.20, 0.38, 0.68)),
+    "crease": Zone((0.30, 0.95, 1.05, 1.75), (-0.52, -0.10, 0.42, 0.76)),
+    "full": Zone((-0.6, -0.5, 0.80, 2.50), (-0.60, -0.20, 0.42, 0.82)),
+    "outer": Zone((-0.6, -0.5, 0.70, 1.90), (-0.15, 0.34, 0.48, 0.82)),
 }
 
 
@@ -50,7 +56,7 @@ class EyeRegion:
 
     up: height above the lash line, 1 at the crease, 2 below the brow.  lash: the same in px of the
     frame, less the gap that is left to the lashes.  out: (56,), -0.5 to 0.5 between the corners.
-    normals: (2, 40, 56).  corners_xy: (2, 2), lowest and highest px it may reach.
+    normals: (2, 40, 56).
     """
 
     grid: Grid
@@ -58,15 +64,26 @@ class EyeRegion:
     lash_px: np.ndarray
     out: np.ndarray
     normals: np.ndarray
-    corners_xy: np.ndarray
     spares_dark: ClassVar[bool] = True  # lashes, brows, liner
 
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
         """(40, 56) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as wide again."""
         wide = 0.5 + softness
-        rise = _ramp(self.up, zone.up, wide)
-        weight: np.ndarray = rise * _ramp(self.out, zone.out, wide)[None]
+        weight: np.ndarray = _ramp(self.up, zone.up, wide) * _across(zone, wide)
         return weight
+
+    def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+        covers, wide = ZONES[zone], 0.5 + softness
+        across = np.flatnonzero(_across(covers, wide))
+        rows = _is_between(self.up[:, across], covers.up, wide) & (self.lash_px[:, across] > 0)
+        down = np.flatnonzero(rows.any(1))
+        if not len(down):
+            return np.zeros(2), np.full(2, -1.0)
+        # weights are interpolated: a step more on each side
+        x, y = across[[0, -1]] + _ONE_MORE, down[[0, -1]] + _ONE_MORE
+        corners = self.grid.to_px @ np.array([x[[0, 1, 0, 1]], y[[0, 0, 1, 1]], np.ones(4)])
+        return corners.min(1), corners.max(1)
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
@@ -84,10 +101,17 @@ class EyeRegion:
         out *= np.clip(lash / max(_LASH_FEATHER * width_px, 1.2), 0, 1)
         out[out < _FAINTEST] = 0
 
-    def shading_weight(self) -> np.ndarray:
-        """What counts as lid when its light is measured."""
-        is_lid: np.ndarray = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
-        return is_lid.astype(np.float32)
+    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+        """Luminance on the grid -> the broad light, alike, and its mean over the lid."""
+        is_lid = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
+        (light,), mean = broad(luminance, (is_lid,), _SHADING_SIGMA)
+        return light, mean
+
+
+@lru_cache
+def _across(zone: Zone, wide: float) -> np.ndarray:
+    """(56,) float32: a zone's weight by column."""
+    return _ramp(_OUT, zone.out, wide).astype(np.float32)
 
 
 def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: float) -> np.ndarray:
@@ -95,80 +119,85 @@ def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: floa
     a, b, c, d = corners
     half, fall = (b - a) * wide / 2, (d - c) * wide / 2
     middle, end = (a + b) / 2, (c + d) / 2
-    up = np.clip((at - middle) / (2 * half) + 0.5, 0, 1)
-    down = np.clip((end - at) / (2 * fall) + 0.5, 0, 1)
-    weight: np.ndarray = (up * up * (3 - 2 * up) * down * down * (3 - 2 * down)).astype(np.float32)
+    up = np.minimum(np.maximum(at * (0.5 / half) + (0.5 - middle * 0.5 / half), 0), 1)
+    down = np.minimum(np.maximum((0.5 + end * 0.5 / fall) - at * (0.5 / fall), 0), 1)
+    both = up * down
+    weight: np.ndarray = both * both * ((3 - 2 * up) * (3 - 2 * down))
     return weight
+
+
+def _is_between(
+    at: np.ndarray, corners: tuple[float, float, float, float], wide: float
+) -> np.ndarray:
+    """Where `_ramp` is above 0."""
+    a, b, c, d = corners
+    low, high = (a + b) / 2 - (b - a) * wide / 2, (c + d) / 2 + (d - c) * wide / 2
+    between: np.ndarray = (at > low) & (at < high)
+    return between
 
 
 def eye_regions(face: Face) -> list[EyeRegion]:
     """The lids of both eyes; those too narrow to be seen (a face from the side) are left out."""
     brow_side = face.points_px[[10, 152], :2]  # top of the forehead and chin
     up = brow_side[0] - brow_side[1]
-    regions = [_region(face.points_px[points], up) for points in (EYE, RIGHT_EYE)]
-    return [region for region in regions if region is not None]
+    placed = [_placed(face.points_px[points], up) for points in (EYE, RIGHT_EYE)]
+    seen = [eye for eye in placed if eye is not None]
+    if not seen:
+        return []
+    # both eyes in one go: (E, ...)
+    y, depth = _curves(np.stack([points for _, points in seen]))
+    lash = y[:, 0, None]
+    crease = np.minimum(y[:, 1, None], lash - 1)
+    brow = np.minimum(y[:, 2, None], crease - 1)
+    over = (lash - _ROWS) / (lash - crease)
+    height = np.where(over < 1, over, 1 + (crease - _ROWS) / (crease - brow))
+    slope = slopes_along(lash, 1)
+    steps_px = np.array([grid.step_px() for grid, _ in seen], np.float32)[:, None, None]
+    lash_px = (lash - _ROWS) * (steps_px / np.sqrt(1 + slope * slope))
+    normals = _normals(y, depth, height)
+    return [
+        EyeRegion(grid, *maps)
+        for (grid, _), *maps in zip(seen, height, lash_px, [_OUT] * len(seen), normals, strict=True)
+    ]
 
 
-def _region(points_px: np.ndarray, up_xy: np.ndarray) -> EyeRegion | None:
-    points = points_px.astype(np.float64)
-    outer, inner = points[0, :2], points[8, :2]
-    axis = outer - inner
-    width = float(np.hypot(*axis))
-    if width < 4:
+def _placed(points_px: np.ndarray, up_xy: np.ndarray) -> tuple[Grid, np.ndarray] | None:
+    """The grid of an eye, and its points (48, 3) there; None when it is too narrow."""
+    (x0, y0), (x1, y1) = points_px[[0, 8], :2].tolist()  # outer and inner corner
+    axis = np.array([x0 - x1, y0 - y1])
+    width = math.hypot(*axis.tolist())
+    if not width >= 4:
         return None
     down = np.array([-axis[1], axis[0]])
     if down @ up_xy > 0:
         down = -down
-    middle = (outer + inner) / 2
+    middle = np.array([x0 + x1, y0 + y1]) / 2
     to_px = np.column_stack([axis * _STEP, down * _STEP, middle + axis * _LEFT + down * _TOP])
-    grid = Grid(to_px, SIZE_WH)
-    xy = (points[:, :2] - to_px[:, 2]) @ np.linalg.inv(to_px[:, :2]).T
-    z = points[:, 2] / (width * _STEP)
-    columns = np.arange(SIZE_WH[0], dtype=np.float64)
-    y, depth = _curves(xy, z, columns)
-    lash, crease, brow = y
-    crease = np.minimum(crease, lash - 1.0)
-    brow = np.minimum(brow, crease - 1.0)
-    rows = np.arange(SIZE_WH[1], dtype=np.float64)[:, None]
-    first, second = lash - crease, crease - brow
-    over = (lash - rows) / first
-    height = np.where(over < 1, over, 1 + (crease - rows) / second)
-    slope = np.gradient(lash)
-    lash_px = (lash - rows) / np.sqrt(1 + slope * slope) * (_STEP * width)
-    normals = _normals(y, depth, columns, height)
-    out = _LEFT + _STEP * columns
-    corners = (np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * (np.array(SIZE_WH) - 1)) @ to_px[
-        :, :2
-    ].T
-    corners += to_px[:, 2]
-    ends = np.stack([corners.min(0), corners.max(0)])
-    return EyeRegion(
-        grid, height.astype(np.float32), lash_px.astype(np.float32), out, normals, ends
-    )
+    points = np.empty(points_px.shape)
+    points[:, :2] = (points_px[:, :2] - to_px[:, 2]) @ (to_px[:, :2] / (width * _STEP) ** 2)
+    points[:, 2] = points_px[:, 2] / (width * _STEP)
+    return Grid(to_px, SIZE_WH), points
 
 
-def _curves(xy: np.ndarray, z: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Heights (3, columns) and depths of lash line, crease and brow."""
-    heights, depths = [], []
-    for curve in _CURVES:
-        smooth = _SMOOTH @ np.column_stack([xy[curve], z[curve]])[::-1]
-        x = np.maximum.accumulate(smooth[:, 0])
-        heights.append(np.interp(columns, x, smooth[:, 1]))
-        depths.append(np.interp(columns, x, smooth[:, 2]))
-    return np.stack(heights), np.stack(depths)
+def _curves(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(E, 48, 3) on the grid -> heights and depths (E, 3, columns) of lash line, crease and brow."""
+    smooth = (_SMOOTH @ points[:, _CURVES])[:, :, ::-1]
+    x = np.maximum.accumulate(smooth[..., 0], axis=2).reshape(-1, len(_SMOOTH))
+    yz = (smooth[..., 1] + 1j * smooth[..., 2]).reshape(-1, len(_SMOOTH))  # np.interp takes both
+    curves = np.stack([np.interp(_COLUMNS, *curve) for curve in zip(x, yz, strict=True)])
+    curves = curves.reshape(len(points), 3, -1)
+    return curves.real.astype(np.float32), curves.imag.astype(np.float32)
 
 
-def _normals(
-    y: np.ndarray, depth: np.ndarray, columns: np.ndarray, height: np.ndarray
-) -> np.ndarray:
-    """(2, H, W) float32, x and y of the unit normal in the grid's axes; z is towards the viewer."""
-    below, above = (np.diff(depth, axis=0) / np.minimum(np.diff(y, axis=0), -1.0)).clip(-2, 2)
-    share = np.clip(height - 0.5, 0, 1)
-    gy = below + (above - below) * share
+def _normals(y: np.ndarray, depth: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is towards the viewer."""
+    falls = np.clip((depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1), -2, 2)
+    below, above = falls[:, 0, None], falls[:, 1, None]
+    gy = below + (above - below) * np.clip(height - 0.5, 0, 1)
     gy += 0.8 * np.clip(0.5 - height, -0.5, 0.5)  # a lid lies on a ball
-    gx = np.gradient(depth[1], columns).clip(-2, 2) + 0 * gy
-    length = np.sqrt(1 + gx * gx + gy * gy)
-    return np.stack([gx / length, gy / length]).astype(np.float32)
+    gx = np.clip(slopes_along(depth[:, 1, None], 1), -2, 2)
+    shrink = 1 / np.sqrt(1 + gx * gx + gy * gy)
+    return np.stack([gx * shrink, gy * shrink], axis=1)
 
 
 def _catmull_rom(count: int, between: int) -> np.ndarray:

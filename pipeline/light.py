@@ -31,7 +31,7 @@ class _Room:
 
 @dataclass(slots=True)
 class _Track:
-    """The light of one face as (7,): log strength, log colour, direction."""
+    """The light of one face as (8,): log strength, log colour, direction, log light of its skin."""
 
     read_seconds: float
     seen_seconds: float
@@ -66,13 +66,14 @@ class EstimateLight:
             state = self._follow(face, item.frame, optics, room, now)
             colour = np.exp(state[1:4])
             colour /= colour @ optics.luminance
-            direction = state[4:] / math.sqrt(state[4:] @ state[4:])
+            direction = state[4:7] / math.sqrt(state[4:7] @ state[4:7])
             lights.append(
                 SceneLight(
                     colour.astype(np.float32),
                     math.exp(state[0]),
                     direction.astype(np.float32),
                     room.value,
+                    math.exp(state[7]),
                 )
             )
         return tuple(lights)

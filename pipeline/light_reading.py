@@ -43,6 +43,7 @@ SKIN_COVARIANCE = np.array([
     [0.3841, 0.5707, 0.7271],
     [0.4720, 0.7271, 0.9933],
 ])  # fmt: skip
+_USUAL_SKIN = float(np.log(to_xyz(1)[1] @ np.exp(SKIN_MEAN)))
 _EXPECTED_TINT = SKIN_MEAN - SKIN_MEAN.mean()
 # Mean log red - 2 log green + log blue: a warm or cold light leaves it as it is.
 _RED_BEYOND = float(SKIN_MEAN @ [1, -2, 1])
@@ -183,10 +184,12 @@ def read_face(face: Face, frame: Frame, optics: Optics, around: np.ndarray) -> n
     expected = _expected_direction(face, frame)
     skin = _read_skin(face.points_px, frame, optics)
     if skin is None:
-        return np.concatenate([_sane(_FROM_ROOM @ off, 1.0, optics), expected])
+        light = _sane(_FROM_ROOM @ off, 1.0, optics)
+        return np.concatenate([light, expected, [light[0] + _USUAL_SKIN]])
     gain = _FROM_SKIN @ (skin.log - SKIN_MEAN) + _FROM_ROOM_TOO @ off
     direction = _direction(face.points_px, skin, expected)
-    return np.concatenate([_sane(gain, skin.trust, optics), direction])
+    usual = math.log(max(skin.usual, _BLACK))
+    return np.concatenate([_sane(gain, skin.trust, optics), direction, [usual]])
 
 
 def _read_skin(points_px: np.ndarray, frame: Frame, optics: Optics) -> _Skin | None:

@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.crop import compose
 from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid
+from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import LIPS
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
-SHADING_SIGMA = 2.5  # of that grid: what is finer is texture
+_SHADING_SIGMA = 2.5  # of that grid: what is finer is texture
 # The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
 _RINGS = (0, 40, 60, 20)
 _LOWER = np.array([[ring + i for i in range(11)] for ring in _RINGS])
@@ -23,14 +23,21 @@ _UPPER = np.array([[ring, *range(ring + 11, ring + 20), ring + 10] for ring in _
 # Between the rings, from border (0) to opening (1), where their slopes hold.
 _BETWEEN = (0.19, 0.57, 0.88)
 # Lips are fuller than the mesh: added to the slope at the border, and on the way to the opening.
-_FULLER_UPPER = (-0.30, 0.75)
-_FULLER_LOWER = (0.45, -1.0)
+_FULLER = np.array([[-0.30, 0.45], [0.75, -1.0]], np.float32)[..., None, None]  # upper, lower
 _STEEPEST = 2.5
+_SEAM_SIGMA = 0.8  # px of the coarse grid
 _REACH = 0.06  # of the mouth's width: the mask is trusted so far beyond the contours
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 _LIMIT_STEEPNESS = 3.0  # odds for a px beyond the contours' reach
+# What the contours say is mixed in where the mask is not sure of itself, and both draw the border
+# a little too tight.
+_CONTOUR_SHARE, _CONTOUR_MOST = 0.25, 4.0
+_WIDER = 0.25
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
-_FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 5.0, 0.7
+_FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
+_INWARD = (
+    0.3  # of that half: how far the edge is drawn back from an open mouth, and over a shut one
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +45,8 @@ class LipRegion:
     """Lips, ready to be painted; (H, W) float32 on the patch, (H/2, W/2) on the coarse grid.
 
     odds: (H, W) log-odds of lipstick, limited to the contours' neighbourhood.  opening: (H, W),
-    1 at the rim of an open mouth, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
+    1 at the rim of an open mouth, -1 where shut lips meet, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
+    is_upper: (H/2, W/2) bool, above the line where the lips meet.
     shading, mean: see `light_up`.  corners_xy: (2, 2) lowest and highest px it may reach.
     """
 
@@ -46,6 +54,7 @@ class LipRegion:
     odds: np.ndarray
     opening: np.ndarray
     normals: np.ndarray
+    is_upper: np.ndarray
     corners_xy: np.ndarray
     spares_dark: ClassVar[bool] = False
 
@@ -55,12 +64,16 @@ class LipRegion:
         height, width = self.normals.shape[1:]
         return Grid(compose(self.face.lips.to_px, _COARSE_TO_PATCH), (width, height))
 
+    def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+        return self.corners_xy[0], self.corners_xy[1]
+
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
 
-        1 on the lips, 0 beyond their edge. At an open mouth all of the feather is on the lips.
+        1 on the lips, 0 beyond their edge. At an open mouth the edge is drawn back onto the lips.
         """
         to_px = self.face.lips.to_px.copy()
         scale = abs(np.linalg.det(to_px[:, :2])) ** 0.5
@@ -68,7 +81,7 @@ class LipRegion:
         feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, _FEATHER_LEAST_PX / scale)
         half = np.float32(feather * _ODDS_PER_PX)
         cv2.warpAffine(
-            self.odds - half * self.opening, to_px, out.shape[::-1], out,
+            self.odds - _INWARD * half * self.opening, to_px, out.shape[::-1], out,
             flags=cv2.INTER_CUBIC if scale > 1.5 else cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
         )  # fmt: skip
@@ -77,11 +90,17 @@ class LipRegion:
         np.clip(out, 0, 1, out)
         out *= out * (3 - 2 * out)
 
-    def shading_weight(self) -> np.ndarray:
-        """(H/2, W/2) float32: what counts as lips when their light is measured."""
-        odds = cv2.resize(self.odds, self.normals.shape[:0:-1], interpolation=cv2.INTER_AREA)
-        weight: np.ndarray = (odds > 0).astype(np.float32)
-        return weight
+    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+        """Luminance on the grid -> the broad light, alike, and its mean over the lips.
+
+        Each lip is blurred alone: the upper one is mostly in the shade, and would make a highlight
+        of all the lower one.
+        """
+        odds = cv2.resize(self.odds, luminance.shape[::-1], interpolation=cv2.INTER_AREA)
+        upper = (odds > 0) & self.is_upper
+        lower = (odds > 0) & ~self.is_upper
+        light, mean = broad(luminance, (upper, lower), _SHADING_SIGMA)
+        return np.where(self.is_upper, *light), mean
 
 
 _COARSE_TO_PATCH = np.array([[COARSE, 0, (COARSE - 1) / 2], [0, COARSE, (COARSE - 1) / 2]])
@@ -98,77 +117,85 @@ def lip_region(face: Face) -> LipRegion | None:
     px_per_patch = abs(np.linalg.det(patch.to_px[:, :2])) ** 0.5
     xy = points[:, :2] @ to_patch[:, :2].T + to_patch[:, 2]
     xyz = np.column_stack([xy, points[:, 2] / px_per_patch])
-    columns = np.arange(width, dtype=np.float64)
-    limits, opening = _limits(xyz, columns, np.arange(height, dtype=np.float32)[:, None])
-    normals = _normals(
-        xyz, columns[::COARSE] + 0.5, np.arange(height // COARSE)[:, None] * COARSE + 0.5
-    )
-    reach = 1.5 * _REACH * px_per_patch * np.ptp(xyz[:, 0])
-    low, high = points[:, :2].min(0) - reach, points[:, :2].max(0) + reach
-    odds = np.minimum(patch.logits, limits)
-    return LipRegion(face, odds, opening, normals, np.stack([low, high]))
+    columns = np.arange(width)
+    rows = np.arange(height, dtype=np.float32)[:, None]
+    left, right = xyz[_UPPER[0, [0, -1]], 0].tolist()
+    y = _curves(xyz, columns)[:, ::3, 0]  # of the border and of the opening
+    inside, reach, opening = _contours(y, rows, left, right)
+    normals, is_upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
+    odds = np.float32(1 - _CONTOUR_SHARE) * patch.logits
+    odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST) + _WIDER
+    np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
+    margin = 1.5 * reach * px_per_patch
+    low, high = points[:, :2].min(0) - margin, points[:, :2].max(0) + margin
+    return LipRegion(face, odds, opening, normals, is_upper, np.stack([low, high]))
 
 
-def _curve(xyz: np.ndarray, ring: np.ndarray, columns: np.ndarray, axis: int) -> np.ndarray:
-    """y (1) or z (2) of a ring at every column."""
-    points = xyz[ring]
-    x = np.maximum.accumulate(points[:, 0])  # a face seen from the side folds its rings
-    return np.interp(columns, x, points[:, axis])
+def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """(2, 4, 2, C) float32: of the upper and the lower lip, each ring's y and z at every column."""
+    points = xyz[np.concatenate([_UPPER, _LOWER])]
+    x = np.maximum.accumulate(points[..., 0], axis=1)  # a face seen from the side folds its rings
+    yz = points[..., 1] + 1j * points[..., 2]  # np.interp takes both at once
+    curves = np.stack([np.interp(columns, *ring) for ring in zip(x, yz, strict=True)])
+    return np.stack([curves.real, curves.imag], 1, dtype=np.float32).reshape(2, 4, 2, -1)
 
 
-def _limits(
-    xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Odds that the mask may not exceed, and how near the opening of the mouth is."""
-    top, upper = (_curve(xyz, _UPPER[i], columns, 1).astype(np.float32) for i in (0, 3))
-    bottom, lower = (_curve(xyz, _LOWER[i], columns, 1).astype(np.float32) for i in (0, 3))
-    left, right = xyz[_UPPER[0][[0, -1]], 0]
-    reach = np.float32(_REACH * max(right - left, 1.0))
-    beside = np.minimum(columns - left, right - columns).astype(np.float32)
+def _contours(
+    y: np.ndarray, rows: np.ndarray, left: float, right: float
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """How far within the contours each px lies, how far they may be off, and `opening`.
+
+    y: (2, 2, C), of upper and lower lip, of border and opening.
+    """
+    (top, upper), (bottom, lower) = y
+    columns = np.arange(y.shape[-1], dtype=np.float32)
+    reach = _REACH * max(right - left, 1.0)
+    beside = np.minimum(columns - np.float32(left), np.float32(right) - columns)
     inside = np.minimum(np.minimum(rows - top, bottom - rows), beside)
     within = np.minimum(rows - upper, lower - rows)  # of the opening
-    limits = np.float32(_LIMIT_STEEPNESS) * (np.minimum(inside, -within) + reach)
     gap = np.clip((lower - upper) / reach, 0, 1)
     near = np.where(
         rows < 0.5 * (upper + lower),
         (rows - top) / np.maximum(upper - top, 1),
         (bottom - rows) / np.maximum(bottom - lower, 1),
     )
-    return limits, gap * np.clip(2 * near - 0.8, 0, 1)
+    return np.minimum(inside, -within), reach, (2 * gap - 1) * np.clip(2 * near - 0.8, 0, 1)
 
 
-def _normals(xyz: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """(2, rows, columns) float32: x and y of the unit normal towards the viewer."""
-    sides = []
-    for rings, fuller in ((_UPPER, _FULLER_UPPER), (_LOWER, _FULLER_LOWER)):
-        y = np.stack([_curve(xyz, ring, columns, 1) for ring in rings])
-        z = np.stack([_curve(xyz, ring, columns, 2) for ring in rings])
-        down = np.diff(y, axis=0)
-        down = np.where(down < 0, np.minimum(down, -0.5), np.maximum(down, 0.5))
-        slopes = cv2.blur(np.clip(np.diff(z, axis=0) / down, -_STEEPEST, _STEEPEST), (7, 1))
-        along = cv2.blur(np.gradient(z[1:3].mean(0), columns)[None], (7, 1))[0]
-        tilt = cv2.blur(np.gradient(y[1:3].mean(0), columns)[None], (7, 1))[0]
-        across = (rows - y[0]) / np.where(
-            np.abs(y[3] - y[0]) < 0.5, np.copysign(0.5, y[3] - y[0]), y[3] - y[0]
-        )
-        sides.append(_slopes(np.clip(across, 0, 1), slopes, along, tilt, fuller))
-    upper_ends = _curve(xyz, _UPPER[3], columns, 1) + _curve(xyz, _LOWER[3], columns, 1)
-    gx, gy = np.where(2 * rows < upper_ends, sides[0], sides[1])
+def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(2, rows, columns) float32: x and y of the unit normal towards the viewer; is_upper."""
+    y, z = curves[:, :, 0], curves[:, :, 1]  # (2, 4, C)
+    down = _at_least_half(y[:, 1:] - y[:, :-1])
+    slopes = np.clip((z[:, 1:] - z[:, :-1]) / down, -_STEEPEST, _STEEPEST)
+    middle = 0.5 * (curves[:, 1] + curves[:, 2])  # (2, 2, C), y and z
+    bends = np.concatenate([slopes, slopes_along(middle, COARSE)], axis=1)
+    bends = cv2.blur(bends.reshape(10, -1), (7, 1)).reshape(2, 5, 1, -1)
+    first, last = y[:, 0, None], y[:, 3, None]
+    across = np.clip((rows - first) / _at_least_half(last - first), 0, 1)
+    is_upper = 2 * rows < y[0, 3] + y[1, 3]
+    gx, gy = np.where(is_upper, *_slopes(across, bends).swapaxes(0, 1))
+    # where the lips meet the slope would jump, and be seen as steps
+    gx, gy = (cv2.GaussianBlur(slope, (0, 0), _SEAM_SIGMA) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
-    return np.stack([gx / length, gy / length]).astype(np.float32)
+    return np.stack([gx / length, gy / length]), is_upper
 
 
-def _slopes(
-    across: np.ndarray,
-    slopes: np.ndarray,
-    along: np.ndarray,
-    tilt: np.ndarray,
-    fuller: tuple[float, float],
-) -> tuple[np.ndarray, np.ndarray]:
-    """dz/dx and dz/dy, from those between the rings and along them."""
+def _at_least_half(length: np.ndarray) -> np.ndarray:
+    """With its sign."""
+    far: np.ndarray = np.copysign(np.maximum(np.abs(length), np.float32(0.5)), length)
+    return far
+
+
+def _slopes(across: np.ndarray, bends: np.ndarray) -> np.ndarray:
+    """(2, 2, rows, columns): dz/dx and dz/dy of both lips, from those between the rings and along them."""
     first, middle, last = _BETWEEN
-    outer = slopes[0] + (slopes[1] - slopes[0]) * ((across - first) / (middle - first))
-    inner = slopes[1] + (slopes[2] - slopes[1]) * ((across - middle) / (last - middle))
-    down = np.where(across < middle, outer, inner) + fuller[0] + fuller[1] * across
+    outer, inner = bends[:, 1] - bends[:, 0], bends[:, 2] - bends[:, 1]
+    down = np.where(
+        across < middle,
+        bends[:, 0] + outer * ((across - first) / (middle - first)),
+        bends[:, 1] + inner * ((across - middle) / (last - middle)),
+    )
+    down += _FULLER[0] + _FULLER[1] * across
     down = np.clip(down, -_STEEPEST, _STEEPEST)
-    return np.clip(along - 0.5 * down * tilt, -_STEEPEST, _STEEPEST), down
+    along, tilt = bends[:, 4], bends[:, 3]
+    return np.stack([np.clip(along - 0.5 * down * tilt, -_STEEPEST, _STEEPEST), down])

@@ -3,6 +3,7 @@
 Every number here that is not physics was set by eye, on the finishes and on photos of real makeup.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +15,12 @@ from makeup_video.pipeline.scene import SceneLight
 _SDR_CEILING, _HDR_CEILING = 1.0, 4.0  # in units of diffuse white
 _DARK = 0.004  # of diffuse white: a fifth of a code of 8 bits counts for little below this
 _MOST_GLOSS = 1e4  # as good as infinite
-_GLINT = 0.55  # light of the synthetic highlight at gloss 1
+_GLINT = 0.6  # light of the synthetic highlight at gloss 1
 _OWN = 2.2  # gain of the lips' own highlights at gloss 1
-_SPARKLE = 2.5
-_SPARED = -1.4, 4.0  # of the skin's broad light: bare below 0.35 of it, painted from 0.6 on
+_DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they would show their grid
+_SPARKLE = 1.8
+_PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
+_SPARED = -0.8, 4.0  # of the skin's broad light: bare below 0.2 of it, painted from 0.45 on
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
 _SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
 
@@ -51,7 +54,8 @@ def material(
     gain = 1 + params.light_adaptation * (light.colour.astype(np.float64) * light.strength - 1)
     product = product_linear((params.red, params.green, params.blue), coding)
     gloss = min(params.gloss, _MOST_GLOSS) * amount
-    sheen = 0.35 + 0.65 * (1 - params.gloss_roughness)  # a broad highlight is a weaker one
+    # a broad highlight is a weaker one: the same light over more of the surface
+    sheen = 1 / (1 + 6 * params.gloss_roughness**2)
     cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
     cell_px = cell * place.skin_px
     # Sparkles of less than a pixel would flicker: they fade, and grow to a pixel before.
@@ -62,10 +66,14 @@ def material(
     metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
     blur = params.environment_blur
+    pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
+    ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
-        product=tuple(product * gain),
-        glint=tuple(gain * metal * (_GLINT * gloss * sheen * (1 - params.gloss_detail))),
+        product=tuple((product * gain).tolist()),
+        glint=tuple(
+            gain * (metal * _GLINT * gloss * sheen * (1 - params.gloss_detail) + tint * pearl)
+        ),
         sparkle=tuple(gain * tint * (_SPARKLE * resolved * amount * worn)),
         luminance=tuple(weights),
         opacity=params.opacity * amount,
@@ -78,19 +86,21 @@ def material(
         fresnel_front=0.7 * (1 - params.fresnel) + 0.1,
         fresnel_rim=5.0 * params.fresnel,
         room=(room[0, 0], room[0, 1], room[1, 0], room[1, 1]),
-        shimmer=params.shimmer,
+        shimmer=_DENSEST * params.shimmer,
         cells=1 / cell,
         spot=spot * spot,
         dark=_DARK * max(light.strength, 0.1),
         dark_gain=_SPARED[1] if spares_dark else 0.0,
         dark_offset=_SPARED[0] if spares_dark else 1.0,
-        ceiling=_HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING,
+        ceiling=ceiling,
     )
 
 
 def _half_way(light: SceneLight, place: Place) -> tuple[float, float, float]:
     """Unit vector between the light and the viewer, in the region's axes, z to the viewer."""
-    x, y = np.linalg.solve(place.turn, light.direction[:2].astype(np.float64))
-    half = np.array([x, y, 1 - light.direction[2]])
-    a, b, c = half / np.linalg.norm(half)
-    return float(a), float(b), float(c)
+    (a, b), (c, d) = place.turn.tolist()
+    right, down, away = light.direction.tolist()
+    size = a * d - b * c
+    x, y, z = (d * right - b * down) / size, (a * down - c * right) / size, 1 - away
+    length = math.sqrt(x * x + y * y + z * z)
+    return x / length, y / length, z / length

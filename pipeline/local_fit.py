@@ -3,14 +3,17 @@
 import math
 
 import numpy as np
-from makeup_video.pipeline.face_frame import FaceSpace
+from makeup_video.pipeline.face_frame import LIPS_REGION, PATCH_REGION, POSE_REGION, FaceSpace
 
 # Per region as in face_frame.REGIONS, in its units, squared. What a reading's noise is taken for
 # before any was heard; and between which bounds what is heard is believed: numbers are rounded,
 # and some motion is taken for noise.
 _USUAL = np.array([2e-3, 2e-3, 2e-3, 2e-3, 1e-3, 0.02]) ** 2
 _LEAST = np.array([1.5e-4, 1.5e-4, 1.5e-4, 1.5e-4, 1e-4, 1e-3]) ** 2
-_MOST = np.array([1.2e-2, 1.2e-2, 1.2e-2, 1.2e-2, 8e-3, 0.1]) ** 2
+_MOST = np.array([1.2e-2, 1.2e-2, 1.2e-2, 1.2e-2, 8e-3, 0.06]) ** 2
+# Somebody who talks without a pause lets no noise of the lips be heard: it is hardly more than that
+# of lids and rest, in variance.
+_LIPS_TO_OTHERS = 2.5
 HEARD_MOMENTS = 5
 _HEARD_SECONDS = 0.3  # moments further apart say more about motion than about noise
 _KEPT = 24  # estimates, one for every second moment: 1.6 s at 30 fps
@@ -59,7 +62,10 @@ class NoiseLevel:
         )
         self._count += 1
         heard = np.sort(self._heard[: self._count], 0)
-        self._variance = np.clip(heard[len(heard) // 2], _LEAST, _MOST)
+        variance = np.clip(heard[len(heard) // 2], _LEAST, _MOST)
+        others = float(variance[LIPS_REGION + 1 : POSE_REGION].mean())
+        variance[LIPS_REGION] = min(variance[LIPS_REGION], _LIPS_TO_OTHERS * others)
+        self._variance = variance
 
     def variance(self) -> np.ndarray:
         """(regions,) mean squared error of a point's place; of the patch's sample."""
@@ -91,6 +97,9 @@ def local_linear_taps(
     speeds = np.add.reduceat(speed * speed, space.key_starts) * scale
     dt = dt[:, None]
     distances = np.array((resting, resting + dt * (dt * speeds - 2 * along)))
+    # A mouth that closes changes little of the patch, but its points tell.
+    seen = distances[..., PATCH_REGION]
+    distances[..., PATCH_REGION] = np.maximum(seen, distances[..., LIPS_REGION])
     excess = np.maximum(distances - _TOLERANCE, 0)
     both = by_time[:, None] * np.exp(-_FALL * excess)
     # Whichever explains more of the window: at rest, a speed would be nothing but noise.

@@ -22,9 +22,9 @@ ZONES = ("lid", "crease", "full", "outer")
 _UNBOUNDED = sys.float_info.max  # JSON can spell larger integers; kernels cannot
 
 
-def _number(low: float, high: float, default: float | None = None) -> Any:
-    """A dataclass field that carries its own range; without a default it is required."""
-    metadata = {"low": low, "high": high}
+def _number(low: float, high: float, meaning: str, default: float | None = None) -> Any:
+    """A dataclass field that carries its range and meaning; without a default it is required."""
+    metadata = {"low": low, "high": high, "meaning": meaning}
     return (
         field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
     )
@@ -38,24 +38,48 @@ class GraphicsParams:
     colour as under neutral light. Everything else has no unit.
     """
 
-    red: float = _number(0, 255)
-    green: float = _number(0, 255)
-    blue: float = _number(0, 255)
-    opacity: float = _number(0, 1)
-    gloss: float = _number(0, _UNBOUNDED)
-    gloss_roughness: float = _number(0, 1)
-    reflection: float = _number(0, 1)
+    red: float = _number(
+        0, 255, "Red of the colour in the tube, as a colour picker shows it in neutral light."
+    )
+    green: float = _number(0, 255, "Green of the colour in the tube.")
+    blue: float = _number(0, 255, "Blue of the colour in the tube.")
+    opacity: float = _number(
+        0, 1, "How much the product covers: 0 is bare skin, 1 hides the colour under it."
+    )
+    gloss: float = _number(
+        0, _UNBOUNDED, "How wet it shines: 0 not at all, 1 a lip gloss, 4 lacquer."
+    )
+    gloss_roughness: float = _number(
+        0, 1, "Size of the highlight: 0 a small sharp glint, 1 a broad soft sheen."
+    )
+    reflection: float = _number(0, 1, "How much of the room the product mirrors.")
 
-    edge_softness: float = _number(0, 1, 0.5)
-    texture_keep: float = _number(0, 1, 0.5)
-    undertone: float = _number(0, 1, 0.0)
-    gloss_detail: float = _number(0, 1, 0.5)
-    fresnel: float = _number(0, 1, 0.5)
-    environment_blur: float = _number(0, 1, 0.5)
-    shimmer: float = _number(0, 1, 0.0)
-    shimmer_size: float = _number(0, 1, 0.5)
-    shimmer_tint: float = _number(0, 1, 0.5)
-    light_adaptation: float = _number(0, 1, 1.0)
+    edge_softness: float = _number(
+        0, 1, "How the border ends: 0 crisp, as after a liner, 1 blended out.", 0.5
+    )
+    texture_keep: float = _number(
+        0, 1, "How much of the fine lines and folds is seen: 0 fills them, 1 keeps them all.", 0.5
+    )
+    undertone: float = _number(
+        0, 1, "How much of the skin's own colour tints the product: 0 none, 1 all.", 0.0
+    )
+    gloss_detail: float = _number(
+        0, 1, "Where it shines: 0 as a smooth surface would, 1 where the skin already does.", 0.5
+    )
+    fresnel: float = _number(
+        0, 1, "How much more it mirrors where it turns away: 0 even all over, 1 at the rims.", 0.5
+    )
+    environment_blur: float = _number(
+        0, 1, "How blurred the mirrored room is: 0 shapes can be told, 1 only light and dark.", 0.5
+    )
+    shimmer: float = _number(0, 1, "How many sparkles: 0 none, 1 as close as they come.", 0.0)
+    shimmer_size: float = _number(0, 1, "Size of the sparkles: 0 fine dust, 1 coarse glitter.", 0.5)
+    shimmer_tint: float = _number(
+        0, 1, "Colour of the sparkles: 0 silver, 1 the product's own.", 0.5
+    )
+    light_adaptation: float = _number(
+        0, 1, "How much of the light of the scene it takes on: 0 the same in any light, 1 all.", 1.0
+    )
 
     def __post_init__(self) -> None:
         for spec in fields(self):

@@ -3,7 +3,6 @@
 import math
 
 from makeup_video.kernels.colour import Coding
-from makeup_video.pipeline import eyes, lips
 from makeup_video.pipeline.colour import coding_of
 from makeup_video.pipeline.eyes import eye_regions
 from makeup_video.pipeline.face import Face, FrameFaces
@@ -11,7 +10,7 @@ from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.light import EstimateLight
 from makeup_video.pipeline.lips import lip_region
 from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.shading import broad, luminances
+from makeup_video.pipeline.shading import luminances
 
 # A region's mean light follows as slowly as the light on the face does: so a shadow that passes
 # is seen on the product at once, as on the skin.
@@ -52,11 +51,11 @@ class BuildScene:
         luminance = iter(luminances(frame, coding, grids) if grids else [])
         lit_mouth = None
         if mouth:
-            shading, mean = broad(next(luminance), mouth.shading_weight(), lips.SHADING_SIGMA)
+            shading, mean = mouth.shaded(next(luminance))
             lit_mouth = Lit(mouth, shading, self._smooth((face.track_id, "lips"), mean, seconds))
         lit_lids = []
         for number, lid in enumerate(lids):
-            shading, mean = broad(next(luminance), lid.shading_weight(), eyes.SHADING_SIGMA)
+            shading, mean = lid.shaded(next(luminance))
             key = face.track_id, f"eye {number}"
             lit_lids.append(Lit(lid, shading, self._smooth(key, mean, seconds)))
         return FaceScene(face, light, lit_mouth, tuple(lit_lids))

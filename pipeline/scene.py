@@ -24,12 +24,14 @@ class SceneLight:
     right and y down in the stored picture, z away from the viewer, so the light has z < 0).
     environment: (16, 16, 3) float32, linear light that a mirror held before the face would show:
     the frame, much reduced; rows and columns as in the stored picture.
+    skin: luminance of the bare face under this light, linear; 0 when it is not known.
     """
 
     colour: np.ndarray
     strength: float
     direction: np.ndarray
     environment: np.ndarray
+    skin: float = 0.0
 
     def __post_init__(self) -> None:
         shapes = self.colour.shape, self.direction.shape, self.environment.shape

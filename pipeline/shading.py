@@ -1,5 +1,6 @@
 """The broad light and dark of a small part of a frame, read straight from its planes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -57,39 +58,60 @@ def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarr
 
 def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
     """(3, N) codes, or (1, N) of a grey frame -> (N,) float32, within 0.3 % of a step of 8 bits."""
-    to_rgb, table, weights = _tables(coding)
-    rgb = to_rgb[:, : len(codes)] @ codes.astype(np.float32)
-    rgb += (
-        to_rgb[:, 3:]
-        if len(codes) == 3
-        else to_rgb[:, 3:] + to_rgb[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
-    )
-    light: np.ndarray = weights @ table[(rgb * _STEPS + 0.5).clip(0, _STEPS).astype(np.int16)]
+    to_steps, table, weights = _tables(coding)
+    steps = to_steps[:, : len(codes)] @ codes.astype(np.float32)
+    offset = to_steps[:, 3:]
+    if len(codes) == 1:
+        offset = offset + to_steps[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
+    steps += offset
+    light: np.ndarray = weights @ table.take(steps.astype(np.intp), mode="clip")
     return light ** np.float32(1.2) if coding.transfer == HLG else light
 
 
 @lru_cache
 def _tables(coding: Coding) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Codes to R'G'B' (3, 4), light of R'G'B' in 1/1023, weights of luminance (3,)."""
+    """Codes to R'G'B' in 1/1023, and a half (3, 4); its light; weights of luminance (3,)."""
     steps = np.arange(_STEPS + 1) / _STEPS
     table = to_linear(np.repeat(steps[:, None], 3, axis=1), coding.transfer)[:, 0]
     if coding.transfer == HLG:  # the display's gain comes after the sum (BT.2100: OOTF)
         table = table ** (1 / 1.2)
     weights = to_xyz(coding.primaries)[1]
+    to_steps = matrices(coding)[0] * _STEPS
+    to_steps[:, 3] += 0.5
     return (
-        matrices(coding)[0].astype(np.float32),
+        to_steps.astype(np.float32),
         table.astype(np.float32),
         weights.astype(np.float32),
     )
 
 
-def broad(light: np.ndarray, weight: np.ndarray, sigma_px: float) -> tuple[np.ndarray, float]:
-    """Light blurred within where weight is, and its mean there; both of everything if weight is 0."""
-    total = float(weight.sum())
-    mean = float((light * weight).sum() / total) if total > 1e-3 else float(light.mean())
-    pair = cv2.GaussianBlur(cv2.merge([light * weight, weight]), (0, 0), sigma_px)
-    faint = np.float32(0.02)  # far from the region its mean counts
-    return (pair[..., 0] + faint * np.float32(mean)) / (pair[..., 1] + faint), mean
+def broad(
+    light: np.ndarray, areas: Sequence[np.ndarray], sigma_px: float
+) -> tuple[list[np.ndarray], float]:
+    """Light blurred within each of one or two areas, and its mean over all; of everything without any.
+
+    light: (H, W) float32. areas: (H, W) bool, apart from each other.
+    """
+    weights = [area.astype(np.float32) for area in areas]
+    inside = sum(weights[1:], weights[0])
+    total = float(inside.sum())
+    mean = float((light * inside).sum() / total) if total >= 1 else float(light.mean())
+    layers = [layer for weight in weights for layer in (light * weight, weight)]
+    blurred = cv2.GaussianBlur(cv2.merge(layers), (0, 0), sigma_px)
+    faint = np.float32(0.02)  # far from the area the mean counts
+    return [
+        (blurred[..., at] + faint * np.float32(mean)) / (blurred[..., at + 1] + faint)
+        for at in range(0, len(layers), 2)
+    ], mean
+
+
+def slopes_along(heights: np.ndarray, step: float) -> np.ndarray:
+    """(..., N) -> (..., N): their slope, as np.gradient has it, for points `step` apart."""
+    slopes = np.empty_like(heights)
+    slopes[..., 1:-1] = (heights[..., 2:] - heights[..., :-2]) * (0.5 / step)
+    slopes[..., 0] = (heights[..., 1] - heights[..., 0]) * (1 / step)
+    slopes[..., -1] = (heights[..., -1] - heights[..., -2]) * (1 / step)
+    return slopes
 
 
 @lru_cache

@@ -20,7 +20,6 @@ from makeup import (
     copied,
     device,
     flat_surface,
-    inside,
     lights,
     paint_planes,
     params,
@@ -50,7 +49,6 @@ from makeup_video.pipeline.finishes import product as finished
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.lit_product import Place, material
 from makeup_video.pipeline.look import ZONES, Look
-from makeup_video.pipeline.mesh import BuildScene
 from makeup_video.pipeline.scene import white_light
 from makeup_video.pipeline.smooth import SmoothAhead
 from makeup_video.pipeline.topology import EYE_CONTOUR, LIPS_INNER, LIPS_OUTER, RIGHT_EYE

@@ -1,0 +1,139 @@
+"""Close-ups of the samples, painted and laid out in labelled grids, for the pages of this folder."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from makeup_video.pipeline import Face, Look, apply_look, find_faces
+
+DOCS = Path(__file__).parent
+SAMPLES = DOCS.parent / "samples"
+PICTURES = "pictures"  # in DOCS
+JPEG = [
+    cv2.IMWRITE_JPEG_QUALITY, 88,
+    cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+    cv2.IMWRITE_JPEG_OPTIMIZE, 1,
+]  # fmt: skip
+_LABEL_PX, _PAPER, _INK = 20, 255, (40, 40, 40)
+_FONT, _FONT_SCALE, _CHARACTER_PX = cv2.FONT_HERSHEY_SIMPLEX, 0.42, 8
+
+# What a close-up is of: the points of its middle, and its width in distances of the eyes' outer corners
+What = tuple[Sequence[int], float]
+MOUTH: What = (0, 17, 61, 291), 1.15
+EYE: What = (33, 133, 159), 0.80  # open or closed, brow included
+
+# Times the linear light, red, green, blue
+LIGHTS = {
+    "as it is": (1.0, 1.0, 1.0),
+    "light x 0.5": (0.5, 0.5, 0.5),
+    "light x 1.6": (1.6, 1.6, 1.6),
+    "warm": (1.25, 1.0, 0.62),
+    "cool": (0.75, 1.0, 1.4),
+}
+
+
+class Scene:
+    """A picture and its largest face; rgb8 is (H, W, 3) uint8, encoded as sRGB."""
+
+    def __init__(self, rgb8: np.ndarray) -> None:
+        self.rgb8 = rgb8
+        self.face: Face = find_faces(rgb8)[0]
+
+    def in_light(self, name: str) -> "Scene":
+        """The same picture with more, less or other light; what is too bright clips, as in a camera."""
+        return Scene(encoded(np.clip(linear(self.rgb8) * np.float32(LIGHTS[name]), 0, 1)))
+
+    def closeup(
+        self,
+        look: Look,
+        what: What = MOUTH,
+        size_wh: tuple[int, int] = (240, 150),
+    ) -> np.ndarray:
+        """(h, w, 3) uint8: the look painted on the whole picture, then a part of it at this size."""
+        points, width = what
+        xy = self.face.points_px[:, :2].astype(np.float64)
+        middle = xy[list(points)].mean(0)
+        scale = size_wh[0] / (width * float(np.hypot(*(xy[33] - xy[263]))))
+        corner = middle - (np.array(size_wh) - 1) / 2 / scale
+        to_cell = np.column_stack([np.eye(2) * scale, -corner * scale])
+        painted = apply_look(self.rgb8, look, [self.face])
+        flags = cv2.INTER_CUBIC if scale > 0.8 else cv2.INTER_AREA
+        return cv2.warpAffine(painted, to_cell, size_wh, flags=flags)
+
+
+def rgb(code: str) -> tuple[int, int, int]:
+    """ "B4002E" -> (180, 0, 46)"""
+    red, green, blue = bytes.fromhex(code)
+    return red, green, blue
+
+
+def linear(rgb8: np.ndarray) -> np.ndarray:
+    """sRGB codes -> linear light in 0..1, float32 (IEC 61966-2-1)."""
+    v = rgb8.astype(np.float32) / 255
+    return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
+
+
+def encoded(light: np.ndarray) -> np.ndarray:
+    """Linear light in 0..1 -> sRGB codes, uint8."""
+    v = np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.round(v * 255).astype(np.uint8)
+
+
+@cache
+def portrait() -> Scene:
+    """Grace Hopper: older skin, thin lips, glasses."""
+    return Scene(cv2.imread(str(SAMPLES / "portrait.jpg"))[..., ::-1].copy())
+
+
+@cache
+def astronaut() -> Scene:
+    """Eileen Collins as photographed, enlarged to the size of a face in a 720p video: a smile."""
+    from skimage.data import astronaut  # of the extra `samples`
+
+    return Scene(cv2.resize(astronaut(), None, fx=3, fy=3, interpolation=cv2.INTER_CUBIC))
+
+
+@cache
+def clip(index: int) -> Scene:
+    """A frame of samples/in.mp4 by its number."""
+    with av.open(str(SAMPLES / "in.mp4")) as container:
+        for number, frame in enumerate(container.decode(video=0)):
+            if number == index:
+                return Scene(frame.to_ndarray(format="rgb24"))
+    raise ValueError(f"in.mp4 has no frame {index}")
+
+
+def grid(
+    cells: Sequence[Sequence[np.ndarray]], columns: Sequence[str], rows: Sequence[str] = ()
+) -> np.ndarray:
+    """Rows of cells of one size; columns are named above, rows (where they have names) at the left."""
+    height, width = cells[0][0].shape[:2]
+    margin = _CHARACTER_PX * max(map(len, rows), default=0)
+    lines = [np.hstack([_label("", margin, _LABEL_PX), *(_label(c, width) for c in columns)])]
+    for number, row in enumerate(cells):
+        name = _label(rows[number] if rows else "", margin, height)
+        lines.append(np.hstack([name, *row]))
+    return np.vstack(lines)
+
+
+def _label(text: str, width: int, height: int = _LABEL_PX) -> np.ndarray:
+    box = np.full((height, width, 3), _PAPER, np.uint8)
+    if not text:
+        return box
+    (long, high), _ = cv2.getTextSize(text, _FONT, _FONT_SCALE, 1)
+    at = (width - long) // 2, (height + high) // 2
+    cv2.putText(box, text, at, _FONT, _FONT_SCALE, _INK, 1, cv2.LINE_AA)
+    return box
+
+
+def save_all(pictures: dict[str, Callable[[], np.ndarray]]) -> None:
+    """Draw and write each picture, by its file's name."""
+    (DOCS / PICTURES).mkdir(exist_ok=True)
+    for name, draw in pictures.items():
+        path = DOCS / PICTURES / name
+        if not cv2.imwrite(str(path), draw()[..., ::-1], JPEG):
+            raise OSError(f"{path} cannot be written")
+        print(f"{path.stat().st_size / 1000:4.0f} kB  {path}", flush=True)

@@ -1,0 +1,212 @@
+"""Writes docs/parameters.md and its pictures from the code: python docs/make_parameters.py"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
+from typing import Any
+
+import contact_sheet as sheet
+import numpy as np
+from makeup_video.pipeline import FINISHES, GraphicsParams, Look, product
+from makeup_video.pipeline.look import ZONES
+
+PAGE = sheet.DOCS / "parameters.md"
+STEPS = 5
+_OPEN, _SHUT = 0, 24  # eyes, in frames of samples/in.mp4; the mouth is closed in both
+RED, PLUM, NUDE, PINK, BROWN, BRONZE = "B4002E", "4A1030", "B5705A", "F0D0D8", "5A3A2E", "8A5A34"
+
+_FINISHES = {
+    "matte": "dry and full, no shine",
+    "satin": "full, with a soft shine",
+    "sheer": "a tint: the skin shows through",
+    "gloss": "wet: sharp highlights, some mirror",
+    "metallic": "full, a broad bright sheen and dust of its own colour",
+    "shimmer": "half covering, with sparkles",
+}
+_ZONES = {
+    "lid": "from the lashes to a little above the crease, the whole width of the eye",
+    "crease": "only around the crease, the lid itself stays bare",
+    "full": "from the lashes to well above the crease, thinning out towards the brow",
+    "outer": "the outer third, from the lashes to above the crease",
+}
+
+
+@dataclass(frozen=True)
+class Strip:
+    """What a parameter is shown on: it alone changes from 0 to most, from left to right.
+
+    eyes: on eye-shadow too, in a second row, on a lid that is shut.  light: of contact_sheet.LIGHTS.
+    """
+
+    colour: str
+    finish: str
+    most: float = 1.0
+    eyes: bool = False
+    light: str = "as it is"
+    others: Mapping[str, float] = field(default_factory=dict)
+
+    def caption(self) -> str:
+        words = [f"On #{self.colour} {self.finish}"]
+        words += [f"{name} {value:g}" for name, value in self.others.items()]
+        if self.light != "as it is":
+            words.append(f"in {self.light} light")
+        return (
+            ", ".join(words) + "; " + ("lips, and eye-shadow on the lid." if self.eyes else "lips.")
+        )
+
+
+_MIRROR = {"gloss": 0.2, "reflection": 0.8}
+STRIPS = {
+    "red": Strip(RED, "satin", 255),
+    "green": Strip(RED, "satin", 255),
+    "blue": Strip(RED, "satin", 255),
+    "opacity": Strip(RED, "satin", eyes=True),
+    "gloss": Strip(RED, "gloss", 4, eyes=True),
+    "gloss_roughness": Strip(RED, "gloss", others={"gloss": 2, "gloss_detail": 0.2}),
+    "reflection": Strip(PLUM, "gloss", others={"gloss": 0.2}),
+    "edge_softness": Strip(PLUM, "matte", eyes=True),
+    "texture_keep": Strip(RED, "matte"),
+    "undertone": Strip(NUDE, "satin", eyes=True),
+    "gloss_detail": Strip(RED, "gloss", others={"gloss": 2}),
+    "fresnel": Strip(PLUM, "gloss", others=_MIRROR),
+    "environment_blur": Strip(PLUM, "gloss", others=_MIRROR),
+    "shimmer": Strip(BRONZE, "shimmer", eyes=True),
+    "shimmer_size": Strip(BRONZE, "shimmer", eyes=True),
+    "shimmer_tint": Strip(BRONZE, "shimmer", others={"shimmer": 1}),
+    "light_adaptation": Strip(PINK, "satin", light="warm"),
+}
+
+
+def draw_parameter(name: str) -> np.ndarray:
+    strip = STRIPS[name]
+    values = np.linspace(0, strip.most, STEPS)
+    if strip.most == 255:
+        values = values.round()
+    shown = [("lips", _OPEN, sheet.MOUTH)] + ([("eyes", _SHUT, sheet.EYE)] if strip.eyes else [])
+    cells = []
+    for region, frame, what in shown:
+        scene = sheet.clip(frame).in_light(strip.light)
+        base = replace(product(sheet.rgb(strip.colour), strip.finish, region), **strip.others)
+        looks = [Look(**{region: replace(base, **{name: float(value)})}) for value in values]
+        cells.append([scene.closeup(look, what) for look in looks])
+    return sheet.grid(cells, [f"{value:g}" for value in values])
+
+
+def draw_strength() -> np.ndarray:
+    params = product(sheet.rgb(RED), "satin")
+    return _draw_dial(lambda value: Look(lips=params, strength=value), _OPEN, sheet.MOUTH)
+
+
+def draw_intensity() -> np.ndarray:
+    params = product(sheet.rgb(BROWN), "satin", "eyes")
+    return _draw_dial(lambda value: Look(eyes=params, intensity=value), _SHUT, sheet.EYE)
+
+
+def _draw_dial(look: Callable[[float], Look], frame: int, what: sheet.What) -> np.ndarray:
+    values = np.linspace(0, 1, STEPS).tolist()
+    cells = [sheet.clip(frame).closeup(look(value), what) for value in values]
+    return sheet.grid([cells], [f"{value:g}" for value in values])
+
+
+def draw_zones() -> np.ndarray:
+    params = product(sheet.rgb(BROWN), "satin", "eyes")
+    looks = [Look(), *(Look(eyes=params, zone=zone) for zone in ZONES)]
+    scenes = sheet.clip(_OPEN), sheet.clip(_SHUT)
+    cells = [[scene.closeup(look, sheet.EYE) for look in looks] for scene in scenes]
+    return sheet.grid(cells, ["bare", *ZONES])
+
+
+PICTURES = {f"{name}.jpg": (lambda name=name: draw_parameter(name)) for name in STRIPS} | {
+    "zone.jpg": draw_zones,
+    "intensity.jpg": draw_intensity,
+    "strength.jpg": draw_strength,
+}
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _parameter_row(spec: Any) -> list[str]:
+    low, high = spec.metadata["low"], spec.metadata["high"]
+    reach = f"{low:g} to {high:g}" if high < 1e6 else f"{low:g} and more, mostly under 4"
+    default = "to be given" if spec.default is MISSING else f"{spec.default:g}"
+    return [f"`{spec.name}`", reach, default, spec.metadata["meaning"]]
+
+
+def _finish_table(region: str) -> str:
+    settings = [
+        spec.name for spec in fields(GraphicsParams) if spec.name in FINISHES["matte"][region]
+    ]
+    rows = [
+        [f"`{name}`", *(f"{FINISHES[finish][region][name]:g}" for finish in FINISHES)]
+        for name in settings
+    ]
+    return _table(["", *FINISHES], rows)
+
+
+def _picture(name: str, words: str) -> str:
+    return f"![{name}]({sheet.PICTURES}/{name}.jpg)\n\n{words}"
+
+
+def text() -> str:
+    """The page, all of it."""
+    specs = fields(GraphicsParams)
+    strips = "\n\n".join(
+        f"### {spec.name}\n\n{spec.metadata['meaning']}\n\n"
+        + _picture(spec.name, STRIPS[spec.name].caption())
+        for spec in specs
+    )
+    return f"""# Parameters of a look
+
+Made by `python docs/make_parameters.py` from the code; change it there.
+
+A product is {len(specs)} numbers for each region, lips or eyes. The seven without a default say what product it is;
+the others, how it is laid on and what it does in the light.
+
+{_table(["name", "range", "default", "meaning"], [_parameter_row(spec) for spec in specs])}
+
+Three dials belong to the whole look, not to a product:
+
+* `strength`, 0 to 1: how much of all of it, lips and eyes. 0 paints nothing.
+
+{_picture("strength", f"#{RED} satin.")}
+
+* `intensity`, 0 to 1: how much of the eye-shadow, on top of `strength`.
+
+{_picture("intensity", f"#{BROWN} satin on the lid.")}
+
+* `zone`: where the eye-shadow goes. It follows the eye and its blinks; the eyeball stays bare.
+
+{_table(["zone", "where"], [[f"`{name}`", _ZONES[name]] for name in ZONES])}
+
+{_picture("zone", f"#{BROWN} satin, on an open eye and in a blink.")}
+
+## Finishes
+
+`--finish` sets everything but the colour.
+
+{_table(["finish", "what it is"], [[f"`{name}`", _FINISHES[name]] for name in FINISHES])}
+
+Lips:
+
+{_finish_table("lips")}
+
+Eyes (a powder: softer borders, broader highlights):
+
+{_finish_table("eyes")}
+
+How they look on faces and in different light: [sheets.md](sheets.md).
+
+## What each one does
+
+From left to right only the one parameter changes. A frame of `samples/in.mp4`, painted at 720p; then
+enlarged: a mouth 1.2 times, an eye 1.8 times.
+
+{strips}
+"""
+
+
+if __name__ == "__main__":
+    PAGE.write_text(text(), encoding="utf-8")
+    sheet.save_all(PICTURES)
