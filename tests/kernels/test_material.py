@@ -190,7 +190,7 @@ def test_sparkles_come_and_go_with_the_tilt_of_the_surface():
 
 
 def test_what_is_far_darker_than_the_skin_is_spared_where_it_is_told():
-    lash = 0.2 * 0.2
+    lash = 0.2 * 0.15
     eyes, lips = of(spares_dark=True, red=250), of(red=250)
     np.testing.assert_allclose(paint(lash, eyes), lash, atol=1e-9)
     assert paint(lash, lips)[0] > 0.1

@@ -87,7 +87,7 @@ def test_zones_turn_with_the_face_and_stay_within_their_corners(degrees, scale, 
     _, points = close_up()
     points = turned(points, degrees, scale)
     for region in eye_regions(true_face(points)):
-        low, high = region.corners_xy
+        low, high = region.reach(softness, zone)
         origin = np.floor(low).astype(int) - 15
         out = np.zeros(tuple(np.ceil(high - low).astype(int)[::-1] + 30), np.float32)
         region.weigh(out, tuple(origin), softness, zone)
@@ -124,11 +124,15 @@ def test_eyes_too_narrow_to_be_seen_are_left_out():
 
 
 def test_the_light_of_a_lid_is_measured_on_skin():
+    """What is bright on the eyeball does not count."""
     _, points = close_up()
     for region, contour in zip(
         eye_regions(true_face(points)), (EYE_CONTOUR, RIGHT_EYE[:16]), strict=True
     ):
-        measured = region.shading_weight()
-        assert measured.shape == region.up.shape and 50 < measured.sum() < measured.size / 2
-        on_frame = cv2.warpAffine(measured, region.grid.to_px, HW[::-1], flags=cv2.INTER_NEAREST)
-        assert on_frame[inside(points[contour], HW, 1)].max() == 0
+        eyeball = inside(points[contour], HW, 1).astype(np.float32)
+        back = cv2.invertAffineTransform(region.grid.to_px)
+        size_wh = region.up.shape[::-1]
+        luminance = 0.2 + 5 * cv2.warpAffine(eyeball, back, size_wh, flags=cv2.INTER_NEAREST)
+        light, mean = region.shaded(luminance)
+        assert light.shape == region.up.shape
+        assert mean == pytest.approx(0.2) and np.ptp(light) < 1e-3

@@ -77,15 +77,26 @@ def test_broad_light_forgets_texture_and_stops_at_the_region_s_border():
     light = np.full((40, 60), 0.2, np.float32)
     light[::2, ::2] = 0.3
     light[:, 30:] = 0.9  # beside the region
-    weight = np.zeros_like(light)
-    weight[5:35, 5:30] = 1
-    shading, mean = broad(light, weight, 2.5)
+    area = np.zeros(light.shape, bool)
+    area[5:35, 5:30] = True
+    (shading,), mean = broad(light, [area], 2.5)
     assert mean == pytest.approx(0.225, abs=0.003)
     np.testing.assert_allclose(shading[8:32, 8:28], 0.225, atol=0.01)
 
 
+def test_two_areas_are_blurred_apart_and_have_one_mean():
+    light = np.full((40, 60), 0.1, np.float32)
+    light[:, 30:] = 0.5
+    areas = [np.zeros(light.shape, bool) for _ in range(2)]
+    areas[0][:, 10:30], areas[1][:, 30:50] = True, True
+    (first, second), mean = broad(light, areas, 2.5)
+    assert mean == pytest.approx(0.3)
+    assert first[20, 29] == pytest.approx(0.1, abs=0.01)
+    assert second[20, 30] == pytest.approx(0.5, abs=0.02)
+
+
 def test_without_any_region_everything_counts():
     light = np.linspace(0, 1, 200, dtype=np.float32).reshape(10, 20)
-    shading, mean = broad(light, np.zeros_like(light), 2.5)
+    (shading,), mean = broad(light, [np.zeros(light.shape, bool)], 2.5)
     assert mean == pytest.approx(0.5)
     assert np.isfinite(shading).all() and shading == pytest.approx(0.5, abs=1e-4)
