@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import close_up, inside, true_face
+from makeup_video.pipeline.crop import compose
 from makeup_video.pipeline.face import MIN_FACE_PX
 from makeup_video.pipeline.lips import lip_region
 from makeup_video.pipeline.topology import LIPS_INNER, LIPS_OUTER
@@ -94,11 +95,18 @@ def test_a_window_is_a_part_of_the_whole():
     np.testing.assert_allclose(part, whole[103:183, 61:151], atol=0.02)  # 1/32 px in OpenCV
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.floats(-180, 180), st.floats(0.3, 4), st.floats(0, 1), st.sampled_from([0, 75, 100]))
 def test_nothing_is_painted_beyond_the_region_s_corners(degrees, scale, softness, number):
     _, points = close_up(number)
-    face = true_face(turned(points, degrees, scale))
+    face = true_face(points)
+    spin = turned(np.array([[0.0, 0], [1, 0], [0, 1]]), degrees, scale)
+    spin = np.column_stack([spin[1] - spin[0], spin[2] - spin[0], spin[0]])
+    face = heads.face(
+        turned(points, degrees, scale),
+        logits=face.lips.logits,
+        to_px=compose(spin, face.lips.to_px),
+    )
     region = lip_region(face)
     low, high = region.reach(softness, "lid")
     hw = tuple(np.ceil(high - low).astype(int)[::-1] + 40)
