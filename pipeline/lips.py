@@ -73,7 +73,8 @@ class LipRegion:
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
 
-        1 on the lips, 0 beyond their edge. At an open mouth the edge is drawn back onto the lips.
+        1 on the lips, 0 beyond their edge. At an open mouth all of the edge is on the lips, at a shut
+        one it is pushed over the seam.
         """
         to_px = self.face.lips.to_px.copy()
         scale = abs(np.linalg.det(to_px[:, :2])) ** 0.5
@@ -81,7 +82,7 @@ class LipRegion:
         feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, _FEATHER_LEAST_PX / scale)
         half = np.float32(feather * _ODDS_PER_PX)
         cv2.warpAffine(
-            self.odds - _INWARD * half * self.opening, to_px, out.shape[::-1], out,
+            self.odds - half * np.maximum(self.opening, _OVER_SEAM * self.opening), to_px, out.shape[::-1], out,
             flags=cv2.INTER_CUBIC if scale > 1.5 else cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
         )  # fmt: skip
@@ -124,7 +125,8 @@ def lip_region(face: Face) -> LipRegion | None:
     inside, reach, opening = _contours(y, rows, left, right)
     normals, is_upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
     odds = np.float32(1 - _CONTOUR_SHARE) * patch.logits
-    odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST) + _WIDER
+    odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST)
+    odds += np.float32(_WIDER) * (opening <= 0)
     np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
     margin = 1.5 * reach * px_per_patch
     low, high = points[:, :2].min(0) - margin, points[:, :2].max(0) + margin
