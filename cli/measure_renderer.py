@@ -16,10 +16,12 @@ from fractions import Fraction
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
+from unittest.mock import patch
 
 import av
 import numpy as np
 from makeup_video.kernels.colour import SRGB
+from makeup_video.kernels.paint import paint
 from makeup_video.pipeline import composite as composite_module
 from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.crop import compose
@@ -156,13 +158,9 @@ def kernel_beside_floor(clip: Path, faces: list[tuple[Face, ...]]) -> dict[str, 
     operations, multiplied and added in pairs, as OPERATIONS_PER_PX says.
     """
     calls: list[tuple[Any, ...]] = []
-    paint = composite_module.paint
     build, composite = BuildScene(), Composite(full_look())
-    composite_module.paint = lambda *call: calls.append(call)  # type: ignore[assignment]
-    try:
+    with patch.object(composite_module, "paint", lambda *call: calls.append(call)):
         composite(build(next(_items(clip, faces))))
-    finally:
-        composite_module.paint = paint
     lumas = [luma for _, luma, *_ in calls]
     window_px = sum(luma.size for luma in lumas)
     # luma, chroma (f32) read and written; four maps (f32) read
