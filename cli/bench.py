@@ -142,6 +142,12 @@ def _print_renderer(results: dict[str, Any]) -> None:
         ("together_mean_ms", "together, mean"),
     ):
         table.add_row(label, *(f"{row[name]:.2f}" for row in results["sizes"].values()))
+    kernels = [row["kernel"] for row in results["sizes"].values()]
+    table.add_row("kernel alone", *(f"{k['kernel_ms']:.2f}" for k in kernels))
+    table.add_row("copying its bytes", *(f"{k['copy_ms']:.3f}" for k in kernels))
+    table.add_row("its arithmetic at the peak", *(f"{k['arithmetic_ms']:.3f}" for k in kernels))
+    label = "px of the windows / with makeup"
+    table.add_row(label, *(f"{k['window_px']} / {k['painted_px']}" for k in kernels))
     Console().print(table)
     start = results["start"]
     say(

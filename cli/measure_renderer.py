@@ -10,19 +10,24 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
+from unittest.mock import patch
 
 import av
 import numpy as np
+from makeup_video.kernels.colour import SRGB
+from makeup_video.kernels.paint import paint
+from makeup_video.pipeline import composite as composite_module
 from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.crop import compose
 from makeup_video.pipeline.errors import InputError
 from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.face_run import one_opencv_thread
 from makeup_video.pipeline.faces import FindFaces, find_faces_in_frame
 from makeup_video.pipeline.finishes import product
 from makeup_video.pipeline.frame import ColourTags, Frame
@@ -32,6 +37,10 @@ from makeup_video.pipeline.smooth import SmoothAhead
 
 WARM_FRAMES = 10  # not counted
 LARGER = 3  # times as wide and high is the frame that the same face is pasted into
+# Counted in kernels/paint.cl and its headers for SDR: 160 between codes and light, 90 for the surface and
+# what it mirrors, 70 for shimmer, 170 for the product. Roots and divisions count as one.
+OPERATIONS_PER_PX = 490
+_REPEATS = 200
 _HELD_BACK = 8  # frames decoded ahead, as in a run: what is painted has left the nearer caches
 _FOREHEAD, _CHIN = 10, 152
 
@@ -52,7 +61,10 @@ def measure_renderer(
         clip = make_face_clip(source, folder / f"face{height}.mkv", height, frames)
         faces = find_in(clip)
         times = [paint_clip(clip, faces) for _ in range(rounds)]
-        results["sizes"][f"{height}p"] = _middle(times)
+        results["sizes"][f"{height}p"] = {
+            **_middle(times),
+            "kernel": kernel_beside_floor(clip, faces),
+        }
     clip = folder / f"face{heights[0]}.mkv"
     faces = find_in(clip)
     larger, there = paste_into_larger(clip, folder / "larger.mkv", faces)
@@ -120,12 +132,13 @@ def paint_clip(clip: Path, faces: list[tuple[Face, ...]]) -> dict[str, float]:
     """CPU ms a frame of scene and composite, the threads of OpenCL included: medians and means."""
     build, composite = BuildScene(), Composite(full_look())
     times = []
-    for item in _items(clip, faces):
-        began = time.process_time()
-        scene = build(item)
-        between = time.process_time()
-        composite(scene)
-        times.append((between - began, time.process_time() - between))
+    with one_opencv_thread():  # as in a run
+        for item in _items(clip, faces):
+            began = time.process_time()
+            scene = build(item)
+            between = time.process_time()
+            composite(scene)
+            times.append((between - began, time.process_time() - between))
     scene_ms, composite_ms = (
         np.array(part) * 1000 for part in zip(*times[WARM_FRAMES:], strict=True)
     )
@@ -135,6 +148,67 @@ def paint_clip(clip: Path, faces: list[tuple[Face, ...]]) -> dict[str, float]:
         "together_ms": median((scene_ms + composite_ms).tolist()),
         "together_mean_ms": mean((scene_ms + composite_ms).tolist()),
     }
+
+
+def kernel_beside_floor(clip: Path, faces: list[tuple[Face, ...]]) -> dict[str, float]:
+    """The kernel over the windows of one frame, beside what its bytes and its arithmetic must cost.
+
+    window_px: pixels worked on; painted_px: those with weight.  kernel_ms: CPU time, launches
+    included.  copy_ms: to copy as many bytes as it reads and writes.  arithmetic_ms: as many
+    operations, multiplied and added in pairs, as OPERATIONS_PER_PX says.
+    """
+    calls: list[tuple[Any, ...]] = []
+    build, composite = BuildScene(), Composite(full_look())
+    with patch.object(composite_module, "paint", lambda *call: calls.append(call)):
+        composite(build(next(_items(clip, faces))))
+    lumas = [luma for _, luma, *_ in calls]
+    window_px = sum(luma.size for luma in lumas)
+    # luma, chroma (f32) read and written; four maps (f32) read
+    moved_bytes = sum(luma.size * (2 * luma.itemsize + 4 * 4 + 4 * 4) for luma in lumas)
+    there, back = np.ones(moved_bytes // 2, np.uint8), np.empty(moved_bytes // 2, np.uint8)
+    kernel_ms = _least_ms(lambda: [paint(*call) for call in calls])
+    operations = window_px * OPERATIONS_PER_PX
+    return {
+        "window_px": window_px,
+        "painted_px": sum(int(np.count_nonzero(call[3].maps[0])) for call in calls),
+        "moved_bytes": moved_bytes,
+        "operations": operations,
+        "kernel_ms": kernel_ms,
+        "copy_ms": _least_ms(lambda: np.copyto(back, there)),
+        "arithmetic_ms": operations / _peak_operations_per_ms(calls[0][0]),
+    }
+
+
+def _peak_operations_per_ms(device: Any) -> float:
+    """Multiplications and additions, in pairs and all independent, in a ms of CPU time."""
+    count, chains, repeats = 4096, 6, 32
+    step = " ".join(f"a{i} = a{i} * factor + 1.0f;" for i in range(chains))
+    source = (
+        "__kernel void peak(__global float *restrict out, const float factor) {"
+        " int x = get_global_id(0);"
+        + "".join(f" float a{i} = (float)(x + {i});" for i in range(chains))
+        + step * repeats
+        + " out[x] = " + " + ".join(f"a{i}" for i in range(chains)) + "; }"
+    )  # fmt: skip
+    kernel = device.build(source, SRGB).peak
+    out = np.zeros((1, count), np.float32)
+
+    def run() -> None:
+        with device.lend(out) as buffers:
+            for _ in range(16):
+                device.launch(kernel, (count, 1), [*buffers, np.float32(0.5)])
+
+    return 16 * count * chains * repeats * 2 / _least_ms(run)
+
+
+def _least_ms(work: Callable[[], object]) -> float:
+    """CPU time of the least of many repeats."""
+    times = []
+    for _ in range(_REPEATS):
+        began = time.process_time()
+        work()
+        times.append(time.process_time() - began)
+    return 1000 * min(times)
 
 
 def _items(clip: Path, faces: list[tuple[Face, ...]]) -> Iterator[FrameFaces]:

@@ -50,7 +50,7 @@ MATERIAL_INLINE material_surface material_at(
     float nz = colour_sqrt(1.0f - (nx * nx + ny * ny));
     material_surface s;
     s.coarse = coarse;
-    float shade = (coarse + m->dark) / (mean + m->dark);
+    float shade = (coarse + m->dark) * (1.0f / (mean + m->dark));
     s.shade = colour_min(shade, 4.0f);
     s.nx = nx;
     s.ny = ny;
@@ -100,7 +100,7 @@ MATERIAL_INLINE float material_sparkle(float px, float py, const material_surfac
     float dv = 0.3f + 0.4f * unit * (float)(int)((hash >> 16) & 255u) - in_v;
     float tx = s->nx - m->half_way[0] + 1.3f * (unit * (float)(int)((hash >> 4) & 255u) - 0.5f);
     float ty = 1.3f * (0.5f - unit * (float)(int)((hash >> 12) & 255u)) - (s->ny - m->half_way[1]);
-    float spot = 1.0f - (du * du + dv * dv) / m->spot;
+    float spot = 1.0f - (du * du + dv * dv) * (1.0f / m->spot);
     spot = colour_positive(spot);
     float glint = 1.0f - 2.5f * (tx * tx + ty * ty);
     glint = glint > 0.0f ? glint : 0.0f;

@@ -1,10 +1,11 @@
 /* Lay a product over a region of the frame, in linear light. Numpy twin: paint.py.
  *
  * luma: the plane, from the region's first pixel on, changed in place.
- * chroma: (2, high, wide) f32, Cb and Cr of every luma pixel; it becomes how much they changed.
+ * chroma: (2, high, wide) f32, Cb and Cr of every luma pixel.  change: the same, how much they changed.
  * surface: (4, high, wide) f32: weight of the product, 0 to 1; luminance of the bare skin without
  * its fine texture; x and y of the unit normal (z is towards the viewer).
- * environment: (3, 16, 16) f32, linear light. */
+ * environment: (3, 16, 16) f32, linear light.
+ * runs: of each work-group its first pixel, y * wide + x; those without any weight are left out. */
 
 #include "colour.h"
 #include "material.h"
@@ -21,10 +22,12 @@ typedef struct {
 } paint_region;
 
 __kernel void paint(
-    __global SAMPLE *restrict luma, __global float *restrict chroma,
-    __global const float *restrict surface, __global const float *restrict environment,
+    __global SAMPLE *restrict luma, __global const float *restrict chroma,
+    __global float *restrict change, __global const float *restrict surface,
+    __global const float *restrict environment, __global const int *restrict runs,
     const colour_coding coding, const paint_region region, const material product) {
-    int x = get_global_id(0), y = get_global_id(1);
+    int first = runs[get_group_id(0)], y = first / region.wide;
+    int x = first - y * region.wide + (int)get_local_id(0);
     if (x >= region.wide) return;
     int pixels = region.wide * region.high, at = y * region.wide + x;
     int here = y * region.luma_stride + x;
@@ -40,6 +43,6 @@ __kernel void paint(
     colour_codes codes = colour_encode(made_up, &coding);
     int is_painted = weight > 0.0f;
     luma[here] = (SAMPLE)colour_round(is_painted ? codes.luma : old_luma, &coding);
-    chroma[at] = is_painted ? codes.cb - old_cb : 0.0f;
-    chroma[at + pixels] = is_painted ? codes.cr - old_cr : 0.0f;
+    change[at] = is_painted ? codes.cb - old_cb : 0.0f;
+    change[at + pixels] = is_painted ? codes.cr - old_cr : 0.0f;
 }

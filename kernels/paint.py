@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from makeup_video.kernels.colour import Coding, coding_argument, decode, encode, rounded
 from makeup_video.kernels.material import Material, made_up, skin_at
-from makeup_video.kernels.program import Device, stride_of
+from makeup_video.kernels.program import LOCAL_SIZE, Device, stride_of
 
 _REGION = np.dtype(
     [("size", "i4", (2,)), ("luma_stride", "i4"), ("mean", "f4"), ("to_patch", "f4", (6,))]
@@ -43,13 +43,26 @@ def paint(
     codes of each pixel.
     """
     height, width = luma.shape
+    codes = chroma.copy()
+    chroma[:] = 0
+    runs = _runs(surface.maps[0])
+    if not len(runs):
+        return
     region = np.zeros((), _REGION)
     region["size"], region["luma_stride"] = (width, height), stride_of(luma)
     region["mean"], region["to_patch"] = surface.mean, surface.to_patch.ravel()
     kernel = device.kernel("paint", coding.transfer, luma.dtype)
-    with device.lend(luma, chroma, surface.maps, surface.environment) as buffers:
+    with device.lend(luma, codes, chroma, surface.maps, surface.environment, runs) as buffers:
         arguments = [*buffers, coding_argument(coding), region, material.argument()]
-        device.launch(kernel, (width, height), arguments)
+        device.launch(kernel, (len(runs) * LOCAL_SIZE[0], 1), arguments)
+
+
+def _runs(weight: np.ndarray) -> np.ndarray:
+    """(N,) int32: where work-groups begin, y * width + x, that hold any weight; weight is (h, w)."""
+    width = weight.shape[1]
+    most = np.maximum.reduceat(weight, np.arange(0, width, LOCAL_SIZE[0]), axis=1)
+    y, run = np.nonzero(most)
+    return (y * width + run * LOCAL_SIZE[0]).astype(np.int32)
 
 
 def paint_twin(

@@ -59,8 +59,16 @@ def spread(
     for plane, part in zip(out, parts, strict=True):
         if chroma == (1, 1):
             plane[:] = part
-        else:
-            plane[:] = part.repeat(down, 0).repeat(across, 1)[:height, :width]
+            continue
+        high, wide = part.shape
+        # NEAREST by whole factors repeats; an odd size has less of its last block
+        whole = cv2.resize(
+            part.astype(np.float32), (wide * across, high * down),
+            plane if plane.shape == (high * down, wide * across) else None,
+            interpolation=cv2.INTER_NEAREST,
+        )  # fmt: skip
+        if whole.shape != plane.shape:
+            plane[:] = whole[:height, :width]
     return out
 
 

@@ -75,15 +75,9 @@ class EyeRegion:
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
         covers, wide = ZONES[zone], 0.5 + softness
-        across = np.flatnonzero(_across(covers, wide))
-        rows = _is_between(self.up[:, across], covers.up, wide) & (self.lash_px[:, across] > 0)
-        down = np.flatnonzero(rows.any(1))
-        if not len(down):
-            return np.zeros(2), np.full(2, -1.0)
-        # weights are interpolated: a step more on each side
-        x, y = across[[0, -1]] + _ONE_MORE, down[[0, -1]] + _ONE_MORE
-        corners = self.grid.to_px @ np.array([x[[0, 1, 0, 1]], y[[0, 0, 1, 1]], np.ones(4)])
-        return corners.min(1), corners.max(1)
+        columns = _across(covers, wide) > 0
+        inside = _is_between(self.up, covers.up, wide) & (self.lash_px > 0) & columns
+        return self.grid.box_px(columns, inside.any(1), more=1)  # weights are interpolated
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str

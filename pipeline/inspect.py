@@ -3,7 +3,7 @@
 import contextlib
 import os
 
-from makeup_video.pipeline.face_run import FaceRun
+from makeup_video.pipeline.face_run import FaceRun, one_opencv_thread
 from makeup_video.pipeline.overlay import DrawFaces, PointsFile
 from makeup_video.pipeline.process import Progress, Settings, run_stages
 from makeup_video.pipeline.report import Report
@@ -25,7 +25,7 @@ def inspect_video(
     side: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
     if points is not None:
         side = PointsFile(points, src, dst, overwrite=settings.overwrite)
-    with side as points_file:
+    with side as points_file, one_opencv_thread():
         run = FaceRun(lambda: [("draw", DrawFaces(points_file))])
         report = run_stages(src, dst, run, settings, on_progress)
     run.count(report)

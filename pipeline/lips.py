@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import compose
+from makeup_video.pipeline.crop import Affine, compose
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import LIPS
@@ -47,7 +47,6 @@ class LipRegion:
     odds: (H, W) log-odds of lipstick, limited to the contours' neighbourhood.  opening: (H, W),
     1 at the rim of an open mouth, -1 where shut lips meet, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
     is_upper: (H/2, W/2) bool, above the line where the lips meet.
-    shading, mean: see `light_up`.  corners_xy: (2, 2) lowest and highest px it may reach.
     """
 
     face: Face
@@ -55,7 +54,6 @@ class LipRegion:
     opening: np.ndarray
     normals: np.ndarray
     is_upper: np.ndarray
-    corners_xy: np.ndarray
     spares_dark: ClassVar[bool] = False
 
     @property
@@ -66,7 +64,9 @@ class LipRegion:
 
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        return self.corners_xy[0], self.corners_xy[1]
+        seen = self.odds > -(1 + _INWARD) * self._half_edge(softness)
+        patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
+        return patch.box_px(seen.any(0), seen.any(1), more=2)  # weights are interpolated
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
@@ -77,10 +77,9 @@ class LipRegion:
         one it is pushed over the seam.
         """
         to_px = self.face.lips.to_px.copy()
-        scale = abs(np.linalg.det(to_px[:, :2])) ** 0.5
+        scale = _scale(to_px)
         to_px[:, 2] -= origin_xy
-        feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, _FEATHER_LEAST_PX / scale)
-        half = np.float32(feather * _ODDS_PER_PX)
+        half = self._half_edge(softness)
         cv2.warpAffine(
             self.odds - half * np.maximum(self.opening, _OVER_SEAM * self.opening), to_px, out.shape[::-1], out,
             flags=cv2.INTER_CUBIC if scale > 1.5 else cv2.INTER_LINEAR,
@@ -90,6 +89,12 @@ class LipRegion:
         out += 0.5
         np.clip(out, 0, 1, out)
         out *= out * (3 - 2 * out)
+
+    def _half_edge(self, softness: float) -> np.float32:
+        """Odds from the middle of the edge to where it ends."""
+        least_px = _FEATHER_LEAST_PX / _scale(self.face.lips.to_px)
+        feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, least_px)
+        return np.float32(feather * _ODDS_PER_PX)
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light, alike, and its mean over the lips.
@@ -107,6 +112,12 @@ class LipRegion:
 _COARSE_TO_PATCH = np.array([[COARSE, 0, (COARSE - 1) / 2], [0, COARSE, (COARSE - 1) / 2]])
 
 
+def _scale(to_px: Affine) -> float:
+    """px of the frame to one of the patch."""
+    (a, b, _), (c, d, _) = to_px.tolist()
+    return float(abs(a * d - b * c) ** 0.5)
+
+
 def lip_region(face: Face) -> LipRegion | None:
     """None when the mouth is hidden."""
     if face.mouth_weight <= 0:
@@ -115,7 +126,7 @@ def lip_region(face: Face) -> LipRegion | None:
     height, width = patch.logits.shape
     to_patch = cv2.invertAffineTransform(patch.to_px)
     points = face.points_px[LIPS].astype(np.float64)
-    px_per_patch = abs(np.linalg.det(patch.to_px[:, :2])) ** 0.5
+    px_per_patch = _scale(patch.to_px)
     xy = points[:, :2] @ to_patch[:, :2].T + to_patch[:, 2]
     xyz = np.column_stack([xy, points[:, 2] / px_per_patch])
     columns = np.arange(width)
@@ -128,9 +139,7 @@ def lip_region(face: Face) -> LipRegion | None:
     odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST)
     odds += np.float32(_WIDER) * (opening <= 0)
     np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
-    margin = 1.5 * reach * px_per_patch
-    low, high = points[:, :2].min(0) - margin, points[:, :2].max(0) + margin
-    return LipRegion(face, odds, opening, normals, is_upper, np.stack([low, high]))
+    return LipRegion(face, odds, opening, normals, is_upper)
 
 
 def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:

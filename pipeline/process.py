@@ -97,10 +97,12 @@ def process_video(
     if look.is_bare:
         return run_stages(src, dst, lambda _: [], settings, on_progress)
     # the face nets and OpenCL take their time to load: only for those who paint
+    from makeup_video.pipeline.face_run import one_opencv_thread
     from makeup_video.pipeline.paint import PaintRun
 
     run = PaintRun(look, settings.faces, settings.device)
-    report = run_stages(src, dst, run, settings, on_progress)
+    with one_opencv_thread():
+        report = run_stages(src, dst, run, settings, on_progress)
     run.count(report)
     return report
 

@@ -28,6 +28,19 @@ class Grid:
         at: np.ndarray = self.to_px.astype(np.float32) @ _pixels(self.size_wh)
         return at
 
+    def box_px(
+        self, columns: np.ndarray, rows: np.ndarray, more: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) around the columns and rows that are True, `more` on each side."""
+        across, down = np.flatnonzero(columns), np.flatnonzero(rows)
+        if not (len(across) and len(down)):
+            return np.zeros(2), np.full(2, -1.0)
+        left, right = across[0] - more, across[-1] + more
+        top, bottom = down[0] - more, down[-1] + more
+        ends = np.array([[left, right, left, right], [top, top, bottom, bottom], [1, 1, 1, 1]])
+        corners = self.to_px @ ends
+        return corners.min(1), corners.max(1)
+
     def step_px(self) -> float:
         return float(abs(np.linalg.det(self.to_px[:, :2])) ** 0.5)
 

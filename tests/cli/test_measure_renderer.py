@@ -58,6 +58,14 @@ def test_every_number_is_there(face_clip, faces):
     assert min(times.values()) > 0
 
 
+def test_the_floor_counts_pixels_bytes_and_operations(face_clip, faces):
+    kernel = measure.kernel_beside_floor(face_clip, faces)
+    assert 0 < kernel["painted_px"] < kernel["window_px"] < 240 * 427 / 10
+    assert kernel["moved_bytes"] == 34 * kernel["window_px"]
+    assert kernel["operations"] == measure.OPERATIONS_PER_PX * kernel["window_px"]
+    assert min(kernel["kernel_ms"], kernel["copy_ms"], kernel["arithmetic_ms"]) > 0
+
+
 def test_a_clip_without_a_face_is_refused(tmp_path):
     clip = write_film(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
     with pytest.raises(InputError, match="no face"):

@@ -1,8 +1,9 @@
 """What every run that looks for faces does: its stages, its counts, and when they are made."""
 
+import cv2
 import pytest
 from makeup_video.pipeline import InputError, OutputError, UsageError
-from makeup_video.pipeline.face_run import FaceRun
+from makeup_video.pipeline.face_run import FaceRun, one_opencv_thread
 from makeup_video.pipeline.process import run_stages
 from makeup_video.pipeline.report import Report
 from people import SAMPLES, clip, face_of, film, frame_of, grey, put
@@ -56,3 +57,15 @@ def test_an_output_that_cannot_be_is_still_refused(tmp_path):
     src = film(tmp_path / "in.mkv", clip(1))
     with pytest.raises(OutputError):
         run_stages(src, tmp_path / "no" / "out.mkv", FaceRun(lambda: [("rest", pass_on)]))
+
+
+def test_opencv_has_its_threads_back_after_a_run_and_after_an_error():
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(2)
+    try:
+        with pytest.raises(KeyError), one_opencv_thread():
+            assert cv2.getNumThreads() == 1
+            raise KeyError
+        assert cv2.getNumThreads() == 2
+    finally:
+        cv2.setNumThreads(before)
