@@ -102,7 +102,7 @@ class Composite:
         place = _place(scene.face, region)
         surface = Surface(maps, lit.mean, _to_skin(to_window, place), environment)
         light = _on_lids(scene.light, lit.mean) if isinstance(region, EyeRegion) else scene.light
-        product = material(params, amount, light, place, item.coding, region.spares_dark)
+        product = material(params, amount, light, place, item.coding, region.spared)
         chroma = window.chroma(planes, frame.chroma)
         change = spread(chroma, frame.chroma, (window.width, window.height))
         paint(self._device, window.luma(planes), change, surface, product, item.coding)

@@ -64,7 +64,7 @@ class EyeRegion:
     lash_px: np.ndarray
     out: np.ndarray
     normals: np.ndarray
-    spares_dark: ClassVar[bool] = True  # lashes, brows, liner
+    spared: ClassVar[float] = 0.2  # lashes, brows, liner: see `material`
 
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
         """(40, 56) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as wide again."""

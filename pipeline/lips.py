@@ -35,9 +35,7 @@ _CONTOUR_SHARE, _CONTOUR_MOST = 0.25, 4.0
 _WIDER = 0.25
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
-_INWARD = (
-    0.3  # of that half: how far the edge is drawn back from an open mouth, and over a shut one
-)
+_OVER_SEAM = 0.3  # of that half: how far the edge is pushed over the line where shut lips meet
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +52,7 @@ class LipRegion:
     opening: np.ndarray
     normals: np.ndarray
     is_upper: np.ndarray
-    spares_dark: ClassVar[bool] = False
+    spared: ClassVar[float] = 0.12  # the dark of the mouth: see `material`
 
     @property
     def grid(self) -> Grid:
@@ -64,7 +62,7 @@ class LipRegion:
 
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        seen = self.odds > -(1 + _INWARD) * self._half_edge(softness)
+        seen = self.odds > -(1 + _OVER_SEAM) * self._half_edge(softness)
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
         return patch.box_px(seen.any(0), seen.any(1), more=2)  # weights are interpolated
 

@@ -20,7 +20,7 @@ _OWN = 2.2  # gain of the lips' own highlights at gloss 1
 _DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they would show their grid
 _SPARKLE = 1.8
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
-_SPARED = -0.8, 4.0  # of the skin's broad light: bare below 0.2 of it, painted from 0.45 on
+_SPARED_GAIN = 4.0  # from bare to painted within a quarter of the skin's broad light
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
 _SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
 
@@ -44,11 +44,12 @@ def material(
     light: SceneLight,
     place: Place,
     coding: Coding,
-    spares_dark: bool = False,
+    spared: float = 0.0,
 ) -> Material:
     """amount: 0..1, scales all of the product (strength, intensity).
 
-    spares_dark: what is far darker than the skin around it (lashes, brows) is left bare.
+    spared: what is darker than this share of the broad light around it is left bare (lashes, the
+    dark of a mouth); 0 paints all.
     """
     weights = to_xyz(coding.primaries)[1]
     gain = 1 + params.light_adaptation * (light.colour.astype(np.float64) * light.strength - 1)
@@ -90,8 +91,8 @@ def material(
         cells=1 / cell,
         spot=spot * spot,
         dark=_DARK * max(light.strength, 0.1),
-        dark_gain=_SPARED[1] if spares_dark else 0.0,
-        dark_offset=_SPARED[0] if spares_dark else 1.0,
+        dark_gain=_SPARED_GAIN if spared else 0.0,
+        dark_offset=-_SPARED_GAIN * spared if spared else 1.0,
         ceiling=ceiling,
     )
 

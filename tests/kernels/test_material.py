@@ -28,10 +28,8 @@ FACING = Place(np.eye(2), 100.0)
 DARK_ROOM = np.zeros((3, 16, 16))
 
 
-def of(light=None, spares_dark=False, **given_params) -> Material:
-    return material(
-        product(**given_params), 1.0, light or white_light(), FACING, Coding(), spares_dark
-    )
+def of(light=None, spared=0.0, **given_params) -> Material:
+    return material(product(**given_params), 1.0, light or white_light(), FACING, Coding(), spared)
 
 
 def even(shape=(1, 1), coarse=0.2, mean=0.2, nx=0.0, ny=0.0, room=DARK_ROOM, m=None) -> Skin:
@@ -191,16 +189,16 @@ def test_sparkles_come_and_go_with_the_tilt_of_the_surface():
 
 def test_what_is_far_darker_than_the_skin_is_spared_where_it_is_told():
     lash = 0.2 * 0.15
-    eyes, lips = of(spares_dark=True, red=250), of(red=250)
+    eyes, lips = of(spared=0.2, red=250), of(red=250)
     np.testing.assert_allclose(paint(lash, eyes), lash, atol=1e-9)
     assert paint(lash, lips)[0] > 0.1
     np.testing.assert_allclose(paint(0.2, eyes), paint(0.2, lips))
 
 
 @settings(max_examples=100, deadline=None)
-@given(params(gloss=0.0), lights(), places(), st.floats(0, 1), st.booleans())
-def test_without_weight_light_stays_as_it_is(p, light, place, bare, spares):
-    m = material(p, 1.0, light, place, Coding(), spares)
+@given(params(gloss=0.0), lights(), places(), st.floats(0, 1), st.floats(0, 0.3))
+def test_without_weight_light_stays_as_it_is(p, light, place, bare, spared):
+    m = material(p, 1.0, light, place, Coding(), spared)
     np.testing.assert_allclose(paint(bare, m, weight=0.0), bare, rtol=1e-12)
 
 
