@@ -62,7 +62,8 @@ def _runs(weight: np.ndarray) -> np.ndarray:
     width = weight.shape[1]
     most = np.maximum.reduceat(weight, np.arange(0, width, LOCAL_SIZE[0]), axis=1)
     y, run = np.nonzero(most)
-    return (y * width + run * LOCAL_SIZE[0]).astype(np.int32)
+    first: np.ndarray = y * width + run * LOCAL_SIZE[0]
+    return first.astype(np.int32)
 
 
 def paint_twin(

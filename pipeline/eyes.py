@@ -76,8 +76,8 @@ class EyeRegion:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
         covers, wide = ZONES[zone], 0.5 + softness
         columns = _across(covers, wide) > 0
-        inside = _is_between(self.up, covers.up, wide) & (self.lash_px > 0) & columns
-        return self.grid.box_px(columns, inside.any(1), more=1)  # weights are interpolated
+        inside: np.ndarray = _is_between(self.up, covers.up, wide) & (self.lash_px > 0) & columns
+        return self.grid.box_px(inside, more=1)  # weights are interpolated
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str

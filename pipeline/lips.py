@@ -62,9 +62,9 @@ class LipRegion:
 
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        seen = self.odds > -(1 + _OVER_SEAM) * self._half_edge(softness)
+        seen: np.ndarray = self.odds > -(1 + _OVER_SEAM) * self._half_edge(softness)
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
-        return patch.box_px(seen.any(0), seen.any(1), more=2)  # weights are interpolated
+        return patch.box_px(seen, more=2)  # weights are interpolated
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str

@@ -28,12 +28,13 @@ class Grid:
         at: np.ndarray = self.to_px.astype(np.float32) @ _pixels(self.size_wh)
         return at
 
-    def box_px(
-        self, columns: np.ndarray, rows: np.ndarray, more: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) around the columns and rows that are True, `more` on each side."""
-        across, down = np.flatnonzero(columns), np.flatnonzero(rows)
-        if not (len(across) and len(down)):
+    def box_px(self, seen: np.ndarray, more: int) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame around what is True on the grid.
+
+        more: pixels of the grid on each side. Where nothing is True the highest lie below 0.
+        """
+        across, down = np.flatnonzero(seen.any(0)), np.flatnonzero(seen.any(1))
+        if not len(across):
             return np.zeros(2), np.full(2, -1.0)
         left, right = across[0] - more, across[-1] + more
         top, bottom = down[0] - more, down[-1] + more
