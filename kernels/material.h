@@ -132,13 +132,17 @@ MATERIAL_INLINE colour_rgb material_paint(
     float shown = weight * m->own_highlights * highlight;
     float sparkle = weight * material_sparkle(px, py, s, m);
     colour_rgb out;
-#define MATERIAL_CHANNEL(channel, i)                                                    \
-    {                                                                                  \
-        float base = m->product[i] * (1.0f - m->undertone) + colour_positive(bare.channel) * skin;   \
-        float laid = material_add(base * below, base * above + own, m->ceiling);        \
-        float mixed = bare.channel + opaque * (laid - bare.channel);                    \
-        float more = lobe * m->glint[i] + shown + sparkle * m->sparkle[i] + mirror * s->room.channel; \
-        out.channel = material_add(mixed, more, m->ceiling);                            \
+#define MATERIAL_CHANNEL(channel, i) \
+    { \
+        float seen = colour_positive(bare.channel); \
+        float base = m->product[i] * (1.0f - m->undertone) + seen * skin; \
+        float laid = material_add(base * below, base * above + own, m->ceiling); \
+        float root = colour_sqrt(seen); \
+        root += opaque * (colour_sqrt(colour_positive(laid)) - root); \
+        float mixed = root * root + (1.0f - opaque) * (bare.channel - seen); \
+        float more = lobe * m->glint[i] + shown + sparkle * m->sparkle[i] \
+            + mirror * s->room.channel; \
+        out.channel = material_add(mixed, more, m->ceiling); \
     }
     MATERIAL_CHANNEL(red, 0)
     MATERIAL_CHANNEL(green, 1)

@@ -164,10 +164,16 @@ def made_up(
     shown = weight * m.own_highlights * highlight
     sparkle = weight * sparkles(u, v, skin, m)
 
-    base = product * (1 - m.undertone) + np.maximum(bare, 0) * through[..., None]
+    seen = np.maximum(bare, 0)
+    base = product * (1 - m.undertone) + seen * through[..., None]
     extra = base * (shade - below)[..., None] + (m.texture * highlight)[..., None]
     laid = added(base * below[..., None], extra, m.ceiling)
-    mixed = bare + (weight * m.opacity)[..., None] * (laid - bare)
+    # A thin film takes light from what is under it, so it deepens before it covers: mixing light
+    # itself would look milky. The root of light is near to what painting programs mix.
+    opaque = (weight * m.opacity)[..., None]
+    root = np.sqrt(seen)
+    root = root + opaque * (np.sqrt(np.maximum(laid, 0)) - root)
+    mixed = root * root + (1 - opaque) * (bare - seen)
     more = lobe[..., None] * np.array(m.glint) + shown[..., None]
     more = more + sparkle[..., None] * np.array(m.sparkle)
     more = more + (weight * skin.mirror)[..., None] * skin.room
