@@ -26,6 +26,7 @@ typedef struct {
     float spot;        /* squared radius of a sparkle, in cells */
     float dark;        /* light below which nothing is told apart */
     float dark_gain, dark_offset; /* of fine light: what is spared because it is dark */
+    float to_film[9], from_film[9]; /* between the frame's primaries and sRGB's */
     float ceiling;     /* the brightest light that is painted */
 } material;
 
@@ -107,6 +108,30 @@ MATERIAL_INLINE float material_sparkle(float px, float py, const material_surfac
     return present < m->shimmer ? spot * spot * glint : 0.0f;
 }
 
+/* One channel of the product, shaded, laid on so that nothing shows through but undertone. */
+MATERIAL_INLINE float material_lay(
+    float bare, float product, float skin, float below, float above, float own, const material *m) {
+    float base = product * (1.0f - m->undertone) + colour_positive(bare) * skin;
+    return material_add(base * below, base * above + own, m->ceiling);
+}
+
+/* One channel of a film that deepens what is under it before it covers: see made_up in material.py. */
+MATERIAL_INLINE float material_film(float bare, float laid, float opaque) {
+    float seen = colour_positive(bare);
+    float root = colour_sqrt(seen);
+    root += opaque * (colour_sqrt(colour_abs(laid)) - root);
+    return root * root + (1.0f - opaque) * (bare - seen);
+}
+
+MATERIAL_INLINE colour_rgb material_turn(colour_rgb light, const float *rows) {
+    colour_rgb out = {
+        rows[0] * light.red + rows[1] * light.green + rows[2] * light.blue,
+        rows[3] * light.red + rows[4] * light.green + rows[5] * light.blue,
+        rows[6] * light.red + rows[7] * light.green + rows[8] * light.blue,
+    };
+    return out;
+}
+
 /* The light of a pixel with makeup of that weight (0 to 1) on it; px, py in the patch. */
 MATERIAL_INLINE colour_rgb material_paint(
     colour_rgb bare, float weight, float px, float py, const material_surface *s, const material *m) {
@@ -131,23 +156,25 @@ MATERIAL_INLINE colour_rgb material_paint(
     float lobe = weight * s->lobe * breakup;
     float shown = weight * m->own_highlights * highlight;
     float sparkle = weight * material_sparkle(px, py, s, m);
-    colour_rgb out;
-#define MATERIAL_CHANNEL(channel, i) \
-    { \
-        float seen = colour_positive(bare.channel); \
-        float base = m->product[i] * (1.0f - m->undertone) + seen * skin; \
-        float laid = material_add(base * below, base * above + own, m->ceiling); \
-        float root = colour_sqrt(seen); \
-        root += opaque * (colour_sqrt(colour_positive(laid)) - root); \
-        float mixed = root * root + (1.0f - opaque) * (bare.channel - seen); \
-        float more = lobe * m->glint[i] + shown + sparkle * m->sparkle[i] \
-            + mirror * s->room.channel; \
-        out.channel = material_add(mixed, more, m->ceiling); \
-    }
-    MATERIAL_CHANNEL(red, 0)
-    MATERIAL_CHANNEL(green, 1)
-    MATERIAL_CHANNEL(blue, 2)
-#undef MATERIAL_CHANNEL
+    /* laid on opaquely */
+    colour_rgb laid = {
+        material_lay(bare.red, m->product[0], skin, below, above, own, m),
+        material_lay(bare.green, m->product[1], skin, below, above, own, m),
+        material_lay(bare.blue, m->product[2], skin, below, above, own, m),
+    };
+    bare = material_turn(bare, m->to_film);
+    laid = material_turn(laid, m->to_film);
+    colour_rgb film = {
+        material_film(bare.red, laid.red, opaque),
+        material_film(bare.green, laid.green, opaque),
+        material_film(bare.blue, laid.blue, opaque),
+    };
+    film = material_turn(film, m->from_film);
+    colour_rgb out = {
+        material_add(film.red, lobe * m->glint[0] + shown + sparkle * m->sparkle[0] + mirror * s->room.red, m->ceiling),
+        material_add(film.green, lobe * m->glint[1] + shown + sparkle * m->sparkle[1] + mirror * s->room.green, m->ceiling),
+        material_add(film.blue, lobe * m->glint[2] + shown + sparkle * m->sparkle[2] + mirror * s->room.blue, m->ceiling),
+    };
     return out;
 }
 

@@ -29,7 +29,8 @@ class Material:
     environment.  shimmer: share of the cells that hold a sparkle.  cells: their number for each
     unit of the coordinates that stick to the skin.  spot: a sparkle's squared radius, in cells.
     dark: light below which nothing is told apart.  dark_gain,
-    dark_offset: the weight is multiplied by dark_offset + dark_gain * fine light, held in 0..1.  ceiling: the brightest light that is painted.
+    dark_offset: the weight is multiplied by dark_offset + dark_gain * fine light, held in 0..1.  to_film,
+    from_film: (3, 3) by rows, from the frame's primaries to sRGB's and back.  ceiling: the brightest light that is painted.
     """
 
     product: tuple[float, float, float]
@@ -52,10 +53,12 @@ class Material:
     dark: float
     dark_gain: float
     dark_offset: float
+    to_film: tuple[float, ...]
+    from_film: tuple[float, ...]
     ceiling: float
 
     def argument(self) -> np.ndarray:
-        """The struct `material` of material.h: (34,) float32."""
+        """The struct `material` of material.h: (52,) float32."""
         numbers: list[float] = []
         for name in _NAMES:
             value = getattr(self, name)
@@ -164,16 +167,19 @@ def made_up(
     shown = weight * m.own_highlights * highlight
     sparkle = weight * sparkles(u, v, skin, m)
 
-    seen = np.maximum(bare, 0)
-    base = product * (1 - m.undertone) + seen * through[..., None]
+    base = product * (1 - m.undertone) + np.maximum(bare, 0) * through[..., None]
     extra = base * (shade - below)[..., None] + (m.texture * highlight)[..., None]
     laid = added(base * below[..., None], extra, m.ceiling)
     # A thin film takes light from what is under it, so it deepens before it covers: mixing light
-    # itself would look milky. The root of light is near to what painting programs mix.
+    # itself would look milky. The root of light is near to what painting programs mix; it is
+    # taken in one set of primaries, so that a film looks the same in every video.
+    to_film, from_film = (np.array(rows).reshape(3, 3) for rows in (m.to_film, m.from_film))
     opaque = (weight * m.opacity)[..., None]
+    bare, laid = bare @ to_film.T, laid @ to_film.T
+    seen = np.maximum(bare, 0)
     root = np.sqrt(seen)
-    root = root + opaque * (np.sqrt(np.maximum(laid, 0)) - root)
-    mixed = root * root + (1 - opaque) * (bare - seen)
+    root = root + opaque * (np.sqrt(np.abs(laid)) - root)
+    mixed = (root * root + (1 - opaque) * (bare - seen)) @ from_film.T
     more = lobe[..., None] * np.array(m.glint) + shown[..., None]
     more = more + sparkle[..., None] * np.array(m.sparkle)
     more = more + (weight * skin.mirror)[..., None] * skin.room

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from makeup_video.kernels.colour import HLG, PQ, Coding, product_linear, to_xyz
+from makeup_video.kernels.colour import HLG, PQ, Coding, from_srgb_primaries, product_linear, to_xyz
 from makeup_video.kernels.material import ENVIRONMENT_PX, Material
 from makeup_video.pipeline.look import GraphicsParams
 from makeup_video.pipeline.scene import SceneLight
@@ -69,6 +69,7 @@ def material(
     blur = params.environment_blur
     pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
     ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
+    film = from_srgb_primaries(coding.primaries)
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
         product=tuple((product * gain).tolist()),
@@ -93,6 +94,8 @@ def material(
         dark=_DARK * max(light.strength, 0.1),
         dark_gain=_SPARED_GAIN if spared else 0.0,
         dark_offset=-_SPARED_GAIN * spared if spared else 1.0,
+        to_film=tuple(np.linalg.inv(film).ravel()),
+        from_film=tuple(film.ravel()),
         ceiling=ceiling,
     )
 

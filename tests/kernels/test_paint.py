@@ -102,7 +102,9 @@ def test_matches_numpy_within_one_code_value(case):
 def test_boundless_gloss_matches_but_for_the_last_bits(case):
     """It is a gain of thousands, for differences of light that float32 just holds."""
     off, is_colour, moved = difference(case)
-    assert (off <= 1 + 2 * moved)[:, is_colour].all()
+    # PQ tells a ten-millionth of white apart, which is lost on the way to other primaries
+    last_bits = 2 if case[4].transfer == PQ and case[4].primaries != 1 else 0
+    assert (off <= 1 + last_bits + 2 * moved)[:, is_colour].all()
 
 
 @settings(max_examples=300, deadline=None)
@@ -174,10 +176,13 @@ def test_more_opacity_moves_every_channel_monotonically_to_the_laid_colour(p, li
         material(replace(p, opacity=opacity), 1.0, light, FACING, coding)
         for opacity in (0.0, 0.2, 0.5, 0.8, 1.0)
     ]
-    off = np.stack([laid_light(luma, chroma, surface, lit, coding) for lit in products])
+    to_film = np.array(products[0].to_film).reshape(3, 3).T  # in sRGB's primaries
+    off = np.stack([laid_light(luma, chroma, surface, lit, coding) @ to_film for lit in products])
     off = np.abs(off - off[-1])
     assert (np.diff(off, axis=0) <= 1e-9 + 1e-6 * off[:-1]).all()
-    if coding.transfer == HLG:  # codes of scene light: more of one channel makes others fall
+    # Of codes this holds where they say the same light: not so in HLG, where more of one channel
+    # makes others fall, and in other primaries.
+    if coding.transfer == HLG or coding.primaries != 1:
         return
     skin = slice(2, 6)  # rows whose codes are certain to mean colours
     shown, clipped = [], np.zeros((len(off[0][skin]), SIZE[0]), bool)
