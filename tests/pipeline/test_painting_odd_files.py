@@ -30,3 +30,14 @@ def test_a_face_without_a_place_is_left_alone(wrong):
     np.testing.assert_array_equal(painted, portrait())
     both = apply_look(portrait(), RED, [replace(face, points_px=points), face])
     np.testing.assert_array_equal(both, apply_look(portrait(), RED, [face]))
+
+
+def test_two_faces_of_one_number_have_their_own_light():
+    dim = (portrait() * 0.3).astype(np.uint8)
+    picture = np.concatenate([portrait(), dim], axis=1)
+    (face,) = find_faces(portrait())
+    to_px = face.lips.to_px + np.array([[0, 0, portrait().shape[1]], [0, 0, 0]])
+    points = face.points_px + np.float32([portrait().shape[1], 0, 0])
+    other = replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
+    wanted = apply_look(picture, RED, [face, replace(other, track_id=face.track_id + 1)])
+    np.testing.assert_array_equal(apply_look(picture, RED, [face, other]), wanted)
