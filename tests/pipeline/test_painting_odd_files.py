@@ -4,11 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from makeup import close_up_scene, paint_planes, painter
 from makeup_video.pipeline import Look, Settings, apply_look, find_faces, process_video, product
+from makeup_video.pipeline.eyes import EyeRegion
 from media import decoded
 from people import clip, film, portrait
 
 RED = Look(lips=product((180, 0, 46), "matte"))
+EYES = product((0, 90, 40), "matte", "eyes")
 
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuv422p", "yuv420p10le"])
@@ -41,3 +44,18 @@ def test_two_faces_of_one_number_have_their_own_light():
     other = replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
     wanted = apply_look(picture, RED, [face, replace(other, track_id=face.track_id + 1)])
     np.testing.assert_array_equal(apply_look(picture, RED, [face, other]), wanted)
+
+
+def test_a_look_that_is_set_while_a_frame_is_painted_waits_for_the_next(monkeypatch):
+    old = Look(eyes=EYES, zone="lid")
+    scene = close_up_scene()
+    wanted = paint_planes(scene, old)
+    weigh = EyeRegion.weigh
+
+    def weigh_and_set(self, *rest):
+        weigh(self, *rest)
+        painter().set_look(replace(old, zone="full", strength=0.5))
+
+    monkeypatch.setattr(EyeRegion, "weigh", weigh_and_set)
+    for new, plane in zip(paint_planes(scene, old), wanted, strict=True):
+        np.testing.assert_array_equal(new, plane)
