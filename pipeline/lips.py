@@ -157,11 +157,14 @@ def _contours(
     y: (2, 2, C), of upper and lower lip, of border and opening.
     """
     (top, upper), (bottom, lower) = y
+    # across a contour, not down its column: where it is steep that would make it a stair
+    slope = slopes_along(y, 1)
+    (at_top, at_upper), (at_bottom, at_lower) = 1 / np.sqrt(1 + slope * slope)
     columns = np.arange(y.shape[-1], dtype=np.float32)
     reach = _REACH * max(right - left, 1.0)
     beside = np.minimum(columns - np.float32(left), np.float32(right) - columns)
-    inside = np.minimum(np.minimum(rows - top, bottom - rows), beside)
-    within = np.minimum(rows - upper, lower - rows)  # of the opening
+    inside = np.minimum(np.minimum((rows - top) * at_top, (bottom - rows) * at_bottom), beside)
+    within = np.minimum((rows - upper) * at_upper, (lower - rows) * at_lower)  # of the opening
     gap = np.clip((lower - upper) / reach, 0, 1)
     near = np.where(
         rows < 0.5 * (upper + lower),

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import heads
 import numpy as np
 from makeup import close_up, true_face
 from makeup_video.pipeline.lips import lip_region
@@ -21,3 +22,12 @@ def test_where_the_lips_meet_the_light_follows_the_mouth_without_steps():
     whole = np.abs(seen[-1] - seen[0]).max()
     assert whole > 0.05, "the line has moved by a pixel of the grid"
     assert jumps.max() < whole / 4
+
+
+def test_where_a_contour_is_steep_the_border_is_no_stair():
+    points = close_up()[1].copy()
+    points[:, 0] *= 0.6  # lips as for a kiss
+    face = heads.face(points, logits=np.full((80, 112), 30, np.float32))
+    odds = lip_region(face).odds
+    steep = np.hypot(*np.gradient(odds))[np.abs(odds) < 6]
+    assert np.quantile(steep, 0.95) < 1.3 * np.median(steep)
