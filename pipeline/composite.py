@@ -21,6 +21,7 @@ from makeup_video.pipeline.topology import EYE_CORNERS
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
 _VEIL = 0.7  # of the room's mean light: what a reflection does not show
+_MUCH_LARGER = 1.3  # areas
 
 # Regions of a face that wear one product, the product, and how much of it.
 _Part = tuple[tuple[Lit[LipRegion] | Lit[EyeRegion], ...], GraphicsParams, float]
@@ -37,6 +38,7 @@ class Composite:
     def __init__(self, look: Look, device: str = "", faces: str = "all") -> None:
         self._device = open_device(device)
         self._faces = faces
+        self._largest_id = -1
         self.painted_frames = 0
         self.set_look(look)
 
@@ -63,8 +65,18 @@ class Composite:
         if self._faces == "all":
             return faces
         if self._faces == "largest":
-            return faces[:1]
+            return self._largest(faces)
         return tuple(scene for scene in faces if str(scene.face.track_id) == self._faces)
+
+    def _largest(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
+        """One at most. Of two of about a size the makeup would go to and fro: so it stays on a face
+        until that is gone or another is much larger."""
+        stays = [scene for scene in faces if scene.face.track_id == self._largest_id]
+        if not stays or faces[0].face.area_px2 > _MUCH_LARGER * stays[0].face.area_px2:
+            stays = list(faces[:1])
+        if stays:
+            self._largest_id = stays[0].face.track_id
+        return tuple(stays[:1])
 
     def _parts(self, scene: FaceScene, look: Look) -> list[_Part]:
         parts: list[_Part] = []
