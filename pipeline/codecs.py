@@ -81,7 +81,8 @@ CODECS = {
             (*_BASIC, *_DEEP, *_DEEPER, "yuva420p", "yuva422p", "yuva444p", "yuva420p10le",
              "yuva422p10le", "yuva444p10le", "yuva422p12le", "yuva444p12le"),
             None, None, "", True, False,
-            lambda crf, preset: {"level": "3", "slices": "4", "slicecrc": "1"},
+            # FFmpeg chooses the slices: four, but where an odd size does not allow them
+            lambda crf, preset: {"level": "3", "slicecrc": "1"},
         ),
         VideoCodec(
             "prores", "prores_ks", ("mov", "matroska"),

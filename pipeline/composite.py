@@ -21,6 +21,7 @@ from makeup_video.pipeline.topology import EYE_CORNERS
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
 _VEIL = 0.7  # of the room's mean light: what a reflection does not show
+_MUCH_LARGER = 1.3  # areas
 
 # Regions of a face that wear one product, the product, and how much of it.
 _Part = tuple[tuple[Lit[LipRegion] | Lit[EyeRegion], ...], GraphicsParams, float]
@@ -37,6 +38,7 @@ class Composite:
     def __init__(self, look: Look, device: str = "", faces: str = "all") -> None:
         self._device = open_device(device)
         self._faces = faces
+        self._largest_id = -1
         self.painted_frames = 0
         self.set_look(look)
 
@@ -45,15 +47,17 @@ class Composite:
         self.look = look
 
     def __call__(self, item: FrameScene) -> Frame:
-        chosen = [scene for scene in self._chosen(item.faces) if self._parts(scene)]
+        look = self.look  # once: another thread may set one while this frame is painted
+        chosen = [(scene, self._parts(scene, look)) for scene in self._chosen(item.faces)]
+        chosen = [(scene, parts) for scene, parts in chosen if parts]
         if not chosen or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return item.frame
         planes = item.frame.writable_planes()
-        for scene in chosen:
-            for regions, params, amount in self._parts(scene):
+        for scene, parts in chosen:
+            for regions, params, amount in parts:
                 environment = _environment(scene.light, params)
                 for lit in regions:
-                    self._paint(item, planes, scene, lit, params, amount, environment)
+                    self._paint(item, planes, scene, lit, params, amount, look.zone, environment)
         self.painted_frames += 1
         return item.frame
 
@@ -61,11 +65,20 @@ class Composite:
         if self._faces == "all":
             return faces
         if self._faces == "largest":
-            return faces[:1]
+            return self._largest(faces)
         return tuple(scene for scene in faces if str(scene.face.track_id) == self._faces)
 
-    def _parts(self, scene: FaceScene) -> list[_Part]:
-        look = self.look
+    def _largest(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
+        """One at most. Of two of about a size the makeup would go to and fro: so it stays on a face
+        until that is gone or another is much larger."""
+        stays = [scene for scene in faces if scene.face.track_id == self._largest_id]
+        if not stays or faces[0].face.area_px2 > _MUCH_LARGER * stays[0].face.area_px2:
+            stays = list(faces[:1])
+        if stays:
+            self._largest_id = stays[0].face.track_id
+        return tuple(stays[:1])
+
+    def _parts(self, scene: FaceScene, look: Look) -> list[_Part]:
         parts: list[_Part] = []
         if look.lips and scene.lips and look.lips.is_worn:
             parts.append(((scene.lips,), look.lips, look.strength * scene.face.mouth_weight))
@@ -81,17 +94,18 @@ class Composite:
         lit: Lit[LipRegion] | Lit[EyeRegion],
         params: GraphicsParams,
         amount: float,
+        zone: str,
         environment: np.ndarray,
     ) -> None:
         frame, region = item.frame, lit.region
         size = frame.width_px, frame.height_px
-        low_xy, high_xy = region.reach(params.edge_softness, self.look.zone)
+        low_xy, high_xy = region.reach(params.edge_softness, zone)
         window = Window.around(low_xy, high_xy, size, frame.chroma)
         if window is None:
             return
         maps = np.empty((4, window.height, window.width), np.float32)
         origin_xy = window.x, window.y
-        region.weigh(maps[0], origin_xy, params.edge_softness, self.look.zone)
+        region.weigh(maps[0], origin_xy, params.edge_softness, zone)
         to_window = region.grid.to_px.copy()
         to_window[:, 2] -= origin_xy
         for image, out in zip((lit.shading, *region.normals), maps[1:], strict=True):

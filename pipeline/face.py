@@ -57,6 +57,11 @@ class Face:
         hidden, seen = _MOUTH_SEEN
         return min(max((self.mouth_visible - hidden) / (seen - hidden), 0.0), 1.0)
 
+    @property
+    def area_px2(self) -> float:
+        """Of the box around its points."""
+        return float(np.ptp(self.points_px[:, :2], 0).prod())
+
     def __repr__(self) -> str:
         x, y = self.points_px[:, :2].mean(0)
         return (

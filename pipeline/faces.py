@@ -264,7 +264,7 @@ def load_nets() -> FaceNets:
 
 
 def _largest_first(faces: Iterable[Face]) -> tuple[Face, ...]:
-    return tuple(sorted(faces, key=lambda face: -float(np.ptp(face.points_px[:, :2], 0).prod())))
+    return tuple(sorted(faces, key=lambda face: -face.area_px2))
 
 
 def _is_fresh(track: _Track, seconds: float) -> bool:

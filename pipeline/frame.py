@@ -1,11 +1,13 @@
 """The types that cross channels."""
 
+import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 import av
 import numpy as np
 
+_HIGH_BITS = re.compile("p[024]1")  # p010le, p210le, p416le ...
 HDR_TRANSFERS = (16, 18)  # PQ (SMPTE ST 2084) and HLG (ARIB STD-B67), as H.273 numbers them
 
 
@@ -61,6 +63,10 @@ class Frame:
             raise ValueError(
                 f"a frame has at least 1x1 pixels, got {self.picture.width}x{self.picture.height}"
                 f" at pts {self.pts}"
+            )
+        if _HIGH_BITS.match(self.pix_fmt) or self.pix_fmt in ("nv21", "nv42"):
+            raise ValueError(
+                f"a frame cannot be {self.pix_fmt}: its samples lie in the high bits, or Cr before Cb"
             )
         if self.rotation_degrees not in (0, 90, 180, 270):
             raise ValueError(
@@ -119,7 +125,7 @@ class Frame:
 
 def _views(picture: av.VideoFrame, bit_depth: int) -> tuple[np.ndarray, ...]:
     dtype = np.dtype(np.uint8 if bit_depth <= 8 else np.uint16)
-    interleaved = picture.format.name in ("nv12", "nv16", "nv21", "p010le")
+    interleaved = picture.format.name in ("nv12", "nv16")
     views = []
     for index, plane in enumerate(picture.planes):
         line = np.frombuffer(memoryview(plane), dtype).reshape(

@@ -44,14 +44,14 @@ class LipRegion:
 
     odds: (H, W) log-odds of lipstick, limited to the contours' neighbourhood.  opening: (H, W),
     1 at the rim of an open mouth, -1 where shut lips meet, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
-    is_upper: (H/2, W/2) bool, above the line where the lips meet.
+    upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
     """
 
     face: Face
     odds: np.ndarray
     opening: np.ndarray
     normals: np.ndarray
-    is_upper: np.ndarray
+    upper: np.ndarray
     spared: ClassVar[float] = 0.12  # the dark of the mouth: see `material`
 
     @property
@@ -101,10 +101,10 @@ class LipRegion:
         of all the lower one.
         """
         odds = cv2.resize(self.odds, luminance.shape[::-1], interpolation=cv2.INTER_AREA)
-        upper = (odds > 0) & self.is_upper
-        lower = (odds > 0) & ~self.is_upper
-        light, mean = broad(luminance, (upper, lower), _SHADING_SIGMA)
-        return np.where(self.is_upper, *light), mean
+        upper = (odds > 0) * self.upper
+        lower = (odds > 0) - upper
+        (above, below), mean = broad(luminance, (upper, lower), _SHADING_SIGMA)
+        return below + self.upper * (above - below), mean
 
 
 _COARSE_TO_PATCH = np.array([[COARSE, 0, (COARSE - 1) / 2], [0, COARSE, (COARSE - 1) / 2]])
@@ -132,12 +132,12 @@ def lip_region(face: Face) -> LipRegion | None:
     left, right = xyz[_UPPER[0, [0, -1]], 0].tolist()
     y = _curves(xyz, columns)[:, ::3, 0]  # of the border and of the opening
     inside, reach, opening = _contours(y, rows, left, right)
-    normals, is_upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
+    normals, upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
     odds = np.float32(1 - _CONTOUR_SHARE) * patch.logits
     odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST)
     odds += np.float32(_WIDER) * (opening <= 0)
     np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
-    return LipRegion(face, odds, opening, normals, is_upper)
+    return LipRegion(face, odds, opening, normals, upper)
 
 
 def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -157,11 +157,14 @@ def _contours(
     y: (2, 2, C), of upper and lower lip, of border and opening.
     """
     (top, upper), (bottom, lower) = y
+    # across a contour, not down its column: where it is steep that would make it a stair
+    slope = slopes_along(y, 1)
+    (at_top, at_upper), (at_bottom, at_lower) = 1 / np.sqrt(1 + slope * slope)
     columns = np.arange(y.shape[-1], dtype=np.float32)
     reach = _REACH * max(right - left, 1.0)
     beside = np.minimum(columns - np.float32(left), np.float32(right) - columns)
-    inside = np.minimum(np.minimum(rows - top, bottom - rows), beside)
-    within = np.minimum(rows - upper, lower - rows)  # of the opening
+    inside = np.minimum(np.minimum((rows - top) * at_top, (bottom - rows) * at_bottom), beside)
+    within = np.minimum((rows - upper) * at_upper, (lower - rows) * at_lower)  # of the opening
     gap = np.clip((lower - upper) / reach, 0, 1)
     near = np.where(
         rows < 0.5 * (upper + lower),
@@ -172,7 +175,7 @@ def _contours(
 
 
 def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(2, rows, columns) float32: x and y of the unit normal towards the viewer; is_upper."""
+    """(2, rows, columns) float32: x and y of the unit normal towards the viewer; `upper`."""
     y, z = curves[:, :, 0], curves[:, :, 1]  # (2, 4, C)
     down = _at_least_half(y[:, 1:] - y[:, :-1])
     slopes = np.clip((z[:, 1:] - z[:, :-1]) / down, -_STEEPEST, _STEEPEST)
@@ -181,12 +184,13 @@ def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarr
     bends = cv2.blur(bends.reshape(10, -1), (7, 1)).reshape(2, 5, 1, -1)
     first, last = y[:, 0, None], y[:, 3, None]
     across = np.clip((rows - first) / _at_least_half(last - first), 0, 1)
-    is_upper = 2 * rows < y[0, 3] + y[1, 3]
-    gx, gy = np.where(is_upper, *_slopes(across, bends).swapaxes(0, 1))
+    # by parts of a px, or the line would be a stair whose steps jump as the mouth moves
+    upper = np.clip((0.5 * (y[0, 3] + y[1, 3]) - rows) * (1 / COARSE) + 0.5, 0, 1)
+    gx, gy = np.where(upper > 0.5, *_slopes(across, bends).swapaxes(0, 1))
     # where the lips meet the slope would jump, and be seen as steps
     gx, gy = (cv2.GaussianBlur(slope, (0, 0), _SEAM_SIGMA) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
-    return np.stack([gx / length, gy / length]), is_upper
+    return np.stack([gx / length, gy / length]), upper
 
 
 def _at_least_half(length: np.ndarray) -> np.ndarray:

@@ -64,7 +64,8 @@ class BuildScene:
         """The mean light of a region, smoothed by the frames' time."""
         before, at = self._means.get(key, (mean, seconds))
         since = seconds - at
-        share = 1 - math.exp(-since / _SETTLE_SECONDS) if 0 <= since < _FORGET_SECONDS else 1.0
+        # no time since: a second face of one number
+        share = 1 - math.exp(-since / _SETTLE_SECONDS) if 0 < since < _FORGET_SECONDS else 1.0
         smooth = before + share * (mean - before)
         self._means[key] = smooth, seconds
         return smooth

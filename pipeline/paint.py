@@ -7,6 +7,7 @@ from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.crop import check_rgb8
 from makeup_video.pipeline.face import Face, FrameFaces
 from makeup_video.pipeline.face_run import FaceRun, Stages
+from makeup_video.pipeline.face_tracks import sound_faces
 from makeup_video.pipeline.faces import find_faces_in_frame
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.mesh import BuildScene
@@ -34,7 +35,8 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
     """A picture with the look painted on its faces; pixels that nobody paints keep their values.
 
     rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
-    faces: those to paint, as `find_faces` found them in this very picture; None: all there are.
+    faces: those to paint, as `find_faces` found them in this very picture; None: all there are;
+    those with numbers that are not finite are left alone.
     Returns a new (H, W, 3) uint8 array, encoded alike; a plain copy when there is no face or the
     look is bare.  Raises ValueError for another shape or dtype, InstallError when the face nets
     or OpenCL are missing.
@@ -46,5 +48,6 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
     frame = to_frame(stored)
     before = [plane.copy() for plane in frame.planes]
     item = find_faces_in_frame(frame)[0] if faces is None else FrameFaces(frame, tuple(faces))
-    painted = Composite(look)(BuildScene()(item))
+    sound = FrameFaces(frame, sound_faces(item))
+    painted = Composite(look)(BuildScene()(sound))
     return np.ascontiguousarray(merge(stored, painted, before)[..., ::-1])

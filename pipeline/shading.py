@@ -104,9 +104,9 @@ def broad(
 ) -> tuple[list[np.ndarray], float]:
     """Light blurred within each of one or two areas, and its mean over all; of everything without any.
 
-    light: (H, W) float32. areas: (H, W) bool, apart from each other.
+    light: (H, W) float32. areas: (H, W) bool or shares 0..1, together 1 at most.
     """
-    weights = [area.astype(np.float32) for area in areas]
+    weights = [area.astype(np.float32, copy=False) for area in areas]
     inside = sum(weights[1:], weights[0])
     total = float(inside.sum())
     mean = float((light * inside).sum() / total) if total >= 1 else float(light.mean())

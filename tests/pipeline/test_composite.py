@@ -61,6 +61,23 @@ def test_the_chosen_faces_are_painted_and_no_others(who):
     assert composite.painted_frames == (who != "99")
 
 
+def test_the_largest_stays_so_until_it_is_gone_or_another_is_much_larger():
+    rgb8, points = close_up()
+    frame = frame_of(np.concatenate([rgb8, rgb8], 1), pix_fmt="yuv444p")
+    middle = points.mean(0)
+    composite = Composite(LIPS, faces="largest")
+    painted = []
+    for size in (0.97, 1.03, 0.97, 1.06, 1.3, 0.97, None):
+        faces = [true_face(points, 0)]
+        if size is not None:
+            faces.append(true_face(middle + (points - middle) * size + (200, 0), 1))
+        faces.sort(key=lambda face: -face.area_px2)
+        changed = painted_by(composite, scene_of(frame, tuple(faces))) != frame.planes[0]
+        assert changed[:, :200].any() != changed[:, 200:].any()
+        painted.append(int(changed[:, 200:].any()))
+    assert painted == [0, 0, 0, 0, 1, 1, 0]
+
+
 def test_only_frames_with_something_to_paint_are_counted():
     composite = Composite(LIPS)
     rgb8, points = close_up()
