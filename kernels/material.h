@@ -115,12 +115,13 @@ MATERIAL_INLINE float material_lay(
     return material_add(base * below, base * above + own, m->ceiling);
 }
 
-/* One channel of a film that deepens what is under it before it covers: see made_up in material.py. */
+/* How a film changes one channel of what is under it; it deepens it before it covers it: see
+ * made_up in material.py. */
 MATERIAL_INLINE float material_film(float bare, float laid, float opaque) {
     float seen = colour_positive(bare);
     float root = colour_sqrt(seen);
     root += opaque * (colour_sqrt(colour_abs(laid)) - root);
-    return root * root + (1.0f - opaque) * (bare - seen);
+    return root * root - seen - opaque * (bare - seen);
 }
 
 MATERIAL_INLINE colour_rgb material_turn(colour_rgb light, const float *rows) {
@@ -162,18 +163,18 @@ MATERIAL_INLINE colour_rgb material_paint(
         material_lay(bare.green, m->product[1], skin, below, above, own, m),
         material_lay(bare.blue, m->product[2], skin, below, above, own, m),
     };
-    bare = material_turn(bare, m->to_film);
+    colour_rgb under = material_turn(bare, m->to_film);
     laid = material_turn(laid, m->to_film);
     colour_rgb film = {
-        material_film(bare.red, laid.red, opaque),
-        material_film(bare.green, laid.green, opaque),
-        material_film(bare.blue, laid.blue, opaque),
+        material_film(under.red, laid.red, opaque),
+        material_film(under.green, laid.green, opaque),
+        material_film(under.blue, laid.blue, opaque),
     };
     film = material_turn(film, m->from_film);
     colour_rgb out = {
-        material_add(film.red, lobe * m->glint[0] + shown + sparkle * m->sparkle[0] + mirror * s->room.red, m->ceiling),
-        material_add(film.green, lobe * m->glint[1] + shown + sparkle * m->sparkle[1] + mirror * s->room.green, m->ceiling),
-        material_add(film.blue, lobe * m->glint[2] + shown + sparkle * m->sparkle[2] + mirror * s->room.blue, m->ceiling),
+        material_add(bare.red + film.red, lobe * m->glint[0] + shown + sparkle * m->sparkle[0] + mirror * s->room.red, m->ceiling),
+        material_add(bare.green + film.green, lobe * m->glint[1] + shown + sparkle * m->sparkle[1] + mirror * s->room.green, m->ceiling),
+        material_add(bare.blue + film.blue, lobe * m->glint[2] + shown + sparkle * m->sparkle[2] + mirror * s->room.blue, m->ceiling),
     };
     return out;
 }

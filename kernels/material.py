@@ -175,11 +175,11 @@ def made_up(
     # taken in one set of primaries, so that a film looks the same in every video.
     to_film, from_film = (np.array(rows).reshape(3, 3) for rows in (m.to_film, m.from_film))
     opaque = (weight * m.opacity)[..., None]
-    bare, laid = bare @ to_film.T, laid @ to_film.T
-    seen = np.maximum(bare, 0)
+    under, laid = bare @ to_film.T, laid @ to_film.T
+    seen = np.maximum(under, 0)
     root = np.sqrt(seen)
     root = root + opaque * (np.sqrt(np.abs(laid)) - root)
-    mixed = (root * root + (1 - opaque) * (bare - seen)) @ from_film.T
+    mixed = bare + (root * root - seen - opaque * (under - seen)) @ from_film.T
     more = lobe[..., None] * np.array(m.glint) + shown[..., None]
     more = more + sparkle[..., None] * np.array(m.sparkle)
     more = more + (weight * skin.mirror)[..., None] * skin.room
