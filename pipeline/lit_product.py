@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from makeup_video.kernels.colour import HLG, PQ, Coding, from_srgb_primaries, product_linear, to_xyz
-from makeup_video.kernels.material import ENVIRONMENT_PX, Material
+from makeup_video.kernels.material import ENVIRONMENT_PX, Material, added
 from makeup_video.pipeline.look import GraphicsParams
 from makeup_video.pipeline.scene import SceneLight
 
@@ -57,11 +57,7 @@ def material(
     gloss = min(params.gloss, _MOST_GLOSS) * amount
     # a broad highlight is a weaker one: the same light over more of the surface
     sheen = 1 / (1 + 6 * params.gloss_roughness**2)
-    cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
-    cell_px = cell * place.skin_px
-    # Sparkles of less than a pixel would flicker: they fade, and grow to a pixel before.
-    spot = min(max(_SPOT, 0.75 / cell_px), 0.3)
-    resolved = min(max((cell_px - 1.0) / 1.0, 0.0), 1.0)
+    cell, spot, resolved = _cells(params, place)
     hue = product / max(float(product.max()), 1e-3)
     tint = 1 + params.shimmer_tint * (hue - 1)
     metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
@@ -72,7 +68,7 @@ def material(
     film = from_srgb_primaries(coding.primaries)
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
-        product=tuple((product * gain).tolist()),
+        product=tuple(_lit(product, gain, ceiling).tolist()),
         glint=tuple(
             gain * (metal * _GLINT * gloss * sheen * (1 - params.gloss_detail) + tint * pearl)
         ),
@@ -98,6 +94,21 @@ def material(
         from_film=tuple(film.ravel()),
         ceiling=ceiling,
     )
+
+
+def _lit(product: np.ndarray, gain: np.ndarray, ceiling: float) -> np.ndarray:
+    """Its colour in that light; strong light leaves a pale product room for its highlights."""
+    return added(product * np.minimum(gain, 1), product * np.maximum(gain - 1, 0), ceiling)
+
+
+def _cells(params: GraphicsParams, place: Place) -> tuple[float, float, float]:
+    """Of shimmer: size of a cell, radius of a sparkle in cells, how far pixels resolve it (0..1).
+
+    Sparkles of less than a pixel would flicker: they fade, and grow to a pixel before.
+    """
+    cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
+    cell_px = cell * place.skin_px
+    return cell, min(max(_SPOT, 0.75 / cell_px), 0.3), min(max(cell_px - 1.0, 0.0), 1.0)
 
 
 def _half_way(light: SceneLight, place: Place) -> tuple[float, float, float]:
