@@ -17,9 +17,9 @@ from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import EYE, RIGHT_EYE
 
-SIZE_WH = (56, 40)
-_SHADING_SIGMA = 2.5  # px of the grid: what is finer is texture
-_LEFT, _TOP, _STEP = -0.85, -0.95, 1.9 / 55  # of the grid: its first column and row, its step
+SIZE_WH = (40, 28)
+_SHADING_SIGMA = 1.8  # px of the grid: what is finer is texture
+_LEFT, _TOP, _STEP = -0.85, -0.95, 1.9 / 39  # of the grid: its first column and row, its step
 # From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
@@ -52,11 +52,11 @@ ZONES = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EyeRegion:
-    """One eye's lid, ready to be painted; (40, 56) float32 on its grid.
+    """One eye's lid, ready to be painted; (28, 40) float32 on its grid.
 
     up: height above the lash line, 1 at the crease, 2 below the brow.  lash: the same in px of the
-    frame, less the gap that is left to the lashes.  out: (56,), -0.5 to 0.5 between the corners.
-    normals: (2, 40, 56).
+    frame, less the gap that is left to the lashes.  out: (40,), -0.5 to 0.5 between the corners.
+    normals: (2, 28, 40).
     """
 
     grid: Grid
@@ -67,7 +67,7 @@ class EyeRegion:
     spared: ClassVar[float] = 0.2  # lashes, brows, liner: see `material`
 
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
-        """(40, 56) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as wide again."""
+        """(28, 40) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as wide again."""
         wide = 0.5 + softness
         weight: np.ndarray = _ramp(self.up, zone.up, wide) * _across(zone, wide)
         return weight
@@ -104,7 +104,7 @@ class EyeRegion:
 
 @lru_cache
 def _across(zone: Zone, wide: float) -> np.ndarray:
-    """(56,) float32: a zone's weight by column."""
+    """(40,) float32: a zone's weight by column."""
     return _ramp(_OUT, zone.out, wide).astype(np.float32)
 
 

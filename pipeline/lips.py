@@ -52,7 +52,7 @@ class LipRegion:
     opening: np.ndarray
     normals: np.ndarray
     upper: np.ndarray
-    spared: ClassVar[float] = 0.06  # the dark of the mouth: see `material`
+    spared: ClassVar[float] = 0.17  # the dark of the mouth: see `material`
 
     @property
     def grid(self) -> Grid:

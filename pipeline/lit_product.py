@@ -5,6 +5,7 @@ Every number here that is not physics was set by eye, on the finishes and on pho
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from makeup_video.kernels.colour import HLG, PQ, Coding, from_srgb_primaries, product_linear, to_xyz
@@ -20,7 +21,6 @@ _OWN = 2.2  # gain of the lips' own highlights at gloss 1
 _DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they would show their grid
 _SPARKLE = 1.8
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
-_SPARED_GAIN = 4.0  # from bare to painted within a quarter of the skin's broad light
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
 _SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
 
@@ -49,7 +49,7 @@ def material(
     """amount: 0..1, scales all of the product (strength, intensity).
 
     spared: what is darker than this share of the broad light around it is left bare (lashes, the
-    dark of a mouth); 0 paints all.
+    dark of a mouth), from twice that on all is painted; 0 paints all.
     """
     weights = to_xyz(coding.primaries)[1]
     gain = 1 + params.light_adaptation * (light.colour.astype(np.float64) * light.strength - 1)
@@ -65,7 +65,7 @@ def material(
     blur = params.environment_blur
     pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
     ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
-    film = from_srgb_primaries(coding.primaries)
+    to_film, from_film = _film(coding.primaries)
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
         product=tuple(_lit(product, gain, ceiling).tolist()),
@@ -88,12 +88,19 @@ def material(
         cells=1 / cell,
         spot=spot * spot,
         dark=_DARK * max(light.strength, 0.1),
-        dark_gain=_SPARED_GAIN if spared else 0.0,
-        dark_offset=-_SPARED_GAIN * spared if spared else 1.0,
-        to_film=tuple(np.linalg.inv(film).ravel()),
-        from_film=tuple(film.ravel()),
+        dark_gain=1 / spared if spared else 0.0,
+        dark_offset=-1.0 if spared else 1.0,
+        to_film=to_film,
+        from_film=from_film,
         ceiling=ceiling,
     )
+
+
+@lru_cache
+def _film(primaries: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """By rows, from these primaries to sRGB's, and back."""
+    back = from_srgb_primaries(primaries)
+    return tuple(np.linalg.inv(back).ravel().tolist()), tuple(back.ravel().tolist())
 
 
 def _lit(product: np.ndarray, gain: np.ndarray, ceiling: float) -> np.ndarray:

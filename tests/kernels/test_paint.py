@@ -32,7 +32,7 @@ cases = st.tuples(
     lights(),
     places(),
     codings(),
-    st.sampled_from((0.0, 0.06, 0.2)),
+    st.sampled_from((0.0, 0.12, 0.2)),
     st.integers(0, 99),
 )
 
