@@ -268,3 +268,19 @@ def test_packed_people_are_read_back(tmp_path):
     assert np.allclose(people.share[:3].sum(), people.share[3])
     assert (people.rgb8(2) == portrait()).all()
     assert (people.face(2).points_px == face().points_px).all()
+
+
+def test_the_net_begins_at_the_mean_and_scales_as_the_lite_family_does():
+    torch = pytest.importorskip("torch")
+    from makeup_video.training.reference.model import ReferenceNet
+
+    mean = torch.linspace(0.1, 0.9, 7)
+    # the published 4.65 and 13.0 million, less their 1280 x 1000 classifiers
+    for size, blocks, millions in (("lite0", 16, 3.38), ("lite4", 30, 11.73)):
+        torch.manual_seed(0)
+        net = ReferenceNet(size, mean)
+        assert len(net.blocks) == blocks
+        assert sum(p.numel() for p in net.parameters()) / 1e6 == pytest.approx(millions, abs=0.01)
+        with torch.no_grad():
+            told = net(torch.rand(8, 3, 96, 128) * 2 - 1)
+        assert told.shape == (8, 7) and (told - mean).abs().mean() < 0.1

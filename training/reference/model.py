@@ -22,7 +22,7 @@ STAGES = (
 )  # fmt: skip
 STEM, HEAD = 32, 1280
 EPSILON, MOMENTUM = 1e-3, 0.03  # of the batch norms
-HEAD_SIGMA = 0.01  # small, so that the first answers are about the mean
+HEAD_SIGMA = 0.003  # small, so that the first answers are about the mean
 
 
 def scaled_width(channels: int, width: float) -> int:
@@ -81,6 +81,10 @@ class ReferenceNet(nn.Module):
         self.top = Conv(inputs, HEAD, 1)
         self.drop = nn.Dropout(0.1)
         self.head = nn.Linear(HEAD, len(mean))
+        for conv in self.modules():
+            if isinstance(conv, nn.Conv2d):  # He et al., 2015, by what each filter feeds
+                fan = conv.weight[0, 0].numel() * conv.out_channels // conv.groups
+                nn.init.normal_(conv.weight, 0, (2 / fan) ** 0.5)
         nn.init.normal_(self.head.weight, 0, HEAD_SIGMA)
         with torch.no_grad():
             self.head.bias.copy_(mean)
