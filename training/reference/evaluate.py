@@ -8,6 +8,7 @@ and compared there.
 
 import argparse
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -29,9 +30,10 @@ from scipy.stats import spearmanr
 from skimage.color import deltaE_ciede2000, rgb2lab
 
 COUNT = 300
+Estimate = Callable[[np.ndarray], np.ndarray]
 
 
-def net_of(path: Path):
+def net_of(path: Path) -> Estimate:
     """(N, H, W, 3) uint8 -> (N, 7) numbers of a look, by a checkpoint or an exported net."""
     if path.suffix == ".onnx":
         run = from_onnx(path)
@@ -57,7 +59,7 @@ def difference(a: np.ndarray, b: np.ndarray, where: np.ndarray) -> float:
     return float(deltaE_ciede2000(rgb2lab(a[where]), rgb2lab(b[where])).mean())
 
 
-def measure(one: Renderer, net, count: int) -> None:
+def measure(one: Renderer, net: Estimate, count: int) -> None:
     rng, people = one.rng, len(one.people)
     crops, true, settings, zones, wearers = [], [], [], [], []
     for values in one.products.draw(count, rng):
