@@ -6,6 +6,7 @@ import numpy as np
 from makeup_video.pipeline.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
+PATCH_SPAN = 1.15  # width of a lip patch, in IOD
 MIN_FACE_PX = 40  # width; smaller faces are not painted
 # Of mouth_visible: nothing is painted below, all above. Medical masks score under 0.1, mouths over 0.9.
 _MOUTH_SEEN = 0.2, 0.5

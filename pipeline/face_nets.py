@@ -14,7 +14,7 @@ from importlib.resources.abc import Traversable
 import cv2
 import numpy as np
 from makeup_video.pipeline.crop import Affine, Picture, compose
-from makeup_video.pipeline.face import POINTS, LipPatch
+from makeup_video.pipeline.face import PATCH_SPAN, POINTS, LipPatch
 from makeup_video.pipeline.net import SHIPPED, Net, read_array
 from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
 
@@ -49,7 +49,7 @@ class _Window:
 
 
 _MESH = _Window((96, 96), 2.56)
-_LIPS = _Window((112, 80), 1.15)
+_LIPS = _Window((112, 80), PATCH_SPAN)
 _EYE = _Window((64, 48), 0.72)
 
 

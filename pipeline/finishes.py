@@ -1,5 +1,6 @@
 """Finishes by their usual names: points of the 17-parameter space, without the colour."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 from makeup_video.pipeline.errors import UsageError
@@ -39,6 +40,20 @@ def _named(row: tuple[float, ...]) -> dict[str, float]:
 FINISHES: Mapping[str, Mapping[str, Mapping[str, float]]] = {
     name: {"lips": _named(_LIPS[name]), "eyes": _named(_EYES[name])} for name in _LIPS
 }
+
+
+def nearest_finish(
+    opacity: float, gloss: float, gloss_roughness: float, reflection: float, region: str = "lips"
+) -> str:
+    """The finish whose numbers are closest: what the rest of an estimated product is taken from."""
+    here = opacity, math.sqrt(gloss), gloss_roughness, math.sqrt(reflection)
+
+    def off(name: str) -> float:
+        one = FINISHES[name][region]
+        there = one["opacity"], math.sqrt(one["gloss"]), one["gloss_roughness"]
+        return math.dist(here, (*there, math.sqrt(one["reflection"])))
+
+    return min(FINISHES, key=off)
 
 
 def product(rgb: Sequence[float], finish: str, region: str = "lips") -> GraphicsParams:

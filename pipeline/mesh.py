@@ -26,12 +26,15 @@ class BuildScene:
         self._means: dict[tuple[int, str], tuple[float, float]] = {}
 
     def __call__(self, item: FrameFaces) -> FrameScene:
+        return self.under(self._light(item), item)
+
+    def under(self, lights: tuple[SceneLight, ...], item: FrameFaces) -> FrameScene:
+        """The same when the light on each face is known."""
         frame = item.frame
         coding = coding_of(frame)
         if item.cut:
             self._means.clear()
         seconds = float(frame.pts * frame.time_base)
-        lights = self._light(item)
         faces = tuple(
             self._face(frame, coding, face, light, seconds)
             for face, light in zip(item.faces, lights, strict=True)

@@ -19,7 +19,9 @@ from makeup_video.pipeline.report import Report
 from makeup_video.pipeline.target import Target, write_errors
 
 _WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
-_TICK = Fraction(1, 1)
+PICTURE_TICK = Fraction(1, 1)
+# How a picture's frame means colour: BT.709, full range, the transfer of sRGB.
+PICTURE_TAGS = ColourTags(1, 2, 13, 1)
 _EXIF_TAG_ORIENTATION = 0x0112
 # EXIF orientation -> counter-clockwise degrees that make the picture upright (mirroring aside)
 _UPRIGHT_DEGREES = {1: 0, 2: 0, 3: 180, 4: 180, 5: 270, 6: 270, 7: 90, 8: 90}
@@ -129,7 +131,7 @@ def to_frame(stored: np.ndarray, rotation_degrees: int = 0) -> Frame:
         format="yuv444p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.JPEG
     )
     picture.pts = 0
-    return Frame(picture, 0, _TICK, ColourTags(1, 2, 13, 1), rotation_degrees)
+    return Frame(picture, 0, PICTURE_TICK, PICTURE_TAGS, rotation_degrees)
 
 
 def merge(stored: np.ndarray, frame: Frame, before: list[np.ndarray]) -> np.ndarray:

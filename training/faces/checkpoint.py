@@ -7,6 +7,11 @@ from torch import Tensor, nn
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 
+def rate_at(step: int, steps: int, highest: float, warm_up: int) -> float:
+    """Learning rate: up for warm_up steps, then even, down to hardly any from 60 % of them on."""
+    return highest * min(1, (step + 1) / warm_up, 2.5 * (1 - step / steps) + 0.005)
+
+
 class Checkpoint:
     """A file a run goes on from. Weights, their average, the optimizer's state, the step."""
 
@@ -57,8 +62,14 @@ class Checkpoint:
         self.average.update_parameters(self.net)
 
     def save(self, config: tuple[str, int]) -> None:
-        """config: the net's name, how many points it tells."""
+        """config: the net's name, how many points or numbers it tells."""
         state = {"net": self.net.state_dict(), "average": self.average.state_dict(),
                  "optimizer": self.optimizer.state_dict(), "step": self.step, "config": config}  # fmt: skip
         torch.save(state, self.path.with_suffix(".part"))
         self.path.with_suffix(".part").rename(self.path)
+
+
+def averaged_weights(path: Path) -> dict[str, Tensor]:
+    """Those of a checkpoint's average, for the bare net."""
+    average = torch.load(path, weights_only=True)["average"]
+    return {k.removeprefix("module."): v for k, v in average.items() if k != "n_averaged"}

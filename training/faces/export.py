@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import onnx
 import torch
+from makeup_video.training.faces.checkpoint import averaged_weights
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.detect import Detector
 from makeup_video.training.faces.infer import Net, from_onnx
@@ -55,9 +56,7 @@ def load(path: Path) -> tuple[str, nn.Module]:
         net: nn.Module = Detector()
     else:
         net = build(name, SPECS[name].size_wh, torch.zeros(200, count, 3))
-    average = saved["average"]
-    net.load_state_dict({k.removeprefix("module."): v for k, v in average.items()
-                         if k != "n_averaged"})  # fmt: skip
+    net.load_state_dict(averaged_weights(path))
     return name, net.eval()
 
 
@@ -83,23 +82,42 @@ def examples(name: str, data: Path, count: int) -> np.ndarray:
 
 
 def write(name: str, net: nn.Module, path: Path, crops: np.ndarray) -> None:
-    module = Exported(net).eval()
-    rgb8 = torch.from_numpy(crops[:1])
     axes = {key: {0: "n"} for key in ("rgb8", *OUTPUTS[name])}
     if name == "detector":
         axes = {"rgb8": {0: "n", 1: "h", 2: "w"}, "cells": {0: "n", 2: "rows", 3: "columns"}}
+    to_onnx(Exported(net), path, crops, OUTPUTS[name], axes)
+
+
+def to_onnx(
+    module: nn.Module,
+    path: Path,
+    crops: np.ndarray,
+    outputs: list[str],
+    axes: dict[str, dict[int, str]],
+) -> None:
+    """Write a module of uint8 crops, and stop when ONNX Runtime gives something else."""
+    module.eval()
+    rgb8 = torch.from_numpy(crops[:1])
     torch.onnx.export(module, (rgb8,), str(path), dynamo=False, opset_version=17,
-                      input_names=["rgb8"], output_names=OUTPUTS[name], dynamic_axes=axes)  # fmt: skip
+                      input_names=["rgb8"], output_names=outputs, dynamic_axes=axes)  # fmt: skip
     halve(path)
     with torch.no_grad():
         wanted = module(torch.from_numpy(crops[:16]))
     wanted = (wanted,) if isinstance(wanted, Tensor) else wanted
     got = from_onnx(path)(crops[:16])
-    for key, a, b in zip(OUTPUTS[name], wanted, got, strict=True):
+    for key, a, b in zip(outputs, wanted, got, strict=True):
         worst = float(np.abs(a.numpy() - b).max())
         print(f"  {key}: worst difference {worst:.1e}")
         if worst > TOLERANCE * max(1, float(a.abs().max())):
             raise SystemExit(f"{path.name}: ONNX Runtime and PyTorch disagree in {key}")
+
+
+def list_hashes(folder: Path) -> None:
+    """Write sha256.json, which the product checks its weights by; tell how large they are."""
+    files = sorted(folder.glob("*.onnx")) + sorted(folder.glob("*.npy"))
+    hashes = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+    (folder / "sha256.json").write_text(json.dumps(hashes, indent=2) + "\n")
+    print(f"{sum(file.stat().st_size for file in files) / 1e6:.2f} MB in all")
 
 
 def halve(path: Path) -> None:
@@ -167,10 +185,7 @@ def main() -> None:
         write(name, load(source)[1], path, crops)
         if name in options.int8:
             quantize(path, crops)
-    files = sorted(options.out.glob("*.onnx")) + sorted(options.out.glob("*.npy"))
-    hashes = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
-    (options.out / "sha256.json").write_text(json.dumps(hashes, indent=2) + "\n")
-    print(f"{sum(file.stat().st_size for file in files) / 1e6:.2f} MB in all")
+    list_hashes(options.out)
 
 
 if __name__ == "__main__":

@@ -31,16 +31,20 @@ def photograph(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         picture *= light(rng, w, h)
     if u[3] < 0.5:
         sigma = np.abs(rng.normal()) * 7
-        start = int(rng.integers(len(_noise) - picture.size))
-        noise = _noise[start : start + picture.size].reshape(picture.shape)
-        if u[4] < 0.4:  # coarse grains: noise of a picture that was enlarged
-            noise = cv2.GaussianBlur(noise, (3, 3), 0) * 2
-        picture += sigma * noise
+        picture += sigma * grain(picture.shape, rng, coarse=u[4] < 0.4)
     rgb8 = cv2.LUT(picture.clip(0, 255).astype(np.uint8), tone_curve(rng))
     if u[5] < 0.2:
         quality = [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(15, 80))]
         rgb8 = cv2.imdecode(cv2.imencode(".jpg", rgb8, quality)[1], cv2.IMREAD_COLOR)
     return rgb8
+
+
+def grain(shape: tuple[int, ...], rng: np.random.Generator, coarse: bool) -> np.ndarray:
+    """Noise of sigma 1, float32; coarse: that of a picture that was enlarged."""
+    size = int(np.prod(shape))
+    start = int(rng.integers(len(_noise) - size))
+    noise = _noise[start : start + size].reshape(shape)
+    return cv2.GaussianBlur(noise, (3, 3), 0) * 2 if coarse else noise
 
 
 def restyle(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import torch
 from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
-from makeup_video.training.faces.checkpoint import Checkpoint
+from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.crops import SPECS, Batch, Cropper, Faces
 from makeup_video.training.faces.model import build, normalise
 from torch import Tensor, nn
@@ -165,8 +165,7 @@ def main() -> None:
     forward = torch.compile(run.net)
     running, counted, since, saved_at = 0.0, 0, time.time(), time.time()
     while run.step < steps:
-        progress = run.step / steps
-        rate = options.rate * min(1, (run.step + 1) / WARM_UP, 2.5 * (1 - progress) + 0.005)
+        rate = rate_at(run.step, steps, options.rate, WARM_UP)
         loss, error = loss_of(forward, next(loader), worth)
         run.learn(loss, rate, clip=1.0)
         running, counted = running + error.item(), counted + 1

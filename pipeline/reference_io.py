@@ -1,0 +1,87 @@
+"""What the reference net is shown and what it tells: crops of lips and eyes, seven numbers."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
+from makeup_video.pipeline.crop import Affine, Window, compose
+from makeup_video.pipeline.face import PATCH_SPAN, Face
+from makeup_video.pipeline.scene import SceneLight
+from makeup_video.pipeline.topology import EYE_CORNERS
+
+# The paper's g, in the order of the net's output.
+NUMBERS = ("opacity", "red", "green", "blue", "gloss", "gloss_roughness", "reflection")
+_GLOSS = NUMBERS.index("gloss")
+_GLOSS_UNIT = 4.0  # of gloss is 1 for the net
+_UNITS = np.array([1, 255, 255, 255, _GLOSS_UNIT, 1, 1], np.float64)
+_DARKEST = 0.05  # least light that is divided out: below there is only noise
+
+
+@dataclass(frozen=True, slots=True)
+class _Crop:
+    """A window turned with the face."""
+
+    size_wh: tuple[int, int]  # px
+    span: float  # its width, in IOD
+    rise: float  # of its middle above the lips' or the eye corners' middle, in IOD
+
+
+CROPS = {"lips": _Crop((128, 96), 0.9, 0.0), "eyes": _Crop((160, 64), 1.42, 0.07)}
+
+
+def window_of(face: Face, region: str) -> Window:
+    """What the net sees of a region, "lips" or "eyes": its crop, upright on the face.
+
+    Scale and turn are those of the face's lip patch, for the eyes too.
+    """
+    crop, patch = CROPS[region], face.lips
+    high, wide = patch.logits.shape
+    axes = patch.to_px[:, :2] * (wide / PATCH_SPAN)  # px of the picture for one IOD
+    if region == "lips":
+        middle = patch.to_px @ [(wide - 1) / 2, (high - 1) / 2, 1]
+    else:
+        middle = face.points_px[list(EYE_CORNERS), :2].mean(0, dtype=np.float64)
+    middle = middle - axes @ [0, crop.rise]
+    w, h = crop.size_wh
+    linear = axes * (crop.span / w)
+    return np.column_stack([linear, middle - linear @ [(w - 1) / 2, (h - 1) / 2]]), crop.size_wh
+
+
+def shifted(window: Window, turn: float, scale: float, shift_xy: np.ndarray) -> Affine:
+    """A window's map when it is turned (radians), scaled and shifted (its own px) about its middle."""
+    to_px, (w, h) = window
+    c, s = scale * np.cos(turn), scale * np.sin(turn)
+    linear, middle = np.array([[c, -s], [s, c]]), np.array([(w - 1) / 2, (h - 1) / 2])
+    return compose(to_px, np.column_stack([linear, middle + shift_xy - linear @ middle]))
+
+
+def divide_light(rgb8: np.ndarray, light: SceneLight) -> np.ndarray:
+    """(..., 3) uint8 as it would be in neutral light of full strength; what is too bright is white.
+
+    rgb8, in and out: R'G'B' as sRGB encodes it. So a product has the colour of its g, whatever
+    the light of the photo.
+    """
+    gain = np.maximum(light.colour.astype(np.float64) * light.strength, _DARKEST)
+    codes = np.repeat(np.arange(256)[:, None] / 255, 3, axis=1)
+    table = to_encoded(to_linear(codes, SRGB) / gain, SRGB).clip(0, 1)
+    divided: np.ndarray = cv2.LUT(rgb8, np.rint(255 * table).astype(np.uint8)[None])
+    return divided
+
+
+def to_targets(values: np.ndarray) -> np.ndarray:
+    """(..., 7) as in a look -> (..., 7) as the net tells them, about 0 to 1."""
+    targets = np.asarray(values, np.float64) / _UNITS
+    # a little gloss is seen more easily than a little more of it
+    targets[..., _GLOSS] = np.sqrt(targets[..., _GLOSS])
+    return targets
+
+
+def from_targets(targets: np.ndarray) -> np.ndarray:
+    """What the net tells -> numbers of a look, in their ranges; gloss may be any from 0 on."""
+    targets = np.maximum(np.asarray(targets, np.float64), 0)
+    highest = np.ones(len(NUMBERS))
+    highest[_GLOSS] = np.inf
+    values: np.ndarray = np.minimum(targets, highest)
+    values[..., _GLOSS] **= 2
+    return values * _UNITS

@@ -1,0 +1,94 @@
+"""EfficientNet-lite with a head of a few numbers: a crop -> the product's numbers, scaled.
+
+The lite family (Tan and Le, 2019, and TensorFlow's notes on lite): mobile inverted bottlenecks
+without squeeze-and-excitation, ReLU6 for swish, stem and head of one width for all sizes. The first and
+the last stage are not made deeper. There are no pretrained weights to start from.
+"""
+
+import math
+
+import torch
+from torch import Tensor, nn
+
+# Widths and depths are scaled by these.
+SIZES = {
+    "lite0": (1.0, 1.0), "lite1": (1.0, 1.1), "lite2": (1.1, 1.2),
+    "lite3": (1.2, 1.4), "lite4": (1.4, 1.8),
+}  # fmt: skip
+# Kernel, stride, expansion, channels, blocks: of EfficientNet-B0.
+STAGES = (
+    (3, 1, 1, 16, 1), (3, 2, 6, 24, 2), (5, 2, 6, 40, 2), (3, 2, 6, 80, 3),
+    (5, 1, 6, 112, 3), (5, 2, 6, 192, 4), (3, 1, 6, 320, 1),
+)  # fmt: skip
+STEM, HEAD = 32, 1280
+EPSILON, MOMENTUM = 1e-3, 0.03  # of the batch norms
+HEAD_SIGMA = 0.003  # small, so that the first answers are about the mean
+
+
+def scaled_width(channels: int, width: float) -> int:
+    """A multiple of 8, never more than a tenth below the exact number."""
+    exact = channels * width
+    whole = max(8, int(exact + 4) // 8 * 8)
+    return whole + 8 if whole < 0.9 * exact else whole
+
+
+class Conv(nn.Sequential):
+    def __init__(
+        self, inputs: int, outputs: int, kernel: int, stride: int = 1, groups: int = 1,
+        relu: bool = True,
+    ) -> None:  # fmt: skip
+        super().__init__(
+            nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, groups=groups, bias=False),
+            nn.BatchNorm2d(outputs, EPSILON, MOMENTUM),
+            *([nn.ReLU6(inplace=True)] if relu else []),
+        )
+
+
+class Block(nn.Module):
+    """Wider, one filter per channel, narrower; added to its input where the shapes agree."""
+
+    def __init__(self, inputs: int, outputs: int, kernel: int, stride: int, expansion: int) -> None:
+        super().__init__()
+        wide = inputs * expansion
+        self.body = nn.Sequential(
+            *([Conv(inputs, wide, 1)] if expansion > 1 else []),
+            Conv(wide, wide, kernel, stride, wide),
+            Conv(wide, outputs, 1, relu=False),
+        )
+        self.adds = stride == 1 and inputs == outputs
+
+    def forward(self, x: Tensor) -> Tensor:
+        out: Tensor = self.body(x)
+        return x + out if self.adds else out
+
+
+class ReferenceNet(nn.Module):
+    """(N, 3, H, W) in [-1, 1] -> (N, K), none below 0."""
+
+    def __init__(self, size: str, mean: Tensor) -> None:
+        """mean: (K,) of the targets, all above 0: from there the ReLU of the head is alive."""
+        super().__init__()
+        width, depth = SIZES[size]
+        blocks, inputs = [], STEM
+        for number, (kernel, stride, expansion, channels, count) in enumerate(STAGES):
+            outputs = scaled_width(channels, width)
+            ends = number in (0, len(STAGES) - 1)
+            for at in range(count if ends else math.ceil(count * depth)):
+                blocks.append(Block(inputs, outputs, kernel, 1 if at else stride, expansion))
+                inputs = outputs
+        self.stem = Conv(3, STEM, 3, 2)
+        self.blocks = nn.Sequential(*blocks)
+        self.top = Conv(inputs, HEAD, 1)
+        self.drop = nn.Dropout(0.1)
+        self.head = nn.Linear(HEAD, len(mean))
+        for conv in self.modules():
+            if isinstance(conv, nn.Conv2d):  # He et al., 2015, by what each filter feeds
+                fan = conv.weight[0, 0].numel() * conv.out_channels // conv.groups
+                nn.init.normal_(conv.weight, 0, (2 / fan) ** 0.5)
+        nn.init.normal_(self.head.weight, 0, HEAD_SIGMA)
+        with torch.no_grad():
+            self.head.bias.copy_(mean)
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = self.top(self.blocks(self.stem(x)))  # (N, 1280, H/32, W/32)
+        return torch.relu(self.head(self.drop(x.mean((2, 3)))))  # (N, K)

@@ -1,0 +1,57 @@
+"""Bare portraits as `prepare` packed them: pictures, faces, how often each is drawn."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.crop import Affine, compose
+from makeup_video.pipeline.face import Face, LipPatch
+from makeup_video.training.reference.shades import SPLITS
+
+MOST_OFTEN = 10.0  # times the median: a few people of a rare tone must not be all there is
+
+
+class People:
+    """The bare ones of a split, for a region.
+
+    tone: (N,) bins of skin tone.  share: (N,) how often each is to be drawn, so that every tone
+    comes about as often.
+    """
+
+    def __init__(self, path: Path, region: str, split: str) -> None:
+        with np.load(path) as packed:
+            chosen = packed[f"bare_{region}"] & (packed["split"] == SPLITS.index(split))
+            ends, pictures = packed["ends"], packed["pictures"]
+            starts = np.concatenate([[0], ends[:-1]])
+            self._data = [pictures[starts[i] : ends[i]].copy() for i in np.flatnonzero(chosen)]
+            columns = ("points", "logits", "to_px", "tone")
+            self._points, self._logits, self._to_px, self.tone = (
+                packed[c][chosen] for c in columns
+            )
+        weight = 1 / np.bincount(self.tone)[self.tone]
+        weight = np.minimum(weight, MOST_OFTEN * np.median(weight))
+        self.share = weight / weight.sum()
+
+    def __len__(self) -> int:
+        return len(self._data)
+
+    def rgb8(self, person: int) -> np.ndarray:
+        """(H, W, 3) uint8."""
+        bgr8 = cv2.imdecode(self._data[person], cv2.IMREAD_COLOR)
+        return cv2.cvtColor(bgr8, cv2.COLOR_BGR2RGB)
+
+    def face(self, person: int) -> Face:
+        """As found in that picture."""
+        patch = LipPatch(self._logits[person].astype(np.float32), self._to_px[person])
+        return Face(self._points[person], 1.0, 1.0, 0, patch)
+
+
+def moved(face: Face, to_new: Affine) -> Face:
+    """A face in a picture that was scaled and cut: to_new maps old px to new ones."""
+    scale = abs(np.linalg.det(to_new[:, :2])) ** 0.5
+    points = np.empty_like(face.points_px)
+    points[:, :2] = face.points_px[:, :2] @ to_new[:, :2].T + to_new[:, 2]
+    points[:, 2] = face.points_px[:, 2] * scale
+    lips = replace(face.lips, to_px=compose(to_new, face.lips.to_px))
+    return replace(face, points_px=points, lips=lips)

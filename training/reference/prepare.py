@@ -1,0 +1,170 @@
+"""Find the faces of portraits once, as the product finds them, and tell who wears no makeup.
+
+    python -m makeup_video.training.reference.prepare --portraits DIR --out runs/reference.npz
+
+DIR holds pictures and labels.npz with their names and sources. Painting what is packed here needs
+no net. Many portraits wear light makeup: the colour of lips and lids is predicted from that of
+the skin, and those that are furthest from what their skin suggests are not painted on.
+"""
+
+import argparse
+from pathlib import Path
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.eyes import eye_regions
+from makeup_video.pipeline.face import Face
+from makeup_video.pipeline.faces import find_faces, lip_mask
+from makeup_video.training.faces.evaluate import skin_tone
+
+# As in faces/prepare.py the last pictures of each source are held out: half to watch the training
+# by, the very last, which no face net was trained on either, to measure.
+VALIDATION_SHARE, TEST_SHARE = 0.06, 0.08
+WORN_SHARE = 1 / 3  # of each skin tone: those who look most made up
+TONES_DEGREES = (-30, 10, 28, 41, 55)  # individual typology angle: dark, brown, tan ... very light
+TONE_NAMES = ("dark", "brown", "tan", "medium", "light", "very light")
+CHEEKS = (50, 280, 101, 330)
+_SHINE = 95  # percentile of lightness: the lips' highlights
+
+
+def lab_of(rgb8: np.ndarray) -> np.ndarray:
+    """(N, 3) uint8 -> (N, 3) CIE Lab."""
+    lab: np.ndarray = cv2.cvtColor((rgb8[None] / 255).astype(np.float32), cv2.COLOR_RGB2Lab)[0]
+    return lab
+
+
+def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
+    """(10,): Lab of skin, lips and lids, and the lips' shine; None where a part is not seen."""
+    height, width = rgb8.shape[:2]
+    at = np.rint(face.points_px[list(CHEEKS), :2]).astype(int)
+    if (at < 4).any() or (at >= (width - 4, height - 4)).any():
+        return None
+    skin = np.concatenate([rgb8[y - 4 : y + 5, x - 4 : x + 5].reshape(-1, 3) for x, y in at])
+    lips = rgb8[lip_mask(rgb8, face) > 0.9]
+    lids = []
+    for eye in eye_regions(face):
+        is_lid = (eye.up > 0.2) & (eye.up < 1) & (np.abs(eye.out) < 0.4)
+        x, y = np.rint(eye.grid.places()).astype(int)[:, is_lid.ravel()]
+        inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
+        lids.append(rgb8[y[inside], x[inside]])
+    if len(lips) < 60 or not lids or sum(map(len, lids)) < 20:
+        return None
+    parts = [lab_of(skin), lab_of(lips), lab_of(np.concatenate(lids))]
+    medians = [np.median(part, 0) for part in parts]
+    shine = np.percentile(parts[1][:, 0], _SHINE) - medians[1][0]
+    return np.array([*np.concatenate(medians), shine])
+
+
+def beyond_skin(part: np.ndarray, skin: np.ndarray) -> np.ndarray:
+    """(N, 3): how far Lab of a part lies from what Lab of the skin lets expect.
+
+    A straight line, fitted on the two thirds that lie closest to it: the others are made up.
+    """
+    known = np.column_stack([np.ones(len(skin)), skin])
+    near = np.ones(len(part), bool)
+    for _ in range(6):
+        line = np.linalg.lstsq(known[near], part[near], rcond=None)[0]
+        off = part - known @ line
+        far = (off**2 / off[near].var(0)).sum(1)
+        near = far <= np.quantile(far, 1 - WORN_SHARE)
+    return off
+
+
+def standard(x: np.ndarray) -> np.ndarray:
+    return (x - np.median(x)) / x.std()
+
+
+def made_up(colours: np.ndarray) -> dict[str, np.ndarray]:
+    """(N, 10) of `colours_of` -> by region, (N,) how much it looks as if it wore makeup."""
+    skin, lips, lids, shine = np.split(colours, (3, 6, 9), axis=1)
+    off = beyond_skin(lips, skin)
+    redder, yellower = off[:, 1], off[:, 2]
+    lip_score = standard(np.hypot(redder, yellower)) + standard(redder) + 0.5 * standard(-off[:, 0])
+    lip_score += 0.7 * standard(shine[:, 0])
+    off = beyond_skin(lids, skin)  # eye-shadow may be of any colour, lighter or darker
+    lid_score = (off**2 / off.var(0)).sum(1)
+    return {"lips": lip_score, "eyes": lid_score}
+
+
+def bare(score: np.ndarray, tone: np.ndarray) -> np.ndarray:
+    """(N,) bool: all but the most made up of each skin tone."""
+    kept = np.zeros(len(score), bool)
+    for one in np.unique(tone):
+        of = np.flatnonzero(tone == one)
+        kept[of[score[of] <= np.quantile(score[of], 1 - WORN_SHARE)]] = True
+    return kept
+
+
+def split_of(source: np.ndarray) -> np.ndarray:
+    """(N,) place in shades.SPLITS: by order within each source."""
+    split = np.zeros(len(source), np.int64)
+    for name in np.unique(source):
+        index = np.flatnonzero(source == name)
+        part = np.arange(len(index)) / len(index)
+        split[index] = np.searchsorted((1 - TEST_SHARE - VALIDATION_SHARE, 1 - TEST_SHARE), part,
+                                       side="right")  # fmt: skip
+    return split
+
+
+def look_at(path: Path) -> dict[str, np.ndarray] | None:
+    """A portrait with one face that can be painted: what is packed of it."""
+    data = np.frombuffer(path.read_bytes(), np.uint8)
+    rgb8 = np.ascontiguousarray(cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1])
+    faces = find_faces(rgb8)
+    if len(faces) != 1 or faces[0].mouth_weight < 1:
+        return None
+    colours = colours_of(rgb8, faces[0])
+    if colours is None:
+        return None
+    return {
+        "picture": data, "points": faces[0].points_px,
+        "logits": faces[0].lips.logits.astype(np.float16), "to_px": faces[0].lips.to_px,
+        "colours": colours, "tone": np.searchsorted(TONES_DEGREES, skin_tone(rgb8, faces[0].points_px)),
+    }  # fmt: skip
+
+
+def pack(found: list[dict[str, np.ndarray]], split: np.ndarray) -> dict[str, np.ndarray]:
+    """One array per column; the pictures one after the other, as the files that they were."""
+    packed = {key: np.stack([one[key] for one in found]) for key in found[0] if key != "picture"}
+    pictures = [one["picture"] for one in found]
+    scores = made_up(packed["colours"])
+    return {
+        **packed, "split": split,
+        "pictures": np.concatenate(pictures), "ends": np.cumsum([len(data) for data in pictures]),
+        **{f"made_up_{name}": score for name, score in scores.items()},
+        **{f"bare_{name}": bare(score, packed["tone"]) for name, score in scores.items()},
+    }  # fmt: skip
+
+
+def report(packed: dict[str, np.ndarray]) -> None:
+    for name in ("lips", "eyes"):
+        kept = packed[f"bare_{name}"]
+        counts = [
+            f"{TONE_NAMES[tone]} {kept[of].sum()} of {of.sum()}"
+            for tone in range(len(TONE_NAMES))
+            if (of := packed["tone"] == tone).any()
+        ]
+        print(f"bare {name}: {kept.sum()} of {len(kept)}; {', '.join(counts)}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--portraits", type=Path, required=True)
+    parser.add_argument("--out", type=Path, default=Path("runs/reference.npz"))
+    parser.add_argument("--every", type=int, default=1, help="take one of so many, to try it out")
+    options = parser.parse_args()
+    cv2.setNumThreads(1)
+    labels = np.load(options.portraits / "labels.npz")
+    chosen = np.arange(0, len(labels["name"]), options.every)
+    seen = [look_at(options.portraits / name) for name in labels["name"][chosen]]
+    found = [one for one in seen if one is not None]
+    split = split_of(labels["source"][chosen])[[one is not None for one in seen]]
+    packed = pack(found, split)
+    print(f"{len(found)} of {len(chosen)} portraits have one face that can be painted")
+    report(packed)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    np.savez(options.out, **packed)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,187 @@
+"""Draws products: numbers as real ones have them, and any numbers at all.
+
+    python -m makeup_video.training.reference.shades lips --shades lip_shades.csv --plot shades.png
+
+A shade table is a CSV with the columns brand, product, hex and finish. Its colours are web
+swatches and its finishes words, so what is fitted is how products vary, not single ones.
+"""
+
+import argparse
+import csv
+import zlib
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from makeup_video.pipeline.finishes import FINISHES, REGIONS, nearest_finish
+from makeup_video.pipeline.look import ZONES, GraphicsParams, Look
+from makeup_video.pipeline.reference_io import NUMBERS
+
+MOST = np.array([1, 255, 255, 255, 4, 1, 1], np.float64)  # of NUMBERS; all begin at 0
+_WORDS = {"glitter": "shimmer", "retro matte": "matte", "lustre": "satin"}
+# Numbers that end at both sides are normal as log-odds, those that are often 0 as square roots.
+_ODDS = np.array([True, True, True, True, False, True, False])
+_EDGE = 0.5 / 256  # what is nearer to an end counts as so near
+# How much products of one finish differ, one sigma, in that space; colours: error of swatches.
+_SPREAD = np.array([0.5, 0.15, 0.15, 0.15, 0.2, 0.5, 0.12])
+UNIFORM, BARE = 0.4, 0.03  # shares of the mixture; the rest is as real products are
+_SETTING_SPREAD = 0.1  # of the renderer's settings around those of a finish
+_OTHER_FINISH = 0.15  # share of draws whose settings are of any finish
+SPLITS = ("train", "validation", "test")
+_EIGHTHS = (6, 1, 1)  # of shades
+
+
+@dataclass(frozen=True)
+class Products:
+    """values: (N, 7) as NUMBERS, of the finish itself.  split: (N,) place in SPLITS."""
+
+    values: np.ndarray
+    split: np.ndarray
+
+
+def read_products(path: Path, region: str) -> Products:
+    """Products that say no finish get one of those that are said, as often as these come."""
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    words = [_WORDS.get(row["finish"], row["finish"]) for row in rows]
+    said = Counter(word for word in words if word in FINISHES)
+    rng = np.random.default_rng(0)
+    guesses = rng.choice(list(said), len(rows), p=np.array(list(said.values())) / said.total())
+    values, split = [], []
+    for row, word, guess in zip(rows, words, guesses, strict=True):
+        finish = FINISHES[word if word in FINISHES else str(guess)][region]
+        rgb = bytes.fromhex(row["hex"].lstrip("#"))
+        given = dict(zip(("red", "green", "blue"), rgb, strict=True))
+        values.append([{**finish, **given}[name] for name in NUMBERS])
+        key = zlib.crc32("/".join(row[part] for part in ("brand", "product", "shade")).encode())
+        split.append(int(np.searchsorted(np.cumsum(_EIGHTHS), key % 8, side="right")))
+    return Products(np.array(values, np.float64), np.array(split))
+
+
+def to_normal(values: np.ndarray) -> np.ndarray:
+    """(N, 7) numbers -> (N, 7) where they are about normal."""
+    part = values / MOST
+    inside = part.clip(_EDGE, 1 - _EDGE)
+    return np.where(_ODDS, np.log(inside / (1 - inside)), np.sqrt(values))
+
+
+def from_normal(normal: np.ndarray) -> np.ndarray:
+    """The way back; always in range. What would be less than none is none."""
+    part = (1 / (1 + np.exp(-normal)) - _EDGE) / (1 - 2 * _EDGE)
+    values = np.where(_ODDS, part * MOST, np.maximum(normal, 0) ** 2)
+    return values.clip(0, MOST)
+
+
+class Mixture:
+    """Products as real ones are, products of any numbers, and a few that are not worn at all."""
+
+    def __init__(self, values: np.ndarray, uniform: float = UNIFORM, bare: float = BARE) -> None:
+        """values: (N, 7) that the normal distribution is fitted on.  uniform, bare: their shares."""
+        normal = to_normal(values)
+        self.mean = normal.mean(0)
+        covariance = np.cov(normal.T) + np.diag(_SPREAD**2)
+        self._root = np.linalg.cholesky(covariance)
+        self.uniform, self.bare = uniform, bare
+
+    def real(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """(n, 7)."""
+        return from_normal(self.mean + rng.normal(size=(n, len(NUMBERS))) @ self._root.T)
+
+    def any(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """(n, 7), even over the whole range."""
+        return rng.random((n, len(NUMBERS))) * MOST
+
+    def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """(n, 7) of the mixture."""
+        kind = rng.random((n, 1))
+        values = np.where(kind < self.uniform, self.any(n, rng), self.real(n, rng))
+        unworn = np.isin(NUMBERS, ("opacity", "gloss", "reflection"))
+        return np.where((kind > 1 - self.bare) & unworn, 0, values)
+
+
+class RealProducts:
+    """Products of a table, each a little off its finish; for looks that were never trained on."""
+
+    def __init__(self, values: np.ndarray, uniform: float = 0.2) -> None:
+        self._normal, self.uniform = to_normal(values), uniform
+
+    def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """(n, 7)."""
+        chosen = self._normal[rng.integers(len(self._normal), size=n)]
+        real = from_normal(chosen + rng.normal(size=chosen.shape) * _SPREAD)
+        extreme = rng.random((n, len(NUMBERS))) * MOST
+        return np.where(rng.random((n, 1)) < self.uniform, extreme, real)
+
+
+def finish_of(values: np.ndarray, region: str) -> str:
+    """The finish closest to (7,) numbers."""
+    named = dict(zip(NUMBERS, values.tolist(), strict=True))
+    words = ("opacity", "gloss", "gloss_roughness", "reflection")
+    return nearest_finish(*(named[word] for word in words), region)
+
+
+def settings_of(finish: str, region: str) -> dict[str, float]:
+    """The renderer's ten settings of a finish."""
+    return {key: value for key, value in FINISHES[finish][region].items() if key not in NUMBERS}
+
+
+def draw_settings(values: np.ndarray, region: str, rng: np.random.Generator) -> dict[str, float]:
+    """Ten settings that could go with (7,) numbers: around those of the nearest finish, mostly."""
+    finish = finish_of(values, region)
+    if rng.random() < _OTHER_FINISH:
+        finish = list(FINISHES)[rng.integers(len(FINISHES))]
+    settings = settings_of(finish, region)
+    kept = {"light_adaptation"}  # or the photo would not tell the colour
+    if not settings["shimmer"]:
+        kept |= {"shimmer"}
+    for name in settings.keys() - kept:
+        settings[name] = float(np.clip(settings[name] + rng.normal() * _SETTING_SPREAD, 0, 1))
+    return settings
+
+
+def look_of(
+    values: np.ndarray, settings: dict[str, float], region: str, zone: str = ZONES[0]
+) -> Look:
+    """A look of one product, (7,) numbers and ten settings, on one region."""
+    numbers = dict(zip(NUMBERS, np.asarray(values, np.float64).tolist(), strict=True))
+    params = GraphicsParams(**numbers, **settings)
+    return Look(lips=params) if region == "lips" else Look(eyes=params, zone=zone)
+
+
+def plot(mixture: Mixture, path: Path, n: int = 4000) -> None:
+    """How each number is distributed, in both parts of the mixture, and drawn colours."""
+    import matplotlib.pyplot as plt
+
+    rng = np.random.default_rng(0)
+    real, uniform = mixture.real(n, rng), mixture.any(n, rng)
+    figure, axes = plt.subplots(3, 3, figsize=(11, 8), layout="constrained")
+    for axis, name, a, b, most in zip(axes.flat, NUMBERS, real.T, uniform.T, MOST, strict=False):
+        bins = np.linspace(0, most, 41)
+        axis.hist(a, bins, density=True, alpha=0.6, label="as real products")
+        axis.hist(b, bins, density=True, alpha=0.4, label="uniform")
+        axis.set_title(name)
+        axis.set_yticks([])
+    axes.flat[0].legend()
+    for axis, values, title in zip(axes.flat[7:], (real, uniform), ("real", "any"), strict=True):
+        axis.imshow(values[:384, 1:4].reshape(16, 24, 3) / 255)
+        axis.set_title(f"colours, {title}")
+        axis.axis("off")
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("region", choices=REGIONS)
+    parser.add_argument("--shades", type=Path, required=True)
+    parser.add_argument("--plot", type=Path, default=Path("runs/shades.png"))
+    options = parser.parse_args()
+    products = read_products(options.shades, options.region)
+    counts = np.bincount(products.split, minlength=3)
+    print(", ".join(f"{count} {name}" for count, name in zip(counts, SPLITS, strict=True)))
+    plot(Mixture(products.values[products.split == 0]), options.plot)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""Train the reference net of a region. Stopped and started again, it goes on where it was.
+
+    python -m makeup_video.training.reference.train lips --net lite0 --shades lip_shades.csv
+
+Crops are drawn on the fly in processes of their own; what is held out are people and products.
+"""
+
+import argparse
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import torch
+from makeup_video.pipeline.finishes import REGIONS
+from makeup_video.pipeline.reference_io import NUMBERS, from_targets, to_targets
+from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
+from makeup_video.training.faces.model import normalise
+from makeup_video.training.reference.model import SIZES, ReferenceNet
+from makeup_video.training.reference.render import renderer
+from makeup_video.training.reference.shades import Mixture, read_products
+from torch import Tensor, nn
+from torch.utils.data import DataLoader, IterableDataset, get_worker_info
+
+WARM_UP = 300  # steps
+AVERAGE = 0.999  # of the weights, per step
+SAVE_SECONDS = 180
+COLOUR_SEEN = 0.4  # opacity from which the colour counts fully: of less, little can be told
+COLOUR_LEAST = 0.05
+
+
+class Stream(IterableDataset):
+    """Batches from a process of its own, with an OpenCL device of its own."""
+
+    def __init__(self, options: argparse.Namespace, seed: int) -> None:
+        self.options, self.seed = options, seed
+
+    def __iter__(self) -> Iterator[tuple[Tensor, Tensor]]:
+        cv2.setNumThreads(1)
+        options, worker = self.options, get_worker_info()
+        seed = self.seed * 64 + (worker.id if worker else 0)
+        one = renderer(options.data, options.shades, options.region, "train", seed)
+        for rgb8, values in one.batches(options.batch):
+            yield torch.from_numpy(rgb8), torch.from_numpy(to_targets(values)).float()
+
+
+def weight_of(targets: Tensor) -> Tensor:
+    """(N, 7) how much each number counts: the colour of a sheer product hardly shows."""
+    weight = torch.ones_like(targets)
+    weight[:, 1:4] = (targets[:, :1] / COLOUR_SEEN).clamp(COLOUR_LEAST, 1)
+    return weight
+
+
+def inputs(rgb8: Tensor, shrink: int = 1) -> Tensor:
+    """(N, H, W, 3) uint8 -> what the net takes, (N, 3, H / shrink, W / shrink)."""
+    x = normalise(rgb8)
+    x = nn.functional.avg_pool2d(x, shrink) if shrink > 1 else x
+    return x.to(memory_format=torch.channels_last)
+
+
+def loss_of(net: nn.Module, rgb8: Tensor, targets: Tensor, shrink: int = 1) -> Tensor:
+    x = inputs(rgb8, shrink)
+    weight = weight_of(targets)
+    return ((net(x) - targets).square() * weight).sum() / weight.sum()
+
+
+def held_out(options: argparse.Namespace) -> tuple[Tensor, Tensor]:
+    """Varied crops of people and products of the validation split, always the same."""
+    one = renderer(options.data, options.shades, options.region, "validation", seed=1)
+    rgb8, values = next(one.batches(options.held_out, mix=1))
+    return torch.from_numpy(rgb8), torch.from_numpy(to_targets(values)).float()
+
+
+@torch.no_grad()
+def estimates(net: nn.Module, rgb8: Tensor, shrink: int = 1) -> Tensor:
+    """(N, 7) targets as the net tells them."""
+    net.eval()
+    return torch.cat([net(inputs(part, shrink)) for part in rgb8.split(64)])
+
+
+def report(told: np.ndarray, true: np.ndarray) -> str:
+    """Mean error of each number, (N, 7) as in a look; that of colours where they show."""
+    off, shows = np.abs(told - true), true[:, 0] >= COLOUR_SEEN
+    errors = [
+        (off[shows, at] if name in ("red", "green", "blue") else off[:, at]).mean()
+        for at, name in enumerate(NUMBERS)
+    ]
+    return ", ".join(f"{name} {error:.3g}" for name, error in zip(NUMBERS, errors, strict=True))
+
+
+def validate(net: nn.Module, crops: tuple[Tensor, Tensor], shrink: int) -> str:
+    rgb8, targets = crops
+    told = estimates(net, rgb8, shrink)
+    weight = weight_of(targets)
+    loss = ((told - targets).square() * weight).sum() / weight.sum()
+    return f"loss {loss:.4f}; {report(from_targets(told.numpy()), from_targets(targets.numpy()))}"
+
+
+def beginning(options: argparse.Namespace) -> Checkpoint:
+    """A net, its running average and its optimizer: fresh, or as the last run left them."""
+    torch.manual_seed(0)
+    options.out.mkdir(parents=True, exist_ok=True)
+    products = read_products(options.shades, options.region)
+    drawn = Mixture(products.values[products.split == 0]).draw(20000, np.random.default_rng(0))
+    mean = torch.from_numpy(to_targets(drawn).mean(0)).float()
+    net = ReferenceNet(options.net, mean).to(memory_format=torch.channels_last).train()
+    optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.02)
+    run = Checkpoint(options.out / f"{options.region}-{options.net}.pt", net, optimizer, AVERAGE)
+    if options.start and not run.path.exists():
+        run.start_from(options.start)
+    run.resume()
+    return run
+
+
+def parsed() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("region", choices=REGIONS)
+    parser.add_argument("--net", choices=list(SIZES), default="lite4")
+    parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
+    parser.add_argument("--shades", type=Path, required=True)
+    parser.add_argument("--out", type=Path, default=Path("runs"))
+    parser.add_argument("--samples", type=float, default=4e5)
+    parser.add_argument("--batch", type=int, default=64)
+    parser.add_argument("--rate", type=float, default=1.5e-3)
+    parser.add_argument("--held-out", type=int, default=768, help="crops to watch it by")
+    parser.add_argument(
+        "--shrink",
+        type=int,
+        choices=(1, 2),
+        default=1,
+        help="2: learn from crops of half the size, four times as fast",
+    )
+    parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
+    parser.add_argument("--threads", type=int, default=2, help="of the net")
+    parser.add_argument("--workers", type=int, default=1, help="processes that draw")
+    return parser.parse_args()
+
+
+def main() -> None:
+    options = parsed()
+    os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"  # inherited by those that draw
+    cv2.setNumThreads(1)
+    torch.set_num_threads(options.threads)
+    run, steps = beginning(options), int(options.samples / options.batch)
+    watched = held_out(options)
+    # OpenCL does not survive a fork
+    loader = iter(DataLoader(
+        Stream(options, seed=run.step + 1), None, num_workers=options.workers,
+        multiprocessing_context="spawn", prefetch_factor=4,
+    ))  # fmt: skip
+    running, counted, since, saved_at = 0.0, 0, time.time(), time.time()
+    while run.step < steps:
+        loss = loss_of(run.net, *next(loader), options.shrink)
+        run.learn(loss, rate_at(run.step, steps, options.rate, WARM_UP), clip=1.0)
+        running, counted = running + loss.item(), counted + 1
+        if run.step % 100 == 0 or run.step == steps:
+            speed = counted * options.batch / (time.time() - since)
+            print(f"{time.strftime('%H:%M:%S')} step {run.step}/{steps} "
+                  f"loss {running / counted:.4f} {speed:.0f}/s", flush=True)  # fmt: skip
+            running, counted, since = 0.0, 0, time.time()
+        if time.time() - saved_at > SAVE_SECONDS or run.step == steps:
+            run.save((f"{options.region}-{options.net}", len(NUMBERS)))
+            print("  held out:", validate(run.average, watched, options.shrink), flush=True)
+            saved_at = time.time()
+            running, counted, since = 0.0, 0, time.time()
+
+
+if __name__ == "__main__":
+    main()
