@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-ENVIRONMENT_PX = 16
+ENVIRONMENT_PX = 16  # side of an environment image
 FINEST = 1.25  # times the broad light: what is brighter counts as a highlight, not as texture
 _BRIGHTEST = 6.0
 _STEEPEST = 0.96  # of nx^2 + ny^2: beyond, a normal would turn away from the viewer

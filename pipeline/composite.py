@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.kernels.paint import Surface, paint
 from makeup_video.kernels.planes import Window, fold, spread
 from makeup_video.pipeline.device import open_device
@@ -15,7 +16,7 @@ from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.lips import LipRegion
 from makeup_video.pipeline.lit_product import Place, material
 from makeup_video.pipeline.look import GraphicsParams, Look
-from makeup_video.pipeline.scene import ENVIRONMENT_PX, FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
 
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them

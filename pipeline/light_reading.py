@@ -22,10 +22,10 @@ from makeup_video.kernels.colour import (
     to_linear,
     to_xyz,
 )
+from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.pipeline.colour import coding_of
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.scene import ENVIRONMENT_PX
 
 STRENGTHS = 0.15, 2.0
 _TINT = 0.8  # largest log of a channel of the light's colour: 2.2 times

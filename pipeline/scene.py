@@ -5,12 +5,12 @@ from typing import Generic, TypeVar
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
+from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.pipeline.eyes import EyeRegion
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.lips import LipRegion
 
-ENVIRONMENT_PX = 16  # side of an environment image
 Region = TypeVar("Region", LipRegion, EyeRegion)
 
 
