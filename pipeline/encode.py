@@ -52,19 +52,22 @@ class VideoEncoder:
         picture.pts, picture.time_base = self._ticks(frame), self._tick
         picture.duration = duration
         for packet in self._encode(picture):
-            self.muxer.write(packet)
-            self.first_packet_at = self.first_packet_at or time.time()
+            self._write(packet)
 
     def finish(self, stopped: bool) -> None:
         """Empty the encoder and close the file; after Ctrl-C a playable part file remains."""
         if self._stream is None:
             return
         deadline = time.monotonic() + _STOP_SECONDS
-        for packet in self._encode(None):
-            self.muxer.write(packet)
+        for packet in self._encode(None):  # all of a film that is shorter than the look-ahead
+            self._write(packet)
             if stopped and time.monotonic() > deadline:
                 break
         self.muxer.finish(keep_part=stopped)
+
+    def _write(self, packet: Any) -> None:
+        self.muxer.write(packet)
+        self.first_packet_at = self.first_packet_at or time.time()
 
     def _encode(self, picture: av.VideoFrame | None) -> Iterator[Any]:
         """Packets as the encoder gives them out; None empties it."""

@@ -20,6 +20,9 @@ def through(src, dst, **settings):
     report = process_video(src, dst, None, Settings(**settings))
     assert report.frames_out == report.frames_in == len(decoded(dst))
     assert not report.damaged
+    assert (
+        report.first_packet_unix_seconds is not None
+    )  # also of films that the encoder keeps whole
     return report
 
 
