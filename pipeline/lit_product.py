@@ -58,7 +58,8 @@ def material(
     # a broad highlight is a weaker one: the same light over more of the surface
     sheen = 1 / (1 + 6 * params.gloss_roughness**2)
     cell, spot, resolved = _cells(params, place)
-    hue = product / max(float(product.max()), 1e-3)
+    # in primaries narrower than sRGB's a product may be negative: a highlight may not
+    hue = np.maximum(product, 0) / max(float(product.max()), 1e-3)
     tint = 1 + params.shimmer_tint * (hue - 1)
     metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
