@@ -81,9 +81,13 @@ MATERIAL_INLINE material_surface material_at(
 }
 
 /* Light upon light: nearly `base + more` while there is room, and never above the ceiling. */
-MATERIAL_INLINE float material_add(float base, float more, float ceiling) {
+MATERIAL_INLINE float material_more(float base, float more, float ceiling) {
     float room = colour_positive(ceiling - base) + 1e-4f;
-    return base + room * more / (room + more);
+    return room * more / (room + more);
+}
+
+MATERIAL_INLINE float material_add(float base, float more, float ceiling) {
+    return base + material_more(base, more, ceiling);
 }
 
 /* Sparkles that stick to the skin: each cell of the patch has one or none, tilted its own way. */
@@ -157,25 +161,19 @@ MATERIAL_INLINE colour_rgb material_paint(
     float lobe = weight * s->lobe * breakup;
     float shown = weight * m->own_highlights * highlight;
     float sparkle = weight * material_sparkle(px, py, s, m);
-    /* laid on opaquely */
-    colour_rgb laid = {
-        material_lay(bare.red, m->product[0], skin, below, above, own, m),
-        material_lay(bare.green, m->product[1], skin, below, above, own, m),
-        material_lay(bare.blue, m->product[2], skin, below, above, own, m),
-    };
     colour_rgb under = material_turn(bare, m->to_film);
-    laid = material_turn(laid, m->to_film);
     colour_rgb film = {
-        material_film(under.red, laid.red, opaque),
-        material_film(under.green, laid.green, opaque),
-        material_film(under.blue, laid.blue, opaque),
+        material_film(under.red, material_lay(under.red, m->product[0], skin, below, above, own, m), opaque),
+        material_film(under.green, material_lay(under.green, m->product[1], skin, below, above, own, m), opaque),
+        material_film(under.blue, material_lay(under.blue, m->product[2], skin, below, above, own, m), opaque),
     };
-    film = material_turn(film, m->from_film);
-    colour_rgb out = {
-        material_add(bare.red + film.red, lobe * m->glint[0] + shown + sparkle * m->sparkle[0] + mirror * s->room.red, m->ceiling),
-        material_add(bare.green + film.green, lobe * m->glint[1] + shown + sparkle * m->sparkle[1] + mirror * s->room.green, m->ceiling),
-        material_add(bare.blue + film.blue, lobe * m->glint[2] + shown + sparkle * m->sparkle[2] + mirror * s->room.blue, m->ceiling),
+    colour_rgb change = {
+        film.red + material_more(under.red + film.red, lobe * m->glint[0] + shown + sparkle * m->sparkle[0] + mirror * s->room.red, m->ceiling),
+        film.green + material_more(under.green + film.green, lobe * m->glint[1] + shown + sparkle * m->sparkle[1] + mirror * s->room.green, m->ceiling),
+        film.blue + material_more(under.blue + film.blue, lobe * m->glint[2] + shown + sparkle * m->sparkle[2] + mirror * s->room.blue, m->ceiling),
     };
+    change = material_turn(change, m->from_film);
+    colour_rgb out = {bare.red + change.red, bare.green + change.green, bare.blue + change.blue};
     return out;
 }
 

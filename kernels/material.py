@@ -17,7 +17,8 @@ _LEAST_ROOM = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
-    """A product under the light of a scene, as the kernel takes it. Light is linear.
+    """A product under the light of a scene, as the kernel takes it. Light is linear; colours are
+    in sRGB's primaries, but for `luminance`, which weighs the frame's own.
 
     product: its colour, lit.  glint, sparkle: colour and strength of synthetic highlights and of
     shimmer.  luminance: weights of the frame's primaries.  opacity: 0..1.  texture: how much fine
@@ -151,7 +152,10 @@ def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarra
 def made_up(
     bare: np.ndarray, weight: np.ndarray, u: np.ndarray, v: np.ndarray, skin: Skin, m: Material
 ) -> np.ndarray:
-    """The light of pixels (h, w, 3) with makeup of that weight on them: material_paint's twin."""
+    """The light of pixels (h, w, 3) with makeup of that weight on them: material_paint's twin.
+
+    It is computed in sRGB's primaries, so that a product looks the same in every video.
+    """
     lit = np.maximum(bare @ np.array(m.luminance), 0) + m.dark
     broad = skin.coarse + m.dark
     fine = np.minimum(lit / broad, _BRIGHTEST)
@@ -167,20 +171,20 @@ def made_up(
     shown = weight * m.own_highlights * highlight
     sparkle = weight * sparkles(u, v, skin, m)
 
-    base = product * (1 - m.undertone) + np.maximum(bare, 0) * through[..., None]
+    to_film, from_film = (np.array(rows).reshape(3, 3) for rows in (m.to_film, m.from_film))
+    under = bare @ to_film.T
+    seen = np.maximum(under, 0)
+    base = product * (1 - m.undertone) + seen * through[..., None]
     extra = base * (shade - below)[..., None] + (m.texture * highlight)[..., None]
     laid = added(base * below[..., None], extra, m.ceiling)
     # A thin film takes light from what is under it, so it deepens before it covers: mixing light
-    # itself would look milky. The root of light is near to what painting programs mix; it is
-    # taken in one set of primaries, so that a film looks the same in every video.
-    to_film, from_film = (np.array(rows).reshape(3, 3) for rows in (m.to_film, m.from_film))
+    # itself would look milky. The root of light is near to what painting programs mix.
     opaque = (weight * m.opacity)[..., None]
-    under, laid = bare @ to_film.T, laid @ to_film.T
-    seen = np.maximum(under, 0)
     root = np.sqrt(seen)
     root = root + opaque * (np.sqrt(np.abs(laid)) - root)
-    mixed = bare + (root * root - seen - opaque * (under - seen)) @ from_film.T
+    film = under + root * root - seen - opaque * (under - seen)
     more = lobe[..., None] * np.array(m.glint) + shown[..., None]
     more = more + sparkle[..., None] * np.array(m.sparkle)
     more = more + (weight * skin.mirror)[..., None] * skin.room
-    return added(mixed, more, m.ceiling)
+    made: np.ndarray = bare + (added(film, more, m.ceiling) - under) @ from_film.T
+    return made

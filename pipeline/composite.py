@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.kernels.paint import Surface, paint
 from makeup_video.kernels.planes import Window, fold, spread
@@ -14,7 +15,7 @@ from makeup_video.pipeline.eyes import EyeRegion
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.lips import LipRegion
-from makeup_video.pipeline.lit_product import Place, material
+from makeup_video.pipeline.lit_product import Place, film_matrices, material
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
@@ -56,7 +57,7 @@ class Composite:
         planes = item.frame.writable_planes()
         for scene, parts in chosen:
             for regions, params, amount in parts:
-                environment = _environment(scene.light, params)
+                environment = _environment(scene.light, params, item.coding)
                 for lit in regions:
                     self._paint(item, planes, scene, lit, params, amount, look.zone, environment)
         self.painted_frames += 1
@@ -154,7 +155,7 @@ def _lengths(axes: np.ndarray) -> np.ndarray:
     return np.array([math.hypot(a, c), math.hypot(b, d)])
 
 
-def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
+def _environment(light: SceneLight, params: GraphicsParams, coding: Coding) -> np.ndarray:
     """(3, 16, 16) float32: what the product mirrors, as blurred as it is told to be.
 
     What is as dark as the room's own average adds little: gloss shows windows and lamps, and an
@@ -163,6 +164,9 @@ def _environment(light: SceneLight, params: GraphicsParams) -> np.ndarray:
     blur = _blur(0.6 + 4 * params.environment_blur)
     grey = light.environment.mean(-1, keepdims=True)
     room = grey + _ROOM_COLOUR * (light.environment - grey)
+    if coding.primaries != 1:  # products are mixed in sRGB's
+        to_film = np.reshape(film_matrices(coding.primaries)[0], (3, 3)).astype(np.float32)
+        room = room @ to_film.T
     blurred = blur @ np.moveaxis(room, -1, 0) @ blur.T
     bright: np.ndarray = np.maximum(blurred - _VEIL * blurred.mean((1, 2), keepdims=True), 0)
     return bright

@@ -52,21 +52,21 @@ def material(
     dark of a mouth), from twice that on all is painted; 0 paints all.
     """
     weights = to_xyz(coding.primaries)[1]
-    gain = 1 + params.light_adaptation * (light.colour.astype(np.float64) * light.strength - 1)
-    product = product_linear((params.red, params.green, params.blue), coding)
+    to_film, from_film = film_matrices(coding.primaries)
+    colour = np.reshape(to_film, (3, 3)) @ light.colour.astype(np.float64)
+    gain = 1 + params.light_adaptation * (np.maximum(colour, 0) * light.strength - 1)
+    product = product_linear((params.red, params.green, params.blue), Coding())
     gloss = min(params.gloss, _MOST_GLOSS) * amount
     # a broad highlight is a weaker one: the same light over more of the surface
     sheen = 1 / (1 + 6 * params.gloss_roughness**2)
     cell, spot, resolved = _cells(params, place)
-    # in primaries narrower than sRGB's a product may be negative: a highlight may not
-    hue = np.maximum(product, 0) / max(float(product.max()), 1e-3)
+    hue = product / max(float(product.max()), 1e-3)
     tint = 1 + params.shimmer_tint * (hue - 1)
     metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
     blur = params.environment_blur
     pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
     ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
-    to_film, from_film = _film(coding.primaries)
     room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
     return Material(
         product=tuple(_lit(product, gain, ceiling).tolist()),
@@ -98,7 +98,7 @@ def material(
 
 
 @lru_cache
-def _film(primaries: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def film_matrices(primaries: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """By rows, from these primaries to sRGB's, and back."""
     back = from_srgb_primaries(primaries)
     return tuple(np.linalg.inv(back).ravel().tolist()), tuple(back.ravel().tolist())
