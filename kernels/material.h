@@ -140,7 +140,8 @@ MATERIAL_INLINE colour_rgb material_turn(colour_rgb light, const float *rows) {
 /* The light of a pixel with makeup of that weight (0 to 1) on it; px, py in the patch. */
 MATERIAL_INLINE colour_rgb material_paint(
     colour_rgb bare, float weight, float px, float py, const material_surface *s, const material *m) {
-    float y = m->luminance[0] * bare.red + m->luminance[1] * bare.green + m->luminance[2] * bare.blue;
+    colour_rgb under = material_turn(bare, m->to_film);
+    float y = m->luminance[0] * under.red + m->luminance[1] * under.green + m->luminance[2] * under.blue;
     float lit = colour_positive(y) + m->dark;
     float broad = s->coarse + m->dark;
     float fine = lit / broad;
@@ -161,7 +162,6 @@ MATERIAL_INLINE colour_rgb material_paint(
     float lobe = weight * s->lobe * breakup;
     float shown = weight * m->own_highlights * highlight;
     float sparkle = weight * material_sparkle(px, py, s, m);
-    colour_rgb under = material_turn(bare, m->to_film);
     colour_rgb film = {
         material_film(under.red, material_lay(under.red, m->product[0], skin, below, above, own, m), opaque),
         material_film(under.green, material_lay(under.green, m->product[1], skin, below, above, own, m), opaque),

@@ -18,10 +18,10 @@ _LEAST_ROOM = 1e-4
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
     """A product under the light of a scene, as the kernel takes it. Light is linear; colours are
-    in sRGB's primaries, but for `luminance`, which weighs the frame's own.
+    in sRGB's primaries.
 
     product: its colour, lit.  glint, sparkle: colour and strength of synthetic highlights and of
-    shimmer.  luminance: weights of the frame's primaries.  opacity: 0..1.  texture: how much fine
+    shimmer.  luminance: weights of red, green and blue.  opacity: 0..1.  texture: how much fine
     light and dark of the skin survives, 0..1.  undertone: how much of its chroma, 0..1.
     own_highlights: how much is added to highlights that the skin has.  lobe: squared width of the
     synthetic highlight, 0..1.  half_way: unit vector between light and viewer, z to the viewer.
@@ -156,7 +156,9 @@ def made_up(
 
     It is computed in sRGB's primaries, so that a product looks the same in every video.
     """
-    lit = np.maximum(bare @ np.array(m.luminance), 0) + m.dark
+    to_film, from_film = (np.array(rows).reshape(3, 3) for rows in (m.to_film, m.from_film))
+    under = bare @ to_film.T
+    lit = np.maximum(under @ np.array(m.luminance), 0) + m.dark
     broad = skin.coarse + m.dark
     fine = np.minimum(lit / broad, _BRIGHTEST)
     weight = weight * np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
@@ -171,8 +173,6 @@ def made_up(
     shown = weight * m.own_highlights * highlight
     sparkle = weight * sparkles(u, v, skin, m)
 
-    to_film, from_film = (np.array(rows).reshape(3, 3) for rows in (m.to_film, m.from_film))
-    under = bare @ to_film.T
     seen = np.maximum(under, 0)
     base = product * (1 - m.undertone) + seen * through[..., None]
     extra = base * (shade - below)[..., None] + (m.texture * highlight)[..., None]

@@ -51,7 +51,7 @@ def material(
     spared: what is darker than this share of the broad light around it is left bare (lashes, the
     dark of a mouth), from twice that on all is painted; 0 paints all.
     """
-    weights = to_xyz(coding.primaries)[1]
+    weights = to_xyz(1)[1]
     to_film, from_film = film_matrices(coding.primaries)
     colour = np.reshape(to_film, (3, 3)) @ light.colour.astype(np.float64)
     gain = 1 + params.light_adaptation * (np.maximum(colour, 0) * light.strength - 1)
