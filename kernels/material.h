@@ -22,7 +22,7 @@ typedef struct {
     float fresnel_front, fresnel_rim;
     float room[4];     /* turns a normal's x, y into the environment's */
     float shimmer;     /* density */
-    float cells;       /* sparkles' cells for each px of the patch */
+    float cells;       /* sparkles' cells for each unit of what sticks to the skin */
     float spot;        /* squared radius of a sparkle, in cells */
     float dark;        /* light below which nothing is told apart */
     float dark_gain, dark_offset; /* of fine light: what is spared because it is dark */
@@ -30,7 +30,7 @@ typedef struct {
     float ceiling;     /* the brightest light that is painted */
 } material;
 
-/* What is the same for all pixels of a block. */
+/* What a pixel's surface is, whatever its weight. */
 typedef struct {
     float coarse;    /* luminance of what is there, without its fine texture */
     float shade;     /* the same, 1 on the region's average */

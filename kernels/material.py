@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 ENVIRONMENT_PX = 16  # side of an environment image
-FINEST = 1.25  # times the broad light: what is brighter counts as a highlight, not as texture
+_FINEST = 1.25  # times the broad light: what is brighter counts as a highlight, not as texture
 _BRIGHTEST = 6.0
 _STEEPEST = 0.96  # of nx^2 + ny^2: beyond, a normal would turn away from the viewer
 _LEAST_ROOM = 1e-4
@@ -162,7 +162,7 @@ def made_up(
     broad = skin.coarse + m.dark
     fine = np.minimum(lit / broad, _BRIGHTEST)
     weight = weight * np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
-    matte = np.minimum(fine, FINEST)
+    matte = np.minimum(fine, _FINEST)
     highlight = weight * (fine - matte) * broad  # at the edge bright skin is no highlight
     shade = skin.shade * (1 + m.texture * (matte - 1))
     below = np.minimum(shade, 1)

@@ -80,7 +80,7 @@ class FramePicture:
             return cv2.merge([luma, luma, luma])
         at = compose(self._to_chroma, at)
         wanted = size_wh
-        if frame.chroma != (1, 1) and _step(at) < 1:  # chroma has no more detail than this
+        if frame.chroma != (1, 1) and step_px(at) < 1:  # chroma has no more detail than this
             wanted = (size_wh[0] + 1) // 2, (size_wh[1] + 1) // 2
             at = compose(at, _TWICE)
         chroma = [sample(plane, at, wanted) for plane in planes[1:3]]
@@ -95,25 +95,34 @@ class FramePicture:
     def crops(self, windows: Sequence[Window]) -> list[np.ndarray]:
         # Every call into OpenCV costs as much as a thousand pixels: so all crops are one list of
         # places, sampled at once.
-        frame, planes = self.frame, self.frame.planes
         maps = [compose(self.to_stored, to_px) for to_px, _ in windows]
         sizes = [size_wh for _, size_wh in windows]
-        places = [at.astype(np.float32) @ _grid(size) for at, size in zip(maps, sizes, strict=True)]
-        at, step = np.concatenate(places, axis=1), max(map(_step, maps))
-        rows = [_eight_bits(sample_at(planes[0], at, step), frame.bit_depth)]
-        if len(planes) > 1:
-            scale = self._to_chroma.diagonal().astype(np.float32)
-            at = at * scale[:, None] + self._to_chroma[:, 2:].astype(np.float32)
-            step *= float(scale.prod() ** 0.5)
-            for plane in planes[1:3]:
-                sampled = sample_at(plane, at, step)
-                parts = [sampled] if sampled.ndim == 2 else cv2.split(sampled)  # NV12: both in one
-                rows += [_eight_bits(part, frame.bit_depth) for part in parts]
+        places = [
+            at.astype(np.float32) @ pixel_places(size) for at, size in zip(maps, sizes, strict=True)
+        ]
+        at, step = np.concatenate(places, axis=1), max(map(step_px, maps))
+        rows = [_eight_bits(row, self.frame.bit_depth) for row in samples_at(self.frame, at, step)]
+        if len(rows) > 1:
             rgb8 = cv2.transform(cv2.merge(rows[:3]), self._to_rgb)
         else:
             rgb8 = cv2.merge(rows * 3)
         parts = np.split(rgb8[0], np.cumsum([w * h for w, h in sizes])[:-1])
         return [part.reshape(h, w, 3) for part, (w, h) in zip(parts, sizes, strict=True)]
+
+
+def samples_at(frame: Frame, places: np.ndarray, step: float) -> list[np.ndarray]:
+    """Y', Cb and Cr of a frame as it is stored, each (1, N) codes; of a grey frame Y' alone.
+
+    places, step: as for sample_at, in luma pixels.
+    """
+    rows = [sample_at(frame.planes[0], places, step)]
+    to_chroma = _to_chroma(*frame.chroma)
+    scale = to_chroma.diagonal().astype(np.float32)
+    places = places * scale[:, None] + to_chroma[:, 2:].astype(np.float32)
+    for plane in frame.planes[1:3]:
+        sampled = sample_at(plane, places, step * float(scale.prod() ** 0.5))
+        rows += [sampled] if sampled.ndim == 2 else cv2.split(sampled)  # NV12: both in one
+    return rows
 
 
 @lru_cache
@@ -141,7 +150,7 @@ def _to_chroma(across: int, down: int) -> Affine:
 
 
 @lru_cache
-def _grid(size_wh: tuple[int, int]) -> np.ndarray:
+def pixel_places(size_wh: tuple[int, int]) -> np.ndarray:
     """(3, H*W) float32: x, y, 1 of every pixel of a crop, row by row."""
     w, h = size_wh
     y, x = np.divmod(np.arange(w * h, dtype=np.float32), w)
@@ -156,7 +165,7 @@ def sample(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.nda
 
     to_px maps the crop's pixels to the plane's; the border is repeated beyond it.
     """
-    factor = _shrink_factor(_step(to_px))
+    factor = _shrink_factor(step_px(to_px))
     if factor > 1:
         reach = []
         for across, down, start in to_px.tolist():
@@ -184,7 +193,7 @@ def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
     )
 
 
-def _step(to_px: Affine) -> float:
+def step_px(to_px: Affine) -> float:
     """How many px of the plane lie between two of the crop."""
     (a, b, _), (c, d, _) = to_px.tolist()
     return float(abs(a * d - b * c) ** 0.5)

@@ -26,7 +26,6 @@ _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
 _FAINTEST = 1 / 512
-_ONE_MORE = np.array([-1, 1])
 _CURVES = np.stack([_LASHES, _CREASE, _BROW])
 _COLUMNS = np.arange(SIZE_WH[0])
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
@@ -54,8 +53,8 @@ ZONES = {
 class EyeRegion:
     """One eye's lid, ready to be painted; (28, 40) float32 on its grid.
 
-    up: height above the lash line, 1 at the crease, 2 below the brow.  lash: the same in px of the
-    frame, less the gap that is left to the lashes.  out: (40,), -0.5 to 0.5 between the corners.
+    up: height above the lash line, 1 at the crease, 2 below the brow.  lash_px: the same in px of the
+    frame.  out: (40,), -0.5 to 0.5 between the corners.
     normals: (2, 28, 40).
     """
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine, compose
+from makeup_video.pipeline.crop import compose, step_px
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import LIPS
@@ -75,7 +75,7 @@ class LipRegion:
         one it is pushed over the seam.
         """
         to_px = self.face.lips.to_px.copy()
-        scale = _scale(to_px)
+        scale = step_px(to_px)
         to_px[:, 2] -= origin_xy
         half = self._half_edge(softness)
         cv2.warpAffine(
@@ -90,7 +90,7 @@ class LipRegion:
 
     def _half_edge(self, softness: float) -> np.float32:
         """Odds from the middle of the edge to where it ends."""
-        least_px = _FEATHER_LEAST_PX / _scale(self.face.lips.to_px)
+        least_px = _FEATHER_LEAST_PX / step_px(self.face.lips.to_px)
         feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, least_px)
         return np.float32(feather * _ODDS_PER_PX)
 
@@ -110,12 +110,6 @@ class LipRegion:
 _COARSE_TO_PATCH = np.array([[COARSE, 0, (COARSE - 1) / 2], [0, COARSE, (COARSE - 1) / 2]])
 
 
-def _scale(to_px: Affine) -> float:
-    """px of the frame to one of the patch."""
-    (a, b, _), (c, d, _) = to_px.tolist()
-    return float(abs(a * d - b * c) ** 0.5)
-
-
 def lip_region(face: Face) -> LipRegion | None:
     """None when the mouth is hidden."""
     if face.mouth_weight <= 0:
@@ -124,7 +118,7 @@ def lip_region(face: Face) -> LipRegion | None:
     height, width = patch.logits.shape
     to_patch = cv2.invertAffineTransform(patch.to_px)
     points = face.points_px[LIPS].astype(np.float64)
-    px_per_patch = _scale(patch.to_px)
+    px_per_patch = step_px(patch.to_px)
     xy = points[:, :2] @ to_patch[:, :2].T + to_patch[:, 2]
     xyz = np.column_stack([xy, points[:, 2] / px_per_patch])
     columns = np.arange(width)

@@ -7,7 +7,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import HLG, Coding, matrices, to_linear, to_xyz
-from makeup_video.pipeline.crop import Affine, sample_at
+from makeup_video.pipeline.crop import Affine, pixel_places, samples_at, step_px
 from makeup_video.pipeline.frame import Frame
 
 _STEPS = 1023  # of R'G'B' from 0 to 1, in the table of its light
@@ -25,7 +25,7 @@ class Grid:
 
     def places(self) -> np.ndarray:
         """(2, N) float32, x and y in the frame, row by row."""
-        at: np.ndarray = self.to_px.astype(np.float32) @ _pixels(self.size_wh)
+        at: np.ndarray = self.to_px.astype(np.float32) @ pixel_places(self.size_wh)
         return at
 
     def box_px(self, seen: np.ndarray, more: int) -> tuple[np.ndarray, np.ndarray]:
@@ -43,7 +43,7 @@ class Grid:
         return corners.min(1), corners.max(1)
 
     def step_px(self) -> float:
-        return float(abs(np.linalg.det(self.to_px[:, :2])) ** 0.5)
+        return step_px(self.to_px)
 
 
 def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarray]:
@@ -53,16 +53,7 @@ def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarr
     """
     places = np.concatenate([grid.places() for grid in grids], axis=1)
     step = max(grid.step_px() for grid in grids)
-    across, down = frame.chroma
-    rows = [sample_at(frame.planes[0], places, step)[0]]
-    if len(frame.planes) > 1:
-        scale = np.array([[1 / across], [1 / down]], np.float32)
-        there = (places + 0.5) * scale - 0.5
-        parts = [
-            sample_at(plane, there, step / (across * down) ** 0.5)[0] for plane in frame.planes[1:3]
-        ]
-        rows += list(parts[0].T) if parts[0].ndim == 2 else parts  # NV12: both in one
-    light = linear_luminance(np.stack(rows), coding)
+    light = linear_luminance(np.concatenate(samples_at(frame, places, step)), coding)
     ends = np.cumsum([w * h for w, h in (grid.size_wh for grid in grids)])[:-1]
     return [
         part.reshape(grid.size_wh[::-1])
@@ -126,10 +117,3 @@ def slopes_along(heights: np.ndarray, step: float) -> np.ndarray:
     slopes[..., 0] = (heights[..., 1] - heights[..., 0]) * (1 / step)
     slopes[..., -1] = (heights[..., -1] - heights[..., -2]) * (1 / step)
     return slopes
-
-
-@lru_cache
-def _pixels(size_wh: tuple[int, int]) -> np.ndarray:
-    w, h = size_wh
-    y, x = np.divmod(np.arange(w * h, dtype=np.float32), w)
-    return np.stack([x, y, np.ones_like(x)])
