@@ -25,6 +25,7 @@ from makeup_video.pipeline.lit_product import Place, material
 from makeup_video.pipeline.scene import white_light
 
 SIZE = (37, 9)
+PQ_BRIGHTEST = 10000 / 203 * 1.01  # of white, ITU-R BT.2408
 FACING = Place(np.eye(2), 100.0)
 cases = st.tuples(
     params(),
@@ -60,9 +61,12 @@ def on_border(surface, lit):
 
 
 def means_a_colour(luma, chroma, coding):
-    """Not so of most codes: their R'G'B' is negative somewhere, and may have no luminance at all."""
+    """Not so of most codes: their R'G'B' is negative somewhere, and may have no luminance at all,
+    or is above PQ's 10,000 cd/m2 by any factor."""
     light = decode(np.stack([luma, *chroma], axis=-1).astype(float), coding)
-    return (light >= 0).all(-1) & (light @ to_xyz(coding.primaries)[1] > 0)
+    top = PQ_BRIGHTEST if coding.transfer == PQ else np.inf
+    inside = ((light >= 0) & (light <= top)).all(-1)
+    return inside & (light @ to_xyz(coding.primaries)[1] > 0)
 
 
 def stored(chroma, luma, change, coding):
