@@ -1,5 +1,8 @@
 """EfficientNet-lite with a head of a few numbers: a crop -> the product's numbers, scaled.
 
+Beside the pooled features the head sees the crop's own colours, averaged over squares: batch norms
+tell a picture's colour only relative to the others of its batch, and colour is what is asked.
+
 The lite family (Tan and Le, 2019, and TensorFlow's notes on lite): mobile inverted bottlenecks
 without squeeze-and-excitation, ReLU6 for swish, stem and head of one width for all sizes. The first and
 the last stage are not made deeper. There are no pretrained weights to start from.
@@ -23,6 +26,8 @@ STAGES = (
 STEM, HEAD = 32, 1280
 EPSILON, MOMENTUM = 1e-3, 0.03  # of the batch norms
 HEAD_SIGMA = 0.003  # small, so that the first answers are about the mean
+LEAK = 0.1  # of the last ReLU while training: a number that falls below 0 for all crops comes back
+SQUARE = 16  # px of a crop whose colour the head sees
 
 
 def scaled_width(channels: int, width: float) -> int:
@@ -65,9 +70,13 @@ class Block(nn.Module):
 class ReferenceNet(nn.Module):
     """(N, 3, H, W) in [-1, 1] -> (N, K), none below 0."""
 
-    def __init__(self, size: str, mean: Tensor) -> None:
-        """mean: (K,) of the targets, all above 0: from there the ReLU of the head is alive."""
+    def __init__(self, size: str, mean: Tensor, crop_wh: tuple[int, int], shrink: int = 1) -> None:
+        """mean: (K,) of the targets, all above 0: from there the ReLU of the head is alive.
+
+        shrink: the crop is made so many times smaller before anything else.
+        """
         super().__init__()
+        self.shrink = shrink
         width, depth = SIZES[size]
         blocks, inputs = [], STEM
         for number, (kernel, stride, expansion, channels, count) in enumerate(STAGES):
@@ -80,7 +89,8 @@ class ReferenceNet(nn.Module):
         self.blocks = nn.Sequential(*blocks)
         self.top = Conv(inputs, HEAD, 1)
         self.drop = nn.Dropout(0.1)
-        self.head = nn.Linear(HEAD, len(mean))
+        squares = (crop_wh[0] // SQUARE) * (crop_wh[1] // SQUARE)
+        self.head = nn.Linear(HEAD + 3 * squares, len(mean))
         for conv in self.modules():
             if isinstance(conv, nn.Conv2d):  # He et al., 2015, by what each filter feeds
                 fan = conv.weight[0, 0].numel() * conv.out_channels // conv.groups
@@ -90,5 +100,9 @@ class ReferenceNet(nn.Module):
             self.head.bias.copy_(mean)
 
     def forward(self, x: Tensor) -> Tensor:
-        x = self.top(self.blocks(self.stem(x)))  # (N, 1280, H/32, W/32)
-        return torch.relu(self.head(self.drop(x.mean((2, 3)))))  # (N, K)
+        colours = nn.functional.avg_pool2d(x, SQUARE).flatten(1)
+        if self.shrink > 1:
+            x = nn.functional.avg_pool2d(x, self.shrink)
+        x = self.top(self.blocks(self.stem(x)))  # (N, 1280, H/32, W/32) of what is left
+        x = self.head(torch.cat([self.drop(x.mean((2, 3))), colours], 1))
+        return nn.functional.leaky_relu(x, LEAK) if self.training else torch.relu(x)

@@ -45,9 +45,9 @@ MARGIN = 0.12  # of a crop's size, around it: what a misplaced crop shows
 DETAIL = 0.9, 1.7  # px of the picture for one of the crop
 LOOKS = 6  # products on one person in one light
 # Crops are as far off as landmarks are: turn (radians), log scale, shift (share of the width).
-JITTER = 0.04, 0.05, 0.015
+JITTER = 0.03, 0.03, 0.01
 SQUEEZE = 0.06  # log of width by height: a head that is turned a little more
-LIGHT_ERROR = 0.05, 0.02  # of its log strength and log colour, as read from a photo
+LIGHT_ERROR = 0.03, 0.01  # of its log strength and log colour, as read from a photo
 TEST_QUALITY = 90  # JPEG
 
 
