@@ -19,7 +19,8 @@ from makeup_video.pipeline.topology import EYE, RIGHT_EYE
 
 SIZE_WH = (40, 28)
 _SHADING_SIGMA = 1.8  # px of the grid: what is finer is texture
-_LEFT, _TOP, _STEP = -0.85, -0.95, 1.9 / 39  # of the grid: its first column and row, its step
+LEFT, STEP = -0.85, 1.9 / 39  # of the grid: its first column, its step, in widths of the eye
+_TOP = -0.95  # its first row
 # From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
@@ -29,7 +30,7 @@ _FAINTEST = 1 / 512
 _CURVES = np.stack([_LASHES, _CREASE, _BROW])
 _COLUMNS = np.arange(SIZE_WH[0])
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
-_OUT = _LEFT + _STEP * _COLUMNS
+_OUT = LEFT + STEP * _COLUMNS
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,7 @@ class EyeRegion:
         to_px = self.grid.to_px.copy()
         to_px[:, 2] -= origin_xy
         size_wh = out.shape[::-1]
-        width_px = float(np.linalg.norm(to_px[:, 0])) / _STEP
+        width_px = float(np.linalg.norm(to_px[:, 0])) / STEP
         lash = cv2.warpAffine(
             self.lash_px, to_px, size_wh, borderMode=cv2.BORDER_CONSTANT, borderValue=-1e3
         )
@@ -131,17 +132,12 @@ def _is_between(
 
 def eye_regions(face: Face) -> list[EyeRegion]:
     """The lids of both eyes; those too narrow to be seen (a face from the side) are left out."""
-    brow_side = face.points_px[[10, 152], :2]  # top of the forehead and chin
-    up = brow_side[0] - brow_side[1]
-    placed = [_placed(face.points_px[points], up) for points in (EYE, RIGHT_EYE)]
-    seen = [eye for eye in placed if eye is not None]
+    seen = [eye for eye in _eyes(face) if eye is not None]
     if not seen:
         return []
     # both eyes in one go: (E, ...)
     y, depth = _curves(np.stack([points for _, points in seen]))
-    lash = y[:, 0, None]
-    crease = np.minimum(y[:, 1, None], lash - 1)
-    brow = np.minimum(y[:, 2, None], crease - 1)
+    lash, crease, brow = (height[:, None] for height in _apart(y))
     over = (lash - _ROWS) / (lash - crease)
     height = np.where(over < 1, over, 1 + (crease - _ROWS) / (crease - brow))
     slope = slopes_along(lash, 1)
@@ -152,6 +148,35 @@ def eye_regions(face: Face) -> list[EyeRegion]:
         EyeRegion(grid, *maps)
         for (grid, _), *maps in zip(seen, height, lash_px, [_OUT] * len(seen), normals, strict=True)
     ]
+
+
+def lid_curves(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
+    """For both eyes, each with its grid: lash line, crease and brow, (3, 40) rows of the grid by column.
+
+    None for an eye that is too narrow to be seen.
+    """
+    curves: list[tuple[Grid, np.ndarray] | None] = []
+    for eye in _eyes(face):
+        if eye is None:
+            curves.append(None)
+        else:
+            grid, points = eye
+            curves.append((grid, np.concatenate(_apart(_curves(points[None])[0]))))
+    return curves
+
+
+def _eyes(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
+    """The grids of both eyes, and their points there; None for one that is too narrow."""
+    brow_side = face.points_px[[10, 152], :2]  # top of the forehead and chin
+    up = brow_side[0] - brow_side[1]
+    return [_placed(face.points_px[points], up) for points in (EYE, RIGHT_EYE)]
+
+
+def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(E, 3, columns) -> rows of lash line, crease and brow, (E, columns), a row apart at least."""
+    lash = y[:, 0]
+    crease = np.minimum(y[:, 1], lash - 1)
+    return lash, crease, np.minimum(y[:, 2], crease - 1)
 
 
 def _placed(points_px: np.ndarray, up_xy: np.ndarray) -> tuple[Grid, np.ndarray] | None:
@@ -165,10 +190,10 @@ def _placed(points_px: np.ndarray, up_xy: np.ndarray) -> tuple[Grid, np.ndarray]
     if down @ up_xy > 0:
         down = -down
     middle = np.array([x0 + x1, y0 + y1]) / 2
-    to_px = np.column_stack([axis * _STEP, down * _STEP, middle + axis * _LEFT + down * _TOP])
+    to_px = np.column_stack([axis * STEP, down * STEP, middle + axis * LEFT + down * _TOP])
     points = np.empty(points_px.shape)
-    points[:, :2] = (points_px[:, :2] - to_px[:, 2]) @ (to_px[:, :2] / (width * _STEP) ** 2)
-    points[:, 2] = points_px[:, 2] / (width * _STEP)
+    points[:, :2] = (points_px[:, :2] - to_px[:, 2]) @ (to_px[:, :2] / (width * STEP) ** 2)
+    points[:, 2] = points_px[:, 2] / (width * STEP)
     return Grid(to_px, SIZE_WH), points
 
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
-from makeup_video.pipeline.crop import Affine, Window, compose
+from makeup_video.pipeline.crop import Affine, Window, compose, pixel_places
 from makeup_video.pipeline.face import PATCH_SPAN, Face
+from makeup_video.pipeline.flat_lids import FLAT_WH, flat_lids
 from makeup_video.pipeline.scene import SceneLight
 from makeup_video.pipeline.topology import EYE_CORNERS
 
@@ -20,18 +21,22 @@ _DARKEST = 0.05  # least light that is divided out: below there is only noise
 
 @dataclass(frozen=True, slots=True)
 class _Crop:
-    """A window turned with the face."""
+    """A window turned with the face, and what the net sees of it."""
 
-    size_wh: tuple[int, int]  # px
-    span: float  # its width, in IOD
+    size_wh: tuple[int, int]  # px, of what the net sees
+    window_wh: tuple[int, int]  # px
+    span: float  # the window's width, in IOD
     rise: float  # of its middle above the lips' or the eye corners' middle, in IOD
 
 
-CROPS = {"lips": _Crop((128, 96), 0.9, 0.0), "eyes": _Crop((160, 64), 1.42, 0.07)}
+CROPS = {
+    "lips": _Crop((128, 96), (128, 96), 0.9, 0.0),
+    "eyes": _Crop(FLAT_WH, (176, 72), 1.42, -0.01),
+}
 
 
 def window_of(face: Face, region: str) -> Window:
-    """What the net sees of a region, "lips" or "eyes": its crop, upright on the face.
+    """The part of a picture around a region, "lips" or "eyes", upright on the face.
 
     Scale and turn are those of the face's lip patch, for the eyes too.
     """
@@ -43,9 +48,25 @@ def window_of(face: Face, region: str) -> Window:
     else:
         middle = face.points_px[list(EYE_CORNERS), :2].mean(0, dtype=np.float64)
     middle = middle - axes @ [0, crop.rise]
-    w, h = crop.size_wh
+    w, h = crop.window_wh
     linear = axes * (crop.span / w)
-    return np.column_stack([linear, middle - linear @ [(w - 1) / 2, (h - 1) / 2]]), crop.size_wh
+    return np.column_stack([linear, middle - linear @ [(w - 1) / 2, (h - 1) / 2]]), crop.window_wh
+
+
+def places_of(face: Face, region: str) -> np.ndarray | None:
+    """Where in its window (px) each pixel of a region's crop lies, (2, H, W) float32.
+
+    None when the eyes are not seen. Lips are shown as they are, lids laid flat.
+    """
+    if region == "eyes":
+        return flat_lids(face, cv2.invertAffineTransform(window_of(face, region)[0]))
+    return pixel_places(CROPS[region].size_wh)[:2].reshape(2, *CROPS[region].size_wh[::-1])
+
+
+def crop_of(window: np.ndarray, places: np.ndarray, light: SceneLight) -> np.ndarray:
+    """What the net is shown of a window (h, w, 3) uint8: (H, W, 3), in neutral light."""
+    seen = cv2.remap(window, *places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return divide_light(seen, light)
 
 
 def shifted(window: Window, turn: float, scale: float, shift_xy: np.ndarray) -> Affine:

@@ -16,6 +16,7 @@ from makeup_video.pipeline.reference_io import (
     NUMBERS,
     divide_light,
     from_targets,
+    places_of,
     shifted,
     to_targets,
     window_of,
@@ -212,6 +213,14 @@ def test_crops_hold_what_they_are_for():
         assert (x > 4).all() and (x < w - 5).all() and (y > 2).all() and (y < h - 3).all()
 
 
+@pytest.mark.parametrize("region", REGIONS)
+def test_the_places_of_a_crop_lie_in_its_window(region):
+    _, (w, h) = window_of(face(), region)
+    places = places_of(face(), region)
+    assert places.shape == (2, *CROPS[region].size_wh[::-1])
+    assert (places >= 0).all() and (places[0] < w).all() and (places[1] < h).all()
+
+
 def test_a_shifted_window_keeps_its_middle_but_for_the_shift():
     to_px, size_wh = window_of(face(), "lips")
     middle = np.array([(size_wh[0] - 1) / 2, (size_wh[1] - 1) / 2, 1])
@@ -279,7 +288,7 @@ def test_the_net_begins_at_the_mean_and_scales_as_the_lite_family_does():
     # and the head's, which here sees 8 x 6 colours as well
     for size, blocks, millions in (("lite0", 16, 3.38), ("lite4", 30, 11.73)):
         torch.manual_seed(0)
-        net = ReferenceNet(size, mean, (128, 96), shrink=2)
+        net = ReferenceNet(size, mean, "lips", shrink=2)
         assert len(net.blocks) == blocks
         assert sum(p.numel() for p in net.parameters()) / 1e6 == pytest.approx(millions, abs=0.015)
         with torch.no_grad():
@@ -301,6 +310,6 @@ def test_a_number_that_fell_below_none_for_every_crop_still_learns():
     torch = pytest.importorskip("torch")
     from makeup_video.training.reference.model import ReferenceNet
 
-    net = ReferenceNet("lite0", torch.full((7,), -1.0), (128, 96), shrink=2).train()
+    net = ReferenceNet("lite0", torch.full((7,), -1.0), "lips", shrink=2).train()
     net(torch.rand(2, 3, 96, 128)).sum().backward()
     assert (net.head.bias.grad > 0).all() and (net.eval()(torch.rand(1, 3, 96, 128)) == 0).all()

@@ -21,7 +21,7 @@ def load(path: Path) -> tuple[str, ReferenceNet]:
     """The region that a checkpoint's net is for, and the net."""
     name, count = torch.load(path, weights_only=True)["config"]
     region, size, shrink = name.split("-")
-    net = ReferenceNet(size, torch.ones(count), CROPS[region].size_wh, int(shrink))
+    net = ReferenceNet(size, torch.ones(count), region, int(shrink))
     net.load_state_dict(averaged_weights(path))
     return region, net.eval()
 

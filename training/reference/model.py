@@ -11,6 +11,7 @@ the last stage are not made deeper. There are no pretrained weights to start fro
 import math
 
 import torch
+from makeup_video.pipeline.reference_io import CROPS
 from torch import Tensor, nn
 
 # Widths and depths are scaled by these.
@@ -27,7 +28,7 @@ STEM, HEAD = 32, 1280
 EPSILON, MOMENTUM = 1e-3, 0.03  # of the batch norms
 HEAD_SIGMA = 0.003  # small, so that the first answers are about the mean
 LEAK = 0.1  # of the last ReLU while training: a number that falls below 0 for all crops comes back
-SQUARE = 16  # px of a crop whose colour the head sees
+SQUARE = {"lips": 16, "eyes": 8}  # px of a crop whose colour the head sees; lids are thin
 
 
 def scaled_width(channels: int, width: float) -> int:
@@ -70,13 +71,13 @@ class Block(nn.Module):
 class ReferenceNet(nn.Module):
     """(N, 3, H, W) in [-1, 1] -> (N, K), none below 0."""
 
-    def __init__(self, size: str, mean: Tensor, crop_wh: tuple[int, int], shrink: int = 1) -> None:
+    def __init__(self, size: str, mean: Tensor, region: str, shrink: int = 1) -> None:
         """mean: (K,) of the targets, all above 0: from there the ReLU of the head is alive.
 
-        shrink: the crop is made so many times smaller before anything else.
+        region: "lips" or "eyes".  shrink: the crop is made so many times smaller before all else.
         """
         super().__init__()
-        self.shrink = shrink
+        self.shrink, self.square = shrink, SQUARE[region]
         width, depth = SIZES[size]
         blocks, inputs = [], STEM
         for number, (kernel, stride, expansion, channels, count) in enumerate(STAGES):
@@ -89,7 +90,7 @@ class ReferenceNet(nn.Module):
         self.blocks = nn.Sequential(*blocks)
         self.top = Conv(inputs, HEAD, 1)
         self.drop = nn.Dropout(0.1)
-        squares = (crop_wh[0] // SQUARE) * (crop_wh[1] // SQUARE)
+        squares = math.prod(side // self.square for side in CROPS[region].size_wh)
         self.head = nn.Linear(HEAD + 3 * squares, len(mean))
         for conv in self.modules():
             if isinstance(conv, nn.Conv2d):  # He et al., 2015, by what each filter feeds
@@ -100,7 +101,7 @@ class ReferenceNet(nn.Module):
             self.head.bias.copy_(mean)
 
     def forward(self, x: Tensor) -> Tensor:
-        colours = nn.functional.avg_pool2d(x, SQUARE).flatten(1)
+        colours = nn.functional.avg_pool2d(x, self.square).flatten(1)
         if self.shrink > 1:
             x = nn.functional.avg_pool2d(x, self.shrink)
         x = self.top(self.blocks(self.stem(x)))  # (N, 1280, H/32, W/32) of what is left

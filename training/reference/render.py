@@ -28,7 +28,7 @@ from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import ZONES, Look
 from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.reference_io import CROPS, divide_light, shifted, window_of
+from makeup_video.pipeline.reference_io import CROPS, crop_of, places_of, shifted, window_of
 from makeup_video.pipeline.scene import FrameScene, SceneLight
 from makeup_video.pipeline.still import PICTURE_TAGS, PICTURE_TICK
 from makeup_video.training.reference.camera import camera, jpeg, lighting
@@ -45,8 +45,8 @@ MARGIN = 0.12  # of a crop's size, around it: what a misplaced crop shows
 DETAIL = 0.9, 1.7  # px of the picture for one of the crop
 LOOKS = 6  # products on one person in one light
 # Crops are as far off as landmarks are: turn (radians), log scale, shift (share of the width).
-JITTER = 0.03, 0.03, 0.01
-SQUEEZE = 0.06  # log of width by height: a head that is turned a little more
+JITTER = 0.02, 0.025, 0.007
+SQUEEZE = 0.03  # log of width by height: a head that is turned a little more
 LIGHT_ERROR = 0.03, 0.01  # of its log strength and log colour, as read from a photo
 TEST_QUALITY = 90  # JPEG
 
@@ -83,13 +83,14 @@ class Draws(Protocol):
 class Shot:
     """A bare person in some light, cut out around a region.
 
-    codes: (H, W, 3) Y'CbCr.  scene: R's view of it; its frame is not painted on.  window: the
-    crop's px -> the cut's.
+    codes: (H, W, 3) Y'CbCr.  scene: R's view of it; its frame is not painted on.  window: its px ->
+    the cut's.  places: the crop's px in the window.
     """
 
     codes: np.ndarray
     scene: FrameScene
     window: Window
+    places: np.ndarray
 
     @property
     def light(self) -> SceneLight:
@@ -127,7 +128,9 @@ class Renderer:
         lights = light_of(FrameFaces(frame_of(to_codes(whole)), (moved(face, half),)))
         face, codes = moved(face, to_cut), to_codes(cut)
         scene = BuildScene().under(lights, FrameFaces(frame_of(codes), (face,)))
-        return Shot(codes, scene, window_of(face, self.region))
+        places = places_of(face, self.region)
+        assert places is not None, "prepare keeps no portrait without lids"
+        return Shot(codes, scene, window_of(face, self.region), places)
 
     def _cut(self, window: Window) -> tuple[Affine, tuple[int, int]]:
         """The part of a picture around a crop: picture px -> its px, and its size."""
@@ -158,7 +161,7 @@ class Renderer:
             to_px = self._misplaced(shot.window)
         else:
             rgb8 = jpeg(rgb8, TEST_QUALITY)
-        crop = divide_light(RgbPicture(rgb8).crop(to_px, size_wh), light)
+        crop = crop_of(RgbPicture(rgb8).crop(to_px, size_wh), shot.places, light)
         return crop[:, ::-1] if self.varied and self.rng.random() < 0.5 else crop
 
     def _misread(self, light: SceneLight) -> SceneLight:

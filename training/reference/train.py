@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import torch
 from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.reference_io import CROPS, NUMBERS, from_targets, to_targets
+from makeup_video.pipeline.reference_io import NUMBERS, from_targets, to_targets
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.model import normalise
 from makeup_video.training.reference.model import SIZES, ReferenceNet
@@ -127,8 +127,7 @@ def beginning(options: argparse.Namespace) -> Checkpoint:
     products = read_products(options.shades, options.region)
     drawn = Mixture(products.values[products.split == 0]).draw(20000, np.random.default_rng(0))
     mean = torch.from_numpy(to_targets(drawn).mean(0)).float()
-    size_wh = CROPS[options.region].size_wh
-    net = ReferenceNet(options.net, mean, size_wh, options.shrink)
+    net = ReferenceNet(options.net, mean, options.region, options.shrink)
     net = net.to(memory_format=torch.channels_last).train()
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.02)
     run = Checkpoint(options.out / f"{options.region}-{options.net}.pt", net, optimizer, AVERAGE)
