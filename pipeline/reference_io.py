@@ -65,7 +65,8 @@ def places_of(face: Face, region: str) -> np.ndarray | None:
 
 def crop_of(window: np.ndarray, places: np.ndarray, light: SceneLight) -> np.ndarray:
     """What the net is shown of a window (h, w, 3) uint8: (H, W, 3), in neutral light."""
-    seen = cv2.remap(window, *places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    x, y = places
+    seen = cv2.remap(window, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return divide_light(seen, light)
 
 
