@@ -19,14 +19,25 @@ from PIL import Image, ImageCms, UnidentifiedImageError
 _FORMATS = ("JPEG", "MPO", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
 _KINDS = "JPEG, PNG, WebP, AVIF, TIFF or BMP"
 MOST_PX = 120_000_000  # the largest phone camera in wide use has 108 Mpx; 360 MB as RGB
-LARGE_PX = 4096  # longer side; beyond, a photo is averaged down: a face still has far more than needed
+LARGE_PX = (
+    4096  # longer side; beyond, a photo is averaged down: a face still has far more than needed
+)
 _HEIC = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1")
 # What shows through is no part of the photo and tells nothing of its light: a middle grey, as
 # cameras expose for.
 _BEHIND = (128, 128, 128)
 _GREY_MODES = ("1", "L", "LA", "La", "I", "F")  # and I;16, I;16B, ...
 # Whatever Pillow's decoders raise for a file that is damaged.
-_DAMAGE = (OSError, SyntaxError, ValueError, TypeError, KeyError, IndexError, EOFError, struct.error)
+_DAMAGE = (
+    OSError,
+    SyntaxError,
+    ValueError,
+    TypeError,
+    KeyError,
+    IndexError,
+    EOFError,
+    struct.error,
+)
 # EXIF orientation -> what makes the picture upright (Exif 2.32, section 4.6.4)
 _UPRIGHT = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,

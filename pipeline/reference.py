@@ -16,7 +16,7 @@ from makeup_video.pipeline.crop import RgbPicture, check_rgb8
 from makeup_video.pipeline.errors import PhotoError, UsageError
 from makeup_video.pipeline.face import Face, FrameFaces
 from makeup_video.pipeline.faces import find_faces
-from makeup_video.pipeline.finishes import FINISHES, REGIONS, nearest_finish
+from makeup_video.pipeline.finishes import FINISHES, nearest_finish
 from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.net import Net, read_array
@@ -34,10 +34,10 @@ BYSTANDER = 0.4
 # A face whose red, green and blue differ less than this (8-bit codes, on average) is a grey one.
 GREY_CODES = 4.0
 # Below all three a region is bare: so little could not be told from skin.
-BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.12, 0.25, 0.08
+BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.15, 0.3, 0.15
 # Light is read from a copy where the outer eye corners are this far apart, as in training: fine
 # detail would only be noise, and a large photo would take its time.
-_LIGHT_IOD_PX = 60
+_LIGHT_IOD_PX = 69
 
 
 def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
@@ -56,7 +56,7 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     face = choose_face(find_faces(rgb8)) if face is None else face
     check_face(rgb8, face)
     light = photo_light(rgb8, face)
-    return Look(**{name: _read(rgb8, face, light, name) for name in REGIONS})
+    return Look(lips=_read(rgb8, face, light, "lips"), eyes=_read(rgb8, face, light, "eyes"))
 
 
 def look_from_photo(path: str | os.PathLike[str], face: str = "") -> Look:
@@ -158,12 +158,6 @@ def turn_degrees(face: Face) -> float:
     return math.degrees(math.acos(min(max(float(forward[2]), -1.0), 1.0)))
 
 
-def load_reference_nets() -> None:
-    """Load what `estimate_look` needs, which else its first call does. Raises InstallError."""
-    for region in REGIONS:
-        _net(region)
-
-
 def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> GraphicsParams | None:
     crop = crop_of(rgb8, face, light, region)
     # a face and its mirror image wear the same: the mean of both errs less
@@ -173,7 +167,9 @@ def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> Graph
 
 def product_of(numbers: np.ndarray, region: str) -> GraphicsParams | None:
     """The net's seven numbers, as in a look -> the product; None when it is nothing to speak of."""
-    g = dict(zip(NUMBERS, np.asarray(numbers, np.float64).tolist(), strict=True))
+    # a look is read by people: no more digits than the net can tell
+    rounded = np.round(np.asarray(numbers, np.float64), 3)
+    g = dict(zip(NUMBERS, rounded.tolist(), strict=True))
     opacity, gloss, reflection = g["opacity"], g["gloss"], g["reflection"]
     if opacity < BARE_OPACITY and gloss < BARE_GLOSS and reflection < BARE_REFLECTION:
         return None

@@ -138,12 +138,6 @@ def test_a_device_that_is_not_there_is_one_line_and_no_file(folder, name, device
     assert {path.name for path in folder.iterdir()} == {"in.mkv", "in.png"}
 
 
-def test_a_photo_of_makeup_is_refused_in_one_line_that_says_what_works(folder):
-    done = run(PHOTO, "--ref", PHOTO, "-o", "out.png")
-    assert done.exit_code == 2 and len(done.output.splitlines()) == 1
-    assert "give --color, or --look FILE or none" in done.output
-
-
 def test_help_names_every_finish_and_zone():
     from makeup_video.pipeline import FINISHES
     from makeup_video.pipeline.look import ZONES
