@@ -16,7 +16,7 @@ from makeup_video.pipeline.still import orientation_of
 from PIL import Image, ImageCms, UnidentifiedImageError
 
 # Only formats of photos: others of Pillow's run programs (EPS) or open more files.
-_FORMATS = ("JPEG", "MPO", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
+_FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
 _KINDS = "JPEG, PNG, WebP, AVIF, TIFF or BMP"
 MOST_PX = 120_000_000  # the largest phone camera in wide use has 108 Mpx; 360 MB as RGB
 LARGE_PX = (
@@ -59,10 +59,12 @@ def read_photo(path: str | os.PathLike[str]) -> np.ndarray:
     no photo to read colours from: another kind of file, moving, grey, damaged, too large.
     """
     file = local_file(path)
+    Image.init()
+    formats = [name for name in _FORMATS if name in Image.OPEN]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of Pillow's: our one line says what is wrong
         try:
-            with Image.open(file, formats=_FORMATS) as picture:
+            with Image.open(file, formats=formats) as picture:
                 _refuse(picture, path)
                 return _pixels(picture)
         except PhotoError:
@@ -103,7 +105,8 @@ def _pixels(picture: Image.Image) -> np.ndarray:
         ground = Image.new("RGBA", image.size, _BEHIND)
         image = Image.alpha_composite(ground, image)
     image = _in_srgb(image, profile)
-    if turn := _UPRIGHT.get(orientation):
+    turn = _UPRIGHT.get(orientation)
+    if turn is not None:  # mirroring is number 0
         image = image.transpose(turn)
     return np.array(image)
 

@@ -35,9 +35,9 @@ BYSTANDER = 0.4
 GREY_CODES = 4.0
 # Below all three a region is bare: so little could not be told from skin.
 BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.15, 0.3, 0.15
-# Light is read from a copy where the outer eye corners are this far apart, as in training: fine
-# detail would only be noise, and a large photo would take its time.
-_LIGHT_IOD_PX = 69
+# Light is read from a copy where the outer eye corners are this far apart, as in training, and
+# that is no larger than this: where the eyes are 20 px apart, the light is still the same within 1 %.
+_LIGHT_IOD_PX, _LIGHT_PX = 69, 1_000_000
 
 
 def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
@@ -121,8 +121,8 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
 
 def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
     """The light on a face, read from all of the photo."""
-    scale = min(1.0, _LIGHT_IOD_PX / _iod_px(face))
     h, w = rgb8.shape[:2]
+    scale = min(1.0, _LIGHT_IOD_PX / _iod_px(face), math.sqrt(_LIGHT_PX / (h * w)))
     size_wh = max(1, round(scale * w)), max(1, round(scale * h))
     small = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA) if scale < 1 else rgb8
     points = face.points_px * np.float32(scale)
