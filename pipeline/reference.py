@@ -24,7 +24,7 @@ from makeup_video.pipeline.photo import read_photo
 from makeup_video.pipeline.reference_io import NUMBERS, divide_light, from_targets, window_of
 from makeup_video.pipeline.scene import SceneLight
 from makeup_video.pipeline.still import to_frame
-from makeup_video.pipeline.topology import EYE_CORNERS, FACE_OVAL
+from makeup_video.pipeline.topology import EYE, EYE_CORNERS, FACE_OVAL, LIPS, RIGHT_EYE
 
 THREADS = 2  # of each net; a photo is read once, before the film needs the cores
 MIN_WIDTH_PX = 100  # of the face
@@ -45,8 +45,9 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
 
     rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
     face: whose makeup, as `find_faces` found it in this very picture; None: the one there is.
-    Colours are those of the product in neutral light, whatever the light of the photo; zone,
-    intensity and strength are a Look's defaults, for a photo does not tell them.
+    Colours are those of the product in neutral light, whatever the light of the photo. Eyes beyond
+    the border of the picture are bare. zone, intensity and strength are a Look's defaults, for a
+    photo does not tell them.
 
     Raises PhotoError when no look can be read, and says why: no face, several faces and none
     chosen, a face that is too small, turned too far or grey, a mouth that is covered. ValueError
@@ -56,7 +57,9 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     face = choose_face(find_faces(rgb8)) if face is None else face
     check_face(rgb8, face)
     light = photo_light(rgb8, face)
-    return Look(lips=_read(rgb8, face, light, "lips"), eyes=_read(rgb8, face, light, "eyes"))
+    lips = _read(rgb8, face, light, "lips")
+    has_eyes = _is_inside(rgb8, face, [*EYE, *RIGHT_EYE])
+    return Look(lips=lips, eyes=_read(rgb8, face, light, "eyes") if has_eyes else None)
 
 
 def look_from_photo(path: str | os.PathLike[str], face: str = "") -> Look:
@@ -111,9 +114,9 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
             f"the face is turned by {turn:.0f} degrees, and at most {MAX_TURN_DEGREES} are read: "
             "give a photo that shows it more from the front"
         )
-    if face.mouth_weight < 1:
+    if face.mouth_weight < 1 or not _is_inside(rgb8, face, LIPS):
         raise PhotoError(
-            "the mouth is covered, or cannot be seen well: give a photo that shows the lips"
+            "the mouth is covered, cut off, or cannot be seen well: give a photo that shows the lips"
         )
     if _colourfulness(rgb8, face) < GREY_CODES:
         raise PhotoError("the photo is grey, without colours: give a colour photo")
@@ -175,6 +178,13 @@ def product_of(numbers: np.ndarray, region: str) -> GraphicsParams | None:
         return None
     finish = nearest_finish(opacity, gloss, g["gloss_roughness"], reflection, region)
     return GraphicsParams(**{**FINISHES[finish][region], **g})
+
+
+def _is_inside(rgb8: np.ndarray, face: Face, points: Sequence[int] | np.ndarray) -> bool:
+    """Nearly all of these points lie in the picture."""
+    xy = face.points_px[np.asarray(points), :2]
+    inside = ((xy > -0.5) & (xy < np.array(rgb8.shape[1::-1]) - 0.5)).all(1)
+    return bool(inside.mean() > 0.9)
 
 
 @cache

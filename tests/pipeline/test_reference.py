@@ -213,6 +213,16 @@ def test_a_covered_mouth_is_refused():
         estimate_look(portrait(), replace(face(), mouth_visible=0.1))
 
 
+def test_a_mouth_beyond_the_border_is_refused_and_eyes_there_are_bare():
+    chin = int(face().points_px[13, 1])
+    with pytest.raises(PhotoError, match="the mouth is covered, cut off"):
+        estimate_look(portrait()[:chin], face())
+    lids = int(face().points_px[145, 1])
+    below = replace(face(), points_px=face().points_px - np.float32([0, lids, 0]))
+    lips = replace(face().lips, to_px=face().lips.to_px - [[0, 0, 0], [0, 0, lids]])
+    assert estimate_look(portrait()[lids:], replace(below, lips=lips)).eyes is None
+
+
 def test_a_photo_without_colours_is_refused():
     luma = cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)
     with pytest.raises(PhotoError, match="the photo is grey"):
