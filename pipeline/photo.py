@@ -94,7 +94,7 @@ def _refuse(picture: Image.Image, path: str | os.PathLike[str]) -> None:
 def _pixels(picture: Image.Image) -> np.ndarray:
     orientation = orientation_of(picture.info.get("exif", b""))
     profile = picture.info.get("icc_profile")
-    many = max(picture.size) // LARGE_PX + (max(picture.size) % LARGE_PX > 0)
+    many = -(-max(picture.size) // LARGE_PX)
     image: Image.Image = picture
     if image.mode == "P":
         image = image.convert("RGBA" if "transparency" in image.info else "RGB")
