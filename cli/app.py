@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from makeup_video.cli.apply import apply
 from makeup_video.cli.bench import bench
+from makeup_video.cli.estimate import estimate
 from makeup_video.cli.inspect import inspect
 from typer.core import TyperGroup
 
@@ -14,7 +15,7 @@ _EPILOG = (
     "Without a command name, `apply` runs: makeup-video IN --color '#B4002E' -o OUT. "
     "A file that is named like a command is given as ./NAME. "
     "Exit codes: 0 done; 1 a fault of ours; 2 options or look file wrong, or the output exists; "
-    "3 the input cannot be read; 4 the output cannot be written; 5 done, but the input was "
+    "3 the input or the photo cannot be read; 4 the output cannot be written; 5 done, but the input was "
     "damaged; 6 --strict, and something could not be kept; 130 stopped by Ctrl-C."
 )
 
@@ -40,6 +41,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command()(apply)
+app.command()(estimate)
 app.command()(inspect)
 app.command()(bench)
 

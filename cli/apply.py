@@ -4,10 +4,12 @@ import re
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from fractions import Fraction
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from makeup_video.cli.ending import tell, told_in_one_line
+from makeup_video.cli.say import say
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
@@ -52,7 +54,12 @@ def apply(
     save_look: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write the look that is painted as JSON.")
     ] = None,
-    ref: Annotated[str | None, typer.Option(help="A photo of the makeup to paint.")] = None,
+    ref: Annotated[
+        str | None, typer.Option(metavar="PHOTO", help="A photo of the makeup to paint.")
+    ] = None,
+    ref_face: Annotated[
+        str | None, typer.Option(help="Whose makeup: largest, or a number as inspect shows it.")
+    ] = None,
     codec: Annotated[
         str | None,
         typer.Option(help="h264, hevc, av1, vp9, ffv1 or prores; default: what suits IN and OUT."),
@@ -101,7 +108,7 @@ def apply(
             device=device,
         )
         chosen = Choice(
-            base=_base(look, ref),
+            base=_base(look, ref, ref_face, color, quiet),
             color=color,
             finish=finish,
             parts=parts,
@@ -110,7 +117,8 @@ def apply(
             strength=strength,
         )
         painted = choose_look(chosen)
-        with _side_files(source, output, look, report, save_look, overwrite) as files:
+        read = [file for file in (None if look == "none" else look, ref) if file is not None]
+        with _side_files(source, output, read, report, save_look, overwrite) as files:
             with show_progress(quiet) as on_progress:
                 done = process_video(source, output, painted, settings, on_progress)
             for file, values in zip(files, (done.to_dict(), painted.to_dict()), strict=True):
@@ -131,33 +139,55 @@ def parse_time(text: str, option: str) -> Fraction:
     return sum((v * 60**i for i, v in enumerate(reversed(values))), Fraction(0))
 
 
-def _base(look: str | None, ref: str | None) -> "Look | None":
-    """The look of --look, None when it was not given."""
+def _base(
+    look: str | None, ref: str | None, ref_face: str | None, color: str | None, quiet: bool
+) -> "Look | None":
+    """The look of --look or --ref, None when neither was given."""
     from makeup_video.pipeline import Look, UsageError
 
+    if look is not None and ref is not None:
+        raise UsageError("--look and --ref both give a look: leave one of them out")
     if ref is not None:
-        raise UsageError(
-            "--ref: this version cannot read a look from a photo yet; give --color, or --look FILE "
-            "or none"
-        )
+        return _look_of_photo(ref, ref_face or "", color, quiet)
+    if ref_face is not None:
+        raise UsageError("--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out")
     if look is None:
         return None
     return Look() if look == "none" else Look.load(look)
+
+
+def _look_of_photo(ref: str, face: str, color: str | None, quiet: bool) -> "Look":
+    """The look of a photo, told in a line."""
+    from makeup_video.pipeline import PhotoError, look_from_photo
+    from makeup_video.pipeline.finishes import REGIONS, in_words
+
+    look = look_from_photo(ref, face)
+    if look.is_bare and color is None:
+        raise PhotoError(
+            f"{ref}: no makeup was found to paint: add --color '#B4002E', or give another photo"
+        )
+    worn = {name: getattr(look, name) for name in REGIONS}
+    told = (f"{n} {p.hex}, {in_words(p, n)}" if p else f"{n} bare" for n, p in worn.items())
+    if not quiet:
+        say(f"{ref}: {'; '.join(told)}")
+    return look
 
 
 @contextmanager
 def _side_files(
     source: str,
     output: str,
-    look: str | None,
+    read: list[str],
     report: str | None,
     save_look: str | None,
     overwrite: bool,
 ) -> "Generator[tuple[JsonFile | None, JsonFile | None], None, None]":
-    """The report and the look, both checked before either is begun."""
+    """The report and the look, both checked before either is begun; read: more of our inputs."""
     from makeup_video.pipeline.side_file import LookFile, ReportFile
+    from makeup_video.pipeline.target import keep_apart
 
-    read = [] if look is None or look == "none" else [look]
+    for file in read:
+        keep_apart(Path(output), Path(file))
     with ExitStack() as stack:
 
         def opened(

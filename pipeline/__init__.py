@@ -4,6 +4,7 @@ from makeup_video.pipeline import Look, apply_look, find_faces, lip_mask, proces
 look = Look(lips=product((180, 0, 46), "gloss"))  # or Look.load("look.json")
 report = process_video("in.mp4", "out.mp4", look)
 painted = apply_look(rgb8, look)  # one picture
+look = estimate_look(rgb8)  # or look_from_photo("look.jpg"): the makeup in a photo
 faces = find_faces(rgb8)  # largest first
 weight = lip_mask(rgb8, faces[0])
 """
@@ -12,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from makeup_video.pipeline.errors import (
+    CatalogueError,
     DecodeError,
     EncodeError,
     InputError,
@@ -19,6 +21,7 @@ from makeup_video.pipeline.errors import (
     LookError,
     MakeupVideoError,
     OutputError,
+    PhotoError,
     StoppedError,
     StrictError,
     UsageError,
@@ -32,6 +35,7 @@ from makeup_video.pipeline.report import Report
 
 __all__ = [
     "FINISHES",
+    "CatalogueError",
     "ColourTags",
     "DecodeError",
     "EncodeError",
@@ -47,15 +51,18 @@ __all__ = [
     "LookError",
     "MakeupVideoError",
     "OutputError",
+    "PhotoError",
     "Report",
     "Settings",
     "StoppedError",
     "StrictError",
     "UsageError",
     "apply_look",
+    "estimate_look",
     "find_faces",
     "inspect_video",
     "lip_mask",
+    "look_from_photo",
     "process_video",
     "product",
 ]
@@ -64,6 +71,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.faces import FindFaces, find_faces, lip_mask
     from makeup_video.pipeline.inspect import inspect_video
     from makeup_video.pipeline.paint import apply_look
+    from makeup_video.pipeline.reference import estimate_look, look_from_photo
 
 # ONNX Runtime, OpenCV and OpenCL take their time to import: only for those who look for faces.
 _LATER = {
@@ -72,6 +80,8 @@ _LATER = {
     "lip_mask": "faces",
     "inspect_video": "inspect",
     "apply_look": "paint",
+    "estimate_look": "reference",
+    "look_from_photo": "reference",
 }
 
 

@@ -10,14 +10,17 @@ from makeup_video.pipeline.finishes import FINISHES, REGIONS, product
 from makeup_video.pipeline.look import GraphicsParams, Look
 
 DEFAULT_FINISH = "satin"
-_NOTHING = "no look given: add --look FILE.json, --color '#B4002E', or --look none to paint nothing"
+_NOTHING = (
+    "no look given: add --look FILE.json, --color '#B4002E', --ref PHOTO, or --look none to paint "
+    "nothing"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
     """What was said on the command line; None: not said.
 
-    base: the look of --look, empty for `none`.  The others are the options of the same names, as
+    base: the look of --look, empty for `none`, or the one read from --ref.  The others are the options of the same names, as
     they were typed.
     """
 
@@ -33,7 +36,7 @@ class Choice:
 def choose_look(choice: Choice) -> Look:
     """The look that a choice means.
 
-    Without --look, --color paints the lips, or the --parts. On top of a look, --color replaces the
+    Without --look or --ref, --color paints the lips, or the --parts. On top of a look, --color replaces the
     colour, --finish all but the colour, of the --parts, which are else all parts that the look has;
     parts left out of --parts become bare.  Raises UsageError or LookError, one line naming the
     option.
@@ -60,10 +63,18 @@ def choose_look(choice: Choice) -> Look:
 
 def parse_color(text: str) -> tuple[int, int, int]:
     """Red, green, blue, 0..255, from '#B4002E', 'B4002E' or '#B02'. Raises UsageError."""
-    if not re.fullmatch(r"#?([0-9a-fA-F]{3}|[0-9a-fA-F]{6})", text):
+    rgb = rgb_of_hex(text)
+    if rgb is None:
         raise UsageError(
             f"--color must be 3 or 6 hex digits such as '#B4002E' (quote the #), got {text!r}"
         )
+    return rgb
+
+
+def rgb_of_hex(text: str) -> tuple[int, int, int] | None:
+    """The same; None when it is no colour."""
+    if not re.fullmatch(r"#?([0-9a-fA-F]{3}|[0-9a-fA-F]{6})", text):
+        return None
     digits = text.removeprefix("#")
     if len(digits) == 3:
         digits = "".join(2 * digit for digit in digits)

@@ -4,8 +4,10 @@
     ├── InstallError   (RuntimeError)          1   a file of the package is missing or changed
     ├── UsageError     (ValueError)            2   options that do not fit together
     ├── LookError      (ValueError)            2   a look file that cannot be used
+    ├── CatalogueError (ValueError)            2   a table of products that cannot be used
     ├── InputError     (OSError)               3   the input cannot be opened
-    │   └── DecodeError                        3   it opens, but holds no picture to decode
+    │   ├── DecodeError                        3   it opens, but holds no picture to decode
+    │   └── PhotoError                         3   a photo that no look can be read from
     ├── OutputError    (OSError)               4   the output cannot be written
     │   └── EncodeError                        4   the encoder refuses
     ├── StrictError    (ValueError)            6   --strict, and something would be lost
@@ -38,11 +40,19 @@ class LookError(MakeupVideoError, ValueError):
     exit_code = 2
 
 
+class CatalogueError(MakeupVideoError, ValueError):
+    exit_code = 2
+
+
 class InputError(MakeupVideoError, OSError):
     exit_code = 3
 
 
 class DecodeError(InputError):
+    pass
+
+
+class PhotoError(InputError):
     pass
 
 

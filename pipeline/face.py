@@ -38,7 +38,8 @@ class Face:
     points_px: (478, 3) float32: x, y in pixels of the stored picture (pixel centres at whole
     numbers), z in the same unit, smaller is nearer; MediaPipe's Face Mesh order.
     score: how sure it is that this is a face, 0 to 1. mouth_visible: the same of its mouth.
-    track_id: the same number for the same face in all frames; 0, 1, ... in a single picture.
+    track_id: the same number for the same face in all frames; in a single picture 0, 1, ... by size,
+    the largest first.
     lips: where lipstick goes, as seen in this very picture.
     """
 

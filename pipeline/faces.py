@@ -6,7 +6,7 @@ a cut, and now and then for new faces: by the seconds of the film, not by frames
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
 
@@ -218,8 +218,9 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
                 (tiny if is_tiny(one.frame) else found).append(one)
         if found or tiny:
             break
-    faces = (to_face(one, picture, at) for at, one in enumerate(found))
-    return _largest_first(faces), len(tiny)
+    faces = _largest_first(to_face(one, picture, 0) for one in found)
+    # numbered by size: the same numbers however sure the nets are, and wherever it is stored
+    return tuple(replace(face, track_id=at) for at, face in enumerate(faces)), len(tiny)
 
 
 def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:

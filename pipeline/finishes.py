@@ -31,6 +31,13 @@ _EYES = {
     "shimmer":  (0.50, 0.40, 0.65, 0.05,  0.70, 0.75, 0.15, 0.30, 0.50, 0.60,  0.70, 0.30, 0.40, 1.0),
 }  # fmt: skip
 
+# What the finish and the opacity are called when a look is told in words.
+_SHINES = {
+    "matte": "matte", "satin": "satin", "sheer": "soft sheen", "gloss": "glossy",
+    "metallic": "metallic", "shimmer": "shimmering",
+}  # fmt: skip
+_COVERS = ((0.85, "opaque"), (0.6, "medium cover"), (0.35, "fairly sheer"), (0.0, "very sheer"))
+
 
 def _named(row: tuple[float, ...]) -> dict[str, float]:
     return dict(zip(_SETTINGS, row, strict=True))
@@ -54,6 +61,15 @@ def nearest_finish(
         return math.dist(here, (*there, math.sqrt(one["reflection"])))
 
     return min(FINISHES, key=off)
+
+
+def in_words(params: GraphicsParams, region: str = "lips") -> str:
+    """How a product looks, colour aside: "glossy, fairly sheer"."""
+    finish = nearest_finish(
+        params.opacity, params.gloss, params.gloss_roughness, params.reflection, region
+    )
+    covers = next(word for least, word in _COVERS if params.opacity >= least)
+    return f"{_SHINES[finish]}, {covers}"
 
 
 def product(rgb: Sequence[float], finish: str, region: str = "lips") -> GraphicsParams:

@@ -91,6 +91,11 @@ class GraphicsParams:
         """False when it changes nothing: neither opaque, nor glossy, nor reflecting."""
         return self.opacity > 0 or self.gloss > 0 or self.reflection > 0
 
+    @property
+    def hex(self) -> str:
+        """The colour as "#B4002E"."""
+        return "#" + bytes(round(code) for code in (self.red, self.green, self.blue)).hex().upper()
+
     @classmethod
     def from_dict(cls, values: Any, where: str = "region") -> Self:
         """Raises LookError that names the key, what it may be, and what came."""

@@ -30,6 +30,17 @@ def part_of(path: Path) -> Path:
     return path.with_name(f"{path.stem}.part{path.suffix}")
 
 
+def keep_apart(output: Path, read: Path) -> None:
+    """Raises UsageError when writing `output` would take the place of a file that is only read."""
+    place = target_of(output)
+    for taken in (place, part_of(place)) if place.name else ():
+        if taken.exists() and read.exists() and taken.samefile(read):
+            raise UsageError(
+                f"the output {output} would take the place of {read}, which this run reads: choose "
+                "another name"
+            )
+
+
 class Target:
     """The place of one output. While it is open no other run can take the same place.
 

@@ -68,7 +68,7 @@ def test_nothing_but_the_promised_libraries_is_needed():
     needed = {re.split(r"[<>=; \[]", text)[0] for text in requires("makeup-video") or []
               if "extra ==" not in text}  # fmt: skip
     assert needed == {
-        "av", "numpy", "opencv-contrib-python-headless", "onnxruntime", "pyopencl",
+        "av", "numpy", "opencv-contrib-python-headless", "onnxruntime", "pillow", "pyopencl",
         "pocl-binary-distribution", "typer",
     }  # fmt: skip
 

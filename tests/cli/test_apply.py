@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
-from makeup_video.pipeline import Look, product
+from makeup_video.pipeline import Look, look_from_photo, product, reference
 from media import decoded, make_clip
 from people import SAMPLES, clip, film, portrait
 from typer.testing import CliRunner
@@ -138,10 +138,87 @@ def test_a_device_that_is_not_there_is_one_line_and_no_file(folder, name, device
     assert {path.name for path in folder.iterdir()} == {"in.mkv", "in.png"}
 
 
-def test_a_photo_of_makeup_is_refused_in_one_line_that_says_what_works(folder):
+@pytest.fixture
+def reads(monkeypatch):
+    """Pretend that this was read from every photo."""
+
+    def pretend(look):
+        monkeypatch.setattr(reference, "look_from_photo", lambda *_: look)
+
+    return pretend
+
+
+def test_the_makeup_of_a_photo_is_painted_and_told(folder):
+    read = look_from_photo(PHOTO)
+    color = ["--color", "B02"] if read.is_bare else []
+    done = run(PHOTO, "--ref", PHOTO, *color, "-o", "out.png", "--save-look", "look.json")
+    assert done.exit_code == 0, done.output
+    if not color:
+        assert Look.load("look.json") == read
+    assert f"{PHOTO}: lips " in done.output and "; eyes " in done.output
+    assert (cv2.imread("out.png") != cv2.imread(str(PHOTO))).any()
+
+
+@pytest.mark.parametrize(
+    ("words", "look"),
+    [
+        ([], Look(lips=product((180, 0, 46), "gloss"))),
+        (["--ref-face", "largest"], Look(lips=product((180, 0, 46), "gloss"))),
+        (["--color", "00F"], Look(lips=product((0, 0, 255), "gloss"))),
+        (["--finish", "matte"], Look(lips=product((180, 0, 46), "matte"))),
+        (["--strength", "0.5"], Look(lips=product((180, 0, 46), "gloss"), strength=0.5)),
+        (
+            ["--parts", "eyes", "--color", "00F", "--zone", "outer", "--intensity", "0.5"],
+            Look(eyes=product((0, 0, 255), "satin", "eyes"), zone="outer", intensity=0.5),
+        ),
+    ],
+)
+def test_every_option_is_on_top_of_what_was_read(folder, reads, words, look):
+    reads(Look(lips=product((180, 0, 46), "gloss")))
+    words = [*words, "-o", "out.png", "--save-look", "look.json"]
+    done = run(PHOTO, "--ref", PHOTO, *words)
+    assert done.exit_code == 0, done.output
+    assert done.output.splitlines()[0] == f"{PHOTO}: lips #B4002E, glossy, opaque; eyes bare"
+    assert Look.load("look.json") == look
+    assert run(PHOTO, "--ref", PHOTO, *words, "-q", "-y").output == ""
+
+
+def test_parts_that_the_photo_leaves_bare_need_a_colour(folder, reads):
+    reads(Look(lips=product((180, 0, 46), "gloss")))
+    done = run(PHOTO, "--ref", PHOTO, "--parts", "eyes", "-o", "out.png")
+    assert done.exit_code == 2
+    assert "--parts names the eyes, which the look leaves bare: add --color" in done.output
+
+
+def test_a_photo_without_makeup_is_refused_unless_there_is_a_colour(folder, reads):
+    reads(Look())
     done = run(PHOTO, "--ref", PHOTO, "-o", "out.png")
-    assert done.exit_code == 2 and len(done.output.splitlines()) == 1
-    assert "give --color, or --look FILE or none" in done.output
+    assert done.exit_code == 3 and len(done.output.splitlines()) == 1
+    assert "no makeup was found to paint: add --color '#B4002E', or give another" in done.output
+    done = run(PHOTO, "--ref", PHOTO, "--color", "B02", "-o", "out.png", "--save-look", "look.json")
+    assert done.exit_code == 0
+    assert Look.load("look.json") == Look(lips=product((187, 0, 34), "satin"))
+
+
+@pytest.mark.parametrize(
+    ("out", "more"),
+    [
+        ("look.png", []), ("link.png", []), ("twin.png", []), ("part.png", []),
+        ("out.png", ["--save-look", "look.png"]), ("out.png", ["--report", "twin.png"]),
+        ("look.part.png", ["--save-look", "look.part.png"]),
+    ],
+)  # fmt: skip
+def test_the_photo_is_never_overwritten(folder, reads, out, more):
+    reads(Look(lips=product((180, 0, 46), "gloss")))
+    cv2.imwrite("look.png", portrait()[..., ::-1])
+    os.symlink("look.png", "link.png")
+    os.link("look.png", "twin.png")
+    os.link("look.png", "part.part.png")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    done = run(PHOTO, "--ref", "look.png", "-o", out, "-y", *more)
+    assert done.exit_code == 2, done.output
+    assert "which this run reads" in done.output or "own files" in done.output
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
 def test_help_names_every_finish_and_zone():

@@ -147,7 +147,7 @@ def test_dials_that_are_given_replace_those_of_the_look(base, strength, intensit
 @pytest.mark.parametrize(
     ("choice", "words"),
     [
-        ({}, "no look given: add --look FILE.json, --color '#B4002E', or --look none"),
+        ({}, "no look given: add --look FILE.json, --color '#B4002E', --ref PHOTO, or --look none"),
         ({"parts": "lips"}, "no look given"),
         ({"strength": 0.5}, "no look given"),
         ({"finish": "gloss"}, "--finish gloss needs a colour: add --color"),

@@ -1,0 +1,222 @@
+"""Reads a look from a photo: photo -> face -> crops of lips and eyes -> seven numbers each -> Look.
+
+The crops are cut, and the light on the face is divided out of them, exactly as for the pictures
+that the nets were trained on (`reference_io`). The renderer's other ten settings are those of the
+finish that the seven numbers come nearest to.
+"""
+
+import math
+import os
+from collections.abc import Sequence
+from functools import cache
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.crop import RgbPicture, check_rgb8
+from makeup_video.pipeline.errors import PhotoError, UsageError
+from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.faces import find_faces
+from makeup_video.pipeline.finishes import FINISHES, nearest_finish
+from makeup_video.pipeline.light import light_of
+from makeup_video.pipeline.look import GraphicsParams, Look
+from makeup_video.pipeline.net import Net, read_array
+from makeup_video.pipeline.photo import read_photo
+from makeup_video.pipeline.reference_io import NUMBERS, divide_light, from_targets, window_of
+from makeup_video.pipeline.scene import SceneLight
+from makeup_video.pipeline.still import to_frame
+from makeup_video.pipeline.topology import EYE, EYE_CORNERS, FACE_OVAL, LIPS, RIGHT_EYE
+
+THREADS = 2  # of each net; a photo is read once, before the film needs the cores
+MIN_WIDTH_PX = 100  # of the face
+MAX_TURN_DEGREES = 40
+# Others are somebody in the background when they are narrower than this part of the largest face.
+BYSTANDER = 0.4
+# A face whose red, green and blue differ less than this (8-bit codes, on average) is a grey one.
+GREY_CODES = 4.0
+# Below all three a region is bare: so little could not be told from skin.
+BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.15, 0.3, 0.15
+# Light is read from a copy where the outer eye corners are this far apart, as in training, and
+# that is no larger than this: where the eyes are 20 px apart, the light is still the same within 1 %.
+_LIGHT_IOD_PX, _LIGHT_PX = 69, 1_000_000
+
+
+def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
+    """The makeup that somebody wears in a photo; a region without any is None.
+
+    rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
+    face: whose makeup, as `find_faces` found it in this very picture; None: the one there is.
+    Colours are those of the product in neutral light, whatever the light of the photo. Eyes beyond
+    the border of the picture are bare. zone, intensity and strength are a Look's defaults, for a
+    photo does not tell them.
+
+    Raises PhotoError when no look can be read, and says why: no face, several faces and none
+    chosen, a face that is too small, turned too far or grey, a mouth that is covered. ValueError
+    for another shape or dtype, InstallError when the nets are missing.
+    """
+    check_rgb8(rgb8)
+    face = choose_face(find_faces(rgb8)) if face is None else face
+    check_face(rgb8, face)
+    light = photo_light(rgb8, face)
+    lips = _read(rgb8, face, light, "lips")
+    has_eyes = _is_inside(rgb8, face, [*EYE, *RIGHT_EYE])
+    return Look(lips=lips, eyes=_read(rgb8, face, light, "eyes") if has_eyes else None)
+
+
+def look_from_photo(path: str | os.PathLike[str], face: str = "") -> Look:
+    """The same from a file, as `read_photo` reads it.
+
+    face: "" for the only one, "largest", or one by its number, 0 being the largest face.
+    Raises PhotoError and InputError naming the file, UsageError for another `face`.
+    """
+    if face not in ("", "largest") and not (face.isascii() and face.isdigit() and len(face) < 10):
+        raise UsageError(
+            f"--ref-face must be largest, or the number that inspect shows, got {face!r}"
+        )
+    rgb8 = read_photo(path)
+    try:
+        return estimate_look(rgb8, choose_face(find_faces(rgb8), face))
+    except PhotoError as error:
+        raise PhotoError(f"{path}: {error}") from None
+
+
+def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
+    """The one that is meant, of faces that are sorted by size; `chosen` as in look_from_photo.
+
+    Much smaller ones in the background are nobody's. Raises PhotoError.
+    """
+    if not faces:
+        raise PhotoError(
+            "no face was found: give a photo that shows one from the front, larger or brighter"
+        )
+    if chosen.isdigit():
+        for face in faces:
+            if face.track_id == int(chosen):
+                return face
+        raise PhotoError(f"there is no face {chosen}; there are {_list(faces)}: choose one of them")
+    rivals = [one for one in faces if width_px(one) > BYSTANDER * width_px(faces[0])]
+    if len(rivals) > 1 and chosen != "largest":
+        raise PhotoError(
+            f"one face was expected, {len(rivals)} were found: choose with --ref-face NUMBER or "
+            f"--ref-face largest; there are {_list(rivals)}"
+        )
+    return faces[0]
+
+
+def check_face(rgb8: np.ndarray, face: Face) -> None:
+    """Raises PhotoError when makeup cannot be read from this face."""
+    if width_px(face) < MIN_WIDTH_PX:
+        raise PhotoError(
+            f"the face is {width_px(face):.0f} px wide, and at least {MIN_WIDTH_PX} px are needed: "
+            "give a larger photo, or one from closer"
+        )
+    if (turn := turn_degrees(face)) > MAX_TURN_DEGREES:
+        raise PhotoError(
+            f"the face is turned by {turn:.0f} degrees, and at most {MAX_TURN_DEGREES} are read: "
+            "give a photo that shows it more from the front"
+        )
+    if face.mouth_weight < 1 or not _is_inside(rgb8, face, LIPS):
+        raise PhotoError(
+            "the mouth is covered, cut off, or cannot be seen well: give a photo that shows the lips"
+        )
+    if _colourfulness(rgb8, face) < GREY_CODES:
+        raise PhotoError("the photo is grey, without colours: give a colour photo")
+
+
+def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
+    """The light on a face, read from all of the photo."""
+    h, w = rgb8.shape[:2]
+    scale = min(1.0, _LIGHT_IOD_PX / _iod_px(face), math.sqrt(_LIGHT_PX / (h * w)))
+    size_wh = max(1, round(scale * w)), max(1, round(scale * h))
+    small = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA) if scale < 1 else rgb8
+    points = face.points_px * np.float32(scale)
+    points[:, :2] += 0.5 * scale - 0.5
+    placed = Face(points, face.score, face.mouth_visible, face.track_id, face.lips)
+    frame = to_frame(np.ascontiguousarray(small[..., ::-1]))
+    return light_of(FrameFaces(frame, (placed,)))[0]
+
+
+def crop_of(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> np.ndarray:
+    """What the net of a region ("lips" or "eyes") is shown: (H, W, 3) uint8, in neutral light."""
+    return divide_light(RgbPicture(rgb8).crop(*window_of(face, region)), light)
+
+
+def width_px(face: Face) -> float:
+    """Of the face, upright: between the outermost points of its oval, along the eyes."""
+    across = face.points_px[EYE_CORNERS[1], :2] - face.points_px[EYE_CORNERS[0], :2]
+    along = face.points_px[FACE_OVAL, :2] @ across / max(math.hypot(*across.tolist()), 1e-9)
+    return float(np.ptp(along))
+
+
+def turn_degrees(face: Face) -> float:
+    """How far a head is turned from the viewer, to a side, up or down; tilting it is no turn.
+
+    By the rotation that brings the mean face closest to its points (Kabsch 1976): the angle
+    between where the nose points and the viewer.
+    """
+    mean = _mean_face()
+    points = face.points_px.astype(np.float64)
+    u, _, vt = np.linalg.svd((mean - mean.mean(0)).T @ (points - points.mean(0)))
+    sign = np.sign(np.linalg.det(u @ vt))
+    forward = u[2] @ np.diag([1, 1, sign]) @ vt
+    return math.degrees(math.acos(min(max(float(forward[2]), -1.0), 1.0)))
+
+
+def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> GraphicsParams | None:
+    crop = crop_of(rgb8, face, light, region)
+    # a face and its mirror image wear the same: the mean of both errs less
+    targets = _net(region)(np.stack([crop, crop[:, ::-1]]))["targets"].mean(0)
+    return product_of(from_targets(targets), region)
+
+
+def product_of(numbers: np.ndarray, region: str) -> GraphicsParams | None:
+    """The net's seven numbers, as in a look -> the product; None when it is nothing to speak of."""
+    # a look is read by people: no more digits than the net can tell
+    rounded = np.round(np.asarray(numbers, np.float64), 3)
+    g = dict(zip(NUMBERS, rounded.tolist(), strict=True))
+    opacity, gloss, reflection = g["opacity"], g["gloss"], g["reflection"]
+    if opacity < BARE_OPACITY and gloss < BARE_GLOSS and reflection < BARE_REFLECTION:
+        return None
+    finish = nearest_finish(opacity, gloss, g["gloss_roughness"], reflection, region)
+    return GraphicsParams(**{**FINISHES[finish][region], **g})
+
+
+def _is_inside(rgb8: np.ndarray, face: Face, points: Sequence[int] | np.ndarray) -> bool:
+    """Nearly all of these points lie in the picture."""
+    xy = face.points_px[np.asarray(points), :2]
+    inside = ((xy > -0.5) & (xy < np.array(rgb8.shape[1::-1]) - 0.5)).all(1)
+    return bool(inside.mean() > 0.9)
+
+
+@cache
+def _net(region: str) -> Net:
+    return Net(f"reference_{region}", threads=THREADS)
+
+
+@cache
+def _mean_face() -> np.ndarray:
+    return read_array("mean_face.npy").astype(np.float64)
+
+
+def _iod_px(face: Face) -> float:
+    outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64)
+    return max(math.hypot(*(other - outer).tolist()), 1.0)
+
+
+def _colourfulness(rgb8: np.ndarray, face: Face) -> float:
+    """Mean difference of the largest and smallest of red, green, blue over the face's box."""
+    size = np.array(rgb8.shape[1::-1])
+    low = np.clip(face.points_px[:, :2].min(0), 0, size - 1).astype(int)
+    high = np.clip(face.points_px[:, :2].max(0), low + 1, size).astype(int)
+    part = rgb8[low[1] : high[1], low[0] : high[0]]
+    step = max(1, min(part.shape[:2]) // 64)  # some thousand pixels are enough
+    part = part[::step, ::step]
+    return float((part.max(2).astype(np.float64) - part.min(2)).mean())
+
+
+def _list(faces: Sequence[Face]) -> str:
+    """'0 at (120, 300), 210 px wide; ...'."""
+    told = []
+    for face in faces:
+        x, y = face.points_px[:, :2].mean(0)
+        told.append(f"{face.track_id} at ({x:.0f}, {y:.0f}), {width_px(face):.0f} px wide")
+    return "; ".join(told)

@@ -1,0 +1,178 @@
+"""`makeup-video estimate`: what was read, for people, for programs and as a look file."""
+
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+from makeup_video.cli.app import app
+from makeup_video.pipeline import GraphicsParams, Look, look_from_photo, product, reference
+from makeup_video.pipeline.finishes import in_words
+from people import SAMPLES, face_of, grey, portrait, put
+from typer.testing import CliRunner
+
+PHOTO = SAMPLES / "portrait.jpg"
+CATALOGUE = "brand,product,shade,hex\n" + "".join(
+    f"B{at},Velvet,Shade {at},#{at:02X}2030\n" for at in range(0, 256, 5)
+)
+WORN = Look(
+    lips=product((180, 0, 46), "gloss"), eyes=product((90.4, 70, 60), "sheer", "eyes")
+)  # what a test pretends to have been read
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "shades.csv").write_text(CATALOGUE)
+    return tmp_path
+
+
+@pytest.fixture
+def reads(monkeypatch):
+    """Pretend that this was read from every photo."""
+
+    def pretend(look):
+        monkeypatch.setattr(reference, "look_from_photo", lambda *_: look)
+
+    return pretend
+
+
+def run(*args):
+    return CliRunner().invoke(app, ["estimate", *map(str, args)])
+
+
+def test_both_regions_are_told_with_colour_words_and_numbers(folder, reads):
+    reads(WORN)
+    done = run(PHOTO)
+    assert done.exit_code == 0
+    assert done.output.splitlines() == [
+        "lips  #B4002E  glossy, opaque",
+        "      opacity 0.94, gloss 1.30, gloss_roughness 0.20, reflection 0.25",
+        "eyes  #5A463C  soft sheen, very sheer",
+        "      opacity 0.28, gloss 0.10, gloss_roughness 0.80, reflection 0.00",
+    ]
+
+
+def test_a_real_photo_is_read_and_saved_as_a_look_that_paints(folder):
+    done = run(PHOTO, "-o", "look.json")
+    assert done.exit_code == 0, done.output
+    look = Look.load("look.json")
+    assert look == look_from_photo(PHOTO)
+    if look.lips is not None:
+        assert f"lips  {look.lips.hex}  {in_words(look.lips)}" in done.output
+
+
+def test_the_nearest_products_are_named_for_both_regions(folder, reads):
+    reads(WORN)
+    lines = run(PHOTO, "--catalogue", "shades.csv").output.splitlines()
+    near = [line for line in lines if "Velvet" in line]
+    assert len(near) == 10 and len(lines) == 4 + 2 + 10
+    assert re.fullmatch(r" +\d+\.\d  #[0-9A-F]{6}  B\d+, Velvet, Shade \d+", near[0])
+    off = [float(line.split()[0]) for line in near]
+    assert off[:5] == sorted(off[:5]) and off[5:] == sorted(off[5:])
+
+
+def test_json_says_all_of_it(folder, reads):
+    reads(Look(lips=WORN.lips))
+    said = json.loads(run(PHOTO, "--catalogue", "shades.csv", "--json").stdout)
+    assert said["photo"] == str(PHOTO) and said["eyes"] is None
+    lips = said["lips"]
+    assert (lips["hex"], lips["words"]) == ("#B4002E", "glossy, opaque")
+    assert GraphicsParams.from_dict(lips["params"]) == WORN.lips
+    assert len(lips["nearest"]) == 5
+    assert set(lips["nearest"][0]) == {"ciede2000", "hex", "brand", "product", "shade"}
+    assert "nearest" not in json.loads(run(PHOTO, "--json").stdout)["lips"]
+
+
+def test_a_bare_face_is_told_as_bare_in_one_more_line(folder, reads):
+    reads(Look())
+    done = run(PHOTO)
+    assert done.exit_code == 0
+    assert done.stdout.splitlines() == ["lips  bare", "eyes  bare"]
+    assert done.stderr == f"{PHOTO}: no makeup was found, the look is bare\n"
+
+
+@pytest.mark.parametrize(
+    ("settings", "colours"),
+    [({"COLORTERM": "truecolor"}, True), ({"COLORTERM": "truecolor", "NO_COLOR": "1"}, False),
+     ({"TERM": "dumb"}, False), (None, False)],
+)  # fmt: skip
+def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, colours):
+    """None: no terminal at all. The numbers of a real photo may be any."""
+    code = (
+        "from makeup_video.cli.estimate import _print\n"
+        "params = dict(opacity=1, gloss=0, gloss_roughness=0.5, reflection=0)\n"
+        "_print({'lips': {'hex': '#B4002E', 'words': 'x' * 200, 'params': params}, 'eyes': None})"
+    )
+    words = [sys.executable, "-c", code]
+    plain = {name: value for name, value in os.environ.items()
+             if name not in ("NO_COLOR", "FORCE_COLOR", "COLORTERM")}  # fmt: skip
+    if settings is None:
+        said = subprocess.run(words, capture_output=True, check=True, env=plain).stdout
+    else:
+        screen, terminal = pty.openpty()
+        env = {**plain, "TERM": "xterm-256color", **settings}
+        subprocess.run(words, stdout=terminal, stdin=subprocess.DEVNULL, check=True, env=env)
+        os.close(terminal)
+        said = os.read(screen, 10_000)
+        os.close(screen)
+    assert (b"\x1b[48;2;180;0;46m" in said) == colours == (b"\x1b" in said)
+    assert len(said.splitlines()) == 3  # a long line is not broken
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "words"),
+    [
+        (["none.jpg"], 3, "InputError: none.jpg does not exist"),
+        (["shades.csv"], 3, "PhotoError: shades.csv is no photo that can be read"),
+        (["empty.png"], 3, "PhotoError: empty.png: no face was found"),
+        (["two.png"], 3, "PhotoError: two.png: one face was expected, 2 were found"),
+        (["two.png", "--ref-face", "2"], 3, "there is no face 2; there are 0 at"),
+        (["two.png", "--ref-face", "left"], 2, "UsageError: --ref-face must be largest"),
+        (["two.png", "--catalogue", "none.csv"], 2, "CatalogueError: none.csv"),
+        (["two.png", "--catalogue", "two.png"], 2, "CatalogueError: two.png"),
+        (["two.png", "-o", "two.png", "-y"], 2, "own files"),
+        (["two.png", "-o", "link.json", "-y"], 2, "own files"),
+        (["two.png", "--catalogue", "shades.csv", "-o", "shades.csv", "-y"], 2, "own files"),
+        (["two.png", "-o", "old.json"], 2, "old.json exists already: add -y"),
+        (["two.png", "-o", "no/where.json"], 4, "does not exist"),
+    ],
+)
+def test_every_mistake_is_one_line_with_its_exit_code(folder, args, code, words):
+    cv2.imwrite("empty.png", np.dstack([grey(), grey()[..., 0]]))
+    faces = put(put(grey(900, 600), face_of(150), 20, 60), face_of(130), 480, 60)
+    cv2.imwrite("two.png", faces[..., ::-1])
+    os.symlink("two.png", "link.json")
+    (folder / "old.json").write_text("precious")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    done = run(*args)
+    assert done.exit_code == code, done.output
+    assert words in done.output and len(done.output.splitlines()) == 1
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_one_of_several_faces_is_chosen_by_its_number(folder):
+    faces = put(put(grey(900, 600), face_of(150), 20, 60), face_of(130), 480, 60)
+    cv2.imwrite("two.png", faces[..., ::-1])
+    for chosen in ("0", "1", "largest"):
+        assert run("two.png", "--ref-face", chosen).exit_code == 0
+
+
+def test_yes_overwrites_an_old_look(folder, reads):
+    reads(WORN)
+    (folder / "look.json").write_text("old")
+    assert run(PHOTO, "-o", "look.json", "-y").exit_code == 0
+    assert Look.load("look.json") == WORN
+    assert {path.name for path in folder.iterdir()} == {"look.json", "shades.csv"}
+
+
+def test_an_array_of_the_photo_reads_alike(folder):
+    cv2.imwrite("in.png", portrait()[..., ::-1])
+    lips = json.loads(run("in.png", "--json").stdout)["lips"]
+    read = reference.estimate_look(portrait()).lips
+    assert (lips and lips["hex"]) == (read and read.hex)

@@ -1,0 +1,243 @@
+"""Photos as people have them -> upright sRGB; everything else is one line that says what to do."""
+
+import io
+import struct
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.kernels.colour import SRGB, to_encoded, to_linear, to_xyz
+from makeup_video.pipeline import InputError, MakeupVideoError, PhotoError
+from makeup_video.pipeline.photo import LARGE_PX, read_photo
+from media import make_clip
+from people import portrait
+from PIL import Image
+
+# Colorants of ICC profiles, adapted to D50 (ICC.1:2022, D.1): red, green, blue as columns.
+DISPLAY_P3 = [
+    [0.51512, 0.29198, 0.15710],
+    [0.24120, 0.69225, 0.06657],
+    [-0.00105, 0.04189, 0.78407],
+]
+ADOBE_RGB = [[0.60974, 0.20528, 0.14919], [0.31111, 0.62567, 0.06322], [0.01947, 0.06087, 0.74457]]
+SRGB_CURVE = (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045)
+
+
+def fixed(*values):
+    return b"".join(struct.pack(">i", round(value * 65536)) for value in values)
+
+
+def profile(colorants, curve, name="test", space=b"RGB "):
+    """A matrix profile (ICC.1:2022, 8.3): colorants as columns, a parametric curve of 1 or 5 numbers."""
+    text = name.encode("utf-16-be")
+    tags = {b"desc": b"mluc\0\0\0\0" + struct.pack(">II4sII", 1, 12, b"enUS", len(text), 28) + text}
+    tags[b"wtpt"] = b"XYZ \0\0\0\0" + fixed(0.9642, 1.0, 0.8249)
+    kind = {1: 0, 5: 3}[len(curve)]
+    for at, letter in enumerate((b"r", b"g", b"b")):
+        tags[letter + b"XYZ"] = b"XYZ \0\0\0\0" + fixed(*(row[at] for row in colorants))
+        tags[letter + b"TRC"] = b"para\0\0\0\0" + struct.pack(">HH", kind, 0) + fixed(*curve)
+    table, body, start = b"", b"", 132 + 12 * len(tags)
+    for tag, data in tags.items():
+        table += struct.pack(">4sII", tag, start + len(body), len(data))
+        body += data + bytes(-len(data) % 4)
+    head = struct.pack(
+        ">I4sI4s4s4s", start + len(body), b"lcms", 0x04300000, b"mntr", space, b"XYZ "
+    )
+    head += bytes(12) + b"acsp" + bytes(28) + fixed(0.9642, 1.0, 0.8249) + bytes(48)
+    return head + struct.pack(">I", len(tags)) + table + body
+
+
+def colours(shape=(24, 32, 3), seed=0):
+    """Smooth, so that JPEG keeps it."""
+    small = np.random.default_rng(seed).integers(60, 190, (3, 4, 3)).astype(np.uint8)
+    return cv2.resize(small, shape[1::-1], interpolation=cv2.INTER_CUBIC)
+
+
+def save(path, rgb8, **options):
+    Image.fromarray(rgb8).save(path, **options)
+    return path
+
+
+def exif(orientation):
+    tags = Image.Exif()
+    tags[0x0112] = orientation
+    return tags
+
+
+@pytest.mark.parametrize("end", [".png", ".bmp", ".tif", ".webp"])
+def test_a_picture_without_losses_is_the_array(tmp_path, end):
+    rgb8 = colours()
+    path = save(tmp_path / f"in{end}", rgb8, **({"lossless": True} if end == ".webp" else {}))
+    np.testing.assert_array_equal(read_photo(path), rgb8)
+
+
+@pytest.mark.parametrize("end", [".jpg", ".webp", ".avif"])
+def test_a_picture_with_losses_is_about_the_array(tmp_path, end):
+    path = save(tmp_path / f"in{end}", colours(), quality=95)
+    assert np.abs(read_photo(path).astype(int) - colours()).mean() < 4
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("end", [".png", ".jpg", ".webp", ".tif"])
+def test_exif_orientation_is_undone(tmp_path, end, orientation):
+    upright = colours()
+    stored = {
+        1: upright, 2: upright[:, ::-1], 3: upright[::-1, ::-1], 4: upright[::-1],
+        5: upright.transpose(1, 0, 2), 6: np.rot90(upright, 1),
+        7: upright[::-1, ::-1].transpose(1, 0, 2), 8: np.rot90(upright, -1),
+    }[orientation]  # fmt: skip
+    how = {".jpg": {"quality": 95, "subsampling": 0}, ".webp": {"lossless": True}}.get(end, {})
+    path = save(tmp_path / f"in{end}", np.ascontiguousarray(stored), exif=exif(orientation), **how)
+    off = np.abs(read_photo(path).astype(int) - upright)
+    assert off.mean() < (4 if end == ".jpg" else 0.01)
+
+
+@pytest.mark.parametrize(
+    ("colorants", "curve", "to_linear_light", "to_srgb"),
+    [
+        (
+            DISPLAY_P3, SRGB_CURVE, lambda codes: to_linear(codes, SRGB),
+            np.linalg.inv(to_xyz(1)) @ to_xyz(12),
+        ),
+        (
+            ADOBE_RGB, (2.19921875,), lambda codes: codes**2.19921875,
+            # Adobe RGB (1998), 4.3.5.3, then IEC 61966-2-1
+            np.linalg.inv(to_xyz(1))
+            @ [[0.57667, 0.18556, 0.18823], [0.29734, 0.62736, 0.07529], [0.02703, 0.07069, 0.99134]],
+        ),
+    ],
+    ids=["Display P3", "Adobe RGB"],
+)  # fmt: skip
+def test_an_icc_profile_is_converted_to_srgb(tmp_path, colorants, curve, to_linear_light, to_srgb):
+    rgb8 = colours()
+    path = save(tmp_path / "in.png", rgb8, icc_profile=profile(colorants, curve))
+    wanted = 255 * to_encoded(to_linear_light(rgb8 / 255) @ to_srgb.T, SRGB).clip(0, 1)
+    assert np.abs(wanted - rgb8).max() > 5
+    assert np.abs(read_photo(path) - wanted).max() < 2.5  # littleCMS rounds on its way
+
+
+@pytest.mark.parametrize(
+    "data", [profile(DISPLAY_P3, SRGB_CURVE, "sRGB of somebody"), b"no profile", b"",
+             profile(DISPLAY_P3, SRGB_CURVE, space=b"CMYK")[:200]],
+)  # fmt: skip
+def test_profiles_of_srgb_and_broken_ones_change_nothing(tmp_path, data):
+    path = save(tmp_path / "in.png", colours(), icc_profile=data)
+    np.testing.assert_array_equal(read_photo(path), colours())
+
+
+def test_cmyk_as_photoshop_writes_it_has_its_colours(tmp_path):
+    Image.fromarray(colours()).convert("CMYK").save(tmp_path / "in.jpg", quality=95)
+    assert np.abs(read_photo(tmp_path / "in.jpg").astype(int) - colours()).mean() < 6
+
+
+def test_sixteen_bits_and_an_opaque_alpha_are_the_same_picture(tmp_path):
+    bgr = colours()[..., ::-1]
+    cv2.imwrite(str(tmp_path / "deep.png"), bgr.astype(np.uint16) * 257)
+    opaque = np.dstack([bgr, np.full(bgr.shape[:2], 255, np.uint8)])
+    cv2.imwrite(str(tmp_path / "opaque.png"), opaque)
+    for name in ("deep.png", "opaque.png"):
+        np.testing.assert_array_equal(read_photo(tmp_path / name), colours())
+
+
+def test_what_is_transparent_is_middle_grey(tmp_path):
+    alpha = np.zeros(colours().shape[:2], np.uint8)
+    alpha[:, 16:] = 255
+    save(tmp_path / "in.png", np.dstack([colours(), alpha]))
+    got = read_photo(tmp_path / "in.png")
+    assert (got[:, :16] == 128).all()
+    np.testing.assert_array_equal(got[:, 16:], colours()[:, 16:])
+
+
+def test_a_palette_is_a_picture_too(tmp_path):
+    Image.fromarray(colours()).quantize(64).save(tmp_path / "in.gif")
+    assert np.abs(read_photo(tmp_path / "in.gif").astype(int) - colours()).mean() < 8
+
+
+def test_of_a_phones_several_pictures_the_first_is_the_photo(tmp_path):
+    first, second = Image.fromarray(colours()), Image.fromarray(colours(seed=1))
+    first.save(tmp_path / "in.jpg", "MPO", save_all=True, append_images=[second], quality=95)
+    assert np.abs(read_photo(tmp_path / "in.jpg").astype(int) - colours()).mean() < 4
+
+
+def test_a_very_large_photo_is_averaged_down(tmp_path):
+    wide = np.full((40, LARGE_PX + 2, 3), (200, 90, 40), np.uint8)
+    got = read_photo(save(tmp_path / "in.png", wide))
+    assert got.shape == (20, LARGE_PX // 2 + 1, 3) and (got == (200, 90, 40)).all()
+
+
+def png_of(width, height):
+    """A PNG that claims a size, and holds nothing."""
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(b"")), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in chunks
+    )
+
+
+def bytes_of(rgb8, kind, **options):
+    file = io.BytesIO()
+    Image.fromarray(rgb8).save(file, kind, **options)
+    return file.getvalue()
+
+
+def moving(kind):
+    more = [Image.fromarray(colours(seed=1))]
+    return bytes_of(colours(), kind, save_all=True, append_images=more)
+
+
+BAD = {
+    "grey.jpg": (lambda: bytes_of(colours()[..., 0], "JPEG"), "is a grey picture"),
+    "grey16.png": (lambda: cv2.imencode(".png", colours()[..., 0].astype(np.uint16) * 257)[1].tobytes(),
+                   "is a grey picture"),
+    "cut.jpg": (lambda: bytes_of(portrait(), "JPEG")[:9000], "damaged or cut short"),
+    "cut.png": (lambda: bytes_of(portrait(), "PNG")[:9000], "damaged or cut short"),
+    "empty.png": (lambda: png_of(30, 20), "damaged or cut short"),
+    "large.png": (lambda: png_of(12000, 12000), "has 12000 x 12000 px, more than 120 million"),
+    "bomb.png": (lambda: png_of(60000, 60000), "more than 120 million: make it smaller first"),
+    "moving.gif": (lambda: moving("GIF"), "holds 2 pictures"),
+    "moving.png": (lambda: moving("PNG"), "holds 2 pictures"),
+    "moving.webp": (lambda: moving("WEBP"), "holds 2 pictures"),
+    "phone.heic": (lambda: b"\0\0\0\x18ftypheic\0\0\0\0mif1heic" + bytes(80), "save it as JPEG or PNG"),
+    "words.jpg": (lambda: b"no photo at all", "is no photo that can be read: give a JPEG"),
+    "nothing.jpg": (lambda: b"", "is empty"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_no_photo_is_one_line_that_says_what_to_do(tmp_path, name):
+    make, words = BAD[name]
+    (tmp_path / name).write_bytes(make())
+    with pytest.raises(InputError) as caught:
+        read_photo(tmp_path / name)
+    said = str(caught.value)
+    assert words in said and name in said and "\n" not in said
+    assert caught.value.exit_code == 3
+
+
+def test_a_video_says_how_to_take_a_frame(tmp_path):
+    with pytest.raises(PhotoError, match=r"is a video.*ffmpeg -ss SECONDS -i in.mp4"):
+        read_photo(make_clip(tmp_path / "in.mp4"))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    kind=st.sampled_from(["JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF"]),
+    flips=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(1, 255)), max_size=6),
+    keep=st.floats(0.01, 1),
+)
+def test_any_damage_is_a_picture_or_one_line(tmp_path_factory, kind, flips, keep):
+    data = bytearray(bytes_of(colours(), kind, exif=exif(6)))
+    for place, by in flips:
+        data[int(place * len(data))] ^= by
+    path = tmp_path_factory.mktemp("damaged") / "in"
+    path.write_bytes(data[: max(1, int(keep * len(data)))])
+    try:
+        got = read_photo(path)
+    except MakeupVideoError as error:
+        assert "\n" not in str(error)
+    else:
+        assert got.ndim == 3 and got.shape[2] == 3 and got.dtype == np.uint8
