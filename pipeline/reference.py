@@ -21,7 +21,13 @@ from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.net import Net, read_array
 from makeup_video.pipeline.photo import read_photo
-from makeup_video.pipeline.reference_io import NUMBERS, divide_light, from_targets, window_of
+from makeup_video.pipeline.reference_io import (
+    NUMBERS,
+    crop_of,
+    from_targets,
+    places_of,
+    window_of,
+)
 from makeup_video.pipeline.scene import SceneLight
 from makeup_video.pipeline.still import to_frame
 from makeup_video.pipeline.topology import EYE, EYE_CORNERS, FACE_OVAL, LIPS, RIGHT_EYE
@@ -57,9 +63,11 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     face = choose_face(find_faces(rgb8)) if face is None else face
     check_face(rgb8, face)
     light = photo_light(rgb8, face)
-    lips = _read(rgb8, face, light, "lips")
     has_eyes = _is_inside(rgb8, face, [*EYE, *RIGHT_EYE])
-    return Look(lips=lips, eyes=_read(rgb8, face, light, "eyes") if has_eyes else None)
+    return Look(
+        lips=_read(rgb8, face, light, "lips"),
+        eyes=_read(rgb8, face, light, "eyes") if has_eyes else None,
+    )
 
 
 def look_from_photo(path: str | os.PathLike[str], face: str = "") -> Look:
@@ -135,11 +143,6 @@ def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
     return light_of(FrameFaces(frame, (placed,)))[0]
 
 
-def crop_of(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> np.ndarray:
-    """What the net of a region ("lips" or "eyes") is shown: (H, W, 3) uint8, in neutral light."""
-    return divide_light(RgbPicture(rgb8).crop(*window_of(face, region)), light)
-
-
 def width_px(face: Face) -> float:
     """Of the face, upright: between the outermost points of its oval, along the eyes."""
     across = face.points_px[EYE_CORNERS[1], :2] - face.points_px[EYE_CORNERS[0], :2]
@@ -162,7 +165,10 @@ def turn_degrees(face: Face) -> float:
 
 
 def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> GraphicsParams | None:
-    crop = crop_of(rgb8, face, light, region)
+    places = places_of(face, region)
+    if places is None:
+        return None
+    crop = crop_of(RgbPicture(rgb8).crop(*window_of(face, region)), places, light)
     # a face and its mirror image wear the same: the mean of both errs less
     targets = _net(region)(np.stack([crop, crop[:, ::-1]]))["targets"].mean(0)
     return product_of(from_targets(targets), region)

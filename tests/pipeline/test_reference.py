@@ -33,13 +33,11 @@ from makeup_video.pipeline.reference import (
     MIN_WIDTH_PX,
     check_face,
     choose_face,
-    crop_of,
-    photo_light,
     product_of,
     turn_degrees,
     width_px,
 )
-from makeup_video.pipeline.reference_io import CROPS, NUMBERS, from_targets, to_targets
+from makeup_video.pipeline.reference_io import NUMBERS, from_targets, to_targets
 from people import SAMPLES, face_of, grey, portrait, put
 
 SEVEN = st.tuples(
@@ -84,12 +82,6 @@ def test_the_file_gives_the_same_as_its_pixels(tmp_path):
     assert look_from_photo(tmp_path / "in.png", "0") == look_from_photo(
         tmp_path / "in.png", "largest"
     )
-
-
-def test_crops_have_the_size_that_the_nets_were_trained_on():
-    light = photo_light(portrait(), face())
-    for region, crop in CROPS.items():
-        assert crop_of(portrait(), face(), light, region).shape == (*crop.size_wh[::-1], 3)
 
 
 @pytest.mark.parametrize("ground", [(1200, 900), (700, 1500)])
