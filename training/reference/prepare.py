@@ -2,7 +2,7 @@
 
     python -m makeup_video.training.reference.prepare --portraits DIR --out runs/reference.npz
 
-DIR holds pictures and labels.npz with their names and sources. Painting what is packed here needs
+DIR holds pictures and labels.npz with their names and, where they have several, sources. Painting what is packed here needs
 no net. Many portraits wear light makeup: the colour of lips and lids is predicted from that of
 the skin, and those that are furthest from what their skin suggests are not painted on.
 """
@@ -158,7 +158,8 @@ def main() -> None:
     chosen = np.arange(0, len(labels["name"]), options.every)
     seen = [look_at(options.portraits / name) for name in labels["name"][chosen]]
     found = [one for one in seen if one is not None]
-    split = split_of(labels["source"][chosen])[[one is not None for one in seen]]
+    source = labels["source"] if "source" in labels else np.full(len(labels["name"]), "")
+    split = split_of(source[chosen])[[one is not None for one in seen]]
     packed = pack(found, split)
     print(f"{len(found)} of {len(chosen)} portraits have one face that can be painted")
     report(packed)
