@@ -61,7 +61,7 @@ class Measuring:
             found[region] = {}
             for at, (name, rgb) in enumerate(EXTREMES.items()):
                 products = {region: OfColour(self.products[region], rgb)}
-                count = max(self.options.count // 5, 2)
+                count = max(self.options.count // 6, 2)
                 made = triplets(people, *halves(people), products, count, seed=100 + at)
                 found[region][name] = measure(made, self.first, self.whole)
         say("extreme colours")

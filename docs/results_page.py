@@ -83,7 +83,7 @@ def reach(results: Results) -> str:
         for measure in MEASURES:
             mine, simple = (found.only(method, measure).mean() for method in (ours, MEAN))
             if not np.isnan(mine):
-                rows.append((f"{region}: {measure}, mean", f"< {number(simple, 4)} (mean colour moved)", number(mine, 4), mine < simple))  # fmt: skip
+                rows.append((f"{region}: {measure}, mean", f"< {number(simple, 5)} (mean colour moved)", number(mine, 5), mine < simple))  # fmt: skip
     rows.sort(key=lambda row: bool(row[3]))
     return table(
         ("", "reach", "measured", ""),
@@ -117,12 +117,12 @@ def known_line(results: Results) -> str:
     for region in REACH_CIEDE:
         found = results.main[region]
         end, known = (colour_error(found.true[region], told[region]) for told in (found.told, found.known))  # fmt: skip
-        parts.append(f"{region} {number(end, 2)} against {number(known, 2)}")
+        parts.append(f"{region} {number(known, 2)} in place of {number(end, 2)}")
     lost = sum(found.unread for found in results.main.values())
     count = sum(len(found.tone) for found in results.main.values())
     return (
-        "Points and light are found in the made-up photo itself. With those of the bare portrait instead, the mean\n"
-        f"error of colours is about the same or not: {'; '.join(parts)}. In {lost} of {count} photos no face was found."
+        "Points and light are found in the made-up photo itself. Against that, with those of the bare portrait, the mean\n"
+        f"error of colours is: {'; '.join(parts)}. In {lost} of {count} photos no face was found."
     )
 
 
@@ -136,7 +136,7 @@ def triplet_tables(results: Results) -> str:
             if method not in found.scores:
                 continue
             median, most = median_and_most(found.only(method))
-            whole = (number(found.only(method, name).mean(), 4) for name in MEASURES[1:])
+            whole = (number(found.only(method, name).mean(), 5) for name in MEASURES[1:])
             rows.append((label, f"{median:.2f}", f"{most:.2f}", *whole))
         if worn == "lips":
             rows += [
@@ -155,7 +155,7 @@ def by_kind(ours: str, kinds: Mapping[str, Mapping[str, Measured]], what: str) -
         for name, found in by_name.items():
             median, most = median_and_most(found.only(ours))
             simple = float(np.median(found.only(MEAN)))
-            whole = [number(found.only(ours, measure).mean(), 4) for measure in MEASURES[1:]]
+            whole = [number(found.only(ours, measure).mean(), 5) for measure in MEASURES[1:]]
             error = colour_error(found.true[region], found.told[region])
             people = f"{len(np.unique(found.person))}, {len(found.tone)}"
             row = (region, name, people, f"{median:.2f}", f"{most:.2f}", f"{simple:.2f}", number(error, 1))  # fmt: skip
@@ -170,7 +170,7 @@ def nets_table(results: Results) -> str:
         for region, cost in results.costs[name].items():
             found = results.main[region]
             median, most = median_and_most(found.only(name))
-            whole = (number(found.only(name, measure).mean(), 4) for measure in MEASURES[1:])
+            whole = (number(found.only(name, measure).mean(), 5) for measure in MEASURES[1:])
             rows.append((name, region, f"{cost.megabytes:.1f}", *(f"{ms:.1f}" for ms in cost.ms.values()),
                          f"{median:.2f}", f"{most:.2f}", *whole))  # fmt: skip
     head = ("net", "", "MB", "ms, 1 thread", "ms, 2 threads", "CIEDE2000, median", "90 %")
@@ -242,8 +242,9 @@ Size of the weights and time of one crop; the rest as above, the same triplets.
 
 ## Pictures
 
-Grace Hopper wears the look; it is read from her photo as JPEG {pictures.TEST_QUALITY}, and painted on Eileen Collins beside the truth. Both photographs
-are in the public domain.
+A look is painted on a reference, read from that photo saved as JPEG {pictures.TEST_QUALITY}, and painted on another picture, beside the truth.
+Lipsticks go from Grace Hopper to Eileen Collins. Hopper's lids are behind the rims of her glasses, so eye-shadow goes from the photograph of
+Collins to a frame of `samples/in.mp4`, which was made from that photograph: the same person. Both photographs are in the public domain.
 
 {pictures.markdown()}
 

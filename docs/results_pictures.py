@@ -29,17 +29,24 @@ _WHAT = {"lips": sheet.MOUTH, "eyes": EYES}
 # Grids: what is worn, and its products as colour and finish.
 GRIDS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
     "results-lips.jpg": ("lips", (
-        ("B4002E", "matte"), ("C8325A", "gloss"), ("B5705A", "satin"), ("4A1030", "satin"), ("9A4A3A", "metallic"),
+        ("B4002E", "matte"), ("C8325A", "gloss"), ("B5705A", "satin"), ("4A1030", "satin"),
+        ("9A4A3A", "metallic"),
     )),
     "results-eyes.jpg": ("eyes", (
-        ("6A3A5E", "satin"), ("3A2418", "matte"), ("A8784A", "metallic"), ("C890A0", "shimmer"), ("2E4A3C", "satin"),
+        ("6A3A5E", "satin"), ("3A2418", "matte"), ("A8784A", "metallic"), ("C890A0", "shimmer"),
+        ("2E4A3C", "satin"),
     )),
-    "results-extremes.jpg": ("lips", (
-        ("1432C8", "satin"), ("1E8C32", "matte"), ("101012", "gloss"), ("F2EEEA", "matte"), ("F0CD1E", "satin"),
+    "results-extreme-lips.jpg": ("lips", (
+        ("1432C8", "satin"), ("1E8C32", "matte"), ("101012", "gloss"), ("F2EEEA", "matte"),
+        ("F0CD1E", "satin"),
+    )),
+    "results-extreme-eyes.jpg": ("eyes", (
+        ("1432C8", "matte"), ("1E8C32", "metallic"), ("101012", "matte"), ("F2EEEA", "shimmer"),
+        ("F0CD1E", "satin"),
     )),
 }  # fmt: skip
-_ALT = {"results-lips.jpg": "Lipsticks", "results-eyes.jpg": "Eye-shadow",
-        "results-extremes.jpg": "Extreme lipsticks"}  # fmt: skip
+# Who wears it, and who it is painted on. Hopper's lids are behind the rims of her glasses.
+_SHUT = 24  # frame of samples/in.mp4
 _COLUMNS = ("reference", "bare", "read from it", "truth")
 _CLIPS = {
     "lipstick.mp4": ("lips", "8C1446", "gloss"),
@@ -48,7 +55,7 @@ _CLIPS = {
 
 
 def markdown() -> str:
-    return "\n\n".join(f"![{_ALT[name]}]({sheet.PICTURES}/{name})" for name in GRIDS)
+    return "\n\n".join(f"![{name.removesuffix('.jpg')}]({sheet.PICTURES}/{name})" for name in GRIDS)
 
 
 def worn(region: str, code: str, finish: str) -> Look:
@@ -64,9 +71,23 @@ def saved(rgb8: np.ndarray) -> np.ndarray:
 
 @cache
 def hopper() -> sheet.Scene:
-    """At half size: her face is about as wide as those that the nets learned from."""
+    """Hopper at half size: her face is about as wide as those that the nets learned from."""
     whole = sheet.portrait().rgb8
     return sheet.Scene(cv2.resize(whole, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA))
+
+
+def wearer(region: str) -> sheet.Scene:
+    return hopper() if region == "lips" else sheet.astronaut()
+
+
+def other(region: str) -> sheet.Scene:
+    return sheet.astronaut() if region == "lips" else sheet.clip(_SHUT)
+
+
+def photo_of(look: Look, region: str) -> np.ndarray:
+    """(H, W, 3) uint8: the reference photo, as saved."""
+    scene = wearer(region)
+    return saved(apply_look(scene.rgb8, look, [scene.face]))
 
 
 def read_from(photo: np.ndarray, look: Look, nets: Mapping[str, "Net"]) -> Look:
@@ -85,10 +106,10 @@ def draw(name: str, nets: Mapping[str, "Net"]) -> np.ndarray:
     cells = []
     for code, finish in products:
         look = worn(region, code, finish)
-        photo = saved(apply_look(hopper().rgb8, look, [hopper().face]))
+        photo = photo_of(look, region)
         read = read_from(photo, look, nets)
         reference = sheet.Scene(photo).closeup(Look(), what, size_wh)
-        others = (sheet.astronaut().closeup(one, what, size_wh) for one in (Look(), read, look))
+        others = (other(region).closeup(one, what, size_wh) for one in (Look(), read, look))
         cells.append([reference, *others])
     return sheet.grid(cells, _COLUMNS, [f"#{code}, {finish}" for code, finish in products])
 
@@ -133,11 +154,11 @@ def save_test_people(
 
 
 def save_clips(nets: Mapping[str, "Net"], folder: Path) -> None:
-    """samples/in.mp4 with a lipstick and with an eye-shadow, each read from a photo of Hopper."""
+    """samples/in.mp4 with a lipstick and with an eye-shadow, each read from a reference photo."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, (region, code, finish) in _CLIPS.items():
         look = worn(region, code, finish)
-        photo = saved(apply_look(hopper().rgb8, look, [hopper().face]))
+        photo = photo_of(look, region)
         write((folder / name).with_suffix(".reference.jpg"), photo)
         read = read_from(photo, look, nets)
         read.save((folder / name).with_suffix(".look.json"))
