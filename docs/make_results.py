@@ -75,7 +75,7 @@ class Measuring:
             found[region] = {}
             everybody = np.arange(len(people))
             for tone in np.unique(people.tone):
-                count = max(self.options.count // 3, 2)
+                count = max(self.options.count // 4, 2)
                 products = {region: self.products[region]}
                 wearers = everybody[people.tone == tone]
                 made = triplets(people, wearers, everybody, products, count, seed=200 + int(tone))
@@ -117,6 +117,8 @@ def main() -> None:
     options = parsed()
     calm()
     nets = {name: nets_of(folder) for name, folder in options.nets}
+    if next(iter(nets.values())).keys() != set(REGIONS):
+        raise SystemExit(f"{options.nets[0][1]} has no nets for both of {', '.join(REGIONS)}")
     costs = {
         name: {
             region: cost_of(path, region)

@@ -1,6 +1,6 @@
 """The page docs/results.md, of what make_results.py measured."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +9,7 @@ import results_pictures as pictures
 from makeup_video.pipeline.reference_io import NUMBERS
 from makeup_video.training.reference.evaluate import (
     COLOUR_SEEN,
+    KNOWN,
     MEAN,
     MEASURES,
     SOURCE,
@@ -19,6 +20,8 @@ from makeup_video.training.reference.evaluate import (
     number_errors,
 )
 from makeup_video.training.reference.reading import Cost
+from makeup_video.training.reference.render import TEST_QUALITY
+from makeup_video.training.reference.scores import FACE_PX
 
 PAGE = Path(__file__).parent / "results.md"
 JUDGEMENT = "## What still goes wrong"
@@ -34,7 +37,7 @@ PAPER_TRIPLETS = {"BeautyGAN": (0.123, 0.371, 0.093), "CA-GAN": (0.085, 0.304, 0
 _RANGES = {"red": "0 to 255", "green": "0 to 255", "blue": "0 to 255", "gloss": "0 to 4"}
 _METHODS = {TRUE: "the true numbers (the best that can be)", MEAN: "mean colour moved",
             SOURCE: "source left as it is"}  # fmt: skip
-_UNMEASURED = "not measured"
+_UNMEASURED, MISSED = "not measured", "**missed**"
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,35 +71,34 @@ def median_and_most(off: np.ndarray) -> tuple[float, float]:
 
 def reach(results: Results) -> str:
     """What we set out to reach beside what was measured, misses first."""
-    rows, ours = [], results.nets[0]
-    for region, limits in REACH_CIEDE.items():
-        found = results.main[region]
-        true, told = found.true[region], found.told[region]
-        for name, most, off in zip(("median", "90 %"), limits, median_and_most(found.only(ours)), strict=True):  # fmt: skip
-            rows.append(
-                (f"{region}: CIEDE2000, {name}", f"<= {most:g}", number(off, 2), off <= most)
-            )
-        off = colour_error(true, told)
-        rows.append((f"{region}: colour, mean error of 255", f"<= {REACH_COLOUR:g}", number(off, 1), off <= REACH_COLOUR))  # fmt: skip
-        rank = gloss_rank(true, told)
-        rows.append((f"{region}: gloss, rank correlation", f">= {REACH_GLOSS:g}", number(rank, 2), rank >= REACH_GLOSS))  # fmt: skip
-        for measure in MEASURES:
-            mine, simple = (found.only(method, measure).mean() for method in (ours, MEAN))
-            if not np.isnan(mine):
-                rows.append((f"{region}: {measure}, mean", f"< {number(simple, 5)} (mean colour moved)", number(mine, 5), mine < simple))  # fmt: skip
-    rows.sort(key=lambda row: bool(row[3]))
-    return table(
-        ("", "reach", "measured", ""),
-        [(*row[:3], "reached" if row[3] else "**missed**") for row in rows],
-    )
+    rows = []
+    for region in REACH_CIEDE:
+        for what, limit, measured, met in _reach_of(results.main[region], results.nets[0], region):
+            rows.append((f"{region}: {what}", limit, measured, "reached" if met else MISSED))
+    return table(("", "reach", "measured", ""), sorted(rows, key=lambda row: row[3] != MISSED))
+
+
+def _reach_of(found: Measured, ours: str, region: str) -> Iterator[tuple[str, str, str, bool]]:
+    """What, its limit, what was measured, whether that is within."""
+    for name, most, off in zip(
+        ("median", "90 %"), REACH_CIEDE[region], median_and_most(found.only(ours)), strict=True
+    ):
+        yield f"CIEDE2000, {name}", f"<= {most:g}", number(off, 2), off <= most
+    off = colour_error(*found.pair(ours, region))
+    yield "colour, mean error of 255", f"<= {REACH_COLOUR:g}", number(off, 1), off <= REACH_COLOUR
+    rank = gloss_rank(*found.pair(ours, region))
+    yield "gloss, rank correlation", f">= {REACH_GLOSS:g}", number(rank, 2), rank >= REACH_GLOSS
+    for measure in MEASURES:
+        mine, simple = (found.only(method, measure).mean() for method in (ours, MEAN))
+        if not np.isnan(mine):
+            limit = f"< {number(simple, 5)} (mean colour moved)"
+            yield f"{measure}, mean", limit, number(mine, 5), mine < simple
 
 
 def numbers_table(results: Results) -> str:
     rows = []
-    errors = {}
-    for region in REACH_CIEDE:
-        found = results.main[region]
-        errors[region] = number_errors(found.true[region], found.told[region])
+    pairs = {region: results.main[region].pair(results.nets[0], region) for region in REACH_CIEDE}
+    errors = {region: number_errors(*pair) for region, pair in pairs.items()}
     for at, name in enumerate(NUMBERS):
         digits = 1 if name in ("red", "green", "blue") else 3
         mine = (number(errors[region][at], digits) for region in REACH_CIEDE)
@@ -105,8 +107,7 @@ def numbers_table(results: Results) -> str:
         ("colour, all three", colour_error),
         ("gloss, rank correlation", gloss_rank),
     ):
-        mine = (number(how(found.true[region], found.told[region]), 2)
-                for region in REACH_CIEDE for found in [results.main[region]])  # fmt: skip
+        mine = (number(how(*pair), 2) for pair in pairs.values())
         rows.append((label, "", *mine, ""))
     return table(("", "range", "lips", "eyes", "the paper, lips"), rows)
 
@@ -116,13 +117,13 @@ def known_line(results: Results) -> str:
     parts = []
     for region in REACH_CIEDE:
         found = results.main[region]
-        end, known = (colour_error(found.true[region], told[region]) for told in (found.told, found.known))  # fmt: skip
+        end, known = (colour_error(*found.pair(name, region)) for name in (results.nets[0], KNOWN))
         parts.append(f"{region} {number(known, 2)} in place of {number(end, 2)}")
     lost = sum(found.unread for found in results.main.values())
     count = sum(len(found.tone) for found in results.main.values())
     return (
-        "Points and light are found in the made-up photo itself. Against that, with those of the bare portrait, the mean\n"
-        f"error of colours is: {'; '.join(parts)}. In {lost} of {count} photos no face was found."
+        "Points and light are found in the made-up photo itself. With those of the bare portrait the mean error of colours\n"
+        f"would be: {'; '.join(parts)}. In {lost} of {count} photos no face was found."
     )
 
 
@@ -149,19 +150,17 @@ def triplet_tables(results: Results) -> str:
 
 
 def by_kind(ours: str, kinds: Mapping[str, Mapping[str, Measured]], what: str) -> str:
-    """A table of every region: a row for each colour or tone."""
-    rows = []
+    """A row for each region and colour or tone; of tones only the makeup is compared."""
+    whole, rows = MEASURES[1:] if what == "colour" else (), []
     for region, by_name in kinds.items():
         for name, found in by_name.items():
-            median, most = median_and_most(found.only(ours))
-            simple = float(np.median(found.only(MEAN)))
-            whole = [number(found.only(ours, measure).mean(), 5) for measure in MEASURES[1:]]
-            error = colour_error(found.true[region], found.told[region])
             people = f"{len(np.unique(found.person))}, {len(found.tone)}"
-            row = (region, name, people, f"{median:.2f}", f"{most:.2f}", f"{simple:.2f}", number(error, 1))  # fmt: skip
-            rows.append((*row, *whole) if what == "colour" else row)
-    head = ("", what, "people, looks", "CIEDE2000, median", "90 %", "mean colour moved, median", "colour, of 255")  # fmt: skip
-    return table((*head, *MEASURES[1:]) if what == "colour" else head, rows)
+            off = *median_and_most(found.only(ours)), float(np.median(found.only(MEAN)))
+            error = colour_error(*found.pair(ours, region))
+            rest = (number(found.only(ours, measure).mean(), 5) for measure in whole)
+            rows.append((region, name, people, *(f"{x:.2f}" for x in off), number(error, 1), *rest))
+    head = ("", what, "people, looks", "CIEDE2000, median", "90 %", "median of mean colour moved")
+    return table((*head, "colour, of 255", *whole), rows)
 
 
 def nets_table(results: Results) -> str:
@@ -169,29 +168,28 @@ def nets_table(results: Results) -> str:
     for name in results.nets:
         for region, cost in results.costs[name].items():
             found = results.main[region]
-            median, most = median_and_most(found.only(name))
+            pair = found.pair(name, region)
+            size = f"{cost.megabytes:.1f}", *(f"{ms:.1f}" for ms in cost.ms.values())
+            off = (f"{x:.2f}" for x in median_and_most(found.only(name)))
+            numbers = number(colour_error(*pair), 1), number(gloss_rank(*pair), 2)
             whole = (number(found.only(name, measure).mean(), 5) for measure in MEASURES[1:])
-            rows.append((name, region, f"{cost.megabytes:.1f}", *(f"{ms:.1f}" for ms in cost.ms.values()),
-                         f"{median:.2f}", f"{most:.2f}", *whole))  # fmt: skip
+            rows.append((name, region, *size, *off, *numbers, *whole))
     head = ("net", "", "MB", "ms, 1 thread", "ms, 2 threads", "CIEDE2000, median", "90 %")
-    return table((*head, *MEASURES[1:]), rows)
+    return table((*head, "colour, of 255", "gloss, rank", *MEASURES[1:]), rows)
 
 
 def text(results: Results) -> str:
     """The page, down to the judgement."""
-    ours = results.nets[0]
-    count = len(results.main["lips"].tone)
-    more = f"""
-Real photographs, of people and light that neither nets nor renderer were made by. Who looks made up was left out; tones are as
-the photos show them.
+    parts = (_beginning, _triplets, _kinds, _end)
+    return "\n".join(part(results) for part in parts) + f"\n{JUDGEMENT}\n"
 
-{by_kind(ours, results.more, "tone")}
-""" if results.more else ""  # fmt: skip
+
+def _beginning(results: Results) -> str:
     return f"""# Results: how well a look is read from one photo
 
 Made by `python docs/make_results.py`, which measures everything on this page. The people and the products are unseen:
-no net was trained on them. Looks are painted by the renderer with all of its 17 numbers, those that no net tells too; photos are
-saved as JPEG {pictures.TEST_QUALITY}, and from such a photo alone a look is read, as the product does it: find the face, read the
+no net was trained on them. Looks are painted by the renderer with all of its 17 numbers, those that no net tells too; photos
+are saved as JPEG {TEST_QUALITY}, and from such a photo alone a look is read, as the product does it: find the face, read the
 light, cut the crop, seven numbers, the renderer's other settings from the nearest finish. People are drawn so that
 skin tones come about as often, as far as there are some.
 
@@ -203,25 +201,41 @@ CIEDE2000: the look that was read and the true one, painted on the same other ba
 
 ## Error of each number
 
-Mean of |error|; that of colours where opacity is at least {COLOUR_SEEN:g}: of less, little can be told. The paper's figures are in
-a table of its source that was commented out; its numbers are defined a little differently, and its other two (gamma
-1.42, of any positive value) have no counterpart.
+Mean of |error|; that of colours where opacity is at least {COLOUR_SEEN:g}: of less, little can be told. The paper's figures
+are in a table of its source that was commented out. Its numbers are defined a little differently, and one more (gamma,
+1.42, of any positive value) has no counterpart here.
 
 {numbers_table(results)}
 
 {known_line(results)}
+"""
 
-## Triplets
 
-{count} times: a photo of somebody who wears the look, somebody else who is bare, and that one with the same look as the truth.
-Nobody is in both parts. L1, MS-SSIM and LPIPS are of the whole face at {pictures.FACE_PX} x {pictures.FACE_PX} px, values 0 to 1, so the makeup is a small
-part of them; the figures of the paper (its table 1, for lipstick) are from other, photographed triplets, where the two
-photos of a person differ in more than makeup: they can be compared with each other, not with ours.
+def _triplets(results: Results) -> str:
+    return f"""## Triplets
+
+A photo of somebody who wears the look, somebody else who is bare, and that one with the same look as the truth. Those who
+wear looks and those who are bare are different halves of the test people. L1, MS-SSIM (of R'G'B') and LPIPS are of the
+whole face at {FACE_PX} x {FACE_PX} px, values 0 to 1, so the makeup is a small part of them.
+
+The paper's figures (its table 1, lipstick) are from other, photographed triplets, in which the two photos of a person
+differ in more than makeup. They can be compared with each other, not with ours.
+
 *Mean colour moved* is what a simple tool does: the mean Lab of the region becomes that of the reference, its detail stays.
 
 {triplet_tables(results)}
+"""
 
-## Extreme colours
+
+def _kinds(results: Results) -> str:
+    ours = results.nets[0]
+    more = f"""
+Real photographs, of people and in light that neither the nets nor the renderer were made by; those who look made up were
+left out. Tone is that of the cheeks in the photo, so a shadow or a coloured lamp counts as well.
+
+{by_kind(ours, results.more, "tone")}
+""" if results.more else ""  # fmt: skip
+    return f"""## Extreme colours
 
 Blue, green, black, white and yellow products, opacity 0.6 to 1, otherwise as real ones.
 
@@ -230,25 +244,27 @@ Blue, green, black, white and yellow products, opacity 0.6 to 1, otherwise as re
 ## Skin tones
 
 By the tone of who wears the look (individual typology angle of the cheeks), people of the validation and test parts; the
-validation people were looked at during training, never trained on. Mind how few people some rows have.
+validation people were watched during training, never trained on. Mind how few people some rows have.
 
 {by_kind(ours, results.tones, "tone")}
-{more}
-## Nets
+{more}"""
 
-Size of the weights and time of one crop; the rest as above, the same triplets.
+
+def _end(results: Results) -> str:
+    return f"""## Nets
+
+Size of the weights and time of one crop; the rest as above, on the same triplets.
 
 {nets_table(results)}
 
 ## Pictures
 
-A look is painted on a reference, read from that photo saved as JPEG {pictures.TEST_QUALITY}, and painted on another picture, beside the truth.
-Lipsticks go from Grace Hopper to Eileen Collins. Hopper's lids are behind the rims of her glasses, so eye-shadow goes from the photograph of
-Collins to a frame of `samples/in.mp4`, which was made from that photograph: the same person. Both photographs are in the public domain.
+A look is painted on a reference, read from that photo saved as JPEG {TEST_QUALITY}, and painted on another picture, beside
+the truth. Lipsticks go from Grace Hopper to Eileen Collins. Hopper's lids are behind the rims of her glasses, so eye-shadow
+goes from the photograph of Collins to a frame of `samples/in.mp4`, made from that photograph: the same person. Both
+photographs are in the public domain.
 
 {pictures.markdown()}
-
-{JUDGEMENT}
 """
 
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from makeup_video.training.reference.triplets import Triplet
 
 TEST_QUALITY = 90  # JPEG
-FACE_PX = 256
 _CELL_WH = {"lips": (200, 125), "eyes": (240, 90)}
 EYES: sheet.What = ((33, 263, 9, 8), 1.75)
 _WHAT = {"lips": sheet.MOUTH, "eyes": EYES}
@@ -138,16 +137,16 @@ def save_test_people(
     what, size_wh = _WHAT[region], _CELL_WH[region]
     cells = []
     for one in made:
-        scenes = [sheet.Scene(shot_rgb, shot.scene.faces[0].face)
-                  for shot, shot_rgb in ((one.wearer, one.photo), (one.bare, to_rgb8(one.bare.codes)))]  # fmt: skip
-        reference, bare = scenes
+        reference = sheet.Scene(one.photo, one.wearer.scene.faces[0].face)
+        bare = sheet.Scene(to_rgb8(one.bare.codes), one.bare.scene.faces[0].face)
         read = read_from(one.photo, one.look, nets)
         there, here = (
-            weight_of(s.face, region, one.look.zone, s.rgb8.shape[1::-1]) for s in scenes
+            weight_of(each.face, region, one.look.zone, each.rgb8.shape[1::-1])
+            for each in (reference, bare)
         )
         moved = transfer_mean_colour(one.photo, there, bare.rgb8, here)
-        simple = sheet.Scene(moved, bare.face)
-        views: list[tuple[sheet.Scene, Look]] = [(reference, Look()), (bare, Look()), (simple, Look()), (bare, read), (bare, one.look)]  # fmt: skip
+        views = [(reference, Look()), (bare, Look()), (sheet.Scene(moved, bare.face), Look())]
+        views += [(bare, read), (bare, one.look)]
         cells.append([scene.closeup(look, what, size_wh) for scene, look in views])
     columns = ("reference", "bare", "mean colour", "read from it", "truth")
     write(folder / f"test-people-{region}.jpg", sheet.grid(cells, columns))

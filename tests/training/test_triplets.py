@@ -129,7 +129,7 @@ def test_the_face_fills_the_square_that_whole_scores_see():
 
 
 def test_whole_scores_are_0_for_the_same_and_grow():
-    pytest.importorskip("torchmetrics")
+    pytest.importorskip("pytorch_msssim")
     from makeup_video.training.reference.scores import whole_scores
 
     truth = face_of(portrait(), face_window(face()))

@@ -53,22 +53,21 @@ COUNT = 300
 COLOUR_SEEN = 0.4  # opacity from which a product's colour can be told
 COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
 TRUE, MEAN, SOURCE = "true numbers", "mean colour", "source unchanged"
+KNOWN = "known points and light"
 MEASURES = ("CIEDE2000", *WHOLE)
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """true, told, known: by region, (N, 7) numbers: of the look, read from the photo, and read
-    with the bare portrait's points and light (told and known: of the first nets).
+    """numbers: by name and region, (N, 7): TRUE ones of the look, those read by each set of nets,
+    and KNOWN, read by the first with the bare portrait's points and light.
 
-    scores: by method (one name for each set of nets, then TRUE, MEAN, SOURCE), (N, 4) MEASURES.
-    person, tone: (N,) of the wearers.  unread: photos in which no face was found; they are not
-    in true, told, known, and with them the source stays as it is.
+    scores: by method (a set of nets, TRUE, MEAN, SOURCE), (N, 4) MEASURES.  person, tone: (N,) of
+    the wearers.  unread: photos in which no face was found; they are not in numbers, and with
+    them the source stays as it is.
     """
 
-    true: dict[str, np.ndarray]
-    told: dict[str, np.ndarray]
-    known: dict[str, np.ndarray]
+    numbers: dict[str, dict[str, np.ndarray]]
     scores: dict[str, np.ndarray]
     person: np.ndarray
     tone: np.ndarray
@@ -77,6 +76,10 @@ class Measured:
     def only(self, method: str, measure: str = MEASURES[0]) -> np.ndarray:
         """(N,) of one method and measure."""
         return self.scores[method][:, MEASURES.index(measure)]
+
+    def pair(self, name: str, region: str) -> tuple[np.ndarray, np.ndarray]:
+        """(N, 7) true numbers and those told."""
+        return self.numbers[TRUE][region], self.numbers[name][region]
 
 
 def colour_error(true: np.ndarray, told: np.ndarray) -> float:
@@ -108,61 +111,62 @@ def held_out(path: Path, region: str) -> RealProducts:
 def measure(
     made: Iterable[Triplet], nets: Mapping[str, Mapping[str, Net]], whole: Whole | None = None
 ) -> Measured:
-    """nets: by name, then by region.  whole: measures of the whole face; without, only CIEDE2000."""
-    composite = Composite(Look())
-    true: dict[str, list[np.ndarray]] = {}
-    told: dict[str, list[np.ndarray]] = {}
-    known: dict[str, list[np.ndarray]] = {}
+    """nets: by name, then by region; some may lack a region, the first none.  whole: measures of the whole face; without, only CIEDE2000."""
+    composite, first = Composite(Look()), next(iter(nets.values()))
+    numbers: dict[str, dict[str, list[np.ndarray]]] = {}
     scores: dict[str, list[np.ndarray]] = {}
     who, unread = [], 0
-    first = next(iter(nets.values()))
     for one in made:
-        seen = see(one.photo)
-        unread += seen is None
         who.append((one.person, one.tone))
-        for method, score in _scores(one, seen, nets, composite, whole).items():
+        seen, regions = see(one.photo), worn(one.look)
+        able = {name: each for name, each in nets.items() if each.keys() >= set(regions)}
+        read = {name: _read(seen, each, one.look) for name, each in able.items()}
+        if seen:
+            own = cut(one.photo, one.wearer.scene.faces[0].face, one.wearer.light)
+            looks = {TRUE: one.look, KNOWN: _read(own, first, one.look), **read}
+            for name, look in looks.items():
+                for region in worn(look):
+                    rows = numbers.setdefault(name, {}).setdefault(region, [])
+                    rows.append(numbers_of(look, region))
+        unread += seen is None
+        for method, score in _scores(one, seen, read, composite, whole).items():
             scores.setdefault(method, []).append(score)
-        if seen is None:
-            continue
-        own = cut(one.photo, one.wearer.scene.faces[0].face, one.wearer.light)
-        for into, look in ((true, one.look), (told, _read(seen, first, one.look)),
-                           (known, _read(own, first, one.look))):  # fmt: skip
-            for region in worn(look):
-                into.setdefault(region, []).append(numbers_of(look, region))
-    arrays = ({key: np.array(rows) for key, rows in each.items()} for each in (true, told, known, scores))  # fmt: skip
     person, tone = np.array(who).T
-    return Measured(*arrays, person, tone, unread)
+    stacked = {name: _stacked(by_region) for name, by_region in numbers.items()}
+    return Measured(stacked, _stacked(scores), person, tone, unread)
 
 
-def _read(seen: Seen, nets: Mapping[str, Net], look: Look) -> Look:
+def _stacked(rows: Mapping[str, list[np.ndarray]]) -> dict[str, np.ndarray]:
+    return {key: np.array(values) for key, values in rows.items()}
+
+
+def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
     """The regions that wear something, as the nets tell them; the user says the zone."""
-    return look_seen(seen, {region: nets[region] for region in worn(look) if region in nets}, look.zone)  # fmt: skip
+    if seen is None:
+        return Look()
+    chosen = {region: nets[region] for region in worn(look) if region in nets}
+    return look_seen(seen, chosen, look.zone)
 
 
 def _scores(
     one: Triplet,
     seen: Seen | None,
-    nets: Mapping[str, Mapping[str, Net]],
+    read: Mapping[str, Look],
     composite: Composite,
     whole: Whole | None,
 ) -> dict[str, np.ndarray]:
     """(4,) MEASURES by method."""
     source = to_rgb8(one.bare.codes)
     numbers = {region: numbers_of(one.look, region) for region in worn(one.look)}
-    made = {
-        name: paint(composite, one.bare, _read(seen, by_region, one.look)) if seen else source
-        for name, by_region in nets.items()
-        if all(region in by_region for region in numbers)
-    }
-    made[TRUE] = paint(composite, one.bare, look_with(numbers, one.look.zone))
+    looks = {**read, TRUE: look_with(numbers, one.look.zone)}
+    made = {name: paint(composite, one.bare, look) for name, look in looks.items()}
     made[MEAN] = _mean_colour(one, seen, source) if seen else source
     made[SOURCE] = source
-    window = face_window(one.bare.scene.faces[0].face)
-    faces = [face_of(picture, window) for picture in made.values()]
+    rest = np.full((len(made), len(WHOLE)), np.nan)
     if whole:
+        window = face_window(one.bare.scene.faces[0].face)
+        faces = [face_of(picture, window) for picture in made.values()]
         rest = whole(faces, face_of(one.truth, window))
-    else:
-        rest = np.full((len(made), len(WHOLE)), np.nan)
     return {
         name: np.array([ciede2000(picture, one.truth, one.where), *row])
         for (name, picture), row in zip(made.items(), rest, strict=True)
@@ -196,7 +200,7 @@ def main() -> None:
     products: dict[str, Draws] = {options.region: held_out(options.shades, options.region)}
     made = triplets(people, *halves(people), products, options.count, seed=2)
     found = measure(made, {"estimated": {options.region: net_of(options.net)}})
-    true, told = found.true[options.region], found.told[options.region]
+    true, told = found.pair("estimated", options.region)
     errors = zip(NUMBERS, number_errors(true, told), strict=True)
     print("mean errors:", ", ".join(f"{name} {error:.3g}" for name, error in errors))
     print(

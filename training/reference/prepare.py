@@ -24,6 +24,7 @@ WORN_SHARE = 1 / 3  # of each skin tone: those who look most made up
 TONES_DEGREES = (-30, 10, 28, 41, 55)  # individual typology angle: dark, brown, tan ... very light
 TONE_NAMES = ("dark", "brown", "tan", "medium", "light", "very light")
 CHEEKS = (50, 280, 101, 330)
+_GREY = 4.0  # chroma of skin; such a photo is black and white, and shows no product's colour
 _SHINE = 95  # percentile of lightness: the lips' highlights
 
 
@@ -114,7 +115,7 @@ def look_at(path: Path) -> dict[str, np.ndarray] | None:
     if len(faces) != 1 or faces[0].mouth_weight < 1:
         return None
     colours = colours_of(rgb8, faces[0])
-    if colours is None:
+    if colours is None or np.hypot(*colours[1:3]) < _GREY:
         return None
     return {
         "picture": data, "points": faces[0].points_px,

@@ -40,17 +40,15 @@ def whole_scores(lpips_weights: Sequence[Path] = ()) -> Whole:
     """L1 and 1-MS-SSIM of values in 0..1, and LPIPS where its weights are given."""
     import torch
     from makeup_video.training.reference import lpips
-    from torchmetrics.functional.image import multiscale_structural_similarity_index_measure
+    from pytorch_msssim import ms_ssim
 
     net = lpips.load(lpips_weights) if lpips_weights else None
 
     def score(pictures: Sequence[np.ndarray], truth: np.ndarray) -> np.ndarray:
         stack = np.stack([*pictures, truth]).astype(np.float32) / 255
         x = torch.from_numpy(stack).permute(0, 3, 1, 2)
-        x, wanted = x[:-1], x[-1:].expand(len(pictures), -1, -1, -1)
-        alike = multiscale_structural_similarity_index_measure(
-            x, wanted, data_range=1.0, reduction="none"
-        )
+        x, wanted = x[:-1], x[-1:].expand(len(pictures), -1, -1, -1).contiguous()
+        alike = ms_ssim(x, wanted, data_range=1.0, size_average=False)
         seen = net(x, wanted) if net else torch.full((len(x),), torch.nan)
         return torch.stack([(x - wanted).abs().mean((1, 2, 3)), 1 - alike, seen], 1).numpy()
 
