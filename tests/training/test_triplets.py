@@ -173,11 +173,24 @@ def test_true_numbers_are_measured_as_nearly_right_and_a_bare_face_as_far_off():
 
     nets = {"lips": knowing(RED), "eyes": knowing(RED)}
     found = evaluate.measure(made("lips", 6), {"ours": nets})
-    assert found.unread == 0 and found.true["lips"].shape == found.told["lips"].shape == (6, 7)
+    assert found.unread == 0 and all(each.shape == (6, 7) for each in found.pair("ours", "lips"))
     assert set(found.scores) == {"ours", evaluate.TRUE, evaluate.MEAN, evaluate.SOURCE}
     best, bare = (np.median(found.only(name)) for name in (evaluate.TRUE, evaluate.SOURCE))
     assert best < 2 and bare > 5
     assert np.isnan(found.only("ours", "L1")).all()
+
+
+def test_a_photo_without_a_face_leaves_the_source_as_it_is(monkeypatch):
+    pytest.importorskip("torch")
+    from makeup_video.training.reference import evaluate
+
+    seen = iter([None, reading.see(portrait())])
+    monkeypatch.setattr(evaluate, "see", lambda rgb8: next(seen))
+    nets = {"ours": {"lips": knowing(RED), "eyes": knowing(RED)}, "half": {"eyes": knowing(RED)}}
+    found = evaluate.measure(made("lips", 2), nets)
+    assert found.unread == 1 and len(found.tone) == 2 and len(found.pair("ours", "lips")[1]) == 1
+    assert found.only("ours")[0] == found.only(evaluate.SOURCE)[0] > found.only("ours")[1]
+    assert "half" not in found.scores
 
 
 def test_errors_of_colours_count_where_they_show():
