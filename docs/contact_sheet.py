@@ -38,9 +38,9 @@ LIGHTS = {
 class Scene:
     """A picture and its largest face; rgb8 is (H, W, 3) uint8, encoded as sRGB."""
 
-    def __init__(self, rgb8: np.ndarray) -> None:
+    def __init__(self, rgb8: np.ndarray, face: Face | None = None) -> None:
         self.rgb8 = rgb8
-        self.face: Face = find_faces(rgb8)[0]
+        self.face: Face = face or find_faces(rgb8)[0]
 
     def in_light(self, name: str) -> "Scene":
         """The same picture with more, less or other light; what is too bright clips, as in a camera."""

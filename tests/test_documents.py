@@ -45,7 +45,17 @@ def test_every_picture_is_named_there_and_small(maker):
 
 def test_no_picture_is_left_over():
     drawn = {name for maker in MAKERS for name in import_module(maker).PICTURES}
-    assert {path.name for path in (DOCS / "pictures").iterdir()} == drawn
+    drawn |= set(import_module("results_pictures").GRIDS)
+    assert {path.name for path in (DOCS / "pictures").iterdir()} <= drawn
+
+
+def test_the_page_of_results_shows_its_pictures_which_are_there_and_small():
+    page = DOCS / "results.md"  # measured, so it cannot be written again to compare
+    if not page.exists():
+        pytest.skip("nothing was measured yet")
+    named = re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
+    assert sorted(named) == sorted(f"pictures/{n}" for n in import_module("results_pictures").GRIDS)
+    assert max((DOCS / name).stat().st_size for name in named) < 150e3
 
 
 def test_every_parameter_zone_and_finish_is_explained():

@@ -247,6 +247,14 @@ def test_a_made_up_mouth_stands_out_from_those_that_follow_their_skin():
     assert not kept[:20].any() and 50 <= kept.sum() <= 61
 
 
+def test_a_black_and_white_portrait_is_nobody_to_paint(tmp_path):
+    grey = np.repeat(cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
+    for name, rgb8, is_packed in (("colour", portrait(), True), ("grey", grey, False)):
+        path = tmp_path / f"{name}.png"
+        cv2.imwrite(str(path), rgb8[..., ::-1])
+        assert (prepare.look_at(path) is not None) == is_packed
+
+
 def test_every_source_of_people_is_split_by_its_order():
     picture = cv2.imencode(".png", portrait()[..., ::-1])[1].ravel()
     found = [

@@ -1,97 +1,190 @@
-"""Measure a reference net on people and products that it never saw.
+"""Measure reference nets on people and products that they never saw.
 
     python -m makeup_video.training.reference.evaluate lips runs/lips-lite0.pt --shades lip_shades.csv
 
-What counts is what it is for: the estimated look and the true one, painted on another bare person,
-and compared there.
+What counts is what a net is for: the estimated look and the true one, painted on another bare
+person, and compared there. docs/make_results.py measures all of it and writes it down.
 """
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 import torch
+from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.reference_io import from_targets
-from makeup_video.training.faces.infer import from_onnx
-from makeup_video.training.reference.export import load
-from makeup_video.training.reference.render import Renderer, Shot, renderer
-from makeup_video.training.reference.shades import (
-    draw_settings,
-    finish_of,
-    look_of,
-    settings_of,
+from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.reference_io import NUMBERS
+from makeup_video.training.reference.baselines import transfer_mean_colour
+from makeup_video.training.reference.people import People
+from makeup_video.training.reference.reading import (
+    Net,
+    Seen,
+    cut,
+    look_seen,
+    look_with,
+    net_of,
+    see,
 )
-from makeup_video.training.reference.train import estimates, report
+from makeup_video.training.reference.render import Draws, paint, to_rgb8
+from makeup_video.training.reference.scores import (
+    WHOLE,
+    Whole,
+    ciede2000,
+    face_of,
+    face_window,
+)
+from makeup_video.training.reference.shades import SPLITS, RealProducts, read_products
+from makeup_video.training.reference.triplets import (
+    Triplet,
+    halves,
+    numbers_of,
+    triplets,
+    weight_of,
+    worn,
+)
 from scipy.stats import spearmanr
-from skimage.color import deltaE_ciede2000, rgb2lab
 
 COUNT = 300
-Estimate = Callable[[np.ndarray], np.ndarray]
+COLOUR_SEEN = 0.4  # opacity from which a product's colour can be told
+COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
+TRUE, MEAN, SOURCE = "true numbers", "mean colour", "source unchanged"
+KNOWN = "known points and light"
+MEASURES = ("CIEDE2000", *WHOLE)
 
 
-def net_of(path: Path) -> Estimate:
-    """(N, H, W, 3) uint8 -> (N, 7) numbers of a look, by a checkpoint or an exported net."""
-    if path.suffix == ".onnx":
-        run = from_onnx(path)
-        return lambda rgb8: from_targets(run(rgb8)[0])
-    net = load(path)[1].to(memory_format=torch.channels_last)
-    return lambda rgb8: from_targets(estimates(net, torch.from_numpy(rgb8)).numpy())
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """numbers: by name and region, (N, 7): TRUE ones of the look, those read by each set of nets,
+    and KNOWN, read by the first with the bare portrait's points and light.
+
+    scores: by method (a set of nets, TRUE, MEAN, SOURCE), (N, 4) MEASURES.  person, tone: (N,) of
+    the wearers.  unread: photos in which no face was found; they are not in numbers, and with
+    them the source stays as it is.
+    """
+
+    numbers: dict[str, dict[str, np.ndarray]]
+    scores: dict[str, np.ndarray]
+    person: np.ndarray
+    tone: np.ndarray
+    unread: int
+
+    def only(self, method: str, measure: str = MEASURES[0]) -> np.ndarray:
+        """(N,) of one method and measure."""
+        return self.scores[method][:, MEASURES.index(measure)]
+
+    def pair(self, name: str, region: str) -> tuple[np.ndarray, np.ndarray]:
+        """(N, 7) true numbers and those told."""
+        return self.numbers[TRUE][region], self.numbers[name][region]
 
 
-def where_painted(one: Renderer, shot: Shot, zone: str) -> np.ndarray:
-    """(H, W) bool: px of a cut that wear at least half of the product."""
-    height, width = shot.codes.shape[:2]
-    face, total = shot.scene.faces[0], np.zeros((height, width), np.float32)
-    parts = face.eyes if one.region == "eyes" else (face.lips,)
-    for lit in parts:
-        weight = np.empty_like(total)
-        lit.region.weigh(weight, (0, 0), 0.5, zone)
-        np.maximum(total, weight, out=total)
-    return total >= 0.5
+def colour_error(true: np.ndarray, told: np.ndarray) -> float:
+    """Mean of |error| of red, green and blue where the product covers; code values of 255."""
+    shows = true[:, 0] >= COLOUR_SEEN
+    return float(np.abs(told - true)[shows, COLOUR].mean()) if shows.any() else np.nan
 
 
-def difference(a: np.ndarray, b: np.ndarray, where: np.ndarray) -> float:
-    """Mean CIEDE2000 of two (H, W, 3) uint8 pictures over some px."""
-    return float(deltaE_ciede2000(rgb2lab(a[where]), rgb2lab(b[where])).mean())
+def number_errors(true: np.ndarray, told: np.ndarray) -> np.ndarray:
+    """(7,) mean |error|; that of colours where they show."""
+    off, shows = np.abs(told - true), true[:, 0] >= COLOUR_SEEN
+    errors = off.mean(0)
+    errors[COLOUR] = off[shows, COLOUR].mean(0) if shows.any() else np.nan
+    return errors
 
 
-def measure(one: Renderer, net: Estimate, count: int) -> None:
-    rng, people = one.rng, len(one.people)
-    crops, true, settings, zones, wearers = [], [], [], [], []
-    for values in one.products.draw(count, rng):
-        wearer, zone = int(rng.choice(people, p=one.people.share)), one.zone()
-        shot, rest = one.shoot(wearer), draw_settings(values, one.region, rng)
-        painted = one.paint(shot, look_of(values, rest, one.region, zone))
-        crops.append(one.see(shot, painted))
-        true.append(values)
-        settings.append(rest)
-        zones.append(zone)
-        wearers.append(wearer)
-    told = net(np.stack(crops))
-    print("mean errors:", report(told, np.array(true)))
-    gloss = spearmanr(told[:, 4], np.array(true)[:, 4]).statistic
-    print(f"gloss: rank correlation {gloss:.3f}")
-    rows = []
-    for values, rest, zone, wearer, guess in zip(true, settings, zones, wearers, told, strict=True):
-        other = (wearer + 1 + int(rng.integers(people - 1))) % people
-        shot = one.shoot(other)
-        where = where_painted(one, shot, zone)
-        if where.sum() < 20:  # eyes almost shut, lips of a thin line
-            continue
-        wanted = one.paint(shot, look_of(values, rest, one.region, zone))
-        finish = settings_of(finish_of(guess, one.region), one.region)
-        got = one.paint(shot, look_of(guess, finish, one.region, zone))
-        bare = one.paint(shot, look_of(np.zeros(7), finish, one.region, zone))
-        rows.append([difference(got, wanted, where), difference(bare, wanted, where)])
-    for name, off in zip(("estimated", "left bare"), np.array(rows).T, strict=True):
-        median, most = np.quantile(off, (0.5, 0.9))
-        print(
-            f"CIEDE2000 to the true look, {name}: median {median:.2f}, 90 % {most:.2f} ({len(off)})"
+def gloss_rank(true: np.ndarray, told: np.ndarray) -> float:
+    """Spearman's correlation of the gloss that there is and that which is told."""
+    at = NUMBERS.index("gloss")
+    return float(spearmanr(true[:, at], told[:, at]).statistic)
+
+
+def held_out(path: Path, region: str) -> RealProducts:
+    """Products of the test split of a shade table."""
+    products = read_products(path, region)
+    return RealProducts(products.values[products.split == SPLITS.index("test")])
+
+
+def measure(
+    made: Iterable[Triplet], nets: Mapping[str, Mapping[str, Net]], whole: Whole | None = None
+) -> Measured:
+    """nets: by name, then by region; some may lack a region, the first none.  whole: measures of the whole face; without, only CIEDE2000."""
+    composite, first = Composite(Look()), next(iter(nets.values()))
+    numbers: dict[str, dict[str, list[np.ndarray]]] = {}
+    scores: dict[str, list[np.ndarray]] = {}
+    who, unread = [], 0
+    for one in made:
+        who.append((one.person, one.tone))
+        seen, regions = see(one.photo), worn(one.look)
+        able = {name: each for name, each in nets.items() if each.keys() >= set(regions)}
+        read = {name: _read(seen, each, one.look) for name, each in able.items()}
+        if seen:
+            own = cut(one.photo, one.wearer.scene.faces[0].face, one.wearer.light)
+            looks = {TRUE: one.look, KNOWN: _read(own, first, one.look), **read}
+            for name, look in looks.items():
+                for region in worn(look):
+                    rows = numbers.setdefault(name, {}).setdefault(region, [])
+                    rows.append(numbers_of(look, region))
+        unread += seen is None
+        for method, score in _scores(one, seen, read, composite, whole).items():
+            scores.setdefault(method, []).append(score)
+    person, tone = np.array(who).T
+    stacked = {name: _stacked(by_region) for name, by_region in numbers.items()}
+    return Measured(stacked, _stacked(scores), person, tone, unread)
+
+
+def _stacked(rows: Mapping[str, list[np.ndarray]]) -> dict[str, np.ndarray]:
+    return {key: np.array(values) for key, values in rows.items()}
+
+
+def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
+    """The regions that wear something, as the nets tell them; the user says the zone."""
+    if seen is None:
+        return Look()
+    chosen = {region: nets[region] for region in worn(look) if region in nets}
+    return look_seen(seen, chosen, look.zone)
+
+
+def _scores(
+    one: Triplet,
+    seen: Seen | None,
+    read: Mapping[str, Look],
+    composite: Composite,
+    whole: Whole | None,
+) -> dict[str, np.ndarray]:
+    """(4,) MEASURES by method."""
+    source = to_rgb8(one.bare.codes)
+    numbers = {region: numbers_of(one.look, region) for region in worn(one.look)}
+    looks = {**read, TRUE: look_with(numbers, one.look.zone)}
+    made = {name: paint(composite, one.bare, look) for name, look in looks.items()}
+    made[MEAN] = _mean_colour(one, seen, source) if seen else source
+    made[SOURCE] = source
+    rest = np.full((len(made), len(WHOLE)), np.nan)
+    if whole:
+        window = face_window(one.bare.scene.faces[0].face)
+        faces = [face_of(picture, window) for picture in made.values()]
+        rest = whole(faces, face_of(one.truth, window))
+    return {
+        name: np.array([ciede2000(picture, one.truth, one.where), *row])
+        for (name, picture), row in zip(made.items(), rest, strict=True)
+    }
+
+
+def _mean_colour(one: Triplet, seen: Seen, source: np.ndarray) -> np.ndarray:
+    for region in worn(one.look):
+        there, here = (
+            weight_of(face, region, one.look.zone, (rgb8.shape[1], rgb8.shape[0]))
+            for face, rgb8 in ((seen.face, one.photo), (one.bare.scene.faces[0].face, source))
         )
+        source = transfer_mean_colour(one.photo, there, source, here)
+    return source
+
+
+def _line(name: str, off: np.ndarray) -> str:
+    return f"{name}: median {np.median(off):.2f}, 90 % {np.quantile(off, 0.9):.2f}"
 
 
 def main() -> None:
@@ -102,10 +195,27 @@ def main() -> None:
     parser.add_argument("--shades", type=Path, required=True)
     parser.add_argument("--count", type=int, default=COUNT)
     options = parser.parse_args()
+    calm()
+    people = People(options.data, options.region, "test")
+    products: dict[str, Draws] = {options.region: held_out(options.shades, options.region)}
+    made = triplets(people, *halves(people), products, options.count, seed=2)
+    found = measure(made, {"estimated": {options.region: net_of(options.net)}})
+    true, told = found.pair("estimated", options.region)
+    errors = zip(NUMBERS, number_errors(true, told), strict=True)
+    print("mean errors:", ", ".join(f"{name} {error:.3g}" for name, error in errors))
+    print(
+        f"colour {colour_error(true, told):.1f}; gloss: rank correlation {gloss_rank(true, told):.3f}"
+    )
+    print(f"CIEDE2000 to the true look, {len(found.tone)} times, {found.unread} without a face")
+    for method in found.scores:
+        print(_line(f"  {method}", found.only(method)))
+
+
+def calm() -> None:
+    """One thread for each library: the pictures are small, and threads would wait for each other."""
     os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"
     cv2.setNumThreads(1)
-    one = renderer(options.data, options.shades, options.region, "test", seed=2, varied=False)
-    measure(one, net_of(options.net), options.count)
+    torch.set_num_threads(1)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Bare portraits as `prepare` packed them: pictures, faces, how often each is drawn."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,15 +14,18 @@ MOST_OFTEN = 10.0  # times the median: a few people of a rare tone must not be a
 
 
 class People:
-    """The bare ones of a split, for a region.
+    """The bare ones of some splits, for a region or for both.
 
     tone: (N,) bins of skin tone.  share: (N,) how often each is to be drawn, so that every tone
     comes about as often.
     """
 
-    def __init__(self, path: Path, region: str, split: str) -> None:
+    def __init__(self, path: Path, region: str | Sequence[str], *splits: str) -> None:
+        regions = (region,) if isinstance(region, str) else region
         with np.load(path) as packed:
-            chosen = packed[f"bare_{region}"] & (packed["split"] == SPLITS.index(split))
+            chosen = np.isin(packed["split"], [SPLITS.index(split) for split in splits])
+            for name in regions:
+                chosen &= packed[f"bare_{name}"]
             ends, pictures = packed["ends"], packed["pictures"]
             starts = np.concatenate([[0], ends[:-1]])
             self._data = [pictures[starts[i] : ends[i]].copy() for i in np.flatnonzero(chosen)]

@@ -2,7 +2,7 @@
 
     python -m makeup_video.training.reference.prepare --portraits DIR --out runs/reference.npz
 
-DIR holds pictures and labels.npz with their names and sources. Painting what is packed here needs
+DIR holds pictures and labels.npz with their names and, where they have several, sources. Painting what is packed here needs
 no net. Many portraits wear light makeup: the colour of lips and lids is predicted from that of
 the skin, and those that are furthest from what their skin suggests are not painted on.
 """
@@ -24,6 +24,7 @@ WORN_SHARE = 1 / 3  # of each skin tone: those who look most made up
 TONES_DEGREES = (-30, 10, 28, 41, 55)  # individual typology angle: dark, brown, tan ... very light
 TONE_NAMES = ("dark", "brown", "tan", "medium", "light", "very light")
 CHEEKS = (50, 280, 101, 330)
+_GREY = 4.0  # chroma of skin; such a photo is black and white, and shows no product's colour
 _SHINE = 95  # percentile of lightness: the lips' highlights
 
 
@@ -114,7 +115,7 @@ def look_at(path: Path) -> dict[str, np.ndarray] | None:
     if len(faces) != 1 or faces[0].mouth_weight < 1:
         return None
     colours = colours_of(rgb8, faces[0])
-    if colours is None:
+    if colours is None or np.hypot(*colours[1:3]) < _GREY:
         return None
     return {
         "picture": data, "points": faces[0].points_px,
@@ -158,7 +159,8 @@ def main() -> None:
     chosen = np.arange(0, len(labels["name"]), options.every)
     seen = [look_at(options.portraits / name) for name in labels["name"][chosen]]
     found = [one for one in seen if one is not None]
-    split = split_of(labels["source"][chosen])[[one is not None for one in seen]]
+    source = labels["source"] if "source" in labels else np.full(len(labels["name"]), "")
+    split = split_of(source[chosen])[[one is not None for one in seen]]
     packed = pack(found, split)
     print(f"{len(found)} of {len(chosen)} portraits have one face that can be painted")
     report(packed)

@@ -97,6 +97,13 @@ class Shot:
         return self.scene.faces[0].light
 
 
+def paint(composite: Composite, shot: Shot, look: Look) -> np.ndarray:
+    """(H, W, 3) uint8: a shot with a look on; nothing outside the makeup differs between looks."""
+    composite.set_look(look)
+    frame = composite(replace(shot.scene, frame=frame_of(shot.codes)))
+    return to_rgb8(cv2.merge(frame.planes))
+
+
 class Renderer:
     """Paints drawn products on drawn people. The same seed gives the same pictures.
 
@@ -148,9 +155,7 @@ class Renderer:
 
     def paint(self, shot: Shot, look: Look) -> np.ndarray:
         """(H, W, 3) uint8: the cut with a look on."""
-        self._composite.set_look(look)
-        frame = self._composite(replace(shot.scene, frame=frame_of(shot.codes)))
-        return to_rgb8(cv2.merge(frame.planes))
+        return paint(self._composite, shot, look)
 
     def see(self, shot: Shot, rgb8: np.ndarray) -> np.ndarray:
         """The crop that the net is shown of a cut, after a camera took it."""

@@ -1,0 +1,157 @@
+"""Measures the reference nets and writes docs/results.md and its pictures.
+
+    python docs/make_results.py --data runs/reference.npz --lip-shades lip_shades.csv \\
+        --eye-shades eyeshadow_shades.csv
+
+It needs the extra `train`. What is written in the page under JUDGEMENT stays.
+"""
+
+import argparse
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import contact_sheet as sheet
+import numpy as np
+import results_page as page
+import results_pictures as pictures
+from makeup_video.pipeline.finishes import REGIONS
+from makeup_video.training.reference.evaluate import COUNT, Measured, calm, held_out, measure
+from makeup_video.training.reference.people import People
+from makeup_video.training.reference.prepare import TONE_NAMES
+from makeup_video.training.reference.reading import Net, cost_of, file_of, nets_of
+from makeup_video.training.reference.scores import Whole, whole_scores
+from makeup_video.training.reference.shades import SPLITS
+from makeup_video.training.reference.triplets import EXTREMES, OfColour, halves, triplets
+
+SHIPPED = sheet.DOCS.parent / "pipeline" / "weights"
+BOTH = "lips and eyes"
+SETS = {"lips": ("lips",), "eyes": ("eyes",), BOTH: REGIONS}
+
+Nets = Mapping[str, Mapping[str, Net]]
+
+
+class Measuring:
+    """The people and products that are measured on, and how many times."""
+
+    def __init__(self, options: argparse.Namespace, nets: Nets, whole: Whole) -> None:
+        self.options, self.nets, self.whole = options, nets, whole
+        self.first = dict([next(iter(nets.items()))])
+        tables = {"lips": options.lip_shades, "eyes": options.eye_shades}
+        self.products = {region: held_out(path, region) for region, path in tables.items()}
+
+    def main(self) -> dict[str, Measured]:
+        """Test people, one half wearing looks, the other bare, all tones about as often."""
+        found = {}
+        for at, (name, regions) in enumerate(SETS.items()):
+            people = People(self.options.data, regions, "test")
+            made = triplets(
+                people, *halves(people), {region: self.products[region] for region in regions},
+                self.options.count, seed=at,
+            )  # fmt: skip
+            found[name] = measure(made, self.nets, self.whole)
+            say(f"{name}: {self.options.count} triplets")
+        return found
+
+    def extremes(self) -> dict[str, dict[str, Measured]]:
+        """By region and colour."""
+        found: dict[str, dict[str, Measured]] = {}
+        for region in REGIONS:
+            people = People(self.options.data, region, "test")
+            found[region] = {}
+            for at, (name, rgb) in enumerate(EXTREMES.items()):
+                products = {region: OfColour(self.products[region], rgb)}
+                count = max(self.options.count // 6, 2)
+                made = triplets(people, *halves(people), products, count, seed=100 + at)
+                found[region][name] = measure(made, self.first, self.whole)
+        say("extreme colours")
+        return found
+
+    def tones(self, data: Path, *splits: str) -> dict[str, dict[str, Measured]]:
+        """By region and skin tone of the wearer, as many looks for each tone that there is."""
+        found: dict[str, dict[str, Measured]] = {}
+        for region in REGIONS:
+            people = People(data, region, *splits)
+            found[region] = {}
+            everybody = np.arange(len(people))
+            for tone in np.unique(people.tone):
+                count = max(self.options.count // 4, 2)
+                products = {region: self.products[region]}
+                wearers = everybody[people.tone == tone]
+                made = triplets(people, wearers, everybody, products, count, seed=200 + int(tone))
+                found[region][TONE_NAMES[tone]] = measure(made, self.first)
+        say(f"skin tones of {data.name}")
+        return found
+
+
+def say(what: str) -> None:
+    print(time.strftime("%H:%M:%S"), what, flush=True)
+
+
+def named(text: str) -> tuple[str, Path]:
+    """ "lite0=runs/lite0" -> its name and folder."""
+    name, _, folder = text.rpartition("=")
+    return name or Path(folder).name, Path(folder)
+
+
+def parsed() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--nets", type=named, nargs="+", default=[("shipped", SHIPPED)], metavar="NAME=DIR",
+        help="folders with reference_REGION.onnx or REGION-*.pt; the first is measured in full",
+    )  # fmt: skip
+    parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
+    parser.add_argument("--more", type=Path, help="other people as `prepare` packed them")
+    parser.add_argument("--lip-shades", type=Path, required=True)
+    parser.add_argument("--eye-shades", type=Path, required=True)
+    parser.add_argument("--lpips-weights", type=Path, nargs="+", default=[], help="see lpips.py")
+    parser.add_argument("--count", type=int, default=COUNT, help="triplets; fewer to try it out")
+    parser.add_argument("--out", type=Path, default=page.PAGE)
+    parser.add_argument("--pictures", type=Path, default=sheet.DOCS / sheet.PICTURES)
+    parser.add_argument("--look-at", type=Path, help="folder for grids of the test people")
+    parser.add_argument("--clips", type=Path, help="folder for samples/in.mp4 with read looks")
+    return parser.parse_args()
+
+
+def main() -> None:
+    options = parsed()
+    calm()
+    nets = {name: nets_of(folder) for name, folder in options.nets}
+    if next(iter(nets.values())).keys() != set(REGIONS):
+        raise SystemExit(f"{options.nets[0][1]} has no nets for both of {', '.join(REGIONS)}")
+    costs = {
+        name: {
+            region: cost_of(path, region)
+            for region in REGIONS
+            if (path := file_of(folder, region))
+        }
+        for name, folder in options.nets
+    }  # fmt: skip
+    measuring = Measuring(options, nets, whole_scores(options.lpips_weights))
+    results = page.Results(
+        main=measuring.main(),
+        extremes=measuring.extremes(),
+        tones=measuring.tones(options.data, "validation", "test"),
+        more=measuring.tones(options.more, *SPLITS) if options.more else {},
+        nets=list(nets),
+        costs=costs,
+    )
+    judgement = page.kept_judgement(options.out)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(page.text(results) + judgement, encoding="utf-8")
+    say(f"wrote {options.out}")
+    first = next(iter(nets.values()))
+    pictures.save_all(first, options.pictures)
+    if options.look_at:
+        for region in REGIONS:
+            people = People(options.data, region, "test")
+            made = triplets(
+                people, *halves(people), {region: measuring.products[region]}, 12, seed=300
+            )
+            pictures.save_test_people(made, region, first, options.look_at)
+    if options.clips:
+        pictures.save_clips(first, options.clips)
+
+
+if __name__ == "__main__":
+    main()

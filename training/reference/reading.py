@@ -1,0 +1,130 @@
+"""A look read from a photo, by nets from any file; and what the nets cost."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import onnxruntime
+from makeup_video.pipeline.crop import RgbPicture
+from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.faces import find_faces
+from makeup_video.pipeline.finishes import REGIONS
+from makeup_video.pipeline.light import light_of
+from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.reference_io import CROPS, divide_light, from_targets, window_of
+from makeup_video.pipeline.scene import SceneLight
+from makeup_video.training.reference.render import frame_of, to_codes
+from makeup_video.training.reference.shades import finish_of, look_of, settings_of
+
+Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) numbers of a look
+_TIMED = 30  # runs
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of one net: megabytes of its weights, ms for one crop by number of threads."""
+
+    megabytes: float
+    ms: dict[int, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """What the nets are shown of a photo.  crops: by region, (H, W, 3) uint8."""
+
+    face: Face
+    crops: dict[str, np.ndarray]
+
+
+def file_of(folder: Path, region: str) -> Path | None:
+    """A folder's net of a region: exported, or else a checkpoint."""
+    exported = folder / f"reference_{region}.onnx"
+    found = [exported] if exported.exists() else sorted(folder.glob(f"{region}-*.pt"))
+    return found[0] if found else None
+
+
+def net_of(path: Path, threads: int = 1) -> Net:
+    """Of a checkpoint or an exported net."""
+    if path.suffix == ".onnx":
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = threads
+        run = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+        return lambda rgb8: from_targets(run.run(None, {"rgb8": rgb8})[0])
+    import torch
+    from makeup_video.training.reference.export import load
+    from makeup_video.training.reference.train import estimates
+
+    net = load(path)[1].to(memory_format=torch.channels_last)
+
+    def tell(rgb8: np.ndarray) -> np.ndarray:
+        torch.set_num_threads(threads)
+        return from_targets(estimates(net, torch.from_numpy(rgb8)).numpy())
+
+    return tell
+
+
+def nets_of(folder: Path) -> dict[str, Net]:
+    """By region, as far as the folder has them."""
+    found = {region: file_of(folder, region) for region in REGIONS}
+    return {region: net_of(path) for region, path in found.items() if path}
+
+
+def cost_of(path: Path, region: str) -> Cost:
+    w, h = CROPS[region].size_wh
+    crop, ms = np.full((1, h, w, 3), 128, np.uint8), {}
+    for threads in (1, 2):
+        net, took = net_of(path, threads), []
+        for _ in range(_TIMED + 5):
+            began = time.perf_counter()
+            net(crop)
+            took.append(time.perf_counter() - began)
+        ms[threads] = 1e3 * float(np.median(took[5:]))
+    size = path.stat().st_size if path.suffix == ".onnx" else _checkpoint_bytes(path)
+    return Cost(size / 1e6, ms)
+
+
+def _checkpoint_bytes(path: Path) -> int:
+    """Of the net's own numbers: a checkpoint holds the optimizer's too."""
+    from makeup_video.training.reference.export import load
+
+    return sum(p.numel() * p.element_size() for p in load(path)[1].parameters())
+
+
+def cut(rgb8: np.ndarray, face: Face, light: SceneLight) -> Seen:
+    """The crops of a face whose points and light are known."""
+    picture = RgbPicture(rgb8)
+    return Seen(face, {
+        region: divide_light(picture.crop(*window_of(face, region)), light) for region in CROPS
+    })  # fmt: skip
+
+
+def see(rgb8: np.ndarray) -> Seen | None:
+    """The same from the photo alone, its largest face; None when there is none."""
+    faces = find_faces(rgb8)
+    if not faces:
+        return None
+    light = light_of(FrameFaces(frame_of(to_codes(rgb8)), faces[:1]))[0]
+    return cut(rgb8, faces[0], light)
+
+
+def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
+    """What the nets tell; the renderer's other settings are those of the nearest finish."""
+    told = {region: net(seen.crops[region][None])[0] for region, net in nets.items()}
+    return look_with(told, zone)
+
+
+def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:
+    """A look of (7,) numbers by region, and settings of their nearest finishes."""
+    parts = {}
+    for region, values in numbers.items():
+        settings = settings_of(finish_of(values, region), region)
+        parts[region] = getattr(look_of(values, settings, region), region)
+    return Look(**parts, zone=zone)
+
+
+def estimate_look(rgb8: np.ndarray, nets: Mapping[str, Net], zone: str = "lid") -> Look | None:
+    """The look of a photo's largest face; None when there is no face."""
+    seen = see(rgb8)
+    return None if seen is None else look_seen(seen, nets, zone)
