@@ -21,13 +21,7 @@ from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.net import Net, read_array
 from makeup_video.pipeline.photo import read_photo
-from makeup_video.pipeline.reference_io import (
-    NUMBERS,
-    crop_of,
-    from_targets,
-    places_of,
-    window_of,
-)
+from makeup_video.pipeline.reference_io import NUMBERS, from_targets, read_crop
 from makeup_video.pipeline.scene import SceneLight
 from makeup_video.pipeline.still import to_frame
 from makeup_video.pipeline.topology import EYE, EYE_CORNERS, FACE_OVAL, LIPS, RIGHT_EYE
@@ -165,10 +159,9 @@ def turn_degrees(face: Face) -> float:
 
 
 def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> GraphicsParams | None:
-    places = places_of(face, region)
-    if places is None:
+    crop = read_crop(RgbPicture(rgb8), face, region, light)
+    if crop is None:
         return None
-    crop = crop_of(RgbPicture(rgb8).crop(*window_of(face, region)), places, light)
     # a face and its mirror image wear the same: the mean of both errs less
     targets = _net(region)(np.stack([crop, crop[:, ::-1]]))["targets"].mean(0)
     return product_of(from_targets(targets), region)

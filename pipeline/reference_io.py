@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
-from makeup_video.pipeline.crop import Affine, Window, compose, pixel_places
+from makeup_video.pipeline.crop import Affine, RgbPicture, Window, compose, pixel_places
 from makeup_video.pipeline.face import PATCH_SPAN, Face
 from makeup_video.pipeline.flat_lids import FLAT_WH, flat_lids
 from makeup_video.pipeline.scene import SceneLight
@@ -68,6 +68,14 @@ def crop_of(window: np.ndarray, places: np.ndarray, light: SceneLight) -> np.nda
     x, y = places
     seen = cv2.remap(window, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return divide_light(seen, light)
+
+
+def read_crop(picture: RgbPicture, face: Face, region: str, light: SceneLight) -> np.ndarray | None:
+    """What the net of a region is shown of a picture, (H, W, 3); None when the eyes are not seen."""
+    places = places_of(face, region)
+    if places is None:
+        return None
+    return crop_of(picture.crop(*window_of(face, region)), places, light)
 
 
 def shifted(window: Window, turn: float, scale: float, shift_xy: np.ndarray) -> Affine:

@@ -8,14 +8,13 @@ from pathlib import Path
 import numpy as np
 import onnxruntime
 from makeup_video.pipeline.crop import RgbPicture
-from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.faces import find_faces
 from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.reference_io import CROPS, divide_light, from_targets, window_of
+from makeup_video.pipeline.reference import photo_light
+from makeup_video.pipeline.reference_io import CROPS, from_targets, read_crop
 from makeup_video.pipeline.scene import SceneLight
-from makeup_video.training.reference.render import frame_of, to_codes
 from makeup_video.training.reference.shades import finish_of, look_of, settings_of
 
 Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) numbers of a look
@@ -95,9 +94,8 @@ def _checkpoint_bytes(path: Path) -> int:
 def cut(rgb8: np.ndarray, face: Face, light: SceneLight) -> Seen:
     """The crops of a face whose points and light are known."""
     picture = RgbPicture(rgb8)
-    return Seen(face, {
-        region: divide_light(picture.crop(*window_of(face, region)), light) for region in CROPS
-    })  # fmt: skip
+    crops = {region: read_crop(picture, face, region, light) for region in CROPS}
+    return Seen(face, {region: crop for region, crop in crops.items() if crop is not None})
 
 
 def see(rgb8: np.ndarray) -> Seen | None:
@@ -105,13 +103,15 @@ def see(rgb8: np.ndarray) -> Seen | None:
     faces = find_faces(rgb8)
     if not faces:
         return None
-    light = light_of(FrameFaces(frame_of(to_codes(rgb8)), faces[:1]))[0]
-    return cut(rgb8, faces[0], light)
+    return cut(rgb8, faces[0], photo_light(rgb8, faces[0]))
 
 
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     """What the nets tell; the renderer's other settings are those of the nearest finish."""
-    told = {region: net(seen.crops[region][None])[0] for region, net in nets.items()}
+    told = {}
+    for region in nets.keys() & seen.crops.keys():
+        crop = seen.crops[region]  # and its mirror image, as the product does
+        told[region] = nets[region](np.stack([crop, crop[:, ::-1]])).mean(0)
     return look_with(told, zone)
 
 

@@ -84,13 +84,13 @@ class Shot:
     """A bare person in some light, cut out around a region.
 
     codes: (H, W, 3) Y'CbCr.  scene: R's view of it; its frame is not painted on.  window: its px ->
-    the cut's.  places: the crop's px in the window.
+    the cut's.  places: the crop's px in the window, None for eyes that are not seen.
     """
 
     codes: np.ndarray
     scene: FrameScene
     window: Window
-    places: np.ndarray
+    places: np.ndarray | None
 
     @property
     def light(self) -> SceneLight:
@@ -135,9 +135,7 @@ class Renderer:
         lights = light_of(FrameFaces(frame_of(to_codes(whole)), (moved(face, half),)))
         face, codes = moved(face, to_cut), to_codes(cut)
         scene = BuildScene().under(lights, FrameFaces(frame_of(codes), (face,)))
-        places = places_of(face, self.region)
-        assert places is not None, "prepare keeps no portrait without lids"
-        return Shot(codes, scene, window_of(face, self.region), places)
+        return Shot(codes, scene, window_of(face, self.region), places_of(face, self.region))
 
     def _cut(self, window: Window) -> tuple[Affine, tuple[int, int]]:
         """The part of a picture around a crop: picture px -> its px, and its size."""
@@ -159,6 +157,7 @@ class Renderer:
 
     def see(self, shot: Shot, rgb8: np.ndarray) -> np.ndarray:
         """The crop that the net is shown of a cut, after a camera took it."""
+        assert shot.places is not None, "prepare keeps no portrait whose lids are not seen"
         to_px, size_wh = shot.window
         light = shot.light
         if self.varied:

@@ -13,7 +13,7 @@ from makeup_video.pipeline.face import Face, FrameFaces
 from makeup_video.pipeline.lips import lip_region
 from makeup_video.pipeline.look import ZONES, Look
 from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.reference_io import NUMBERS, window_of
+from makeup_video.pipeline.reference_io import NUMBERS, places_of, window_of
 from makeup_video.training.reference.camera import jpeg
 from makeup_video.training.reference.people import People
 from makeup_video.training.reference.render import (
@@ -80,7 +80,7 @@ def whole(people: People, person: int) -> Shot:
 def shot_of(rgb8: np.ndarray, face: Face) -> Shot:
     codes = to_codes(rgb8)
     scene = BuildScene()(FrameFaces(frame_of(codes), (face,)))
-    return Shot(codes, scene, window_of(face, "lips"))
+    return Shot(codes, scene, window_of(face, "lips"), places_of(face, "lips"))
 
 
 def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> np.ndarray:
