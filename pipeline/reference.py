@@ -169,14 +169,23 @@ def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> Graph
 
 def product_of(numbers: np.ndarray, region: str) -> GraphicsParams | None:
     """The net's seven numbers, as in a look -> the product; None when it is nothing to speak of."""
+    product = product_with(numbers, region)
+    is_bare = (
+        product.opacity < BARE_OPACITY
+        and product.gloss < BARE_GLOSS
+        and product.reflection < BARE_REFLECTION
+    )
+    return None if is_bare else product
+
+
+def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
+    """(7,) numbers, and settings of the nearest finish. No shimmer: the numbers do not tell it, and
+    sparkles that nobody wears look worse than some that are missing."""
     # a look is read by people: no more digits than the net can tell
     rounded = np.round(np.asarray(numbers, np.float64), 3)
     g = dict(zip(NUMBERS, rounded.tolist(), strict=True))
-    opacity, gloss, reflection = g["opacity"], g["gloss"], g["reflection"]
-    if opacity < BARE_OPACITY and gloss < BARE_GLOSS and reflection < BARE_REFLECTION:
-        return None
-    finish = nearest_finish(opacity, gloss, g["gloss_roughness"], reflection, region)
-    return GraphicsParams(**{**FINISHES[finish][region], **g})
+    finish = nearest_finish(g["opacity"], g["gloss"], g["gloss_roughness"], g["reflection"], region)
+    return GraphicsParams(**{**FINISHES[finish][region], **g, "shimmer": 0.0})
 
 
 def _is_inside(rgb8: np.ndarray, face: Face, points: Sequence[int] | np.ndarray) -> bool:

@@ -12,10 +12,9 @@ from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.faces import find_faces
 from makeup_video.pipeline.finishes import REGIONS
 from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.reference import photo_light
+from makeup_video.pipeline.reference import photo_light, product_with
 from makeup_video.pipeline.reference_io import CROPS, from_targets, read_crop
 from makeup_video.pipeline.scene import SceneLight
-from makeup_video.training.reference.shades import finish_of, look_of, settings_of
 
 Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) numbers of a look
 _TIMED = 30  # runs
@@ -117,10 +116,7 @@ def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
 
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:
     """A look of (7,) numbers by region, and settings of their nearest finishes."""
-    parts = {}
-    for region, values in numbers.items():
-        settings = settings_of(finish_of(values, region), region)
-        parts[region] = getattr(look_of(values, settings, region), region)
+    parts = {region: product_with(values, region) for region, values in numbers.items()}
     return Look(**parts, zone=zone)
 
 
