@@ -82,10 +82,15 @@ def encoded(light: np.ndarray) -> np.ndarray:
     return np.round(v * 255).astype(np.uint8)
 
 
+def read(path: Path) -> np.ndarray:
+    """(H, W, 3) uint8, encoded as sRGB."""
+    return np.ascontiguousarray(cv2.imread(str(path))[..., ::-1])
+
+
 @cache
 def portrait() -> Scene:
     """Grace Hopper: older skin, thin lips, glasses."""
-    return Scene(cv2.imread(str(SAMPLES / "portrait.jpg"))[..., ::-1].copy())
+    return Scene(read(SAMPLES / "portrait.jpg"))
 
 
 @cache

@@ -1,5 +1,5 @@
 """Make the sample media: in.mp4 (a person turning her head, talking and blinking), its face
-points in_points.npz, and portrait.jpg (a bare portrait).
+points in_points.npz, portrait.jpg (a bare portrait) and look.jpg (the same, made up).
 
     pip install -e .[samples]
     python samples/make_samples.py
@@ -20,6 +20,7 @@ import matplotlib.cbook
 import numpy as np
 from face import Face
 from head import STEP, Head, grid, invert, load_points
+from look import make_look
 from motion import FPS, FRAMES, State, state
 from numpy.typing import NDArray
 from picture import Image, build_layers, to_canvas
@@ -163,9 +164,12 @@ def make_portrait(path: Path) -> None:
 def main() -> None:
     started = time.perf_counter()
     make_portrait(HERE / "portrait.jpg")
+    make_look(HERE / "portrait.jpg", HERE / "look.jpg")
     make_video(HERE / "in.mp4", HERE / "in_points.npz")
     seconds = time.perf_counter() - started
-    print(f"in.mp4, in_points.npz and portrait.jpg made in {seconds:.0f} s", file=sys.stderr)
+    print(
+        f"in.mp4, in_points.npz, portrait.jpg and look.jpg made in {seconds:.0f} s", file=sys.stderr
+    )
 
 
 if __name__ == "__main__":

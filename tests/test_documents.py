@@ -45,7 +45,9 @@ def test_every_picture_is_named_there_and_small(maker):
 
 def test_no_picture_is_left_over():
     drawn = {name for maker in MAKERS for name in import_module(maker).PICTURES}
-    drawn |= set(import_module("results_pictures").GRIDS)
+    drawn |= set(import_module("results_pictures").GRIDS) | set(
+        import_module("make_strip").PICTURES
+    )
     assert {path.name for path in (DOCS / "pictures").iterdir()} <= drawn
 
 
@@ -76,3 +78,10 @@ def test_a_judgement_survives_a_new_sheet(monkeypatch, tmp_path):
     assert sheets.kept_judgement() == ""
     page.write_text(f"older\n\n{sheets.JUDGEMENT}\n\n* the edge\n", encoding="utf-8")
     assert sheets.kept_judgement() == "\n* the edge\n"
+
+
+def test_the_readme_begins_with_the_strip():
+    readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    (name,) = import_module("make_strip").PICTURES
+    assert f"](docs/pictures/{name})" in readme
+    assert (DOCS / "pictures" / name).stat().st_size < 200e3

@@ -56,10 +56,12 @@ def looked():
 
 
 def told(params):
-    """What a net tells, all but the gloss: any amount beyond a lacquer's looks the same."""
+    """What a net tells, all but the gloss: any amount beyond a lacquer's looks the same. Colours
+    count by opacity: those of sheer products hardly show."""
     if params is None:
         return np.zeros(6)
     targets = to_targets([getattr(params, name) for name in NUMBERS])
+    targets[1:4] *= targets[0]
     return np.delete(targets, NUMBERS.index("gloss"))
 
 
@@ -247,6 +249,7 @@ def test_the_numbers_are_kept_and_the_rest_is_a_finishs(numbers, region):
     assert not (nothing and reflection < BARE_REFLECTION - 1e-3)
     np.testing.assert_allclose([getattr(got, name) for name in NUMBERS], numbers, atol=5.1e-4)
     rest = {spec.name: getattr(got, spec.name) for spec in fields(GraphicsParams)[7:]}
+    assert rest.pop("shimmer") == 0
     assert rest in [{name: one[region][name] for name in rest} for one in FINISHES.values()]
 
 

@@ -1,20 +1,25 @@
 """Write the reference nets as ONNX, compare with PyTorch, list hashes.
 
-    python -m makeup_video.training.reference.export runs/lips-lite0.pt runs/eyes-lite0.pt --out pipeline/weights
+    python -m makeup_video.training.reference.export runs/lips-lite0.pt runs/eyes-lite0.pt \\
+        --out pipeline/weights --expected tests/training/reference_targets.json
 
 A net takes uint8 RGB crops (N, H, W, 3), as pipeline/reference_io.py cuts them, and gives targets
 (N, 7).
 """
 
 import argparse
+import json
 from pathlib import Path
 
 import numpy as np
 import torch
-from makeup_video.pipeline.reference_io import CROPS
 from makeup_video.training.faces.checkpoint import averaged_weights
-from makeup_video.training.faces.export import Exported, list_hashes, to_onnx
+from makeup_video.training.faces.export import Exported, list_hashes, quantize, to_onnx
+from makeup_video.training.reference.fixed_crops import fixed_crops
 from makeup_video.training.reference.model import ReferenceNet
+from makeup_video.training.reference.render import renderer
+
+CALIBRATION = 256  # crops
 
 
 def load(path: Path) -> tuple[str, ReferenceNet]:
@@ -26,25 +31,41 @@ def load(path: Path) -> tuple[str, ReferenceNet]:
     return region, net.eval()
 
 
-def examples(region: str) -> np.ndarray:
-    """Fixed crops of smooth colours: what both sides must agree on."""
-    rng, (w, h) = np.random.default_rng(0), CROPS[region].size_wh
-    coarse = rng.integers(0, 256, (16, h // 16, w // 16, 3))
-    return coarse.repeat(16, 1).repeat(16, 2).astype(np.uint8)
+@torch.no_grad()
+def targets_of(module: Exported, region: str) -> list[list[float]]:
+    """What PyTorch tells of the fixed crops, (16, 7)."""
+    return module(torch.from_numpy(fixed_crops(region))).round(decimals=5).tolist()
+
+
+def calibration(options: argparse.Namespace, region: str) -> np.ndarray:
+    """Crops as in training, for the ranges that int8 has to hold."""
+    one = renderer(options.data, options.int8, region, "train", seed=7)
+    return next(one.batches(CALIBRATION, mix=1))[0]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("checkpoints", type=Path, nargs="+")
     parser.add_argument("--out", type=Path, default=Path("runs/weights"))
+    parser.add_argument("--expected", type=Path, help="write what PyTorch tells of fixed crops")
+    parser.add_argument(
+        "--int8", type=Path, metavar="SHADES", help="to int8, with products of this table"
+    )
+    parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
+    expected = {}
     for checkpoint in options.checkpoints:
         region, net = load(checkpoint)
         print(f"reference_{region}, of {checkpoint}")
         axes = {key: {0: "n"} for key in ("rgb8", "targets")}
-        path = options.out / f"reference_{region}.onnx"
-        to_onnx(Exported(net), path, examples(region), ["targets"], axes)
+        path, module = options.out / f"reference_{region}.onnx", Exported(net)
+        to_onnx(module, path, fixed_crops(region), ["targets"], axes)
+        expected[region] = targets_of(module, region)
+        if options.int8:
+            quantize(path, calibration(options, region))
+    if options.expected:
+        options.expected.write_text(json.dumps(expected) + "\n")
     list_hashes(options.out)
 
 

@@ -25,7 +25,7 @@ _ODDS = np.array([True, True, True, True, False, True, False])
 _EDGE = 0.5 / 256  # what is nearer to an end counts as so near
 # How much products of one finish differ, one sigma, in that space; colours: error of swatches.
 _SPREAD = np.array([0.5, 0.15, 0.15, 0.15, 0.2, 0.5, 0.12])
-UNIFORM, BARE = 0.4, 0.03  # shares of the mixture; the rest is as real products are
+UNIFORM, BARE = 0.4, 0.08  # shares of the mixture; the rest is as real products are
 _SETTING_SPREAD = 0.1  # of the renderer's settings around those of a finish
 _OTHER_FINISH = 0.15  # share of draws whose settings are of any finish
 SPLITS = ("train", "validation", "test")

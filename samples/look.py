@@ -1,0 +1,27 @@
+"""Make look.jpg: the bare portrait, wearing a look that the product painted on it.
+
+python samples/look.py
+"""
+
+from pathlib import Path
+
+import cv2
+from makeup_video.pipeline import Look, apply_look, product
+
+HERE = Path(__file__).parent
+LOOK = Look(
+    lips=product((122, 12, 66), "satin"),
+    eyes=product((24, 84, 150), "satin", "eyes"),
+    zone="full",
+)
+
+
+def make_look(portrait: Path, path: Path) -> None:
+    """A JPEG of quality 92, as the portrait itself."""
+    rgb8 = cv2.cvtColor(cv2.imread(str(portrait)), cv2.COLOR_BGR2RGB)
+    painted = cv2.cvtColor(apply_look(rgb8, LOOK), cv2.COLOR_RGB2BGR)
+    cv2.imwrite(str(path), painted, [cv2.IMWRITE_JPEG_QUALITY, 92])
+
+
+if __name__ == "__main__":
+    make_look(HERE / "portrait.jpg", HERE / "look.jpg")
