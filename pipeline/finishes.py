@@ -50,9 +50,14 @@ FINISHES: Mapping[str, Mapping[str, Mapping[str, float]]] = {
 
 
 def nearest_finish(
-    opacity: float, gloss: float, gloss_roughness: float, reflection: float, region: str = "lips"
+    opacity: float,
+    gloss: float,
+    gloss_roughness: float,
+    reflection: float,
+    region: str = "lips",
+    shimmers: bool = True,
 ) -> str:
-    """The finish whose numbers are closest: what the rest of an estimated product is taken from."""
+    """The finish whose numbers are closest; shimmers: among those that shimmer, too."""
     here = opacity, math.sqrt(gloss), gloss_roughness, math.sqrt(reflection)
 
     def off(name: str) -> float:
@@ -60,14 +65,14 @@ def nearest_finish(
         there = one["opacity"], math.sqrt(one["gloss"]), one["gloss_roughness"]
         return math.dist(here, (*there, math.sqrt(one["reflection"])))
 
-    return min(FINISHES, key=off)
+    names = [name for name in FINISHES if shimmers or not FINISHES[name][region]["shimmer"]]
+    return min(names, key=off)
 
 
 def in_words(params: GraphicsParams, region: str = "lips") -> str:
     """How a product looks, colour aside: "glossy, fairly sheer"."""
-    finish = nearest_finish(
-        params.opacity, params.gloss, params.gloss_roughness, params.reflection, region
-    )
+    numbers = params.opacity, params.gloss, params.gloss_roughness, params.reflection
+    finish = nearest_finish(*numbers, region, shimmers=params.shimmer > 0)
     covers = next(word for least, word in _COVERS if params.opacity >= least)
     return f"{_SHINES[finish]}, {covers}"
 

@@ -179,13 +179,14 @@ def product_of(numbers: np.ndarray, region: str) -> GraphicsParams | None:
 
 
 def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
-    """(7,) numbers, and settings of the nearest finish. No shimmer: the numbers do not tell it, and
-    sparkles that nobody wears look worse than some that are missing."""
+    """(7,) numbers, and settings of the nearest finish that does not shimmer: the numbers do not tell
+    shimmer, and sparkles that nobody wears look worse than some that are missing."""
     # a look is read by people: no more digits than the net can tell
     rounded = np.round(np.asarray(numbers, np.float64), 3)
     g = dict(zip(NUMBERS, rounded.tolist(), strict=True))
-    finish = nearest_finish(g["opacity"], g["gloss"], g["gloss_roughness"], g["reflection"], region)
-    return GraphicsParams(**{**FINISHES[finish][region], **g, "shimmer": 0.0})
+    four = g["opacity"], g["gloss"], g["gloss_roughness"], g["reflection"]
+    finish = nearest_finish(*four, region, shimmers=False)
+    return GraphicsParams(**{**FINISHES[finish][region], **g})
 
 
 def _is_inside(rgb8: np.ndarray, face: Face, points: Sequence[int] | np.ndarray) -> bool:

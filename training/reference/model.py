@@ -1,11 +1,8 @@
 """EfficientNet-lite with a head of a few numbers: a crop -> the product's numbers, scaled.
 
 Beside the pooled features the head sees the crop's own colours, averaged over squares: batch norms
-tell a picture's colour only relative to the others of its batch, and colour is what is asked.
-
-The lite family (Tan and Le, 2019, and TensorFlow's notes on lite): mobile inverted bottlenecks
-without squeeze-and-excitation, ReLU6 for swish, stem and head of one width for all sizes. The first and
-the last stage are not made deeper. There are no pretrained weights to start from.
+tell a picture's colour only relative to the others of its batch, and colour is what is asked. Lids
+lie flat in their crop, a zone always in the same squares; two dense layers make much of these.
 """
 
 import math
@@ -29,6 +26,8 @@ EPSILON, MOMENTUM = 1e-3, 0.03  # of the batch norms
 HEAD_SIGMA = 0.003  # small, so that the first answers are about the mean
 LEAK = 0.1  # of the last ReLU while training: a number that falls below 0 for all crops comes back
 SQUARE = {"lips": 16, "eyes": 8}  # px of a crop whose colour the head sees; lids are thin
+HIDDEN = {"lips": (), "eyes": (512, 512)}  # widths of dense layers between squares and head
+SPREAD = 3.0  # makes squares' colours differ by about 1, as layers like it
 
 
 def scaled_width(channels: int, width: float) -> int:
@@ -90,8 +89,13 @@ class ReferenceNet(nn.Module):
         self.blocks = nn.Sequential(*blocks)
         self.top = Conv(inputs, HEAD, 1)
         self.drop = nn.Dropout(0.1)
-        squares = math.prod(side // self.square for side in CROPS[region].size_wh)
-        self.head = nn.Linear(HEAD + 3 * squares, len(mean))
+        wide = 3 * math.prod(side // self.square for side in CROPS[region].size_wh)
+        layers: list[nn.Module] = []
+        for hidden in HIDDEN[region]:
+            layers += [nn.Linear(wide, hidden), nn.GELU()]
+            wide = hidden
+        self.colours = nn.Sequential(*layers)
+        self.head = nn.Linear(HEAD + wide, len(mean))
         for conv in self.modules():
             if isinstance(conv, nn.Conv2d):  # He et al., 2015, by what each filter feeds
                 fan = conv.weight[0, 0].numel() * conv.out_channels // conv.groups
@@ -102,6 +106,8 @@ class ReferenceNet(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         colours = nn.functional.avg_pool2d(x, self.square).flatten(1)
+        if len(self.colours):
+            colours = self.colours(SPREAD * colours)
         if self.shrink > 1:
             x = nn.functional.avg_pool2d(x, self.shrink)
         x = self.top(self.blocks(self.stem(x)))  # (N, 1280, H/32, W/32) of what is left

@@ -13,7 +13,7 @@ from makeup_video.pipeline.faces import find_faces
 from makeup_video.pipeline.finishes import REGIONS
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.reference import photo_light, product_with
-from makeup_video.pipeline.reference_io import CROPS, from_targets, read_crop
+from makeup_video.pipeline.reference_io import CROPS, from_targets, read_crop, to_targets
 from makeup_video.pipeline.scene import SceneLight
 
 Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) numbers of a look
@@ -110,7 +110,8 @@ def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     told = {}
     for region in nets.keys() & seen.crops.keys():
         crop = seen.crops[region]  # and its mirror image, as the product does
-        told[region] = nets[region](np.stack([crop, crop[:, ::-1]])).mean(0)
+        both = nets[region](np.stack([crop, crop[:, ::-1]]))
+        told[region] = from_targets(to_targets(both).mean(0))
     return look_with(told, zone)
 
 

@@ -2,7 +2,7 @@
 
     python -m makeup_video.training.reference.shades lips --shades lip_shades.csv --plot shades.png
 
-A shade table is a CSV with the columns brand, product, hex and finish. Its colours are web
+A shade table is a CSV with the columns brand, product, shade, hex and finish. Its colours are web
 swatches and its finishes words, so what is fitted is how products vary, not single ones.
 """
 

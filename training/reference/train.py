@@ -152,8 +152,8 @@ def parsed() -> argparse.Namespace:
         "--shrink",
         type=int,
         choices=(1, 2),
-        default=1,
-        help="2: learn from crops of half the size, four times as fast",
+        default=2,
+        help="how many times smaller the net makes crops; 1 takes four times as long",
     )
     parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
     parser.add_argument("--threads", type=int, default=2, help="of the net")
