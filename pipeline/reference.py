@@ -34,7 +34,7 @@ BYSTANDER = 0.4
 # A face whose red, green and blue differ less than this (8-bit codes, on average) is a grey one.
 GREY_CODES = 4.0
 # Below all three a region is bare: so little could not be told from skin.
-BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.15, 0.3, 0.15
+BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.2, 0.4, 0.2
 # Light is read from a copy where the outer eye corners are this far apart, as in training, and
 # that is no larger than this: where the eyes are 20 px apart, the light is still the same within 1 %.
 _LIGHT_IOD_PX, _LIGHT_PX = 69, 1_000_000
