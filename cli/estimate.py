@@ -12,7 +12,7 @@ from makeup_video.cli.say import printable, put, say
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import GraphicsParams
-    from makeup_video.pipeline.catalogue import Shade
+    from makeup_video.pipeline.catalogue import Catalogue
     from rich.console import Console
 
 _COLOURFUL = ("256", "truecolor")  # of 16 colours none is near enough to a lipstick's
@@ -44,7 +44,7 @@ def estimate(
     from makeup_video.pipeline.side_file import LookFile
 
     with told_in_one_line(output, debug):
-        shades = () if catalogue is None else read_catalogue(catalogue)
+        shades = None if catalogue is None else read_catalogue(catalogue)
         with ExitStack() as stack:
             file = None
             if output is not None:
@@ -65,12 +65,11 @@ def estimate(
 
 
 def _told(
-    region: str, params: "GraphicsParams | None", shades: "tuple[Shade, ...]"
+    region: str, params: "GraphicsParams | None", shades: "Catalogue | None"
 ) -> dict[str, Any] | None:
     """All that is said of a region; None when it is bare."""
     from dataclasses import asdict
 
-    from makeup_video.pipeline.catalogue import nearest
     from makeup_video.pipeline.finishes import in_words
 
     if params is None:
@@ -80,7 +79,7 @@ def _told(
         "words": in_words(params, region),
         "params": asdict(params),
     }
-    if shades:
+    if shades is not None:
         told["nearest"] = [
             {
                 "ciede2000": round(off, 2),
@@ -89,7 +88,7 @@ def _told(
                 "product": one.product,
                 "shade": one.shade,
             }
-            for off, one in nearest(shades, (params.red, params.green, params.blue))
+            for off, one in shades.nearest((params.red, params.green, params.blue))
         ]
     return told
 
