@@ -22,7 +22,7 @@ from makeup_video.kernels.colour import matrices
 from makeup_video.pipeline.colour import coding_of
 from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.crop import Affine, RgbPicture, Window, sample
-from makeup_video.pipeline.face import FrameFaces
+from makeup_video.pipeline.face import FrameFaces, moved
 from makeup_video.pipeline.finishes import REGIONS
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.light import light_of
@@ -32,7 +32,7 @@ from makeup_video.pipeline.reference_io import CROPS, crop_of, places_of, shifte
 from makeup_video.pipeline.scene import FrameScene, SceneLight
 from makeup_video.pipeline.still import PICTURE_TAGS, PICTURE_TICK
 from makeup_video.training.reference.camera import camera, jpeg, lighting
-from makeup_video.training.reference.people import People, moved
+from makeup_video.training.reference.people import People
 from makeup_video.training.reference.shades import (
     Mixture,
     RealProducts,
