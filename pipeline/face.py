@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from makeup_video.pipeline.crop import Affine, compose
 from makeup_video.pipeline.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
@@ -85,11 +84,12 @@ class FrameFaces:
     cut: bool = False
 
 
-def moved(face: Face, to_new: Affine) -> Face:
-    """A face in a picture that was scaled and cut: to_new maps old px to new ones."""
+def moved(face: Face, to_new: np.ndarray) -> Face:
+    """A face in a picture that was scaled and cut: to_new, (2, 3), maps old px (x, y, 1) to new ones."""
     scale = abs(np.linalg.det(to_new[:, :2])) ** 0.5
     points = np.empty_like(face.points_px)
     points[:, :2] = face.points_px[:, :2] @ to_new[:, :2].T + to_new[:, 2]
     points[:, 2] = face.points_px[:, 2] * scale
-    lips = replace(face.lips, to_px=compose(to_new, face.lips.to_px))
-    return replace(face, points_px=points, lips=lips)
+    to_px = to_new[:, :2] @ face.lips.to_px
+    to_px[:, 2] += to_new[:, 2]
+    return replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
