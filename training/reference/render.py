@@ -81,16 +81,17 @@ class Draws(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """A bare person in some light, cut out around a region.
+    """A bare person in some light, cut out around a region, or whole.
 
     codes: (H, W, 3) Y'CbCr.  scene: R's view of it; its frame is not painted on.  window: its px ->
-    the cut's.  places: the crop's px in the window, None for eyes that are not seen.
+    the cut's, None of a whole portrait.  places: the crop's px in the window, None too for eyes
+    that are not seen.
     """
 
     codes: np.ndarray
     scene: FrameScene
-    window: Window
-    places: np.ndarray | None
+    window: Window | None = None
+    places: np.ndarray | None = None
 
     @property
     def light(self) -> SceneLight:
@@ -157,6 +158,7 @@ class Renderer:
 
     def see(self, shot: Shot, rgb8: np.ndarray) -> np.ndarray:
         """The crop that the net is shown of a cut, after a camera took it."""
+        assert shot.window is not None, "a whole portrait has no crop"
         assert shot.places is not None, "prepare keeps no portrait whose lids are not seen"
         to_px, size_wh = shot.window
         light = shot.light
