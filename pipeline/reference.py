@@ -41,7 +41,7 @@ LOST_CODE, MOST_LOST = 254, 0.2
 # So many of a region's points lie in the picture when no more than its rim is cut off.
 _NEARLY_ALL = 0.9
 # Below all three a region is bare: so little could not be told from skin.
-BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.15, 0.3, 0.15
+BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.2, 0.4, 0.2
 # Light is read from a copy where the outer eye corners are this far apart, as in training, and
 # that is no larger than this: where the eyes are 20 px apart, the light is still the same within 1 %.
 _LIGHT_IOD_PX, _LIGHT_PX = 69, 1_000_000

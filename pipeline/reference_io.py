@@ -14,7 +14,7 @@ from makeup_video.pipeline.topology import EYE_CORNERS
 # The paper's g, in the order of the net's output.
 NUMBERS = ("opacity", "red", "green", "blue", "gloss", "gloss_roughness", "reflection")
 _GLOSS = NUMBERS.index("gloss")
-_GLOSS_UNIT = 4.0  # of gloss is 1 for the net
+_GLOSS_UNIT = 4.0  # of gloss is 1 for the net, and the most that it was ever shown
 _UNITS = np.array([1, 255, 255, 255, _GLOSS_UNIT, 1, 1], np.float64)
 _DARKEST = 0.05  # least light that is divided out: below there is only noise
 
@@ -108,10 +108,7 @@ def to_targets(values: np.ndarray) -> np.ndarray:
 
 
 def from_targets(targets: np.ndarray) -> np.ndarray:
-    """What the net tells -> numbers of a look, in their ranges; gloss may be any from 0 on."""
-    targets = np.maximum(np.asarray(targets, np.float64), 0)
-    highest = np.ones(len(NUMBERS))
-    highest[_GLOSS] = np.inf
-    values: np.ndarray = np.minimum(targets, highest)
+    """What the net tells -> numbers of a look, in the ranges that it was trained on."""
+    values: np.ndarray = np.clip(np.asarray(targets, np.float64), 0, 1)
     values[..., _GLOSS] **= 2
     return values * _UNITS

@@ -106,7 +106,7 @@ def test_targets_round_trip_and_lie_between_0_and_1(parts):
 
 def test_what_the_net_tells_beyond_the_ranges_is_brought_back():
     told = from_targets(np.array([1.2, 1.5, -0.1, 0.5, 1.5, 2.0, -1.0]))
-    assert np.allclose(told, [1, 255, 0, 127.5, 9, 1, 0])
+    assert np.allclose(told, [1, 255, 0, 127.5, 4, 1, 0])
 
 
 @pytest.mark.parametrize("region", REGIONS)
@@ -321,3 +321,23 @@ def test_a_number_that_fell_below_none_for_every_crop_still_learns():
     net = ReferenceNet("lite0", torch.full((7,), -1.0), "lips", shrink=2).train()
     net(torch.rand(2, 3, 96, 128)).sum().backward()
     assert (net.head.bias.grad > 0).all() and (net.eval()(torch.rand(1, 3, 96, 128)) == 0).all()
+
+
+def test_dense_layers_are_taught_before_the_convolutions_which_do_not_speak_yet():
+    torch = pytest.importorskip("torch")
+    from makeup_video.training.reference.colours_first import mirrored, teach
+    from makeup_video.training.reference.model import ReferenceNet
+
+    torch.manual_seed(0)
+    net = ReferenceNet("lite0", torch.full((7,), 0.5), "eyes", shrink=2).eval()
+    crops = torch.rand(256, 3, 64, 160) * 2 - 1
+    squares = net.squares(crops)
+    turned = mirrored(squares, "eyes", net.square)
+    assert torch.allclose(turned, net.squares(crops.flip(3)), atol=1e-5)
+    targets = 0.5 + 0.25 * crops.mean((1, 2, 3))[:, None].expand(-1, 7) * 20
+    before = (net(crops[:16]) - targets[:16]).square().mean()
+    teach(net, squares, targets, "eyes", epochs=8)
+    taught = net.eval()(crops[:16])
+    assert (taught - targets[:16]).square().mean() < before
+    assert torch.allclose(taught, torch.relu(net.head(torch.cat(
+        [torch.zeros(16, 1280), net.colours(squares[:16])], 1))), atol=1e-6)  # fmt: skip

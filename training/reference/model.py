@@ -104,10 +104,13 @@ class ReferenceNet(nn.Module):
         with torch.no_grad():
             self.head.bias.copy_(mean)
 
-    def forward(self, x: Tensor) -> Tensor:
+    def squares(self, x: Tensor) -> Tensor:
+        """(N, S): the colours of a crop's squares, as the layers between them and the head see them."""
         colours = nn.functional.avg_pool2d(x, self.square).flatten(1)
-        if len(self.colours):
-            colours = self.colours(SPREAD * colours)
+        return SPREAD * colours if len(self.colours) else colours
+
+    def forward(self, x: Tensor) -> Tensor:
+        colours = self.colours(self.squares(x))
         if self.shrink > 1:
             x = nn.functional.avg_pool2d(x, self.shrink)
         x = self.top(self.blocks(self.stem(x)))  # (N, 1280, H/32, W/32) of what is left
