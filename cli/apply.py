@@ -3,6 +3,7 @@
 import re
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -92,7 +93,7 @@ def apply(
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import Settings, process_video
-    from makeup_video.pipeline.choose import Choice, choose_look
+    from makeup_video.pipeline.choose import Choice, check_options, choose_look
 
     with told_in_one_line(output, debug):
         settings = Settings(
@@ -108,7 +109,6 @@ def apply(
             device=device,
         )
         chosen = Choice(
-            base=_base(look, ref, ref_face, color, quiet),
             color=color,
             finish=finish,
             parts=parts,
@@ -116,9 +116,11 @@ def apply(
             intensity=intensity,
             strength=strength,
         )
-        painted = choose_look(chosen)
+        check_options(chosen)
         read = [file for file in (None if look == "none" else look, ref) if file is not None]
         with _side_files(source, output, read, report, save_look, overwrite) as files:
+            base = _base(look, ref, ref_face, color, quiet)
+            painted = choose_look(replace(chosen, base=base))
             with show_progress(quiet) as on_progress:
                 done = process_video(source, output, painted, settings, on_progress)
             for file, values in zip(files, (done.to_dict(), painted.to_dict()), strict=True):
@@ -182,10 +184,13 @@ def _side_files(
     save_look: str | None,
     overwrite: bool,
 ) -> "Generator[tuple[JsonFile | None, JsonFile | None], None, None]":
-    """The report and the look, both checked before either is begun; read: more of our inputs."""
+    """The report and the look, both checked, and OUT too, before either is begun; read: more of our
+    inputs."""
     from makeup_video.pipeline.side_file import LookFile, ReportFile
-    from makeup_video.pipeline.target import keep_apart
+    from makeup_video.pipeline.source import local_file
+    from makeup_video.pipeline.target import check_place, keep_apart
 
+    check_place(output, local_file(source), overwrite=overwrite)
     for file in read:
         keep_apart(Path(output), Path(file))
     with ExitStack() as stack:

@@ -1,18 +1,21 @@
 """`makeup-video estimate PHOTO`: what is read from a photo, for people, programs and look files."""
 
+import io
 import json
-from contextlib import nullcontext
+import sys
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from makeup_video.cli.ending import told_in_one_line
-from makeup_video.cli.say import say
+from makeup_video.cli.say import printable, put, say
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import GraphicsParams
-    from makeup_video.pipeline.catalogue import Shade
+    from makeup_video.pipeline.catalogue import Catalogue
     from rich.console import Console
 
+_COLOURFUL = ("256", "truecolor")  # of 16 colours none is near enough to a lipstick's
 _SHOWN = ("opacity", "gloss", "gloss_roughness", "reflection")
 
 
@@ -41,32 +44,32 @@ def estimate(
     from makeup_video.pipeline.side_file import LookFile
 
     with told_in_one_line(output, debug):
-        shades = () if catalogue is None else read_catalogue(catalogue)
-        read = (photo, catalogue or photo)
-        with (
-            nullcontext()
-            if output is None
-            else LookFile(output, *read, overwrite=overwrite) as file
-        ):
+        shades = None if catalogue is None else read_catalogue(catalogue)
+        with ExitStack() as stack:
+            file = None
+            if output is not None:
+                others = [] if catalogue is None else [catalogue]
+                file = stack.enter_context(
+                    LookFile(output, photo, None, *others, overwrite=overwrite)
+                )
             look = look_from_photo(photo, ref_face)
             if file is not None:
                 file.write(look.to_dict())
-    regions = {name: _told(name, getattr(look, name), shades) for name in REGIONS}
-    if as_json:
-        typer.echo(json.dumps({"photo": photo, **regions}, indent=2))
-    else:
-        _print(regions)
+        regions = {name: _told(name, getattr(look, name), shades) for name in REGIONS}
+        if as_json:
+            put(json.dumps({"photo": photo, **regions}, indent=2) + "\n")
+        else:
+            _print(regions)
     if look.is_bare:
         say(f"{photo}: no makeup was found, the look is bare")
 
 
 def _told(
-    region: str, params: "GraphicsParams | None", shades: "tuple[Shade, ...]"
+    region: str, params: "GraphicsParams | None", shades: "Catalogue | None"
 ) -> dict[str, Any] | None:
     """All that is said of a region; None when it is bare."""
     from dataclasses import asdict
 
-    from makeup_video.pipeline.catalogue import nearest
     from makeup_video.pipeline.finishes import in_words
 
     if params is None:
@@ -76,7 +79,7 @@ def _told(
         "words": in_words(params, region),
         "params": asdict(params),
     }
-    if shades:
+    if shades is not None:
         told["nearest"] = [
             {
                 "ciede2000": round(off, 2),
@@ -85,7 +88,7 @@ def _told(
                 "product": one.product,
                 "shade": one.shade,
             }
-            for off, one in nearest(shades, (params.red, params.green, params.blue))
+            for off, one in shades.nearest((params.red, params.green, params.blue))
         ]
     return told
 
@@ -93,7 +96,14 @@ def _told(
 def _print(regions: dict[str, dict[str, Any] | None]) -> None:
     from rich.console import Console
 
-    console = Console(highlight=False)
+    text = io.StringIO()
+    is_terminal = sys.stdout is not None and sys.stdout.isatty()
+    console = Console(file=text, force_terminal=is_terminal or None, highlight=False)
+    _print_regions(console, regions)
+    put(text.getvalue())
+
+
+def _print_regions(console: "Console", regions: dict[str, dict[str, Any] | None]) -> None:
     for region, one in regions.items():
         if one is None:
             _print_line(console, f"{region}  bare")
@@ -111,12 +121,12 @@ def _print(regions: dict[str, dict[str, Any] | None]) -> None:
 
 
 def _print_line(console: "Console", head: str, swatch: str | None = None, tail: str = "") -> None:
-    """One line, however long; with a patch of the colour where a terminal can show one."""
+    """One line, however long; with a patch of the colour where a terminal has enough of them."""
     from rich.text import Text
 
     line = Text(head)
     if swatch is not None:
-        if console.color_system is not None and not console.no_color:
+        if console.color_system in _COLOURFUL and not console.no_color:
             line.append("  ").append("    ", style=f"on {swatch}")
-        line.append(f"  {tail}")
+        line.append(f"  {printable(tail)}")
     console.print(line, soft_wrap=True)

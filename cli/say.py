@@ -1,9 +1,19 @@
-"""Lines for people, on stderr."""
+"""Lines for people, on stderr, and results, on stdout."""
 
+import io
 import os
+import re
 import sys
 
 _lines = 0
+# What could move the cursor, colour the terminal, begin a line or turn the reading direction; and
+# halves of characters, which stand for bytes of file names that are not UTF-8.
+_RAW = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """One line that a terminal shows as it is: other characters become escapes such as \\x1b."""
+    return _RAW.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def has_said() -> bool:
@@ -12,13 +22,34 @@ def has_said() -> bool:
 
 
 def say(text: str) -> None:
-    """Print one line on stderr. When nobody listens any more, the work goes on all the same."""
+    """Print one line on stderr, made printable. When nobody listens any more, the work goes on all the same."""
     global _lines
     _lines += 1
     if sys.stderr is None:
         return
     try:
-        print(text, file=sys.stderr, flush=True)
+        print(printable(text), file=sys.stderr, flush=True)
     except (OSError, ValueError):
         # so that Python does not fail on it once more when it exits
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+def put(text: str) -> None:
+    """Print results on stdout, escaped where its encoding lacks a character.
+
+    Who stops reading has read enough. Raises OutputError when stdout cannot be written.
+    """
+    if sys.stdout is None:
+        return
+    try:
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(errors="backslashreplace")
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as error:
+        # what is still buffered must not fail once more when Python exits
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if not isinstance(error, BrokenPipeError):
+            from makeup_video.pipeline.errors import OutputError
+
+            raise OutputError(f"stdout cannot be written: {error.strerror}") from error

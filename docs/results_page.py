@@ -8,7 +8,6 @@ import numpy as np
 import results_pictures as pictures
 from makeup_video.pipeline.reference_io import NUMBERS
 from makeup_video.training.reference.evaluate import (
-    COLOUR_SEEN,
     KNOWN,
     MEAN,
     MEASURES,
@@ -22,6 +21,7 @@ from makeup_video.training.reference.evaluate import (
 from makeup_video.training.reference.reading import Cost
 from makeup_video.training.reference.render import TEST_QUALITY
 from makeup_video.training.reference.scores import FACE_PX
+from makeup_video.training.reference.shades import COLOUR_SEEN
 
 PAGE = Path(__file__).parent / "results.md"
 JUDGEMENT = "## What still goes wrong"

@@ -1,8 +1,10 @@
 """A table of real products, and which of them come nearest to a colour."""
 
 import csv
+import itertools
 import os
-from collections.abc import Iterator, Sequence
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +14,7 @@ from makeup_video.pipeline.colour_difference import ciede2000, lab_of
 from makeup_video.pipeline.errors import CatalogueError
 
 COLUMNS = ("brand", "product", "shade", "hex")
+_BLOCK = 1 << 15  # rows at a time: CIEDE2000 holds some thirty arrays of them
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,62 +27,107 @@ class Shade:
     rgb: tuple[int, int, int]
 
 
-def read_catalogue(path: str | os.PathLike[str]) -> tuple[Shade, ...]:
+class Catalogue:
+    """Shades in their order. A million of them take some 100 MB: brands and products are stored once."""
+
+    def __init__(self, shades: Iterable[Shade]) -> None:
+        once: dict[str, str] = {}
+        self._names: tuple[list[str], list[str], list[str]] = [], [], []
+        codes = array("B")
+        brands, products, names = self._names
+        for one in shades:
+            brands.append(once.setdefault(one.brand, one.brand))
+            products.append(once.setdefault(one.product, one.product))
+            names.append(one.shade)
+            codes.extend(one.rgb)
+        self._rgb = np.frombuffer(codes.tobytes(), np.uint8).reshape(-1, 3)
+        self._lab = [lab_of(block) for block in _blocks(self._rgb)]
+
+    def __len__(self) -> int:
+        return len(self._rgb)
+
+    def __iter__(self) -> Iterator[Shade]:
+        return (self.at(index) for index in range(len(self)))
+
+    def at(self, index: int) -> Shade:
+        brand, product, shade = (column[index] for column in self._names)
+        red, green, blue = self._rgb[index].tolist()
+        return Shade(brand, product, shade, (red, green, blue))
+
+    def nearest(self, rgb: Sequence[float], count: int = 5) -> list[tuple[float, Shade]]:
+        """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best first.
+
+        Of several that are equally near, those that come first in the catalogue.
+        """
+        count = min(count, len(self))
+        if count < 1:
+            return []
+        wanted = lab_of(np.array(rgb, np.float64))
+        off = np.concatenate([ciede2000(block, wanted) for block in self._lab])
+        # all that are as near as the last one told: argpartition alone would choose among equals
+        near = np.flatnonzero(off <= off[np.argpartition(off, count - 1)[count - 1]])
+        near = near[np.argsort(off[near], kind="stable")][:count]
+        return [(float(off[index]), self.at(index)) for index in near.tolist()]
+
+
+def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
     """The rows of a CSV file (UTF-8) with columns brand, product, shade, hex; others are ignored.
 
-    Raises CatalogueError naming file, line and fault.
+    Cells are separated by commas, or by semicolons where line 1 has no comma. Rows whose cells are
+    all blank do not count. Raises CatalogueError naming file, line and fault.
     """
+    if not os.fspath(path):
+        raise CatalogueError("the name of the catalogue is empty: give a CSV file")
+    file = Path(path)
+    if file.exists() and not file.is_file():  # a pipe would be waited for, a device never ends
+        raise CatalogueError(f"{path}: a catalogue cannot be read: it is no ordinary file")
     try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            shades = tuple(_shades(file, path))
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        if isinstance(error, CatalogueError):
-            raise
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise CatalogueError(f"{path}: a catalogue cannot be read: {reason}") from error
-    if not shades:
+        with file.open(encoding="utf-8-sig", newline="") as opened:
+            catalogue = Catalogue(_shades(opened, path))
+    except UnicodeDecodeError as error:
+        raise CatalogueError(f"{path}: a catalogue cannot be read: not UTF-8 text") from error
+    except OSError as error:
+        raise CatalogueError(f"{path}: a catalogue cannot be read: {error.strerror}") from error
+    if not len(catalogue):
         raise CatalogueError(f"{path} has no rows: a catalogue needs at least one product")
-    return shades
+    return catalogue
 
 
 def _shades(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Shade]:
-    reader = csv.reader(lines, strict=True)
+    first = next(lines, "")
+    if not first:
+        raise CatalogueError(f"{path} is empty: a catalogue needs the columns {', '.join(COLUMNS)}")
+    between = "," if "," in first else ";"
+    reader = csv.reader(itertools.chain([first], lines), strict=True, delimiter=between)
     try:
         names = [name.strip().lower() for name in next(reader, [])]
         missing = [name for name in COLUMNS if names.count(name) != 1]
         if missing:
             raise CatalogueError(
                 f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated by "
-                f"commas; missing or twice: {', '.join(missing)}"
+                f"commas or semicolons; missing or twice: {', '.join(missing)}"
             )
         places = [names.index(name) for name in COLUMNS]
         for row in reader:
-            if not row:
-                continue
-            if len(row) != len(names):
-                raise CatalogueError(
-                    f"{path}, line {reader.line_num}: {len(names)} cells were expected, as in line 1, "
-                    f"got {len(row)}"
-                )
-            brand, product, shade, text = (row[at].strip() for at in places)
-            rgb = rgb_of_hex(text)
-            if rgb is None:
-                raise CatalogueError(
-                    f"{path}, line {reader.line_num}: hex must be 3 or 6 hex digits such as #B4002E, "
-                    f"got {text[:40]!r}"
-                )
-            yield Shade(brand, product, shade, rgb)
+            if "".join(row).strip():
+                yield _shade(row, names, places, f"{path}, line {reader.line_num}")
     except csv.Error as error:
         raise CatalogueError(f"{path}, line {reader.line_num}: no proper CSV: {error}") from error
 
 
-def nearest(
-    shades: Sequence[Shade], rgb: Sequence[float], count: int = 5
-) -> list[tuple[float, Shade]]:
-    """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best first.
+def _shade(row: list[str], names: list[str], places: list[int], where: str) -> Shade:
+    if len(row) != len(names):
+        raise CatalogueError(
+            f"{where}: {len(names)} cells were expected, as in line 1, got {len(row)}"
+        )
+    brand, product, shade, text = (row[at].strip() for at in places)
+    rgb = rgb_of_hex(text)
+    if rgb is None:
+        raise CatalogueError(
+            f"{where}: hex must be 3 or 6 hex digits such as #B4002E, got {text[:40]!r}"
+        )
+    return Shade(brand, product, shade, rgb)
 
-    Of several that are equally near, those that come first in the catalogue.
-    """
-    codes = np.array([one.rgb for one in shades], np.float64)
-    off = ciede2000(lab_of(codes), lab_of(np.array(rgb, np.float64)))
-    return [(float(off[at]), shades[at]) for at in np.argsort(off, kind="stable")[:count]]
+
+def _blocks(rows: np.ndarray) -> Iterator[np.ndarray]:
+    return (rows[at : at + _BLOCK] for at in range(0, len(rows), _BLOCK))

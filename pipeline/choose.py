@@ -41,9 +41,8 @@ def choose_look(choice: Choice) -> Look:
     parts left out of --parts become bare.  Raises UsageError or LookError, one line naming the
     option.
     """
+    check_options(choice)
     rgb = None if choice.color is None else parse_color(choice.color)
-    if choice.finish is not None and choice.finish not in FINISHES:
-        raise UsageError(f"--finish must be one of {', '.join(FINISHES)}, got {choice.finish!r}")
     parts = None if choice.parts is None else parse_parts(choice.parts)
     if choice.base is None and rgb is None:
         raise UsageError(_NOTHING if choice.finish is None else _colourless(choice.finish))
@@ -59,6 +58,17 @@ def choose_look(choice: Choice) -> Look:
         for name in REGIONS
     }
     return _with_dials(replace(base, **regions), choice)
+
+
+def check_options(choice: Choice) -> None:
+    """What can be told of the options before there is a base. Raises UsageError as choose_look does."""
+    if choice.color is not None:
+        parse_color(choice.color)
+    if choice.finish is not None and choice.finish not in FINISHES:
+        raise UsageError(f"--finish must be one of {', '.join(FINISHES)}, got {choice.finish!r}")
+    if choice.parts is not None:
+        parse_parts(choice.parts)
+    _dialled(Look(), _dials(choice))
 
 
 def parse_color(text: str) -> tuple[int, int, int]:
@@ -108,18 +118,26 @@ def _region(
 
 
 def _with_dials(look: Look, choice: Choice) -> Look:
-    dials: dict[str, Any] = {
-        spec.name: value
-        for spec in fields(Choice)
-        if spec.name in ("zone", "intensity", "strength")
-        and (value := getattr(choice, spec.name)) is not None
-    }
+    dials = _dials(choice)
     for name in ("zone", "intensity"):
         if name in dials and look.eyes is None:
             raise UsageError(
                 f"--{name} is for eye-shadow, and no eyes are painted: add --parts eyes or "
                 f"--parts lips,eyes, or leave --{name} out"
             )
+    return _dialled(look, dials)
+
+
+def _dials(choice: Choice) -> dict[str, Any]:
+    return {
+        spec.name: value
+        for spec in fields(Choice)
+        if spec.name in ("zone", "intensity", "strength")
+        and (value := getattr(choice, spec.name)) is not None
+    }
+
+
+def _dialled(look: Look, dials: dict[str, Any]) -> Look:
     try:
         return replace(look, **dials)
     except LookError as error:
@@ -128,5 +146,6 @@ def _with_dials(look: Look, choice: Choice) -> Look:
 
 def _colourless(finish: str) -> str:
     return (
-        f"--finish {finish} needs a colour: add --color '#B4002E', or --look FILE.json that has one"
+        f"--finish {finish} needs a colour: add --color '#B4002E', --ref PHOTO, or --look FILE.json "
+        "that has one"
     )

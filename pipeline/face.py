@@ -1,6 +1,6 @@
 """What is known of the faces of one frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from makeup_video.pipeline.frame import Frame
@@ -39,7 +39,7 @@ class Face:
     numbers), z in the same unit, smaller is nearer; MediaPipe's Face Mesh order.
     score: how sure it is that this is a face, 0 to 1. mouth_visible: the same of its mouth.
     track_id: the same number for the same face in all frames; in a single picture 0, 1, ... by size,
-    the largest first.
+    the largest first; those about as large from left to right.
     lips: where lipstick goes, as seen in this very picture.
     """
 
@@ -82,3 +82,14 @@ class FrameFaces:
     frame: Frame
     faces: tuple[Face, ...] = ()
     cut: bool = False
+
+
+def moved(face: Face, to_new: np.ndarray) -> Face:
+    """A face in a picture that was scaled and cut: to_new, (2, 3), maps old px (x, y, 1) to new ones."""
+    scale = abs(np.linalg.det(to_new[:, :2])) ** 0.5
+    points = np.empty_like(face.points_px)
+    points[:, :2] = face.points_px[:, :2] @ to_new[:, :2].T + to_new[:, 2]
+    points[:, 2] = face.points_px[:, 2] * scale
+    to_px = to_new[:, :2] @ face.lips.to_px
+    to_px[:, 2] += to_new[:, 2]
+    return replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))

@@ -39,6 +39,7 @@ SEARCH_SECONDS = 0.08  # the same while there is none at all, or one was lost a 
 REMEMBER_SECONDS = 2.0
 SETTLED_SECONDS = 0.5
 RETURN_REACH = 1.5  # IOD
+_ALIKE = 0.97  # of the width of the largest
 _INVISIBLE = 1 / 512  # half a code value of 8 bits
 
 
@@ -189,7 +190,8 @@ class FindFaces:
 
 
 def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
-    """The faces of an upright picture, largest first; none is ordinary.
+    """The faces of an upright picture, largest first, those about as large from left to right; none
+    is ordinary.
 
     rgb8: (H, W, 3) uint8, encoded R'G'B', any size. Faces less than 40 px wide are left out, and
     so are those beyond the 32 surest. Raises ValueError for another shape or dtype.
@@ -218,7 +220,7 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
                 (tiny if is_tiny(one.frame) else found).append(one)
         if found or tiny:
             break
-    faces = _largest_first(to_face(one, picture, 0) for one in found)
+    faces = _in_order(to_face(one, picture, 0) for one in found)
     # numbered by size: the same numbers however sure the nets are, and wherever it is stored
     return tuple(replace(face, track_id=at) for at, face in enumerate(faces)), len(tiny)
 
@@ -266,6 +268,17 @@ def load_nets() -> FaceNets:
 
 def _largest_first(faces: Iterable[Face]) -> tuple[Face, ...]:
     return tuple(sorted(faces, key=lambda face: -face.area_px2))
+
+
+def _in_order(faces: Iterable[Face]) -> tuple[Face, ...]:
+    """Largest first. Of faces about as large as each other, which one measures larger changes with a
+    picture's least detail: those go from left to right, and from top to bottom."""
+    rest, ordered = _largest_first(faces), []
+    while rest:
+        alike = [face for face in rest if face.area_px2 > _ALIKE**2 * rest[0].area_px2]
+        ordered += sorted(alike, key=lambda face: float(face.points_px[:, :2].mean(0) @ (3, 1)))
+        rest = rest[len(alike) :]
+    return tuple(ordered)
 
 
 def _is_fresh(track: _Track, seconds: float) -> bool:

@@ -7,22 +7,28 @@ import io
 import os
 import struct
 import warnings
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
 from makeup_video.pipeline.source import local_file, open_video
-from makeup_video.pipeline.still import orientation_of
-from PIL import Image, ImageCms, UnidentifiedImageError
+from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 # Only formats of photos: others of Pillow's run programs (EPS) or open more files.
 _FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
 _KINDS = "JPEG, PNG, WebP, AVIF, TIFF or BMP"
-MOST_PX = 120_000_000  # the largest phone camera in wide use has 108 Mpx; 360 MB as RGB
+# The largest phone camera in wide use has 108 Mpx. Pillow stores 4 bytes a pixel: 480 MB,
+# and while WebP is decoded four times as much.
+MOST_PX = 120_000_000
 LARGE_PX = (
     4096  # longer side; beyond, a photo is averaged down: a face still has far more than needed
 )
 _HEIC = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1")
+_AVIF = (b"avif", b"avis")
+_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+_BEGINNINGS = (b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF8", b"BM")  # of JPEG, PNG, GIF, BMP
 # What shows through is no part of the photo and tells nothing of its light: a middle grey, as
 # cameras expose for.
 _BEHIND = (128, 128, 128)
@@ -36,6 +42,7 @@ _DAMAGE = (
     KeyError,
     IndexError,
     EOFError,
+    RuntimeError,  # AVIF's
     struct.error,
 )
 # EXIF orientation -> what makes the picture upright (Exif 2.32, section 4.6.4)
@@ -58,41 +65,57 @@ def read_photo(path: str | os.PathLike[str]) -> np.ndarray:
     down by a whole factor. Raises InputError when the file cannot be opened, PhotoError when it is
     no photo to read colours from: another kind of file, moving, grey, damaged, too large.
     """
-    file = local_file(path)
+    file = local_file(path, "photo")
     Image.init()
     formats = [name for name in _FORMATS if name in Image.OPEN]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of Pillow's: our one line says what is wrong
-        try:
-            with Image.open(file, formats=formats) as picture:
-                _refuse(picture, path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of Pillow's: our one line says what is wrong
+            with _damage_told(file):
+                picture = Image.open(file, formats=formats)
+            with picture:
+                with _damage_told(file):
+                    count = _pictures_in(picture)
+                _refuse(picture, count, file)
+                with _damage_told(file):
+                    picture.load()
                 return _pixels(picture)
-        except PhotoError:
-            raise
-        except Image.DecompressionBombError:
-            raise PhotoError(_too_large(path, "more than 170 million")) from None
-        except UnidentifiedImageError:
-            raise PhotoError(_unknown(file)) from None
-        except (*_DAMAGE, MemoryError) as error:
-            raise PhotoError(
-                f"{path} is damaged or cut short: save the photo again, or give another one"
-            ) from error
+    except MemoryError:
+        raise PhotoError(f"{path} needs more memory than there is: make it smaller first") from None
 
 
-def _refuse(picture: Image.Image, path: str | os.PathLike[str]) -> None:
+@contextmanager
+def _damage_told(file: Path) -> Generator[None, None, None]:
+    """Only around calls of Pillow that read the file, so that a fault of ours is not told as damage."""
+    try:
+        yield
+    except Image.DecompressionBombError:
+        raise PhotoError(_too_large(file)) from None
+    except UnidentifiedImageError:
+        raise PhotoError(_unknown(file)) from None
+    except _DAMAGE as error:
+        raise PhotoError(_damaged(file)) from error
+
+
+def _pictures_in(picture: Image.Image) -> int:
+    # an MPO is a JPEG with more pictures behind it (depth, the other eye): the first is the photo
+    moves = getattr(picture, "is_animated", False) and picture.format != "MPO"
+    return getattr(picture, "n_frames", 2) if moves else 1
+
+
+def _refuse(picture: Image.Image, count: int, file: Path) -> None:
     """What can be told before any pixel is decoded."""
     if picture.width * picture.height > MOST_PX:
-        raise PhotoError(_too_large(path, f"{picture.width} x {picture.height}"))
-    # an MPO is a JPEG with more pictures behind it (depth, the other eye): the first is the photo
-    if getattr(picture, "is_animated", False) and picture.format != "MPO":
-        count = getattr(picture, "n_frames", 2)
-        raise PhotoError(f"{path} holds {count} pictures: save the one that shows the makeup")
+        raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, "))
+    if count > 1:
+        raise PhotoError(f"{file} holds {count} pictures: save the one that shows the makeup")
     if picture.mode in _GREY_MODES or picture.mode.startswith("I;16"):
-        raise PhotoError(f"{path} is a grey picture without colours: give a colour photo")
+        raise PhotoError(f"{file} is a grey picture without colours: give a colour photo")
 
 
 def _pixels(picture: Image.Image) -> np.ndarray:
-    orientation = orientation_of(picture.info.get("exif", b""))
+    """Of a picture that is loaded: what a PNG says behind its pixels is known only then."""
+    orientation = _orientation(picture)
     profile = picture.info.get("icc_profile")
     many = -(-max(picture.size) // LARGE_PX)
     image: Image.Image = picture
@@ -111,34 +134,55 @@ def _pixels(picture: Image.Image) -> np.ndarray:
     return np.array(image)
 
 
+def _orientation(picture: Image.Image) -> int:
+    """1 to 8 as EXIF has it, 1 when it does not say or is damaged."""
+    try:
+        return int(picture.getexif().get(ExifTags.Base.Orientation, 1))
+    except _DAMAGE:
+        return 1
+
+
 def _in_srgb(image: Image.Image, profile: bytes | None) -> Image.Image:
-    """Mode RGB, in sRGB. A profile that is broken or of another kind of picture is left aside."""
+    """Mode RGB, in sRGB. A profile that is broken or of another kind of picture is left aside; one
+    that calls itself sRGB is converted too, for there are linear ones of that name."""
     if image.mode == "RGBA":
         image = image.convert("RGB")
     if profile:
         try:
             source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
-            if not ImageCms.getProfileDescription(source).startswith("sRGB"):
-                converted = ImageCms.profileToProfile(
-                    image, source, ImageCms.createProfile("sRGB"), outputMode="RGB"
-                )
-                if converted is not None:
-                    return converted
+            converted = ImageCms.profileToProfile(
+                image, source, ImageCms.createProfile("sRGB"), outputMode="RGB"
+            )
+            if converted is not None:
+                return converted
         except (ImageCms.PyCMSError, OSError, ValueError):
             pass
     return image if image.mode == "RGB" else image.convert("RGB")
 
 
-def _too_large(path: str | os.PathLike[str], size: str) -> str:
-    return f"{path} has {size} px, more than {MOST_PX / 1e6:.0f} million: make it smaller first"
+def _too_large(file: Path, size: str = "") -> str:
+    return f"{file} has {size}more than {MOST_PX / 1e6:.0f} million px: make it smaller first"
+
+
+def _damaged(file: Path) -> str:
+    return f"{file} is damaged or cut short: save the photo again, or give another one"
 
 
 def _unknown(file: Path) -> str:
     """Why Pillow does not know it."""
     with file.open("rb") as opened:
         head = opened.read(12)
-    if head[4:8] == b"ftyp" and head[8:] in _HEIC:
+    brand = head[8:] if head[4:8] == b"ftyp" else b""
+    if brand in _HEIC:
         return f"{file} is a HEIC photo, which cannot be read here: save it as JPEG or PNG"
+    if brand in _AVIF and not features.check("avif"):
+        return f"{file} is an AVIF photo, which cannot be read here: save it as JPEG or PNG"
+    if head.startswith(_TIFF):
+        return (
+            f"{file} is damaged, or a kind of TIFF that cannot be read here: save it as JPEG or PNG"
+        )
+    if brand in _AVIF or head.startswith(_BEGINNINGS) or head[8:] == b"WEBP":
+        return _damaged(file)
     try:
         open_video(file).close()
     except InputError:

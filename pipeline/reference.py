@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.crop import RgbPicture, check_rgb8
 from makeup_video.pipeline.errors import PhotoError, UsageError
-from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.faces import find_faces
+from makeup_video.pipeline.face import Face, FrameFaces, moved
+from makeup_video.pipeline.faces import find_faces, lip_mask
 from makeup_video.pipeline.finishes import FINISHES, nearest_finish
 from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import GraphicsParams, Look
@@ -33,6 +33,13 @@ MAX_TURN_DEGREES = 40
 BYSTANDER = 0.4
 # A face whose red, green and blue differ less than this (8-bit codes, on average) is a grey one.
 GREY_CODES = 4.0
+# The median of a face's brightest channel: below, what a camera adds outweighs what it saw. Of portraits in
+# poor light it is 45 and more.
+DARK_CODES = 25
+# Where two channels end at white, the hue is lost. Of ordinary lips that is 0.04 at most, shine included.
+LOST_CODE, MOST_LOST = 254, 0.2
+# So many of a region's points lie in the picture when no more than its rim is cut off.
+_NEARLY_ALL = 0.9
 # Below all three a region is bare: so little could not be told from skin.
 BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.2, 0.4, 0.2
 # Light is read from a copy where the outer eye corners are this far apart, as in training, and
@@ -50,7 +57,8 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     photo does not tell them.
 
     Raises PhotoError when no look can be read, and says why: no face, several faces and none
-    chosen, a face that is too small, turned too far or grey, a mouth that is covered. ValueError
+    chosen, a face that is too small, turned too far, too dark or grey, a mouth that is covered,
+    overexposed lips. ValueError
     for another shape or dtype, InstallError when the nets are missing.
     """
     check_rgb8(rgb8)
@@ -64,19 +72,21 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     )
 
 
-def look_from_photo(path: str | os.PathLike[str], face: str = "") -> Look:
+def look_from_photo(path: str | os.PathLike[str], face: int | str | None = None) -> Look:
     """The same from a file, as `read_photo` reads it.
 
-    face: "" for the only one, "largest", or one by its number, 0 being the largest face.
+    face: None or "" for the only one, "largest", or one by its number, 0 being the largest face.
     Raises PhotoError and InputError naming the file, UsageError for another `face`.
     """
-    if face not in ("", "largest") and not (face.isascii() and face.isdigit() and len(face) < 10):
+    chosen = "" if face is None else str(face)
+    is_number = chosen.isascii() and chosen.isdigit() and len(chosen) < 10
+    if chosen not in ("", "largest") and not is_number:
         raise UsageError(
             f"--ref-face must be largest, or the number that inspect shows, got {face!r}"
         )
     rgb8 = read_photo(path)
     try:
-        return estimate_look(rgb8, choose_face(find_faces(rgb8), face))
+        return estimate_look(rgb8, choose_face(find_faces(rgb8), chosen))
     except PhotoError as error:
         raise PhotoError(f"{path}: {error}") from None
 
@@ -88,7 +98,8 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
     """
     if not faces:
         raise PhotoError(
-            "no face was found: give a photo that shows one from the front, larger or brighter"
+            "no face was found: give a photo that shows one upright and from the front, larger or "
+            "brighter"
         )
     if chosen.isdigit():
         for face in faces:
@@ -120,8 +131,14 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
         raise PhotoError(
             "the mouth is covered, cut off, or cannot be seen well: give a photo that shows the lips"
         )
+    if np.median(_sample(rgb8, face).max(1)) < DARK_CODES:
+        raise PhotoError("the face is too dark to tell its colours: give a brighter photo")
     if _colourfulness(rgb8, face) < GREY_CODES:
         raise PhotoError("the photo is grey, without colours: give a colour photo")
+    if _lost_share(rgb8, face) > MOST_LOST:
+        raise PhotoError(
+            "the lips are overexposed, and their colour is lost: give a photo with less light on them"
+        )
 
 
 def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
@@ -130,9 +147,8 @@ def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
     scale = min(1.0, _LIGHT_IOD_PX / _iod_px(face), math.sqrt(_LIGHT_PX / (h * w)))
     size_wh = max(1, round(scale * w)), max(1, round(scale * h))
     small = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA) if scale < 1 else rgb8
-    points = face.points_px * np.float32(scale)
-    points[:, :2] += 0.5 * scale - 0.5
-    placed = Face(points, face.score, face.mouth_visible, face.track_id, face.lips)
+    shift = 0.5 * scale - 0.5  # pixel centres lie at whole numbers
+    placed = moved(face, np.array([[scale, 0, shift], [0, scale, shift]]))
     frame = to_frame(np.ascontiguousarray(small[..., ::-1]))
     return light_of(FrameFaces(frame, (placed,)))[0]
 
@@ -158,15 +174,6 @@ def turn_degrees(face: Face) -> float:
     return math.degrees(math.acos(min(max(float(forward[2]), -1.0), 1.0)))
 
 
-def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> GraphicsParams | None:
-    crop = read_crop(RgbPicture(rgb8), face, region, light)
-    if crop is None:
-        return None
-    # a face and its mirror image wear the same: the mean of both errs less
-    targets = _net(region)(np.stack([crop, crop[:, ::-1]]))["targets"].mean(0)
-    return product_of(from_targets(targets), region)
-
-
 def product_of(numbers: np.ndarray, region: str) -> GraphicsParams | None:
     """The net's seven numbers, as in a look -> the product; None when it is nothing to speak of."""
     product = product_with(numbers, region)
@@ -189,11 +196,20 @@ def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
     return GraphicsParams(**{**FINISHES[finish][region], **g})
 
 
+def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> GraphicsParams | None:
+    crop = read_crop(RgbPicture(rgb8), face, region, light)
+    if crop is None:
+        return None
+    # a face and its mirror image wear the same: the mean of both errs less
+    targets = _net(region)(np.stack([crop, crop[:, ::-1]]))["targets"].mean(0)
+    return product_of(from_targets(targets), region)
+
+
 def _is_inside(rgb8: np.ndarray, face: Face, points: Sequence[int] | np.ndarray) -> bool:
     """Nearly all of these points lie in the picture."""
     xy = face.points_px[np.asarray(points), :2]
     inside = ((xy > -0.5) & (xy < np.array(rgb8.shape[1::-1]) - 0.5)).all(1)
-    return bool(inside.mean() > 0.9)
+    return bool(inside.mean() > _NEARLY_ALL)
 
 
 @cache
@@ -211,15 +227,25 @@ def _iod_px(face: Face) -> float:
     return max(math.hypot(*(other - outer).tolist()), 1.0)
 
 
-def _colourfulness(rgb8: np.ndarray, face: Face) -> float:
-    """Mean difference of the largest and smallest of red, green, blue over the face's box."""
+def _sample(rgb8: np.ndarray, face: Face) -> np.ndarray:
+    """(N, 3) some thousand pixels of the box around a face."""
     size = np.array(rgb8.shape[1::-1])
     low = np.clip(face.points_px[:, :2].min(0), 0, size - 1).astype(int)
     high = np.clip(face.points_px[:, :2].max(0), low + 1, size).astype(int)
     part = rgb8[low[1] : high[1], low[0] : high[0]]
-    step = max(1, min(part.shape[:2]) // 64)  # some thousand pixels are enough
-    part = part[::step, ::step]
-    return float((part.max(2).astype(np.float64) - part.min(2)).mean())
+    step = max(1, min(part.shape[:2]) // 64)
+    return part[::step, ::step].reshape(-1, 3)
+
+
+def _colourfulness(rgb8: np.ndarray, face: Face) -> float:
+    """How far a pixel's largest channel lies above its smallest, on average over the face's box."""
+    return float(np.ptp(_sample(rgb8, face).astype(np.float64), axis=1).mean())
+
+
+def _lost_share(rgb8: np.ndarray, face: Face) -> float:
+    """How much of the lips has two or three channels at white."""
+    lips = rgb8[lip_mask(rgb8, face) > 0.5]
+    return float(((lips >= LOST_CODE).sum(1) >= 2).mean()) if len(lips) else 0.0
 
 
 def _list(faces: Sequence[Face]) -> str:

@@ -15,7 +15,8 @@ class SideFile:
     """Checked before the work, grown as NAME.part.EXT, renamed when the run has ended well.
 
     After Ctrl-C the part stays, whole as JSON, if anything was written to it; after an error it is
-    removed. others: more files of the run (src and dst are known) that it must not replace.
+    removed. dst: the main output, None when there is none. others: more files of the run that it must
+    not replace.
     Raises InputError when src is no file, UsageError or OutputError when the place is not free.
     """
 
@@ -27,16 +28,19 @@ class SideFile:
         self,
         path: str | os.PathLike[str],
         src: str | os.PathLike[str],
-        dst: str | os.PathLike[str],
+        dst: str | os.PathLike[str] | None,
         *others: str | os.PathLike[str],
         overwrite: bool = False,
     ) -> None:
+        if not os.fspath(path):
+            raise UsageError(f"the name of {self.what} is empty: give one")
         source, self.path = local_file(src), Path(path)
         with write_errors(self.path):
             if self.path.is_dir() or os.fspath(path).endswith(os.sep):
                 raise OutputError(f"{self.what} {path} is a folder: give the name of a file in it")
-            own = [source, Path(dst), *map(Path, others)]
-            grows = [part_of(target_of(file)) for file in (self.path, own[1]) if file.name]
+            written = [self.path] if dst is None else [self.path, Path(dst)]
+            own = [source, *written[1:], *map(Path, others)]
+            grows = [part_of(target_of(file)) for file in written if file.name]
             if any(_is_same(a, b) for a in (self.path, grows[0]) for b in [*own, *grows[1:]]):
                 raise UsageError(
                     f"{self.what} {path} is one of this run's own files, or would grow there: "

@@ -63,16 +63,18 @@ class VideoSource:
         self.container.close()
 
 
-def local_file(path: str | os.PathLike[str]) -> Path:
+def local_file(path: str | os.PathLike[str], wanted: str = "video or picture") -> Path:
     """The path of an existing, non-empty, ordinary file. Raises InputError with the reason."""
+    if not os.fspath(path):
+        raise InputError(f"the name of the {wanted} is empty: give a file on this machine")
     file = Path(path)
     try:
         if file.is_dir():
-            raise InputError(f"{path} is a folder: give one video or picture file")
+            raise InputError(f"{path} is a folder: give one {wanted} file")
         if not file.exists():
-            raise InputError(f"{path} does not exist: give a video or picture file on this machine")
+            raise InputError(f"{path} does not exist: give a {wanted} file on this machine")
         if not file.is_file():
-            raise InputError(f"{path} is not an ordinary file: give a video or picture file")
+            raise InputError(f"{path} is not an ordinary file: give a {wanted} file")
         with file.open("rb") as opened:
             empty = not opened.read(1)
     except InputError:
@@ -80,7 +82,7 @@ def local_file(path: str | os.PathLike[str]) -> Path:
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
     if empty:
-        raise InputError(f"{path} is empty (0 bytes): give a file that holds a video")
+        raise InputError(f"{path} is empty (0 bytes): give a {wanted} file")
     return file
 
 

@@ -41,6 +41,14 @@ def keep_apart(output: Path, read: Path) -> None:
             )
 
 
+def check_place(output: str, source: Path, *, overwrite: bool) -> None:
+    """Raises what Target would, before anything else is done. It is checked again when it is opened."""
+    if not output:
+        raise UsageError("the name of the output is empty: give one")
+    with write_errors(Path(output)):
+        _check(target_of(Path(output)), source, overwrite)
+
+
 class Target:
     """The place of one output. While it is open no other run can take the same place.
 

@@ -201,6 +201,26 @@ def test_a_photo_without_makeup_is_refused_unless_there_is_a_colour(folder, read
 
 
 @pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--strength", "2"], "--strength"), (["--zone", "nose"], "--zone"),
+        (["--color", "red"], "--color"), (["--finish", "wet"], "--finish"),
+        (["--parts", "nose"], "--parts"), (["-o", "old.png"], "old.png exists already"),
+        (["-o", ""], "the name of the output is empty"),
+    ],
+)  # fmt: skip
+def test_options_are_refused_before_the_photo_is_read(folder, monkeypatch, words, said):
+    def fails(*_):
+        raise AssertionError("the photo was read")
+
+    monkeypatch.setattr(reference, "look_from_photo", fails)
+    (folder / "old.png").write_text("precious")
+    done = run(PHOTO, "--ref", PHOTO, "-o", "out.png", *words)
+    assert done.exit_code == 2, done.output
+    assert said in done.output and len(done.output.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
     ("out", "more"),
     [
         ("look.png", []), ("link.png", []), ("twin.png", []), ("part.png", []),

@@ -100,7 +100,7 @@ def test_a_bare_face_is_told_as_bare_in_one_more_line(folder, reads):
 @pytest.mark.parametrize(
     ("settings", "colours"),
     [({"COLORTERM": "truecolor"}, True), ({"COLORTERM": "truecolor", "NO_COLOR": "1"}, False),
-     ({"TERM": "dumb"}, False), (None, False)],
+     ({"TERM": "dumb"}, False), ({"TERM": "linux"}, False), (None, False)],
 )  # fmt: skip
 def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, colours):
     """None: no terminal at all. The numbers of a real photo may be any."""
@@ -128,6 +128,8 @@ def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, col
 @pytest.mark.parametrize(
     ("args", "code", "words"),
     [
+        ([""], 3, "InputError: the name of the photo is empty"),
+        (["two.png", "-o", ""], 2, "UsageError: the name of the look file is empty"),
         (["none.jpg"], 3, "InputError: none.jpg does not exist"),
         (["shades.csv"], 3, "PhotoError: shades.csv is no photo that can be read"),
         (["empty.png"], 3, "PhotoError: empty.png: no face was found"),
@@ -154,6 +156,57 @@ def test_every_mistake_is_one_line_with_its_exit_code(folder, args, code, words)
     assert done.exit_code == code, done.output
     assert words in done.output and len(done.output.splitlines()) == 1
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+ESCAPES = (
+    'brand,product,shade,hex\nB,\x1b[31mRed\x07,"two\nlines",#B4002E\nÉclat,Łódź,日本,#B4002F\n'
+)
+
+
+def script(*args):
+    """The command in a process of its own, where every photo wears the same."""
+    code = (
+        "import sys; from makeup_video.pipeline import Look, product, reference\n"
+        "from makeup_video.cli.main import main\n"
+        "reference.look_from_photo = lambda *_: Look(lips=product((180, 0, 46), 'gloss'))\n"
+        f"sys.argv[1:] = {['estimate', *map(str, args)]!r}; main()"
+    )
+    return [sys.executable, "-c", code]
+
+
+def test_nothing_in_a_catalogue_reaches_the_terminal_raw(folder, reads):
+    reads(WORN)
+    (folder / "odd.csv").write_text(ESCAPES)
+    done = run(PHOTO, "--catalogue", "odd.csv")
+    assert done.exit_code == 0
+    assert "\x1b" not in done.stdout and "\x07" not in done.stdout
+    assert "B, \\x1b[31mRed\\x07, two\\nlines" in done.stdout.splitlines()[3]
+
+
+@pytest.mark.parametrize("form", [[], ["--json"]])
+def test_a_name_that_stdout_has_no_letters_for_is_escaped(folder, form):
+    (folder / "odd.csv").write_text(ESCAPES, encoding="utf-8")
+    env = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    words = script(PHOTO, "--catalogue", "odd.csv", *form)
+    done = subprocess.run(words, capture_output=True, check=True, env=env)
+    assert b"xc9clat" in done.stdout or b"u00c9clat" in done.stdout
+
+
+@pytest.mark.parametrize("form", [[], ["--json"]])
+def test_who_stops_reading_ends_it_quietly_and_a_full_disk_is_told(folder, form):
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(script(PHOTO, *form), stdout=writing, stderr=subprocess.PIPE, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (0, b"")
+    if os.path.exists("/dev/full"):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run(
+                script(PHOTO, *form), stdout=full, stderr=subprocess.PIPE, check=False
+            )
+        assert done.returncode == 4
+        assert done.stderr.startswith(b"OutputError: stdout cannot be written: No space left")
+        assert len(done.stderr.splitlines()) == 1
 
 
 def test_one_of_several_faces_is_chosen_by_its_number(folder):

@@ -103,7 +103,11 @@ def test_help_and_version_belong_to_the_group():
         (["in.mp4", "--ref", "a.jpg", "--ref-face", "x", "-o", "o.mp4"], 2, "must be largest, or"),
         (["in.mp4", "--look", "no.json", "-o", "out.mp4"], 2, "LookError: no.json"),
         (["in.mp4", "--look", "bad.json", "-o", "out.mp4"], 2, "lips.glos"),
-        (["in.mp4", "--finish", "gloss", "-o", "out.mp4"], 2, "needs a colour: add --color"),
+        (
+            ["in.mp4", "--finish", "gloss", "-o", "out.mp4"],
+            2,
+            "needs a colour: add --color '#B4002E', --ref PHOTO",
+        ),
         (["in.mp4", "--color", "red", "-o", "out.mp4"], 2, "3 or 6 hex digits such as '#B4002E'"),
         (["in.mp4", "--color", "B02", "--finish", "x", "-o", "out.mp4"], 2, "--finish must be"),
         (["in.mp4", "--color", "B02", "--parts", "nose", "-o", "out.mp4"], 2, "--parts must be"),

@@ -1,9 +1,12 @@
 """A table of products: strict about what it needs, blind to the rest, and the nearest of them."""
 
+import os
+
 import numpy as np
 import pytest
 from makeup_video.pipeline import CatalogueError
-from makeup_video.pipeline.catalogue import Shade, nearest, read_catalogue
+from makeup_video.pipeline.catalogue import Catalogue, Shade, read_catalogue
+from makeup_video.pipeline.colour_difference import ciede2000, lab_of
 
 GOOD = 'brand,product,shade,hex\nA,Matte,"Red, dark",#B4002E\nB,Gloss,Pink,f9a\n'
 SHADES = (
@@ -19,21 +22,24 @@ SHADES = (
         GOOD.encode("utf-8-sig"),
         GOOD.replace("\n", "\r\n").encode(),
         GOOD.replace("\n", "\n\n").encode(),
+        (GOOD + ",,,\n , ,,\n,,,,,,\n,\n").encode(),
+        b'brand;product;shade;hex\nA;Matte;Red, dark;#B4002E\nB;"Gloss";Pink;f9a\n;;;\n',
         GOOD.replace("brand,product", " Brand , PRODUCT").encode(),
         b'finish,hex,shade,product,brand\nmatte,B4002E,"Red, dark",Matte,A\n,#FF99AA,Pink,Gloss,B\n',
     ],
 )
 def test_quotes_marks_empty_lines_and_other_columns_are_no_matter(tmp_path, data):
     (tmp_path / "shades.csv").write_bytes(data)
-    assert read_catalogue(tmp_path / "shades.csv") == SHADES
+    assert tuple(read_catalogue(tmp_path / "shades.csv")) == SHADES
 
 
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"", "line 1: the columns brand, product, shade, hex are needed"),
+        (b"", "shades.csv is empty: a catalogue needs the columns brand"),
+        (b"\n", "line 1: the columns brand, product, shade, hex are needed"),
         (b"brand,shade,hex\n", "missing or twice: product"),
-        (b"brand;product;shade;hex\nA;B;C;#fff\n", "separated by commas; missing or twice: brand"),
+        (b"brand\tproduct\tshade\thex\n", "by commas or semicolons; missing or twice: brand"),
         (b"brand,product,shade,hex,hex\n", "missing or twice: hex"),
         (b"brand,product,shade,hex\n", "has no rows"),
         (b"brand,product,shade,hex\nA,B,C,#fff\nA,B,C,red\n", "line 3: hex must be .*, got 'red'"),
@@ -62,10 +68,35 @@ def test_a_file_that_cannot_be_read_says_so(tmp_path, name):
         read_catalogue(tmp_path / name)
 
 
+def test_what_is_no_ordinary_file_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(CatalogueError, match="it is no ordinary file"):
+        read_catalogue(tmp_path / "pipe.csv")
+    with pytest.raises(CatalogueError, match="it is no ordinary file"):
+        read_catalogue("/dev/zero")
+    with pytest.raises(CatalogueError, match="the name of the catalogue is empty"):
+        read_catalogue("")
+
+
 def test_the_nearest_come_first_and_equals_in_their_order():
     reds = [Shade("A", "P", str(red), (red, 0, 46)) for red in (90, 250, 180, 180, 200)]
-    found = nearest(reds, (180, 0, 46), 3)
+    catalogue = Catalogue(reds)
+    found = catalogue.nearest((180, 0, 46), 3)
     assert [one for _, one in found] == [reds[2], reds[3], reds[4]]
     assert [off for off, _ in found][:2] == [0, 0] and found[2][0] > 0
-    assert len(nearest(reds, (180, 0, 46), 9)) == 5
-    assert np.isfinite([off for off, _ in nearest(reds, (0.4, 254.6, 0))]).all()
+    assert len(catalogue.nearest((180, 0, 46), 9)) == 5
+    assert np.isfinite([off for off, _ in catalogue.nearest((0.4, 254.6, 0))]).all()
+
+
+def test_a_large_catalogue_gives_what_sorting_all_of_it_gives():
+    """More rows than are looked at together, with many equals; its names take little room."""
+    codes = np.random.default_rng(0).integers(0, 12, (70_000, 3)) * 20
+    catalogue = Catalogue(Shade("B", "P", str(at), tuple(c)) for at, c in enumerate(codes.tolist()))
+    wanted = (104.0, 61.0, 140.0)
+    off = ciede2000(lab_of(codes), lab_of(np.array(wanted)))
+    first = np.argsort(off, kind="stable")[:60]
+    found = catalogue.nearest(wanted, 60)
+    assert [one.shade for _, one in found] == [str(at) for at in first]
+    np.testing.assert_allclose([near for near, _ in found], off[first], rtol=1e-12)
+    assert [one.rgb for _, one in found] == [tuple(codes[at]) for at in first]
+    assert found[0][1].brand is found[1][1].brand

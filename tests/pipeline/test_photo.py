@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear, to_xyz
-from makeup_video.pipeline import InputError, MakeupVideoError, PhotoError
+from makeup_video.pipeline import InputError, MakeupVideoError, PhotoError, photo
 from makeup_video.pipeline.photo import LARGE_PX, read_photo
 from media import make_clip
 from people import portrait
@@ -23,6 +23,11 @@ DISPLAY_P3 = [
     [-0.00105, 0.04189, 0.78407],
 ]
 ADOBE_RGB = [[0.60974, 0.20528, 0.14919], [0.31111, 0.62567, 0.06322], [0.01947, 0.06087, 0.74457]]
+SRGB_COLORANTS = [
+    [0.43607, 0.38515, 0.14307],
+    [0.22249, 0.71687, 0.06061],
+    [0.01392, 0.09708, 0.71410],
+]
 SRGB_CURVE = (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045)
 
 
@@ -95,6 +100,20 @@ def test_exif_orientation_is_undone(tmp_path, end, orientation):
     assert off.mean() < (4 if end == ".jpg" else 0.01)
 
 
+def test_orientation_is_undone_where_a_png_says_it_behind_its_pixels(tmp_path):
+    sideways = np.ascontiguousarray(np.rot90(colours(), 1))
+    data = bytes_of(sideways, "PNG")
+    tags = exif(6).tobytes().removeprefix(b"Exif\0\0")
+    chunk = (
+        struct.pack(">I", len(tags))
+        + b"eXIf"
+        + tags
+        + struct.pack(">I", zlib.crc32(b"eXIf" + tags))
+    )
+    (tmp_path / "in.png").write_bytes(data[:-12] + chunk + data[-12:])
+    np.testing.assert_array_equal(read_photo(tmp_path / "in.png"), colours())
+
+
 @pytest.mark.parametrize(
     ("colorants", "curve", "to_linear_light", "to_srgb"),
     [
@@ -119,11 +138,24 @@ def test_an_icc_profile_is_converted_to_srgb(tmp_path, colorants, curve, to_line
     assert np.abs(read_photo(path) - wanted).max() < 2.5  # littleCMS rounds on its way
 
 
+def test_a_linear_profile_that_calls_itself_srgb_is_converted_all_the_same(tmp_path):
+    linear = profile(SRGB_COLORANTS, (1.0,), "sRGB-elle-V2-g10")
+    path = save(tmp_path / "in.png", colours(), icc_profile=linear)
+    wanted = 255 * to_encoded(colours() / 255, SRGB)
+    assert np.abs(read_photo(path) - wanted).max() < 2.5  # littleCMS rounds on its way
+
+
+@pytest.mark.parametrize("name", ["sRGB", "sRGB IEC61966-2.1", "of somebody"])
+def test_a_profile_of_srgb_changes_next_to_nothing(tmp_path, name):
+    data = profile(SRGB_COLORANTS, SRGB_CURVE, name)
+    path = save(tmp_path / "in.png", colours(), icc_profile=data)
+    assert np.abs(read_photo(path).astype(int) - colours()).max() <= 1
+
+
 @pytest.mark.parametrize(
-    "data", [profile(DISPLAY_P3, SRGB_CURVE, "sRGB of somebody"), b"no profile", b"",
-             profile(DISPLAY_P3, SRGB_CURVE, space=b"CMYK")[:200]],
-)  # fmt: skip
-def test_profiles_of_srgb_and_broken_ones_change_nothing(tmp_path, data):
+    "data", [b"no profile", b"", profile(DISPLAY_P3, SRGB_CURVE, space=b"CMYK")[:200]]
+)
+def test_broken_profiles_change_nothing(tmp_path, data):
     path = save(tmp_path / "in.png", colours(), icc_profile=data)
     np.testing.assert_array_equal(read_photo(path), colours())
 
@@ -196,14 +228,19 @@ BAD = {
     "cut.jpg": (lambda: bytes_of(portrait(), "JPEG")[:9000], "damaged or cut short"),
     "cut.png": (lambda: bytes_of(portrait(), "PNG")[:9000], "damaged or cut short"),
     "empty.png": (lambda: png_of(30, 20), "damaged or cut short"),
-    "large.png": (lambda: png_of(12000, 12000), "has 12000 x 12000 px, more than 120 million"),
-    "bomb.png": (lambda: png_of(60000, 60000), "more than 120 million: make it smaller first"),
+    "cut.avif": (lambda: bytes_of(portrait(), "AVIF")[:9000], "damaged or cut short"),
+    "cut.webp": (lambda: bytes_of(portrait(), "WEBP")[:20], "damaged or cut short"),
+    "header.jpg": (lambda: bytes_of(portrait(), "JPEG")[:100], "damaged or cut short"),
+    "float.tif": (lambda: cv2.imencode(".tif", colours().astype(np.float32))[1].tobytes(),
+                  "a kind of TIFF that cannot be read here"),
+    "large.png": (lambda: png_of(12000, 12000), "has 12000 x 12000 px, more than 120 million px"),
+    "bomb.png": (lambda: png_of(60000, 60000), "bomb.png has more than 120 million px: make it"),
     "moving.gif": (lambda: moving("GIF"), "holds 2 pictures"),
     "moving.png": (lambda: moving("PNG"), "holds 2 pictures"),
     "moving.webp": (lambda: moving("WEBP"), "holds 2 pictures"),
     "phone.heic": (lambda: b"\0\0\0\x18ftypheic\0\0\0\0mif1heic" + bytes(80), "save it as JPEG or PNG"),
     "words.jpg": (lambda: b"no photo at all", "is no photo that can be read: give a JPEG"),
-    "nothing.jpg": (lambda: b"", "is empty"),
+    "nothing.jpg": (lambda: b"", "is empty (0 bytes): give a photo file"),
 }  # fmt: skip
 
 
@@ -223,9 +260,37 @@ def test_a_video_says_how_to_take_a_frame(tmp_path):
         read_photo(make_clip(tmp_path / "in.mp4"))
 
 
+@pytest.mark.parametrize("broken", [TypeError, RuntimeError, ValueError])
+def test_a_fault_of_ours_is_not_told_as_damage(tmp_path, monkeypatch, broken):
+    def fails(picture):
+        raise broken("ours")
+
+    monkeypatch.setattr(photo, "_pixels", fails)
+    with pytest.raises(broken, match="ours"):
+        read_photo(save(tmp_path / "in.png", colours()))
+
+
+def test_too_little_memory_is_said_as_such(tmp_path, monkeypatch):
+    def fails(picture):
+        raise MemoryError
+
+    monkeypatch.setattr(photo, "_pixels", fails)
+    with pytest.raises(PhotoError, match="needs more memory than there is"):
+        read_photo(save(tmp_path / "in.png", colours()))
+
+
+def test_damage_inside_an_avif_is_one_line(tmp_path):
+    data = bytearray(bytes_of(portrait(), "AVIF"))
+    begins = data.index(b"mdat") + 4
+    data[begins : begins + 200] = bytes(200)
+    (tmp_path / "in.avif").write_bytes(data)
+    with pytest.raises(PhotoError, match="damaged or cut short"):
+        read_photo(tmp_path / "in.avif")
+
+
 @settings(max_examples=60, deadline=None)
 @given(
-    kind=st.sampled_from(["JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF"]),
+    kind=st.sampled_from(["JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF"]),
     flips=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(1, 255)), max_size=6),
     keep=st.floats(0.01, 1),
 )

@@ -141,6 +141,28 @@ def test_inspect_shows_the_same_numbers(tmp_path):
         np.testing.assert_allclose(shown["points_px"], one.points_px, atol=2)
 
 
+def test_faces_about_as_large_are_numbered_from_left_to_right_by_all(tmp_path):
+    """The right one measures a little larger."""
+    import json
+
+    from makeup_video.pipeline import inspect_video
+
+    picture = two_faces(150, 152)
+    cv2.imwrite(str(tmp_path / "in.png"), picture[..., ::-1])
+    inspect_video(tmp_path / "in.png", tmp_path / "out.png", tmp_path / "points.json")
+    (frame,) = json.loads((tmp_path / "points.json").read_text())["frames"]
+    shown = {one["id"]: np.mean(one["points_px"], 0)[0] for one in frame["faces"]}
+    found = {one.track_id: one.points_px.mean(0)[0] for one in find_faces(picture)}
+    assert shown[0] < shown[1] and found[0] < found[1]
+
+
+@pytest.mark.parametrize("chosen", [0, "0", None, "", "largest"])
+def test_a_face_is_chosen_by_a_number_or_a_word(chosen):
+    assert look_from_photo(SAMPLES / "portrait.jpg", chosen) == look_from_photo(
+        SAMPLES / "portrait.jpg"
+    )
+
+
 def test_of_several_faces_one_must_be_chosen():
     with pytest.raises(PhotoError) as caught:
         estimate_look(two_faces(150, 130))
@@ -156,13 +178,13 @@ def test_somebody_small_in_the_background_is_not_meant():
 
 
 def test_no_face_and_a_number_that_is_not_there_are_refused():
-    with pytest.raises(PhotoError, match="no face was found"):
+    with pytest.raises(PhotoError, match="no face was found: give a photo that shows one upright"):
         estimate_look(grey())
     with pytest.raises(PhotoError, match="there is no face 3; there are 0 at"):
         choose_face([face()], "3")
 
 
-@pytest.mark.parametrize("chosen", ["x", "-1", "1.0", "all", "²", "12345678901"])
+@pytest.mark.parametrize("chosen", ["x", -1, 1.0, "-1", "1.0", "all", "²", "12345678901"])
 def test_a_choice_is_a_number_or_largest(chosen):
     with pytest.raises(UsageError, match="--ref-face must be largest, or the number"):
         look_from_photo(SAMPLES / "portrait.jpg", chosen)
@@ -222,6 +244,22 @@ def test_a_photo_without_colours_is_refused():
     luma = cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)
     with pytest.raises(PhotoError, match="the photo is grey"):
         estimate_look(cv2.merge([luma] * 3))
+
+
+def test_a_photo_that_is_too_dark_is_refused_and_a_dim_one_is_not():
+    with pytest.raises(PhotoError, match="too dark to tell its colours"):
+        estimate_look((0.06 * portrait()).astype(np.uint8), face())
+    check_face((0.25 * portrait()).astype(np.uint8), face())
+
+
+def test_overexposed_lips_are_refused_and_bright_or_red_ones_are_not():
+    bright = np.clip(1.2 * portrait().astype(float), 0, 255).astype(np.uint8)
+    check_face(bright, face())
+    red = apply_look(portrait(), Look(lips=product((255, 40, 60), "gloss")), [face()])
+    check_face(red, face())
+    washed = np.clip(4.0 * portrait().astype(float), 0, 255).astype(np.uint8)
+    with pytest.raises(PhotoError, match="the lips are overexposed"):
+        estimate_look(washed, face())
 
 
 def test_a_file_is_named_in_its_refusal(tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.face import Face
+from makeup_video.pipeline.face import Face, moved
 from makeup_video.pipeline.faces import find_faces
 from makeup_video.pipeline.finishes import FINISHES, REGIONS, nearest_finish
 from makeup_video.pipeline.reference_io import (
@@ -23,7 +23,7 @@ from makeup_video.pipeline.reference_io import (
 )
 from makeup_video.pipeline.scene import white_light
 from makeup_video.training.reference import prepare, render, shades
-from makeup_video.training.reference.people import People, moved
+from makeup_video.training.reference.people import People
 from people import portrait
 
 HEXES = ("#B4002E", "#C86E78", "#5A2A2A", "#E8A09A", "#8C1C3C", "#D2506E")

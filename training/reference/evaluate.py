@@ -38,7 +38,7 @@ from makeup_video.training.reference.scores import (
     face_of,
     face_window,
 )
-from makeup_video.training.reference.shades import SPLITS, RealProducts, read_products
+from makeup_video.training.reference.shades import COLOUR_SEEN, SPLITS, RealProducts, read_products
 from makeup_video.training.reference.triplets import (
     Triplet,
     halves,
@@ -50,7 +50,6 @@ from makeup_video.training.reference.triplets import (
 from scipy.stats import spearmanr
 
 COUNT = 300
-COLOUR_SEEN = 0.4  # opacity from which a product's colour can be told
 COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
 TRUE, MEAN, SOURCE = "true numbers", "mean colour", "source unchanged"
 KNOWN = "known points and light"

@@ -1,12 +1,10 @@
 """Bare portraits as `prepare` packed them: pictures, faces, how often each is drawn."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine, compose
 from makeup_video.pipeline.face import Face, LipPatch
 from makeup_video.training.reference.shades import SPLITS
 
@@ -49,13 +47,3 @@ class People:
         """As found in that picture."""
         patch = LipPatch(self._logits[person].astype(np.float32), self._to_px[person])
         return Face(self._points[person], 1.0, 1.0, 0, patch)
-
-
-def moved(face: Face, to_new: Affine) -> Face:
-    """A face in a picture that was scaled and cut: to_new maps old px to new ones."""
-    scale = abs(np.linalg.det(to_new[:, :2])) ** 0.5
-    points = np.empty_like(face.points_px)
-    points[:, :2] = face.points_px[:, :2] @ to_new[:, :2].T + to_new[:, 2]
-    points[:, 2] = face.points_px[:, 2] * scale
-    lips = replace(face.lips, to_px=compose(to_new, face.lips.to_px))
-    return replace(face, points_px=points, lips=lips)

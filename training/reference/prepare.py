@@ -15,6 +15,7 @@ import numpy as np
 from makeup_video.pipeline.eyes import eye_regions
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.faces import find_faces, lip_mask
+from makeup_video.pipeline.finishes import REGIONS
 from makeup_video.training.faces.evaluate import skin_tone
 
 # As in faces/prepare.py the last pictures of each source are held out: half to watch the training
@@ -138,7 +139,7 @@ def pack(found: list[dict[str, np.ndarray]], split: np.ndarray) -> dict[str, np.
 
 
 def report(packed: dict[str, np.ndarray]) -> None:
-    for name in ("lips", "eyes"):
+    for name in REGIONS:
         kept = packed[f"bare_{name}"]
         counts = [
             f"{TONE_NAMES[tone]} {kept[of].sum()} of {of.sum()}"

@@ -22,7 +22,7 @@ from makeup_video.kernels.colour import matrices
 from makeup_video.pipeline.colour import coding_of
 from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.crop import Affine, RgbPicture, Window, sample
-from makeup_video.pipeline.face import FrameFaces
+from makeup_video.pipeline.face import FrameFaces, moved
 from makeup_video.pipeline.finishes import REGIONS
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.light import light_of
@@ -32,7 +32,7 @@ from makeup_video.pipeline.reference_io import CROPS, crop_of, places_of, shifte
 from makeup_video.pipeline.scene import FrameScene, SceneLight
 from makeup_video.pipeline.still import PICTURE_TAGS, PICTURE_TICK
 from makeup_video.training.reference.camera import camera, jpeg, lighting
-from makeup_video.training.reference.people import People, moved
+from makeup_video.training.reference.people import People
 from makeup_video.training.reference.shades import (
     Mixture,
     RealProducts,
@@ -81,16 +81,17 @@ class Draws(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """A bare person in some light, cut out around a region.
+    """A bare person in some light, cut out around a region, or whole.
 
     codes: (H, W, 3) Y'CbCr.  scene: R's view of it; its frame is not painted on.  window: its px ->
-    the cut's.  places: the crop's px in the window, None for eyes that are not seen.
+    the cut's, None of a whole portrait.  places: the crop's px in the window, None too for eyes
+    that are not seen.
     """
 
     codes: np.ndarray
     scene: FrameScene
-    window: Window
-    places: np.ndarray | None
+    window: Window | None = None
+    places: np.ndarray | None = None
 
     @property
     def light(self) -> SceneLight:
@@ -157,6 +158,7 @@ class Renderer:
 
     def see(self, shot: Shot, rgb8: np.ndarray) -> np.ndarray:
         """The crop that the net is shown of a cut, after a camera took it."""
+        assert shot.window is not None, "a whole portrait has no crop"
         assert shot.places is not None, "prepare keeps no portrait whose lids are not seen"
         to_px, size_wh = shot.window
         light = shot.light

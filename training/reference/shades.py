@@ -18,6 +18,7 @@ from makeup_video.pipeline.finishes import FINISHES, REGIONS, nearest_finish
 from makeup_video.pipeline.look import ZONES, GraphicsParams, Look
 from makeup_video.pipeline.reference_io import NUMBERS
 
+COLOUR_SEEN = 0.4  # opacity from which a product's colour can be told
 MOST = np.array([1, 255, 255, 255, 4, 1, 1], np.float64)  # of NUMBERS; all begin at 0
 _WORDS = {"glitter": "shimmer", "retro matte": "matte", "lustre": "satin"}
 # Numbers that end at both sides are normal as log-odds, those that are often 0 as square roots.

@@ -21,15 +21,16 @@ from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.model import normalise
 from makeup_video.training.reference.model import SIZES, ReferenceNet
 from makeup_video.training.reference.render import renderer
-from makeup_video.training.reference.shades import Mixture, read_products
+from makeup_video.training.reference.shades import COLOUR_SEEN, Mixture, read_products
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset, get_worker_info
 
 WARM_UP = 300  # steps
 AVERAGE = 0.999  # of the weights, per step
 SAVE_SECONDS = 180
-COLOUR_SEEN = 0.4  # opacity from which the colour counts fully: of less, little can be told
-COLOUR_LEAST = 0.05
+COLOUR_LEAST = (
+    0.05  # how much the colour of a product counts that cannot be seen; fully from COLOUR_SEEN on
+)
 PAINTED_WEIGHT = 5.0
 # Lips and lids from light to dark skin, in neutral light: what looks are compared on.
 BARE = torch.tensor(

@@ -10,10 +10,11 @@ import numpy as np
 from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.eyes import eye_regions
 from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.finishes import REGIONS
 from makeup_video.pipeline.lips import lip_region
 from makeup_video.pipeline.look import ZONES, Look
 from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.reference_io import NUMBERS, places_of, window_of
+from makeup_video.pipeline.reference_io import NUMBERS
 from makeup_video.training.reference.camera import jpeg
 from makeup_video.training.reference.people import People
 from makeup_video.training.reference.render import (
@@ -80,7 +81,7 @@ def whole(people: People, person: int) -> Shot:
 def shot_of(rgb8: np.ndarray, face: Face) -> Shot:
     codes = to_codes(rgb8)
     scene = BuildScene()(FrameFaces(frame_of(codes), (face,)))
-    return Shot(codes, scene, window_of(face, "lips"), places_of(face, "lips"))
+    return Shot(codes, scene)
 
 
 def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> np.ndarray:
@@ -151,7 +152,7 @@ def _where(shot: Shot, look: Look) -> np.ndarray:
 
 def worn(look: Look) -> list[str]:
     """The regions that wear something."""
-    return [region for region in ("lips", "eyes") if getattr(look, region) is not None]
+    return [region for region in REGIONS if getattr(look, region) is not None]
 
 
 def numbers_of(look: Look, region: str) -> np.ndarray:

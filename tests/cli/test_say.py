@@ -1,0 +1,20 @@
+"""Lines for people: whatever is in a name, a terminal shows it and does not obey it."""
+
+import pytest
+from makeup_video.cli.say import printable, say
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("Rouge N\u00b0 5, 日本, \U0001f484", "Rouge N\u00b0 5, 日本, \U0001f484"),
+        ("a\nb\tc\rd", r"a\nb\tc\rd"),
+        ("\x1b[31m \x9b \x07", r"\x1b[31m \x9b \x07"),
+        ("\u202eright to left\u2066", r"\u202eright to left\u2066"),
+        ("bad\udcff.jpg", r"bad\udcff.jpg"),
+    ],
+)
+def test_what_a_terminal_would_obey_is_escaped(capsys, text, shown):
+    assert printable(text) == shown
+    say(text)
+    assert capsys.readouterr().err == shown + "\n"
