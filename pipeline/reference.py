@@ -2,7 +2,7 @@
 
 The crops are cut, and the light on the face is divided out of them, exactly as for the pictures
 that the nets were trained on (`reference_io`). The renderer's other ten settings are those of the
-finish that the seven numbers come nearest to.
+finish that the seven numbers come nearest to. A lipstick's colour gets a second look.
 """
 
 import math
@@ -23,6 +23,7 @@ from makeup_video.pipeline.net import Net, read_array
 from makeup_video.pipeline.photo import read_photo
 from makeup_video.pipeline.reference_io import NUMBERS, from_targets, read_crop
 from makeup_video.pipeline.scene import SceneLight
+from makeup_video.pipeline.second_look import second_look
 from makeup_video.pipeline.still import to_frame
 from makeup_video.pipeline.topology import EYE, EYE_CORNERS, FACE_OVAL, LIPS, RIGHT_EYE
 
@@ -40,6 +41,8 @@ DARK_CODES = 25
 LOST_CODE, MOST_LOST = 254, 0.2
 # So many of a region's points lie in the picture when no more than its rim is cut off.
 _NEARLY_ALL = 0.9
+# More shine than this is hardly worn: pale lips in bright photos are taken for it, and come out frosted.
+MOST_GLOSS, MOST_REFLECTION = 3.0, 0.35
 # Below all three a region is bare: so little could not be told from skin.
 BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.2, 0.4, 0.2
 # Light is read from a copy where the outer eye corners are this far apart, as in training, and
@@ -65,9 +68,10 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     face = choose_face(find_faces(rgb8)) if face is None else face
     check_face(rgb8, face)
     light = photo_light(rgb8, face)
+    lips = _read(rgb8, face, light, "lips")
     has_eyes = _is_inside(rgb8, face, [*EYE, *RIGHT_EYE])
     return Look(
-        lips=_read(rgb8, face, light, "lips"),
+        lips=lips and second_look(rgb8, face, light, lips),
         eyes=_read(rgb8, face, light, "eyes") if has_eyes else None,
     )
 
@@ -191,6 +195,8 @@ def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
     # a look is read by people: no more digits than the net can tell
     rounded = np.round(np.asarray(numbers, np.float64), 3)
     g = dict(zip(NUMBERS, rounded.tolist(), strict=True))
+    g["gloss"] = min(g["gloss"], MOST_GLOSS)
+    g["reflection"] = min(g["reflection"], MOST_REFLECTION)
     four = g["opacity"], g["gloss"], g["gloss_roughness"], g["reflection"]
     finish = nearest_finish(*four, region, shimmers=False)
     return GraphicsParams(**{**FINISHES[finish][region], **g})

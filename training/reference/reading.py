@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.reference import photo_light, product_with
 from makeup_video.pipeline.reference_io import CROPS, from_targets, read_crop, to_targets
 from makeup_video.pipeline.scene import SceneLight
+from makeup_video.pipeline.second_look import second_look
 
 Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) numbers of a look
 _TIMED = 30  # runs
@@ -30,9 +31,11 @@ class Cost:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """What the nets are shown of a photo.  crops: by region, (H, W, 3) uint8."""
+    """A photo, and what the nets are shown of it.  rgb8, crops (by region): (H, W, 3) uint8."""
 
+    rgb8: np.ndarray
     face: Face
+    light: SceneLight
     crops: dict[str, np.ndarray]
 
 
@@ -94,7 +97,8 @@ def cut(rgb8: np.ndarray, face: Face, light: SceneLight) -> Seen:
     """The crops of a face whose points and light are known."""
     picture = RgbPicture(rgb8)
     crops = {region: read_crop(picture, face, region, light) for region in CROPS}
-    return Seen(face, {region: crop for region, crop in crops.items() if crop is not None})
+    found = {region: crop for region, crop in crops.items() if crop is not None}
+    return Seen(rgb8, face, light, found)
 
 
 def see(rgb8: np.ndarray) -> Seen | None:
@@ -106,13 +110,16 @@ def see(rgb8: np.ndarray) -> Seen | None:
 
 
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
-    """What the nets tell; the renderer's other settings are those of the nearest finish."""
+    """What the nets tell, as the product takes it: its settings, its second look at the lips."""
     told = {}
     for region in nets.keys() & seen.crops.keys():
         crop = seen.crops[region]  # and its mirror image, as the product does
         both = nets[region](np.stack([crop, crop[:, ::-1]]))
         told[region] = from_targets(to_targets(both).mean(0))
-    return look_with(told, zone)
+    look = look_with(told, zone)
+    if look.lips is None:
+        return look
+    return replace(look, lips=second_look(seen.rgb8, seen.face, seen.light, look.lips))
 
 
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:

@@ -142,7 +142,7 @@ def beginning(options: argparse.Namespace) -> Checkpoint:
 def parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("region", choices=REGIONS)
-    parser.add_argument("--net", choices=list(SIZES), default="lite4")
+    parser.add_argument("--net", choices=list(SIZES), default="lite0")
     parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
     parser.add_argument("--shades", type=Path, required=True)
     parser.add_argument("--out", type=Path, default=Path("runs"))

@@ -1,0 +1,82 @@
+"""A lipstick that was read is painted once more on its own photo, and its colour corrected.
+
+What covers the lips hides what is under it: painted where it already is, it should change nothing.
+What it changes is an error of the net, in this very light and with this very camera. A sheer product
+does change what already wears it; how much, follows from its opacity.
+"""
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.crop import sample
+from makeup_video.pipeline.face import Face, FrameFaces, moved
+from makeup_video.pipeline.look import ZONES, GraphicsParams, Look
+from makeup_video.pipeline.mesh import BuildScene
+from makeup_video.pipeline.scene import SceneLight
+from makeup_video.pipeline.still import merge, to_frame
+from makeup_video.pipeline.topology import EYE_CORNERS, LIPS
+
+IOD_PX = 140  # the outer eye corners in the cut: enough to tell a mean colour by
+COVER = 0.95  # what is under a product of opacity 1 still shows in its texture
+GAIN = 0.8  # of the correction: the other numbers err too
+# Of less opacity nothing is corrected, of more all: the photo tells more of the lips than of the product.
+SHEER, OPAQUE = 0.45, 0.75
+BARE_LIPS = np.array([178.5, 119.9, 107.1])  # R'G'B' codes, in neutral light: what shows through
+_MARGIN = 0.15  # around the lips, of the distance of the eye corners
+_CERTAIN, _LEAST_PX = 0.9, 30  # weight of the px that count, and how many there must be
+
+
+def second_look(
+    rgb8: np.ndarray, face: Face, light: SceneLight, lips: GraphicsParams
+) -> GraphicsParams:
+    """The same lipstick with its colour corrected.
+
+    rgb8: (H, W, 3) uint8, R'G'B' as sRGB encodes it, the photo that lips was read from.
+    """
+    share = GAIN * _smoothstep((lips.opacity - SHEER) / (OPAQUE - SHEER))
+    if not share:
+        return lips
+    cut, placed = _around_lips(rgb8, face)
+    again, inside = _painted(cut, placed, light, lips)
+    if inside.sum() < _LEAST_PX:
+        return lips
+    colour = np.array([lips.red, lips.green, lips.blue])
+    through = lips.opacity * (1 - COVER * lips.opacity) * (colour - BARE_LIPS)
+    off = np.median(cut[inside], axis=0) + through - np.median(again[inside], axis=0)
+    red, green, blue = np.clip(colour + share * off / lips.opacity, 0, 255).round(3).tolist()
+    return replace(lips, red=red, green=green, blue=blue)
+
+
+def _around_lips(rgb8: np.ndarray, face: Face) -> tuple[np.ndarray, Face]:
+    """The part of a photo around the lips, (h, w, 3), and the face in it."""
+    outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64)
+    iod = max(math.dist(outer, other), 1.0)
+    scale = min(1.0, IOD_PX / iod)
+    lips = face.points_px[LIPS, :2].astype(np.float64)
+    low, high = lips.min(0) - _MARGIN * iod, lips.max(0) + _MARGIN * iod
+    to_cut = np.array([[scale, 0, -scale * low[0]], [0, scale, -scale * low[1]]])
+    wide, tall = np.ceil((high - low) * scale).astype(int).tolist()
+    return sample(rgb8, cv2.invertAffineTransform(to_cut), (wide, tall)), moved(face, to_cut)
+
+
+def _painted(
+    rgb8: np.ndarray, face: Face, light: SceneLight, lips: GraphicsParams
+) -> tuple[np.ndarray, np.ndarray]:
+    """The picture with the lipstick on, alike, and where it surely is, (H, W) bool."""
+    stored = np.ascontiguousarray(rgb8[..., ::-1])
+    frame = to_frame(stored)
+    before = [plane.copy() for plane in frame.planes]
+    scene = BuildScene().under((light,), FrameFaces(frame, (face,)))
+    lit, weight = scene.faces[0].lips, np.zeros(rgb8.shape[:2], np.float32)
+    if lit is not None:
+        lit.region.weigh(weight, (0, 0), lips.edge_softness, ZONES[0])
+    painted = Composite(Look(lips=lips))(scene)
+    return merge(stored, painted, before)[..., ::-1], weight > _CERTAIN
+
+
+def _smoothstep(x: float) -> float:
+    x = min(max(x, 0.0), 1.0)
+    return x * x * (3 - 2 * x)
