@@ -136,8 +136,9 @@ def draw_settings(values: np.ndarray, region: str, rng: np.random.Generator) -> 
     kept = {"light_adaptation"}  # or the photo would not tell the colour
     if not settings["shimmer"]:
         kept |= {"shimmer"}
-    for name in settings.keys() - kept:
-        settings[name] = float(np.clip(settings[name] + rng.normal() * _SETTING_SPREAD, 0, 1))
+    for name, value in settings.items():  # in order: a set's differs from run to run
+        if name not in kept:
+            settings[name] = float(np.clip(value + rng.normal() * _SETTING_SPREAD, 0, 1))
     return settings
 
 
