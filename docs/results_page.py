@@ -16,12 +16,11 @@ from makeup_video.training.reference.evaluate import (
     Measured,
     colour_error,
     gloss_rank,
-    number_errors,
 )
 from makeup_video.training.reference.reading import Cost
 from makeup_video.training.reference.render import TEST_QUALITY
 from makeup_video.training.reference.scores import FACE_PX
-from makeup_video.training.reference.shades import COLOUR_SEEN
+from makeup_video.training.reference.shades import COLOUR_SEEN, number_errors
 
 PAGE = Path(__file__).parent / "results.md"
 JUDGEMENT = "## What still goes wrong"

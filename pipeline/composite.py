@@ -12,13 +12,12 @@ from makeup_video.kernels.paint import Surface, paint
 from makeup_video.kernels.planes import Window, fold, spread
 from makeup_video.pipeline.device import open_device
 from makeup_video.pipeline.eyes import EyeRegion
-from makeup_video.pipeline.face import Face
+from makeup_video.pipeline.face import Face, iod_px
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.lips import LipRegion
 from makeup_video.pipeline.lit_product import Place, film_matrices, material
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.topology import EYE_CORNERS
 
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
@@ -138,8 +137,7 @@ def _on_lids(light: SceneLight, mean: float) -> SceneLight:
 
 def _place(face: Face, region: LipRegion | EyeRegion) -> Place:
     axes = region.grid.to_px[:, :2]
-    first, second = (face.points_px[corner, :2].tolist() for corner in EYE_CORNERS)
-    return Place(axes / _lengths(axes), max(math.dist(first, second), 1.0))
+    return Place(axes / _lengths(axes), iod_px(face))
 
 
 def _to_skin(to_window: np.ndarray, place: Place) -> np.ndarray:

@@ -1,9 +1,11 @@
 """What is known of the faces of one frame."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.topology import EYE_CORNERS
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
 PATCH_SPAN = 1.15  # width of a lip patch, in IOD
@@ -93,3 +95,9 @@ def moved(face: Face, to_new: np.ndarray) -> Face:
     to_px = to_new[:, :2] @ face.lips.to_px
     to_px[:, 2] += to_new[:, 2]
     return replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
+
+
+def iod_px(face: Face) -> float:
+    """Between the outer eye corners, 1 at least."""
+    outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64).tolist()
+    return max(math.dist(outer, other), 1.0)

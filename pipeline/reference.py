@@ -14,14 +14,14 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.crop import RgbPicture, check_rgb8
 from makeup_video.pipeline.errors import PhotoError, UsageError
-from makeup_video.pipeline.face import Face, FrameFaces, moved
+from makeup_video.pipeline.face import Face, FrameFaces, iod_px, moved
 from makeup_video.pipeline.faces import find_faces, lip_mask
 from makeup_video.pipeline.finishes import FINISHES, nearest_finish
 from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import GraphicsParams, Look
 from makeup_video.pipeline.net import Net, read_array
 from makeup_video.pipeline.photo import read_photo
-from makeup_video.pipeline.reference_io import NUMBERS, from_targets, read_crop
+from makeup_video.pipeline.reference_io import NUMBERS, numbers_told, read_crop
 from makeup_video.pipeline.scene import SceneLight
 from makeup_video.pipeline.second_look import second_look
 from makeup_video.pipeline.still import to_frame
@@ -148,7 +148,7 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
 def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
     """The light on a face, read from all of the photo."""
     h, w = rgb8.shape[:2]
-    scale = min(1.0, _LIGHT_IOD_PX / _iod_px(face), math.sqrt(_LIGHT_PX / (h * w)))
+    scale = min(1.0, _LIGHT_IOD_PX / iod_px(face), math.sqrt(_LIGHT_PX / (h * w)))
     size_wh = max(1, round(scale * w)), max(1, round(scale * h))
     small = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA) if scale < 1 else rgb8
     shift = 0.5 * scale - 0.5  # pixel centres lie at whole numbers
@@ -206,9 +206,7 @@ def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> Graph
     crop = read_crop(RgbPicture(rgb8), face, region, light)
     if crop is None:
         return None
-    # a face and its mirror image wear the same: the mean of both errs less
-    targets = _net(region)(np.stack([crop, crop[:, ::-1]]))["targets"].mean(0)
-    return product_of(from_targets(targets), region)
+    return product_of(numbers_told(lambda rgb8: _net(region)(rgb8)["targets"], crop), region)
 
 
 def _is_inside(rgb8: np.ndarray, face: Face, points: Sequence[int] | np.ndarray) -> bool:
@@ -226,11 +224,6 @@ def _net(region: str) -> Net:
 @cache
 def _mean_face() -> np.ndarray:
     return read_array("mean_face.npy").astype(np.float64)
-
-
-def _iod_px(face: Face) -> float:
-    outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64)
-    return max(math.hypot(*(other - outer).tolist()), 1.0)
 
 
 def _sample(rgb8: np.ndarray, face: Face) -> np.ndarray:

@@ -1,5 +1,6 @@
 """What the reference net is shown and what it tells: crops of lips and eyes, seven numbers."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -112,3 +113,9 @@ def from_targets(targets: np.ndarray) -> np.ndarray:
     values: np.ndarray = np.clip(np.asarray(targets, np.float64), 0, 1)
     values[..., _GLOSS] **= 2
     return values * _UNITS
+
+
+def numbers_told(targets_of: Callable[[np.ndarray], np.ndarray], crop: np.ndarray) -> np.ndarray:
+    """(7,) numbers of a look that a net tells of a crop (H, W, 3): the mean of it and its mirror image,
+    for they wear the same.  targets_of: crops (N, H, W, 3) -> (N, 7)."""
+    return from_targets(targets_of(np.stack([crop, crop[:, ::-1]])).mean(0))

@@ -5,19 +5,18 @@ What it changes is an error of the net, in this very light and with this very ca
 does change what already wears it; how much, follows from its opacity.
 """
 
-import math
 from dataclasses import replace
 
 import cv2
 import numpy as np
 from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.crop import sample
-from makeup_video.pipeline.face import Face, FrameFaces, moved
+from makeup_video.pipeline.face import Face, FrameFaces, iod_px, moved
 from makeup_video.pipeline.look import ZONES, GraphicsParams, Look
 from makeup_video.pipeline.mesh import BuildScene
 from makeup_video.pipeline.scene import SceneLight
 from makeup_video.pipeline.still import merge, to_frame
-from makeup_video.pipeline.topology import EYE_CORNERS, LIPS
+from makeup_video.pipeline.topology import LIPS
 
 IOD_PX = 140  # the outer eye corners in the cut: enough to tell a mean colour by
 COVER = 0.95  # what is under a product of opacity 1 still shows in its texture
@@ -52,8 +51,7 @@ def second_look(
 
 def _around_lips(rgb8: np.ndarray, face: Face) -> tuple[np.ndarray, Face]:
     """The part of a photo around the lips, (h, w, 3), and the face in it."""
-    outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64)
-    iod = max(math.dist(outer, other), 1.0)
+    iod = iod_px(face)
     scale = min(1.0, IOD_PX / iod)
     lips = face.points_px[LIPS, :2].astype(np.float64)
     low, high = lips.min(0) - _MARGIN * iod, lips.max(0) + _MARGIN * iod

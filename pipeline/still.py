@@ -229,16 +229,13 @@ def _rotation(metadata: dict[int, Any]) -> int:
 
 
 def _orientation(metadata: dict[int, Any]) -> int:
-    """1 to 8, 1 when the metadata do not say."""
+    """1 to 8 from EXIF (TIFF structure, Exif 2.32 section 4.6), 1 when it does not say."""
     import cv2
 
     blob = metadata.get(int(cv2.IMAGE_METADATA_EXIF))
-    return 1 if blob is None else orientation_of(np.asarray(blob, np.uint8).tobytes())
-
-
-def orientation_of(exif: bytes) -> int:
-    """1 to 8 from EXIF (TIFF structure, Exif 2.32 section 4.6), 1 when it does not say."""
-    data = exif.removeprefix(b"Exif\0\0")
+    if blob is None:
+        return 1
+    data = np.asarray(blob, np.uint8).tobytes().removeprefix(b"Exif\0\0")
     if data[:2] not in (b"II", b"MM"):
         return 1
     order: Literal["little", "big"] = "little" if data[:2] == b"II" else "big"

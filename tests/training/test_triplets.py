@@ -9,6 +9,7 @@ import pytest
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.faces import find_faces
 from makeup_video.pipeline.finishes import REGIONS
+from makeup_video.pipeline.reference_io import to_targets
 from makeup_video.training.reference import reading, shades, triplets
 from makeup_video.training.reference.baselines import transfer_mean_colour
 from makeup_video.training.reference.render import to_rgb8
@@ -52,7 +53,7 @@ def made(region, count=2, seed=0):
 
 def knowing(values):
     """A net that tells these numbers, whatever it is shown."""
-    return lambda rgb8: np.tile(values, (len(rgb8), 1))
+    return lambda rgb8: np.tile(to_targets(values), (len(rgb8), 1))
 
 
 def test_halves_share_nobody_and_leave_out_nobody():
@@ -204,7 +205,7 @@ def test_errors_of_colours_count_where_they_show():
     told = true + np.array([0.1, 3, 6, 9, 0, 0, 0])
     told[1, 1:4] += 100
     assert evaluate.colour_error(true, told) == pytest.approx(6)
-    assert np.allclose(evaluate.number_errors(true, told), [0.1, 3, 6, 9, 0, 0, 0])
+    assert np.allclose(shades.number_errors(true, told), [0.1, 3, 6, 9, 0, 0, 0])
     assert np.isnan(evaluate.colour_error(true[1:], told[1:]))
 
 

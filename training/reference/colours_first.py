@@ -14,13 +14,14 @@ import cv2
 import torch
 from makeup_video.pipeline.reference_io import CROPS, to_targets
 from makeup_video.training.faces.model import normalise
-from makeup_video.training.reference.model import HEAD, HIDDEN, LEAK, SIZES, ReferenceNet
+from makeup_video.training.reference.model import HEAD, HIDDEN, LEAK, ReferenceNet
 from makeup_video.training.reference.render import renderer
 from makeup_video.training.reference.train import (
     beginning,
     error_of,
     held_out,
     name_of,
+    parser_of,
     validate,
 )
 from torch import Tensor, nn
@@ -75,11 +76,7 @@ def teach(net: ReferenceNet, squares: Tensor, targets: Tensor, region: str, epoc
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("region", choices=[name for name, widths in HIDDEN.items() if widths])
-    parser.add_argument("--net", choices=list(SIZES), default="lite0")
-    parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
-    parser.add_argument("--shades", type=Path, required=True)
+    parser = parser_of(__doc__, [name for name, widths in HIDDEN.items() if widths])
     parser.add_argument("--out", type=Path, default=Path("runs/first"))
     parser.add_argument("--crops", type=float, default=7e4)
     parser.add_argument("--epochs", type=int, default=48)

@@ -38,7 +38,14 @@ from makeup_video.training.reference.scores import (
     face_of,
     face_window,
 )
-from makeup_video.training.reference.shades import COLOUR_SEEN, SPLITS, RealProducts, read_products
+from makeup_video.training.reference.shades import (
+    COLOUR,
+    COLOUR_SEEN,
+    SPLITS,
+    RealProducts,
+    errors_in_words,
+    read_products,
+)
 from makeup_video.training.reference.triplets import (
     Triplet,
     halves,
@@ -50,7 +57,6 @@ from makeup_video.training.reference.triplets import (
 from scipy.stats import spearmanr
 
 COUNT = 300
-COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
 TRUE, MEAN, SOURCE = "true numbers", "mean colour", "source unchanged"
 KNOWN = "known points and light"
 MEASURES = ("CIEDE2000", *WHOLE)
@@ -85,14 +91,6 @@ def colour_error(true: np.ndarray, told: np.ndarray) -> float:
     """Mean of |error| of red, green and blue where the product covers; code values of 255."""
     shows = true[:, 0] >= COLOUR_SEEN
     return float(np.abs(told - true)[shows, COLOUR].mean()) if shows.any() else np.nan
-
-
-def number_errors(true: np.ndarray, told: np.ndarray) -> np.ndarray:
-    """(7,) mean |error|; that of colours where they show."""
-    off, shows = np.abs(told - true), true[:, 0] >= COLOUR_SEEN
-    errors = off.mean(0)
-    errors[COLOUR] = off[shows, COLOUR].mean(0) if shows.any() else np.nan
-    return errors
 
 
 def gloss_rank(true: np.ndarray, told: np.ndarray) -> float:
@@ -200,8 +198,7 @@ def main() -> None:
     made = triplets(people, *halves(people), products, options.count, seed=2)
     found = measure(made, {"estimated": {options.region: net_of(options.net)}})
     true, told = found.pair("estimated", options.region)
-    errors = zip(NUMBERS, number_errors(true, told), strict=True)
-    print("mean errors:", ", ".join(f"{name} {error:.3g}" for name, error in errors))
+    print("mean errors:", errors_in_words(true, told))
     print(
         f"colour {colour_error(true, told):.1f}; gloss: rank correlation {gloss_rank(true, told):.3f}"
     )

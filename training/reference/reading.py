@@ -13,11 +13,11 @@ from makeup_video.pipeline.faces import find_faces
 from makeup_video.pipeline.finishes import REGIONS
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.reference import photo_light, product_with
-from makeup_video.pipeline.reference_io import CROPS, from_targets, read_crop, to_targets
+from makeup_video.pipeline.reference_io import CROPS, numbers_told, read_crop
 from makeup_video.pipeline.scene import SceneLight
 from makeup_video.pipeline.second_look import second_look
 
-Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) numbers of a look
+Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) targets
 _TIMED = 30  # runs
 
 
@@ -52,7 +52,12 @@ def net_of(path: Path, threads: int = 1) -> Net:
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         run = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-        return lambda rgb8: from_targets(run.run(None, {"rgb8": rgb8})[0])
+
+        def told(rgb8: np.ndarray) -> np.ndarray:
+            targets: np.ndarray = run.run(None, {"rgb8": rgb8})[0]
+            return targets
+
+        return told
     import torch
     from makeup_video.training.reference.export import load
     from makeup_video.training.reference.train import estimates
@@ -61,7 +66,7 @@ def net_of(path: Path, threads: int = 1) -> Net:
 
     def tell(rgb8: np.ndarray) -> np.ndarray:
         torch.set_num_threads(threads)
-        return from_targets(estimates(net, torch.from_numpy(rgb8)).numpy())
+        return estimates(net, torch.from_numpy(rgb8)).numpy()
 
     return tell
 
@@ -111,11 +116,8 @@ def see(rgb8: np.ndarray) -> Seen | None:
 
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     """What the nets tell, as the product takes it: its settings, its second look at the lips."""
-    told = {}
-    for region in nets.keys() & seen.crops.keys():
-        crop = seen.crops[region]  # and its mirror image, as the product does
-        both = nets[region](np.stack([crop, crop[:, ::-1]]))
-        told[region] = from_targets(to_targets(both).mean(0))
+    regions = nets.keys() & seen.crops.keys()
+    told = {region: numbers_told(nets[region], seen.crops[region]) for region in regions}
     look = look_with(told, zone)
     if look.lips is None:
         return look

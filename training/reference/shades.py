@@ -18,6 +18,7 @@ from makeup_video.pipeline.finishes import FINISHES, REGIONS, nearest_finish
 from makeup_video.pipeline.look import ZONES, GraphicsParams, Look
 from makeup_video.pipeline.reference_io import NUMBERS
 
+COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
 COLOUR_SEEN = 0.4  # opacity from which a product's colour can be told
 MOST = np.array([1, 255, 255, 255, 4, 1, 1], np.float64)  # of NUMBERS; all begin at 0
 _WORDS = {"glitter": "shimmer", "retro matte": "matte", "lustre": "satin"}
@@ -149,6 +150,20 @@ def look_of(
     numbers = dict(zip(NUMBERS, np.asarray(values, np.float64).tolist(), strict=True))
     params = GraphicsParams(**numbers, **settings)
     return Look(lips=params) if region == "lips" else Look(eyes=params, zone=zone)
+
+
+def number_errors(true: np.ndarray, told: np.ndarray) -> np.ndarray:
+    """(7,) mean |error|; that of colours where they show."""
+    off, shows = np.abs(told - true), true[:, 0] >= COLOUR_SEEN
+    errors = off.mean(0)
+    errors[COLOUR] = off[shows, COLOUR].mean(0) if shows.any() else np.nan
+    return errors
+
+
+def errors_in_words(true: np.ndarray, told: np.ndarray) -> str:
+    """The same on one line."""
+    errors = zip(NUMBERS, number_errors(true, told), strict=True)
+    return ", ".join(f"{name} {error:.3g}" for name, error in errors)
 
 
 def plot(mixture: Mixture, path: Path, n: int = 4000) -> None:

@@ -9,7 +9,7 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import cv2
@@ -21,7 +21,12 @@ from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.model import normalise
 from makeup_video.training.reference.model import SIZES, ReferenceNet
 from makeup_video.training.reference.render import renderer
-from makeup_video.training.reference.shades import COLOUR_SEEN, Mixture, read_products
+from makeup_video.training.reference.shades import (
+    COLOUR_SEEN,
+    Mixture,
+    errors_in_words,
+    read_products,
+)
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset, get_worker_info
 
@@ -97,23 +102,13 @@ def estimates(net: nn.Module, rgb8: Tensor) -> Tensor:
     return torch.cat([net(inputs(part)) for part in rgb8.split(64)])
 
 
-def report(told: np.ndarray, true: np.ndarray) -> str:
-    """Mean error of each number, (N, 7) as in a look; that of colours where they show."""
-    off, shows = np.abs(told - true), true[:, 0] >= COLOUR_SEEN
-    errors = [
-        (off[shows, at] if name in ("red", "green", "blue") else off[:, at]).mean()
-        for at, name in enumerate(NUMBERS)
-    ]
-    return ", ".join(f"{name} {error:.3g}" for name, error in zip(NUMBERS, errors, strict=True))
-
-
 def validate(net: nn.Module, crops: tuple[Tensor, Tensor]) -> str:
     rgb8, targets = crops
     told = estimates(net, rgb8)
     off = 255 * (painted(told) - painted(targets)).abs().mean((1, 2))
     return (
         f"loss {error_of(told, targets):.4f}; worn {off.median():.2f}, 90 % {off.quantile(0.9):.2f}"
-        f"; {report(from_targets(told.numpy()), from_targets(targets.numpy()))}"
+        f"; {errors_in_words(from_targets(targets.numpy()), from_targets(told.numpy()))}"
     )
 
 
@@ -139,12 +134,18 @@ def beginning(options: argparse.Namespace) -> Checkpoint:
     return run
 
 
-def parsed() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("region", choices=REGIONS)
+def parser_of(doc: str, regions: Iterable[str]) -> argparse.ArgumentParser:
+    """What a net is for, and what it learns from."""
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    parser.add_argument("region", choices=regions)
     parser.add_argument("--net", choices=list(SIZES), default="lite0")
     parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
     parser.add_argument("--shades", type=Path, required=True)
+    return parser
+
+
+def parsed() -> argparse.Namespace:
+    parser = parser_of(__doc__, REGIONS)
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=4e5)
     parser.add_argument("--batch", type=int, default=64)
