@@ -22,7 +22,7 @@ from makeup_video.pipeline.frame import HDR_TRANSFERS, Frame
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.mux import Muxer
 from makeup_video.pipeline.report import Report
-from makeup_video.pipeline.runner import Runner, Stage
+from makeup_video.pipeline.runner import Observe, Runner, Stage
 from makeup_video.pipeline.source import VideoSource, local_file, open_video
 from makeup_video.pipeline.still import is_picture, process_picture
 from makeup_video.pipeline.target import Target
@@ -38,7 +38,7 @@ class Settings:
     and encoder each, 0 lets FFmpeg choose.  strict: raise rather than drop or convert a track.
     faces: whom to paint: "all", "largest", or the number of one (as `inspect` shows it).
     compare: show before and after beside each other.  device: the OpenCL device that paints, by its
-    number or a part of its name, "" for the processor.
+    number or a part of its name, "" for the processor.  observe: told what each stage took for each item.
     """
 
     codec: str | None = None
@@ -52,6 +52,7 @@ class Settings:
     faces: str = "all"
     compare: bool = False
     device: str = ""
+    observe: Observe | None = None
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
@@ -188,7 +189,9 @@ def _run(
             threads=settings.threads,
         )
         encoder = VideoEncoder(muxer, source, codec, options, settings.threads)
-        runner = Runner(("decode", decoder.frames()), stages, ("encode", encoder))
+        runner = Runner(
+            ("decode", decoder.frames()), stages, ("encode", encoder), observe=settings.observe
+        )
         tick = on_progress
         expected = decoder.expected_frames
         runner.run(tick and (lambda done: tick(done, expected, source.rate)))

@@ -30,6 +30,10 @@ class Sink(Protocol):
     def finish(self, stopped: bool) -> None: ...
 
 
+# name of an actor, wall and CPU seconds that it took for one item (the sink once more, to finish)
+Observe = Callable[[str, float, float], None]
+
+
 @dataclass(slots=True)
 class StageTimes:
     """What one actor cost: items, seconds at work (not waiting), CPU seconds of its own thread.
@@ -55,7 +59,9 @@ class Runner:
         stages: list[tuple[str, Stage]],
         sink: tuple[str, Sink],
         capacity: int = 2,
+        observe: Observe | None = None,
     ) -> None:
+        self._observe = observe  # called by the actors' own threads
         self.source, self.stages, self.sink = source, stages, sink
         names = [name for name, _ in stages] + [sink[0]]
         self.channels: list[Channel[Any]] = [Channel(f"-> {name}", capacity) for name in names]
@@ -131,9 +137,12 @@ class Runner:
         for channel in self.channels:
             channel.cancel()
 
+    def _clock(self, name: str) -> "_Clock":
+        return _Clock(self.times[name], self._observe and partial(self._observe, name))
+
     def _run_source(self) -> None:
         name, items = self.source
-        out, clock = self.channels[0], _Clock(self.times[name])
+        out, clock = self.channels[0], self._clock(name)
         with closing(items):
             while True:
                 with clock:
@@ -146,7 +155,7 @@ class Runner:
 
     def _run_stage(self, index: int, stage: Stage) -> None:
         inbox, out = self.channels[index], self.channels[index + 1]
-        clock = _Clock(self.times[self.stages[index][0]])
+        clock = self._clock(self.stages[index][0])
         for item in inbox:
             with clock:
                 result = stage(item)
@@ -159,7 +168,7 @@ class Runner:
 
     def _run_sink(self) -> None:
         name, sink = self.sink
-        clock = _Clock(self.times[name])
+        clock = self._clock(name)
         for item in self.channels[-1]:
             with clock:
                 sink(item)
@@ -190,12 +199,17 @@ def _undisturbed() -> Generator[None, None, None]:
 class _Clock:
     """Adds the time spent inside `with` to the times of one actor."""
 
-    def __init__(self, times: StageTimes) -> None:
-        self.times = times
+    def __init__(
+        self, times: StageTimes, observe: Callable[[float, float], None] | None = None
+    ) -> None:
+        self.times, self._observe = times, observe
 
     def __enter__(self) -> None:
         self._wall, self._cpu = time.perf_counter(), time.thread_time()
 
     def __exit__(self, *exc: object) -> None:
-        self.times.busy_seconds += time.perf_counter() - self._wall
-        self.times.cpu_seconds += time.thread_time() - self._cpu
+        wall, cpu = time.perf_counter() - self._wall, time.thread_time() - self._cpu
+        self.times.busy_seconds += wall
+        self.times.cpu_seconds += cpu
+        if self._observe:
+            self._observe(wall, cpu)

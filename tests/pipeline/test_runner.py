@@ -83,6 +83,25 @@ def test_a_stage_may_look_ahead_and_nothing_is_lost(count):
     assert sink.items == list(range(count))
 
 
+def test_an_observer_hears_of_every_item_and_the_times_are_its_sums():
+    heard = {}
+
+    def observe(name, wall, cpu):
+        heard.setdefault(name, []).append((wall, cpu))
+
+    stages = [("delay", Delay())]
+    runner = Runner(("source", numbers(9)), stages, ("sink", List()), observe=observe)
+    runner.run()
+    # the source is asked once more for an end, the sink finishes
+    assert {name: len(items) for name, items in heard.items()} == {
+        "source": 10, "delay": 9, "sink": 10,
+    }  # fmt: skip
+    for name, items in heard.items():
+        wall, cpu = (sum(part) for part in zip(*items, strict=True))
+        times = runner.times[name]
+        assert (times.busy_seconds, times.cpu_seconds) == pytest.approx((wall, cpu))
+
+
 def broken(item):
     if item == 3:
         raise ZeroDivisionError("stage broke")
