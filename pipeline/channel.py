@@ -65,6 +65,7 @@ class Channel(Generic[T]):
                 item = self._items.popleft()
                 self._changed.notify_all()
             yield item
+            del item  # or it would stay in memory while the next is waited for
 
     def close(self) -> None:
         with self._changed:

@@ -22,7 +22,7 @@ from makeup_video.pipeline.frame import HDR_TRANSFERS, Frame
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.mux import Muxer
 from makeup_video.pipeline.report import Report
-from makeup_video.pipeline.runner import Observe, Runner, Stage
+from makeup_video.pipeline.runner import Observe, Runner, Stage, cores
 from makeup_video.pipeline.source import VideoSource, local_file, open_video
 from makeup_video.pipeline.still import is_picture, process_picture
 from makeup_video.pipeline.target import Target
@@ -35,7 +35,7 @@ class Settings:
     """How to write the output. None: the default that suits source and container.
 
     start_seconds, end_seconds: the part to keep, counted from where the file begins.  threads: of decoder
-    and encoder each, 0 lets FFmpeg choose.  strict: raise rather than drop or convert a track.
+    and encoder each, 0: what suits the cores there are.  strict: raise rather than drop or convert a track.
     faces: whom to paint: "all", "largest", or the number of one (as `inspect` shows it).
     compare: show before and after beside each other.  device: the OpenCL device that paints, by its
     number or a part of its name, "" for the processor.  observe: told what each stage took for each item.
@@ -176,6 +176,9 @@ def _run(
     deep = source.bit_depth > 8 or context.color_trc in HDR_TRANSFERS
     codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)
     options = encoder_options(codec, settings.crf, settings.preset)
+    # Left to FFmpeg, each codec takes a thread a core and more, and some pictures for every thread.
+    # Decoding is the cheaper part; beside stages that keep a core busy x264 needs no more than the cores.
+    paced = cores() if stages else 0
     target = Target(output, source.path, overwrite=settings.overwrite)
     muxer = Muxer(target, container, strict=settings.strict)
     try:
@@ -186,9 +189,9 @@ def _run(
             muxer,
             start_seconds=settings.start_seconds,
             end_seconds=settings.end_seconds,
-            threads=settings.threads,
+            threads=settings.threads or max(1, cores() // 2),
         )
-        encoder = VideoEncoder(muxer, source, codec, options, settings.threads)
+        encoder = VideoEncoder(muxer, source, codec, options, settings.threads or paced)
         runner = Runner(
             ("decode", decoder.frames()), stages, ("encode", encoder), observe=settings.observe
         )

@@ -1,5 +1,7 @@
-"""The only file with threads: one for the source, one for each stage, one for the sink."""
+"""The only file with threads: one for the source, some for the stages, one for the sink."""
 
+import itertools
+import os
 import signal
 import threading
 import time
@@ -51,6 +53,10 @@ class Runner:
 
     Every channel is bounded, so a slow actor makes the ones before it wait. The first error
     cancels every channel, keeps its traceback, and is raised by `run`; no thread is left.
+
+    workers: how many threads share the stages, neighbours together; None: one less than there are
+    cores, for the codec needs one. Two threads on one core only take turns, and each turn finds the
+    other's data in the cache.
     """
 
     def __init__(
@@ -60,12 +66,15 @@ class Runner:
         sink: tuple[str, Sink],
         capacity: int = 2,
         observe: Observe | None = None,
+        workers: int | None = None,
     ) -> None:
         self._observe = observe  # called by the actors' own threads
         self.source, self.stages, self.sink = source, stages, sink
-        names = [name for name, _ in stages] + [sink[0]]
-        self.channels: list[Channel[Any]] = [Channel(f"-> {name}", capacity) for name in names]
-        self.times = {name: StageTimes() for name in [source[0], *names]}
+        self._lines = _shared(stages, max(1, cores() - 1 if workers is None else workers))
+        heads = [line[0][0] for line in self._lines] + [sink[0]]
+        self.channels: list[Channel[Any]] = [Channel(f"-> {name}", capacity) for name in heads]
+        names = [source[0], *(name for name, _ in stages), sink[0]]
+        self.times = {name: StageTimes() for name in names}
         self.stopped = False
         self._first_error: BaseException | None = None
         self._ended = threading.Condition()
@@ -105,8 +114,8 @@ class Runner:
 
     def _start(self) -> list[threading.Thread]:
         jobs: list[tuple[str, Callable[[], None]]] = [(self.source[0], self._run_source)]
-        for index, (name, stage) in enumerate(self.stages):
-            jobs.append((name, partial(self._run_stage, index, stage)))
+        for index, line in enumerate(self._lines):
+            jobs.append((line[0][0], partial(self._run_line, index, line)))
         jobs.append((self.sink[0], self._run_sink))
         # Daemons, so that a codec stuck in its own code cannot keep the process from ending.
         threads = [
@@ -151,20 +160,30 @@ class Runner:
                     break
                 clock.times.items += 1
                 out.send(item)
+                del item
         out.close()
 
-    def _run_stage(self, index: int, stage: Stage) -> None:
+    def _run_line(self, index: int, line: list[tuple[str, Stage]]) -> None:
         inbox, out = self.channels[index], self.channels[index + 1]
-        clock = self._clock(self.stages[index][0])
+        steps = [(self._clock(name), stage) for name, stage in line]
         for item in inbox:
-            with clock:
-                result = stage(item)
-            clock.times.items += 1
-            if result is not None:
-                out.send(result)
-        for result in getattr(stage, "drain", tuple)():
-            out.send(result)
+            self._pass(item, steps, out)
+            del item  # a frame must not stay in memory while the next is waited for
+        for at, (_, stage) in enumerate(steps):
+            for item in getattr(stage, "drain", tuple)():
+                self._pass(item, steps[at + 1 :], out)
         out.close()
+
+    @staticmethod
+    def _pass(item: Any, steps: list[tuple["_Clock", Stage]], out: Channel[Any]) -> None:
+        """Through the stages and out, or as far as a stage that keeps it for now."""
+        for clock, stage in steps:
+            with clock:
+                item = stage(item)
+            clock.times.items += 1
+            if item is None:
+                return
+        out.send(item)
 
     def _run_sink(self) -> None:
         name, sink = self.sink
@@ -173,12 +192,27 @@ class Runner:
             with clock:
                 sink(item)
             clock.times.items += 1
+            del item
         if self._first_error is None:
             with clock:
                 sink.finish(self.stopped)
 
 
 _END = object()
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[str, Stage]]]:
+    """The stages in order, cut into as many runs as there are workers, of about the same length."""
+    count = min(workers, len(stages))
+    ends = [len(stages) * number // count for number in range(count + 1)] if count else []
+    return [stages[first:end] for first, end in itertools.pairwise(ends)]
 
 
 @contextmanager

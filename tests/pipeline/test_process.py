@@ -8,7 +8,7 @@ import av
 import numpy as np
 import pytest
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
-from makeup_video.pipeline import Settings, UsageError, process_video
+from makeup_video.pipeline import Settings, UsageError, process, process_video
 from media import add_video, decoded, encode_frames, make_clip, packets_of, picture, times_of
 
 HALF_TICK_MKV = Fraction(1, 2000)
@@ -368,6 +368,29 @@ def test_the_report_counts_what_happened(tmp_path):
     assert report["peak_memory_bytes"] > 1e7
     assert report["media_seconds"] == pytest.approx(0.4)
     assert report["dropped"] == report["converted"] == report["conversions"] == []
+
+
+@pytest.mark.parametrize(
+    ("cores", "threads", "beside_stages", "expected"),
+    [(1, 0, True, (1, 1)), (2, 0, True, (1, 2)), (2, 0, False, (1, 0)), (8, 0, True, (4, 8)),
+     (8, 3, True, (3, 3)), (8, 3, False, (3, 3))],
+)  # fmt: skip
+def test_codecs_take_the_threads_that_suit_the_cores_or_were_asked_for(
+    tmp_path, monkeypatch, cores, threads, beside_stages, expected
+):
+    taken = {}
+    for name in ("Decoder", "VideoEncoder"):
+
+        def made(*args, name=name, whole=getattr(process, name), **options):
+            taken[name] = options.get("threads", args[-1])
+            return whole(*args, **options)
+
+        monkeypatch.setattr(process, name, made)
+    monkeypatch.setattr(process, "cores", lambda: cores)
+    src = make_clip(tmp_path / "in.mp4", frames=3)
+    stages = [("same", lambda frame: frame)] if beside_stages else []
+    process.run_stages(src, tmp_path / "out.mp4", lambda _: stages, Settings(threads=threads))
+    assert (taken["Decoder"], taken["VideoEncoder"]) == expected
 
 
 def test_planes_cross_the_pipeline_unconverted(tmp_path):

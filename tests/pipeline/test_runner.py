@@ -2,6 +2,7 @@ import _thread
 import threading
 import time
 import traceback
+import weakref
 
 import pytest
 from hypothesis import given, settings
@@ -49,12 +50,17 @@ def our_threads():
     return [t for t in threading.enumerate() if t.name.startswith("makeup-")]
 
 
-@given(count=st.integers(0, 40), stages=st.integers(0, 4), capacity=st.integers(1, 5))
+@given(
+    count=st.integers(0, 40),
+    stages=st.integers(0, 4),
+    capacity=st.integers(1, 5),
+    workers=st.none() | st.integers(1, 6),
+)
 @settings(deadline=None, max_examples=30)
-def test_items_pass_every_stage_in_order(count, stages, capacity):
+def test_items_pass_every_stage_in_order(count, stages, capacity, workers):
     sink = List()
     steps = [(f"s{i}", add_one) for i in range(stages)]
-    runner = Runner(("source", numbers(count)), steps, ("sink", sink), capacity)
+    runner = Runner(("source", numbers(count)), steps, ("sink", sink), capacity, workers=workers)
     runner.run()
     assert sink.items == [n + stages for n in range(count)]
     assert sink.finished == "done"
@@ -74,6 +80,74 @@ class Delay:
 
     def drain(self):
         return self.kept
+
+
+@given(
+    count=st.integers(0, 20),
+    looks_ahead=st.lists(st.booleans(), max_size=5),
+    workers=st.integers(1, 5),
+)
+@settings(deadline=None, max_examples=30)
+def test_stages_that_look_ahead_lose_nothing_however_threads_are_shared(
+    count, looks_ahead, workers
+):
+    sink = List()
+    steps = [(f"s{i}", Delay() if ahead else add_one) for i, ahead in enumerate(looks_ahead)]
+    Runner(("source", numbers(count)), steps, ("sink", sink), workers=workers).run()
+    plain = looks_ahead.count(False)
+    assert sink.items == [n + plain for n in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("workers", "expected"),
+    [
+        (1, [["a", "b", "c", "d"]]),
+        (2, [["a", "b"], ["c", "d"]]),
+        (3, [["a"], ["b"], ["c", "d"]]),
+        (4, [["a"], ["b"], ["c"], ["d"]]),
+        (9, [["a"], ["b"], ["c"], ["d"]]),
+    ],
+)
+def test_workers_share_neighbouring_stages_evenly(workers, expected):
+    on_thread = {}
+
+    def stage(name):
+        def note(item):
+            on_thread[name] = threading.current_thread().name
+            return item
+
+        return note
+
+    stages = [(name, stage(name)) for name in "abcd"]
+    Runner(("source", numbers(3)), stages, ("sink", List()), workers=workers).run()
+    assert on_thread == {name: f"makeup-{line[0]}" for line in expected for name in line}
+
+
+class Item:
+    pass
+
+
+def test_an_actor_that_waits_keeps_no_item_alive():
+    seen, alive = [], []
+
+    def source():
+        for _ in range(3):
+            item = Item()
+            seen.append(weakref.ref(item))
+            yield item
+            del item
+            while any(ref() is not None for ref in seen) and time.monotonic() < limit:
+                time.sleep(0.001)
+            alive.append(sum(ref() is not None for ref in seen))
+
+    class Sink(List):
+        def __call__(self, item):
+            pass
+
+    limit = time.monotonic() + 5
+    stages = [("a", lambda item: item), ("b", lambda item: item)]
+    Runner(("source", source()), stages, ("sink", Sink()), workers=2).run()
+    assert alive == [0, 0, 0]
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 10])
