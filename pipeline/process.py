@@ -2,8 +2,6 @@
 
 import os
 import re
-import resource
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -20,6 +18,7 @@ from makeup_video.pipeline.encode import VideoEncoder
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.frame import HDR_TRANSFERS, Frame
 from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.memory import peak_memory_bytes
 from makeup_video.pipeline.mux import Muxer
 from makeup_video.pipeline.report import Report
 from makeup_video.pipeline.runner import Observe, Runner, Stage, cores
@@ -240,14 +239,3 @@ def _report(
         },
         bytes_out=muxer.bytes_out,
     )
-
-
-def peak_memory_bytes() -> int:
-    """The most memory that this process ever held (its resident set)."""
-    if sys.platform == "linux":
-        # getrusage would count the parent's memory from before exec
-        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
-            if line.startswith("VmHWM:"):
-                return int(line.split()[1]) * 1024
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024  # others count in kB

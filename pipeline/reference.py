@@ -19,6 +19,7 @@ from makeup_video.pipeline.faces import find_faces, lip_mask
 from makeup_video.pipeline.finishes import FINISHES, nearest_finish
 from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import GraphicsParams, Look
+from makeup_video.pipeline.memory import give_back_memory
 from makeup_video.pipeline.net import Net, read_array
 from makeup_video.pipeline.photo import read_photo
 from makeup_video.pipeline.reference_io import NUMBERS, numbers_told, read_crop
@@ -93,6 +94,10 @@ def look_from_photo(path: str | os.PathLike[str], face: int | str | None = None)
         return estimate_look(rgb8, choose_face(find_faces(rgb8), chosen))
     except PhotoError as error:
         raise PhotoError(f"{path}: {error}") from None
+    finally:
+        # the film that comes next does not need these nets, nor their 80 MB
+        _net.cache_clear()
+        give_back_memory()
 
 
 def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:

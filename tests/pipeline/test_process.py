@@ -379,18 +379,23 @@ def test_codecs_take_the_threads_that_suit_the_cores_or_were_asked_for(
     tmp_path, monkeypatch, cores, threads, beside_stages, expected
 ):
     taken = {}
-    for name in ("Decoder", "VideoEncoder"):
+    decoder, encoder = process.Decoder, process.VideoEncoder
 
-        def made(*args, name=name, whole=getattr(process, name), **options):
-            taken[name] = options.get("threads", args[-1])
-            return whole(*args, **options)
+    def decode(*args, threads, **options):
+        taken["decode"] = threads
+        return decoder(*args, threads=threads, **options)
 
-        monkeypatch.setattr(process, name, made)
+    def encode(*args):
+        taken["encode"] = args[-1]
+        return encoder(*args)
+
+    monkeypatch.setattr(process, "Decoder", decode)
+    monkeypatch.setattr(process, "VideoEncoder", encode)
     monkeypatch.setattr(process, "cores", lambda: cores)
     src = make_clip(tmp_path / "in.mp4", frames=3)
     stages = [("same", lambda frame: frame)] if beside_stages else []
     process.run_stages(src, tmp_path / "out.mp4", lambda _: stages, Settings(threads=threads))
-    assert (taken["Decoder"], taken["VideoEncoder"]) == expected
+    assert (taken["decode"], taken["encode"]) == expected
 
 
 def test_planes_cross_the_pipeline_unconverted(tmp_path):
