@@ -3,16 +3,18 @@
 import json
 import tempfile
 from pathlib import Path
-from statistics import median
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from makeup_video.cli.ending import told_in_one_line
-from makeup_video.cli.say import say
+from makeup_video.cli.say import put
 
-_SAMPLE = Path(__file__).resolve().parent.parent / "samples" / "in.mp4"
-_PAINTED_ROUNDS = 5  # enough for a median of a hundred frames
-_LONGER = 10  # times; memory must not grow with the length of a film
+if TYPE_CHECKING:
+    from makeup_video.cli.measure import Bench
+    from makeup_video.pipeline import Look
+
+_SAMPLES = Path(__file__).resolve().parent.parent / "samples"
+_PAINTED_ROUNDS, _PAINTED_FRAMES = 3, 120  # enough for a median
 
 
 def bench(
@@ -20,139 +22,168 @@ def bench(
         str | None, typer.Argument(metavar="CLIP", help="A video; default: our sample.")
     ] = None,
     sizes: Annotated[str, typer.Option(help="Heights to scale it to.")] = "720p,1080p",
-    seconds: Annotated[float, typer.Option(help="Length of the measured clip.")] = 4.0,
-    rounds: Annotated[int, typer.Option(help="How often each is run; medians count.")] = 9,
-    renderer: Annotated[bool, typer.Option(help="Measure what painting a face costs.")] = True,
+    seconds: Annotated[
+        float, typer.Option(help="Length of the film; it is played to and fro until then.")
+    ] = 20.0,
+    rounds: Annotated[int, typer.Option(help="How often each is run; medians count.")] = 5,
+    look: Annotated[
+        str | None, typer.Option(metavar="FILE", help="The look that is painted (JSON).")
+    ] = None,
+    ref: Annotated[
+        str | None, typer.Option(metavar="PHOTO", help="Or a photo of it; default: our sample.")
+    ] = None,
+    as_is: Annotated[
+        bool,
+        typer.Option("--as-is", help="Only scale CLIP, don't bring its face to half the height."),
+    ] = False,
+    faces: Annotated[bool, typer.Option("--faces", help="Also 1, 2, 4 and 8 faces.")] = False,
+    threads: Annotated[bool, typer.Option("--threads", help="Also other threads.")] = False,
+    length: Annotated[
+        float, typer.Option("--length", metavar="MINUTES", help="Also a film so long.")
+    ] = 0.0,
+    renderer: Annotated[
+        bool, typer.Option(help="Measure what painting costs by itself, and the floor.")
+    ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    plot: Annotated[
+        str | None, typer.Option(metavar="PNG", help="Draw it: needs makeup-video[plot].")
+    ] = None,
 ) -> None:
     """Measure the product beside a bare decode-and-encode loop: speed, CPU, memory, start."""
+    from makeup_video.cli.progress import show_steps
+
     with told_in_one_line():
-        results = _measure(clip, _heights(sizes), seconds, rounds)
-        if renderer:
-            results["renderer"] = _measure_renderer(clip, _heights(sizes), seconds, rounds)
-    if as_json:
-        typer.echo(json.dumps(results, indent=2))
-        return
-    _print_table(results)
-    if renderer:
-        _print_renderer(results["renderer"])
+        heights = heights_of(sizes)
+        _check(seconds, rounds, length)
+        if plot is not None:
+            from makeup_video.cli.bench_plot import check_place, draw
+
+            check_place(plot)
+        with (
+            tempfile.TemporaryDirectory(prefix="makeup-video-bench-") as name,
+            show_steps() as told,
+        ):
+            from makeup_video.cli.measure import Bench
+
+            source = _source(clip)
+            told("reading the look")
+            made = Bench(source, Path(name), _look(look, ref), seconds, rounds, as_is, told)
+            results = measure(made, heights, renderer=renderer)
+            results |= more(made, heights[0], faces=faces, threads=threads, minutes=length)
+        if plot is not None:
+            draw(results, Path(plot))
+        if as_json:
+            put(json.dumps(results, indent=2) + "\n")
+            return
+    from makeup_video.cli.bench_tables import print_tables
+
+    print_tables(results)
 
 
-def _heights(sizes: str) -> list[int]:
+def heights_of(sizes: str) -> list[int]:
+    """Of "720p,1080p". Raises UsageError."""
     from makeup_video.pipeline import UsageError
 
-    heights = [int(part.removesuffix("p")) for part in sizes.split(",") if _is_height(part)]
-    if len(heights) != len(sizes.split(",")) or any(not 2 <= h <= 4320 for h in heights):
-        raise UsageError(f"--sizes must be heights such as 720p,1080p, got {sizes!r}")
+    parts = [part.removesuffix("p") for part in sizes.split(",")]
+    heights = [int(part) for part in parts if part.isascii() and part.isdecimal() and len(part) < 5]
+    if len(heights) != len(parts) or any(not 2 <= h <= 4320 or h % 2 for h in heights):
+        raise UsageError(f"--sizes must be even heights such as 720p,1080p, got {sizes!r}")
     return heights
 
 
-def _is_height(text: str) -> bool:
-    return text.removesuffix("p").isdecimal()
+def _check(seconds: float, rounds: int, minutes: float) -> None:
+    from makeup_video.pipeline import UsageError
+
+    if not (0.5 <= seconds <= 3600 and rounds >= 1):
+        raise UsageError(
+            f"--seconds must be 0.5 to 3600 and --rounds at least 1, got {seconds:g} and {rounds}"
+        )
+    if not 0 <= minutes <= 600:
+        raise UsageError(f"--length must be 0 to 600 minutes, got {minutes:g}")
 
 
-def _measure(clip: str | None, heights: list[int], seconds: float, rounds: int) -> dict[str, Any]:
-    from makeup_video.cli import measure
-    from makeup_video.pipeline import InputError, UsageError
+def _source(clip: str | None) -> Path:
+    from makeup_video.pipeline import InputError
 
-    if seconds < 0.5 or rounds < 1:
-        raise UsageError(f"--seconds must be at least 0.5, --rounds 1; got {seconds}, {rounds}")
-    source = Path(clip) if clip else _SAMPLE
+    source = Path(clip) if clip else _SAMPLES / "in.mp4"
     if clip is None and not source.exists():
         raise InputError(f"the sample {source} is not installed: give a CLIP to measure with")
+    return source
+
+
+def _look(look: str | None, ref: str | None) -> "Look":
+    """The look to paint, lips and eyes: read from our sample, but where that is not installed."""
+    from makeup_video.pipeline import Look, UsageError, look_from_photo, product
+
+    if look is not None and ref is not None:
+        raise UsageError("--look and --ref both give a look: leave one of them out")
+    if look is not None:
+        return Look.load(look)
+    if ref is None and not (_SAMPLES / "look.jpg").exists():
+        return Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes"))
+    return look_from_photo(ref or _SAMPLES / "look.jpg")
+
+
+def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, Any]:
+    """What every run of the command measures, by size."""
+    from makeup_video.cli.measure import compare, own_process
+    from makeup_video.cli.measure_clip import CODEC, CRF, PRESET
+
     results: dict[str, Any] = {
-        "clip": source.name,
-        "codec": f"{measure.CODEC} {measure.PRESET} crf {measure.CRF}",
-        "rounds": rounds,
+        "clip": bench.source.name,
+        "codec": f"{CODEC} {PRESET} crf {CRF}",
+        "look": bench.look.to_dict(),
+        "rounds": bench.rounds,
         "sizes": {},
     }
-    with tempfile.TemporaryDirectory(prefix="makeup-video-bench-") as name:
-        folder = Path(name)
-        for height in heights:
-            say(f"measuring {height}p ...")
-            short = measure.make_clip(source, folder / "short.mp4", height, seconds)
-            row = measure.compare(short, folder, rounds)
-            starts = [measure.run_command(short, folder / "cold.mp4") for _ in range(3)]
-            row["cold_start_seconds"] = median(run["cold_start_seconds"] for run in starts)
-            row["peak_memory_mb"] = median(run["peak_memory_mb"] for run in starts)
-            long = measure.make_clip(source, folder / "long.mp4", height, seconds * _LONGER)
-            row["peak_memory_mb_10x"] = measure.run_command(long, folder / "l.mp4")[
-                "peak_memory_mb"
-            ]
-            results["sizes"][f"{height}p"] = row
+    for at, height in enumerate(heights):
+        name = f"{height}p"
+        film = bench.clip(height)
+        row = compare(bench, film, name) | own_process(bench, film, name)
+        if renderer:
+            row |= _painting(bench, film.path, name, row["product"]["not_codec_cpu_ms"])
+            if at == 0:
+                results["larger_frame_ratio"] = _larger(bench)
+        results["sizes"][name] = row
     return results
 
 
-def _measure_renderer(
-    clip: str | None, heights: list[int], seconds: float, rounds: int
+def _painting(bench: "Bench", film: Path, name: str, measured_ms: float) -> dict[str, Any]:
+    """The renderer by itself with a look that has everything, and the floor of the one that is painted."""
+    from makeup_video.cli.measure_clip import first_frames
+    from makeup_video.cli.measure_floor import floor_of
+    from makeup_video.cli.measure_renderer import find_in, kernel_alone, paint_costs
+
+    bench.told(f"{name}: painting by itself")
+    short = bench.folder / "short.mkv"
+    first_frames(film, short, _PAINTED_FRAMES)
+    costs = paint_costs(short, min(bench.rounds, _PAINTED_ROUNDS))
+    bench.told(f"{name}: the floor")
+    kernel = kernel_alone(short, find_in(short), bench.look)
+    floor = floor_of(film, bench.folder, round(kernel["painted_px"]))
+    return {"renderer": costs, "floor": floor, "times_the_floor": measured_ms / floor["least_ms"]}
+
+
+def _larger(bench: "Bench") -> float:
+    from makeup_video.cli.measure_renderer import larger_frame_ratio
+
+    bench.told("the same face in a larger frame")
+    short = bench.folder / "short.mkv"
+    return larger_frame_ratio(short, bench.folder, min(bench.rounds, _PAINTED_ROUNDS))
+
+
+def more(
+    bench: "Bench", height_px: int, *, faces: bool, threads: bool, minutes: float
 ) -> dict[str, Any]:
-    from makeup_video.cli.measure_renderer import WARM_FRAMES, measure_renderer
+    """What takes its time, and is measured when it is asked for, at one size."""
+    from makeup_video.cli.measure import by_faces, by_threads, over_length
 
-    say("measuring the renderer ...")
-    frames = max(round(seconds * 30), 2 * WARM_FRAMES)
-    source = Path(clip) if clip else _SAMPLE
-    with tempfile.TemporaryDirectory(prefix="makeup-video-bench-") as name:
-        return measure_renderer(source, Path(name), heights, frames, min(rounds, _PAINTED_ROUNDS))
-
-
-def _print_table(results: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    title = f"{results['clip']}, {results['codec']}, medians of {results['rounds']} rounds"
-    table = Table("", *results["sizes"], title=title, title_justify="left")
-    rows = results["sizes"].values()
-    table.add_row("bare decode+encode, frames/s", *(f"{r['bare']['fps']:.1f}" for r in rows))
-    table.add_row("--look none, frames/s", *(f"{r['none']['fps']:.1f}" for r in rows))
-    table.add_row(
-        "ratio (lowest..highest round)",
-        *(
-            f"{r['ratio']:.3f} ({min(r['ratio_spread']):.2f}..{max(r['ratio_spread']):.2f})"
-            for r in rows
-        ),
-    )
-    for name in ("bare", "none"):
-        label = f"{name}, CPU ms/frame"
-        table.add_row(label, *(f"{r[name]['cpu_ms_per_frame']:.2f}" for r in rows))
-    table.add_row("start to first packet, s", *(f"{r['cold_start_seconds']:.2f}" for r in rows))
-    table.add_row("peak memory, MB", *(f"{r['peak_memory_mb']:.0f}" for r in rows))
-    label = f"peak memory, {_LONGER}x as long, MB"
-    table.add_row(label, *(f"{r['peak_memory_mb_10x']:.0f}" for r in rows))
-    for stage in next(iter(rows))["stages"]:
-        label = f"{stage}: busy / own CPU, ms/frame"
-        cells = [r["stages"][stage] for r in rows]
-        table.add_row(label, *(f"{c['busy_ms']:.2f} / {c['cpu_ms']:.2f}" for c in cells))
-    for channel in next(iter(rows))["channels"]:
-        cells = [r["channels"][channel] for r in rows]
-        label = f"channel {channel}: mean fill"
-        table.add_row(label, *(f"{c['mean_fill']:.1f} of {c['capacity']}" for c in cells))
-    Console().print(table)
-
-
-def _print_renderer(results: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    title = "painting one face, lips and eyes, half the height of the frame: CPU ms a frame"
-    table = Table("", *results["sizes"], title=title, title_justify="left")
-    for name, label in (
-        ("scene_ms", "scene: surfaces and light"),
-        ("composite_ms", "composite"),
-        ("together_ms", "together, median"),
-        ("together_mean_ms", "together, mean"),
-    ):
-        table.add_row(label, *(f"{row[name]:.2f}" for row in results["sizes"].values()))
-    kernels = [row["kernel"] for row in results["sizes"].values()]
-    table.add_row("kernel alone", *(f"{k['kernel_ms']:.2f}" for k in kernels))
-    table.add_row("copying its bytes", *(f"{k['copy_ms']:.3f}" for k in kernels))
-    table.add_row("its arithmetic at the peak", *(f"{k['arithmetic_ms']:.3f}" for k in kernels))
-    label = "px of the windows / with makeup"
-    table.add_row(label, *(f"{k['window_px']} / {k['painted_px']}" for k in kernels))
-    Console().print(table)
-    start = results["start"]
-    say(
-        f"frame three times as wide and high around the same face: {results['larger_frame_ratio']:.2f}"
-    )
-    say(
-        f"start of painting: first {start['first_seconds']:.2f} s, later {start['later_seconds']:.2f} s"
-    )
+    results: dict[str, Any] = {}
+    if faces:
+        results["faces"] = by_faces(bench, height_px)
+    if threads:
+        film = bench.clip(height_px)
+        results["threads"] = {"size": f"{height_px}p", **by_threads(bench, film, "threads")}
+    if minutes:
+        results["length"] = {"size": f"{height_px}p", **over_length(bench, height_px, minutes)}
+    return results

@@ -1,167 +1,271 @@
-"""The measurements behind `makeup-video bench`: each returns plain numbers."""
+"""The measurements behind `makeup-video bench`: each compares runs in turn and returns plain numbers."""
 
-import json
-import subprocess
-import sys
-import time
-from collections.abc import Iterator
-from dataclasses import dataclass
-from fractions import Fraction
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 from typing import Any
 
-import av
-from makeup_video.pipeline import InputError, Settings, process_video
-from makeup_video.pipeline.source import local_file, open_video
+from makeup_video.cli.measure_clip import RATE, Clip, first_frames, make_clip, repeat_film, tile
+from makeup_video.cli.measure_run import (
+    SETTINGS,
+    Run,
+    first_time,
+    run_bare,
+    run_command,
+    run_product,
+)
+from makeup_video.cli.measure_stages import Observed, bottleneck, fills
+from makeup_video.pipeline import Look, Report, Settings, UsageError, process_video
 
-CODEC, PRESET, CRF = "libx264", "veryfast", 20
-_SETTINGS = Settings(codec="h264", preset=PRESET, crf=CRF, overwrite=True)
 # (decoder threads, encoder threads), 0 = FFmpeg's own choice: the bare loop may have the best
 BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))
+_THREADS = (0, 1, 2, 3, 4)  # of decoder and encoder each, as Settings has it
+_POCL_THREADS = (1, 2)
+_CHOOSING = 150  # frames, while the best threads are looked for
+_DEFAULT_RUNS = 2  # with the default preset and quality: they only tell times real time
+FACES, _GRID = (1, 2, 4, 8), (4, 2)
+_START_SECONDS, _STARTS = 2, 3
+_FEW_ROUNDS = 3  # where one number of several is a median
+_MEMORY_SAMPLES = 400
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One run over a clip: frames, wall seconds, CPU seconds of the whole process."""
+@dataclass(slots=True)
+class Bench:
+    """What is measured with. told: hears what is done now. look: what is painted, and its file."""
 
-    frames: int
+    source: Path
+    folder: Path
+    look: Look
     seconds: float
-    cpu_seconds: float
+    rounds: int
+    as_is: bool = False
+    told: Callable[[str], None] = lambda text: None
+    look_file: Path = field(init=False)
 
-    @property
-    def fps(self) -> float:
-        return self.frames / self.seconds
+    def __post_init__(self) -> None:
+        if self.look.is_bare:
+            raise UsageError("the look paints nothing: give one with lips or eyes to measure with")
+        self.look_file = self.folder / "look.json"
+        self.look.save(self.look_file)
 
-    @property
-    def cpu_ms_per_frame(self) -> float:
-        return 1000 * self.cpu_seconds / self.frames
-
-
-def make_clip(source: Path, target: Path, height_px: int, seconds: float) -> Path:
-    """`source` scaled to a height and repeated up to a length, as H.264 at 30 frames/s."""
-    frames = round(seconds * 30)
-    with av.open(str(target), "w") as out:
-        stream: Any = None
-        for index, picture in enumerate(_repeated(source, frames)):
-            width = round(picture.width * height_px / picture.height / 2) * 2
-            if stream is None:
-                stream = out.add_stream(CODEC, rate=30, options={"preset": PRESET, "crf": str(CRF)})
-                stream.width, stream.height, stream.pix_fmt = width, height_px, "yuv420p"
-            scaled = picture.reformat(width=width, height=height_px, format="yuv420p")
-            scaled.pts, scaled.time_base, scaled.pict_type = index, Fraction(1, 30), 0
-            out.mux(stream.encode(scaled))
-        out.mux(stream.encode(None))
-    return target
+    def clip(self, height_px: int, seconds: float | None = None, **how: Any) -> Clip:
+        """The film to measure with, at a height."""
+        self.told(f"{height_px}p: making the film")
+        frames = round((seconds or self.seconds) * RATE)
+        target = self.folder / f"film{height_px}.mp4"
+        return make_clip(self.source, target, height_px, frames, as_is=self.as_is, **how)
 
 
-def _repeated(source: Path, count: int) -> Iterator[av.VideoFrame]:
-    done = 0
-    while done < count:
-        opened = open_video(local_file(source))
-        before = done
-        try:
-            for picture in opened.container.decode(opened.video):
-                yield picture
-                done += 1
-                if done == count:
-                    return
-        finally:
-            opened.close()
-        if done == before:
-            raise InputError(f"{source} has no frame to measure with: give a clip that plays")
+def compare(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
+    """Bare loop, `--look none` and the whole product in turn (A B C, B C A, ...).
 
-
-def run_bare(source: Path, target: Path, threads: tuple[int, int]) -> Run:
-    """The limit: a plain loop of decoding and encoding, the same codec settings, no audio."""
-    began, cpu = time.perf_counter(), time.process_time()
-    frames = 0
-    with av.open(str(source)) as box, av.open(str(target), "w") as out:
-        video = box.streams.video[0]
-        video.thread_type, video.thread_count = "AUTO", threads[0]
-        options = {"preset": PRESET, "crf": str(CRF)}
-        stream: Any = out.add_stream(CODEC, rate=video.average_rate, options=options)
-        stream.width, stream.height, stream.pix_fmt = video.width, video.height, video.pix_fmt
-        stream.codec_context.time_base = video.time_base
-        stream.codec_context.thread_count, stream.codec_context.thread_type = threads[1], "AUTO"
-        for picture in box.decode(video):
-            picture.pict_type = 0
-            out.mux(stream.encode(picture))
-            frames += 1
-        out.mux(stream.encode(None))
-    return Run(frames, time.perf_counter() - began, time.process_time() - cpu)
-
-
-def run_product(source: Path, target: Path) -> tuple[Run, dict[str, Any]]:
-    """`--look none`: the whole pipeline, nothing painted. Also gives the report."""
-    began, cpu = time.perf_counter(), time.process_time()
-    report = process_video(source, target, None, _SETTINGS)
-    run = Run(report.frames_out, time.perf_counter() - began, time.process_time() - cpu)
-    return run, report.to_dict()
-
-
-def compare(source: Path, folder: Path, rounds: int) -> dict[str, Any]:
-    """Bare loop and product in turn (A B, B A, ...); the bare loop with its best threads.
-
-    The ratio is that of the medians; its spread is that of the rounds, and tells how quiet the
-    machine was.
+    Ratios are those of medians; their spread is that of the rounds, and tells how quiet the machine was.
     """
-    by_threads = _bare_by_threads(source, folder / "bare.mp4")
+    bare_file, our_file = bench.folder / "bare.mp4", bench.folder / "ours.mp4"
+    bench.told(f"{name}: the bare loop's best threads")
+    by_threads = _bare_by_threads(bench, clip)
     best = max(by_threads, key=lambda threads: by_threads[threads])
-    pairs: list[tuple[Run, Run]] = []
-    for number in range(rounds):
-        if number % 2:
-            product, report = run_product(source, folder / "none.mp4")
-            bare = run_bare(source, folder / "bare.mp4", best)
-        else:
-            bare = run_bare(source, folder / "bare.mp4", best)
-            product, report = run_product(source, folder / "none.mp4")
-        pairs.append((bare, product))
-    ratios = [product.fps / bare.fps for bare, product in pairs]
-    limit, ours = _middle([bare for bare, _ in pairs]), _middle([ours for _, ours in pairs])
+    observed, reports = Observed(), []
+
+    def whole() -> Run:
+        observed.start()
+        run, report = run_product(clip.path, our_file, bench.look, observe=observed)
+        reports.append(report)
+        return run
+
+    runs = in_turn(
+        bench,
+        name,
+        {
+            "bare": lambda: run_bare(clip.path, bare_file, best),
+            "none": lambda: run_product(clip.path, our_file, None)[0],
+            "product": whole,
+        },
+        bench.rounds,
+    )
+    bench.told(f"{name}: the default preset")
+    times = [_times_real_time(bench, clip) for _ in range(min(_DEFAULT_RUNS, bench.rounds))]
+    stages, channels = observed.table(clip.frames), fills(report.channels for report in reports)
     return {
-        "bare": {**limit, "threads": list(best)},
+        "film": clip.told,
+        "bare": {**middle(runs["bare"]), "threads": list(best)},
         "bare_by_threads": {f"{a}+{b}": fps for (a, b), fps in by_threads.items()},
-        "none": ours,
-        "ratio": ours["fps"] / limit["fps"],
-        "ratio_spread": [min(ratios), max(ratios)],
-        "stages": {name: _per_frame(times) for name, times in report["stages"].items()},
-        "channels": report["channels"],
+        "none": {**middle(runs["none"]), **beside(runs["none"], runs["bare"])},
+        "product": {**middle(runs["product"]), **beside(runs["product"], runs["bare"])},
+        "painted_share": min(_painted(report) for report in reports),
+        "default_times_real_time": median(times),
+        "stages": stages,
+        "channels": channels,
+        "bottleneck": bottleneck(channels, stages),
     }
 
 
-def _bare_by_threads(source: Path, target: Path) -> dict[tuple[int, int], float]:
-    """Frames/s of the bare loop by its threads; two passes over all, the better one counts."""
-    run_bare(source, target, BARE_THREADS[0])  # warms the file cache, not counted
-    passes = [{t: run_bare(source, target, t).fps for t in BARE_THREADS} for _ in range(2)]
-    return {threads: max(done[threads] for done in passes) for threads in BARE_THREADS}
+def in_turn(
+    bench: Bench, name: str, work: Mapping[str, Callable[[], Run]], rounds: int
+) -> dict[str, list[Run]]:
+    """Each of them once a round, every round beginning with another."""
+    runs: dict[str, list[Run]] = {one: [] for one in work}
+    order = list(work)
+    for number in range(rounds):
+        first = number % len(order)
+        for one in order[first:] + order[:first]:
+            bench.told(f"{name}: round {number + 1} of {rounds}, {one}")
+            runs[one].append(work[one]())
+    return runs
 
 
-def _middle(runs: list[Run]) -> dict[str, float]:
+def middle(runs: list[Run]) -> dict[str, Any]:
+    """Medians, and the slowest and quickest of the runs."""
+    fps = [run.fps for run in runs]
     return {
-        "fps": median(run.fps for run in runs),
+        "fps": median(fps),
+        "fps_spread": [min(fps), max(fps)],
         "cpu_ms_per_frame": median(run.cpu_ms_per_frame for run in runs),
     }
 
 
-def _per_frame(times: dict[str, float]) -> dict[str, float]:
-    count = max(1.0, times["items"])
+def beside(runs: list[Run], bare: list[Run]) -> dict[str, Any]:
+    """Ours by the bare loop's frames/s, and the CPU time that ours took more: all but the codec."""
+    pairs = list(zip(runs, bare, strict=True))
+    ratios = [ours.fps / limit.fps for ours, limit in pairs]
     return {
-        "busy_ms": 1000 * times["busy_seconds"] / count,
-        "cpu_ms": 1000 * times["cpu_seconds"] / count,
+        "ratio": median(run.fps for run in runs) / median(run.fps for run in bare),
+        "ratio_spread": [min(ratios), max(ratios)],
+        "not_codec_cpu_ms": median(
+            ours.cpu_ms_per_frame - limit.cpu_ms_per_frame for ours, limit in pairs
+        ),
     }
 
 
-def run_command(source: Path, target: Path) -> dict[str, float]:
-    """The real command in its own process: peak memory, and start to first packet written."""
-    report = target.with_suffix(".json")
-    words = [sys.executable, "-m", "makeup_video.cli", str(source), "--look", "none", "-q", "-y"]
-    words += ["-o", str(target), "--report", str(report), "--codec", "h264"]
-    words += ["--preset", PRESET, "--crf", str(CRF)]
-    began = time.time()
-    subprocess.run(words, check=True, stdin=subprocess.DEVNULL)
-    values = json.loads(report.read_text(encoding="utf-8"))
+def _painted(report: Report) -> float:
+    return (report.painted_frames or 0) / report.frames_out
+
+
+def _times_real_time(bench: Bench, clip: Clip) -> float:
+    settings = Settings(overwrite=True)
+    report = process_video(clip.path, bench.folder / "default.mp4", bench.look, settings)
+    return report.frames_per_second / RATE
+
+
+def _bare_by_threads(bench: Bench, clip: Clip) -> dict[tuple[int, int], float]:
+    """Frames/s of the bare loop by its threads; two passes over all, the better one counts."""
+    short, target = bench.folder / "short.mp4", bench.folder / "bare.mp4"
+    first_frames(clip.path, short, _CHOOSING)
+    run_bare(short, target, BARE_THREADS[0])  # warms the file cache, not counted
+    passes = [{t: run_bare(short, target, t).fps for t in BARE_THREADS} for _ in range(2)]
+    return {threads: max(done[threads] for done in passes) for threads in BARE_THREADS}
+
+
+def own_process(bench: Bench, clip: Clip, name: str) -> dict[str, float]:
+    """What only the real command in its own process shows: peak memory, and how long it takes to start.
+
+    first: where our kernels were never compiled; warm: the median of some later starts.
+    """
+    bench.told(f"{name}: start and memory")
+    target = bench.folder / "own.mp4"
+    short = ("--end", str(_START_SECONDS))
+
+    def start(environment: dict[str, str]) -> float:
+        done = run_command(clip.path, target, bench.look_file, words=short, environment=environment)
+        return float(done["start_seconds"])
+
+    with TemporaryDirectory(dir=bench.folder) as caches:
+        kept = first_time(Path(caches))
+        first, *warm = [start(kept) for _ in range(1 + _STARTS)]
+    whole = run_command(clip.path, target, bench.look_file)
     return {
-        "peak_memory_mb": values["peak_memory_bytes"] / 1e6,
-        "cold_start_seconds": values["first_packet_unix_seconds"] - began,
+        "first_start_seconds": first,
+        "start_seconds": median(warm),
+        "peak_memory_mb": whole["peak_memory_bytes"] / 1e6,
+    }
+
+
+def by_faces(bench: Bench, height_px: int) -> dict[str, Any]:
+    """The same frame with 1, 2, 4 and 8 of its tiles showing a face, each half its tile's height."""
+    columns, rows = _GRID
+    height, width = height_px // rows // 2 * 2, height_px * 16 // 9 // columns // 2 * 2
+    one = bench.clip(height, bench.seconds / 2, width_px=width)
+    if one.faces > 1:
+        raise UsageError(f"--faces needs a clip of one face, {bench.source} shows {one.faces}")
+    films = {count: bench.folder / f"faces{count}.mp4" for count in FACES}
+    for count, film in films.items():
+        tile(one.path, film, count, _GRID)
+    target, table = bench.folder / "bare.mp4", {}
+    for count, film in films.items():
+        work = {
+            "bare": partial(run_bare, film, target, BARE_THREADS[0]),
+            "product": partial(_painted_run, bench, film),
+        }
+        runs = in_turn(bench, f"{count} faces", work, min(bench.rounds, _FEW_ROUNDS))
+        table[str(count)] = {
+            **middle(runs["product"]),
+            **beside(runs["product"], runs["bare"]),
+        }
+    least, most = table[str(FACES[0])], table[str(FACES[-1])]
+    more = most["not_codec_cpu_ms"] - least["not_codec_cpu_ms"]
+    return {
+        "height_px": height_px,
+        "counts": table,
+        "further_face_cpu_ms": more / (FACES[-1] - FACES[0]),
+    }
+
+
+def by_threads(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
+    """Frames/s by the threads of the codecs, and by those of PoCL, in turn."""
+    short = bench.folder / "threads.mp4"
+    first_frames(clip.path, short, clip.frames // 2)
+    target = bench.folder / "ours.mp4"
+    rounds = min(bench.rounds, _FEW_ROUNDS)
+
+    def own(threads: int) -> Run:
+        """PoCL asks when it is loaded: so each in a process of its own."""
+        environment = {"POCL_MAX_PTHREAD_COUNT": str(threads)}
+        done = run_command(short, target, bench.look_file, environment=environment)
+        return Run(done["frames_out"], done["seconds"], done["cpu_seconds"])
+
+    work: dict[str, Callable[[], Run]] = {}
+    for pair in BARE_THREADS:
+        work[f"bare, {_codecs(*pair)}"] = partial(run_bare, short, target, pair)
+    for count in _THREADS:
+        work[f"product, {_codecs(count, count)}"] = partial(_painted_run, bench, short, count)
+    for count in _POCL_THREADS:
+        work[f"product, PoCL {count}"] = partial(own, count)
+    runs = in_turn(bench, name, work, rounds)
+    table = {one: middle(done) for one, done in runs.items()}
+    ours = {one: row["fps"] for one, row in table.items() if one.startswith("product, decoder")}
+    return {"settings": table, "best": max(ours, key=lambda one: ours[one])}
+
+
+def _painted_run(bench: Bench, film: Path, threads: int = 0) -> Run:
+    settings = replace(SETTINGS, threads=threads)
+    return run_product(film, bench.folder / "ours.mp4", bench.look, settings)[0]
+
+
+def _codecs(decoder: int, encoder: int) -> str:
+    return f"decoder {decoder or 'auto'} encoder {encoder or 'auto'}"
+
+
+def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:
+    """The real command on a film of so many minutes: its speed, and its memory as it goes.
+
+    memory: [[seconds, MB], ...].  growth: memory of its last tenth by that of its second tenth.
+    """
+    one = bench.clip(height_px, loops=True)
+    times = max(1, round(minutes * 60 * RATE / one.frames))
+    film = repeat_film(one.path, bench.folder / "long.mp4", times)
+    bench.told(f"{height_px}p: {times * one.frames / RATE / 60:.1f} minutes of film")
+    every = max(0.1, minutes * 60 / 5 / _MEMORY_SAMPLES)
+    done = run_command(film, bench.folder / "long-ours.mp4", bench.look_file, sample_seconds=every)
+    tenth = max(1, len(done["memory"]) // 10)
+    sizes = [size_mb for _, size_mb in done["memory"]] or [0.0]
+    return {
+        "minutes": times * one.frames / RATE / 60,
+        "frames": done["frames_out"],
+        "fps": done["fps"],
+        "peak_memory_mb": done["peak_memory_bytes"] / 1e6,
+        "growth": median(sizes[-tenth:]) / max(median(sizes[tenth : 2 * tenth] or sizes), 1e-9),
+        "memory": [[round(at, 2), round(size_mb, 1)] for at, size_mb in done["memory"]],
     }

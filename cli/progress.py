@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
@@ -88,3 +88,15 @@ def progress_text(done: int, expected: int | None, rate: Fraction, seconds: floa
         left = round((expected - done) / fps)
         text += f", {left // 60}:{left % 60:02d} left"
     return text
+
+
+@contextmanager
+def show_steps() -> Generator[Callable[[str], None], None, None]:
+    """Yields what to tell the steps of a long job to: one line that changes on a terminal, else lines."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield say
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("") as status:
+        yield lambda text: status.update(text)

@@ -1,0 +1,146 @@
+"""The numbers of `makeup-video bench` as tables for people."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+Row = tuple[str, ...]
+_Values = Mapping[str, Any]
+
+
+def print_tables(results: _Values) -> None:
+    """Everything that was measured, on stdout."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    for title, head, rows in tables(results):
+        table = Table(*head, title=title, title_justify="left")
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)
+
+
+def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
+    """Title, heads of the columns, rows."""
+    sizes: Mapping[str, _Values] = results["sizes"]
+    rounds = results["rounds"]
+    title = f"{results['clip']}, {results['codec']}, medians of {rounds} round{'s'[: rounds != 1]}"
+    yield title, ("", *sizes), list(_whole(sizes.values()))
+    for name, size in sizes.items():
+        yield f"{name}: ms a frame", _STAGE_HEAD, list(_stages(size))
+    if "renderer" in next(iter(sizes.values())):
+        yield "painting with everything on, CPU ms a frame", ("", *sizes), list(_renderer(sizes))
+        title = "the floor, CPU ms a frame: what no program can leave out"
+        yield title, ("", *sizes), list(_floor(sizes))
+    yield from more_tables(results)
+
+
+def _row(label: str, values: Iterable[Any], told: Callable[[Any], str]) -> Row:
+    return (label, *(told(value) for value in values))
+
+
+def _whole(sizes: Iterable[_Values]) -> Iterator[Row]:
+    rows = list(sizes)
+    of = {kind: [row[kind] for row in rows] for kind in ("bare", "none", "product")}
+
+    def fps(one: _Values) -> str:
+        return f"{one['fps']:.1f} ({one['fps_spread'][0]:.0f} to {one['fps_spread'][1]:.0f})"
+
+    def ratio(one: _Values) -> str:
+        return f"{one['ratio']:.3f} ({one['ratio_spread'][0]:.2f} to {one['ratio_spread'][1]:.2f})"
+
+    yield _row("film", rows, lambda r: r["film"])
+    yield _row("bare decode+encode, frames/s", of["bare"], fps)
+    yield _row(
+        "its threads, decoder + encoder", of["bare"], lambda b: "{} + {}".format(*b["threads"])
+    )
+    yield _row("--look none, frames/s", of["none"], fps)
+    yield _row("whole product, frames/s", of["product"], fps)
+    yield _row("--look none / bare", of["none"], ratio)
+    yield _row("whole product / bare", of["product"], ratio)
+    yield _row(
+        "times real time, default preset", rows, lambda r: f"{r['default_times_real_time']:.2f}"
+    )
+    for kind, label in (("bare", "bare"), ("none", "--look none"), ("product", "whole product")):
+        yield _row(f"{label}, CPU ms", of[kind], lambda one: f"{one['cpu_ms_per_frame']:.2f}")
+    yield _row("not codec, CPU ms", of["product"], lambda p: f"{p['not_codec_cpu_ms']:.2f}")
+    yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
+    yield _row("start to first packet, s", rows, lambda r: f"{r['start_seconds']:.2f}")
+    yield _row("the first time ever, s", rows, lambda r: f"{r['first_start_seconds']:.2f}")
+    yield _row("peak memory, MB", rows, lambda r: f"{r['peak_memory_mb']:.0f}")
+    yield _row("bottleneck", rows, lambda r: r["bottleneck"])
+
+
+_STAGE_HEAD = ("", "at work: mean", "p50", "p95", "own CPU: mean", "p50", "waiting before it")
+_STAGE_KEYS = ("mean_ms", "p50_ms", "p95_ms", "cpu_mean_ms", "cpu_p50_ms")
+
+
+def _stages(size: _Values) -> Iterator[Row]:
+    for name, times in size["stages"].items():
+        channel = size["channels"].get(f"-> {name}")
+        fill = f"{channel['mean_fill']:.2f} of {channel['capacity']:g}" if channel else ""
+        yield (name, *(f"{times[key]:.2f}" for key in _STAGE_KEYS), fill)
+
+
+def _renderer(sizes: Mapping[str, _Values]) -> Iterator[Row]:
+    rows = [size["renderer"] for size in sizes.values()]
+    kernels = [row["kernel"] for row in rows]
+    for key, label in (
+        ("scene_ms", "scene: surfaces and light"),
+        ("composite_ms", "composite"),
+        ("together_ms", "together, median"),
+        ("together_mean_ms", "together, mean"),
+    ):
+        yield _row(label, [row[key] for row in rows], "{:.2f}".format)
+    yield _row("of it the kernels", kernels, lambda k: f"{k['kernel_ms']:.2f}")
+    label = "launches / work-items / px painted"
+    shape = "{launches:.0f} / {work_items:.0f} / {painted_px:.0f}"
+    yield _row(label, kernels, lambda k: shape.format(**k))
+
+
+def _floor(sizes: Mapping[str, _Values]) -> Iterator[Row]:
+    rows = [size["floor"] for size in sizes.values()]
+    for key, label in (
+        ("decode_ms", "decoding, one thread"),
+        ("encode_ms", "encoding, one thread"),
+        ("copy_ms", "moving the painted px once"),
+        ("paint_ms", "their paint's arithmetic"),
+        ("nets_ms", "the nets' multiplications"),
+        ("least_ms", "least of all but the codec"),
+    ):
+        yield _row(label, [row[key] for row in rows], "{:.3f}".format)
+    measured = [size["product"]["not_codec_cpu_ms"] for size in sizes.values()]
+    yield _row("measured, all but the codec", measured, "{:.2f}".format)
+    yield _row(
+        "measured / floor", [size["times_the_floor"] for size in sizes.values()], "{:.1f}".format
+    )
+
+
+def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
+    """What was measured because it was asked for."""
+    if "faces" in results:
+        faces = results["faces"]
+        title = (
+            f"faces in a frame of {faces['height_px']}p; "
+            f"each further face {faces['further_face_cpu_ms']:.2f} ms"
+        )
+        yield title, ("faces", "frames/s", "by bare", "not codec, CPU ms"), list(_faces(faces))
+    if "threads" in results:
+        threads = results["threads"]
+        title = f"threads, {threads['size']}; best: {threads['best']}"
+        yield title, ("", "frames/s", "CPU ms a frame"), list(_threads(threads))
+    if "length" in results:
+        one = results["length"]
+        shape = "{minutes:.1f} {fps:.1f} {peak_memory_mb:.0f} {growth:.3f}"
+        head = ("minutes of film", "frames/s", "peak memory, MB", "memory, end / beginning")
+        yield f"a long film, {one['size']}", head, [tuple(shape.format(**one).split())]
+
+
+def _faces(faces: _Values) -> Iterator[Row]:
+    for count, one in faces["counts"].items():
+        yield count, f"{one['fps']:.1f}", f"{one['ratio']:.3f}", f"{one['not_codec_cpu_ms']:.2f}"
+
+
+def _threads(threads: _Values) -> Iterator[Row]:
+    for name, one in threads["settings"].items():
+        yield name, f"{one['fps']:.1f}", f"{one['cpu_ms_per_frame']:.2f}"

@@ -1,0 +1,246 @@
+"""The films that `makeup-video bench` measures with, all made from one clip.
+
+They are as long as is asked for: played forwards, backwards, forwards ..., so that nothing jumps; a
+jump would be a cut, where every face is looked for anew.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import chain, islice, repeat
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import av
+import numpy as np
+from makeup_video.pipeline import ColourTags, Frame, InputError
+from makeup_video.pipeline.faces import find_faces_in_frame
+from makeup_video.pipeline.source import local_file, open_video
+
+CODEC, PRESET, CRF = "libx264", "veryfast", 20
+RATE = 30  # frames/s of every film here
+FACE_SHARE = 0.5  # of the height of a film: from the top of the forehead to the chin
+LIKE_A_FILM = {"preset": PRESET, "crf": str(CRF)}
+_NEARLY_LOSSLESS = {"preset": "ultrafast", "crf": "12"}  # for what is only read again
+_GROUP = 15  # frames from one keyframe to the next, where a film is read backwards too
+_PROBE = 30  # every so many frames, faces are looked for
+_FOREHEAD, _CHIN = 10, 152
+_GREY = 110
+
+Box = tuple[int, int, int, int]  # x0, y0, x1, y1 px; what lies beyond the border repeats it
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A film to measure with. faces: how many it shows; cut: one face was brought to FACE_SHARE."""
+
+    path: Path
+    size_wh: tuple[int, int]
+    frames: int
+    faces: int
+    is_cut: bool
+
+    @property
+    def told(self) -> str:
+        shown = f"{self.faces} face{'' if self.faces == 1 else 's'}"
+        if self.is_cut:
+            shown = f"one face, brought to {FACE_SHARE:g} of the height"
+        return f"{self.size_wh[0]}x{self.size_wh[1]}, {self.frames} frames, {shown}"
+
+
+def make_clip(
+    source: Path,
+    target: Path,
+    height_px: int,
+    frames: int,
+    *,
+    as_is: bool = False,
+    width_px: int | None = None,
+    loops: bool = False,
+) -> Clip:
+    """`source` scaled to a height, so many frames long, as H.264 at 30 frames/s without sound.
+
+    Where it shows one face, it is cut to 16:9 (or to width_px) so that this fills FACE_SHARE of the
+    height; where it shows several, or as_is, it is only scaled. loops:
+    its end leads to its beginning; it may then be shorter.  Raises InputError without faces.
+    """
+    faces, size_wh, box = _view(source, frames)
+    is_cut = faces == 1 and not as_is
+    if is_cut:
+        width_px = width_px or round(height_px * 8 / 9) * 2
+        box = _around(box, width_px / height_px, size_wh)
+    else:
+        box = (0, 0, *size_wh)
+        width_px = round(size_wh[0] * height_px / size_wh[1] / 2) * 2
+    most = frames // 2 + 1 if loops else frames
+    with TemporaryDirectory(dir=target.parent) as folder:
+        kept = Path(folder) / "kept.mkv"
+        pictures = islice(_upright(source), most)
+        scaled = (_scaled(planes, box, (width_px, height_px)) for planes in pictures)
+        unique = write_film(kept, scaled, {**_NEARLY_LOSSLESS, "g": str(_GROUP)})
+        if loops:
+            frames = max(2 * (unique - 1), 1)
+        write_film(target, islice(_there_and_back(kept, unique), frames), LIKE_A_FILM)
+    return Clip(target, (width_px, height_px), frames, faces, is_cut)
+
+
+def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Box]:
+    """How many faces a film shows, its size, and where one face is: its middle column, forehead and
+    chin as a box of no width."""
+    counts, ends, size_wh = [], [], (0, 0)
+    for planes in islice(_upright(source), 0, frames, _PROBE):
+        size_wh = planes.shape[2], planes.shape[1]
+        faces = find_faces_in_frame(frame_of(av.VideoFrame.from_ndarray(planes, "yuv444p")))[0]
+        counts.append(len(faces.faces))
+        if faces.faces:
+            ends.append(faces.faces[0].points_px[[_FOREHEAD, _CHIN], :2])
+    if not counts:
+        raise InputError(f"{source} has no frame to measure with: give a clip that plays")
+    if 2 * len(ends) <= len(counts):
+        raise InputError(
+            f"{source} shows no face to paint on in {len(counts) - len(ends)} of the {len(counts)} "
+            "frames looked at: give a clip of somebody who looks at the camera"
+        )
+    height = np.mean([np.linalg.norm(top - chin) for top, chin in ends])
+    x, y = np.mean(ends, axis=(0, 1))
+    box = (round(x), round(y - height / 2), round(x), round(y + height / 2))
+    return max(1, round(median(counts))), size_wh, box
+
+
+def _around(face: Box, aspect: float, size_wh: tuple[int, int]) -> Box:
+    """A box of that width / height where the face has FACE_SHARE of the height: the face in the
+    middle, or off it as far as needed to stay within the picture."""
+    x, y0, _, y1 = face
+    height = round((y1 - y0) / FACE_SHARE)
+    width = round(height * aspect)
+    left, top = x - width // 2, (y0 + y1 - height) // 2
+    if width <= size_wh[0]:
+        left = min(max(left, 0), size_wh[0] - width)
+    if height <= size_wh[1]:
+        top = min(max(top, 0), size_wh[1] - height)
+    return left, top, left + width, top + height
+
+
+def _upright(source: Path) -> Iterator[np.ndarray]:
+    """The pictures of any film: (3, H, W) uint8, Y'CbCr 4:4:4, as they are shown."""
+    opened = open_video(local_file(source))
+    try:
+        for picture in opened.container.decode(opened.video):
+            planes = picture.reformat(format="yuv444p").to_ndarray()
+            yield np.rot90(planes, round(picture.rotation / 90), axes=(1, 2))
+    finally:
+        opened.close()
+
+
+def _scaled(planes: np.ndarray, box: Box, size_wh: tuple[int, int]) -> av.VideoFrame:
+    """A box of (3, H, W), scaled to a size, as 4:2:0."""
+    x0, y0, x1, y1 = box
+    height, width = planes.shape[1:]
+    part = planes[:, max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
+    beyond = (
+        (0, 0),
+        (max(-y0, 0), max(y1 - height, 0)),
+        (max(-x0, 0), max(x1 - width, 0)),
+    )
+    part = np.ascontiguousarray(np.pad(part, beyond, mode="edge"))
+    picture = av.VideoFrame.from_ndarray(part, format="yuv444p")
+    return picture.reformat(*size_wh, format="yuv420p")
+
+
+def _there_and_back(film: Path, unique: int) -> Iterator[av.VideoFrame]:
+    """The pictures 0 1 2 ... n-1 n-2 ... 1 0 1 ... of a film with keyframes every _GROUP, for ever."""
+    return chain.from_iterable(
+        chain(pictures(film), _backwards(film, unique)) for _ in repeat(None)
+    )
+
+
+def _backwards(film: Path, unique: int) -> Iterator[av.VideoFrame]:
+    """The pictures n-2 ... 1; a few of them are in memory at a time."""
+    with av.open(str(film)) as box:
+        video = box.streams.video[0]
+        assert video.time_base is not None
+        for first in range((unique - 1) // _GROUP * _GROUP, -1, -_GROUP):
+            box.seek(round(Fraction(first, RATE) / video.time_base), stream=video)
+            group = {}
+            for picture in box.decode(video):
+                assert picture.pts is not None
+                number = round(picture.pts * video.time_base * RATE)
+                if number >= first + _GROUP:
+                    break
+                group[number] = picture
+            for number in reversed(range(max(first, 1), min(first + _GROUP, unique - 1))):
+                yield group[number]
+
+
+def pictures(film: Path, count: int | None = None) -> Iterator[av.VideoFrame]:
+    """Decoded by one thread, so that nothing else runs while painting is timed."""
+    with av.open(str(film)) as box:
+        video = box.streams.video[0]
+        video.thread_type, video.codec_context.thread_count = "NONE", 1
+        yield from islice(box.decode(video), count)
+
+
+def frame_of(picture: av.VideoFrame) -> Frame:
+    """A picture as the product sees it."""
+    base = picture.time_base or Fraction(1, RATE)
+    return Frame(picture, picture.pts or 0, base, ColourTags.of(picture))
+
+
+def write_film(target: Path, film: Iterable[av.VideoFrame], options: dict[str, str]) -> int:
+    """Pictures in 4:2:0, one every 1/30 s; how many there were."""
+    index = -1
+    with av.open(str(target), "w") as out:
+        stream: Any = None
+        for index, picture in enumerate(film):
+            if stream is None:
+                stream = out.add_stream(CODEC, rate=RATE, options=options)
+                stream.width, stream.height = picture.width, picture.height
+                stream.pix_fmt = "yuv420p"
+            picture.pts, picture.time_base, picture.pict_type = index, Fraction(1, RATE), 0
+            out.mux(stream.encode(picture))
+        if stream is not None:
+            out.mux(stream.encode(None))
+    return index + 1
+
+
+def first_frames(film: Path, target: Path, count: int) -> int:
+    """Write the first pictures of a film alone; how many there were."""
+    return write_film(target, pictures(film, count), LIKE_A_FILM)
+
+
+def repeat_film(film: Path, target: Path, times: int) -> Path:
+    """A film that `loops`, so many times in a row: its packets are copied, not encoded again."""
+    with av.open(str(film)) as box, av.open(str(target), "w") as out:
+        video = box.streams.video[0]
+        stream = out.add_stream_from_template(video)
+        packets = [packet for packet in box.demux(video) if packet.size]
+        length = sum(packet.duration or 0 for packet in packets)
+        for again in range(times):
+            for packet in packets:
+                copy = av.Packet(bytes(packet))
+                assert packet.pts is not None and packet.dts is not None
+                copy.pts, copy.dts = packet.pts + again * length, packet.dts + again * length
+                copy.time_base, copy.duration = packet.time_base, packet.duration
+                copy.is_keyframe, copy.stream = packet.is_keyframe, stream
+                out.mux(copy)
+    return target
+
+
+def tile(film: Path, target: Path, faces: int, grid: tuple[int, int]) -> Path:
+    """The same film in so many tiles of a grid of (columns, rows), side by side; the rest is grey."""
+    columns, rows = grid
+
+    def tiled(picture: av.VideoFrame) -> av.VideoFrame:
+        one = picture.reformat(format="yuv444p").to_ndarray()
+        _, height, width = one.shape
+        whole = np.empty((3, rows * height, columns * width), np.uint8)
+        whole[0], whole[1:] = _GREY, 128
+        for number in range(faces):
+            y, x = number // columns * height, number % columns * width
+            whole[:, y : y + height, x : x + width] = one
+        return av.VideoFrame.from_ndarray(whole, format="yuv444p").reformat(format="yuv420p")
+
+    write_film(target, map(tiled, pictures(film)), LIKE_A_FILM)
+    return target

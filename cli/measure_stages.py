@@ -1,0 +1,69 @@
+"""What each stage takes for a frame, as in Table 3 of the paper, and which of them is the bottleneck."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from statistics import mean, median
+from typing import Any
+
+import numpy as np
+
+SKIPPED, COUNTED = 100, 500  # frames: the paper skips the first hundred and averages five hundred
+_EMPTY = 0.25  # of what a channel holds: who sends into one that is emptier was waited for
+
+
+class Observed:
+    """Hears what each stage took for each item; the runs of a clip one after the other."""
+
+    def __init__(self) -> None:
+        self._runs: list[dict[str, list[tuple[float, float]]]] = []
+
+    def start(self) -> None:
+        """A run begins."""
+        self._runs.append(defaultdict(list))
+
+    def __call__(self, name: str, wall_seconds: float, cpu_seconds: float) -> None:
+        """Each stage calls from a thread of its own, and has a list of its own."""
+        self._runs[-1][name].append((wall_seconds, cpu_seconds))
+
+    def table(self, frames: int) -> dict[str, dict[str, float]]:
+        """Of each stage, in the order of the film's way: ms a frame at work and of its own CPU.
+
+        frames: of the clip; of a short one fewer are skipped.
+        """
+        skipped = min(SKIPPED, frames // 6)
+        counted = slice(skipped, min(skipped + COUNTED, frames))
+        table = {}
+        for name in self._runs[0]:
+            items = [item for run in self._runs for item in run[name][counted]]
+            busy, cpu = ([1000 * seconds for seconds in part] for part in zip(*items, strict=True))
+            table[name] = {
+                "mean_ms": mean(busy),
+                "p50_ms": median(busy),
+                "p95_ms": float(np.percentile(busy, 95)),
+                "cpu_mean_ms": mean(cpu),
+                "cpu_p50_ms": median(cpu),
+            }
+        return table
+
+
+def fills(reports: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, dict[str, float]]:
+    """Of each channel: what it holds at most, and how many it held on average; medians of runs."""
+    runs = list(reports)
+    return {
+        name: {
+            "capacity": first["capacity"],
+            "mean_fill": median(run[name]["mean_fill"] for run in runs),
+        }
+        for name, first in runs[0].items()
+    }
+
+
+def bottleneck(
+    channels: Mapping[str, Mapping[str, float]], stages: Mapping[str, Mapping[str, Any]]
+) -> str:
+    """Who is waited for: whoever the fullest channel leads to; the source where all are empty."""
+    share = {name: channel["mean_fill"] / channel["capacity"] for name, channel in channels.items()}
+    fullest = max(share, key=lambda name: share[name], default="")
+    if not fullest or share[fullest] < _EMPTY:
+        return next(iter(stages))
+    return fullest.removeprefix("-> ")

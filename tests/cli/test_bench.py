@@ -1,0 +1,140 @@
+"""`makeup-video bench` as a command: what it takes, what it prints, what it refuses. Nothing is timed."""
+
+import json
+import sys
+
+import cv2
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.cli import bench as command
+from makeup_video.cli import bench_plot, measure
+from makeup_video.cli.app import app
+from makeup_video.pipeline import UsageError
+from people import SAMPLES, film, grey
+from typer.testing import CliRunner
+
+ARGS = [
+    "bench", str(SAMPLES / "in.mp4"), "--sizes", "144p", "--seconds", "0.5", "--rounds", "1",
+]  # fmt: skip
+
+
+def run(*args):
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    plot = tmp_path_factory.mktemp("bench") / "plot.png"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measure, "_STARTS", 1)
+        patch.setattr(measure, "BARE_THREADS", ((0, 0), (1, 2)))
+        done = run(*ARGS, "--json", "--plot", plot)
+    assert done.exit_code == 0, done.output
+    assert bench_plot.find_spec("matplotlib")
+    assert cv2.imread(str(plot)).shape[1] > 600 and plot.stat().st_size < 60e3
+    return json.loads(done.stdout)
+
+
+def test_json_holds_every_number(results):
+    assert list(results["sizes"]) == ["144p"]
+    assert results["clip"] == "in.mp4" and results["look"]["lips"] and results["look"]["eyes"]
+    for row in results["sizes"].values():
+        for kind in ("bare", "none", "product"):
+            low, high = row[kind]["fps_spread"]
+            assert 0 < low <= row[kind]["fps"] <= high and row[kind]["cpu_ms_per_frame"] > 0
+        assert row["product"]["ratio"] > 0 and "not_codec_cpu_ms" in row["product"]
+        assert row["painted_share"] >= 0.95 and row["default_times_real_time"] > 0
+        assert row["start_seconds"] > 0 and row["first_start_seconds"] > 0
+        assert row["peak_memory_mb"] > 20
+        assert next(iter(row["stages"])) == "decode" and "composite" in row["stages"]
+        assert set(row["channels"]) <= {f"-> {name}" for name in row["stages"]}
+        assert row["bottleneck"] in row["stages"]
+        floor = row["floor"]
+        parts = floor["copy_ms"], floor["paint_ms"], floor["nets_ms"]
+        assert min(parts) > 0 and floor["least_ms"] == pytest.approx(sum(parts))
+        assert floor["decode_ms"] > 0 and row["renderer"]["composite_ms"] > 0
+    assert results["larger_frame_ratio"] > 0
+
+
+def test_people_get_every_number_as_tables(results):
+    from makeup_video.cli.bench_tables import tables
+
+    more = {
+        "faces": {"height_px": 720, "further_face_cpu_ms": 2.5,
+                  "counts": {"1": {"fps": 99.0, "ratio": 0.5, "not_codec_cpu_ms": 4.0}}},
+        "threads": {"size": "720p", "best": "x", "settings": {"x": {"fps": 9.0, "cpu_ms_per_frame": 8.0}}},
+        "length": {"size": "360p", "minutes": 60.0, "fps": 150.0, "peak_memory_mb": 250.0,
+                   "growth": 1.001, "memory": []},
+    }  # fmt: skip
+    drawn = list(tables(results | more))
+    assert len(drawn) == 7
+    for title, head, rows in drawn:
+        assert title and rows and all(len(row) == len(head) for row in rows)
+    text = str(drawn)
+    for word in ("whole product / bare", "not codec", "measured / floor", "1.001", "composite"):
+        assert word in text
+
+
+@given(st.lists(st.integers(1, 2160).map(lambda half: 2 * half), min_size=1, max_size=4))
+def test_sizes_are_read(heights):
+    assert command.heights_of(",".join(f"{h}p" for h in heights)) == heights
+    assert command.heights_of(",".join(str(h) for h in heights)) == heights
+
+
+@pytest.mark.parametrize("sizes", ["", "p", "720p,", "0p", "721p", "9999p", "-2", "1e3", "²p", "x"])
+def test_other_sizes_are_refused(sizes):
+    with pytest.raises(UsageError, match="even heights such as 720p,1080p"):
+        command.heights_of(sizes)
+
+
+@pytest.mark.parametrize(
+    ("args", "told"),
+    [
+        (("--seconds", "0"), "--seconds must be 0.5"),
+        (("--seconds", "nan"), "--seconds must be 0.5"),
+        (("--rounds", "0"), "--rounds at least 1"),
+        (("--length", "-1"), "--length must be"),
+        (("--look", "a.json", "--ref", "b.jpg"), "leave one of them out"),
+        (("--plot", "a.jpg"), "--plot must name a .png"),
+        (("--plot", "/no/such/folder/a.png"), "there is no folder"),
+        (("--look", "none.json"), "none.json"),
+    ],
+)
+def test_wrong_options_are_one_line(args, told):
+    done = run(*ARGS, *args)
+    assert done.exit_code in (2, 4)
+    assert told in done.stderr and "Traceback" not in done.output
+
+
+def test_a_plot_without_matplotlib_is_refused_before_anything_is_measured(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setattr(bench_plot, "find_spec", lambda name: None)
+    done = run(*ARGS, "--plot", "a.png")
+    assert done.exit_code != 0
+    assert done.stderr.splitlines() == [
+        "InstallError: --plot needs matplotlib: pip install 'makeup-video[plot]'"
+    ]
+
+
+def test_a_clip_without_faces_is_refused(tmp_path):
+    clip = film(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
+    done = run("bench", clip, *ARGS[2:])
+    assert done.exit_code == 3 and "no face to paint on" in done.stderr
+
+
+def test_a_look_without_makeup_is_refused(tmp_path):
+    look = tmp_path / "bare.json"
+    look.write_text('{"version": 1, "lips": null, "eyes": null}')
+    done = run(*ARGS, "--look", look)
+    assert done.exit_code == 2 and "paints nothing" in done.stderr
+
+
+def test_where_our_samples_are_not_installed_it_asks_for_a_clip_and_has_a_look(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(command, "_SAMPLES", tmp_path)
+    done = run("bench", *ARGS[2:])
+    assert done.exit_code == 3 and "give a CLIP" in done.stderr
+    look = command._look(None, None)
+    assert look.lips and look.eyes

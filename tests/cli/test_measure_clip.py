@@ -1,0 +1,146 @@
+"""Films to measure with: as long as asked for, without jumps, the face as large as promised."""
+
+from fractions import Fraction
+from itertools import islice, pairwise
+
+import av
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.cli import measure_clip as measure
+from makeup_video.pipeline import InputError
+from makeup_video.pipeline.faces import find_faces_in_frame
+from media import decoded, packets_of, times_of
+from people import SAMPLES, clip, film, grey
+
+UNIQUE = 40
+
+
+def numbered(index):
+    """A picture that says its number by its grey, which survives encoding."""
+    return grey(64, 48) // 110 * (20 + 5 * index)
+
+
+def number_of(picture):
+    return round((picture.to_ndarray(format="rgb24").mean() - 20) / 5)
+
+
+def bounce(index, unique):
+    """0 1 2 ... n-1 n-2 ... 1 0 1 ..."""
+    at = index % max(2 * (unique - 1), 1)
+    return min(at, 2 * (unique - 1) - at)
+
+
+@pytest.fixture(scope="module")
+def numbers(tmp_path_factory):
+    """{count: a film of so many numbered pictures with a keyframe every group}"""
+    folder, films = tmp_path_factory.mktemp("numbers"), {}
+    for count in (1, 2, 3, 15, 16, 31, UNIQUE):
+        films[count] = folder / f"{count}.mkv"
+        pictures = (
+            av.VideoFrame.from_ndarray(numbered(i), format="rgb24").reformat(format="yuv420p")
+            for i in range(count)
+        )
+        options = {"preset": "ultrafast", "crf": "12", "g": str(measure._GROUP)}
+        assert measure.write_film(films[count], pictures, options) == count
+    return films
+
+
+@pytest.mark.parametrize("unique", [1, 2, 3, 15, 16, 31, UNIQUE])
+def test_it_goes_to_and_fro_without_a_jump(numbers, unique):
+    count = 3 * unique + 5
+    played = [
+        number_of(one) for one in islice(measure._there_and_back(numbers[unique], unique), count)
+    ]
+    assert played == [bounce(index, unique) for index in range(count)]
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory):
+    target = tmp_path_factory.mktemp("sample") / "face.mp4"
+    return measure.make_clip(SAMPLES / "in.mp4", target, 240, 70)
+
+
+def test_it_is_as_long_and_as_large_as_asked_for(sample):
+    assert sample.size_wh == (426, 240) and sample.frames == 70
+    assert times_of(sample.path) == [Fraction(n, 30) for n in range(70)]
+    first = decoded(sample.path)[0]
+    assert (first.width, first.height, first.format.name) == (426, 240, "yuv420p")
+    assert "0.5 of the height" in sample.told
+
+
+def test_the_face_fills_half_the_height(sample):
+    for picture in decoded(sample.path)[::23]:
+        (face,) = find_faces_in_frame(measure.frame_of(picture))[0].faces
+        top, chin = face.points_px[[10, 152], :2]
+        assert np.linalg.norm(top - chin) == pytest.approx(120, rel=0.1)
+        assert abs((top + chin)[0] / 2 - 213) < 24
+
+
+def test_neighbours_are_alike_also_where_it_turns_back(tmp_path):
+    short = film(tmp_path / "short.mkv", clip(20))
+    made = measure.make_clip(short, tmp_path / "long.mp4", 120, 60)
+    lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(made.path)]
+    steps = [np.abs(b - a).mean() for a, b in pairwise(lumas)]
+    assert len(lumas) == 60 and max(steps) < 3  # codes
+
+
+def test_a_clip_can_be_taken_as_it_is(tmp_path):
+    made = measure.make_clip(SAMPLES / "in.mp4", tmp_path / "a.mp4", 180, 3, as_is=True)
+    assert made.size_wh == (320, 180) and not made.is_cut and "1 face" in made.told
+
+
+def test_several_faces_are_left_as_they_are(tmp_path):
+    both = [np.hstack([rgb8, rgb8]) for rgb8 in clip(2)]
+    made = measure.make_clip(film(tmp_path / "two.mkv", both), tmp_path / "a.mp4", 180, 4)
+    assert made.faces == 2 and not made.is_cut and made.size_wh == (640, 180)
+
+
+def test_a_clip_without_a_face_is_refused(tmp_path):
+    source = film(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
+    with pytest.raises(InputError, match="no face to paint on in 1 of the 1 frames"):
+        measure.make_clip(source, tmp_path / "out.mp4", 48, 3)
+
+
+def test_a_turned_clip_is_measured_upright(tmp_path):
+    turned = film(tmp_path / "turned.mkv", clip(2), rotation_degrees=90)
+    made = measure.make_clip(turned, tmp_path / "a.mp4", 180, 2)
+    assert made.faces == 1 and made.is_cut
+
+
+@given(
+    st.integers(0, 2000), st.integers(0, 1000), st.integers(20, 900),
+    st.sampled_from((16 / 9, 8 / 9)),
+)  # fmt: skip
+def test_the_cut_stays_in_the_picture_where_it_can(x, y, tall, aspect):
+    size = 2000, 1400
+    x0, y0, x1, y1 = measure._around((x, y, x, y + tall), aspect, size)
+    assert y1 - y0 == pytest.approx(2 * tall, abs=1)
+    assert x1 - x0 == pytest.approx(aspect * (y1 - y0), abs=1)
+    if y1 - y0 <= size[1]:
+        assert y0 >= 0 and y1 <= size[1]
+    if x1 - x0 <= size[0]:
+        assert x0 >= 0 and x1 <= size[0]
+
+
+def test_a_film_that_loops_can_be_repeated_without_encoding(tmp_path):
+    one = measure.make_clip(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
+    assert one.frames == 20
+    film = measure.repeat_film(one.path, tmp_path / "long.mp4", 3)
+    assert times_of(film) == [Fraction(n, 30) for n in range(60)]
+    assert {data for _, data in packets_of(film, "video")} == {
+        data for _, data in packets_of(one.path, "video")
+    }
+    lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(film)]
+    assert all((a == b).all() for a, b in zip(lumas, lumas[20:], strict=False))
+    assert np.abs(lumas[19] - lumas[20]).mean() < 3
+
+
+@pytest.mark.parametrize("count", [1, 3, 8])
+def test_tiles_show_so_many_copies(numbers, tmp_path, count):
+    tiled = decoded(measure.tile(numbers[3], tmp_path / "tiled.mp4", count, (4, 2)))
+    assert len(tiled) == 3 and (tiled[0].width, tiled[0].height) == (256, 96)
+    rgb8 = tiled[1].to_ndarray(format="rgb24").astype(int)
+    tiles = [rgb8[y : y + 48, x : x + 64].mean() for y in (0, 48) for x in range(0, 256, 64)]
+    assert tiles == pytest.approx([25] * count + [110] * (8 - count), abs=3)
