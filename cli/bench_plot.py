@@ -71,9 +71,9 @@ def _stack(axis: Any, stages: Mapping[str, Mapping[str, Mapping[str, float]]]) -
     axis.set_ylabel("own CPU of each stage, ms a frame")
 
 
-def legend_below(axis: Any) -> None:
-    """Where it hides nothing."""
-    axis.legend(fontsize=8, frameon=False, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.1))
+def legend_below(axis: Any, by: float = 0.1) -> None:
+    """Where it hides nothing; by: of the axis' height."""
+    axis.legend(fontsize=8, frameon=False, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -by))
 
 
 def save(figure: Any, target: Path) -> None:

@@ -23,16 +23,21 @@ def print_tables(results: _Values) -> None:
 def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
     """Title, heads of the columns, rows."""
     sizes: Mapping[str, _Values] = results["sizes"]
-    rounds = results["rounds"]
-    title = f"{results['clip']}, {results['codec']}, medians of {rounds} round{'s'[: rounds != 1]}"
-    yield title, ("", *sizes), list(_whole(sizes.values()))
+    if sizes:
+        yield _title(results), ("", *sizes), list(_whole(sizes.values()))
     for name, size in sizes.items():
         yield f"{name}: ms a frame", _STAGE_HEAD, list(_stages(size))
-    if "renderer" in next(iter(sizes.values())):
+    if any("renderer" in size for size in sizes.values()):
         yield "painting with everything on, CPU ms a frame", ("", *sizes), list(_renderer(sizes))
         title = "the floor, CPU ms a frame: what no program can leave out"
         yield title, ("", *sizes), list(_floor(sizes))
     yield from more_tables(results)
+
+
+def _title(results: _Values) -> str:
+    rounds = results["rounds"]
+    many = f"medians of {rounds} rounds" if rounds > 1 else "one round"
+    return f"{results['clip']}, {results['codec']}, {many}"
 
 
 def _row(label: str, values: Iterable[Any], told: Callable[[Any], str]) -> Row:
@@ -108,7 +113,7 @@ def _floor(sizes: Mapping[str, _Values]) -> Iterator[Row]:
         ("nets_ms", "the nets' multiplications"),
         ("least_ms", "least of all but the codec"),
     ):
-        yield _row(label, [row[key] for row in rows], "{:.3f}".format)
+        yield _row(label, [row[key] for row in rows], "{:.3g}".format)
     measured = [size["product"]["not_codec_cpu_ms"] for size in sizes.values()]
     yield _row("measured, all but the codec", measured, "{:.2f}".format)
     yield _row(

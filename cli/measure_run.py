@@ -143,6 +143,8 @@ def _memory_of(process: "subprocess.Popen[bytes]", every_seconds: float) -> list
             pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
         except (OSError, IndexError):  # another system, or it ended just now
             break
+        if not pages:  # it has ended, and nobody has asked yet how
+            break
         size_mb = pages * os.sysconf("SC_PAGE_SIZE") / 1e6
         samples.append([time.monotonic() - began, size_mb])
         time.sleep(every_seconds)

@@ -48,6 +48,7 @@ def test_no_picture_is_left_over():
     drawn |= set(import_module("results_pictures").GRIDS) | set(
         import_module("make_strip").PICTURES
     )
+    drawn |= set(import_module("performance_page").PICTURES)
     assert {path.name for path in (DOCS / "pictures").iterdir()} <= drawn
 
 
@@ -85,3 +86,64 @@ def test_the_readme_begins_with_the_strip():
     (name,) = import_module("make_strip").PICTURES
     assert f"](docs/pictures/{name})" in readme
     assert (DOCS / "pictures" / name).stat().st_size < 200e3
+
+
+def measured():
+    """Numbers as the bench gives them, of one size and with one round."""
+    runs = {"fps": 100.0, "fps_spread": [99.0, 101.0], "cpu_ms_per_frame": 12.0}
+    beside = {"ratio": 0.5, "ratio_spread": [0.4, 0.6], "not_codec_cpu_ms": 6.0}
+    times = {"mean_ms": 2.0, "p50_ms": 1.0, "p95_ms": 3.0, "cpu_mean_ms": 1.0, "cpu_p50_ms": 1.0}
+    ours = {**runs, **beside}
+    size = {
+        "film": "1280x720", "bare": {**runs, "threads": [0, 0]}, "none": ours, "product": ours,
+        "default_times_real_time": 3.0, "painted_share": 1.0, "start_seconds": 1.0,
+        "first_start_seconds": 2.0, "peak_memory_mb": 300.0, "bottleneck": "encode",
+        "stages": {"decode": times, "encode": times},
+        "channels": {"-> encode": {"capacity": 2, "mean_fill": 0.5}},
+    }  # fmt: skip
+    long = {"minutes": 1.0, "frames": 1800, "fps": 90.0, "peak_memory_mb": 250.0, "growth": 1.0,
+            "memory": [[0.1, 100.0], [1.0, 250.0]]}  # fmt: skip
+    rows = {"360p": {"px": 230400, "bare": runs, "product": ours},
+            "720p": {"px": 921600, "bare": runs, "product": ours}}  # fmt: skip
+    clip = {"clip": "in.mp4", "codec": "libx264", "rounds": 1, "sizes": {"720p": size}}
+    return {
+        "whole": {"in.mp4": clip},
+        "resolution": {"heights": rows},
+        "faces": {"height_px": 720, "further_face_cpu_ms": 2.0, "counts": {"1": ours, "2": ours}},
+        "threads": {"size": "720p", "best": "auto", "settings": {"auto": runs}},
+        "length": [long, {**long, "minutes": 10.0}],
+        "peer": "| bare | 1.0 |",
+    }
+
+
+def test_measured_numbers_take_their_places_in_the_page_of_performance(tmp_path):
+    pytest.importorskip("matplotlib")
+    performance = import_module("performance_page")
+    page, before = tmp_path / "page.md", performance.PAGE.read_text(encoding="utf-8")
+    page.write_text(before, encoding="utf-8")
+    performance.write_page(measured(), page, tmp_path)
+    text = page.read_text(encoding="utf-8")
+    assert "| whole product / bare, frames/s | 0.5 (>= 0.78: missed) |" in text
+    assert "| times real time, default preset | 3 (>= 2.5) |" in text
+    shown = re.findall(r"!\[[^]]*\]\(pictures/([^)]+)\)", text)
+    assert sorted(shown) == sorted(performance.PICTURES)
+    assert all(0 < (tmp_path / name).stat().st_size < 60e3 for name in shown)
+    blocks = re.compile(r"(<!-- measured: \w+ -->\n).*?(<!-- end -->)", re.DOTALL)
+    assert blocks.sub(r"\1\2", text) == blocks.sub(r"\1\2", before)  # what people wrote stays
+    performance.write_page(measured(), page, tmp_path)
+    assert page.read_text(encoding="utf-8") == text
+
+
+def test_a_part_without_a_place_is_told():
+    between = import_module("performance_page").between_markers
+    with pytest.raises(ValueError, match="measured: faces"):
+        between("<!-- measured: whole -->\n<!-- end -->", "faces", "x")
+
+
+def test_the_page_of_performance_shows_what_is_there():
+    performance = import_module("performance_page")
+    text = performance.PAGE.read_text(encoding="utf-8")
+    named = set(re.findall(r"\]\(pictures/([^)]+)\)", text))
+    there = {name for name in performance.PICTURES if (performance.FOLDER / name).exists()}
+    assert named == there
+    assert all((performance.FOLDER / name).stat().st_size < 60e3 for name in there)

@@ -1,0 +1,196 @@
+"""The measured part of docs/performance.md: its tables and plots, from stored numbers."""
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from makeup_video.cli.bench_plot import legend_below, new_figure, save
+from makeup_video.cli.bench_tables import tables
+
+DOCS = Path(__file__).parent
+PAGE = DOCS / "performance.md"
+FOLDER = DOCS / "pictures"
+PICTURES = tuple(f"performance_{name}.png" for name in ("resolution", "faces", "length"))
+
+_BARE, _OURS, _MORE = "#9aa5b1", "#b4002e", "#5b8db8"
+# What was asked for, by size: how it is read from a size's results, at least or at most, and how much.
+_Read = Callable[[Mapping[str, Any]], float]
+REACH: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
+    (
+        "whole product / bare, frames/s",
+        lambda row: row["product"]["ratio"], ">=",
+        {"720p": 0.78, "1080p": 0.85, "2160p": 0.92},
+    ),
+    (
+        "all but the codec, CPU ms a frame",
+        lambda row: row["product"]["not_codec_cpu_ms"], "<=",
+        {"720p": 4, "1080p": 5.5, "2160p": 9},
+    ),
+    (
+        "times real time, default preset",
+        lambda row: row["default_times_real_time"], ">=", {"720p": 2.5, "1080p": 1.2},
+    ),
+    ("peak memory, MB", lambda row: row["peak_memory_mb"], "<=", {"1080p": 450}),
+    ("start to first packet, s", lambda row: row["start_seconds"], "<=",
+     {"720p": 1.5, "1080p": 1.5, "2160p": 1.5}),
+    ("frames painted", lambda row: row["painted_share"], ">=",
+     {"720p": 0.95, "1080p": 0.95, "2160p": 0.95}),
+)  # fmt: skip
+
+
+def write_page(measured: Mapping[str, Any], page: Path, folder: Path) -> None:
+    """Put every part that was measured between its markers, its plot into the folder; the rest of the page stays.
+
+    Raises ValueError where the page has no place for a part.
+    """
+    text = page.read_text(encoding="utf-8")
+    for part, values in measured.items():
+        text = between_markers(text, part, PARTS[part](values, folder))
+    page.write_text(text, encoding="utf-8")
+
+
+def between_markers(page: str, part: str, text: str) -> str:
+    """The page with other text between the markers of a part."""
+    markers = re.compile(rf"(<!-- measured: {part} -->\n).*?(<!-- end -->)", re.DOTALL)
+    if not markers.search(page):
+        raise ValueError(f"the page has no <!-- measured: {part} --> ... <!-- end -->: add them")
+    return markers.sub(lambda found: f"{found[1]}\n{text.strip()}\n\n{found[2]}", page)
+
+
+def _whole(clips: Mapping[str, Mapping[str, Any]], folder: Path) -> str:
+    """By clip: what `makeup-video bench --json` prints."""
+    parts = []
+    for results in clips.values():
+        sizes = list(results["sizes"])
+        command = f"    makeup-video bench CLIP --sizes {','.join(sizes)}\n"
+        parts += [f"### {results['clip']}\n", command, _reach(results["sizes"])]
+        parts += [f"{title}:\n\n{_table(head, rows)}" for title, head, rows in tables(results)]
+    return "\n".join(parts)
+
+
+def _reach(sizes: Mapping[str, Mapping[str, Any]]) -> str:
+    rows = []
+    for label, read, sign, limits in REACH:
+        cells = [_beside(read(row), sign, limits.get(name)) for name, row in sizes.items()]
+        rows.append((label, *cells))
+    return _table(("measured (to reach)", *sizes), rows)
+
+
+def _beside(value: float, sign: str, limit: float | None) -> str:
+    shown = f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+    if limit is None:
+        return shown
+    reached = value >= limit if sign == ">=" else value <= limit
+    return f"{shown} ({sign} {limit:g}{'' if reached else ': missed'})"
+
+
+def _resolution(values: Mapping[str, Any], folder: Path) -> str:
+    rows = values["heights"]
+    mpx = [row["px"] / 1e6 for row in rows.values()]
+    figure, (cost, speed) = new_figure(2)
+    for kind, colour, label in (("bare", _BARE, "bare"), ("product", _OURS, "whole product")):
+        y = [row[kind]["cpu_ms_per_frame"] for row in rows.values()]
+        cost.plot(mpx, y, "o-", color=colour, label=label)
+    y = [row["product"]["not_codec_cpu_ms"] for row in rows.values()]
+    cost.plot(mpx, y, "o-", color=_MORE, label="not codec")
+    cost.set_ylabel("CPU ms a frame")
+    cost.set_ylim(0)
+    speed.plot(mpx, [row["product"]["ratio"] for row in rows.values()], "o-", color=_OURS,
+               label="whole product / bare")  # fmt: skip
+    speed.set_ylim(0, 1.05)
+    speed.set_ylabel("ratio of frames/s")
+    _finish(figure, (cost, speed), "Mpx of a frame", folder / PICTURES[0])
+    lines = [
+        (
+            name,
+            f"{row['bare']['fps']:.1f}",
+            f"{row['product']['fps']:.1f}",
+            f"{row['product']['ratio']:.3f}",
+            f"{row['bare']['cpu_ms_per_frame']:.2f}",
+            f"{row['product']['not_codec_cpu_ms']:.2f}",
+        )
+        for name, row in rows.items()
+    ]
+    head = ("", "bare, frames/s", "product, frames/s", "ratio", "bare, CPU ms", "not codec, CPU ms")
+    return _shown(PICTURES[0], "Cost by resolution") + _table(head, lines)
+
+
+def _faces(values: Mapping[str, Any], folder: Path) -> str:
+    rows = values["counts"]
+    counts = [int(count) for count in rows]
+    figure, (cost, speed) = new_figure(2)
+    y = [row["not_codec_cpu_ms"] for row in rows.values()]
+    cost.plot(counts, y, "o-", color=_OURS, label="not codec, CPU ms a frame")
+    cost.set_ylabel("CPU ms a frame")
+    cost.set_ylim(0)
+    speed.plot(counts, [row["fps"] for row in rows.values()], "o-", color=_OURS,
+               label="whole product")  # fmt: skip
+    speed.set_ylabel("frames/s")
+    speed.set_ylim(0)
+    _finish(figure, (cost, speed), "faces", folder / PICTURES[1])
+    (only,) = tables({"sizes": {}, "faces": values})
+    return _shown(PICTURES[1], "Cost by faces") + f"{only[0]}:\n\n" + _table(*only[1:])
+
+
+def _length(films: Sequence[Mapping[str, Any]], folder: Path) -> str:
+    figure, (speed, memory) = new_figure(2)
+    minutes = [film["minutes"] for film in films]
+    speed.semilogx(minutes, [film["fps"] for film in films], "o-", color=_OURS, label="frames/s")
+    speed.set_ylim(0)
+    speed.set_ylabel("frames/s, start included")
+    longest = max(films, key=lambda film: film["minutes"])
+    at, size_mb = zip(*longest["memory"], strict=True)
+    label = f"a film of {longest['minutes']:.3g} minutes"
+    done = [longest["minutes"] * second / at[-1] for second in at]
+    memory.plot(done, size_mb, color=_OURS, label=label)
+    memory.set_ylim(0)
+    memory.set_ylabel("memory, MB")
+    _finish(figure, (speed, memory), "minutes of film", folder / PICTURES[2])
+    rows = [
+        (
+            f"{film['minutes']:.3g}",
+            str(film["frames"]),
+            f"{film['fps']:.1f}",
+            f"{film['peak_memory_mb']:.0f}",
+            f"{film['growth']:.3f}",
+        )
+        for film in films
+    ]
+    head = ("minutes", "frames", "frames/s", "peak memory, MB", "memory, last tenth / third tenth")
+    return _shown(PICTURES[2], "Cost by length") + _table(head, rows)
+
+
+def _threads(values: Mapping[str, Any], folder: Path) -> str:
+    (only,) = tables({"sizes": {}, "threads": values})
+    return f"{only[0]}:\n\n" + _table(*only[1:])
+
+
+def _peer(text: str, folder: Path) -> str:
+    return text
+
+
+PARTS: Mapping[str, Callable[[Any, Path], str]] = {
+    "whole": _whole,
+    "resolution": _resolution,
+    "faces": _faces,
+    "threads": _threads,
+    "length": _length,
+    "peer": _peer,
+}
+
+
+def _finish(figure: Any, axes: Iterable[Any], across: str, target: Path) -> None:
+    for axis in axes:
+        axis.set_xlabel(across)
+        legend_below(axis, 0.18)
+    save(figure, target)
+
+
+def _shown(picture: str, told: str) -> str:
+    return f"![{told}](pictures/{picture})\n\n"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
