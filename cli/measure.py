@@ -1,16 +1,16 @@
 """The measurements behind `makeup-video bench`: each compares runs in turn and returns plain numbers."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Any
+from unittest.mock import patch
 
 from makeup_video.cli.measure_clip import RATE, Clip, first_frames, make_clip, repeat_film, tile
 from makeup_video.cli.measure_run import (
-    SETTINGS,
     Run,
     first_time,
     run_bare,
@@ -18,11 +18,15 @@ from makeup_video.cli.measure_run import (
     run_product,
 )
 from makeup_video.cli.measure_stages import Observed, bottleneck, fills
-from makeup_video.pipeline import Look, Report, Settings, UsageError, process_video
+from makeup_video.pipeline import Look, Report, Settings, UsageError, process, process_video
+from makeup_video.pipeline.decode import Decoder
+from makeup_video.pipeline.encode import VideoEncoder
+from makeup_video.pipeline.runner import Runner
 
 # (decoder threads, encoder threads), 0 = FFmpeg's own choice: the bare loop may have the best
 BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))
-_THREADS = (0, 1, 2, 3, 4)  # of decoder and encoder each, as Settings has it
+# of decoder, encoder (0 as above) and stages; the first is what the product chooses on two cores
+SHARED = ((1, 2, 1), (0, 0, 1), (1, 1, 1), (1, 3, 1), (2, 3, 1), (1, 2, 2), (0, 0, 4))
 _POCL_THREADS = (1, 2)
 _CHOOSING = 150  # frames, while the best threads are looked for
 _DEFAULT_RUNS = 2  # with the default preset and quality: they only tell times real time
@@ -216,11 +220,10 @@ def by_faces(bench: Bench, height_px: int) -> dict[str, Any]:
 
 
 def by_threads(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
-    """Frames/s by the threads of the codecs, and by those of PoCL, in turn."""
+    """Frames/s by the threads of the codecs and of the stages, and by those of PoCL, in turn."""
     short = bench.folder / "threads.mp4"
     first_frames(clip.path, short, clip.frames // 2)
     target = bench.folder / "ours.mp4"
-    rounds = min(bench.rounds, _FEW_ROUNDS)
 
     def own(threads: int) -> Run:
         """PoCL asks when it is loaded: so each in a process of its own."""
@@ -230,24 +233,41 @@ def by_threads(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
 
     work: dict[str, Callable[[], Run]] = {}
     for pair in BARE_THREADS:
-        work[f"bare, {_codecs(*pair)}"] = partial(run_bare, short, target, pair)
-    for count in _THREADS:
-        work[f"product, {_codecs(count, count)}"] = partial(_painted_run, bench, short, count)
+        work[f"bare: {_codecs(*pair)}"] = partial(run_bare, short, target, pair)
+    for decoder, encoder, workers in SHARED:
+        told = f"product: {_codecs(decoder, encoder)}, stages {workers}"
+        work[told] = partial(_run_shared, bench, short, decoder, encoder, workers)
     for count in _POCL_THREADS:
-        work[f"product, PoCL {count}"] = partial(own, count)
-    runs = in_turn(bench, name, work, rounds)
+        work[f"command: PoCL {count}"] = partial(own, count)
+    runs = in_turn(bench, name, work, min(bench.rounds, _FEW_ROUNDS))
     table = {one: middle(done) for one, done in runs.items()}
-    ours = {one: row["fps"] for one, row in table.items() if one.startswith("product, decoder")}
+    ours = {one: row["fps"] for one, row in table.items() if one.startswith("product")}
     return {"settings": table, "best": max(ours, key=lambda one: ours[one])}
 
 
-def _painted_run(bench: Bench, film: Path, threads: int = 0) -> Run:
-    settings = replace(SETTINGS, threads=threads)
-    return run_product(film, bench.folder / "ours.mp4", bench.look, settings)[0]
+def _painted_run(bench: Bench, film: Path) -> Run:
+    return run_product(film, bench.folder / "ours.mp4", bench.look)[0]
+
+
+def _run_shared(bench: Bench, film: Path, decoder: int, encoder: int, workers: int) -> Run:
+    """The product with other threads than it chooses."""
+
+    def decoder_of(*given: Any, **named: Any) -> Decoder:
+        return Decoder(*given, **{**named, "threads": decoder})
+
+    def encoder_of(muxer: Any, source: Any, codec: Any, options: Any, _: int) -> VideoEncoder:
+        return VideoEncoder(muxer, source, codec, options, encoder)
+
+    with (
+        patch.object(process, "Decoder", decoder_of),
+        patch.object(process, "VideoEncoder", encoder_of),
+        patch.object(process, "Runner", partial(Runner, workers=workers)),
+    ):
+        return _painted_run(bench, film)
 
 
 def _codecs(decoder: int, encoder: int) -> str:
-    return f"decoder {decoder or 'auto'} encoder {encoder or 'auto'}"
+    return f"decoder {decoder or 'auto'}, encoder {encoder or 'auto'}"
 
 
 def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:

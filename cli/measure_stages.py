@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
+from itertools import takewhile
 from statistics import mean, median
 from typing import Any
 
@@ -61,9 +62,17 @@ def fills(reports: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, dic
 def bottleneck(
     channels: Mapping[str, Mapping[str, float]], stages: Mapping[str, Mapping[str, Any]]
 ) -> str:
-    """Who is waited for: whoever the fullest channel leads to; the source where all are empty."""
+    """Who is waited for: the source where all channels are empty, else whoever the fullest one leads to;
+    of stages that share a thread, the one that works longest.
+
+    stages: with mean_ms, in the order of the film's way; channels lead to the first stage of a thread.
+    """
     share = {name: channel["mean_fill"] / channel["capacity"] for name, channel in channels.items()}
     fullest = max(share, key=lambda name: share[name], default="")
+    order = list(stages)
     if not fullest or share[fullest] < _EMPTY:
-        return next(iter(stages))
-    return fullest.removeprefix("-> ")
+        return order[0]
+    first = order.index(fullest.removeprefix("-> "))
+    heads = {name.removeprefix("-> ") for name in channels}
+    others = takewhile(lambda name: name not in heads, order[first + 1 :])
+    return max([order[first], *others], key=lambda name: float(stages[name]["mean_ms"]))

@@ -72,15 +72,23 @@ def channel(fill):
     return {"capacity": 2, "mean_fill": fill}
 
 
+STAGES = {name: {"mean_ms": ms} for name, ms in
+          (("decode", 1), ("faces", 2), ("scene", 3), ("composite", 1), ("encode", 9))}  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("fills", "waited_for"),
-    [((0.1, 0.9), "encode"), ((0.9, 0.1), "faces"), ((0.0, 0.1), "decode")],
+    [((0.1, 0.9), "encode"), ((0.9, 0.1), "scene"), ((0.0, 0.1), "decode")],
 )
 def test_the_bottleneck_is_who_is_waited_for(fills, waited_for):
     channels = dict(zip(("-> faces", "-> encode"), map(channel, fills), strict=True))
-    stages = {"decode": {}, "faces": {}, "encode": {}}
-    assert measure_stages.bottleneck(channels, stages) == waited_for
-    assert measure_stages.bottleneck({}, stages) == "decode"
+    assert measure_stages.bottleneck(channels, STAGES) == waited_for
+    assert measure_stages.bottleneck({}, STAGES) == "decode"
+
+
+def test_a_stage_with_a_thread_of_its_own_is_named_itself():
+    channels = {f"-> {name}": channel(0.1) for name in list(STAGES)[1:]} | {"-> faces": channel(1)}
+    assert measure_stages.bottleneck(channels, STAGES) == "faces"
 
 
 def test_fills_are_medians_of_runs():
@@ -125,13 +133,28 @@ def test_faces_are_counted_on_a_clip_of_one(bench, monkeypatch):
 
 
 def test_threads_of_codecs_and_of_pocl_are_compared(bench, monkeypatch):
-    monkeypatch.setattr(measure, "_THREADS", (0, 1))
+    monkeypatch.setattr(measure, "SHARED", ((1, 2, 1), (0, 0, 4)))
     monkeypatch.setattr(measure, "BARE_THREADS", ((0, 0),))
     monkeypatch.setattr(measure, "_POCL_THREADS", (1,))
     found = measure.by_threads(bench, bench.clip(144), "threads")
-    kinds = Counter(name.split(",")[0] for name in found["settings"])
-    assert kinds == {"bare": 1, "product": 3}
-    assert found["best"] in found["settings"] and "decoder" in found["best"]
+    kinds = Counter(name.split(":")[0] for name in found["settings"])
+    assert kinds == {"bare": 1, "product": 2, "command": 1}
+    assert found["best"] in found["settings"] and found["best"].startswith("product")
+
+
+def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
+    seen = []
+
+    class Noted(measure.Runner):
+        def __init__(self, source, stages, sink, **named):
+            super().__init__(source, stages, sink, **named)
+            seen.append((sink[1].threads, len(self.channels) - 1))
+
+    monkeypatch.setattr(measure, "Runner", Noted)
+    film = bench.clip(144).path
+    for _, encoder, workers in ((1, 3, 2), (0, 0, 4)):
+        measure._run_shared(bench, film, 1, encoder, workers)
+    assert seen == [(3, 2), (0, 4)]
 
 
 def test_a_long_film_tells_its_memory_as_it_goes(bench):
