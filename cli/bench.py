@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 _PAINTED_ROUNDS, _PAINTED_FRAMES = 3, 120  # enough for a median
+_SHORT = "painted.mkv"  # so many frames of the film
 
 
 def bench(
@@ -155,20 +156,22 @@ def _painting(bench: "Bench", film: Path, name: str, measured_ms: float) -> dict
     from makeup_video.cli.measure_renderer import find_in, kernel_alone, paint_costs
 
     bench.told(f"{name}: painting by itself")
-    short = bench.folder / "short.mkv"
+    short = bench.folder / _SHORT
     first_frames(film, short, _PAINTED_FRAMES)
     costs = paint_costs(short, min(bench.rounds, _PAINTED_ROUNDS))
     bench.told(f"{name}: the floor")
     kernel = kernel_alone(short, find_in(short), bench.look)
-    floor = floor_of(film, bench.folder, round(kernel["painted_px"]))
+    floor = floor_of(short, bench.folder, round(kernel["painted_px"]))
     return {"renderer": costs, "floor": floor, "times_the_floor": measured_ms / floor["least_ms"]}
 
 
 def _larger(bench: "Bench") -> float:
+    from makeup_video.cli.measure_clip import first_frames
     from makeup_video.cli.measure_renderer import larger_frame_ratio
 
     bench.told("the same face in a larger frame")
-    short = bench.folder / "short.mkv"
+    short = bench.folder / "shorter.mkv"
+    first_frames(bench.folder / _SHORT, short, _PAINTED_FRAMES // 2)
     return larger_frame_ratio(short, bench.folder, min(bench.rounds, _PAINTED_ROUNDS))
 
 

@@ -7,7 +7,8 @@ and with our product on the same film:
     peer/bin/python docs/peer_mediapipe.py --product .venv/bin/makeup-video [CLIP]
 
 MediaPipe 0.10.21 is the last one that has these models inside. It needs Python 3.12 or older and another
-numpy and OpenCV than makeup-video, hence the environment of its own.
+numpy and OpenCV than makeup-video, hence the environment of its own. Its models are loaded before the clock
+starts, ours after it.
 
 Two loops, neither of them meant to be slow: FaceMesh follows one face, the detector runs only when it is lost; all is
 uint8 and OpenCV's own code but for the weights. "whole frames" blends as tutorials do; "face boxes" blends
