@@ -63,8 +63,8 @@ def make_clip(
     """`source` scaled to a height, so many frames long, as H.264 at 30 frames/s without sound.
 
     Where it shows one face, it is cut to 16:9 (or to width_px) so that this fills FACE_SHARE of the
-    height; where it shows several, or as_is, it is only scaled. loops:
-    its end leads to its beginning; it may then be shorter.  Raises InputError without faces.
+    height; where it shows several, or as_is, it is only scaled.  loops: its end leads to its
+    beginning; it may then be shorter.  Raises InputError where no face is seen.
     """
     faces, size_wh, box = _view(source, frames)
     is_cut = faces == 1 and not as_is
@@ -73,7 +73,7 @@ def make_clip(
         box = _around(box, width_px / height_px, size_wh)
     else:
         box = (0, 0, *size_wh)
-        width_px = round(size_wh[0] * height_px / size_wh[1] / 2) * 2
+        width_px = max(round(size_wh[0] * height_px / size_wh[1] / 2), 1) * 2
     most = frames // 2 + 1 if loops else frames
     with TemporaryDirectory(dir=target.parent) as folder:
         kept = Path(folder) / "kept.mkv"
@@ -124,12 +124,16 @@ def _around(face: Box, aspect: float, size_wh: tuple[int, int]) -> Box:
 
 
 def _upright(source: Path) -> Iterator[np.ndarray]:
-    """The pictures of any film: (3, H, W) uint8, Y'CbCr 4:4:4, as they are shown."""
+    """The pictures of any film: (3, H, W) uint8, Y'CbCr 4:4:4, as they are shown. Raises InputError."""
     opened = open_video(local_file(source))
     try:
         for picture in opened.container.decode(opened.video):
             planes = picture.reformat(format="yuv444p").to_ndarray()
             yield np.rot90(planes, round(picture.rotation / 90), axes=(1, 2))
+    except av.FFmpegError as error:
+        raise InputError(
+            f"{source} is damaged: {error.strerror}. Give a whole film to measure with"
+        ) from error
     finally:
         opened.close()
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from makeup_video.cli import measure_clip as measure
 from makeup_video.pipeline import InputError
 from makeup_video.pipeline.faces import find_faces_in_frame
-from media import decoded, packets_of, times_of
+from media import decoded, make_clip, packets_of, times_of
 from people import SAMPLES, clip, film, grey
 
 UNIQUE = 40
@@ -101,6 +101,16 @@ def test_a_clip_without_a_face_is_refused(tmp_path):
     source = film(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
     with pytest.raises(InputError, match="no face to paint on in 1 of the 1 frames"):
         measure.make_clip(source, tmp_path / "out.mp4", 48, 3)
+
+
+def test_a_damaged_clip_is_refused(tmp_path):
+    source = make_clip(tmp_path / "short.mp4", size_wh=(640, 360))
+    data = bytearray(source.read_bytes())
+    for at in range(48, len(data) // 2, 64):  # every packet, not the tables at the end
+        data[at : at + 32] = bytes(32)
+    source.write_bytes(data)
+    with pytest.raises(InputError, match=r"short\.mp4 is damaged"):
+        measure.make_clip(source, tmp_path / "out.mp4", 120, 6)
 
 
 def test_a_turned_clip_is_measured_upright(tmp_path):
