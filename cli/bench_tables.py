@@ -46,7 +46,7 @@ def _row(label: str, values: Iterable[Any], told: Callable[[Any], str]) -> Row:
 
 def _whole(sizes: Iterable[_Values]) -> Iterator[Row]:
     rows = list(sizes)
-    of = {kind: [row[kind] for row in rows] for kind in ("bare", "none", "product")}
+    of = {kind: [row[kind] for row in rows] for kind in ("bare", "codec", "none", "product")}
 
     def fps(one: _Values) -> str:
         return f"{one['fps']:.1f} ({one['fps_spread'][0]:.0f} to {one['fps_spread'][1]:.0f})"
@@ -56,9 +56,7 @@ def _whole(sizes: Iterable[_Values]) -> Iterator[Row]:
 
     yield _row("film", rows, lambda r: r["film"])
     yield _row("bare decode+encode, frames/s", of["bare"], fps)
-    yield _row(
-        "its threads, decoder + encoder", of["bare"], lambda b: "{} + {}".format(*b["threads"])
-    )
+    yield _row("its threads, decoder + encoder", of["bare"], _threads_of)
     yield _row("--look none, frames/s", of["none"], fps)
     yield _row("whole product, frames/s", of["product"], fps)
     yield _row("--look none / bare", of["none"], ratio)
@@ -66,14 +64,27 @@ def _whole(sizes: Iterable[_Values]) -> Iterator[Row]:
     yield _row(
         "times real time, default preset", rows, lambda r: f"{r['default_times_real_time']:.2f}"
     )
-    for kind, label in (("bare", "bare"), ("none", "--look none"), ("product", "whole product")):
+    for kind, label in (
+        ("bare", "bare"),
+        ("codec", "bare with the product's threads"),
+        ("none", "--look none"),
+        ("product", "whole product"),
+    ):
         yield _row(f"{label}, CPU ms", of[kind], lambda one: f"{one['cpu_ms_per_frame']:.2f}")
-    yield _row("not codec, CPU ms", of["product"], lambda p: f"{p['not_codec_cpu_ms']:.2f}")
+    yield _row(
+        "not codec (last less second), CPU ms",
+        of["product"],
+        lambda p: f"{p['not_codec_cpu_ms']:.2f}",
+    )
     yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
     yield _row("start to first packet, s", rows, lambda r: f"{r['start_seconds']:.2f}")
     yield _row("the first time ever, s", rows, lambda r: f"{r['first_start_seconds']:.2f}")
     yield _row("peak memory, MB", rows, lambda r: f"{r['peak_memory_mb']:.0f}")
     yield _row("bottleneck", rows, lambda r: r["bottleneck"])
+
+
+def _threads_of(bare: _Values) -> str:
+    return " + ".join(str(count or "auto") for count in bare["threads"])
 
 
 _STAGE_HEAD = ("", "at work: mean", "p50", "p95", "own CPU: mean", "p50", "waiting before it")

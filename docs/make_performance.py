@@ -56,7 +56,7 @@ class Measuring:
         for height in command.heights_of(self.options.resolutions):
             film = bench.clip(height, self.options.seconds / 2)
             work: dict[str, Callable[[], measure.Run]] = {
-                "bare": partial(run_bare, film.path, target, (0, 0)),
+                "bare": partial(run_bare, film.path, target, measure.own_threads()),
                 "product": lambda film=film: run_product(film.path, target, self.look)[0],
             }
             runs = measure.in_turn(bench, f"{height}p", work, bench.rounds)

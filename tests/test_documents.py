@@ -95,7 +95,8 @@ def measured():
     times = {"mean_ms": 2.0, "p50_ms": 1.0, "p95_ms": 3.0, "cpu_mean_ms": 1.0, "cpu_p50_ms": 1.0}
     ours = {**runs, **beside}
     size = {
-        "film": "1280x720", "bare": {**runs, "threads": [0, 0]}, "none": ours, "product": ours,
+        "film": "1280x720", "bare": {**runs, "threads": [0, 0]},
+        "codec": {**runs, "threads": [1, 2]}, "none": ours, "product": ours,
         "default_times_real_time": 3.0, "painted_share": 1.0, "start_seconds": 1.0,
         "first_start_seconds": 2.0, "peak_memory_mb": 300.0, "bottleneck": "encode",
         "stages": {"decode": times, "encode": times},

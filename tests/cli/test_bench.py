@@ -40,7 +40,7 @@ def test_json_holds_every_number(results):
     assert list(results["sizes"]) == ["144p"]
     assert results["clip"] == "in.mp4" and results["look"]["lips"] and results["look"]["eyes"]
     for row in results["sizes"].values():
-        for kind in ("bare", "none", "product"):
+        for kind in ("bare", "codec", "none", "product"):
             low, high = row[kind]["fps_spread"]
             assert 0 < low <= row[kind]["fps"] <= high and row[kind]["cpu_ms_per_frame"] > 0
         assert row["product"]["ratio"] > 0 and "not_codec_cpu_ms" in row["product"]

@@ -33,6 +33,8 @@ def test_medians_lie_within_their_spread(pairs):
     assert low <= high and side["ratio"] > 0
     assert measure.beside(ours, ours)["ratio"] == 1
     assert measure.beside(ours, ours)["not_codec_cpu_ms"] == 0
+    assert measure.beside(ours, bare, ours)["not_codec_cpu_ms"] == 0
+    assert measure.beside(ours, bare, ours)["ratio"] == side["ratio"]
 
 
 def test_everyone_has_his_turn_and_every_round_begins_with_another(bench):
@@ -140,6 +142,26 @@ def test_threads_of_codecs_and_of_pocl_are_compared(bench, monkeypatch):
     kinds = Counter(name.split(":")[0] for name in found["settings"])
     assert kinds == {"bare": 1, "product": 2, "command": 1}
     assert found["best"] in found["settings"] and found["best"].startswith("product")
+
+
+def test_the_codec_alone_has_the_threads_that_the_product_chooses(tmp_path, monkeypatch):
+    seen = {}
+
+    class Noted(measure.Decoder):
+        def __init__(self, *given, threads, **named):
+            super().__init__(*given, threads=threads, **named)
+            seen["decoder"] = threads
+
+    class NotedEncoder(measure.VideoEncoder):
+        def __init__(self, *given):
+            super().__init__(*given)
+            seen["encoder"] = self.threads
+
+    monkeypatch.setattr(measure.process, "Decoder", Noted)
+    monkeypatch.setattr(measure.process, "VideoEncoder", NotedEncoder)
+    source = film(tmp_path / "a.mkv", clip(10))
+    measure_run.run_product(source, tmp_path / "out.mp4", LOOK)
+    assert (seen["decoder"], seen["encoder"]) == measure.own_threads()
 
 
 def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
