@@ -72,7 +72,7 @@ def _whole(sizes: Iterable[_Values]) -> Iterator[Row]:
     ):
         yield _row(f"{label}, CPU ms", of[kind], lambda one: f"{one['cpu_ms_per_frame']:.2f}")
     yield _row(
-        "not codec (last less second), CPU ms",
+        "not codec, CPU ms",
         of["product"],
         lambda p: f"{p['not_codec_cpu_ms']:.2f}",
     )
