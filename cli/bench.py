@@ -68,7 +68,8 @@ def bench(
 
             source = _source(clip)
             told("reading the look")
-            made = Bench(source, Path(name), _look(look, ref), seconds, rounds, as_is, told)
+            worn, photo = _look(look, ref)
+            made = Bench(source, Path(name), worn, seconds, rounds, as_is, told, photo)
             results = measure(made, heights, renderer=renderer)
             results |= more(made, heights[0], faces=faces, threads=threads, minutes=length)
         if plot is not None:
@@ -112,17 +113,19 @@ def _source(clip: str | None) -> Path:
     return source
 
 
-def _look(look: str | None, ref: str | None) -> "Look":
-    """The look to paint, lips and eyes: read from our sample, but where that is not installed."""
+def _look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]":
+    """The look to paint, lips and eyes, and the photo that it was read from: our sample, but where that
+    is not installed."""
     from makeup_video.pipeline import Look, UsageError, look_from_photo, product
 
     if look is not None and ref is not None:
         raise UsageError("--look and --ref both give a look: leave one of them out")
     if look is not None:
-        return Look.load(look)
-    if ref is None and not (_SAMPLES / "look.jpg").exists():
-        return Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes"))
-    return look_from_photo(ref or _SAMPLES / "look.jpg")
+        return Look.load(look), None
+    photo = Path(ref) if ref is not None else _SAMPLES / "look.jpg"
+    if ref is None and not photo.exists():
+        return Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes")), None
+    return look_from_photo(photo), photo
 
 
 def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, Any]:

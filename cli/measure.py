@@ -38,7 +38,11 @@ _MEMORY_SAMPLES = 400
 
 @dataclass(slots=True)
 class Bench:
-    """What is measured with. told: hears what is done now. look: what is painted, and its file."""
+    """What is measured with. told: hears what is done now.
+
+    look: what is painted.  photo: what it was read from, if it was: the command that is measured in
+    its own process then reads it too.  worn: that command's options.
+    """
 
     source: Path
     folder: Path
@@ -47,13 +51,17 @@ class Bench:
     rounds: int
     as_is: bool = False
     told: Callable[[str], None] = lambda text: None
-    look_file: Path = field(init=False)
+    photo: Path | None = None
+    worn: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         if self.look.is_bare:
             raise UsageError("the look paints nothing: give one with lips or eyes to measure with")
-        self.look_file = self.folder / "look.json"
-        self.look.save(self.look_file)
+        if self.photo is not None:
+            self.worn = "--ref", str(self.photo)
+        else:
+            self.look.save(self.folder / "look.json")
+            self.worn = "--look", str(self.folder / "look.json")
 
     def clip(self, height_px: int, seconds: float | None = None, **how: Any) -> Clip:
         """The film to measure with, at a height."""
@@ -188,13 +196,13 @@ def own_process(bench: Bench, clip: Clip, name: str) -> dict[str, float]:
     short = ("--end", str(_START_SECONDS))
 
     def start(environment: dict[str, str]) -> float:
-        done = run_command(clip.path, target, bench.look_file, words=short, environment=environment)
+        done = run_command(clip.path, target, bench.worn, words=short, environment=environment)
         return float(done["start_seconds"])
 
     with TemporaryDirectory(dir=bench.folder) as caches:
         kept = first_time(Path(caches))
         first, *warm = [start(kept) for _ in range(1 + _STARTS)]
-    whole = run_command(clip.path, target, bench.look_file)
+    whole = run_command(clip.path, target, bench.worn)
     return {
         "first_start_seconds": first,
         "start_seconds": median(warm),
@@ -241,7 +249,7 @@ def by_threads(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
     def own(threads: int) -> Run:
         """PoCL asks when it is loaded: so each in a process of its own."""
         environment = {"POCL_MAX_PTHREAD_COUNT": str(threads)}
-        done = run_command(short, target, bench.look_file, environment=environment)
+        done = run_command(short, target, bench.worn, environment=environment)
         return Run(done["frames_out"], done["seconds"], done["cpu_seconds"])
 
     work: dict[str, Callable[[], Run]] = {}
@@ -293,7 +301,7 @@ def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:
     film = repeat_film(one.path, bench.folder / "long.mp4", times)
     bench.told(f"{height_px}p: {times * one.frames / RATE / 60:.1f} minutes of film")
     every = max(0.1, minutes * 60 / 5 / _MEMORY_SAMPLES)
-    done = run_command(film, bench.folder / "long-ours.mp4", bench.look_file, sample_seconds=every)
+    done = run_command(film, bench.folder / "long-ours.mp4", bench.worn, sample_seconds=every)
     tenth = max(1, len(done["memory"]) // 10)
     sizes = [size_mb for _, size_mb in done["memory"]] or [0.0]
     return {

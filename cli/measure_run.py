@@ -101,7 +101,7 @@ def check_painted(painted: int | None, frames: int) -> None:
 def run_command(
     source: Path,
     target: Path,
-    look: Path | None,
+    worn: tuple[str, ...],
     *,
     words: tuple[str, ...] = (),
     environment: Mapping[str, str] | None = None,
@@ -110,11 +110,11 @@ def run_command(
     """The real command in its own process: the values of its report, and start_seconds, from its start
     to the first packet written; with sample_seconds also memory: [[seconds, MB], ...].
 
-    look: a file, None for none.  words: more of its options.
+    worn: what is painted, such as ("--ref", "look.jpg").  words: more of its options.
     """
     report = target.with_suffix(".json")
     command = [sys.executable, "-m", "makeup_video.cli", str(source), "-q", "-y", *words]
-    command += ["-o", str(target), "--look", str(look or "none"), "--report", str(report)]
+    command += ["-o", str(target), *worn, "--report", str(report)]
     command += ["--codec", "h264", "--preset", PRESET, "--crf", str(CRF)]
     began = time.time()
     process = subprocess.Popen(
@@ -124,7 +124,7 @@ def run_command(
     if code := process.wait():
         raise subprocess.CalledProcessError(code, command)
     values: dict[str, Any] = json.loads(report.read_text(encoding="utf-8"))
-    if look is not None:
+    if values["painted_frames"] is not None:
         check_painted(values["painted_frames"], values["frames_out"])
     values["start_seconds"] = values["first_packet_unix_seconds"] - began
     return {**values, "memory": memory}

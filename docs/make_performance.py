@@ -38,7 +38,7 @@ class Measuring:
         options = self.options
         return measure.Bench(
             clip or SAMPLES / "in.mp4", self.folder, self.look, seconds or options.seconds,
-            options.rounds, told=say,
+            options.rounds, told=say, photo=SAMPLES / "look.jpg",
         )  # fmt: skip
 
     def whole(self) -> dict[str, Any]:

@@ -136,5 +136,6 @@ def test_where_our_samples_are_not_installed_it_asks_for_a_clip_and_has_a_look(
     monkeypatch.setattr(command, "_SAMPLES", tmp_path)
     done = run("bench", *ARGS[2:])
     assert done.exit_code == 3 and "give a CLIP" in done.stderr
-    look = command._look(None, None)
+    look, photo = command._look(None, None)
+    assert photo is None
     assert look.lips and look.eyes

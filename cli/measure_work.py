@@ -1,0 +1,119 @@
+"""What painting a film does, counted and not timed: the same on every machine, however busy.
+
+`tests/cli/test_measure_work.py` holds every count to a limit, so that a change that makes frames dearer
+is seen where seconds would only be noise.
+"""
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any
+from unittest.mock import patch
+
+import av
+import cv2
+import numpy as np
+import pyopencl as cl
+from makeup_video.pipeline.face_run import one_opencv_thread
+from makeup_video.pipeline.faces import load_nets
+from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.net import Net
+from makeup_video.pipeline.paint import PaintRun
+from makeup_video.pipeline.source import local_file, open_video
+
+# OpenCV's functions that make pictures of pictures.
+_MAKERS = ("remap", "warpAffine", "resize", "transform", "merge", "split", "cvtColor",
+           "GaussianBlur", "blur", "convertScaleAbs")  # fmt: skip
+
+
+def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
+    """The work of one frame, the mean of the first `frames` of a film; nothing is encoded.
+
+    net_runs, and net_runs_<name> of each net.  kernels_launched.  work_items: of these kernels.
+    bytes_converted: what OpenCV made of a frame's pixels (crops, maps, blurs).  frames_converted:
+    whole frames that PyAV turned into another layout.  calls: of Python's and C functions.
+    """
+    counted: Counter[str] = Counter()
+    source = open_video(local_file(clip))
+    try:
+        stages = PaintRun(look)(source)
+        with one_opencv_thread(), _counting(counted):
+            done = 0
+            for frame in _decoded(source, frames):
+                item: Any = frame
+                with _calls(counted):
+                    for _, stage in stages:
+                        item = stage(item)
+                        if item is None:
+                            break
+                done += 1
+    finally:
+        source.close()
+    return {name: count / max(done, 1) for name, count in sorted(counted.items())}
+
+
+def _decoded(source: Any, count: int) -> Iterator[Frame]:
+    for number, picture in enumerate(source.container.decode(source.video)):
+        if number == count:
+            return
+        yield Frame(picture, picture.pts, picture.time_base, ColourTags.of(picture))
+
+
+@contextmanager
+def _counting(counted: Counter[str]) -> Iterator[None]:
+    """Count, while it lasts, what nets, kernels and OpenCV do."""
+    names = _names_of_nets()
+    run, launch = Net.__call__, cl.enqueue_nd_range_kernel
+
+    def counted_run(net: Net, rgb8: np.ndarray) -> dict[str, np.ndarray]:
+        counted["net_runs"] += 1
+        counted[f"net_runs_{names[id(net)]}"] += 1
+        return run(net, rgb8)
+
+    def counted_launch(queue: Any, kernel: Any, size: tuple[int, ...], *rest: Any) -> Any:
+        counted["kernels_launched"] += 1
+        counted["work_items"] += int(np.prod(size))
+        return launch(queue, kernel, size, *rest)
+
+    def counted_maker(maker: Callable[..., Any]) -> Callable[..., Any]:
+        def make(*arguments: Any, **options: Any) -> Any:
+            made = maker(*arguments, **options)
+            parts = made if isinstance(made, (tuple, list)) else (made,)
+            counted["bytes_converted"] += sum(part.nbytes for part in parts)
+            return made
+
+        return make
+
+    with ExitStack() as stack:
+        stack.enter_context(patch.object(Net, "__call__", counted_run))
+        stack.enter_context(patch.object(cl, "enqueue_nd_range_kernel", counted_launch))
+        for name in _MAKERS:
+            maker = counted_maker(getattr(cv2, name))
+            stack.enter_context(patch.object(cv2, name, maker))
+        yield
+
+
+def _names_of_nets() -> dict[int, str]:
+    return {id(net): name for name, net in vars(load_nets()).items() if isinstance(net, Net)}
+
+
+@contextmanager
+def _calls(counted: Counter[str]) -> Iterator[None]:
+    """Count the calls of functions on this thread, Python's and C's; and whole frames converted."""
+
+    def heard(frame: FrameType, event: str, function: Any) -> None:
+        if event in ("call", "c_call"):
+            counted["calls"] += 1
+        if event == "c_call" and isinstance(getattr(function, "__self__", None), av.VideoFrame):
+            counted["frames_converted"] += function.__name__ in ("reformat", "to_ndarray", "to_rgb")
+
+    before = sys.getprofile()
+    sys.setprofile(heard)
+    try:
+        yield
+    finally:
+        sys.setprofile(before)
