@@ -125,7 +125,7 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=3e-5)
     parser.add_argument("--beyond", type=float, default=1e-4, help="share of values cut off")
     options = parser.parse_args()
-    torch.set_num_threads(2)
+    torch.set_num_threads(1)  # the other core draws crops
     name, teacher = load(options.checkpoints / f"{options.net}.pt")
     net = rounded(copy.deepcopy(teacher)).to(memory_format=torch.channels_last)
     stream = Stream(options.data, name, seed=99)
