@@ -108,3 +108,46 @@ def test_mistakes_of_the_detector_are_told_from_the_face_itself():
     assert score._is_elsewhere(guess(300, 150, 60), middle, unit)  # beside it
     assert score._is_elsewhere(guess(200, 190, 25), middle, unit)  # its chin
     assert score._is_elsewhere(guess(200, 150, 20), middle, unit)  # its nose
+
+
+def test_a_rounded_convolution_tells_about_what_it_was_and_only_256_values():
+    model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
+    from makeup_video.training.faces.rounded import rounded, roundings
+
+    torch = model.torch
+    torch.manual_seed(0)
+    net = torch.nn.Sequential(model.Conv(3, 8, 2), model.Residual(8)).eval()
+    x = torch.randint(0, 256, (2, 3, 16, 24)).float()
+    with torch.no_grad():
+        want = net(x / 127.5 - 1)
+        rounded(net)
+        net((x - 128) / 127.5)  # watches
+        for one in roundings(net):
+            one.settle()
+        got = net((x - 128) / 127.5)
+    assert len(got.unique()) <= 256
+    inside = slice(1, None), slice(1, None)  # at the border grey is 128, not 127.5
+    off = (got - want)[:, :, *inside].abs()
+    assert off.mean() < 0.02 * want.max()
+
+
+def test_laid_out_for_integers_a_net_tells_the_same():
+    model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
+    from makeup_video.training.faces import integers, rounded
+
+    torch = model.torch
+    torch.manual_seed(1)
+    size_wh = (32, 16)
+    net = model.LipNet(size_wh, (8, 24, 24, 32), (0, 1, 1, 1), torch.zeros(5, 3), torch.ones(4, 15))
+    net = rounded.rounded(net)
+    rgb8 = torch.randint(0, 256, (2, 16, 32, 3), dtype=torch.uint8)
+    x = (rgb8.permute(0, 3, 1, 2).float() - 128) / 127.5
+    with torch.no_grad():
+        net(x)
+        for one in rounded.roundings(net):
+            one.settle()
+        points, _, mask = net(x)
+        got_points, got_mask = integers.Integers(net, ["points", "mask_logits"])(rgb8)
+    assert torch.allclose(got_points, points, atol=1e-4)
+    step = float(net.paint[0].round.scale)  # of an answer: they are rounded from another start
+    assert float((got_mask - mask).abs().max()) < 1.5 * step

@@ -14,7 +14,7 @@ import torch
 from makeup_video.pipeline.face_nets import decode_cells
 from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.crops import Faces
-from makeup_video.training.faces.model import Conv, Residual, normalise, stage
+from makeup_video.training.faces.model import Conv, Join, Residual, normalise, stage
 from makeup_video.training.faces.props import blot_out
 from makeup_video.training.faces.scenes import FACE_CENTRE, SCENE, STRIDE, Scenes
 from torch import Tensor, nn
@@ -36,6 +36,7 @@ class Detector(nn.Module):
         self.near = nn.Sequential(Conv(3, 8, 2), Conv(8, 16, 2), Conv(16, 32, 2), Residual(32))
         self.far = nn.ModuleList([stage(32, 48, 1), stage(48, 64, 1)])
         self.down = nn.ModuleList([nn.Conv2d(64, 48, 1), nn.Conv2d(48, 32, 1)])
+        self.join = nn.ModuleList([Join("nearest"), Join("nearest")])
         self.merge = nn.ModuleList([Conv(48, 48), Conv(32, 32)])
         self.out = nn.Conv2d(32, 6, 1)
         nn.init.constant_(self.out.bias[:1], -4)
@@ -45,9 +46,8 @@ class Detector(nn.Module):
         for one in self.far:
             levels.append(one(levels[-1]))
         x = levels.pop()
-        for down, merge in zip(self.down, self.merge, strict=True):
-            x = nn.functional.interpolate(down(x), scale_factor=2.0, mode="nearest")
-            x = merge(x + levels.pop())
+        for down, join, merge in zip(self.down, self.join, self.merge, strict=True):
+            x = merge(join(down(x), levels.pop()))
         return self.out(x).float()
 
 

@@ -103,7 +103,7 @@ def from_net(path: Path, data: Path, mouths: list[Mouth]) -> Painter:
             places.append(np.array([[c, -s, shift[0]], [s, c, shift[1]]]))
             placed = np.vstack([places[-1], [0, 0, 1]])
             crops.append(take(rgb8, mouth_window(points, frame) @ placed, spec))
-    logits = np.concatenate([run(part)[2] for part in np.array_split(np.stack(crops), 8)])
+    logits = np.concatenate([run(part)[-1] for part in np.array_split(np.stack(crops), 8)])
 
     def paint(at: int) -> list[np.ndarray]:
         trials = range(at * TRIALS, (at + 1) * TRIALS)

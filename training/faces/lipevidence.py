@@ -60,7 +60,7 @@ def average_of(run: Net, rgb8: np.ndarray, to_image: np.ndarray, seed: int) -> n
         tone = 255 * (np.arange(256)[:, None] / 255) ** np.exp(rng.normal(0, 0.15)) * gain
         crops.append(cv2.LUT(crop, tone.clip(0, 255).astype(np.uint8)[None]))
         places.append(placed[:2])
-    logits = run(np.stack(crops))[2].clip(-UNSURE, UNSURE)
+    logits = run(np.stack(crops))[-1].clip(-UNSURE, UNSURE)
     size, goal = np.array(spec.size_wh), (np.array(MASK_SPEC.size_wh) - 1) / 2
     total = np.zeros(MASK_SPEC.size_wh[::-1], np.float32)
     for trial, (placed, logit) in enumerate(zip(places, logits, strict=True)):

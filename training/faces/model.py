@@ -36,6 +36,18 @@ def stage(inputs: int, outputs: int, residuals: int) -> nn.Sequential:
     return nn.Sequential(Conv(inputs, outputs, 2), *[Residual(outputs) for _ in range(residuals)])
 
 
+class Join(nn.Module):
+    """A coarse level, made twice as large, laid over a finer one."""
+
+    def __init__(self, mode: str) -> None:
+        """mode: of the interpolation."""
+        super().__init__()
+        self.up = nn.Upsample(scale_factor=2, mode=mode)
+
+    def forward(self, coarse: Tensor, fine: Tensor) -> Tensor:
+        return self.up(coarse) + fine
+
+
 class PointHead(nn.Module):
     """Features -> coefficients of a shape basis -> points. The basis starts as a PCA."""
 
@@ -49,8 +61,8 @@ class PointHead(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         coefficients = self.coefficients(self.drop(x.flatten(1)))  # (N, C)
         with torch.autocast("cpu", enabled=False):  # bfloat16 is too coarse for positions
-            moved = coefficients.float() @ self.basis
-            return self.mean + moved.view(-1, *self.mean.shape)  # (N, K, 3)
+            moved = torch.addmm(self.mean.flatten(), coefficients.float(), self.basis)
+            return moved.view(-1, *self.mean.shape)  # (N, K, 3)
 
 
 class PointNet(nn.Module):
@@ -96,9 +108,11 @@ class LipNet(PointNet):
             nn.Conv2d(fourth, third, 1), nn.Conv2d(third, second, 1), nn.Conv2d(second, first, 1),
             nn.Conv2d(first, first, 1),
         ])  # fmt: skip
+        self.join = nn.ModuleList([Join("bilinear") for _ in range(3)])
         self.merge = nn.ModuleList([Conv(third, third), Conv(second, second), Conv(first, first)])
         # Eight values per cell of half the crop's size: two for each px.
         self.paint = nn.Sequential(nn.Conv2d(first, 8, 1), nn.PixelShuffle(2))
+        self.lipstick = Lipstick()
 
     def forward(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         levels = []
@@ -107,19 +121,23 @@ class LipNet(PointNet):
             levels.append(x)
         points, score = self.points(x), self.score(x.flatten(1)).float()
         skips = [levels[2], levels[1], self.down[3](levels[0])]
-        for down, skip, merge in zip(self.down, skips, self.merge, strict=False):
-            x = merge(up(down(x)) + skip)
-        painted = self.paint(x).float()
-        return points, score, painted if self.training else lipstick_logits(painted)
+        for down, join, skip, merge in zip(self.down, self.join, skips, self.merge, strict=False):
+            x = merge(join(down(x), skip))
+        cells = self.paint[0](x).float()
+        return points, score, self.paint[1](cells) if self.training else self.lipstick(cells)
 
 
 def lipstick_logits(logits: Tensor) -> Tensor:
-    """Whole mouth and opening, (N, 2, H, W) -> (N, H, W): inside the one, outside the other."""
-    return torch.minimum(logits[:, 0], -logits[:, 1] - OPENING_MARGIN)
+    """Whole mouth and opening, (N, 2 C, H, W) -> (N, C, H, W): inside the one, outside the other."""
+    half = int(logits.shape[1]) // 2
+    return torch.minimum(logits[:, :half], -logits[:, half:] - OPENING_MARGIN)
 
 
-def up(x: Tensor) -> Tensor:
-    return nn.functional.interpolate(x, scale_factor=2, mode="bilinear", align_corners=False)
+class Lipstick(nn.Module):
+    """Mouth and opening, (N, 8, H/2, W/2) by cells of 2 x 2 px -> (N, H, W): where lipstick goes."""
+
+    def forward(self, cells: Tensor) -> Tensor:
+        return nn.functional.pixel_shuffle(lipstick_logits(cells), 2)[:, 0]
 
 
 def normalise(rgb8: Tensor) -> Tensor:

@@ -1,0 +1,283 @@
+"""A rounded net as ONNX that ONNX Runtime computes in integers: QDQ, weights int8, sums int32.
+
+It tells what it told before, but is laid out for how long things take: the runtime gathers a
+convolution's integers pixel by pixel, in pieces of 16 bytes at best, so few pixels of many
+channels are much cheaper than many of few.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import onnx
+import torch
+from makeup_video.training.faces.model import OPENING_MARGIN, LipNet
+from makeup_video.training.faces.rounded import (
+    STEPS,
+    WEIGHT_STEPS,
+    Round,
+    RoundedConv,
+    RoundedLinear,
+    RoundedWeights,
+)
+from onnx import helper, numpy_helper
+from torch import Tensor, nn
+
+F = nn.functional
+SPAN = 4  # px of a row that are computed as one
+PIECE = 16  # channels, at least, between convolutions
+CODE, GREY = np.float32(1 / 127.5), np.uint8(128)  # a step of the input, and what means 0
+
+
+def pack(x: Tensor, span: int) -> Tensor:
+    """(N, C, H, W) -> (N, span * C, H, W / span): px beside each other become channels."""
+    n, c, h, w = (int(side) for side in x.shape)
+    return x.permute(0, 2, 3, 1).reshape(n, h, w // span, c * span).permute(0, 3, 1, 2)
+
+
+def unpack(x: Tensor, span: int) -> Tensor:
+    """The way back."""
+    n, c, h, w = (int(side) for side in x.shape)
+    return x.permute(0, 2, 3, 1).reshape(n, h, w * span, c // span).permute(0, 3, 1, 2)
+
+
+class PlainConv(nn.Module):
+    """A convolution whose weights are multiples of their steps already."""
+
+    def __init__(self, conv: RoundedConv, outputs: int) -> None:
+        """outputs: more than it has are 0; fewer inputs than a PIECE are filled up with 0, too."""
+        super().__init__()
+        weight, bias = conv.rounded().detach(), conv.bias.detach()
+        told, inputs, *size = weight.shape
+        wide = torch.zeros(outputs, inputs if inputs == 3 else max(inputs, PIECE), *size)
+        wide[:told, :inputs] = weight
+        self.weight, self.bias = nn.Parameter(wide), nn.Parameter(F.pad(bias, (0, outputs - told)))
+        self.stride, self.padding, self.relu = conv.stride, conv.padding, conv.relu
+        self.round = conv.round
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = F.conv2d(x, self.weight, self.bias, self.stride, self.padding)
+        return self.round(torch.relu(x) if self.relu else x)
+
+
+class PlainLinear(nn.Module):
+    """The same of a matrix."""
+
+    def __init__(self, linear: RoundedLinear) -> None:
+        super().__init__()
+        self.weight, self.bias = nn.Parameter(linear.rounded().detach()), linear.bias
+
+    def forward(self, x: Tensor) -> Tensor:
+        return F.linear(x, self.weight, self.bias)
+
+
+class FirstConv(nn.Module):
+    """The first convolution, 3 x 3 of stride 2, over SPAN px of a row at once."""
+
+    def __init__(self, conv: PlainConv) -> None:
+        super().__init__()
+        packed = torch.zeros(SPAN // 2, len(conv.bias), SPAN, 3, 3, 2)  # px, O, px in, C, y, block
+        for told in range(SPAN // 2):
+            for x in range(3):
+                block, px = divmod(2 * told + x - 1 + SPAN, SPAN)
+                packed[told, :, px, :, :, block] = conv.weight.detach()[..., x]
+        self.weight = nn.Parameter(packed.flatten(2, 3).flatten(0, 1))
+        self.bias = nn.Parameter(conv.bias.detach().repeat(SPAN // 2))
+        self.round = conv.round
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = F.conv2d(F.pad(x, (1, 0, 1, 0)), self.weight, self.bias, (2, 1))
+        # rounded again: that changes nothing, but tells the runtime that these are integers still
+        return self.round(unpack(self.round(torch.relu(x)), SPAN // 2))
+
+
+class Paint(nn.Module):
+    """A lip net's last convolution, 1 x 1, over SPAN px of a row at once.
+
+    Its outputs: the whole mouth, then what is not its opening; of each the upper row of 2 * SPAN
+    px, then the lower.
+    """
+
+    def __init__(self, conv: PlainConv, before: Round) -> None:
+        """before: how its input was rounded."""
+        super().__init__()
+        sign = torch.tensor([1.0, -1.0]).repeat_interleave(4)
+        weight = conv.weight.detach().flatten(1) * sign[:, None]
+        weight = weight.reshape(2, 2, 2, -1)  # what, dy, dx, C
+        bias = (conv.bias.detach() * sign - OPENING_MARGIN * (sign < 0)).reshape(2, 2, 1, 2)
+        packed = torch.zeros(2, 2, SPAN, 2, SPAN, weight.shape[-1])  # what, dy, px, dx, px in, C
+        for px in range(SPAN):
+            packed[:, :, px, :, px] = weight
+        self.weight = nn.Parameter(packed.flatten(4).flatten(0, 3)[..., None, None])
+        self.bias = nn.Parameter(bias.expand(2, 2, SPAN, 2).flatten())
+        self.before, self.round = before, _round_both_ways(conv.round)
+
+    def forward(self, x: Tensor) -> Tensor:
+        return self.round(F.conv2d(self.before(pack(x, SPAN)), self.weight, self.bias))
+
+
+def _round_both_ways(one: Round) -> Round:
+    """For what `one` rounds and for the log-odds of its opposite, with the margin."""
+    low, step = -float(one.zero * one.scale), float(one.scale)
+    high = low + STEPS * step
+    both = Round(signed=True)
+    both.lowest.fill_(min(low, -high - OPENING_MARGIN))
+    both.highest.fill_(max(high, -low - OPENING_MARGIN))
+    both.settle()
+    return both.eval()
+
+
+class PaintedRows(nn.Module):
+    """What Paint tells, (N, C, H/2, W / 2 / SPAN) -> log-odds of lipstick (N, H, W)."""
+
+    def forward(self, cells: Tensor) -> Tensor:
+        n, c, h, w = (int(side) for side in cells.shape)
+        cells = cells.permute(0, 2, 3, 1)
+        least = torch.minimum(cells[..., : c // 2], cells[..., c // 2 :])
+        rows = least.reshape(n, h, w, 2, c // 4).permute(0, 1, 3, 2, 4)
+        return rows.reshape(n, 2 * h, w * c // 4)
+
+
+class Integers(nn.Module):
+    """uint8 crops in; outputs by name, scores as probabilities. Changes the net, in place."""
+
+    def __init__(self, net: nn.Module, outputs: list[str]) -> None:
+        super().__init__()
+        self.net, self.outputs = _laid_out(net), outputs
+
+    def forward(self, rgb8: Tensor) -> tuple[Tensor, ...] | Tensor:
+        n, h, w, _ = (int(side) for side in rgb8.shape)
+        packed = rgb8.reshape(n, h, w // SPAN, 3 * SPAN).permute(0, 3, 1, 2)
+        out = self.net((packed.float() - float(GREY)) * float(CODE))
+        return out if isinstance(out, Tensor) else chosen(out, self.outputs)
+
+
+def chosen(told: tuple[Tensor, ...], outputs: list[str]) -> tuple[Tensor, ...]:
+    """Of points, scores and mask those that are asked for; scores as probabilities."""
+    points, scores, *mask = told
+    named = {"points": points, "scores": scores.sigmoid(), "mask_logits": mask[0] if mask else None}
+    return tuple(named[key] for key in outputs)
+
+
+def _laid_out(net: nn.Module) -> nn.Module:
+    last = net.paint[0] if isinstance(net, LipNet) else getattr(net, "out", None)
+    named = list(net.named_modules())
+    places = [(name, part) for name, part in named if isinstance(part, RoundedWeights)]
+    for at, (name, part) in enumerate(places):
+        if isinstance(part, RoundedLinear):
+            plain: nn.Module = PlainLinear(part)
+        else:
+            told = len(part.bias)
+            plain = PlainConv(part, told if part is last else max(told, PIECE))
+        parent, _, own = name.rpartition(".")
+        setattr(net.get_submodule(parent), own, FirstConv(plain) if at == 0 else plain)
+    if isinstance(net, LipNet):
+        net.paint[0] = Paint(net.paint[0], net.merge[2].round)
+        net.lipstick = PaintedRows()
+    return net.eval()
+
+
+class _Graph:
+    """An exported graph, by names."""
+
+    def __init__(self, model: onnx.ModelProto) -> None:
+        self.graph = model.graph
+        self.maker = {output: node for node in model.graph.node for output in node.output}
+        self.values = {one.name: numpy_helper.to_array(one) for one in model.graph.initializer}
+        for node in model.graph.node:
+            if node.op_type == "Constant":
+                self.values[node.output[0]] = numpy_helper.to_array(node.attribute[0].t)
+
+    def keep(self, name: str, value: np.ndarray) -> str:
+        self.graph.initializer.append(numpy_helper.from_array(np.asarray(value), name))
+        self.values[name] = value
+        return name
+
+    def put(self, before: onnx.NodeProto, op: str, inputs: list[str], output: str, **how) -> None:
+        node = helper.make_node(op, inputs, [output], name=output, **how)
+        self.graph.node.insert(list(self.graph.node).index(before), node)
+        self.maker[output] = node
+
+    def drop(self, *nodes: onnx.NodeProto) -> None:
+        for node in nodes:
+            self.graph.node.remove(node)
+
+
+def to_integers(path: Path) -> None:
+    """Change an exported file of Integers: weights become integers, and so does the input."""
+    model = onnx.load(path)
+    graph = _Graph(model)
+    for node in list(model.graph.node):
+        if node.op_type == "Reshape" and len(graph.values[node.input[1]]) > 2:
+            _reshape_any(graph, node)
+    _read_codes(graph)
+    for node in list(model.graph.node):
+        if node.op_type == "Conv":
+            _take_pad_in(graph, node)
+            _write_weights(graph, node)
+        elif node.op_type == "Gemm" and "coefficients" in node.name:
+            _round_flat(graph, node)
+            _write_weights(graph, node)
+    used = {name for node in model.graph.node for name in node.input}
+    for one in [one for one in model.graph.initializer if one.name not in used]:
+        model.graph.initializer.remove(one)
+    onnx.checker.check_model(model)
+    onnx.save(model, path)
+
+
+def _reshape_any(graph: _Graph, node: onnx.NodeProto) -> None:
+    """As many crops as come, of any size where px are packed."""
+    shape = graph.values[node.input[1]].copy()
+    if len(shape) == 4:
+        shape[:3] = 0, 0, -1  # 0: as it was
+    else:
+        shape[0] = -1
+    node.input[1] = graph.keep(f"{node.name}_shape", shape)
+
+
+def _read_codes(graph: _Graph) -> None:
+    """Cast, Sub and Mul of the input become what they are: integers, and what they mean."""
+    cast = next(node for node in graph.graph.node if node.op_type == "Cast")
+    sub = next(node for node in graph.graph.node if cast.output[0] in node.input)
+    mul = next(node for node in graph.graph.node if sub.output[0] in node.input)
+    inputs = [cast.input[0], graph.keep("code", CODE), graph.keep("grey", GREY)]
+    graph.put(cast, "DequantizeLinear", inputs, mul.output[0])
+    graph.drop(cast, sub, mul)
+
+
+def _take_pad_in(graph: _Graph, conv: onnx.NodeProto) -> None:
+    """PyTorch pads one side alone by a node of its own, which floats would have to pass."""
+    pad = graph.maker[conv.input[0]]
+    if pad.op_type == "Pad":
+        next(one for one in conv.attribute if one.name == "pads").ints[:] = [1, 1, 0, 0]
+        conv.input[0] = pad.input[0]
+        graph.drop(pad)
+
+
+def _round_flat(graph: _Graph, gemm: onnx.NodeProto) -> None:
+    """Say behind the Flatten again that these are integers, or the product is computed in float."""
+    flat = graph.maker[gemm.input[0]]
+    how = graph.maker[flat.input[0]].input[1:]
+    codes, read = f"{flat.name}_codes", f"{flat.name}_read"
+    graph.put(gemm, "QuantizeLinear", [flat.output[0], *how], codes)
+    graph.put(gemm, "DequantizeLinear", [codes, *how], read)
+    gemm.input[0] = read
+
+
+def _write_weights(graph: _Graph, node: onnx.NodeProto) -> None:
+    """Weights (O, ...) as int8 with a step for each output, the bias in steps of the sums."""
+    weight, bias = (graph.values[name] for name in node.input[1:])
+    step = (np.abs(weight).reshape(len(weight), -1).max(1) / WEIGHT_STEPS).astype(np.float32)
+    step[step == 0] = 1
+    column = step.reshape(-1, *[1] * (weight.ndim - 1))
+    sums = step * graph.values[graph.maker[node.input[0]].input[1]]
+    for at, codes, unit, dtype in (
+        (1, weight / column, step, np.int8), (2, bias / sums, sums, np.int32),
+    ):  # fmt: skip
+        name = f"{node.name}_{at}"
+        inputs = [
+            graph.keep(f"{name}_codes", np.rint(codes).astype(dtype)),
+            graph.keep(f"{name}_step", unit),
+            graph.keep(f"{name}_zero", np.zeros(len(unit), dtype)),
+        ]
+        graph.put(node, "DequantizeLinear", inputs, f"{name}_read", axis=0)
+        node.input[at] = f"{name}_read"

@@ -1,0 +1,146 @@
+"""Let a trained net go on learning with rounded weights and activations, so that int8 loses nothing.
+
+    python -m makeup_video.training.faces.quantise lips --checkpoints runs --samples 1e5
+
+Its teacher is the net it was: what that tells of a clean crop it must tell of the same crop with a
+camera's noise on it. So rounding does not make what it tells shake more. Writes NET_int8.pt.
+"""
+
+import argparse
+import copy
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import torch
+from makeup_video.training.faces.crops import SPECS, Cropper, Faces
+from makeup_video.training.faces.export import load
+from makeup_video.training.faces.model import normalise
+from makeup_video.training.faces.rounded import rounded, roundings
+from makeup_video.training.faces.scenes import Scenes
+from torch import Tensor, nn
+from torch.utils.data import DataLoader, IterableDataset
+
+BATCH, SCENE_BATCH = 48, 12
+WATCHED = 12  # batches that set the ranges
+NOISE_SIGMA = 4.0  # code values, at most
+SURE = 9.0  # log-odds: what is surer than that looks the same
+Told = Tensor | tuple[Tensor, ...]
+
+
+class Stream(IterableDataset):
+    def __init__(self, data: Path, name: str, seed: int) -> None:
+        self.data, self.name, self.seed = data, name, seed
+
+    def __iter__(self) -> Iterator[tuple[Tensor, Tensor]]:
+        """Crops (N, H, W, 3) uint8, as they are and noisy, for ever."""
+        torch.set_num_threads(1)
+        rng = np.random.default_rng(self.seed)
+        for rgb8 in self._crops(Faces(self.data, False)):
+            yield torch.from_numpy(rgb8), torch.from_numpy(noisy(rgb8, rng))
+
+    def _crops(self, faces: Faces) -> Iterator[np.ndarray]:
+        if self.name != "detector":
+            cropper = Cropper(faces, SPECS[self.name], seed=self.seed)
+            yield from (batch.rgb8 for batch in cropper.stream(BATCH))
+        scenes = Scenes(faces, seed=self.seed)
+        while True:
+            yield np.stack([scenes.draw()[0] for _ in range(SCENE_BATCH)])
+
+
+def noisy(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """The same (N, H, W, 3) uint8 with a camera's noise: grey and coloured."""
+    n, h, w, _ = rgb8.shape
+    sigma = rng.uniform(0, NOISE_SIGMA, (n, 1, 1, 1)).astype(np.float32)
+    grain = rng.standard_normal((n, h, w, 3), np.float32)
+    grain += rng.standard_normal((n, h, w, 1), np.float32)
+    return np.clip(np.rint(rgb8 + 0.7 * sigma * grain), 0, 255).astype(np.uint8)
+
+
+def codes(rgb8: Tensor) -> Tensor:
+    """(N, H, W, 3) uint8 -> (N, 3, H, W), as a rounded net takes it."""
+    return (rgb8.permute(0, 3, 1, 2).float() - 128) / 127.5
+
+
+def difference(name: str, told: Told, wanted: Told) -> Tensor:
+    """How far a rounded net is off from what its teacher tells."""
+    if name == "detector":
+        near, off = wanted[:, :1].sigmoid(), (told - wanted).abs()
+        score = (told[:, :1].sigmoid() - near).abs().mean() + 0.02 * off[:, :1].mean()
+        return score + (off[:, 1:] * near).sum() / near.sum().clamp(min=1)
+    off = (told[0] - wanted[0]).square()
+    loss = (off[..., :2].sum(-1) + 0.1 * off[..., 2] + 1e-8).sqrt().mean()
+    if name == "mesh":
+        chances = wanted[1].sigmoid()
+        loss = loss + 0.02 * nn.functional.binary_cross_entropy_with_logits(told[1], chances)
+    if name == "lips":
+        ours, theirs = (x[2].clamp(-SURE, SURE) for x in (told, wanted))
+        weight_off = (ours.sigmoid() - theirs.sigmoid()).square().mean().sqrt()
+        loss = loss + 0.05 * weight_off + 0.002 * (ours - theirs).abs().mean()
+    return loss
+
+
+def prepare(net: nn.Module) -> None:
+    """It learns, but tells what it would in use: no dropout, lipstick in place of its two parts."""
+    net.train()
+    net.training = False
+    for part in net.modules():
+        if isinstance(part, nn.Dropout):
+            part.p = 0.0
+
+
+def learn(name: str, teacher: nn.Module, net: nn.Module, crops: Iterator, options) -> None:
+    steps_of = [one.scale for one in roundings(net)]
+    rest = [value for key, value in net.named_parameters() if not key.endswith(".scale")]
+    optimizer = torch.optim.Adam([{"params": rest}, {"params": steps_of}])
+    began, losses, seen, step = time.time(), [], 0, 0
+    while seen < options.samples:
+        rate = options.rate * min(1, (step + 1) / 50, 1.6 * (1 - seen / options.samples) + 1e-3)
+        for group, share in zip(optimizer.param_groups, (1, 0.2), strict=True):
+            group["lr"] = rate * share
+        clean, worse = next(crops)
+        with torch.no_grad():
+            wanted = teacher(normalise(clean).contiguous(memory_format=torch.channels_last))
+        told = net(codes(worse).contiguous(memory_format=torch.channels_last))
+        loss = difference(name, told, wanted)
+        optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        nn.utils.clip_grad_norm_(rest, 1.0)
+        optimizer.step()
+        losses.append(loss.item())
+        seen, step = seen + len(clean), step + 1
+        if step % 100 == 0:
+            speed = seen / (time.time() - began)
+            print(f"step {step} loss {np.mean(losses):.5f} {speed:.0f}/s", flush=True)
+            losses.clear()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("net", choices=[*SPECS, "detector"])
+    parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
+    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--samples", type=float, default=1e5, help="0: only set the ranges")
+    parser.add_argument("--rate", type=float, default=3e-5)
+    parser.add_argument("--beyond", type=float, default=1e-4, help="share of values cut off")
+    options = parser.parse_args()
+    torch.set_num_threads(1)  # the other core draws crops
+    name, teacher = load(options.checkpoints / f"{options.net}.pt")
+    net = rounded(copy.deepcopy(teacher)).to(memory_format=torch.channels_last)
+    stream = Stream(options.data, name, seed=99)
+    crops = iter(DataLoader(stream, None, num_workers=1, prefetch_factor=8))
+    for one in roundings(net):
+        one.beyond = options.beyond
+    with torch.no_grad():
+        for _ in range(WATCHED):
+            net(codes(next(crops)[0]))
+    for one in roundings(net):
+        one.settle()
+    prepare(net)
+    learn(name, teacher.to(memory_format=torch.channels_last), net, crops, options)
+    torch.save(net.state_dict(), options.checkpoints / f"{name}_int8.pt")
+
+
+if __name__ == "__main__":
+    main()
