@@ -123,9 +123,9 @@ def kernel_alone(clip: Path, faces: list[tuple[Face, ...]], look: Look) -> dict[
     frames: list[tuple[float, int, int, int]] = []
     notes: list[tuple[float, int]] = []
 
-    def noted(device: Device, kernel: Any, size_wh: tuple[int, int], arguments: Any) -> None:
+    def noted(device: Device, kernel: Any, size_wh: tuple[int, int], *rest: Any) -> None:
         began = time.process_time()
-        launch(device, kernel, size_wh, arguments)
+        launch(device, kernel, size_wh, *rest)
         device.queue.finish()
         notes.append((1000 * (time.process_time() - began), size_wh[0] * size_wh[1]))
 

@@ -40,8 +40,9 @@ typedef struct {
     colour_rgb room; /* what it shows */
 } material_surface;
 
+/* The environment, (3, 16, 16), begins at that place in maps. */
 MATERIAL_INLINE material_surface material_at(
-    float coarse, float mean, float nx, float ny, __global const float *environment,
+    float coarse, float mean, float nx, float ny, __global const float *maps, int environment,
     const material *m) {
     float sum = nx * nx + ny * ny;
     float shrink = 0.96f / (0.96f + colour_positive(sum - 0.96f));
@@ -70,13 +71,12 @@ MATERIAL_INLINE material_surface material_at(
     ey = 14.999f - colour_clamp(14.999f - ey, 14.999f);
     int ix = (int)ex, iy = (int)ey;
     float fx = ex - (float)ix, fy = ey - (float)iy;
-    environment += 16 * iy + ix;
+    /* one place to gather from, and 32 bits of index: PoCL gathers eight floats at once only so */
+    int k = environment + 16 * iy + ix;
     float a = (1.0f - fx) * (1.0f - fy), b = fx * (1.0f - fy), c = (1.0f - fx) * fy, d = fx * fy;
-    s.room.red = a * environment[0] + b * environment[1] + c * environment[16] + d * environment[17];
-    environment += 256;
-    s.room.green = a * environment[0] + b * environment[1] + c * environment[16] + d * environment[17];
-    environment += 256;
-    s.room.blue = a * environment[0] + b * environment[1] + c * environment[16] + d * environment[17];
+    s.room.red = a * maps[k] + b * maps[k + 1] + c * maps[k + 16] + d * maps[k + 17];
+    s.room.green = a * maps[k + 256] + b * maps[k + 257] + c * maps[k + 272] + d * maps[k + 273];
+    s.room.blue = a * maps[k + 512] + b * maps[k + 513] + c * maps[k + 528] + d * maps[k + 529];
     return s;
 }
 

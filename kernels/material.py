@@ -12,7 +12,7 @@ ENVIRONMENT_PX = 16  # side of an environment image
 _FINEST = 1.25  # times the broad light: what is brighter counts as a highlight, not as texture
 _BRIGHTEST = 6.0
 _STEEPEST = 0.96  # of nx^2 + ny^2: beyond, a normal would turn away from the viewer
-_LEAST_ROOM = 1e-4
+LEAST_ROOM = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,13 +58,13 @@ class Material:
     from_film: tuple[float, ...]
     ceiling: float
 
-    def argument(self) -> np.ndarray:
-        """The struct `material` of material.h: (52,) float32."""
+    def numbers(self) -> list[float]:
+        """The struct `material` of material.h: 52 numbers."""
         numbers: list[float] = []
         for name in _NAMES:
             value = getattr(self, name)
             numbers.extend(value) if isinstance(value, tuple) else numbers.append(value)
-        return np.array(numbers, np.float32)
+        return numbers
 
 
 _NAMES = [field.name for field in fields(Material)]
@@ -120,7 +120,7 @@ def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def added(base: np.ndarray, more: np.ndarray, ceiling: float) -> np.ndarray:
     """Light upon light: nearly `base + more` while there is room, and never above the ceiling."""
-    room = np.maximum(ceiling - base, 0) + _LEAST_ROOM
+    room = np.maximum(ceiling - base, 0) + LEAST_ROOM
     sum_: np.ndarray = base + room * more / (room + more)
     return sum_
 

@@ -1,48 +1,131 @@
-/* Lay a product over a region of the frame, in linear light. Numpy twin: paint.py.
+/* Lay products over regions of a frame, in linear light. Numpy twin: paint.py.
  *
- * luma: the plane, from the region's first pixel on, changed in place.
- * chroma: (2, high, wide) f32, Cb and Cr of every luma pixel.  change: the same, how much they changed.
- * surface: (4, high, wide) f32: weight of the product, 0 to 1; luminance of the bare skin without
- * its fine texture; x and y of the unit normal (z is towards the viewer).
- * environment: (3, 16, 16) f32, linear light.
- * runs: of each work-group its first pixel, y * wide + x; those without any weight are left out. */
+ * The windows of all regions lie below each other in one picture, `stride` pixels wide; each begins at a
+ * whole block. A block is ACROSS x DOWN luma pixels and their chroma. For three kernels, one after another:
+ * luma: the picture, changed in place where there is weight.  chroma: its Cb, then its Cr, likewise.
+ * codes: f32, Cb and Cr as each luma pixel sees them.  change: f32, by how much they change there.
+ * weights: of the product, 0 to 1, for each pixel.
+ * maps: one after another, of each region: luminance of the bare skin without its fine texture, x of the
+ * unit normal, and its y (z is towards the viewer), each (grid_high, grid_wide); and its environment,
+ * (3, 16, 16), linear light.
+ * rows: the region of each row of blocks.
+ * runs: what each work-group paints, RUN x DOWN pixels, counted row by row; those without weight are left out.
+ *
+ * Chroma has kernels of its own: at half the index of luma, or behind a barrier, PoCL vectorises the work on
+ * pixels for four of them at once, or not at all. */
 
 #include "colour.h"
 #include "material.h"
 
 #ifndef SAMPLE
 #define SAMPLE uchar
+#define ACROSS 2
+#define DOWN 2
 #endif
+#define RUN 16 /* RUN of program.py */
 
-/* Made by `paint` in paint.py. */
+/* Made by `_record` in paint.py. */
 typedef struct {
-    int wide, high, luma_stride;
-    float mean;        /* luminance of the bare region */
-    float to_patch[6]; /* px of the region -> coordinates that stick to the skin */
+    int first_row, wide, high;      /* of its window */
+    int grid, grid_wide, grid_high; /* where its grid begins in maps, and its size */
+    float mean;                     /* luminance of the bare region */
+    float to_patch[6];              /* px of the window -> coordinates that stick to the skin */
+    float to_grid[6];               /* px of the window -> of the grid */
+    material product;
 } paint_region;
 
+/* The first pixel of a run. */
+MATERIAL_INLINE int paint_start(int run, int stride) {
+    int in_row = stride / RUN;
+    return run / in_row * (DOWN * stride) + run % in_row * RUN;
+}
+
+/* Its first chroma sample. */
+MATERIAL_INLINE int paint_start_chroma(int run, int stride) {
+    int in_row = stride / RUN;
+    return run / in_row * (stride / ACROSS) + run % in_row * (RUN / ACROSS);
+}
+
+/* A work-item for each chroma sample. size, chroma_size: of luma and of Cb, in samples. */
+__kernel void paint_spread(
+    __global const SAMPLE *restrict chroma, __global float *restrict codes,
+    __global const int *restrict runs, const int stride, const int size, const int chroma_size) {
+    int run = runs[get_group_id(0)], lane = get_local_id(0);
+    int from = paint_start_chroma(run, stride) + lane, to = paint_start(run, stride) + lane * ACROSS;
+    float cb = chroma[from], cr = chroma[from + chroma_size];
+    for (int j = 0; j < DOWN; ++j)
+        for (int i = 0; i < ACROSS; ++i) {
+            codes[to + j * stride + i] = cb;
+            codes[to + j * stride + i + size] = cr;
+        }
+}
+
+/* Between four neighbours of a grid. */
+MATERIAL_INLINE float paint_between(__global const float *maps, int k, int wide, float fx, float fy) {
+    float a = (1.0f - fx) * (1.0f - fy), b = fx * (1.0f - fy), c = (1.0f - fx) * fy, d = fx * fy;
+    return a * maps[k] + b * maps[k + 1] + c * maps[k + wide] + d * maps[k + wide + 1];
+}
+
 __kernel void paint(
-    __global SAMPLE *restrict luma, __global const float *restrict chroma,
-    __global float *restrict change, __global const float *restrict surface,
-    __global const float *restrict environment, __global const int *restrict runs,
-    const colour_coding coding, const paint_region region, const material product) {
-    int first = runs[get_group_id(0)], y = first / region.wide;
-    int x = first - y * region.wide + (int)get_local_id(0);
-    if (x >= region.wide) return;
-    int pixels = region.wide * region.high, at = y * region.wide + x;
-    int here = y * region.luma_stride + x;
-    float weight = surface[at];
-    float old_luma = luma[here], old_cb = chroma[at], old_cr = chroma[at + pixels];
-    material_surface skin = material_at(
-        surface[at + pixels], region.mean, surface[at + 2 * pixels], surface[at + 3 * pixels],
-        environment, &product);
-    float u = region.to_patch[0] * (float)x + region.to_patch[1] * (float)y + region.to_patch[2];
-    float v = region.to_patch[3] * (float)x + region.to_patch[4] * (float)y + region.to_patch[5];
+    __global SAMPLE *restrict luma, __global const float *restrict codes,
+    __global float *restrict change, __global const float *restrict weights,
+    __global const float *restrict maps, __global const paint_region *restrict regions,
+    __global const int *restrict rows, __global const int *restrict runs, const int stride,
+    const int size, const colour_coding coding) {
+    int run = runs[get_group_id(0)], in_row = stride / RUN, block_row = run / in_row;
+    int column = (run - block_row * in_row) * RUN + (int)get_local_id(0);
+    int row = block_row * DOWN + (int)get_local_id(1), at = row * stride + column;
+    __global const paint_region *region = regions + rows[block_row];
+    const material product = region->product;
+    float x = (float)column, y = (float)(row - region->first_row);
+    float weight = weights[at];
+    float old_luma = luma[at], old_cb = codes[at], old_cr = codes[at + size];
+    float gx = region->to_grid[0] * x + region->to_grid[1] * y + region->to_grid[2];
+    float gy = region->to_grid[3] * x + region->to_grid[4] * y + region->to_grid[5];
+    float last_x = (float)region->grid_wide - 1.001f, last_y = (float)region->grid_high - 1.001f;
+    gx = colour_clamp(gx, last_x);
+    gy = last_y - colour_clamp(last_y - gy, last_y);
+    int ix = (int)gx, iy = (int)gy;
+    float fx = gx - (float)ix, fy = gy - (float)iy;
+    int wide = region->grid_wide, layer = wide * region->grid_high;
+    int k = region->grid + wide * iy + ix;
+    float coarse = paint_between(maps, k, wide, fx, fy);
+    float nx = paint_between(maps, k + layer, wide, fx, fy);
+    float ny = paint_between(maps, k + 2 * layer, wide, fx, fy);
+    material_surface skin =
+        material_at(coarse, region->mean, nx, ny, maps, region->grid + 3 * layer, &product);
+    float u = region->to_patch[0] * x + region->to_patch[1] * y + region->to_patch[2];
+    float v = region->to_patch[3] * x + region->to_patch[4] * y + region->to_patch[5];
     colour_rgb bare = colour_decode(old_luma, old_cb, old_cr, &coding);
     colour_rgb made_up = material_paint(bare, weight, u, v, &skin, &product);
-    colour_codes codes = colour_encode(made_up, &coding);
+    colour_codes new = colour_encode(made_up, &coding);
     int is_painted = weight > 0.0f;
-    luma[here] = (SAMPLE)colour_round(is_painted ? codes.luma : old_luma, &coding);
-    change[at] = is_painted ? codes.cb - old_cb : 0.0f;
-    change[at + pixels] = is_painted ? codes.cr - old_cr : 0.0f;
+    luma[at] = (SAMPLE)colour_round(is_painted ? new.luma : old_luma, &coding);
+    change[at] = is_painted ? new.cb - old_cb : 0.0f;
+    change[at + size] = is_painted ? new.cr - old_cr : 0.0f;
+}
+
+/* Adds the mean change of each block. A work-item for each chroma sample. */
+__kernel void paint_fold(
+    __global SAMPLE *restrict chroma, __global const float *restrict change,
+    __global const paint_region *restrict regions, __global const int *restrict rows,
+    __global const int *restrict runs, const int stride, const int size, const int chroma_size,
+    const colour_coding coding) {
+    int run = runs[get_group_id(0)], lane = get_local_id(0), block_row = run / (stride / RUN);
+    int at = paint_start_chroma(run, stride) + lane, from = paint_start(run, stride) + lane * ACROSS;
+    __global const paint_region *region = regions + rows[block_row];
+    /* the last block of an odd size has less of its pixels */
+    int wide = region->wide - from % stride, high = region->high + region->first_row - block_row * DOWN;
+    wide = wide < ACROSS ? wide : ACROSS;
+    high = high < DOWN ? high : DOWN;
+    float cb = 0.0f, cr = 0.0f;
+    for (int j = 0; j < DOWN; ++j)
+        for (int i = 0; i < ACROSS; ++i) {
+            cb += change[from + j * stride + i];
+            cr += change[from + j * stride + i + size];
+        }
+    float share = 1.0f / (float)(wide > 0 ? wide * high : 1);
+    chroma[at] = (SAMPLE)colour_round((float)chroma[at] + cb * share, &coding);
+    chroma[at + chroma_size] =
+        (SAMPLE)colour_round((float)chroma[at + chroma_size] + cr * share, &coding);
 }

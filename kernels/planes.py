@@ -1,8 +1,7 @@
-"""The chroma of a region as every luma pixel sees it, and its change brought back to the planes."""
+"""Windows on planes; and in numpy, chroma as every luma pixel sees it, and its change brought back."""
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 
@@ -34,6 +33,14 @@ class Window:
         y1 = min(-(-(int(np.ceil(high_xy[1])) + 1) // down) * down, height)
         return cls(x0, y0, x1 - x0, y1 - y0) if x1 > x0 and y1 > y0 else None
 
+    def overlaps(self, other: "Window") -> bool:
+        return (
+            self.x < other.x + other.width
+            and other.x < self.x + self.width
+            and self.y < other.y + other.height
+            and other.y < self.y + self.height
+        )
+
     def luma(self, planes: tuple[np.ndarray, ...]) -> np.ndarray:
         return planes[0][self.y : self.y + self.height, self.x : self.x + self.width]
 
@@ -50,41 +57,28 @@ class Window:
 
 
 def spread(
-    parts: list[np.ndarray], chroma: tuple[int, int], size_wh: tuple[int, int]
+    parts: list[np.ndarray], block: tuple[int, int], hw: tuple[int, ...]
 ) -> np.ndarray:
-    """Cb and Cr -> (2, h, w) float32, the codes of each luma pixel: those of its block."""
-    width, height = size_wh
-    out = np.empty((2, height, width), np.float32)
-    across, down = chroma
-    for plane, part in zip(out, parts, strict=True):
-        if chroma == (1, 1):
-            plane[:] = part
-            continue
-        high, wide = part.shape
-        # NEAREST by whole factors repeats; an odd size has less of its last block
-        whole = cv2.resize(
-            part.astype(np.float32), (wide * across, high * down),
-            plane if plane.shape == (high * down, wide * across) else None,
-            interpolation=cv2.INTER_NEAREST,
-        )  # fmt: skip
-        if whole.shape != plane.shape:
-            plane[:] = whole[:height, :width]
-    return out
+    """Cb and Cr -> (2, h, w), the codes of each luma pixel: those of its block."""
+    across, down = block
+    return np.stack([part.repeat(down, 0).repeat(across, 1)[: hw[0], : hw[1]] for part in parts])
 
 
 def fold(
-    parts: list[np.ndarray], change: np.ndarray, chroma: tuple[int, int], max_code: int
+    parts: list[np.ndarray], change: np.ndarray, block: tuple[int, int], max_code: int
 ) -> None:
-    """Add the mean change of each block to its Cb and Cr, in place; halves go up."""
-    across, down = chroma
+    """Add the mean change of each block to its Cb and Cr, in place; halves go up.
+
+    change: (2, h, w). Of the last block of an odd size the mean is that of what there is of it.
+    """
+    across, down = block
     for part, plane in zip(parts, change, strict=True):
         high, wide = part.shape
-        if plane.shape != (high * down, wide * across):  # the last block of an odd size
-            more = high * down - plane.shape[0], wide * across - plane.shape[1]
-            plane = np.pad(plane, ((0, more[0]), (0, more[1])), mode="edge")
-        mean = (
-            plane
-            if chroma == (1, 1)
-            else cv2.resize(plane, (wide, high), interpolation=cv2.INTER_AREA)
+        more = high * down - plane.shape[0], wide * across - plane.shape[1]
+        total, count = (
+            np.pad(values, ((0, more[0]), (0, more[1])))
+            .reshape(high, down, wide, across)
+            .sum((1, 3))
+            for values in (plane, np.ones_like(plane))
         )
-        part[:] = np.clip(np.floor(part + (mean + 0.5)), 0, max_code)
+        part[:] = np.clip(np.floor(part + (total / count + 0.5)), 0, max_code)

@@ -19,9 +19,14 @@ import pyopencl as cl
 
 # PoCL compiles a kernel again for every local size: so there is one. It works on eight pixels at once;
 # runs of more than two times eight hold more pixels that nobody paints.
-LOCAL_SIZE = (16, 1)
+RUN = 16
+LOCAL_SIZE = (RUN, 1)
 _SAMPLES = {np.dtype(np.uint8): "uchar", np.dtype(np.uint16): "ushort"}
+_PAGE = 4096  # bytes
 _POCL = "Portable Computing Language"
+# The device that works in the caller's thread first: handing so little to threads of its own costs more CPU
+# than it takes, and the other core has other work. The user's own choice is left alone.
+_POCL_DEVICES = "basic pthread"
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"$', re.MULTILINE)
 
 
@@ -36,18 +41,26 @@ class UnknownDeviceError(ValueError):
 def devices() -> list[Any]:
     """Every OpenCL device, PoCL's first. Raises NoDeviceError."""
     _give_caches_a_folder()
-    try:
-        platforms = cl.get_platforms()
-    except cl.LogicError:  # the loader finds no platform
-        platforms = []
-    platforms = sorted(platforms, key=lambda platform: platform.name != _POCL)
-    found = [device for platform in platforms for device in _of(platform)]
+    is_ours = os.environ.setdefault("POCL_DEVICES", _POCL_DEVICES) == _POCL_DEVICES
+    found = _found()
+    if is_ours and not any(device.platform.name == _POCL for device in found):
+        del os.environ["POCL_DEVICES"]  # a PoCL that knows other names
+        found = _found()
     if not found:
         raise NoDeviceError(
             "painting needs an OpenCL device, found none: pip install pocl-binary-distribution "
             "(Linux x86-64), or install your system's PoCL or the OpenCL driver of your GPU"
         )
     return found
+
+
+def _found() -> list[Any]:
+    try:
+        platforms = cl.get_platforms()
+    except cl.LogicError:  # the loader finds no platform
+        return []
+    platforms = sorted(platforms, key=lambda platform: platform.name != _POCL)
+    return [device for platform in platforms for device in _of(platform)]
 
 
 def _give_caches_a_folder() -> None:
@@ -109,7 +122,7 @@ def source_of(name: str) -> str:
 
 
 class Device:
-    """A device and its queue. Programs and kernels are built at first use and kept."""
+    """A device and its queue. Programs are built at first use and kept."""
 
     def __init__(self, choice: str = "") -> None:
         """choice: as for pick. Raises NoDeviceError, UnknownDeviceError."""
@@ -117,29 +130,55 @@ class Device:
         self.context = cl.Context([device])
         self.queue = cl.CommandQueue(self.context)
         # An ordinary processor works in our memory; others may work in a copy of it.
-        self._shares_memory = bool(device.type & cl.device_type.CPU)
-        self._kernels: dict[tuple[str, int, np.dtype], Any] = {}
+        self.shares_memory = bool(device.type & cl.device_type.CPU)
+        self._programs: dict[tuple[str, int, np.dtype, tuple[int, int]], Any] = {}
 
-    def kernel(self, name: str, transfer: int, sample: np.dtype) -> Any:
-        """A kernel of this package, for frames of a transfer function and a dtype of samples.
+    def kernel(
+        self,
+        file: str,
+        name: str,
+        transfer: int,
+        sample: np.dtype,
+        block: tuple[int, int] = (1, 1),
+    ) -> Any:
+        """A new kernel of a file of this package, for frames of a transfer function, a dtype of samples and
+        a subsampling. Programs are built once.
 
-        transfer: ITU-T H.273, 13, 16 or 18.  sample: uint8 or uint16.
+        transfer: ITU-T H.273, 13, 16 or 18.  sample: uint8 or uint16.  block: luma pixels of a chroma
+        sample, across and down.
         """
-        key = name, transfer, sample
-        if key not in self._kernels:
-            program = self.build(source_of(f"{name}.cl"), transfer, sample)
-            self._kernels[key] = cl.Kernel(program, name)
-        return self._kernels[key]
+        key = file, transfer, sample, block
+        if key not in self._programs:
+            self._programs[key] = self.build(source_of(file), transfer, sample, block)
+        return cl.Kernel(self._programs[key], name)
 
-    def build(self, source: str, transfer: int, sample: np.dtype | None = None) -> Any:
+    def build(
+        self,
+        source: str,
+        transfer: int,
+        sample: np.dtype | None = None,
+        block: tuple[int, int] = (1, 1),
+    ) -> Any:
         """A program of any source. What PoCL compiles, it keeps on disk for the next process.
 
-        sample: what SAMPLE stands for; None for a source that does not ask.
+        sample: what SAMPLE stands for; None for a source that does not ask.  block: ACROSS and DOWN.
         """
         options = [f"-DCOLOUR_TRANSFER={transfer}"]
         if sample is not None:
-            options.append(f"-DSAMPLE={_SAMPLES[sample]}")
+            options += [f"-DSAMPLE={_SAMPLES[sample]}", f"-DACROSS={block[0]}", f"-DDOWN={block[1]}"]
         return cl.Program(self.context, source).build(options=options)
+
+    def memory(self, shape: tuple[int, ...], dtype: Any) -> "Memory":
+        return Memory(self, shape, np.dtype(dtype))
+
+    def start(self, kernel: Any, groups: int, local_wh: tuple[int, int]) -> None:
+        """Start a kernel that has its arguments, groups beside each other."""
+        size = groups * local_wh[0], local_wh[1]
+        cl.enqueue_nd_range_kernel(self.queue, kernel, size, local_wh)
+
+    def finish(self) -> None:
+        """Wait for all that was started."""
+        self.queue.finish()
 
     def launch(self, kernel: Any, size_wh: tuple[int, int], arguments: Sequence[Any]) -> None:
         """Start it over size_wh work-items, and more on the right: the kernel guards that edge."""
@@ -159,7 +198,7 @@ class Device:
         buffers = [cl.Buffer(self.context, flags, hostbuf=span) for span in spans]
         try:
             yield buffers
-            if not self._shares_memory:
+            if not self.shares_memory:
                 self._bring_back(buffers, spans)
         finally:
             self.queue.finish()
@@ -172,6 +211,37 @@ class Device:
                 self.queue, buffer, cl.map_flags.READ, 0, span.shape, span.dtype
             )
             mapped.base.release(self.queue)
+
+
+class Memory:
+    """An array of ours that kernels work on; where the device has memory of its own, a copy of it.
+
+    array: C order, not set to anything, on a page of its own (some devices share no other).
+    buffer: its argument for kernels.
+    """
+
+    def __init__(self, device: Device, shape: tuple[int, ...], dtype: np.dtype) -> None:
+        count = math.prod(shape) * dtype.itemsize
+        room = np.empty(count + _PAGE, np.uint8)
+        first = -room.ctypes.data % _PAGE
+        self.array = room[first : first + count].view(dtype).reshape(shape)
+        flags = cl.mem_flags.READ_WRITE
+        self._queue = None if device.shares_memory else device.queue
+        if device.shares_memory:
+            flags |= cl.mem_flags.USE_HOST_PTR
+            self.buffer = cl.Buffer(device.context, flags, hostbuf=self.array)
+        else:
+            self.buffer = cl.Buffer(device.context, flags, count)
+
+    def send(self) -> None:
+        """What the array holds now, kernels that start later see."""
+        if self._queue:
+            cl.enqueue_copy(self._queue, self.buffer, self.array, is_blocking=False)
+
+    def fetch(self) -> None:
+        """What the kernels that were started leave there, the array holds when they have finished."""
+        if self._queue:
+            cl.enqueue_copy(self._queue, self.array, self.buffer, is_blocking=False)
 
 
 def stride_of(plane: np.ndarray) -> np.int32:

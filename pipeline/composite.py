@@ -1,18 +1,19 @@
 """FrameScene -> Frame: lays the look on the planes. Bytes outside every mask stay the decoder's."""
 
 import math
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.material import ENVIRONMENT_PX
-from makeup_video.kernels.paint import Surface, paint
-from makeup_video.kernels.planes import Window, fold, spread
+from makeup_video.kernels.paint import Canvas, Surface
+from makeup_video.kernels.planes import Window
 from makeup_video.pipeline.device import open_device
 from makeup_video.pipeline.eyes import EyeRegion
-from makeup_video.pipeline.face import Face, iod_px
+from makeup_video.pipeline.face import iod_px
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.lips import LipRegion
 from makeup_video.pipeline.lit_product import Place, film_matrices, material
@@ -23,9 +24,27 @@ _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
 _VEIL = 0.7  # of the room's mean light: what a reflection does not show
 _MUCH_LARGER = 1.3  # areas
+_NO_ROOM = np.zeros((3, ENVIRONMENT_PX, ENVIRONMENT_PX), np.float32)
+_EVEN = np.full(ENVIRONMENT_PX, 1 / ENVIRONMENT_PX, np.float32)
 
 # Regions of a face that wear one product, the product, and how much of it.
 _Part = tuple[tuple[Lit[LipRegion] | Lit[EyeRegion], ...], GraphicsParams, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Job:
+    """A region to be painted: the product and how much of it, under which light, where.
+
+    environment: as for Surface.  skin_px: as for Place.
+    """
+
+    lit: Lit[LipRegion] | Lit[EyeRegion]
+    params: GraphicsParams
+    amount: float
+    light: SceneLight
+    environment: np.ndarray
+    skin_px: float
+    window: Window
 
 
 class Composite:
@@ -37,7 +56,7 @@ class Composite:
     """
 
     def __init__(self, look: Look, device: str = "", faces: str = "all") -> None:
-        self._device = open_device(device)
+        self._canvas = Canvas(open_device(device))
         self._faces = faces
         self._largest_id = -1
         self.painted_frames = 0
@@ -54,11 +73,14 @@ class Composite:
         if not chosen or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return item.frame
         planes = item.frame.writable_planes()
-        for scene, parts in chosen:
-            for regions, params, amount in parts:
-                environment = _environment(scene.light, params, item.coding)
-                for lit in regions:
-                    self._paint(item, planes, scene, lit, params, amount, look.zone, environment)
+        jobs = [
+            job
+            for scene, parts in chosen
+            for part in parts
+            for job in _jobs(item, scene, part, look.zone)
+        ]
+        for together in _apart(jobs):
+            self._paint(item, planes, together, look.zone)
         self.painted_frames += 1
         return item.frame
 
@@ -88,40 +110,62 @@ class Composite:
         return [part for part in parts if part[0] and part[2] > 0]
 
     def _paint(
-        self,
-        item: FrameScene,
-        planes: tuple[np.ndarray, ...],
-        scene: FaceScene,
-        lit: Lit[LipRegion] | Lit[EyeRegion],
-        params: GraphicsParams,
-        amount: float,
-        zone: str,
-        environment: np.ndarray,
+        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[_Job], zone: str
     ) -> None:
-        frame, region = item.frame, lit.region
-        size = frame.width_px, frame.height_px
-        low_xy, high_xy = region.reach(params.edge_softness, zone)
-        window = Window.around(low_xy, high_xy, size, frame.chroma)
-        if window is None:
-            return
-        maps = np.empty((4, window.height, window.width), np.float32)
-        origin_xy = window.x, window.y
-        region.weigh(maps[0], origin_xy, params.edge_softness, zone)
-        to_window = region.grid.to_px.copy()
-        to_window[:, 2] -= origin_xy
-        for image, out in zip((lit.shading, *region.normals), maps[1:], strict=True):
-            cv2.warpAffine(
-                image, to_window, (window.width, window.height), out,
-                flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
-            )  # fmt: skip
-        place = _place(scene.face, region)
-        surface = Surface(maps, lit.mean, _to_skin(to_window, place), environment)
-        light = _on_lids(scene.light, lit.mean) if isinstance(region, EyeRegion) else scene.light
-        product = material(params, amount, light, place, item.coding, region.spared)
-        chroma = window.chroma(planes, frame.chroma)
-        change = spread(chroma, frame.chroma, (window.width, window.height))
-        paint(self._device, window.luma(planes), change, surface, product, item.coding)
-        fold(chroma, change, frame.chroma, item.coding.max_code)
+        windows = [job.window for job in jobs]
+        weights = self._canvas.place(windows, item.frame.chroma, planes[0].dtype)
+        surfaces = []
+        for job, weight in zip(jobs, weights, strict=True):
+            origin_xy = job.window.x, job.window.y
+            job.lit.region.weigh(weight, origin_xy, job.params.edge_softness, zone)
+            surfaces.append(_surface(job, weight, item.coding))
+        self._canvas.paint(planes, surfaces, item.coding)
+
+
+def _jobs(item: FrameScene, scene: FaceScene, part: _Part, zone: str) -> Iterator[_Job]:
+    """The regions of a part that lie on the frame."""
+    regions, params, amount = part
+    frame, environment = item.frame, _environment(scene.light, params, item.coding)
+    size, block, skin_px = (frame.width_px, frame.height_px), frame.chroma, iod_px(scene.face)
+    for lit in regions:
+        low_xy, high_xy = lit.region.reach(params.edge_softness, zone)
+        window = Window.around(low_xy, high_xy, size, block)
+        if window is not None:
+            is_eye = isinstance(lit.region, EyeRegion)
+            light = _on_lids(scene.light, lit.mean) if is_eye else scene.light
+            yield _Job(lit, params, amount, light, environment, skin_px, window)
+
+
+def _apart(jobs: Iterable[_Job]) -> Iterator[list[_Job]]:
+    """In their order, as many at once as have windows that do not overlap."""
+    together: list[_Job] = []
+    for job in jobs:
+        if any(job.window.overlaps(other.window) for other in together):
+            yield together
+            together = []
+        together.append(job)
+    if together:
+        yield together
+
+
+def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> Surface:
+    region = job.lit.region
+    (a, b, c), (d, e, f) = region.grid.to_px.tolist()
+    c, f = c - job.window.x, f - job.window.y
+    along, across = math.hypot(a, d), math.hypot(b, e)  # px of a step on the grid
+    turn = (a / along, b / across), (d / along, e / across)
+    size = a * e - b * d
+    to_grid = e / size, -b / size, (b * f - e * c) / size, -d / size, a / size, (d * c - a * f) / size
+    # the region's own axes, in units of the eyes' distance
+    units = [along / job.skin_px] * 3 + [across / job.skin_px] * 3
+    to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]
+    product = material(
+        job.params, job.amount, job.light, Place(turn, job.skin_px), coding, region.spared
+    )
+    return Surface(
+        job.window, weight, job.lit.shading, region.normals, to_grid, job.lit.mean, to_skin,
+        job.environment, product,
+    )  # fmt: skip
 
 
 def _on_lids(light: SceneLight, mean: float) -> SceneLight:
@@ -135,39 +179,32 @@ def _on_lids(light: SceneLight, mean: float) -> SceneLight:
     return replace(light, strength=light.strength * share)
 
 
-def _place(face: Face, region: LipRegion | EyeRegion) -> Place:
-    axes = region.grid.to_px[:, :2]
-    return Place(axes / _lengths(axes), iod_px(face))
-
-
-def _to_skin(to_window: np.ndarray, place: Place) -> np.ndarray:
-    """(2, 3): px of a window -> the region's own axes, in units of the eyes' distance."""
-    unit = _lengths(to_window[:, :2]) / place.skin_px
-    back: np.ndarray = cv2.invertAffineTransform(to_window) * unit[:, None]
-    return back
-
-
-def _lengths(axes: np.ndarray) -> np.ndarray:
-    """(2,) of the columns of (2, 2)."""
-    (a, b), (c, d) = axes.tolist()
-    return np.array([math.hypot(a, c), math.hypot(b, d)])
-
-
 def _environment(light: SceneLight, params: GraphicsParams, coding: Coding) -> np.ndarray:
     """(3, 16, 16) float32: what the product mirrors, as blurred as it is told to be.
 
     What is as dark as the room's own average adds little: gloss shows windows and lamps, and an
     even room would only lay a veil over the colour.
     """
+    if not params.reflection:
+        return _NO_ROOM
     blur = _blur(0.6 + 4 * params.environment_blur)
-    grey = light.environment.mean(-1, keepdims=True)
-    room = grey + _ROOM_COLOUR * (light.environment - grey)
-    if coding.primaries != 1:  # products are mixed in sRGB's
-        to_film = np.reshape(film_matrices(coding.primaries)[0], (3, 3)).astype(np.float32)
-        room = room @ to_film.T
-    blurred = blur @ np.moveaxis(room, -1, 0) @ blur.T
-    bright: np.ndarray = np.maximum(blurred - _VEIL * blurred.mean((1, 2), keepdims=True), 0)
-    return bright
+    columns, means = _room_columns(0.6 + 4 * params.environment_blur, coding.primaries)
+    blurred = blur @ (light.environment.reshape(ENVIRONMENT_PX, -1) @ columns)
+    blurred -= (_EVEN @ blurred) @ means
+    bright = np.maximum(blurred, 0, out=blurred).reshape(ENVIRONMENT_PX, 3, ENVIRONMENT_PX)
+    return bright.swapaxes(0, 1)
+
+
+@lru_cache
+def _room_columns(sigma: float, primaries: int) -> tuple[np.ndarray, np.ndarray]:
+    """(48, 48) float32, of a row of texels of three colours each: the three colours' rows, blurred, with
+    less colour, in the primaries that products are mixed in; and of such rows, what is taken off them."""
+    colours = _ROOM_COLOUR * np.eye(3) + (1 - _ROOM_COLOUR) / 3
+    colours = np.reshape(film_matrices(primaries)[0], (3, 3)) @ colours
+    columns = np.einsum("ix,jc->xcji", _blur(sigma), colours)
+    means = np.kron(np.eye(3), np.full((ENVIRONMENT_PX,) * 2, _VEIL / ENVIRONMENT_PX))
+    side = 3 * ENVIRONMENT_PX
+    return columns.reshape(side, side).astype(np.float32), means.astype(np.float32)
 
 
 @lru_cache

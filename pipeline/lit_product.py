@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 from makeup_video.kernels.colour import HLG, PQ, Coding, from_srgb_primaries, product_linear, to_xyz
-from makeup_video.kernels.material import ENVIRONMENT_PX, Material, added
+from makeup_video.kernels.material import ENVIRONMENT_PX, LEAST_ROOM, Material
 from makeup_video.pipeline.look import GraphicsParams
 from makeup_video.pipeline.scene import SceneLight
 
@@ -25,6 +25,9 @@ _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_
 _SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
 
 
+_LUMINANCE: tuple[float, ...] = tuple(to_xyz(1)[1].tolist())
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """How a region lies in the frame.
@@ -34,7 +37,7 @@ class Place:
     the eyes).
     """
 
-    turn: np.ndarray
+    turn: tuple[tuple[float, float], tuple[float, float]]
     skin_px: float
 
 
@@ -51,30 +54,26 @@ def material(
     spared: what is darker than this share of the broad light around it is left bare (lashes, the
     dark of a mouth), from twice that on all is painted; 0 paints all.
     """
-    weights = to_xyz(1)[1]
+    mixed = _mixed(params)
     to_film, from_film = film_matrices(coding.primaries)
-    colour = np.reshape(to_film, (3, 3)) @ light.colour.astype(np.float64)
-    gain = 1 + params.light_adaptation * (np.maximum(colour, 0) * light.strength - 1)
-    product = product_linear((params.red, params.green, params.blue), Coding())
+    share = params.light_adaptation
+    gain = [1 + share * (max(part, 0.0) * light.strength - 1) for part in _turned(light, to_film)]
     gloss = min(params.gloss, _MOST_GLOSS) * amount
-    # a broad highlight is a weaker one: the same light over more of the surface
-    sheen = 1 / (1 + 6 * params.gloss_roughness**2)
     cell, spot, resolved = _cells(params, place)
-    hue = product / max(float(product.max()), 1e-3)
-    tint = 1 + params.shimmer_tint * (hue - 1)
-    metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
-    blur = params.environment_blur
     pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
+    sparkle = _SPARKLE * resolved * amount * worn
     ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
-    room = place.turn * (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * blur)
+    room = (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * params.environment_blur)
+    (a, b), (c, d) = place.turn
     return Material(
-        product=tuple(_lit(product, gain, ceiling).tolist()),
-        glint=tuple(
-            gain * (metal * _GLINT * gloss * sheen * (1 - params.gloss_detail) + tint * pearl)
-        ),
-        sparkle=tuple(gain * tint * (_SPARKLE * resolved * amount * worn)),
-        luminance=tuple(weights),
+        product=tuple([_lit(p, g, ceiling) for p, g in zip(mixed.product, gain, strict=True)]),
+        glint=tuple([
+            g * (glint * gloss + tint * pearl)
+            for g, glint, tint in zip(gain, mixed.glint, mixed.tint, strict=True)
+        ]),
+        sparkle=tuple([g * tint * sparkle for g, tint in zip(gain, mixed.tint, strict=True)]),
+        luminance=_LUMINANCE,
         opacity=params.opacity * amount,
         texture=params.texture_keep,
         undertone=params.undertone,
@@ -84,7 +83,7 @@ def material(
         reflection=params.reflection * amount,
         fresnel_front=0.7 * (1 - params.fresnel) + 0.1,
         fresnel_rim=5.0 * params.fresnel,
-        room=(room[0, 0], room[0, 1], room[1, 0], room[1, 1]),
+        room=(room * a, room * b, room * c, room * d),
         shimmer=_DENSEST * params.shimmer,
         cells=1 / cell,
         spot=spot * spot,
@@ -94,7 +93,35 @@ def material(
         to_film=to_film,
         from_film=from_film,
         ceiling=ceiling,
-    )
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Mixed:
+    """What a product is in any light, as red, green, blue: its own colour, that of its shimmer, and of
+    its highlight at gloss 1."""
+
+    product: tuple[float, ...]
+    tint: tuple[float, ...]
+    glint: tuple[float, ...]
+
+
+@lru_cache
+def _mixed(params: GraphicsParams) -> _Mixed:
+    product = product_linear((params.red, params.green, params.blue), Coding())
+    hue = product / max(float(product.max()), 1e-3)
+    # a broad highlight is a weaker one: the same light over more of the surface
+    sheen = 1 / (1 + 6 * params.gloss_roughness**2)
+    tint = 1 + params.shimmer_tint * (hue - 1)
+    metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
+    glint = metal * _GLINT * sheen * (1 - params.gloss_detail)
+    return _Mixed(tuple(product.tolist()), tuple(tint.tolist()), tuple(glint.tolist()))
+
+
+def _turned(light: SceneLight, rows: tuple[float, ...]) -> list[float]:
+    """Its colour in other primaries."""
+    red, green, blue = light.colour.tolist()
+    return [rows[i] * red + rows[i + 1] * green + rows[i + 2] * blue for i in (0, 3, 6)]
 
 
 @lru_cache
@@ -104,9 +131,11 @@ def film_matrices(primaries: int) -> tuple[tuple[float, ...], tuple[float, ...]]
     return tuple(np.linalg.inv(back).ravel().tolist()), tuple(back.ravel().tolist())
 
 
-def _lit(product: np.ndarray, gain: np.ndarray, ceiling: float) -> np.ndarray:
+def _lit(product: float, gain: float, ceiling: float) -> float:
     """Its colour in that light; strong light leaves a pale product room for its highlights."""
-    return added(product * np.minimum(gain, 1), product * np.maximum(gain - 1, 0), ceiling)
+    below, above = product * min(gain, 1.0), product * max(gain - 1, 0.0)
+    room = max(ceiling - below, 0.0) + LEAST_ROOM  # as `added` does
+    return below + room * above / (room + above)
 
 
 def _cells(params: GraphicsParams, place: Place) -> tuple[float, float, float]:
@@ -121,7 +150,7 @@ def _cells(params: GraphicsParams, place: Place) -> tuple[float, float, float]:
 
 def _half_way(light: SceneLight, place: Place) -> tuple[float, float, float]:
     """Unit vector between the light and the viewer, in the region's axes, z to the viewer."""
-    (a, b), (c, d) = place.turn.tolist()
+    (a, b), (c, d) = place.turn
     right, down, away = light.direction.tolist()
     size = a * d - b * c
     x, y, z = (d * right - b * down) / size, (a * down - c * right) / size, 1 - away

@@ -10,7 +10,9 @@ import heads
 import numpy as np
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, SRGB, Coding
-from makeup_video.kernels.paint import Surface
+from makeup_video.kernels.material import Material
+from makeup_video.kernels.paint import Canvas, Surface
+from makeup_video.kernels.planes import Window
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.eyes import EyeRegion
@@ -32,6 +34,12 @@ BARE = {"opacity": 0.0, "gloss": 0.0, "reflection": 0.0}  # of a product that is
 FLAT = {"gloss": 0.0, "reflection": 0.0, "shimmer": 0.0}  # colour alone
 
 device = cache(Device)
+NOTHING: Material = None  # type: ignore[assignment] # each test sets its own
+
+
+@cache
+def canvas() -> Canvas:
+    return Canvas(device())
 
 
 def params(**fixed: float):
@@ -100,21 +108,49 @@ def any_surface(seed: int, size_wh: tuple[int, int], place: Place, brightest: fl
     w, h = size_wh
     weight = np.clip(rng.uniform(-0.5, 1.5, (h, w)), 0, 1)
     coarse = brightest * rng.uniform(0, 1, (h, w)) ** 3 * (rng.uniform(0, 1, (h, w)) > 0.1)
-    maps = np.stack([weight, coarse, *rng.uniform(-1.2, 1.2, (2, h, w))]).astype(np.float32)
+    coarse = np.pad(coarse, ((0, h < 2), (0, w < 2)), mode="edge")
+    normals = rng.uniform(-1.2, 1.2, (2, *coarse.shape)).astype(np.float32)
+    # as fine as the window, or coarser, turned, and not all over it
+    to_grid = (1, 0, 0, 0, 1, 0) if seed % 2 else (0.6, 0.2, 1.3, -0.1, 0.5, 2.0)
     mean = float(rng.choice([0, 0.02, 0.3, brightest]))
     step = np.array([[1, 0], [0, 1]]) / place.skin_px
-    to_patch = np.column_stack([step @ place.turn, rng.uniform(-1, 1, 2)])
+    to_patch = np.column_stack([step @ np.array(place.turn), rng.uniform(-1, 1, 2)])
     room = rng.uniform(0, brightest, (3, 16, 16)).astype(np.float32)
-    return Surface(maps, mean, to_patch, room)
+    return Surface(
+        Window(0, 0, w, h), weight.astype(np.float32), coarse.astype(np.float32), normals,
+        to_grid, mean, to_patch.ravel().tolist(), room, NOTHING,
+    )  # fmt: skip
 
 
 def flat_surface(size_wh: tuple[int, int], luminance: float, weight: float = 1.0) -> Surface:
     """An even patch that faces the viewer, in a dark room."""
     w, h = size_wh
-    maps = np.zeros((4, h, w), np.float32)
-    maps[0], maps[1] = weight, luminance
-    to_patch = np.array([[0.01, 0, 0], [0, 0.01, 0]])
-    return Surface(maps, luminance, to_patch, np.zeros((3, 16, 16), np.float32))
+    grid = np.zeros((3, 2, 2), np.float32)
+    grid[0] = luminance
+    return Surface(
+        Window(0, 0, w, h), np.full((h, w), weight, np.float32), grid[0], grid[1:],
+        (0.01, 0, 0, 0, 0.01, 0), luminance, (0.01, 0, 0, 0, 0.01, 0),
+        np.zeros((3, 16, 16), np.float32), NOTHING,
+    )  # fmt: skip
+
+
+def paint_codes(
+    luma: np.ndarray, chroma: np.ndarray, surface: Surface, lit: Material, coding: Coding
+) -> np.ndarray:
+    """What the kernels make of codes (h, w) and (2, h, w), 4:4:4: (3, h, w) integers."""
+    planes = luma.copy(), *chroma.astype(luma.dtype)
+    paint_on(planes, [replace(surface, material=lit)], coding, (1, 1))
+    return np.stack(planes).astype(int)
+
+
+def paint_on(planes, surfaces: list[Surface], coding: Coding, block: tuple[int, int]) -> None:
+    """The surfaces on any planes, in place."""
+    weights = canvas().place([one.window for one in surfaces], block, planes[0].dtype)
+    for weight, one in zip(weights, surfaces, strict=True):
+        assert not weight.any()
+        weight[:] = one.weight
+    placed = [replace(one, weight=w) for one, w in zip(surfaces, weights, strict=True)]
+    canvas().paint(planes, placed, coding)
 
 
 def any_codes(seed: int, size_wh: tuple[int, int], coding: Coding) -> tuple[np.ndarray, np.ndarray]:

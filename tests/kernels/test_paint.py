@@ -10,17 +10,21 @@ from makeup import (
     FLAT,
     any_codes,
     any_surface,
+    canvas,
     codings,
-    device,
     flat_surface,
     lights,
+    paint_codes,
+    paint_on,
     params,
     places,
     product,
 )
 from makeup_video.kernels.colour import HLG, PQ, SRGB, Coding, decode, matrices, to_xyz
 from makeup_video.kernels.material import made_up, skin_at
-from makeup_video.kernels.paint import paint, paint_twin
+from makeup_video.kernels.paint import Canvas, on_window, paint_twin, surface_twin
+from makeup_video.kernels.planes import Window
+from makeup_video.kernels.program import Device
 from makeup_video.pipeline.lit_product import Place, material
 from makeup_video.pipeline.scene import white_light
 
@@ -47,16 +51,17 @@ def made(case, **changes):
     return *any_codes(seed, SIZE, coding), surface, lit, coding
 
 
-def painted(luma, chroma, surface, lit, coding):
-    new, change = luma.copy(), chroma.copy()
-    paint(device(), new, change, surface, lit, coding)
-    return new, change
+def twin(luma, chroma, surface, lit, coding):
+    """(3, h, w): luma rounded, chroma as it is before that, but as far as a code can say it."""
+    new, change = surface_twin(luma, chroma, replace(surface, material=lit), coding)
+    return np.stack([new, *np.clip(chroma + change, 0, coding.max_code)])
 
 
 def on_border(surface, lit):
     """Pixels so near to the border of a sparkle's cell that float32 decides which cell it is."""
     y, x = np.mgrid[: SIZE[1], : SIZE[0]]
-    at = np.einsum("ij,jhw->ihw", surface.to_patch, np.stack([x, y, np.ones_like(x)])) * lit.cells
+    to_patch = np.reshape(surface.to_patch, (2, 3))
+    at = np.einsum("ij,jhw->ihw", to_patch, np.stack([x, y, np.ones_like(x)])) * lit.cells
     return (np.abs(at - np.rint(at)) < 2e-3).any(0)
 
 
@@ -69,24 +74,17 @@ def means_a_colour(luma, chroma, coding):
     return inside & (light @ to_xyz(coding.primaries)[1] > 0)
 
 
-def stored(chroma, luma, change, coding):
-    """(3, h, w): luma, and chroma as far as a code can say it."""
-    return np.stack([luma, *np.clip(chroma + change, 0, coding.max_code)])
-
-
 def difference(case):
     """Of kernel and twin, (3, h, w) codes; which codes mean a colour; and what a thousandth of a
     code, and a ten-thousandth of the surface's light, makes of the twin."""
     luma, chroma, surface, lit, coding = made(case)
-    got = stored(chroma, *painted(luma, chroma, surface, lit, coding), coding)
-    want = stored(chroma, *paint_twin(luma, chroma, surface, lit, coding), coding)
+    got = paint_codes(luma, chroma, surface, lit, coding)
+    want = twin(luma, chroma, surface, lit, coding)
     moved = np.zeros_like(want)
     for sign in (-1, 1):
-        nudged = replace(surface, maps=surface.maps.copy())
-        nudged.maps[1] *= 1 + sign * 1e-4
+        nudged = replace(surface, shading=surface.shading * np.float32(1 + sign * 1e-4))
         nudge = sign * 1e-3 * 2 ** (coding.bit_depth - 8)
-        codes = luma + nudge, chroma + nudge
-        other = stored(codes[1], *paint_twin(*codes, nudged, lit, coding), coding)
+        other = twin(luma + nudge, chroma + nudge, nudged, lit, coding)
         moved = np.maximum(moved, np.abs(other - want))
     off = np.abs(got - want)
     if lit.shimmer:
@@ -120,19 +118,21 @@ def test_boundless_gloss_matches_but_for_the_last_bits(case):
 @given(cases)
 def test_everything_is_finite_for_every_parameter_and_code(case):
     luma, chroma, surface, lit, coding = made(case)
-    for numbers in (painted(luma, chroma, surface, lit, coding)[1], paint_twin(*made(case))[1]):
-        assert np.isfinite(numbers).all()
-    assert np.isfinite(lit.argument()).all()
+    paint_codes(luma, chroma, surface, lit, coding)
+    for change in canvas()._change.array:  # before it is rounded
+        assert np.isfinite(change[: SIZE[1], : SIZE[0]][surface.weight > 0]).all()
+    assert np.isfinite(twin(luma, chroma, surface, lit, coding)).all()
+    assert np.isfinite(lit.numbers()).all()
 
 
 @settings(max_examples=60, deadline=None)
 @given(cases)
 def test_where_there_is_no_weight_nothing_changes(case):
     luma, chroma, surface, lit, coding = made(case)
-    bare = surface.maps[0] == 0
-    new, change = painted(luma, chroma, surface, lit, coding)
-    np.testing.assert_array_equal(new[bare], luma[bare])
-    assert not change[:, bare].any()
+    bare = surface.weight == 0
+    new = paint_codes(luma, chroma, surface, lit, coding)
+    np.testing.assert_array_equal(new[0, bare], luma[bare])
+    np.testing.assert_array_equal(new[1:, bare], chroma[:, bare])
 
 
 @settings(max_examples=60, deadline=None)
@@ -144,35 +144,121 @@ def test_a_product_that_is_not_worn_gives_the_codes_back(bare, coding, seed):
     luma, chroma = luma.copy(), chroma.copy()
     surface = any_surface(seed, luma.shape[::-1], FACING, 1.0)
     lit = material(bare, 1.0, white_light(), FACING, coding)
-    new, change = painted(luma, chroma, surface, lit, coding)
-    np.testing.assert_array_equal(new, luma)
-    assert np.abs(change).max() < 0.5  # rounds to nothing
+    new = paint_codes(luma, chroma, surface, lit, coding)
+    np.testing.assert_array_equal(new, [luma, *chroma])
+
+
+def planes_around(windows, block, depth, interleaved, seed):
+    """Planes on which the windows lie, of any codes."""
+    width, height = (max(ends) + 3 for ends in zip(*((w.x + w.width, w.y + w.height) for w in windows), strict=True))  # fmt: skip
+    rng = np.random.default_rng(seed)
+    dtype, top = (np.uint8, 256) if depth == 8 else (np.uint16, 1024)
+    small = -(-height // block[1]), -(-width // block[0])
+    # rows with gaps
+    luma = rng.integers(0, top, (height, width + 5)).astype(dtype)[:, :width]
+    if interleaved:
+        return luma, rng.integers(0, top, (*small, 2)).astype(dtype)
+    return luma, *rng.integers(0, top, (2, small[0], small[1] + 3)).astype(dtype)[..., : small[1]]
 
 
 @settings(max_examples=60, deadline=None)
-@given(cases, st.integers(0, 999))
-def test_rows_of_a_plane_may_have_gaps_which_are_left_alone(case, filler):
-    luma, chroma, surface, lit, coding = made(case)
-    whole = np.full((SIZE[1] + 2, SIZE[0] + 5), filler % 200, luma.dtype)
-    window = whole[1:-1, 2:-3]
-    window[:] = luma
-    want, change = painted(luma, chroma, surface, lit, coding)
-    paint(device(), window, chroma, surface, lit, coding)
-    np.testing.assert_array_equal(window, want)
-    np.testing.assert_array_equal(chroma, change)
-    window[:] = filler % 200
-    assert (whole == filler % 200).all()
+@given(
+    cases,
+    st.sampled_from([((1, 1), False), ((2, 1), False), ((2, 2), False), ((2, 2), True),
+                     ((4, 1), False), ((1, 2), False), ((4, 4), False)]),
+    st.lists(st.tuples(st.integers(1, 90), st.integers(1, 40)), min_size=1, max_size=4),
+)  # fmt: skip
+def test_windows_of_any_layout_are_painted_together_as_the_twin_paints_them(case, layout, sizes):
+    *_, lit, coding = made(case)
+    block, interleaved = layout
+    surfaces, y = [], 0
+    for number, (width, height) in enumerate(sizes):
+        surface = any_surface(number, (width, height), FACING, 0.5)
+        window = Window(4 * number, y, width, height)
+        surfaces.append(replace(surface, window=window, material=replace(lit, shimmer=0)))
+        y += -(-height // 4) * 4
+    planes = planes_around([one.window for one in surfaces], block, coding.bit_depth, interleaved, 1)
+    for plane in planes:  # ordinary colours: others are told apart in other tests
+        plane[:] = (plane // 8 + 110 / 256 * 2**coding.bit_depth).astype(plane.dtype)
+    want = paint_twin(planes, surfaces, coding, block)
+    bare = [plane.copy() for plane in planes]
+    paint_on(planes, surfaces, coding, block)
+    for got, twin_s, before in zip(planes, want, bare, strict=True):
+        off = np.abs(got.astype(int) - twin_s)
+        assert off.max() <= 1 + last_bits(coding)
+        untouched = twin_s == before
+        assert (off[untouched] <= 1 + last_bits(coding)).all()
 
 
-@pytest.mark.parametrize("size", [(1, 1), (7, 5), (64, 2), (65, 3)])
+def test_rows_of_a_plane_may_have_gaps_which_are_left_alone():
+    whole = [np.full((14, 50), 7, np.uint8) for _ in range(3)]
+    planes = tuple(plane[1:-1, 2:-3] for plane in whole)
+    surface = replace(flat_surface((20, 6), 0.2), window=Window(10, 4, 20, 6))
+    lit = material(product(), 1, white_light(), FACING, Coding())
+    paint_on(planes, [replace(surface, material=lit)], Coding(), (1, 1))
+    for plane in whole:
+        assert (plane[5:11, 12:32] != 7).all()
+        plane[5:11, 12:32] = 7
+        assert (plane == 7).all()
+
+
+def test_a_block_that_is_partly_beyond_the_edge_takes_the_mean_of_the_rest():
+    coding, block = Coding(), (2, 2)
+    planes = (np.full((5, 7), 120, np.uint8), *np.full((2, 3, 4), 128, np.uint8))
+    lit = material(product(red=20, green=40, blue=200), 1, white_light(), FACING, coding)
+    paint_on(planes, [replace(flat_surface((7, 5), 0.2), material=lit)], coding, block)
+    for plane in planes:
+        assert len(np.unique(plane)) == 1 and plane[0, 0] not in (120, 128)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (7, 5), (64, 2), (65, 3), (300, 130)])
 def test_any_size_is_painted_to_its_last_pixel(size):
     coding = Coding()
     luma = np.full(size[::-1], 120, np.uint8)
     chroma = np.full((2, *luma.shape), 128, np.float32)
     lit = material(product(red=20, green=40, blue=200), 1, white_light(), FACING, coding)
-    new, change = painted(luma, chroma, flat_surface(size, 0.2), lit, coding)
-    assert (new != 120).all() and (change != 0).all()
-    assert len(np.unique(new)) == 1
+    new = paint_codes(luma, chroma, flat_surface(size, 0.2), lit, coding)
+    assert (new[0] != 120).all() and (new[1:] != 128).all()
+    assert len(np.unique(new[0])) == 1
+
+
+def test_no_window_at_all_of_weight_paints_nothing():
+    planes = tuple(np.full((8, 8), 9, np.uint8) for _ in range(3))
+    lit = material(product(), 1, white_light(), FACING, Coding())
+    paint_on(planes, [replace(flat_surface((8, 8), 0.2, 0.0), material=lit)], Coding(), (1, 1))
+    assert all((plane == 9).all() for plane in planes)
+
+
+def test_more_regions_than_there_was_room_for_find_room():
+    """After few on the same canvas; each has its own product."""
+    coding, size = Coding(), (9, 4)
+    surfaces = []
+    for number in range(40):
+        lit = material(product(red=6 * number), 1, white_light(), FACING, coding)
+        window = Window(0, 4 * number, *size)
+        surfaces.append(replace(flat_surface(size, 0.2), window=window, material=lit))
+    planes = tuple(np.full((160, 9), 120, np.uint8) for _ in range(3))
+    want = paint_twin(planes, surfaces, coding, (1, 1))
+    paint_on(planes, surfaces, coding, (1, 1))
+    for got, wanted in zip(planes, want, strict=True):
+        assert np.abs(got.astype(int) - wanted).max() <= 1
+    assert len(np.unique(planes[2][::4, 0])) > 10
+
+
+def test_a_device_with_memory_of_its_own_paints_the_same(monkeypatch):
+    coding, surface = Coding(), any_surface(3, (50, 20), FACING, 0.5)
+    lit = material(product(gloss=1), 1, white_light(), FACING, coding)
+    surfaces = [replace(surface, material=lit)]
+    seen = []
+    for shares in (True, False):
+        own = Device()
+        own.shares_memory = shares
+        monkeypatch.setattr("makeup.canvas", lambda one=Canvas(own): one)
+        planes = planes_around([surface.window], (2, 2), 8, False, 4)
+        paint_on(planes, surfaces, coding, (2, 2))
+        seen.append(planes)
+    for one, other in zip(*seen, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 @settings(max_examples=60, deadline=None)
@@ -180,7 +266,7 @@ def test_any_size_is_painted_to_its_last_pixel(size):
 def test_more_opacity_moves_every_channel_monotonically_to_the_laid_colour(p, light, coding, seed):
     luma, chroma = any_codes(seed, SIZE, coding)
     surface = any_surface(seed, SIZE, FACING, 1.0 if coding.transfer == SRGB else 8.0)
-    surface.maps[0] = 1
+    surface.weight[:] = 1
     products = [
         material(replace(p, opacity=opacity), 1.0, light, FACING, coding)
         for opacity in (0.0, 0.2, 0.5, 0.8, 1.0)
@@ -196,7 +282,8 @@ def test_more_opacity_moves_every_channel_monotonically_to_the_laid_colour(p, li
     skin = slice(2, 6)  # rows whose codes are certain to mean colours
     shown, clipped = [], np.zeros((len(off[0][skin]), SIZE[0]), bool)
     for lit in products:
-        new, change = painted(luma, chroma, surface, lit, coding)
+        new = paint_codes(luma, chroma, surface, lit, coding)[0]
+        change = canvas()._change.array[:, : SIZE[1], : SIZE[0]]  # before it is rounded
         codes = np.stack([new, *(chroma + change)], axis=-1)[skin].astype(float)
         clipped |= (codes[..., 0] == coding.max_code) | (codes[..., 0] == 0)
         shown.append(codes @ matrices(coding)[0][:, :3].T)
@@ -208,7 +295,8 @@ def test_more_opacity_moves_every_channel_monotonically_to_the_laid_colour(p, li
 def laid_light(luma, chroma, surface, lit, coding):
     """Linear light that the twin paints, before it is encoded."""
     codes = np.stack([luma, *chroma], axis=-1).astype(float)
-    weight, coarse, nx, ny = surface.maps.astype(np.float64)
+    coarse, nx, ny = on_window(surface)
     skin = skin_at(coarse, surface.mean, nx, ny, surface.environment.astype(float), lit)
     y, x = np.mgrid[: luma.shape[0], : luma.shape[1]]
+    weight = surface.weight.astype(float)
     return made_up(decode(codes, coding), weight, x * 0.01, y * 0.01, skin, lit)

@@ -47,6 +47,15 @@ def test_a_window_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
         assert 0 <= x - window.x < window.width and 0 <= y - window.y < window.height
 
 
+@given(st.lists(st.tuples(*[st.integers(0, 9)] * 2, *[st.integers(1, 6)] * 2), min_size=2, max_size=2))
+def test_windows_that_share_a_pixel_overlap(boxes):
+    one, other = (Window(*box) for box in boxes)
+    seen = np.zeros((2, 16, 16), bool)
+    for layer, window in zip(seen, (one, other), strict=True):
+        layer[window.y : window.y + window.height, window.x : window.x + window.width] = True
+    assert one.overlaps(other) == other.overlaps(one) == (seen[0] & seen[1]).any()
+
+
 @pytest.mark.parametrize("ends", [((-9, -9), (-3, 5)), ((20, 2), (30, 5)), ((2, 40), (5, 50))])
 def test_there_is_no_window_where_all_is_outside(ends):
     assert Window.around(np.array(ends[0]), np.array(ends[1]), (16, 9), (2, 2)) is None
@@ -71,8 +80,8 @@ def test_views_are_of_the_very_planes(chroma, interleaved):
 @given(st.sampled_from(SUBSAMPLINGS), WINDOW_SIZES)
 def test_every_pixel_sees_the_chroma_of_its_block(chroma, size):
     planes = planes_of(size, chroma)
-    seen = spread(list(planes[1:]), chroma, size)
-    assert seen.dtype == np.float32 and seen.shape == (2, size[1], size[0])
+    seen = spread(list(planes[1:]), chroma, size[::-1])
+    assert seen.shape == (2, size[1], size[0])
     y, x = np.mgrid[: size[1], : size[0]]
     for plane, got in zip(planes[1:], seen, strict=True):
         np.testing.assert_array_equal(got, plane[y // chroma[1], x // chroma[0]])

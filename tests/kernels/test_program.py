@@ -1,6 +1,8 @@
 """Devices are found or named as missing; planes are lent as they lie in memory."""
 
 import os
+import subprocess
+import sys
 import tempfile
 
 import numpy as np
@@ -30,15 +32,35 @@ def device(monkeypatch):
 def add(device, plane):
     width, height = plane.shape[1] * (2 if plane.ndim == 3 else 1), plane.shape[0]
     with device.lend(plane) as buffers:
-        kernel = device.kernel("test_add", 13, BYTES)
+        kernel = device.kernel("test_add.cl", "test_add", 13, BYTES)
         device.launch(kernel, (width, height), [*buffers, stride_of(plane), np.int32(width)])
 
 
-def test_kernels_and_programs_are_built_once(device):
-    first = device.kernel("test_add", 13, BYTES)
-    assert device.kernel("test_add", 13, np.dtype(np.uint8)) is first
-    assert device.kernel("test_add", 16, BYTES) is not first
-    assert device.kernel("test_add", 13, np.dtype(np.uint16)) is not first
+def test_programs_are_built_once(device):
+    def program_of(*options):
+        kernel = device.kernel("test_add.cl", "test_add", *options)
+        return kernel.get_info(cl.kernel_info.PROGRAM)
+
+    first = program_of(13, BYTES)
+    assert program_of(13, np.dtype(np.uint8)) == first
+    for other in ((16, BYTES), (13, np.dtype(np.uint16)), (13, BYTES, (2, 1))):
+        assert program_of(*other) != first
+
+
+@pytest.mark.parametrize("shares", [True, False])
+def test_memory_holds_what_kernels_leave_there(device, shares):
+    device.shares_memory = shares
+    memory = device.memory((3, 7), np.uint8)
+    assert memory.array.shape == (3, 7) and memory.array.ctypes.data % 4096 == 0
+    kernel = device.kernel("test_add.cl", "test_add", 13, BYTES)
+    kernel.set_args(memory.buffer, np.int32(0), np.int32(21))
+    for value in (5, 8):
+        memory.array[:] = value
+        memory.send()
+        device.start(kernel, 2, (16, 1))
+        memory.fetch()
+        device.finish()
+        assert (memory.array == value + 1).all()
 
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 5), (33, 17), (64, 3), (200, 2)])
@@ -58,7 +80,7 @@ def test_interleaved_chroma_is_lent_as_it_lies(device):
 
 
 def test_a_device_with_memory_of_its_own_brings_the_planes_back(device):
-    device._shares_memory = False
+    device.shares_memory = False
     plane = np.zeros((5, 7), np.uint8)
     add(device, plane)
     assert (plane == 1).all()
@@ -129,7 +151,29 @@ def test_pocl_comes_first_among_platforms(monkeypatch):
     platforms = [Platform("Card", ["gpu"]), Platform("Empty", []),
                  Platform("Portable Computing Language", ["cpu"])]  # fmt: skip
     monkeypatch.setattr(cl, "get_platforms", lambda: platforms)
+    monkeypatch.setenv("POCL_DEVICES", "any")
     assert program.devices() == ["cpu", "gpu"]
+
+
+def test_the_device_without_threads_of_its_own_comes_first_unless_the_user_chose(monkeypatch):
+    code = "from makeup_video.kernels.program import devices; print(*[d.name for d in devices()])"
+    seen = []
+    for chosen in (None, "pthread"):
+        environment = {name: value for name, value in os.environ.items() if name != "POCL_DEVICES"}
+        environment |= {"POCL_DEVICES": chosen} if chosen else {}
+        seen.append(subprocess.check_output([sys.executable, "-c", code], text=True, env=environment))
+    assert seen[0].startswith("basic") and "pthread" in seen[0]
+    assert seen[1].startswith("pthread") and "basic" not in seen[1]
+
+
+def test_a_pocl_that_knows_other_names_is_asked_again_without_any(monkeypatch):
+    monkeypatch.delenv("POCL_DEVICES", raising=False)
+    there = program._found()
+    monkeypatch.setattr(
+        program, "_found", lambda: [] if "POCL_DEVICES" in os.environ else there
+    )
+    assert program.devices() == there
+    assert "POCL_DEVICES" not in os.environ
 
 
 @pytest.mark.parametrize("variable", ["XDG_CACHE_HOME", "POCL_CACHE_DIR"])

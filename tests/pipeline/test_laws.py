@@ -18,10 +18,10 @@ from makeup import (
     close_up,
     close_up_scene,
     copied,
-    device,
     flat_surface,
     inside,
     lights,
+    paint_codes,
     paint_planes,
     params,
     product,
@@ -44,7 +44,7 @@ from makeup_video.kernels.colour import (
     to_xyz,
 )
 from makeup_video.kernels.material import made_up, skin_at
-from makeup_video.kernels.paint import paint
+from makeup_video.kernels.paint import on_window
 from makeup_video.pipeline.faces import FindFaces, find_faces_in_frame
 from makeup_video.pipeline.finishes import product as finished
 from makeup_video.pipeline.frame import ColourTags, Frame
@@ -214,9 +214,10 @@ def test_any_number_of_threads_gives_the_same_bytes():
     for threads in ("1", "2", ""):
         environment = dict(os.environ)
         environment["PYTHONPATH"] = os.pathsep.join([str(here), os.environ.get("PYTHONPATH", "")])
-        environment.pop("POCL_MAX_PTHREAD_COUNT", None)
-        if threads:
-            environment["POCL_MAX_PTHREAD_COUNT"] = threads
+        for name in ("POCL_MAX_PTHREAD_COUNT", "POCL_DEVICES"):
+            environment.pop(name, None)
+        if threads:  # without: PoCL's device that has none
+            environment.update(POCL_MAX_PTHREAD_COUNT=threads, POCL_DEVICES="pthread")
         done = subprocess.run(
             [sys.executable, "-c", _PAINT_ONCE],
             env=environment,
@@ -285,18 +286,16 @@ def test_the_same_picture_looks_the_same_in_every_coding(p, seed, brightest):
 
 def exactly_painted(codes, lit, coding):
     """Without any rounding."""
-    weight, coarse, nx, ny = SURFACE.maps.astype(float)
+    coarse, nx, ny = on_window(SURFACE)
     skin = skin_at(coarse, SURFACE.mean, nx, ny, SURFACE.environment, lit)
-    return encode(made_up(decode(codes, coding), weight, coarse, coarse, skin, lit), coding)
+    return encode(made_up(decode(codes, coding), SURFACE.weight, coarse, coarse, skin, lit), coding)
 
 
 def really_painted(codes, lit, coding):
     """By the kernel, from and to whole codes, 4:4:4."""
     whole = np.moveaxis(rounded(codes, coding), -1, 0)
     luma = whole[0].astype(np.uint8 if coding.bit_depth == 8 else np.uint16)
-    chroma, change = (np.ascontiguousarray(whole[1:]).astype(np.float32) for _ in range(2))
-    paint(device(), luma, change, SURFACE, lit, coding)
-    return rounded(np.stack([luma, *(chroma + change)], axis=-1), coding)
+    return np.moveaxis(paint_codes(luma, whole[1:], SURFACE, lit, coding), 0, -1)
 
 
 @pytest.mark.parametrize("matrix", [1, 5, 9])
@@ -339,9 +338,7 @@ def test_the_colour_that_is_painted_is_the_colour_of_the_product(skin, coding):
         lit = material(product(red=red, green=green, blue=blue), 1, white_light(), FACING, coding)
         luma = np.full((2, 2), patch[0], np.uint8)
         chroma = np.tile(patch[1:, None, None], (1, 2, 2)).astype(np.float32)
-        change = chroma.copy()
-        paint(device(), luma, change, flat_surface((2, 2), luminance), lit, coding)
-        got = np.array([luma[0, 0], *np.floor(chroma + change + 0.5)[:, 0, 0]])
+        got = paint_codes(luma, chroma, flat_surface((2, 2), luminance), lit, coding)[:, 0, 0]
         wanted = to_linear(np.array(rgb) / 255, SRGB)
         best = rounded(codes_of(wanted, coding), coding)
         off, least = (
