@@ -34,10 +34,10 @@ class Material:
     from_film: (3, 3) by rows, from the frame's primaries to sRGB's and back.  ceiling: the brightest light that is painted.
     """
 
-    product: tuple[float, float, float]
-    glint: tuple[float, float, float]
-    sparkle: tuple[float, float, float]
-    luminance: tuple[float, float, float]
+    product: tuple[float, ...]
+    glint: tuple[float, ...]
+    sparkle: tuple[float, ...]
+    luminance: tuple[float, ...]
     opacity: float
     texture: float
     undertone: float

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pyopencl as cl
 from makeup_video.kernels.colour import Coding, coding_argument, decode, encode, rounded
 from makeup_video.kernels.material import ENVIRONMENT_PX, Material, bilinear, made_up, skin_at
 from makeup_video.kernels.planes import Window, fold, spread
-from makeup_video.kernels.program import RUN, Device, Memory
+from makeup_video.kernels.program import RUN, Device
 
 _STEP = 64  # rows and columns of a canvas, so that its pixels are whole pieces of _PIECE runs
 _PIECE = 256  # runs: OpenBLAS adds up so few in one thread
@@ -22,11 +23,12 @@ class Surface:
     """A region of a frame, and the product on it.
 
     window: its pixels.  weight: of the product, (h, w) float32, 0..1, one of those that `Canvas.place` gave.
-    shading, normals: (H, W) and (2, H, W) float32 on a grid, at least 2 x 2: luminance of the bare skin
-    without its fine texture, linear; x and y of the unit normal (x right, y down, in the patch; z is
-    towards the viewer).  to_grid: 6 numbers, by rows, px of the window to px of the grid; beyond it its border is repeated.
-    mean: luminance of the bare region.  to_patch: likewise, to coordinates that stick to the skin, of at
-    least -4096 and less than 2^23 cells.  environment: (3, 16, 16) float32, linear.
+    shading, normals: (H, W) and (2, H, W) float32 on a grid of 2 x 2 at least: luminance of the bare
+    skin without its fine texture, linear; x and y of the unit normal (x right, y down, in the patch; z
+    is towards the viewer).  to_grid: (2, 3) by rows, px of the window to px of the grid, whose border
+    is repeated beyond it.  mean: luminance of the bare region.  to_patch: (2, 3) by rows, px of the
+    window to coordinates that stick to the skin, of at least -4096 and less than 2^23 cells.
+    environment: (3, 16, 16) float32, linear.
     """
 
     window: Window
@@ -82,7 +84,7 @@ class Canvas:
         (across, down), sample = self._kind
         self._size = rows, stride
         self._luma = self.device.memory((rows, stride), sample)
-        self._chroma = self.device.memory((2, -(-rows // down), stride // across), sample)
+        self._chroma = self.device.memory((2, rows // down, stride // across), sample)
         self._codes = self.device.memory((2, rows, stride), np.float32)
         self._change = self.device.memory((2, rows, stride), np.float32)
         self._weights = self.device.memory((rows, stride), np.float32)
@@ -95,10 +97,7 @@ class Canvas:
     def paint(
         self, planes: tuple[np.ndarray, ...], surfaces: Sequence[Surface], coding: Coding
     ) -> None:
-        """Paint the surfaces, whose windows were placed, on the planes.
-
-        Where windows overlap the later one is seen.
-        """
+        """Paint the surfaces on the planes: their windows are those that were placed, and do not overlap."""
         runs = self._find_runs(self._kind[0][1])
         if not runs:
             return
@@ -124,9 +123,7 @@ class Canvas:
             self._told = None
         maps, rows, (_, down) = self._maps.array, self._rows.array, self._kind[0]
         at = 0
-        for number, (surface, first_row) in enumerate(
-            zip(surfaces, self._first_rows, strict=True)
-        ):
+        for number, (surface, first_row) in enumerate(zip(surfaces, self._first_rows, strict=True)):
             layer = surface.shading.size
             maps[at : at + layer] = surface.shading.ravel()
             maps[at + layer : at + 3 * layer] = surface.normals.ravel()
@@ -167,24 +164,25 @@ class Canvas:
         """Give the kernels their arguments, when they are others."""
         if self._told == coding:
             return
-        (across, down), sample = self._kind
-        options = coding.transfer, sample, (across, down)
-        names = "paint_spread", "paint", "paint_fold"
-        self._kernels = [self.device.kernel("paint.cl", name, *options) for name in names]
-        spread_, paint_, fold_ = self._kernels
+        block, sample = self._kind
+        program = self.device.program("paint.cl", coding.transfer, sample, block)
+        # of our own: they keep their arguments
+        spread_, paint_, fold_ = self._kernels = [
+            cl.Kernel(program, name) for name in ("paint_spread", "paint", "paint_fold")
+        ]
         rows, stride = self._size
         size, chroma_size = np.int32(rows * stride), np.int32(self._chroma.array[0].size)
-        stride, coded = np.int32(stride), coding_argument(coding)
+        wide, coded = np.int32(stride), coding_argument(coding)
         luma, chroma, codes, change, weights, maps, records, of_row, runs = (
             memory.buffer
             for memory in (self._luma, self._chroma, self._codes, self._change, self._weights,
                            self._maps, self._records, self._rows, self._runs)
         )  # fmt: skip
-        spread_.set_args(chroma, codes, runs, stride, size, chroma_size)
+        spread_.set_args(chroma, codes, runs, wide, size, chroma_size)
         paint_.set_args(
-            luma, codes, change, weights, maps, records, of_row, runs, stride, size, coded
+            luma, codes, change, weights, maps, records, of_row, runs, wide, size, coded
         )
-        fold_.set_args(chroma, change, records, of_row, runs, stride, size, chroma_size, coded)
+        fold_.set_args(chroma, change, records, of_row, runs, wide, size, chroma_size, coded)
         self._told = coding
 
     def _launch(self, runs: int) -> None:

@@ -56,9 +56,7 @@ class Window:
         return [planes[1][at], planes[2][at]]
 
 
-def spread(
-    parts: list[np.ndarray], block: tuple[int, int], hw: tuple[int, ...]
-) -> np.ndarray:
+def spread(parts: list[np.ndarray], block: tuple[int, int], hw: tuple[int, ...]) -> np.ndarray:
     """Cb and Cr -> (2, h, w), the codes of each luma pixel: those of its block."""
     across, down = block
     return np.stack([part.repeat(down, 0).repeat(across, 1)[: hw[0], : hw[1]] for part in parts])

@@ -122,7 +122,7 @@ def source_of(name: str) -> str:
 
 
 class Device:
-    """A device and its queue. Programs are built at first use and kept."""
+    """A device and its queue. Programs and kernels are built at first use and kept."""
 
     def __init__(self, choice: str = "") -> None:
         """choice: as for pick. Raises NoDeviceError, UnknownDeviceError."""
@@ -131,26 +131,30 @@ class Device:
         self.queue = cl.CommandQueue(self.context)
         # An ordinary processor works in our memory; others may work in a copy of it.
         self.shares_memory = bool(device.type & cl.device_type.CPU)
+        self._kernels: dict[tuple[str, int, np.dtype], Any] = {}
         self._programs: dict[tuple[str, int, np.dtype, tuple[int, int]], Any] = {}
 
-    def kernel(
-        self,
-        file: str,
-        name: str,
-        transfer: int,
-        sample: np.dtype,
-        block: tuple[int, int] = (1, 1),
-    ) -> Any:
-        """A new kernel of a file of this package, for frames of a transfer function, a dtype of samples and
-        a subsampling. Programs are built once.
+    def kernel(self, name: str, transfer: int, sample: np.dtype) -> Any:
+        """The kernel of the file of its name, for frames of a transfer function and a dtype of samples.
 
-        transfer: ITU-T H.273, 13, 16 or 18.  sample: uint8 or uint16.  block: luma pixels of a chroma
-        sample, across and down.
+        transfer: ITU-T H.273, 13, 16 or 18.  sample: uint8 or uint16.
+        """
+        key = name, transfer, sample
+        if key not in self._kernels:
+            self._kernels[key] = cl.Kernel(self.program(f"{name}.cl", transfer, sample), name)
+        return self._kernels[key]
+
+    def program(
+        self, file: str, transfer: int, sample: np.dtype, block: tuple[int, int] = (1, 1)
+    ) -> Any:
+        """Of a file of this package; transfer and sample as for kernel.
+
+        block: luma pixels of a chroma sample, across and down.
         """
         key = file, transfer, sample, block
         if key not in self._programs:
             self._programs[key] = self.build(source_of(file), transfer, sample, block)
-        return cl.Kernel(self._programs[key], name)
+        return self._programs[key]
 
     def build(
         self,
@@ -165,7 +169,11 @@ class Device:
         """
         options = [f"-DCOLOUR_TRANSFER={transfer}"]
         if sample is not None:
-            options += [f"-DSAMPLE={_SAMPLES[sample]}", f"-DACROSS={block[0]}", f"-DDOWN={block[1]}"]
+            options += [
+                f"-DSAMPLE={_SAMPLES[sample]}",
+                f"-DACROSS={block[0]}",
+                f"-DDOWN={block[1]}",
+            ]
         return cl.Program(self.context, source).build(options=options)
 
     def memory(self, shape: tuple[int, ...], dtype: Any) -> "Memory":
@@ -225,13 +233,12 @@ class Memory:
         room = np.empty(count + _PAGE, np.uint8)
         first = -room.ctypes.data % _PAGE
         self.array = room[first : first + count].view(dtype).reshape(shape)
-        flags = cl.mem_flags.READ_WRITE
         self._queue = None if device.shares_memory else device.queue
         if device.shares_memory:
-            flags |= cl.mem_flags.USE_HOST_PTR
+            flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
             self.buffer = cl.Buffer(device.context, flags, hostbuf=self.array)
         else:
-            self.buffer = cl.Buffer(device.context, flags, count)
+            self.buffer = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, count)
 
     def send(self) -> None:
         """What the array holds now, kernels that start later see."""

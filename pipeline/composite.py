@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
@@ -35,13 +35,14 @@ _Part = tuple[tuple[Lit[LipRegion] | Lit[EyeRegion], ...], GraphicsParams, float
 class _Job:
     """A region to be painted: the product and how much of it, under which light, where.
 
-    environment: as for Surface.  skin_px: as for Place.
+    shade: as for material.  environment: as for Surface.  skin_px: as for Place.
     """
 
     lit: Lit[LipRegion] | Lit[EyeRegion]
     params: GraphicsParams
     amount: float
     light: SceneLight
+    shade: float
     environment: np.ndarray
     skin_px: float
     window: Window
@@ -131,9 +132,10 @@ def _jobs(item: FrameScene, scene: FaceScene, part: _Part, zone: str) -> Iterato
         low_xy, high_xy = lit.region.reach(params.edge_softness, zone)
         window = Window.around(low_xy, high_xy, size, block)
         if window is not None:
-            is_eye = isinstance(lit.region, EyeRegion)
-            light = _on_lids(scene.light, lit.mean) if is_eye else scene.light
-            yield _Job(lit, params, amount, light, environment, skin_px, window)
+            shade = 1.0
+            if isinstance(lit.region, EyeRegion):
+                shade = _shade_of_lids(scene.light, lit.mean)
+            yield _Job(lit, params, amount, scene.light, shade, environment, skin_px, window)
 
 
 def _apart(jobs: Iterable[_Job]) -> Iterator[list[_Job]]:
@@ -155,28 +157,33 @@ def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> Surface:
     along, across = math.hypot(a, d), math.hypot(b, e)  # px of a step on the grid
     turn = (a / along, b / across), (d / along, e / across)
     size = a * e - b * d
-    to_grid = e / size, -b / size, (b * f - e * c) / size, -d / size, a / size, (d * c - a * f) / size
+    to_grid = (
+        e / size,
+        -b / size,
+        (b * f - e * c) / size,
+        -d / size,
+        a / size,
+        (d * c - a * f) / size,
+    )
     # the region's own axes, in units of the eyes' distance
     units = [along / job.skin_px] * 3 + [across / job.skin_px] * 3
     to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]
-    product = material(
-        job.params, job.amount, job.light, Place(turn, job.skin_px), coding, region.spared
-    )
+    place = Place(turn, job.skin_px)
+    product = material(job.params, job.amount, job.light, place, coding, region.spared, job.shade)
     return Surface(
         job.window, weight, job.lit.shading, region.normals, to_grid, job.lit.mean, to_skin,
         job.environment, product,
     )  # fmt: skip
 
 
-def _on_lids(light: SceneLight, mean: float) -> SceneLight:
+def _shade_of_lids(light: SceneLight, mean: float) -> float:
     """Lids are skin: where they are darker than the face, less light falls on them, by that much.
 
     So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
     """
     if light.skin <= 0:
-        return light
-    share = min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
-    return replace(light, strength=light.strength * share)
+        return 1.0
+    return min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
 
 
 def _environment(light: SceneLight, params: GraphicsParams, coding: Coding) -> np.ndarray:
@@ -191,8 +198,8 @@ def _environment(light: SceneLight, params: GraphicsParams, coding: Coding) -> n
     columns, means = _room_columns(0.6 + 4 * params.environment_blur, coding.primaries)
     blurred = blur @ (light.environment.reshape(ENVIRONMENT_PX, -1) @ columns)
     blurred -= (_EVEN @ blurred) @ means
-    bright = np.maximum(blurred, 0, out=blurred).reshape(ENVIRONMENT_PX, 3, ENVIRONMENT_PX)
-    return bright.swapaxes(0, 1)
+    bright: np.ndarray = np.maximum(blurred, 0, out=blurred)
+    return bright.reshape(ENVIRONMENT_PX, 3, ENVIRONMENT_PX).swapaxes(0, 1)
 
 
 @lru_cache

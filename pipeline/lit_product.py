@@ -48,16 +48,19 @@ def material(
     place: Place,
     coding: Coding,
     spared: float = 0.0,
+    shade: float = 1.0,
 ) -> Material:
     """amount: 0..1, scales all of the product (strength, intensity).
 
     spared: what is darker than this share of the broad light around it is left bare (lashes, the
     dark of a mouth), from twice that on all is painted; 0 paints all.
+
+    shade: share of the light that falls on the region.
     """
     mixed = _mixed(params)
     to_film, from_film = film_matrices(coding.primaries)
-    share = params.light_adaptation
-    gain = [1 + share * (max(part, 0.0) * light.strength - 1) for part in _turned(light, to_film)]
+    share, strength = params.light_adaptation, light.strength * shade
+    gain = [1 + share * (max(part, 0.0) * strength - 1) for part in _turned(light, to_film)]
     gloss = min(params.gloss, _MOST_GLOSS) * amount
     cell, spot, resolved = _cells(params, place)
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
@@ -87,7 +90,7 @@ def material(
         shimmer=_DENSEST * params.shimmer,
         cells=1 / cell,
         spot=spot * spot,
-        dark=_DARK * max(light.strength, 0.1),
+        dark=_DARK * max(strength, 0.1),
         dark_gain=1 / spared if spared else 0.0,
         dark_offset=-1.0 if spared else 1.0,
         to_film=to_film,

@@ -177,7 +177,9 @@ def test_windows_of_any_layout_are_painted_together_as_the_twin_paints_them(case
         window = Window(4 * number, y, width, height)
         surfaces.append(replace(surface, window=window, material=replace(lit, shimmer=0)))
         y += -(-height // 4) * 4
-    planes = planes_around([one.window for one in surfaces], block, coding.bit_depth, interleaved, 1)
+    planes = planes_around(
+        [one.window for one in surfaces], block, coding.bit_depth, interleaved, 1
+    )
     for plane in planes:  # ordinary colours: others are told apart in other tests
         plane[:] = (plane // 8 + 110 / 256 * 2**coding.bit_depth).astype(plane.dtype)
     want = paint_twin(planes, surfaces, coding, block)
@@ -251,9 +253,9 @@ def test_a_device_with_memory_of_its_own_paints_the_same(monkeypatch):
     surfaces = [replace(surface, material=lit)]
     seen = []
     for shares in (True, False):
-        own = Device()
-        own.shares_memory = shares
-        monkeypatch.setattr("makeup.canvas", lambda one=Canvas(own): one)
+        own = Canvas(Device())
+        own.device.shares_memory = shares
+        monkeypatch.setattr("makeup.canvas", lambda own=own: own)
         planes = planes_around([surface.window], (2, 2), 8, False, 4)
         paint_on(planes, surfaces, coding, (2, 2))
         seen.append(planes)

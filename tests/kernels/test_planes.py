@@ -47,7 +47,9 @@ def test_a_window_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
         assert 0 <= x - window.x < window.width and 0 <= y - window.y < window.height
 
 
-@given(st.lists(st.tuples(*[st.integers(0, 9)] * 2, *[st.integers(1, 6)] * 2), min_size=2, max_size=2))
+@given(
+    st.lists(st.tuples(*[st.integers(0, 9)] * 2, *[st.integers(1, 6)] * 2), min_size=2, max_size=2)
+)
 def test_windows_that_share_a_pixel_overlap(boxes):
     one, other = (Window(*box) for box in boxes)
     seen = np.zeros((2, 16, 16), bool)

@@ -32,19 +32,18 @@ def device(monkeypatch):
 def add(device, plane):
     width, height = plane.shape[1] * (2 if plane.ndim == 3 else 1), plane.shape[0]
     with device.lend(plane) as buffers:
-        kernel = device.kernel("test_add.cl", "test_add", 13, BYTES)
+        kernel = device.kernel("test_add", 13, BYTES)
         device.launch(kernel, (width, height), [*buffers, stride_of(plane), np.int32(width)])
 
 
-def test_programs_are_built_once(device):
-    def program_of(*options):
-        kernel = device.kernel("test_add.cl", "test_add", *options)
-        return kernel.get_info(cl.kernel_info.PROGRAM)
-
-    first = program_of(13, BYTES)
-    assert program_of(13, np.dtype(np.uint8)) == first
-    for other in ((16, BYTES), (13, np.dtype(np.uint16)), (13, BYTES, (2, 1))):
-        assert program_of(*other) != first
+@pytest.mark.parametrize(("what", "name"), [("kernel", "test_add"), ("program", "test_add.cl")])
+def test_kernels_and_programs_are_built_once(device, what, name):
+    get = getattr(device, what)
+    first = get(name, 13, BYTES)
+    assert get(name, 13, np.dtype(np.uint8)) is first
+    assert get(name, 16, BYTES) is not first
+    assert get(name, 13, np.dtype(np.uint16)) is not first
+    assert what == "kernel" or get(name, 13, BYTES, (2, 1)) is not first
 
 
 @pytest.mark.parametrize("shares", [True, False])
@@ -52,7 +51,7 @@ def test_memory_holds_what_kernels_leave_there(device, shares):
     device.shares_memory = shares
     memory = device.memory((3, 7), np.uint8)
     assert memory.array.shape == (3, 7) and memory.array.ctypes.data % 4096 == 0
-    kernel = device.kernel("test_add.cl", "test_add", 13, BYTES)
+    kernel = device.kernel("test_add", 13, BYTES)
     kernel.set_args(memory.buffer, np.int32(0), np.int32(21))
     for value in (5, 8):
         memory.array[:] = value
@@ -161,7 +160,9 @@ def test_the_device_without_threads_of_its_own_comes_first_unless_the_user_chose
     for chosen in (None, "pthread"):
         environment = {name: value for name, value in os.environ.items() if name != "POCL_DEVICES"}
         environment |= {"POCL_DEVICES": chosen} if chosen else {}
-        seen.append(subprocess.check_output([sys.executable, "-c", code], text=True, env=environment))
+        seen.append(
+            subprocess.check_output([sys.executable, "-c", code], text=True, env=environment)
+        )
     assert seen[0].startswith("basic") and "pthread" in seen[0]
     assert seen[1].startswith("pthread") and "basic" not in seen[1]
 
@@ -169,9 +170,7 @@ def test_the_device_without_threads_of_its_own_comes_first_unless_the_user_chose
 def test_a_pocl_that_knows_other_names_is_asked_again_without_any(monkeypatch):
     monkeypatch.delenv("POCL_DEVICES", raising=False)
     there = program._found()
-    monkeypatch.setattr(
-        program, "_found", lambda: [] if "POCL_DEVICES" in os.environ else there
-    )
+    monkeypatch.setattr(program, "_found", lambda: [] if "POCL_DEVICES" in os.environ else there)
     assert program.devices() == there
     assert "POCL_DEVICES" not in os.environ
 
