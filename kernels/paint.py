@@ -191,9 +191,9 @@ class Canvas:
                        self._rows, self._runs):  # fmt: skip
             memory.send()
         spread_, paint_, fold_ = self._kernels
-        self.device.start(spread_, runs, (RUN // across, 1))
-        self.device.start(paint_, runs, (RUN, down))
-        self.device.start(fold_, runs, (RUN // across, 1))
+        pixels, samples = (RUN, down), (RUN // across, 1)
+        for kernel, group in ((spread_, samples), (paint_, pixels), (fold_, samples)):
+            self.device.launch(kernel, (runs * group[0], group[1]), (), group)
         self._luma.fetch()
         self._chroma.fetch()
         self.device.finish()

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 
-# PoCL compiles a kernel again for every local size: so there is one. It works on eight pixels at once;
+# PoCL compiles a kernel again for every local size: so each has one. It works on eight pixels at once;
 # runs of more than two times eight hold more pixels that nobody paints.
 RUN = 16
 LOCAL_SIZE = (RUN, 1)
@@ -179,20 +179,25 @@ class Device:
     def memory(self, shape: tuple[int, ...], dtype: Any) -> "Memory":
         return Memory(self, shape, np.dtype(dtype))
 
-    def start(self, kernel: Any, groups: int, local_wh: tuple[int, int]) -> None:
-        """Start a kernel that has its arguments, groups beside each other."""
-        size = groups * local_wh[0], local_wh[1]
-        cl.enqueue_nd_range_kernel(self.queue, kernel, size, local_wh)
-
     def finish(self) -> None:
         """Wait for all that was started."""
         self.queue.finish()
 
-    def launch(self, kernel: Any, size_wh: tuple[int, int], arguments: Sequence[Any]) -> None:
-        """Start it over size_wh work-items, and more on the right: the kernel guards that edge."""
-        kernel.set_args(*arguments)
-        width = -(-size_wh[0] // LOCAL_SIZE[0]) * LOCAL_SIZE[0]
-        cl.enqueue_nd_range_kernel(self.queue, kernel, (width, size_wh[1]), LOCAL_SIZE)
+    def launch(
+        self,
+        kernel: Any,
+        size_wh: tuple[int, int],
+        arguments: Sequence[Any] = (),
+        local_wh: tuple[int, int] = LOCAL_SIZE,
+    ) -> None:
+        """Start it over size_wh work-items, and more on the right: the kernel guards that edge.
+
+        arguments: none, where it has them already.  local_wh: of a work-group; size_wh is whole groups down.
+        """
+        if arguments:
+            kernel.set_args(*arguments)
+        width = -(-size_wh[0] // local_wh[0]) * local_wh[0]
+        cl.enqueue_nd_range_kernel(self.queue, kernel, (width, size_wh[1]), local_wh)
 
     @contextmanager
     def lend(self, *planes: np.ndarray) -> Iterator[list[Any]]:

@@ -56,7 +56,7 @@ def test_memory_holds_what_kernels_leave_there(device, shares):
     for value in (5, 8):
         memory.array[:] = value
         memory.send()
-        device.start(kernel, 2, (16, 1))
+        device.launch(kernel, (21, 1))
         memory.fetch()
         device.finish()
         assert (memory.array == value + 1).all()
