@@ -160,6 +160,21 @@ def test_lips_and_eyes_are_painted_apart():
     assert (lips[on_lips] > 0).mean() > 0.7
 
 
+@pytest.mark.parametrize("pix_fmt", ["yuv420p", "nv12"])
+def test_faces_that_overlap_are_painted_one_after_the_other(pix_fmt):
+    rgb8, points = close_up()
+    frame = frame_of(rgb8, pix_fmt=pix_fmt)
+    beside = points + np.array([6, 3])
+    scene = scene_of(frame, (true_face(points, 0), true_face(beside, 1)), white_light())
+    both = paint_planes(scene, BOTH)
+    for face in scene.faces:
+        planes = paint_planes(replace(scene, faces=(face,)), BOTH)
+        for new, old in zip(scene.frame.writable_planes(), planes, strict=True):
+            new[:] = old
+    for got, want in zip(both, scene.frame.planes, strict=True):
+        np.testing.assert_array_equal(got, want)
+
+
 @pytest.mark.parametrize("offset", [(-90, 0), (110, 0), (0, -130), (60, 60), (9000, 0), (0, -9000)])
 def test_faces_partly_or_wholly_outside_are_no_trouble(offset):
     rgb8, points = close_up()
