@@ -1,7 +1,8 @@
 /* Lay products over regions of a frame, in linear light. Numpy twin: paint.py.
  *
  * The windows of all regions lie below each other in one picture, `stride` pixels wide; each begins at a
- * whole block. A block is ACROSS x DOWN luma pixels and their chroma. For three kernels, one after another:
+ * whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their chroma. Three kernels work one
+ * after another:
  * luma: the picture, changed in place where there is weight.  chroma: its Cb, then its Cr, likewise.
  * codes: f32, Cb and Cr as each luma pixel sees them.  change: f32, by how much they change there.
  * weights: of the product, 0 to 1, for each pixel.
@@ -9,7 +10,8 @@
  * unit normal, and its y (z is towards the viewer), each (grid_high, grid_wide); and its environment,
  * (3, 16, 16), linear light.
  * rows: the region of each row of blocks.
- * runs: what each work-group paints, RUN x DOWN pixels, counted row by row; those without weight are left out.
+ * runs: what each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; those without weight
+ * are left out.
  *
  * Chroma has kernels of its own: at half the index of luma, or behind a barrier, PoCL vectorises the work on
  * pixels for four of them at once, or not at all. */
@@ -19,8 +21,8 @@
 
 #ifndef SAMPLE
 #define SAMPLE uchar
-#define ACROSS 2
-#define DOWN 2
+#define BLOCK_ACROSS 2
+#define BLOCK_DOWN 2
 #endif
 #define RUN 16 /* RUN of program.py */
 
@@ -37,13 +39,13 @@ typedef struct {
 /* The first pixel of a run. */
 MATERIAL_INLINE int paint_start(int run, int stride) {
     int in_row = stride / RUN;
-    return run / in_row * (DOWN * stride) + run % in_row * RUN;
+    return run / in_row * (BLOCK_DOWN * stride) + run % in_row * RUN;
 }
 
 /* Its first chroma sample. */
 MATERIAL_INLINE int paint_start_chroma(int run, int stride) {
     int in_row = stride / RUN;
-    return run / in_row * (stride / ACROSS) + run % in_row * (RUN / ACROSS);
+    return run / in_row * (stride / BLOCK_ACROSS) + run % in_row * (RUN / BLOCK_ACROSS);
 }
 
 /* A work-item for each chroma sample. size, chroma_size: of luma and of Cb, in samples. */
@@ -51,10 +53,11 @@ __kernel void paint_spread(
     __global const SAMPLE *restrict chroma, __global float *restrict codes,
     __global const int *restrict runs, const int stride, const int size, const int chroma_size) {
     int run = runs[get_group_id(0)], lane = get_local_id(0);
-    int from = paint_start_chroma(run, stride) + lane, to = paint_start(run, stride) + lane * ACROSS;
+    int from = paint_start_chroma(run, stride) + lane;
+    int to = paint_start(run, stride) + lane * BLOCK_ACROSS;
     float cb = chroma[from], cr = chroma[from + chroma_size];
-    for (int j = 0; j < DOWN; ++j)
-        for (int i = 0; i < ACROSS; ++i) {
+    for (int j = 0; j < BLOCK_DOWN; ++j)
+        for (int i = 0; i < BLOCK_ACROSS; ++i) {
             codes[to + j * stride + i] = cb;
             codes[to + j * stride + i + size] = cr;
         }
@@ -74,7 +77,7 @@ __kernel void paint(
     const int size, const colour_coding coding) {
     int run = runs[get_group_id(0)], in_row = stride / RUN, block_row = run / in_row;
     int column = (run - block_row * in_row) * RUN + (int)get_local_id(0);
-    int row = block_row * DOWN + (int)get_local_id(1), at = row * stride + column;
+    int row = block_row * BLOCK_DOWN + (int)get_local_id(1), at = row * stride + column;
     __global const paint_region *region = regions + rows[block_row];
     const material product = region->product;
     float x = (float)column, y = (float)(row - region->first_row);
@@ -112,15 +115,17 @@ __kernel void paint_fold(
     __global const int *restrict runs, const int stride, const int size, const int chroma_size,
     const colour_coding coding) {
     int run = runs[get_group_id(0)], lane = get_local_id(0), block_row = run / (stride / RUN);
-    int at = paint_start_chroma(run, stride) + lane, from = paint_start(run, stride) + lane * ACROSS;
+    int at = paint_start_chroma(run, stride) + lane;
+    int from = paint_start(run, stride) + lane * BLOCK_ACROSS;
     __global const paint_region *region = regions + rows[block_row];
     /* the last block of an odd size has less of its pixels */
-    int wide = region->wide - from % stride, high = region->high + region->first_row - block_row * DOWN;
-    wide = wide < ACROSS ? wide : ACROSS;
-    high = high < DOWN ? high : DOWN;
+    int wide = region->wide - from % stride;
+    int high = region->high + region->first_row - block_row * BLOCK_DOWN;
+    wide = wide < BLOCK_ACROSS ? wide : BLOCK_ACROSS;
+    high = high < BLOCK_DOWN ? high : BLOCK_DOWN;
     float cb = 0.0f, cr = 0.0f;
-    for (int j = 0; j < DOWN; ++j)
-        for (int i = 0; i < ACROSS; ++i) {
+    for (int j = 0; j < BLOCK_DOWN; ++j)
+        for (int i = 0; i < BLOCK_ACROSS; ++i) {
             cb += change[from + j * stride + i];
             cr += change[from + j * stride + i + size];
         }

@@ -165,14 +165,15 @@ class Device:
     ) -> Any:
         """A program of any source. What PoCL compiles, it keeps on disk for the next process.
 
-        sample: what SAMPLE stands for; None for a source that does not ask.  block: ACROSS and DOWN.
+        sample: what SAMPLE stands for; None for a source that does not ask.  block: BLOCK_ACROSS
+        and BLOCK_DOWN.
         """
         options = [f"-DCOLOUR_TRANSFER={transfer}"]
         if sample is not None:
             options += [
                 f"-DSAMPLE={_SAMPLES[sample]}",
-                f"-DACROSS={block[0]}",
-                f"-DDOWN={block[1]}",
+                f"-DBLOCK_ACROSS={block[0]}",
+                f"-DBLOCK_DOWN={block[1]}",
             ]
         return cl.Program(self.context, source).build(options=options)
 
