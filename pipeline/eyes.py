@@ -13,11 +13,12 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from makeup_video.kernels.surface import LID_HW, FaceSurfaces, Place
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import EYE, RIGHT_EYE
 
-SIZE_WH = (40, 28)
+SIZE_WH = LID_HW[::-1]
 _SHADING_SIGMA = 1.8  # px of the grid: what is finer is texture
 LEFT, STEP = -0.85, 1.9 / 39  # of the grid: its first column, its step, in widths of the eye
 _TOP = -0.95  # its first row
@@ -28,6 +29,10 @@ _BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
 _FAINTEST = 1 / 512
 _CURVES = np.stack([_LASHES, _CREASE, _BROW])
+_CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
+_NARROWEST_PX = 4
+# The same from the inner to the outer corner, as points of the face: of both eyes, (6, 9).
+LID_RINGS = np.concatenate([eye[_CURVES[:, ::-1]] for eye in (EYE, RIGHT_EYE)])
 _COLUMNS = np.arange(SIZE_WH[0])
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
 _OUT = LEFT + STEP * _COLUMNS
@@ -130,8 +135,23 @@ def _is_between(
     return between
 
 
+def eye_places(face: Face) -> list[Place | None]:
+    """Where the grids of both eyes lie; None for one too narrow to be seen (a face from the side)."""
+    forehead, chin, *corners = face.points_px[_CORNERS, :2].tolist()
+    up = forehead[0] - chin[0], forehead[1] - chin[1]
+    return [_eye_place(*corners[:2], *up), _eye_place(*corners[2:], *up)]
+
+
+def eye_regions_of(places: list[Place | None], made: FaceSurfaces) -> list[EyeRegion | None]:
+    """The lids that kernels/surface.cl made."""
+    return [
+        EyeRegion(Grid.at(place.to_px, LID_HW), lid[0], lid[1], _OUT, lid[3:]) if place else None
+        for place, lid in zip(places, made.lids, strict=True)
+    ]
+
+
 def eye_regions(face: Face) -> list[EyeRegion]:
-    """The lids of both eyes; those too narrow to be seen (a face from the side) are left out."""
+    """The lids of both eyes that are seen, in numpy: the twin of kernels/surface.cl."""
     seen = [eye for eye in _eyes(face) if eye is not None]
     if not seen:
         return []
@@ -166,10 +186,19 @@ def lid_curves(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
 
 
 def _eyes(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
-    """The grids of both eyes, and their points there; None for one that is too narrow."""
-    brow_side = face.points_px[[10, 152], :2]  # top of the forehead and chin
-    up = brow_side[0] - brow_side[1]
-    return [_placed(face.points_px[points], up) for points in (EYE, RIGHT_EYE)]
+    """The grids of both eyes, and their points (48, 3) there; None for one that is too narrow."""
+    eyes: list[tuple[Grid, np.ndarray] | None] = []
+    for place, points in zip(eye_places(face), (EYE, RIGHT_EYE), strict=True):
+        if place is None:
+            eyes.append(None)
+            continue
+        grid, points_px = Grid.at(place.to_px, LID_HW), face.points_px[points]
+        there = np.empty(points_px.shape)
+        step = grid.step_px()
+        there[:, :2] = (points_px[:, :2] - grid.to_px[:, 2]) @ (grid.to_px[:, :2] / step**2)
+        there[:, 2] = points_px[:, 2] / step
+        eyes.append((grid, there))
+    return eyes
 
 
 def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -179,22 +208,22 @@ def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return lash, crease, np.minimum(y[:, 2], crease - 1)
 
 
-def _placed(points_px: np.ndarray, up_xy: np.ndarray) -> tuple[Grid, np.ndarray] | None:
-    """The grid of an eye, and its points (48, 3) there; None when it is too narrow."""
-    (x0, y0), (x1, y1) = points_px[[0, 8], :2].tolist()  # outer and inner corner
-    axis = np.array([x0 - x1, y0 - y1])
-    width = math.hypot(*axis.tolist())
-    if not width >= 4:
+def _eye_place(
+    outer_xy: list[float], inner_xy: list[float], up_x: float, up_y: float
+) -> Place | None:
+    """None when it is too narrow."""
+    (x0, y0), (x1, y1) = outer_xy, inner_xy
+    right, down = x0 - x1, y0 - y1
+    if not math.hypot(right, down) >= _NARROWEST_PX:
         return None
-    down = np.array([-axis[1], axis[0]])
-    if down @ up_xy > 0:
-        down = -down
-    middle = np.array([x0 + x1, y0 + y1]) / 2
-    to_px = np.column_stack([axis * STEP, down * STEP, middle + axis * LEFT + down * _TOP])
-    points = np.empty(points_px.shape)
-    points[:, :2] = (points_px[:, :2] - to_px[:, 2]) @ (to_px[:, :2] / (width * STEP) ** 2)
-    points[:, 2] = points_px[:, 2] / (width * STEP)
-    return Grid(to_px, SIZE_WH), points
+    x, y = -down, right  # down the grid
+    if x * up_x + y * up_y > 0:
+        x, y = -x, -y
+    to_px = (
+        right * STEP, x * STEP, (x0 + x1) / 2 + right * LEFT + x * _TOP,
+        down * STEP, y * STEP, (y0 + y1) / 2 + down * LEFT + y * _TOP,
+    )  # fmt: skip
+    return Place(to_px, to_px)
 
 
 def _curves(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,8 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import compose, step_px
+from makeup_video.kernels.surface import LIPS_HW, FaceSurfaces, Place
+from makeup_video.pipeline.crop import step_px
 from makeup_video.pipeline.face import Face
 from makeup_video.pipeline.shading import Grid, broad, slopes_along
 from makeup_video.pipeline.topology import LIPS
@@ -20,6 +21,8 @@ _SHADING_SIGMA = 2.5  # of that grid: what is finer is texture
 _RINGS = (0, 40, 60, 20)
 _LOWER = np.array([[ring + i for i in range(11)] for ring in _RINGS])
 _UPPER = np.array([[ring, *range(ring + 11, ring + 20), ring + 10] for ring in _RINGS])
+# The same as points of the face, (8, 11): as kernels/surface.cl takes them.
+LIP_RINGS = LIPS[np.concatenate([_UPPER, _LOWER])]
 # Between the rings, from border (0) to opening (1), where their slopes hold.
 _BETWEEN = (0.19, 0.57, 0.88)
 # Lips are fuller than the mesh: added to the slope at the border, and on the way to the opening.
@@ -42,23 +45,20 @@ _OVER_SEAM = 0.3  # of that half: how far the edge is pushed over the line where
 class LipRegion:
     """Lips, ready to be painted; (H, W) float32 on the patch, (H/2, W/2) on the coarse grid.
 
-    odds: (H, W) log-odds of lipstick, limited to the contours' neighbourhood.  opening: (H, W),
-    1 at the rim of an open mouth, -1 where shut lips meet, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
+    grid: where the coarse grid lies on the frame.  odds: (H, W) log-odds of lipstick, limited to the
+    contours' neighbourhood.  rim: (H, W), by how many half widths of the edge it is pushed inwards: 1
+    at the rim of an open mouth, -0.3 where shut lips meet, 0 at the outer border.
+    normals: (2, H/2, W/2), x and y.
     upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
     """
 
     face: Face
+    grid: Grid
     odds: np.ndarray
-    opening: np.ndarray
+    rim: np.ndarray
     normals: np.ndarray
     upper: np.ndarray
     spared: ClassVar[float] = 0.17  # the dark of the mouth: see `material`
-
-    @property
-    def grid(self) -> Grid:
-        """Where `shading` and `normals` lie on the frame."""
-        height, width = self.normals.shape[1:]
-        return Grid(compose(self.face.lips.to_px, _COARSE_TO_PATCH), (width, height))
 
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
@@ -79,7 +79,7 @@ class LipRegion:
         to_px[:, 2] -= origin_xy
         half = self._half_edge(softness)
         cv2.warpAffine(
-            self.odds - half * np.maximum(self.opening, _OVER_SEAM * self.opening), to_px, out.shape[::-1], out,
+            self.odds - half * self.rim, to_px, out.shape[::-1], out,
             flags=cv2.INTER_CUBIC if scale > 1.5 else cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
         )  # fmt: skip
@@ -107,12 +107,33 @@ class LipRegion:
         return below + self.upper * (above - below), mean
 
 
-_COARSE_TO_PATCH = np.array([[COARSE, 0, (COARSE - 1) / 2], [0, COARSE, (COARSE - 1) / 2]])
+def lip_place(face: Face) -> Place | None:
+    """Where the lips' coarse grid and patch lie; None when the mouth is hidden."""
+    if face.mouth_weight <= 0:
+        return None
+    (a, b, left), (c, d, top) = face.lips.to_px.tolist()
+    middle = (COARSE - 1) / 2
+    coarse = (
+        COARSE * a,
+        COARSE * b,
+        left + middle * (a + b),
+        COARSE * c,
+        COARSE * d,
+        top + middle * (c + d),
+    )
+    return Place(coarse, (a, b, left, c, d, top))
+
+
+def lip_region_of(face: Face, place: Place, made: FaceSurfaces) -> LipRegion:
+    """The lips that kernels/surface.cl made."""
+    grid = Grid.at(place.to_px, LIPS_HW)
+    return LipRegion(face, grid, made.odds, made.rim, made.lips[1:3], made.lips[3])
 
 
 def lip_region(face: Face) -> LipRegion | None:
-    """None when the mouth is hidden."""
-    if face.mouth_weight <= 0:
+    """The same in numpy, the twin of kernels/surface.cl. None when the mouth is hidden."""
+    place = lip_place(face)
+    if place is None:
         return None
     patch = face.lips
     height, width = patch.logits.shape
@@ -131,7 +152,9 @@ def lip_region(face: Face) -> LipRegion | None:
     odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST)
     odds += np.float32(_WIDER) * (opening <= 0)
     np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
-    return LipRegion(face, odds, opening, normals, upper)
+    rim = np.maximum(opening, _OVER_SEAM * opening)
+    grid = Grid.at(place.to_px, upper.shape)
+    return LipRegion(face, grid, odds, rim, normals, upper)
 
 
 def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:

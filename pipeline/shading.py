@@ -1,16 +1,15 @@
 """The broad light and dark of a small part of a frame, read straight from its planes."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
-from makeup_video.kernels.colour import HLG, Coding, matrices, to_linear, to_xyz
+from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, to_xyz
+from makeup_video.kernels.surface import LightPlanes, Place, Stretch, light_table, to_steps
 from makeup_video.pipeline.crop import Affine, pixel_places, samples_at, step_px
 from makeup_video.pipeline.frame import Frame
-
-_STEPS = 1023  # of R'G'B' from 0 to 1, in the table of its light
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,6 +21,11 @@ class Grid:
 
     to_px: Affine
     size_wh: tuple[int, int]
+
+    @classmethod
+    def at(cls, to_px: tuple[float, ...], hw: tuple[int, ...]) -> "Grid":
+        """to_px: by rows."""
+        return cls(np.array((to_px[:3], to_px[3:])), (hw[1], hw[0]))
 
     def places(self) -> np.ndarray:
         """(2, N) float32, x and y in the frame, row by row."""
@@ -46,10 +50,81 @@ class Grid:
         return step_px(self.to_px)
 
 
+def light_planes(
+    frame: Frame, coding: Coding, places: Sequence[tuple[Place, tuple[int, int]]]
+) -> LightPlanes:
+    """What is to be seen of a frame on some grids, each with its height and width.
+
+    Planes are cut to what lies around the grids, and those of which more than two px lie between two
+    of a grid are averaged, 2x2, 4x4, ...
+    """
+    lows, highs, step = _reach(places)
+    luma, to_luma = _near(frame.planes[0], lows, highs, (1, 1), step)
+    if len(frame.planes) < 2:
+        return LightPlanes((luma, luma, luma), to_luma, to_luma, coding, has_colour=False)
+    nearby = [_near(plane, lows, highs, frame.chroma, step) for plane in frame.planes[1:3]]
+    cb, to_chroma = nearby[0]
+    cr = nearby[-1][0]
+    if cb.ndim == 3:  # NV12 keeps both in one plane
+        cb, cr = cb[..., 0], cb[..., 1]
+    return LightPlanes((luma, cb, cr), to_luma, to_chroma, coding)
+
+
+def _reach(
+    places: Sequence[tuple[Place, tuple[int, int]]],
+) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """Lowest and highest px (x, y) of a frame on grids, and the largest step between two of theirs."""
+    lows, highs, steps = [], [], []
+    for place, (high, wide) in places:
+        a, b, left, c, d, top = place.to_px
+        right, across = a * (wide - 1), b * (high - 1)
+        along, below = c * (wide - 1), d * (high - 1)
+        lows.append((left + min(right, 0) + min(across, 0), top + min(along, 0) + min(below, 0)))
+        highs.append((left + max(right, 0) + max(across, 0), top + max(along, 0) + max(below, 0)))
+        steps.append(abs(a * d - b * c) ** 0.5)
+    (x0, y0), (x1, y1) = map(min, zip(*lows, strict=True)), map(max, zip(*highs, strict=True))
+    return (x0, y0), (x1, y1), max(steps)
+
+
+def _near(
+    plane: np.ndarray,
+    low_xy: tuple[float, float],
+    high_xy: tuple[float, float],
+    chroma: tuple[int, int],
+    step: float,
+) -> tuple[np.ndarray, Stretch]:
+    """The part of a plane around px of the frame, averaged where `step` is large, and the way to its px.
+
+    chroma: px of the frame for one of the plane.
+    """
+    step /= math.sqrt(chroma[0] * chroma[1])
+    size = 1
+    while step > 2 * size and 2 * size <= min(plane.shape[:2]):
+        size *= 2
+    spans, stretch = [], []
+    for low, high, share, length in zip(low_xy, high_xy, chroma, plane.shape[1::-1], strict=True):
+        # from multiple to multiple of the size: so the average does not swim with the face
+        last = length // size - 1
+        first = min(max(int(low / share / size) - 2, 0), last)
+        spans.append(
+            slice(first * size, (min(max(int(high / share / size) + 2, first), last) + 1) * size)
+        )
+        scale = 1 / (share * size)
+        stretch += [scale, 0.5 * scale - 0.5 - first]
+    part = plane[spans[1], spans[0]]
+    while size > 1:  # OpenCV is quick at exactly this
+        part = cv2.resize(
+            part, (part.shape[1] // 2, part.shape[0] // 2), interpolation=cv2.INTER_AREA
+        )
+        size //= 2
+    return part, tuple(stretch)
+
+
 def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarray]:
     """Linear luminance on each grid, (H, W) float32; beyond the frame its border is repeated.
 
-    The grids lie close together and have about the same step: they are read at once.
+    The grids lie close together and have about the same step: they are read at once. About the twin
+    of kernels/surface.cl, which does not round on the way, and looks at less of the chroma.
     """
     places = np.concatenate([grid.places() for grid in grids], axis=1)
     step = max(grid.step_px() for grid in grids)
@@ -63,31 +138,13 @@ def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarr
 
 def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
     """(3, N) codes, or (1, N) of a grey frame -> (N,) float32, within 0.3 % of a step of 8 bits."""
-    to_steps, table, weights = _tables(coding)
-    steps = to_steps[:, : len(codes)] @ codes.astype(np.float32)
-    offset = to_steps[:, 3:]
-    if len(codes) == 1:
-        offset = offset + to_steps[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
-    steps += offset
-    light: np.ndarray = weights @ table.take(steps.astype(np.intp), mode="clip")
-    return light ** np.float32(1.2) if coding.transfer == HLG else light
-
-
-@lru_cache
-def _tables(coding: Coding) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Codes to R'G'B' in 1/1023, and a half (3, 4); its light; weights of luminance (3,)."""
-    steps = np.arange(_STEPS + 1) / _STEPS
-    table = to_linear(np.repeat(steps[:, None], 3, axis=1), coding.transfer)[:, 0]
-    if coding.transfer == HLG:  # the display's gain comes after the sum (BT.2100: OOTF)
-        table = table ** (1 / 1.2)
-    weights = to_xyz(coding.primaries)[1]
-    to_steps = matrices(coding)[0] * _STEPS
-    to_steps[:, 3] += 0.5
-    return (
-        to_steps.astype(np.float32),
-        table.astype(np.float32),
-        weights.astype(np.float32),
+    to = to_steps(coding, len(codes) > 1).astype(np.float32)
+    steps = to[:, : len(codes)] @ codes.astype(np.float32) + to[:, 3:]
+    weights = to_xyz(coding.primaries)[1].astype(np.float32)
+    light: np.ndarray = weights @ light_table(coding.transfer).take(
+        steps.astype(np.intp), mode="clip"
     )
+    return light ** np.float32(HLG_GAMMA) if coding.transfer == HLG else light
 
 
 def broad(
