@@ -10,20 +10,18 @@ from functools import lru_cache
 import numpy as np
 import pyopencl as cl
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, matrices, to_linear, to_xyz
-from makeup_video.kernels.program import Device, source_of
+from makeup_video.kernels.program import LOCAL_SIZE, Device
 from numpy.lib.stride_tricks import as_strided
 
 # As in surface.cl: the patch of the lips, its grid, that of a lid.
 PATCH_HW, LIPS_HW, LID_HW = (80, 112), (40, 56), (28, 40)
 _PATCH, _LIPS, _LID = (math.prod(hw) for hw in (PATCH_HW, LIPS_HW, LID_HW))
-_GRIDS = 96 * 56  # px of the three grids below each other
-_POINTS, _CURVES = 478, 18
-# Floats of curves, columns, light, layers and blurred.
-_SCRATCH = (2 * _CURVES * 112 + 2, 42 * 112, _GRIDS, 6 * _GRIDS, 6 * 96 * 88)
+_POINTS, _REGIONS = 478, 3
+_SCRATCH = 60 * 112 + 16 + 7 * _LIPS + 6 * 40 * 88  # floats, of a region
 _STEPS = 1023  # of R'G'B' from 0 to 1, in the table of its light
 
 _NOWHERE = (0.0,) * 22  # a place without a region
-_HEAD = struct.Struct("94f")  # of `given`: three places, two planes, the coding
+_HEAD = struct.Struct("88f")  # of `given`: three places, two planes, the coding
 _POINTS_AT = _HEAD.size // 4
 _LOGITS_AT = _POINTS_AT + 3 * _POINTS
 # Of `out`.
@@ -48,7 +46,8 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightPlanes:
-    """What light is read from: Y', Cb and Cr, (H, W) uint8 or uint16 codes; of grey three times Y'.
+    """What light is read from: Y', Cb and Cr, (H, W) uint8 or uint16 codes, 2x2 at least, their rows whole; of
+    grey three times Y'.
 
     to_luma, to_chroma: px of the frame -> px of these planes.  has_colour: False for grey.
     """
@@ -77,18 +76,17 @@ class FaceSurfaces:
 
 
 class Surface:
-    """The kernels of surface.cl, for one face after the other; threads wait for each other."""
+    """The kernel, for one face after the other; threads wait for each other."""
 
     def __init__(self, device: Device, rings: np.ndarray) -> None:
-        """rings: (14, 11), the points of each curve as surface_curves takes them."""
+        """rings: (14, 11), the points of each curve, see surface.cl."""
         self._device = device
         self._lock = threading.Lock()
-        self._kernels: dict[tuple[int, np.dtype], list[cl.Kernel]] = {}
         self._tables: dict[int, cl.Buffer] = {}
         self._rings = self._kept(rings.astype(np.int32))
         self._given = np.zeros(_LOGITS_AT + _PATCH, np.float32)
-        flags = cl.mem_flags.READ_WRITE
-        self._scratch = [cl.Buffer(device.context, flags, 4 * floats) for floats in _SCRATCH]
+        scratch = 4 * _REGIONS * _SCRATCH
+        self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, scratch)
 
     def __call__(
         self,
@@ -131,35 +129,14 @@ class Surface:
 
     def _run(self, light: LightPlanes, out: np.ndarray) -> None:
         transfer = light.coding.transfer
-        kernels = self._built(transfer, light.planes[0].dtype)
+        kernel = self._device.kernel("surface", transfer, light.planes[0].dtype)
         planes = [self._lent(plane) for plane in light.planes]
-        curves, columns, seen, layers, blurred = self._scratch
         with self._device.lend(self._given, out) as (given, filled):
-            for kernel, size_wh, arguments in zip(
-                kernels,
-                ((1, _CURVES), (112, 4), (_PATCH // 8, 1), (_GRIDS // 16, 1), (_GRIDS // 8, 1),
-                 (_GRIDS // 8 + 3, 1), (_GRIDS // 8, 1)),
-                (
-                    (given, self._rings, curves),
-                    (given, curves, columns),
-                    (given, curves, columns, filled),
-                    (given, *planes, self._table(transfer), seen),
-                    (columns, seen, layers, filled),
-                    (layers, seen, blurred, filled),
-                    (blurred, filled),
-                ),
-                strict=True,
-            ):  # fmt: skip
-                self._device.launch(kernel, size_wh, arguments)
-
-    def _built(self, transfer: int, sample: np.dtype) -> list[cl.Kernel]:
-        """In the order in which they run."""
-        key = transfer, sample
-        if key not in self._kernels:
-            program = self._device.build(source_of("surface.cl"), transfer, sample)
-            names = ("curves", "columns", "odds", "light", "grids", "down", "across")
-            self._kernels[key] = [cl.Kernel(program, f"surface_{name}") for name in names]
-        return self._kernels[key]
+            self._device.launch(
+                kernel,
+                (_REGIONS * LOCAL_SIZE[0], 1),
+                (given, self._rings, *planes, self._table(transfer), self._scratch, filled),
+            )
 
     def _table(self, transfer: int) -> cl.Buffer:
         if transfer not in self._tables:
@@ -172,10 +149,9 @@ class Surface:
 
     def _lent(self, plane: np.ndarray) -> cl.Buffer:
         """Over a plane's own memory, from its first sample to its last, to be read only."""
-        row, column = plane.strides
-        reach = (plane.shape[0] - 1) * row + (plane.shape[1] - 1) * column
-        size = plane.itemsize
-        span = as_strided(plane, (reach // size + 1,), (size,), writeable=False)
+        (high, wide), size = plane.shape, plane.itemsize
+        length = (high - 1) * (plane.strides[0] // size) + wide
+        span = as_strided(plane, (length,), (size,), writeable=False)
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.USE_HOST_PTR
         return cl.Buffer(self._device.context, flags, hostbuf=span)
 
@@ -222,11 +198,10 @@ def _place(place: Place, light: LightPlanes) -> Sequence[float]:
 
 def _plane(plane: np.ndarray) -> Sequence[float]:
     """A plane as surface.cl takes it."""
-    (high, wide), (row, column) = plane.shape, plane.strides
-    row, column = row // plane.itemsize, column // plane.itemsize
-    # by more than float32 rounds away
-    last_x, last_y = ((count - 1) * (1 - 1e-6) for count in (wide, high))
-    return row, column, column if wide > 1 else 0, row if high > 1 else 0, last_x, last_y
+    high, wide = plane.shape
+    # less by more than float32 rounds away
+    less = 1 - 1e-6
+    return plane.strides[0] // plane.itemsize, (wide - 1) * less, (high - 1) * less
 
 
 @lru_cache

@@ -59,14 +59,12 @@ def light_planes(
     of a grid are averaged, 2x2, 4x4, ...
     """
     lows, highs, step = _reach(places)
-    luma, to_luma = _near(frame.planes[0], lows, highs, (1, 1), step)
-    if len(frame.planes) < 2:
+    planes, chroma = frame.planes, frame.chroma
+    (luma,), to_luma = _near(planes[:1], lows, highs, (1, 1), step)
+    if len(planes) < 2:
         return LightPlanes((luma, luma, luma), to_luma, to_luma, coding, has_colour=False)
-    nearby = [_near(plane, lows, highs, frame.chroma, step) for plane in frame.planes[1:3]]
-    cb, to_chroma = nearby[0]
-    cr = nearby[-1][0]
-    if cb.ndim == 3:  # NV12 keeps both in one plane
-        cb, cr = cb[..., 0], cb[..., 1]
+    both, to_chroma = _near(planes[1:3], lows, highs, chroma, step)
+    cb, cr = both if len(both) == 2 else cv2.split(both[0])  # NV12 keeps both in one plane
     return LightPlanes((luma, cb, cr), to_luma, to_chroma, coding)
 
 
@@ -87,37 +85,46 @@ def _reach(
 
 
 def _near(
-    plane: np.ndarray,
+    planes: Sequence[np.ndarray],
     low_xy: tuple[float, float],
     high_xy: tuple[float, float],
     chroma: tuple[int, int],
     step: float,
-) -> tuple[np.ndarray, Stretch]:
-    """The part of a plane around px of the frame, averaged where `step` is large, and the way to its px.
+) -> tuple[list[np.ndarray], Stretch]:
+    """The part of planes of one size around px of the frame, averaged where `step` is large, and the
+    way to its px.
 
-    chroma: px of the frame for one of the plane.
+    chroma: px of the frame for one of the planes.
     """
+    high, wide = planes[0].shape[:2]
     step /= math.sqrt(chroma[0] * chroma[1])
     size = 1
-    while step > 2 * size and 2 * size <= min(plane.shape[:2]):
+    while step > 2 * size and 4 * size <= min(wide, high):
         size *= 2
-    spans, stretch = [], []
-    for low, high, share, length in zip(low_xy, high_xy, chroma, plane.shape[1::-1], strict=True):
-        # from multiple to multiple of the size: so the average does not swim with the face
-        last = length // size - 1
-        first = min(max(int(low / share / size) - 2, 0), last)
-        spans.append(
-            slice(first * size, (min(max(int(high / share / size) + 2, first), last) + 1) * size)
-        )
-        scale = 1 / (share * size)
-        stretch += [scale, 0.5 * scale - 0.5 - first]
-    part = plane[spans[1], spans[0]]
+    left, right, to_x = _span(low_xy[0], high_xy[0], chroma[0], size, wide)
+    top, bottom, to_y = _span(low_xy[1], high_xy[1], chroma[1], size, high)
+    parts = [plane[top:bottom, left:right] for plane in planes]
     while size > 1:  # OpenCV is quick at exactly this
-        part = cv2.resize(
-            part, (part.shape[1] // 2, part.shape[0] // 2), interpolation=cv2.INTER_AREA
-        )
-        size //= 2
-    return part, tuple(stretch)
+        right, bottom, size = (right - left) // 2, (bottom - top) // 2, size // 2
+        left = top = 0
+        parts = [cv2.resize(part, (right, bottom), interpolation=cv2.INTER_AREA) for part in parts]
+    if min(wide, high) < 2:
+        parts = [cv2.copyMakeBorder(part, 0, 1, 0, 1, cv2.BORDER_REPLICATE) for part in parts]
+    return parts, (*to_x, *to_y)
+
+
+def _span(
+    low: float, high: float, share: int, size: int, length: int
+) -> tuple[int, int, tuple[float, float]]:
+    """First and last px of a plane, in whole boxes of `size`, around low..high px of a frame; and the way
+    from there to boxes.
+
+    So averages do not swim with the face. share: px of the frame for one of the plane.
+    """
+    scale, last = 1 / (share * size), length // size - 1
+    first = min(max(int(low * scale) - 2, 0), max(last - 1, 0))
+    end = min(max(int(high * scale) + 3, first + 2), last + 1)
+    return first * size, end * size, (scale, 0.5 * scale - 0.5 - first)
 
 
 def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarray]:
