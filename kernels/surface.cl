@@ -29,8 +29,11 @@
 #define LID_STEP (1.9f / 39.0f)
 #define FAINT 0.02f
 
+/* Not inlined: it compiles in half the time, and runs no slower. */
+#define SURFACE_STEP static __attribute__((noinline))
+
 /* LASHES points -> SMOOTH of them on a smooth curve (Catmull and Rom, 1974), in place. */
-static void surface_smooth(float *points) {
+SURFACE_STEP void surface_smooth(float *points) {
     float smooth[SMOOTH];
     for (int i = 0; i < SMOOTH; ++i) {
         int at = i / 4 < LASHES - 1 ? i / 4 : LASHES - 2;
@@ -44,7 +47,7 @@ static void surface_smooth(float *points) {
 
 /* A curve as heights and depths by column: of the lips eight half-rings by the grid's columns, then borders and
  * openings (the rings 0, 3, 4, 7) by the patch's; of a lid three. */
-static void surface_curve(
+SURFACE_STEP void surface_curve(
     int region, int curve, __global const float *given, __global const int *rings, __global float *scratch) {
     int is_lid = region > 0, is_fine = !is_lid && curve >= 8;
     int ring = is_lid ? 5 + 3 * region + curve : is_fine ? ((curve - 8) >> 1) * 4 + (curve & 1) * 3 : curve;
@@ -84,7 +87,7 @@ static void surface_curve(
 }
 
 /* How steep a lip is between its rings, and along the middle, at a column of the grid. */
-static void surface_bend(int x, __global float *scratch) {
+SURFACE_STEP void surface_bend(int x, __global float *scratch) {
     for (int lip = 0; lip < 2; ++lip) {
         __global const float *ring = scratch + CURVES_AT + lip * 8 * PATCH_WIDE;
         __global float *bends = scratch + BENDS_AT + lip * 5 * PATCH_WIDE + x;
@@ -102,7 +105,7 @@ static void surface_bend(int x, __global float *scratch) {
 }
 
 /* What the lips' pixels in a column of the grid share. */
-static void surface_lips_column(int x, __global float *scratch) {
+SURFACE_STEP void surface_lips_column(int x, __global float *scratch) {
     __global const float *curves = scratch + CURVES_AT + x;
     __global float *columns = scratch + COLUMNS_AT + x;
     for (int lip = 0; lip < 2; ++lip) {
@@ -122,7 +125,7 @@ static void surface_lips_column(int x, __global float *scratch) {
 }
 
 /* The same of the patch. */
-static void surface_patch_column(int x, __global float *scratch) {
+SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT + 16 * PATCH_WIDE, *corners = scratch + CORNERS_AT;
     __global float *out = scratch + COLUMNS_AT + x;
     const int rows[4] = {TOP, UPPER, BOTTOM, LOWER};
@@ -141,7 +144,7 @@ static void surface_patch_column(int x, __global float *scratch) {
 }
 
 /* The same of a lid's grid. */
-static void surface_lid_column(int x, float step_px, __global float *scratch) {
+SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT, *z = y + PATCH_WIDE;
     __global float *out = scratch + COLUMNS_AT + x;
     float at_lash = y[x], at_crease = y[x + 2 * PATCH_WIDE], at_brow = y[x + 4 * PATCH_WIDE];
@@ -162,7 +165,7 @@ static void surface_lid_column(int x, float step_px, __global float *scratch) {
 }
 
 /* Where lipstick goes: odds and rim, eight px of the patch. */
-static void surface_odds(
+SURFACE_STEP void surface_odds(
     int x, int y, __global const float *given, __global const float *scratch, __global float *out) {
     __global const float *column = scratch + COLUMNS_AT + x, *corners = scratch + CORNERS_AT;
     float left = corners[0], right = corners[1], row = (float)y;
@@ -204,7 +207,7 @@ static inline float8 surface_sample(
 
 /* Linear luminance of eight pixels of a grid in two rows: chroma has no more detail than two by two, so that of four
  * is looked at once. */
-static void surface_light(
+SURFACE_STEP void surface_light(
     int x, int y, __global const float *given, __global const float *place, __global const SAMPLE *luma,
     __global const SAMPLE *cb, __global const SAMPLE *cr, __global const float *table, __global float *light,
     int wide) {
@@ -231,7 +234,7 @@ static void surface_light(
 }
 
 /* Slopes and the light by areas, eight pixels of the lips' grid. */
-static void surface_lips_pixels(int x, int y, __global float *scratch, __global float *out) {
+SURFACE_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __global float *out) {
     __global const float *columns = scratch + COLUMNS_AT + x;
     __global const float *upper = columns + LIP * PATCH_WIDE, *lower = upper + OF_LIP * PATCH_WIDE;
     int at = y * LIPS_WIDE + x;
@@ -263,7 +266,7 @@ static void surface_lips_pixels(int x, int y, __global float *scratch, __global 
 }
 
 /* Heights, normals and the light of the area, eight pixels of a lid's grid. */
-static void surface_lid_pixels(int x, int y, __global float *scratch, __global float *out) {
+SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __global float *out) {
     __global const float *column = scratch + COLUMNS_AT + x;
     int at = y * LID_WIDE + x;
     float8 above_lash = EIGHT(column + LASH * PATCH_WIDE) - (float)y;
@@ -286,7 +289,7 @@ static void surface_lid_pixels(int x, int y, __global float *scratch, __global f
 }
 
 /* Mean of the light over a region's areas; over all of its grid where there is hardly any area. */
-static float surface_mean(__global const float *scratch, int is_lips, int size) {
+SURFACE_STEP float surface_mean(__global const float *scratch, int is_lips, int size) {
     float8 seen = (float8)0.0f, area = (float8)0.0f, all = (float8)0.0f;
     for (int i = 0; i < size; i += 8) {
         __global const float *at = scratch + LAYERS_AT + i;
@@ -328,7 +331,7 @@ static inline float8 surface_blur_across(__global const float *at, __constant co
 }
 
 /* Shading and normals, eight pixels of the lips' grid. */
-static void surface_finish_lips(int x, int y, __global const float *blurred, __global float *out) {
+SURFACE_STEP void surface_finish_lips(int x, int y, __global const float *blurred, __global float *out) {
     __global const float *from = blurred + y * PADDED + PAD + x;
     __global float *to = out + LIPS_AT + y * LIPS_WIDE + x;
     float faint = FAINT * out[MEANS_AT];

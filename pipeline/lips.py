@@ -4,7 +4,7 @@ All of it lives on the grid of the face's lip patch, which is turned with the fa
 cut into columns; each has four contour points and the depths of the mesh's four rings.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import cv2
@@ -12,7 +12,7 @@ import numpy as np
 from makeup_video.kernels.surface import LIPS_HW, FaceSurfaces, Place
 from makeup_video.pipeline.crop import step_px
 from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid, broad, slopes_along
+from makeup_video.pipeline.shading import Box, Grid, box_of, broad, slopes_along
 from makeup_video.pipeline.topology import LIPS
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
@@ -38,6 +38,8 @@ _CONTOUR_SHARE, _CONTOUR_MOST = 0.25, 4.0
 _WIDER = 0.25
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
+_BEYOND = -15.0  # beyond the patch: half the odds
+_AROUND = 3  # px of the patch around what is seen
 _OVER_SEAM = 0.3  # of that half: how far the edge is pushed over the line where shut lips meet
 
 
@@ -50,6 +52,7 @@ class LipRegion:
     at the rim of an open mouth, -0.3 where shut lips meet, 0 at the outer border.
     normals: (2, H/2, W/2), x and y.
     upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
+    boxes: of the patch, where weight was found by softness.
     """
 
     face: Face
@@ -58,13 +61,13 @@ class LipRegion:
     rim: np.ndarray
     normals: np.ndarray
     upper: np.ndarray
+    boxes: dict[float, Box] = field(default_factory=dict, repr=False)
     spared: ClassVar[float] = 0.17  # the dark of the mouth: see `material`
 
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        seen: np.ndarray = self.odds > -(1 + _OVER_SEAM) * self._half_edge(softness)
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
-        return patch.box_px(seen, more=2)  # weights are interpolated
+        return patch.box_px(self._box(softness), more=2)  # weights are interpolated
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
@@ -74,25 +77,43 @@ class LipRegion:
         1 on the lips, 0 beyond their edge. At an open mouth all of the edge is on the lips, at a shut
         one it is pushed over the seam.
         """
-        to_px = self.face.lips.to_px.copy()
-        scale = step_px(to_px)
-        to_px[:, 2] -= origin_xy
+        x, y, wide, high = self._box(softness)
+        left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)
+        part = np.s_[top : y + high + _AROUND, left : x + wide + _AROUND]
         half = self._half_edge(softness)
+        # 0 to 1 across the edge, whose middle lies at odds of half * rim
+        edge = cv2.addWeighted(self.odds[part], 0.5 / half, self.rim[part], -0.5, 0.5)
+        to_px = self.face.lips.to_px.copy()
+        to_px[:, 2] += to_px[:, :2] @ (left, top) - origin_xy
+        if (
+            step_px(to_px) > 1.5
+        ):  # twice as fine by cubics, then linear: a third of the cost of cubics
+            edge = cv2.resize(edge, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+            to_px[:, :2] /= 2
+            to_px[:, 2] -= to_px[:, :2].sum(1) / 2
         cv2.warpAffine(
-            self.odds - half * self.rim, to_px, out.shape[::-1], out,
-            flags=cv2.INTER_CUBIC if scale > 1.5 else cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
+            edge, to_px, out.shape[::-1], out,
+            borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
         )  # fmt: skip
-        out *= 0.5 / half
-        out += 0.5
-        np.clip(out, 0, 1, out)
-        out *= out * (3 - 2 * out)
+        np.maximum(out, 0, out=out)
+        np.minimum(out, 1, out=out)
+        rest = np.multiply(out, -2)
+        rest += 3
+        out *= out
+        out *= rest
 
-    def _half_edge(self, softness: float) -> np.float32:
+    def _box(self, softness: float) -> Box:
+        """Of the patch, where there is weight."""
+        if softness not in self.boxes:
+            seen = self.odds > -(1 + _OVER_SEAM) * self._half_edge(softness)
+            self.boxes[softness] = box_of(seen)
+        return self.boxes[softness]
+
+    def _half_edge(self, softness: float) -> float:
         """Odds from the middle of the edge to where it ends."""
         least_px = _FEATHER_LEAST_PX / step_px(self.face.lips.to_px)
         feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, least_px)
-        return np.float32(feather * _ODDS_PER_PX)
+        return feather * _ODDS_PER_PX
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light, alike, and its mean over the lips.

@@ -11,6 +11,14 @@ from makeup_video.kernels.surface import LightPlanes, Place, Stretch, light_tabl
 from makeup_video.pipeline.crop import Affine, pixel_places, samples_at, step_px
 from makeup_video.pipeline.frame import Frame
 
+Box = tuple[int, int, int, int]  # x, y, width, height; empty: 0, 0, 0, 0
+
+
+def box_of(seen: np.ndarray) -> Box:
+    """Of what is True of (H, W) bool."""
+    x, y, wide, high = cv2.boundingRect(seen.view(np.uint8))
+    return x, y, wide, high
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
@@ -32,19 +40,21 @@ class Grid:
         at: np.ndarray = self.to_px.astype(np.float32) @ pixel_places(self.size_wh)
         return at
 
-    def box_px(self, seen: np.ndarray, more: int) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame around what is True on the grid.
+    def box_px(self, box: Box, more: int) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame around a box of the grid.
 
-        more: pixels of the grid on each side. Where nothing is True the highest lie below 0.
+        more: pixels of the grid on each side. For an empty box the highest lie below 0.
         """
-        across, down = np.flatnonzero(seen.any(0)), np.flatnonzero(seen.any(1))
-        if not len(across):
+        x, y, wide, high = box
+        if not wide:
             return np.zeros(2), np.full(2, -1.0)
-        left, right = across[0] - more, across[-1] + more
-        top, bottom = down[0] - more, down[-1] + more
-        ends = np.array([[left, right, left, right], [top, top, bottom, bottom], [1, 1, 1, 1]])
-        corners = self.to_px @ ends
-        return corners.min(1), corners.max(1)
+        left, right, top, bottom = x - more, x + wide - 1 + more, y - more, y + high - 1 + more
+        ends = []
+        for across, down, start in self.to_px.tolist():
+            columns, rows = (across * left, across * right), (down * top, down * bottom)
+            ends.append((start + min(columns) + min(rows), start + max(columns) + max(rows)))
+        low, high = np.array(ends).T
+        return low, high
 
     def step_px(self) -> float:
         return step_px(self.to_px)
