@@ -85,6 +85,7 @@ class Surface:
         self._tables: dict[int, cl.Buffer] = {}
         self._rings = self._kept(rings.astype(np.int32))
         self._given = np.zeros(_LOGITS_AT + _PATCH, np.float32)
+        self._head = self._given.data
         scratch = 4 * _REGIONS * _SCRATCH
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, scratch)
 
@@ -122,7 +123,7 @@ class Surface:
         numbers += _plane(luma)
         numbers += _plane(chroma)
         numbers += _coding(light.coding, light.has_colour)
-        _HEAD.pack_into(self._given, 0, *numbers)
+        _HEAD.pack_into(self._head, 0, *numbers)
         self._given[_POINTS_AT:_LOGITS_AT] = points_px.ravel()
         if places[0]:
             self._given[_LOGITS_AT:] = logits.ravel()

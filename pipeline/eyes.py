@@ -102,7 +102,7 @@ class EyeRegion:
         cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)  # also what is below the lashes
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light, alike, and its mean over the lid."""
+        """Luminance on the grid -> the broad light, alike, and its mean over the lid: a twin too."""
         is_lid = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
         (light,), mean = broad(luminance, (is_lid,), _SHADING_SIGMA)
         return light, mean
@@ -153,9 +153,9 @@ def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: floa
 
 def eye_places(face: Face) -> list[Place | None]:
     """Where the grids of both eyes lie; None for one too narrow to be seen (a face from the side)."""
-    forehead, chin, *corners = face.points_px[_CORNERS, :2].tolist()
+    forehead, chin, left, left_inner, right, right_inner = face.points_px[_CORNERS, :2].tolist()
     up = forehead[0] - chin[0], forehead[1] - chin[1]
-    return [_eye_place(*corners[:2], *up), _eye_place(*corners[2:], *up)]
+    return [_eye_place(left, left_inner, up), _eye_place(right, right_inner, up)]
 
 
 def eye_regions_of(places: list[Place | None], made: FaceSurfaces) -> list[EyeRegion | None]:
@@ -229,7 +229,7 @@ def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _eye_place(
-    outer_xy: list[float], inner_xy: list[float], up_x: float, up_y: float
+    outer_xy: list[float], inner_xy: list[float], up_xy: tuple[float, float]
 ) -> Place | None:
     """None when it is too narrow."""
     (x0, y0), (x1, y1) = outer_xy, inner_xy
@@ -237,7 +237,7 @@ def _eye_place(
     if not math.hypot(right, down) >= _NARROWEST_PX:
         return None
     x, y = -down, right  # down the grid
-    if x * up_x + y * up_y > 0:
+    if x * up_xy[0] + y * up_xy[1] > 0:
         x, y = -x, -y
     to_px = (
         right * STEP, x * STEP, (x0 + x1) / 2 + right * LEFT + x * _TOP,

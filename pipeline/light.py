@@ -73,13 +73,13 @@ class EstimateLight:
         """What is taken to be the light of a face now, as in `_Track`."""
         track = self._tracks.get(face.track_id)
         if track is not None and track.seen_seconds == now:  # a second face of one number
-            return read_face(face, frame, optics, room.mean).tolist()
+            return _read(face, frame, optics, room)
         if track is None:
-            target = read_face(face, frame, optics, room.mean).tolist()
+            target = _read(face, frame, optics, room)
             track = self._tracks[face.track_id] = _Track(now, now, target, target)
             return track.value
         if now - track.read_seconds >= LOOK_SECONDS - _EARLY:
-            track.target = read_face(face, frame, optics, room.mean).tolist()
+            track.target = _read(face, frame, optics, room)
             track.read_seconds = now
         share = -math.expm1((track.seen_seconds - now) / SMOOTH_SECONDS)
         track.value = [
@@ -88,6 +88,12 @@ class EstimateLight:
         ]
         track.seen_seconds = now
         return track.value
+
+
+def _read(face: Face, frame: Frame, optics: Optics, room: _Room) -> list[float]:
+    """The light of a face as in `_Track`, from this frame alone."""
+    numbers: list[float] = read_face(face, frame, optics, room.mean).tolist()
+    return numbers
 
 
 def _light(state: list[float], optics: Optics, room: np.ndarray) -> SceneLight:

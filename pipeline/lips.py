@@ -116,7 +116,7 @@ class LipRegion:
         return feather * _ODDS_PER_PX
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light, alike, and its mean over the lips.
+        """Luminance on the grid -> the broad light, alike, and its mean over the lips: a twin too.
 
         Each lip is blurred alone: the upper one is mostly in the shade, and would make a highlight
         of all the lower one.
