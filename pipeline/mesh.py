@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.surface import LID_HW, LIPS_HW, Surface
+from makeup_video.kernels.surface import Surface
 from makeup_video.pipeline.colour import coding_of
 from makeup_video.pipeline.device import open_device
 from makeup_video.pipeline.eyes import LID_RINGS, eye_places, eye_regions_of
@@ -20,6 +20,10 @@ from makeup_video.pipeline.shading import light_planes
 # is seen on the product at once, as on the skin.
 _SETTLE_SECONDS = 0.5
 _FORGET_SECONDS = 1.0
+# Points around all that light is read for: borders of the lips, lash lines and brows.
+_LIT = np.concatenate(
+    [LIP_RINGS[::4, ::2].ravel(), LID_RINGS[::3, ::8].ravel(), LID_RINGS[2::3, ::4].ravel()]
+)
 
 
 class BuildScene:
@@ -58,14 +62,11 @@ class BuildScene:
         self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float
     ) -> FaceScene:
         mouth, eyes = lip_place(face), eye_places(face)
-        grids = [(eye, LID_HW) for eye in eyes if eye]
-        if mouth:
-            grids.append((mouth, LIPS_HW))
-        if not grids:
+        places = [place for place in (mouth, *eyes) if place]
+        if not places:
             return FaceScene(face, light, None, ())
-        made = self._surface(
-            (mouth, *eyes), face.points_px, face.lips.logits, light_planes(frame, coding, grids)
-        )
+        planes = light_planes(frame, coding, places, face.points_px[_LIT].tolist())
+        made = self._surface((mouth, *eyes), face.points_px, face.lips.logits, planes)
         lips = None
         if mouth:
             mean = self._smooth((face.track_id, "lips"), made.means[0], seconds)

@@ -11,6 +11,8 @@ from makeup_video.kernels.surface import LightPlanes, Place, Stretch, light_tabl
 from makeup_video.pipeline.crop import Affine, pixel_places, samples_at, step_px
 from makeup_video.pipeline.frame import Frame
 
+_AROUND = 0.08  # of what the points cover: farther away light counts for nothing
+
 Box = tuple[int, int, int, int]  # x, y, width, height; empty: 0, 0, 0, 0
 
 
@@ -61,14 +63,17 @@ class Grid:
 
 
 def light_planes(
-    frame: Frame, coding: Coding, places: Sequence[tuple[Place, tuple[int, int]]]
+    frame: Frame, coding: Coding, places: Sequence[Place], points_px: list[list[float]]
 ) -> LightPlanes:
-    """What is to be seen of a frame on some grids, each with its height and width.
+    """What is to be seen of a frame on some grids, as far as it counts: around points (x, y, z).
 
-    Planes are cut to what lies around the grids, and those of which more than two px lie between two
-    of a grid are averaged, 2x2, 4x4, ...
+    Planes of which more than two px lie between two of a grid are averaged, 2x2, 4x4, ...
     """
-    lows, highs, step = _reach(places)
+    x, y, _ = zip(*points_px, strict=True)
+    x0, y0, x1, y1 = min(x), min(y), max(x), max(y)
+    more = _AROUND * max(x1 - x0, y1 - y0)
+    lows, highs = (x0 - more, y0 - more), (x1 + more, y1 + more)
+    step = max(abs(a * e - b * d) ** 0.5 for a, b, _, d, e, _ in (p.to_px for p in places))
     planes, chroma = frame.planes, frame.chroma
     (luma,), to_luma = _near(planes[:1], lows, highs, (1, 1), step)
     if len(planes) < 2:
@@ -76,22 +81,6 @@ def light_planes(
     both, to_chroma = _near(planes[1:3], lows, highs, chroma, step)
     cb, cr = both if len(both) == 2 else cv2.split(both[0])  # NV12 keeps both in one plane
     return LightPlanes((luma, cb, cr), to_luma, to_chroma, coding)
-
-
-def _reach(
-    places: Sequence[tuple[Place, tuple[int, int]]],
-) -> tuple[tuple[float, float], tuple[float, float], float]:
-    """Lowest and highest px (x, y) of a frame on grids, and the largest step between two of theirs."""
-    lows, highs, steps = [], [], []
-    for place, (high, wide) in places:
-        a, b, left, c, d, top = place.to_px
-        right, across = a * (wide - 1), b * (high - 1)
-        along, below = c * (wide - 1), d * (high - 1)
-        lows.append((left + min(right, 0) + min(across, 0), top + min(along, 0) + min(below, 0)))
-        highs.append((left + max(right, 0) + max(across, 0), top + max(along, 0) + max(below, 0)))
-        steps.append(abs(a * d - b * c) ** 0.5)
-    (x0, y0), (x1, y1) = map(min, zip(*lows, strict=True)), map(max, zip(*highs, strict=True))
-    return (x0, y0), (x1, y1), max(steps)
 
 
 def _near(
