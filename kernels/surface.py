@@ -46,10 +46,11 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightPlanes:
-    """What light is read from: Y', Cb and Cr, (H, W) uint8 or uint16 codes, 2x2 at least, their rows whole; of
-    grey three times Y'.
+    """What light is read from.
 
-    to_luma, to_chroma: px of the frame -> px of these planes.  has_colour: False for grey.
+    planes: Y', Cb and Cr, (H, W) uint8 or uint16 codes, 2x2 at least, their rows whole; of grey
+    three times Y'.  to_luma, to_chroma: px of the frame -> px of these planes.  has_colour: False for
+    grey.
     """
 
     planes: tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -200,8 +201,7 @@ def _place(place: Place, light: LightPlanes) -> Sequence[float]:
 def _plane(plane: np.ndarray) -> Sequence[float]:
     """A plane as surface.cl takes it."""
     high, wide = plane.shape
-    # less by more than float32 rounds away
-    less = 1 - 1e-6
+    less = 1 - 1e-6  # more than float32 rounds away
     return plane.strides[0] // plane.itemsize, (wide - 1) * less, (high - 1) * less
 
 

@@ -85,9 +85,8 @@ class LipRegion:
         edge = cv2.addWeighted(self.odds[part], 0.5 / half, self.rim[part], -0.5, 0.5)
         to_px = self.face.lips.to_px.copy()
         to_px[:, 2] += to_px[:, :2] @ (left, top) - origin_xy
-        if (
-            step_px(to_px) > 1.5
-        ):  # twice as fine by cubics, then linear: a third of the cost of cubics
+        if step_px(to_px) > 1.5:
+            # twice as fine by cubics, then linear: on large faces a third of the cost of cubics alone
             edge = cv2.resize(edge, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
             to_px[:, :2] /= 2
             to_px[:, 2] -= to_px[:, :2].sum(1) / 2
@@ -135,13 +134,9 @@ def lip_place(face: Face) -> Place | None:
     (a, b, left), (c, d, top) = face.lips.to_px.tolist()
     middle = (COARSE - 1) / 2
     coarse = (
-        COARSE * a,
-        COARSE * b,
-        left + middle * (a + b),
-        COARSE * c,
-        COARSE * d,
-        top + middle * (c + d),
-    )
+        COARSE * a, COARSE * b, left + middle * (a + b),
+        COARSE * c, COARSE * d, top + middle * (c + d),
+    )  # fmt: skip
     return Place(coarse, (a, b, left, c, d, top))
 
 
