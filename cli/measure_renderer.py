@@ -131,9 +131,9 @@ def kernel_alone(clip: Path, faces: list[tuple[Face, ...]], look: Look) -> dict[
 
     with one_opencv_thread(), patch.object(Device, "launch", noted):
         for item in islice(_items(clip, faces), _KERNEL_FRAMES):
-            before = item.frame.planes[0].copy()
-            notes.clear()
-            after = composite(build(item)).planes[0]
+            before, scene = item.frame.planes[0].copy(), build(item)
+            notes.clear()  # the scene has a kernel too
+            after = composite(scene).planes[0]
             painted = int(np.count_nonzero(before != after))
             frames.append(
                 (sum(ms for ms, _ in notes), len(notes), sum(n for _, n in notes), painted)

@@ -13,11 +13,12 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from makeup_video.kernels.surface import LID_HW, FaceSurfaces, Place
 from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid, broad, slopes_along
+from makeup_video.pipeline.shading import Grid, box_of, broad, slopes_along
 from makeup_video.pipeline.topology import EYE, RIGHT_EYE
 
-SIZE_WH = (40, 28)
+SIZE_WH = LID_HW[::-1]
 _SHADING_SIGMA = 1.8  # px of the grid: what is finer is texture
 LEFT, STEP = -0.85, 1.9 / 39  # of the grid: its first column, its step, in widths of the eye
 _TOP = -0.95  # its first row
@@ -28,6 +29,10 @@ _BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
 _FAINTEST = 1 / 512
 _CURVES = np.stack([_LASHES, _CREASE, _BROW])
+_CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
+_NARROWEST_PX = 4
+# The same from the inner to the outer corner, as points of the face: of both eyes, (6, 9).
+LID_RINGS = np.concatenate([eye[_CURVES[:, ::-1]] for eye in (EYE, RIGHT_EYE)])
 _COLUMNS = np.arange(SIZE_WH[0])
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
 _OUT = LEFT + STEP * _COLUMNS
@@ -56,7 +61,7 @@ class EyeRegion:
 
     up: height above the lash line, 1 at the crease, 2 below the brow.  lash_px: the same in px of the
     frame.  out: (40,), -0.5 to 0.5 between the corners.
-    normals: (2, 28, 40).
+    normals: (2, 28, 40).  zones, number: the weights of all eyes of the face, and which it is.
     """
 
     grid: Grid
@@ -64,20 +69,19 @@ class EyeRegion:
     lash_px: np.ndarray
     out: np.ndarray
     normals: np.ndarray
+    zones: "_Zones"
+    number: int
     spared: ClassVar[float] = 0.2  # lashes, brows, liner: see `material`
 
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
         """(28, 40) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as wide again."""
-        wide = 0.5 + softness
-        weight: np.ndarray = _ramp(self.up, zone.up, wide) * _across(zone, wide)
+        weight: np.ndarray = self.zones.weights(zone, softness)[self.number]
         return weight
 
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        covers, wide = ZONES[zone], 0.5 + softness
-        columns = _across(covers, wide) > 0
-        inside: np.ndarray = _is_between(self.up, covers.up, wide) & (self.lash_px > 0) & columns
-        return self.grid.box_px(inside, more=1)  # weights are interpolated
+        inside: np.ndarray = (self.zone_weight(ZONES[zone], softness) > 0) & (self.lash_px > 0)
+        return self.grid.box_px(box_of(inside), more=1)  # weights are interpolated
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
@@ -85,21 +89,41 @@ class EyeRegion:
         """Fill (h, w) float32 with the weight of eye-shadow on the frame's pixels from origin_xy on."""
         to_px = self.grid.to_px.copy()
         to_px[:, 2] -= origin_xy
-        size_wh = out.shape[::-1]
-        width_px = float(np.linalg.norm(to_px[:, 0])) / STEP
-        lash = cv2.warpAffine(
-            self.lash_px, to_px, size_wh, borderMode=cv2.BORDER_CONSTANT, borderValue=-1e3
+        feather_px = max(_LASH_FEATHER * self.grid.step_px() / STEP, 1.2)
+        # four channels, of which two are used: OpenCV is quick at one and at four
+        maps = np.zeros((*self.up.shape, 4), np.float32)
+        np.multiply(self.lash_px, 1 / feather_px, out=maps[..., 0])
+        maps[..., 1] = self.zone_weight(ZONES[zone], softness)
+        there = cv2.warpAffine(
+            maps, to_px, out.shape[::-1], borderMode=cv2.BORDER_CONSTANT, borderValue=(-1e3, 0)
         )
-        weight = self.zone_weight(ZONES[zone], softness)
-        cv2.warpAffine(weight, to_px, size_wh, out, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
-        out *= np.clip(lash / max(_LASH_FEATHER * width_px, 1.2), 0, 1)
-        out[out < _FAINTEST] = 0
+        np.minimum(there[..., 0], 1, out=out)
+        out *= there[..., 1]
+        cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)  # also what is below the lashes
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light, alike, and its mean over the lid."""
+        """Luminance on the grid -> the broad light, alike, and its mean over the lid: a twin too."""
         is_lid = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
         (light,), mean = broad(luminance, (is_lid,), _SHADING_SIGMA)
         return light, mean
+
+
+class _Zones:
+    """Weights of zones on all eyes of a face: made for all at once, and kept."""
+
+    def __init__(self, up: np.ndarray) -> None:
+        """up: (E, 28, 40)."""
+        self._up = up
+        self._found: dict[tuple[Zone, float], np.ndarray] = {}
+
+    def weights(self, zone: Zone, softness: float) -> np.ndarray:
+        """(E, 28, 40) float32: see zone_weight."""
+        key = zone, softness
+        if key not in self._found:
+            wide = 0.5 + softness
+            self._found[key] = _ramp(self._up, zone.up, wide)
+            self._found[key] *= _across(zone, wide)
+        return self._found[key]
 
 
 @lru_cache
@@ -113,25 +137,40 @@ def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: floa
     a, b, c, d = corners
     half, fall = (b - a) * wide / 2, (d - c) * wide / 2
     middle, end = (a + b) / 2, (c + d) / 2
-    up = np.minimum(np.maximum(at * (0.5 / half) + (0.5 - middle * 0.5 / half), 0), 1)
-    down = np.minimum(np.maximum((0.5 + end * 0.5 / fall) - at * (0.5 / fall), 0), 1)
-    both = up * down
-    weight: np.ndarray = both * both * ((3 - 2 * up) * (3 - 2 * down))
+    up = at * (0.5 / half) + (0.5 - middle * 0.5 / half)
+    down = at * (-0.5 / fall) + (0.5 + end * 0.5 / fall)
+    for side in (up, down):
+        np.maximum(side, 0, out=side)
+        np.minimum(side, 1, out=side)
+    weight: np.ndarray = up * down
+    weight *= weight
+    for side in (up, down):
+        side *= -2
+        side += 3
+        weight *= side
     return weight
 
 
-def _is_between(
-    at: np.ndarray, corners: tuple[float, float, float, float], wide: float
-) -> np.ndarray:
-    """Where `_ramp` is above 0."""
-    a, b, c, d = corners
-    low, high = (a + b) / 2 - (b - a) * wide / 2, (c + d) / 2 + (d - c) * wide / 2
-    between: np.ndarray = (at > low) & (at < high)
-    return between
+def eye_places(face: Face) -> list[Place | None]:
+    """Where the grids of both eyes lie; None for one too narrow to be seen (a face from the side)."""
+    forehead, chin, left, left_inner, right, right_inner = face.points_px[_CORNERS, :2].tolist()
+    up = forehead[0] - chin[0], forehead[1] - chin[1]
+    return [_eye_place(left, left_inner, up), _eye_place(right, right_inner, up)]
+
+
+def eye_regions_of(places: list[Place | None], made: FaceSurfaces) -> list[EyeRegion | None]:
+    """The lids that kernels/surface.cl made."""
+    zones = _Zones(made.lids[:, 0])
+    return [
+        EyeRegion(Grid.at(place.to_px, LID_HW), lid[0], lid[1], _OUT, lid[3:], zones, number)
+        if place
+        else None
+        for number, (place, lid) in enumerate(zip(places, made.lids, strict=True))
+    ]
 
 
 def eye_regions(face: Face) -> list[EyeRegion]:
-    """The lids of both eyes; those too narrow to be seen (a face from the side) are left out."""
+    """The lids of both eyes that are seen, in numpy: the twin of kernels/surface.cl."""
     seen = [eye for eye in _eyes(face) if eye is not None]
     if not seen:
         return []
@@ -144,9 +183,10 @@ def eye_regions(face: Face) -> list[EyeRegion]:
     steps_px = np.array([grid.step_px() for grid, _ in seen], np.float32)[:, None, None]
     lash_px = (lash - _ROWS) * (steps_px / np.sqrt(1 + slope * slope))
     normals = _normals(y, depth, height)
+    zones = _Zones(height)
     return [
-        EyeRegion(grid, *maps)
-        for (grid, _), *maps in zip(seen, height, lash_px, [_OUT] * len(seen), normals, strict=True)
+        EyeRegion(grid, height[number], lash_px[number], _OUT, normals[number], zones, number)
+        for number, (grid, _) in enumerate(seen)
     ]
 
 
@@ -166,10 +206,19 @@ def lid_curves(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
 
 
 def _eyes(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
-    """The grids of both eyes, and their points there; None for one that is too narrow."""
-    brow_side = face.points_px[[10, 152], :2]  # top of the forehead and chin
-    up = brow_side[0] - brow_side[1]
-    return [_placed(face.points_px[points], up) for points in (EYE, RIGHT_EYE)]
+    """The grids of both eyes, and their points (48, 3) there; None for one that is too narrow."""
+    eyes: list[tuple[Grid, np.ndarray] | None] = []
+    for place, points in zip(eye_places(face), (EYE, RIGHT_EYE), strict=True):
+        if place is None:
+            eyes.append(None)
+            continue
+        grid, points_px = Grid.at(place.to_px, LID_HW), face.points_px[points]
+        there = np.empty(points_px.shape)
+        step = grid.step_px()
+        there[:, :2] = (points_px[:, :2] - grid.to_px[:, 2]) @ (grid.to_px[:, :2] / step**2)
+        there[:, 2] = points_px[:, 2] / step
+        eyes.append((grid, there))
+    return eyes
 
 
 def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -179,22 +228,22 @@ def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return lash, crease, np.minimum(y[:, 2], crease - 1)
 
 
-def _placed(points_px: np.ndarray, up_xy: np.ndarray) -> tuple[Grid, np.ndarray] | None:
-    """The grid of an eye, and its points (48, 3) there; None when it is too narrow."""
-    (x0, y0), (x1, y1) = points_px[[0, 8], :2].tolist()  # outer and inner corner
-    axis = np.array([x0 - x1, y0 - y1])
-    width = math.hypot(*axis.tolist())
-    if not width >= 4:
+def _eye_place(
+    outer_xy: list[float], inner_xy: list[float], up_xy: tuple[float, float]
+) -> Place | None:
+    """None when it is too narrow."""
+    (x0, y0), (x1, y1) = outer_xy, inner_xy
+    right, down = x0 - x1, y0 - y1
+    if not math.hypot(right, down) >= _NARROWEST_PX:
         return None
-    down = np.array([-axis[1], axis[0]])
-    if down @ up_xy > 0:
-        down = -down
-    middle = np.array([x0 + x1, y0 + y1]) / 2
-    to_px = np.column_stack([axis * STEP, down * STEP, middle + axis * LEFT + down * _TOP])
-    points = np.empty(points_px.shape)
-    points[:, :2] = (points_px[:, :2] - to_px[:, 2]) @ (to_px[:, :2] / (width * STEP) ** 2)
-    points[:, 2] = points_px[:, 2] / (width * STEP)
-    return Grid(to_px, SIZE_WH), points
+    x, y = -down, right  # down the grid
+    if x * up_xy[0] + y * up_xy[1] > 0:
+        x, y = -x, -y
+    to_px = (
+        right * STEP, x * STEP, (x0 + x1) / 2 + right * LEFT + x * _TOP,
+        down * STEP, y * STEP, (y0 + y1) / 2 + down * LEFT + y * _TOP,
+    )  # fmt: skip
+    return Place(to_px, to_px)
 
 
 def _curves(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from makeup_video.pipeline.colour import coding_of
 from makeup_video.pipeline.face import Face, FrameFaces
@@ -31,12 +32,12 @@ class _Room:
 
 @dataclass(slots=True)
 class _Track:
-    """The light of one face as (8,): log strength, log colour, direction, log light of its skin."""
+    """The light of one face as 8 numbers: log strength, log colour, direction, log light of its skin."""
 
     read_seconds: float
     seen_seconds: float
-    target: np.ndarray
-    value: np.ndarray
+    target: list[float]
+    value: list[float]
 
 
 class EstimateLight:
@@ -61,40 +62,48 @@ class EstimateLight:
         self._tracks = {i: t for i, t in self._tracks.items() if t.seen_seconds >= oldest}
         optics = optics_of(coding_of(item.frame))
         room = self._room = _see_room(self._room, item.frame, optics, now)
-        lights = []
-        for face in item.faces:
-            state = self._follow(face, item.frame, optics, room, now)
-            colour = np.exp(state[1:4])
-            colour /= colour @ optics.luminance
-            direction = state[4:7] / math.sqrt(state[4:7] @ state[4:7])
-            lights.append(
-                SceneLight(
-                    colour.astype(np.float32),
-                    math.exp(state[0]),
-                    direction.astype(np.float32),
-                    room.value,
-                    math.exp(state[7]),
-                )
-            )
-        return tuple(lights)
+        return tuple(
+            _light(self._follow(face, item.frame, optics, room, now), optics, room.value)
+            for face in item.faces
+        )
 
     def _follow(
         self, face: Face, frame: Frame, optics: Optics, room: _Room, now: float
-    ) -> np.ndarray:
-        """What is taken to be the light of a face now."""
+    ) -> list[float]:
+        """What is taken to be the light of a face now, as in `_Track`."""
         track = self._tracks.get(face.track_id)
         if track is not None and track.seen_seconds == now:  # a second face of one number
-            return read_face(face, frame, optics, room.mean)
+            return _read(face, frame, optics, room)
         if track is None:
-            target = read_face(face, frame, optics, room.mean)
+            target = _read(face, frame, optics, room)
             track = self._tracks[face.track_id] = _Track(now, now, target, target)
             return track.value
         if now - track.read_seconds >= LOOK_SECONDS - _EARLY:
-            track.target, track.read_seconds = read_face(face, frame, optics, room.mean), now
+            track.target = _read(face, frame, optics, room)
+            track.read_seconds = now
         share = -math.expm1((track.seen_seconds - now) / SMOOTH_SECONDS)
-        track.value = track.value + share * (track.target - track.value)
+        track.value = [
+            value + share * (target - value)
+            for value, target in zip(track.value, track.target, strict=True)
+        ]
         track.seen_seconds = now
         return track.value
+
+
+def _read(face: Face, frame: Frame, optics: Optics, room: _Room) -> list[float]:
+    """The light of a face as in `_Track`, from this frame alone."""
+    numbers: list[float] = read_face(face, frame, optics, room.mean).tolist()
+    return numbers
+
+
+def _light(state: list[float], optics: Optics, room: np.ndarray) -> SceneLight:
+    strength, *logs, x, y, z, skin = state
+    colour = [math.exp(log) for log in logs]
+    luminance = sum(c * w for c, w in zip(colour, optics.luminance.tolist(), strict=True))
+    length = math.hypot(x, y, z)
+    numbers = [c / luminance for c in colour], (x / length, y / length, z / length)
+    rgb, direction = np.array(numbers, np.float32)
+    return SceneLight(rgb, math.exp(strength), direction, room, math.exp(skin))
 
 
 def light_of(item: FrameFaces) -> tuple[SceneLight, ...]:
@@ -110,7 +119,7 @@ def _see_room(room: _Room | None, frame: Frame, optics: Optics, now: float) -> _
     if now - room.read_seconds >= LOOK_SECONDS - _EARLY:
         room.target, room.read_seconds = read_room(frame, optics), now
         room.mean = log_mean(room.target, optics)
-    share = np.float32(-math.expm1((room.seen_seconds - now) / ROOM_SMOOTH_SECONDS))
-    room.value = room.value + share * (room.target - room.value)
+    share = -math.expm1((room.seen_seconds - now) / ROOM_SMOOTH_SECONDS)
+    room.value = cv2.addWeighted(room.target, share, room.value, 1 - share, 0)
     room.seen_seconds = now
     return room

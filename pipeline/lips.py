@@ -4,14 +4,15 @@ All of it lives on the grid of the face's lip patch, which is turned with the fa
 cut into columns; each has four contour points and the depths of the mesh's four rings.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import compose, step_px
+from makeup_video.kernels.surface import LIPS_HW, FaceSurfaces, Place
+from makeup_video.pipeline.crop import step_px
 from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid, broad, slopes_along
+from makeup_video.pipeline.shading import Box, Grid, box_of, broad, slopes_along
 from makeup_video.pipeline.topology import LIPS
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
@@ -20,6 +21,8 @@ _SHADING_SIGMA = 2.5  # of that grid: what is finer is texture
 _RINGS = (0, 40, 60, 20)
 _LOWER = np.array([[ring + i for i in range(11)] for ring in _RINGS])
 _UPPER = np.array([[ring, *range(ring + 11, ring + 20), ring + 10] for ring in _RINGS])
+# The same as points of the face, (8, 11): as kernels/surface.cl takes them.
+LIP_RINGS = LIPS[np.concatenate([_UPPER, _LOWER])]
 # Between the rings, from border (0) to opening (1), where their slopes hold.
 _BETWEEN = (0.19, 0.57, 0.88)
 # Lips are fuller than the mesh: added to the slope at the border, and on the way to the opening.
@@ -35,6 +38,8 @@ _CONTOUR_SHARE, _CONTOUR_MOST = 0.25, 4.0
 _WIDER = 0.25
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
+_BEYOND = -15.0  # beyond the patch: half the odds
+_AROUND = 3  # px of the patch around what is seen
 _OVER_SEAM = 0.3  # of that half: how far the edge is pushed over the line where shut lips meet
 
 
@@ -42,29 +47,27 @@ _OVER_SEAM = 0.3  # of that half: how far the edge is pushed over the line where
 class LipRegion:
     """Lips, ready to be painted; (H, W) float32 on the patch, (H/2, W/2) on the coarse grid.
 
-    odds: (H, W) log-odds of lipstick, limited to the contours' neighbourhood.  opening: (H, W),
-    1 at the rim of an open mouth, -1 where shut lips meet, 0 at the outer border.  normals: (2, H/2, W/2), x and y.
+    grid: where the coarse grid lies on the frame.  odds: (H, W) log-odds of lipstick, limited to the
+    contours' neighbourhood.  rim: (H, W), by how many half widths of the edge it is pushed inwards: 1
+    at the rim of an open mouth, -0.3 where shut lips meet, 0 at the outer border.
+    normals: (2, H/2, W/2), x and y.
     upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
+    boxes: of the patch, where weight was found by softness.
     """
 
     face: Face
+    grid: Grid
     odds: np.ndarray
-    opening: np.ndarray
+    rim: np.ndarray
     normals: np.ndarray
     upper: np.ndarray
+    boxes: dict[float, Box] = field(default_factory=dict, repr=False)
     spared: ClassVar[float] = 0.17  # the dark of the mouth: see `material`
-
-    @property
-    def grid(self) -> Grid:
-        """Where `shading` and `normals` lie on the frame."""
-        height, width = self.normals.shape[1:]
-        return Grid(compose(self.face.lips.to_px, _COARSE_TO_PATCH), (width, height))
 
     def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        seen: np.ndarray = self.odds > -(1 + _OVER_SEAM) * self._half_edge(softness)
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
-        return patch.box_px(seen, more=2)  # weights are interpolated
+        return patch.box_px(self._box(softness), more=2)  # weights are interpolated
 
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
@@ -74,28 +77,45 @@ class LipRegion:
         1 on the lips, 0 beyond their edge. At an open mouth all of the edge is on the lips, at a shut
         one it is pushed over the seam.
         """
-        to_px = self.face.lips.to_px.copy()
-        scale = step_px(to_px)
-        to_px[:, 2] -= origin_xy
+        x, y, wide, high = self._box(softness)
+        left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)
+        part = np.s_[top : y + high + _AROUND, left : x + wide + _AROUND]
         half = self._half_edge(softness)
+        # 0 to 1 across the edge, whose middle lies at odds of half * rim
+        edge = cv2.addWeighted(self.odds[part], 0.5 / half, self.rim[part], -0.5, 0.5)
+        to_px = self.face.lips.to_px.copy()
+        to_px[:, 2] += to_px[:, :2] @ (left, top) - origin_xy
+        if step_px(to_px) > 1.5:
+            # twice as fine by cubics, then linear: on large faces a third of the cost of cubics alone
+            edge = cv2.resize(edge, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+            to_px[:, :2] /= 2
+            to_px[:, 2] -= to_px[:, :2].sum(1) / 2
         cv2.warpAffine(
-            self.odds - half * np.maximum(self.opening, _OVER_SEAM * self.opening), to_px, out.shape[::-1], out,
-            flags=cv2.INTER_CUBIC if scale > 1.5 else cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
+            edge, to_px, out.shape[::-1], out,
+            borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
         )  # fmt: skip
-        out *= 0.5 / half
-        out += 0.5
-        np.clip(out, 0, 1, out)
-        out *= out * (3 - 2 * out)
+        np.maximum(out, 0, out=out)
+        np.minimum(out, 1, out=out)
+        rest = np.multiply(out, -2)
+        rest += 3
+        out *= out
+        out *= rest
 
-    def _half_edge(self, softness: float) -> np.float32:
+    def _box(self, softness: float) -> Box:
+        """Of the patch, where there is weight."""
+        if softness not in self.boxes:
+            seen = self.odds > -(1 + _OVER_SEAM) * self._half_edge(softness)
+            self.boxes[softness] = box_of(seen)
+        return self.boxes[softness]
+
+    def _half_edge(self, softness: float) -> float:
         """Odds from the middle of the edge to where it ends."""
         least_px = _FEATHER_LEAST_PX / step_px(self.face.lips.to_px)
         feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, least_px)
-        return np.float32(feather * _ODDS_PER_PX)
+        return feather * _ODDS_PER_PX
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light, alike, and its mean over the lips.
+        """Luminance on the grid -> the broad light, alike, and its mean over the lips: a twin too.
 
         Each lip is blurred alone: the upper one is mostly in the shade, and would make a highlight
         of all the lower one.
@@ -107,12 +127,29 @@ class LipRegion:
         return below + self.upper * (above - below), mean
 
 
-_COARSE_TO_PATCH = np.array([[COARSE, 0, (COARSE - 1) / 2], [0, COARSE, (COARSE - 1) / 2]])
+def lip_place(face: Face) -> Place | None:
+    """Where the lips' coarse grid and patch lie; None when the mouth is hidden."""
+    if face.mouth_weight <= 0:
+        return None
+    (a, b, left), (c, d, top) = face.lips.to_px.tolist()
+    middle = (COARSE - 1) / 2
+    coarse = (
+        COARSE * a, COARSE * b, left + middle * (a + b),
+        COARSE * c, COARSE * d, top + middle * (c + d),
+    )  # fmt: skip
+    return Place(coarse, (a, b, left, c, d, top))
+
+
+def lip_region_of(face: Face, place: Place, made: FaceSurfaces) -> LipRegion:
+    """The lips that kernels/surface.cl made."""
+    grid = Grid.at(place.to_px, LIPS_HW)
+    return LipRegion(face, grid, made.odds, made.rim, made.lips[1:3], made.lips[3])
 
 
 def lip_region(face: Face) -> LipRegion | None:
-    """None when the mouth is hidden."""
-    if face.mouth_weight <= 0:
+    """The same in numpy, the twin of kernels/surface.cl. None when the mouth is hidden."""
+    place = lip_place(face)
+    if place is None:
         return None
     patch = face.lips
     height, width = patch.logits.shape
@@ -131,7 +168,9 @@ def lip_region(face: Face) -> LipRegion | None:
     odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST)
     odds += np.float32(_WIDER) * (opening <= 0)
     np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
-    return LipRegion(face, odds, opening, normals, upper)
+    rim = np.maximum(opening, _OVER_SEAM * opening)
+    grid = Grid.at(place.to_px, upper.shape)
+    return LipRegion(face, grid, odds, rim, normals, upper)
 
 
 def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -1,27 +1,39 @@
 """FrameFaces -> FrameScene: each face's lips and lids as surfaces, and the light on them."""
 
 import math
+from functools import cache
 
+import numpy as np
 from makeup_video.kernels.colour import Coding
+from makeup_video.kernels.surface import Surface
 from makeup_video.pipeline.colour import coding_of
-from makeup_video.pipeline.eyes import eye_regions
+from makeup_video.pipeline.device import open_device
+from makeup_video.pipeline.eyes import LID_RINGS, eye_places, eye_regions_of
 from makeup_video.pipeline.face import Face, FrameFaces
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.light import EstimateLight
-from makeup_video.pipeline.lips import lip_region
+from makeup_video.pipeline.lips import LIP_RINGS, lip_place, lip_region_of
 from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.shading import luminances
+from makeup_video.pipeline.shading import light_planes
 
 # A region's mean light follows as slowly as the light on the face does: so a shadow that passes
 # is seen on the product at once, as on the skin.
 _SETTLE_SECONDS = 0.5
 _FORGET_SECONDS = 1.0
+# Points around all that light is read for: borders of the lips, lash lines and brows.
+_LIT = np.concatenate(
+    [LIP_RINGS[::4, ::2].ravel(), LID_RINGS[::3, ::8].ravel(), LID_RINGS[2::3, ::4].ravel()]
+)
 
 
 class BuildScene:
-    """Keeps, for each track, the light of its regions."""
+    """Keeps, for each track, the light of its regions.
 
-    def __init__(self) -> None:
+    device: as for open_device.  Raises InstallError, UsageError for it.
+    """
+
+    def __init__(self, device: str = "") -> None:
+        self._surface = _surface(device)
         self._light = EstimateLight()
         self._means: dict[tuple[int, str], tuple[float, float]] = {}
 
@@ -49,19 +61,23 @@ class BuildScene:
     def _face(
         self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float
     ) -> FaceScene:
-        mouth, lids = lip_region(face), eye_regions(face)
-        grids = [*([mouth.grid] if mouth else []), *(lid.grid for lid in lids)]
-        luminance = iter(luminances(frame, coding, grids) if grids else [])
-        lit_mouth = None
+        mouth, eyes = lip_place(face), eye_places(face)
+        places = [place for place in (mouth, *eyes) if place]
+        if not places:
+            return FaceScene(face, light, None, ())
+        planes = light_planes(frame, coding, places, face.points_px[_LIT].tolist())
+        made = self._surface((mouth, *eyes), face.points_px, face.lips.logits, planes)
+        lips = None
         if mouth:
-            shading, mean = mouth.shaded(next(luminance))
-            lit_mouth = Lit(mouth, shading, self._smooth((face.track_id, "lips"), mean, seconds))
-        lit_lids = []
-        for number, lid in enumerate(lids):
-            shading, mean = lid.shaded(next(luminance))
-            key = face.track_id, f"eye {number}"
-            lit_lids.append(Lit(lid, shading, self._smooth(key, mean, seconds)))
-        return FaceScene(face, light, lit_mouth, tuple(lit_lids))
+            mean = self._smooth((face.track_id, "lips"), made.means[0], seconds)
+            lips = Lit(lip_region_of(face, mouth, made), made.lips[0], mean)
+        lids = []
+        for number, region in enumerate(eye_regions_of(eyes, made)):
+            if region:
+                key = face.track_id, f"eye {number}"
+                mean = self._smooth(key, made.means[1 + number], seconds)
+                lids.append(Lit(region, made.lids[number, 2], mean))
+        return FaceScene(face, light, lips, tuple(lids))
 
     def _smooth(self, key: tuple[int, str], mean: float, seconds: float) -> float:
         """The mean light of a region, smoothed by the frames' time."""
@@ -72,3 +88,12 @@ class BuildScene:
         smooth = before + share * (mean - before)
         self._means[key] = smooth, seconds
         return smooth
+
+
+@cache
+def _surface(device: str) -> Surface:
+    """One for all threads: pictures that stand alone, and rendered ones, build a scene each."""
+    rings = np.zeros((len(LIP_RINGS) + len(LID_RINGS), LIP_RINGS.shape[1]), np.int32)
+    rings[: len(LIP_RINGS)] = LIP_RINGS
+    rings[len(LIP_RINGS) :, : LID_RINGS.shape[1]] = LID_RINGS
+    return Surface(open_device(device), rings)

@@ -24,7 +24,7 @@ class PaintRun(FaceRun):
 
     def _painting(self) -> Stages:
         self._composite = Composite(self._look, self._device, self._faces)
-        return [("scene", BuildScene()), ("composite", self._composite)]
+        return [("scene", BuildScene(self._device)), ("composite", self._composite)]
 
     def count(self, report: Report) -> None:
         super().count(report)

@@ -1,16 +1,25 @@
 """The broad light and dark of a small part of a frame, read straight from its planes."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
-from makeup_video.kernels.colour import HLG, Coding, matrices, to_linear, to_xyz
+from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, to_xyz
+from makeup_video.kernels.surface import LightPlanes, Place, Stretch, light_table, to_steps
 from makeup_video.pipeline.crop import Affine, pixel_places, samples_at, step_px
 from makeup_video.pipeline.frame import Frame
 
-_STEPS = 1023  # of R'G'B' from 0 to 1, in the table of its light
+_AROUND = 0.08  # of what the points cover: farther away light counts for nothing
+
+Box = tuple[int, int, int, int]  # x, y, width, height; empty: 0, 0, 0, 0
+
+
+def box_of(seen: np.ndarray) -> Box:
+    """Of what is True of (H, W) bool."""
+    x, y, wide, high = cv2.boundingRect(seen.view(np.uint8))
+    return x, y, wide, high
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,33 +32,105 @@ class Grid:
     to_px: Affine
     size_wh: tuple[int, int]
 
+    @classmethod
+    def at(cls, to_px: tuple[float, ...], hw: tuple[int, ...]) -> "Grid":
+        """to_px: by rows."""
+        return cls(np.array((to_px[:3], to_px[3:])), (hw[1], hw[0]))
+
     def places(self) -> np.ndarray:
         """(2, N) float32, x and y in the frame, row by row."""
         at: np.ndarray = self.to_px.astype(np.float32) @ pixel_places(self.size_wh)
         return at
 
-    def box_px(self, seen: np.ndarray, more: int) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame around what is True on the grid.
+    def box_px(self, box: Box, more: int) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame around a box of the grid.
 
-        more: pixels of the grid on each side. Where nothing is True the highest lie below 0.
+        more: pixels of the grid on each side. For an empty box the highest lie below 0.
         """
-        across, down = np.flatnonzero(seen.any(0)), np.flatnonzero(seen.any(1))
-        if not len(across):
+        x, y, wide, high = box
+        if not wide:
             return np.zeros(2), np.full(2, -1.0)
-        left, right = across[0] - more, across[-1] + more
-        top, bottom = down[0] - more, down[-1] + more
-        ends = np.array([[left, right, left, right], [top, top, bottom, bottom], [1, 1, 1, 1]])
-        corners = self.to_px @ ends
-        return corners.min(1), corners.max(1)
+        left, right, top, bottom = x - more, x + wide - 1 + more, y - more, y + high - 1 + more
+        ends = []
+        for across, down, start in self.to_px.tolist():
+            columns, rows = (across * left, across * right), (down * top, down * bottom)
+            ends.append((start + min(columns) + min(rows), start + max(columns) + max(rows)))
+        low, high = np.array(ends).T
+        return low, high
 
     def step_px(self) -> float:
         return step_px(self.to_px)
 
 
+def light_planes(
+    frame: Frame, coding: Coding, places: Sequence[Place], points_px: list[list[float]]
+) -> LightPlanes:
+    """What is to be seen of a frame on some grids, as far as it counts: around points (x, y, z).
+
+    Planes of which more than two px lie between two of a grid are averaged, 2x2, 4x4, ...
+    """
+    x, y, _ = zip(*points_px, strict=True)
+    x0, y0, x1, y1 = min(x), min(y), max(x), max(y)
+    more = _AROUND * max(x1 - x0, y1 - y0)
+    lows, highs = (x0 - more, y0 - more), (x1 + more, y1 + more)
+    step = max(abs(a * e - b * d) ** 0.5 for a, b, _, d, e, _ in (p.to_px for p in places))
+    planes, chroma = frame.planes, frame.chroma
+    (luma,), to_luma = _near(planes[:1], lows, highs, (1, 1), step)
+    if len(planes) < 2:
+        return LightPlanes((luma, luma, luma), to_luma, to_luma, coding, has_colour=False)
+    both, to_chroma = _near(planes[1:3], lows, highs, chroma, step)
+    cb, cr = both if len(both) == 2 else cv2.split(both[0])  # NV12 keeps both in one plane
+    return LightPlanes((luma, cb, cr), to_luma, to_chroma, coding)
+
+
+def _near(
+    planes: Sequence[np.ndarray],
+    low_xy: tuple[float, float],
+    high_xy: tuple[float, float],
+    chroma: tuple[int, int],
+    step: float,
+) -> tuple[list[np.ndarray], Stretch]:
+    """The part of planes of one size around px of the frame, averaged where `step` is large, and the
+    way to its px.
+
+    chroma: px of the frame for one of the planes.
+    """
+    high, wide = planes[0].shape[:2]
+    step /= math.sqrt(chroma[0] * chroma[1])
+    size = 1
+    while step > 2 * size and 4 * size <= min(wide, high):
+        size *= 2
+    left, right, to_x = _span(low_xy[0], high_xy[0], chroma[0], size, wide)
+    top, bottom, to_y = _span(low_xy[1], high_xy[1], chroma[1], size, high)
+    parts = [plane[top:bottom, left:right] for plane in planes]
+    while size > 1:  # OpenCV is quick at exactly this
+        right, bottom, size = (right - left) // 2, (bottom - top) // 2, size // 2
+        left = top = 0
+        parts = [cv2.resize(part, (right, bottom), interpolation=cv2.INTER_AREA) for part in parts]
+    if min(wide, high) < 2:
+        parts = [cv2.copyMakeBorder(part, 0, 1, 0, 1, cv2.BORDER_REPLICATE) for part in parts]
+    return parts, (*to_x, *to_y)
+
+
+def _span(
+    low: float, high: float, share: int, size: int, length: int
+) -> tuple[int, int, tuple[float, float]]:
+    """First and last px of a plane, in whole boxes of `size`, around low..high px of a frame; and the way
+    from there to boxes.
+
+    So averages do not swim with the face. share: px of the frame for one of the plane.
+    """
+    scale, last = 1 / (share * size), length // size - 1
+    first = min(max(int(low * scale) - 2, 0), max(last - 1, 0))
+    end = min(max(int(high * scale) + 3, first + 2), last + 1)
+    return first * size, end * size, (scale, 0.5 * scale - 0.5 - first)
+
+
 def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarray]:
     """Linear luminance on each grid, (H, W) float32; beyond the frame its border is repeated.
 
-    The grids lie close together and have about the same step: they are read at once.
+    The grids lie close together and have about the same step: they are read at once. About the twin
+    of kernels/surface.cl, which does not round on the way, and looks at less of the chroma.
     """
     places = np.concatenate([grid.places() for grid in grids], axis=1)
     step = max(grid.step_px() for grid in grids)
@@ -63,31 +144,13 @@ def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarr
 
 def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
     """(3, N) codes, or (1, N) of a grey frame -> (N,) float32, within 0.3 % of a step of 8 bits."""
-    to_steps, table, weights = _tables(coding)
-    steps = to_steps[:, : len(codes)] @ codes.astype(np.float32)
-    offset = to_steps[:, 3:]
-    if len(codes) == 1:
-        offset = offset + to_steps[:, 1:3].sum(1, keepdims=True) * 2.0 ** (coding.bit_depth - 1)
-    steps += offset
-    light: np.ndarray = weights @ table.take(steps.astype(np.intp), mode="clip")
-    return light ** np.float32(1.2) if coding.transfer == HLG else light
-
-
-@lru_cache
-def _tables(coding: Coding) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Codes to R'G'B' in 1/1023, and a half (3, 4); its light; weights of luminance (3,)."""
-    steps = np.arange(_STEPS + 1) / _STEPS
-    table = to_linear(np.repeat(steps[:, None], 3, axis=1), coding.transfer)[:, 0]
-    if coding.transfer == HLG:  # the display's gain comes after the sum (BT.2100: OOTF)
-        table = table ** (1 / 1.2)
-    weights = to_xyz(coding.primaries)[1]
-    to_steps = matrices(coding)[0] * _STEPS
-    to_steps[:, 3] += 0.5
-    return (
-        to_steps.astype(np.float32),
-        table.astype(np.float32),
-        weights.astype(np.float32),
+    to = to_steps(coding, len(codes) > 1).astype(np.float32)
+    steps = to[:, : len(codes)] @ codes.astype(np.float32) + to[:, 3:]
+    weights = to_xyz(coding.primaries)[1].astype(np.float32)
+    light: np.ndarray = weights @ light_table(coding.transfer).take(
+        steps.astype(np.intp), mode="clip"
     )
+    return light ** np.float32(HLG_GAMMA) if coding.transfer == HLG else light
 
 
 def broad(

@@ -1,10 +1,13 @@
 """Scenes of frames: every face's lips and lids, their light, and that light over time."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import heads
 import numpy as np
 import pytest
 from makeup import close_up, scene_of, true_face
 from makeup_video.kernels.colour import decode
+from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.face import FrameFaces
 from makeup_video.pipeline.mesh import BuildScene
 from people import TICK, frame_of
@@ -102,3 +105,24 @@ def test_lights_of_faces_that_are_gone_are_forgotten():
     for number in range(50):
         build(item(number, track_id=number))
     assert len(build._means) <= 3 * (1 / TICK + 1)
+
+
+def test_a_device_that_is_not_there_is_refused():
+    with pytest.raises(UsageError, match="no such device"):
+        BuildScene("no such device")
+
+
+def test_threads_that_build_scenes_at_once_do_not_mix_them_up():
+    frame, (points, closed) = frame_of(RGB8), (close_up(at)[1] for at in (0, 75))
+    faces = [true_face(points), true_face(closed)]
+    alone = [BuildScene()(FrameFaces(frame, (face,))).faces[0] for face in faces]
+
+    def many(which):
+        build = BuildScene()
+        return [build(FrameFaces(frame, (faces[which],))).faces[0] for _ in range(50)]
+
+    with ThreadPoolExecutor(2) as pool:
+        for scenes, want in zip(pool.map(many, (0, 1)), alone, strict=True):
+            for scene in scenes:
+                np.testing.assert_array_equal(scene.lips.shading, want.lips.shading)
+                np.testing.assert_array_equal(scene.eyes[1].region.up, want.eyes[1].region.up)

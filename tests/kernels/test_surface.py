@@ -1,0 +1,123 @@
+"""Lips and lids made by the kernel against the numpy that says what they are."""
+
+from fractions import Fraction
+
+import av
+import heads
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup import LAYOUTS, close_up, true_face
+from makeup_video.kernels.colour import HLG, PQ
+from makeup_video.pipeline.colour import coding_of
+from makeup_video.pipeline.crop import compose
+from makeup_video.pipeline.eyes import eye_regions
+from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.lips import lip_region
+from makeup_video.pipeline.mesh import BuildScene
+from makeup_video.pipeline.shading import luminances
+from people import frame_of
+
+SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample
+
+
+def made_and_meant(frame: Frame, face: Face):
+    """Pairs of a lit region by the kernel and one by numpy, each with shading and mean; lips first."""
+    (scene,) = BuildScene()(FrameFaces(frame, (face,))).faces
+    made = [lit for lit in (scene.lips, *scene.eyes) if lit is not None]
+    meant = [region for region in (lip_region(face), *eye_regions(face)) if region is not None]
+    light = luminances(frame, coding_of(frame), [region.grid for region in meant])
+    assert len(made) == len(meant)
+    for lit, region, luminance in zip(made, meant, light, strict=True):
+        yield lit.region, lit.shading, lit.mean, region, *region.shaded(luminance)
+
+
+def assert_same_surface(made, meant):
+    np.testing.assert_allclose(made.grid.to_px, meant.grid.to_px, atol=1e-9)
+    # float32 against float64 where contours are steep; odds reach to 200
+    names = ("odds", "rim", "upper") if hasattr(meant, "odds") else ("up", "lash_px")
+    for name in names:
+        np.testing.assert_allclose(getattr(made, name), getattr(meant, name), rtol=1e-4, atol=2e-3)
+    np.testing.assert_allclose(made.normals, meant.normals, atol=2e-3)
+
+
+def turned(points_px, degrees, scale, to_xy):
+    """About the middle of the close-up, and moved."""
+    angle = np.radians(degrees)
+    spin = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    shift = np.array([100, 110]) + to_xy - spin @ (100, 110)
+    return points_px @ spin.T + shift, np.column_stack([spin, shift])
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.floats(-180, 180), st.floats(0.3, 3), st.tuples(*[st.floats(-60, 60)] * 2),
+    st.sampled_from((SHUT, OPEN, BLINK)), st.floats(-0.5, 0.5),
+)  # fmt: skip
+def test_surfaces_are_those_of_numpy(degrees, scale, to_xy, number, lean):
+    rgb8, points = close_up(number)
+    face = true_face(points)
+    there, spin = turned(points, degrees, scale, to_xy)
+    depth = lean * there[:, 0] + 0.3 * np.abs(there[:, 0] - there[:, 0].mean())
+    face = heads.face(
+        np.column_stack([there, depth]),
+        logits=face.lips.logits,
+        to_px=compose(spin, face.lips.to_px),
+    )
+    for made, shading, mean, meant, want_shading, want_mean in made_and_meant(frame_of(rgb8), face):
+        assert_same_surface(made, meant)
+        # codes are not rounded on the way, chroma is looked at by fours
+        assert mean == pytest.approx(want_mean, rel=0.03, abs=3e-3)
+        np.testing.assert_allclose(shading, want_shading, rtol=0.06, atol=0.01)
+
+
+@pytest.mark.parametrize("pix_fmt", [*LAYOUTS, "gray"])
+@pytest.mark.parametrize("scale", [1, 4])
+def test_every_layout_gives_the_light_of_numpy(pix_fmt, scale):
+    rgb8, points = close_up(OPEN)
+    large = rgb8.repeat(scale, 0).repeat(scale, 1)
+    face = heads.face((points + 0.5) * scale - 0.5)
+    for _, shading, mean, _, want, want_mean in made_and_meant(
+        frame_of(large, pix_fmt=pix_fmt), face
+    ):
+        assert mean == pytest.approx(want_mean, rel=0.02)
+        np.testing.assert_allclose(shading, want, rtol=0.05, atol=5e-3)
+
+
+@pytest.mark.parametrize("transfer", [PQ, HLG])
+def test_hdr_has_the_light_of_numpy(transfer):
+    _, points = close_up(OPEN)
+    picture = av.VideoFrame(200, 220, "yuv420p10le")
+    frame = Frame(picture, 0, Fraction(1, 30), ColourTags(9, 1, transfer, 9))
+    for plane, code in zip(frame.writable_planes(), (500, 480, 560), strict=True):
+        plane[:] = np.linspace(code - 40, code + 40, plane.shape[1]).astype(np.uint16)
+    for _, shading, mean, _, want, want_mean in made_and_meant(frame, heads.face(points)):
+        assert mean == pytest.approx(want_mean, rel=0.02)
+        np.testing.assert_allclose(shading, want, rtol=0.05, atol=5e-3)
+
+
+@pytest.mark.parametrize("size_wh", [(1, 1), (2, 1), (3, 5), (16, 16)])
+@pytest.mark.parametrize("pix_fmt", ["yuv420p", "nv12", "yuv444p10le", "gray"])
+def test_frames_smaller_than_a_face_do_no_harm(size_wh, pix_fmt):
+    rgb8 = np.full((*size_wh[::-1], 3), 140, np.uint8)
+    _, points = close_up()
+    for at in (points, points - 5000, points + 1e6):
+        (scene,) = BuildScene()(
+            FrameFaces(frame_of(rgb8, pix_fmt=pix_fmt), (heads.face(at),))
+        ).faces
+        for lit in (scene.lips, *scene.eyes):
+            assert np.isfinite(lit.shading).all() and np.ptp(lit.shading) < 1e-3
+            assert lit.mean == pytest.approx(0.27, abs=0.03)
+
+
+@pytest.mark.parametrize("squeezed", [(0.2, 1, 1), (0, 1, 1), (0, 0, 0), (1, 1, 1e6)])
+def test_faces_of_no_shape_have_surfaces_that_are_finite(squeezed):
+    rgb8, points = close_up(OPEN)
+    points = np.column_stack([points, points[:, 0]]) * squeezed + (20, 20, 0)
+    face = heads.face(points, to_px=heads.face(points + 0.0).lips.to_px + np.eye(2, 3))
+    (scene,) = BuildScene()(FrameFaces(frame_of(rgb8), (face,))).faces
+    for lit in (scene.lips, *scene.eyes):
+        assert np.isfinite(lit.region.normals).all() and np.isfinite(lit.shading).all()
+        assert (np.square(lit.region.normals).sum(0) < 1.0001).all()
