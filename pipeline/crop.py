@@ -4,9 +4,10 @@ Only the window's own pixels are read. It may be turned, and may reach beyond th
 the border is repeated.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
+from itertools import accumulate
 from typing import Protocol
 
 import cv2
@@ -14,6 +15,8 @@ import numpy as np
 from makeup_video.pipeline.frame import Frame
 
 Affine = np.ndarray  # (2, 3) float64: (x, y, 1) -> (x, y)
+# Of a plane that is shrunk much, so many rows a pixel are enough: less memory to read.
+_ROWS_AVERAGED = 4
 Window = tuple[Affine, tuple[int, int]]  # crop px -> upright px, and the crop's width and height
 
 
@@ -69,24 +72,22 @@ class FramePicture:
         self.frame = frame
         key = frame.width_px, frame.height_px, float(pixel_aspect) or 1.0, frame.rotation_degrees
         self.to_stored, self.width_px, self.height_px = _upright(*key)
-        self._to_chroma = _to_chroma(*frame.chroma)
+        self._to_chroma = _upright_to_chroma(*key, *frame.chroma)
         self._to_rgb = to_rgb_matrix(frame.tags.matrix, frame.tags.range)
 
     def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
         frame, planes = self.frame, self.frame.planes
-        at = compose(self.to_stored, to_px)
-        luma = _eight_bits(sample(planes[0], at, size_wh), frame.bit_depth)
+        luma = _eight_bits(sample(planes[0], compose(self.to_stored, to_px), size_wh), frame)
         if len(planes) < 2:
             return cv2.merge([luma, luma, luma])
-        at = compose(self._to_chroma, at)
-        wanted = size_wh
+        at, wanted = compose(self._to_chroma, to_px), size_wh
         if frame.chroma != (1, 1) and step_px(at) < 1:  # chroma has no more detail than this
             wanted = (size_wh[0] + 1) // 2, (size_wh[1] + 1) // 2
             at = compose(at, _TWICE)
         chroma = [sample(plane, at, wanted) for plane in planes[1:3]]
         if chroma[0].ndim == 3:  # NV12 keeps both in one plane
             chroma = list(cv2.split(chroma[0]))
-        chroma = [_eight_bits(plane, frame.bit_depth) for plane in chroma[:2]]
+        chroma = [_eight_bits(plane, frame) for plane in chroma[:2]]
         if wanted != size_wh:
             twice = wanted[0] * 2, wanted[1] * 2
             chroma = [cv2.resize(plane, twice)[: size_wh[1], : size_wh[0]] for plane in chroma]
@@ -95,19 +96,22 @@ class FramePicture:
     def crops(self, windows: Sequence[Window]) -> list[np.ndarray]:
         # Every call into OpenCV costs as much as a thousand pixels: so all crops are one list of
         # places, sampled at once.
-        maps = [compose(self.to_stored, to_px) for to_px, _ in windows]
+        maps = np.array([to_px for to_px, _ in windows])
         sizes = [size_wh for _, size_wh in windows]
-        places = [
-            at.astype(np.float32) @ pixel_places(size) for at, size in zip(maps, sizes, strict=True)
-        ]
-        at, step = np.concatenate(places, axis=1), max(map(step_px, maps))
-        rows = [_eight_bits(row, self.frame.bit_depth) for row in samples_at(self.frame, at, step)]
+        planes = self.frame.planes
+        rows = _sample_windows(planes[:1], compose(self.to_stored, maps), sizes)
+        if len(planes) > 1:
+            rows += _sample_windows(planes[1:3], compose(self._to_chroma, maps), sizes)
+            if rows[1].ndim == 3:  # NV12 keeps both in one plane
+                rows[1:] = cv2.split(rows[1])
+        rows = [_eight_bits(row, self.frame) for row in rows]
+        rgb8 = cv2.merge(rows if len(rows) > 1 else rows * 3)
         if len(rows) > 1:
-            rgb8 = cv2.transform(cv2.merge(rows[:3]), self._to_rgb)
-        else:
-            rgb8 = cv2.merge(rows * 3)
-        parts = np.split(rgb8[0], np.cumsum([w * h for w, h in sizes])[:-1])
-        return [part.reshape(h, w, 3) for part, (w, h) in zip(parts, sizes, strict=True)]
+            rgb8 = cv2.transform(rgb8, self._to_rgb)
+        return [
+            rgb8[0, first:end].reshape(h, w, 3)
+            for (w, h), first, end in zip(sizes, *_ends(sizes), strict=True)
+        ]
 
 
 def samples_at(frame: Frame, places: np.ndarray, step: float) -> list[np.ndarray]:
@@ -144,6 +148,15 @@ def _upright(
 
 
 @lru_cache
+def _upright_to_chroma(
+    width_px: int, height_px: int, aspect: float, rotation: int, across: int, down: int
+) -> Affine:
+    """Upright px -> px of the chroma planes."""
+    to_stored, _, _ = _upright(width_px, height_px, aspect, rotation)
+    return compose(_to_chroma(across, down), to_stored)
+
+
+@lru_cache
 def _to_chroma(across: int, down: int) -> Affine:
     """Luma px -> chroma px, for chroma sited in the middle of its luma."""
     return np.array([[1 / across, 0, 0.5 / across - 0.5], [0, 1 / down, 0.5 / down - 0.5]])
@@ -167,11 +180,7 @@ def sample(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.nda
     """
     factor = _shrink_factor(step_px(to_px))
     if factor > 1:
-        reach = []
-        for across, down, start in to_px.tolist():
-            ends = sorted((0.0, across * (size_wh[0] - 1))), sorted((0.0, down * (size_wh[1] - 1)))
-            reach.append((start + ends[0][0] + ends[1][0], start + ends[0][1] + ends[1][1]))
-        plane, to_part = _shrunk(plane, reach, factor)
+        (plane,), to_part = _shrunk([plane], _reach([to_px], [size_wh]), factor)
         to_px = compose(to_part, to_px)
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return cv2.warpAffine(plane, to_px, size_wh, flags=flags, borderMode=cv2.BORDER_REPLICATE)
@@ -185,12 +194,53 @@ def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
     factor = _shrink_factor(step)
     if factor > 1:
         reach = list(zip(places.min(1).tolist(), places.max(1).tolist(), strict=True))
-        plane, to_part = _shrunk(plane, reach, factor)
+        (plane,), to_part = _shrunk([plane], reach, factor)
         scale = to_part.diagonal().astype(np.float32)[:, None]
         places = places * scale + to_part[:, 2:].astype(np.float32)
+    return _remap(plane, places)
+
+
+def _sample_windows(
+    planes: Sequence[np.ndarray], maps: np.ndarray, sizes: Sequence[tuple[int, int]]
+) -> list[np.ndarray]:
+    """The same of planes of one size for several windows that lie close together.
+
+    maps: (windows, 2, 3), from their px to the planes'. Returns for each plane (1, N) or
+    (1, N, C), the windows row by row, one after the other.
+    """
+    factor = _shrink_factor(max(map(step_px, maps)))
+    if factor > 1:
+        planes, to_part = _shrunk(planes, _reach(maps, sizes), factor)
+        maps = compose(to_part, maps)
+    firsts, ends = _ends(sizes)
+    places = np.empty((2, ends[-1]), np.float32)
+    for at, size, first, end in zip(maps.astype(np.float32), sizes, firsts, ends, strict=True):
+        np.matmul(at, pixel_places(size), out=places[:, first:end])
+    return [_remap(plane, places) for plane in planes]
+
+
+def _remap(plane: np.ndarray, places: np.ndarray) -> np.ndarray:
     return cv2.remap(
         plane, places[:1], places[1:], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
+
+
+def _ends(sizes: Sequence[tuple[int, int]]) -> tuple[list[int], list[int]]:
+    """Where the pixels of each window begin and end in a list of all."""
+    ends = list(accumulate(w * h for w, h in sizes))
+    return [0, *ends[:-1]], ends
+
+
+def _reach(maps: Iterable[Affine], sizes: Iterable[tuple[int, int]]) -> list[tuple[float, float]]:
+    """The least and the most x, and y, of all pixels of these windows."""
+    reach = []
+    for to_px, (w, h) in zip(maps, sizes, strict=True):
+        for across, down, start in to_px.tolist():
+            right, below = across * (w - 1), down * (h - 1)
+            low = start + min(right, 0.0) + min(below, 0.0)
+            reach.append((low, start + max(right, 0.0) + max(below, 0.0)))
+    lows, highs = zip(*reach, strict=True)
+    return [(min(lows[axis::2]), max(highs[axis::2])) for axis in (0, 1)]
 
 
 def step_px(to_px: Affine) -> float:
@@ -208,44 +258,57 @@ def _shrink_factor(step: float) -> int:
 
 
 def _shrunk(
-    plane: np.ndarray, reach: list[tuple[float, float]], factor: int
-) -> tuple[np.ndarray, Affine]:
-    """The part of the plane within reach (of x, of y), averaged by `factor`, and the map to it."""
+    planes: Sequence[np.ndarray], reach: list[tuple[float, float]], factor: int
+) -> tuple[list[np.ndarray], Affine]:
+    """The part of planes of one size within reach (of x, of y), averaged by `factor`, and the map to it."""
     low, high = [], []
-    for (first, last), length in zip(reach, plane.shape[1::-1], strict=True):
-        # From multiple to multiple of the factor: so the average does not swim with the window,
-        # and OpenCV takes its fast way.
+    for (first, last), length in zip(reach, planes[0].shape[1::-1], strict=True):
+        # from multiple to multiple of the factor: so the average does not swim with the window
         low.append(min(max(int(first) - 2 * factor, 0), length - 1) // factor * factor)
         needed = max(int(last) + 2 * factor + 2, low[-1] + 1) - low[-1]
         there = max((length - low[-1]) // factor * factor, 1)
         high.append(low[-1] + min(-(-needed // factor) * factor, there))
-    # of a very large picture every second, fourth ... px is enough for an average of many
-    skip = max(1, factor // 8)
-    part = plane[low[1] : high[1] : skip, low[0] : high[0] : skip]
-    if skip > 1:
-        part = np.ascontiguousarray(part)
     wide, tall = high[0] - low[0], high[1] - low[1]
     size = max(1, wide // factor), max(1, tall // factor)
-    part = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
+    skip = max(1, factor // _ROWS_AVERAGED)
+    parts = []
+    for plane in planes:
+        part, left = plane[low[1] : high[1] : skip, low[0] : high[0]], factor // skip
+        while left > 1:
+            part, left = halved(part), left // 2
+        if part.shape[1::-1] != size:
+            part = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
+        parts.append(part)
     x_scale, y_scale = size[0] / wide, size[1] / tall
     to_part = np.array([
         [x_scale, 0, (0.5 - low[0]) * x_scale - 0.5],
         [0, y_scale, (0.5 - low[1]) * y_scale - 0.5],
     ])  # fmt: skip
-    return part, to_part
+    return parts, to_part
+
+
+def halved(plane: np.ndarray) -> np.ndarray:
+    """(H, W) or (H, W, C) averaged 2x2, without the last row or column of an odd number.
+
+    OpenCV is quick at exactly this: to average by 4 it takes six times as long as for this twice.
+    """
+    h, w = plane.shape[:2]
+    size = max(1, w // 2), max(1, h // 2)
+    even = plane[: max(1, h & ~1), : max(1, w & ~1)]
+    return cv2.resize(even, size, interpolation=cv2.INTER_AREA)
 
 
 def compose(second: Affine, first: Affine) -> Affine:
-    """The map that does `first`, then `second`."""
+    """The map that does `first`, then `second`; `first` may be several, (..., 2, 3)."""
     both: Affine = second[:, :2] @ first
-    both[:, 2] += second[:, 2]
+    both[..., 2] += second[:, 2]
     return both
 
 
-def _eight_bits(plane: np.ndarray, bit_depth: int) -> np.ndarray:
+def _eight_bits(plane: np.ndarray, frame: Frame) -> np.ndarray:
     if plane.dtype == np.uint8:
         return plane
-    return cv2.convertScaleAbs(plane, alpha=2.0 ** (8 - bit_depth))
+    return cv2.convertScaleAbs(plane, alpha=2.0 ** (8 - frame.bit_depth))
 
 
 @lru_cache
