@@ -4,10 +4,9 @@ Only the window's own pixels are read. It may be turned, and may reach beyond th
 the border is repeated.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
-from itertools import accumulate
 from typing import Protocol
 
 import cv2
@@ -15,9 +14,8 @@ import numpy as np
 from makeup_video.pipeline.frame import Frame
 
 Affine = np.ndarray  # (2, 3) float64: (x, y, 1) -> (x, y)
-# Of a plane that is shrunk much, so many rows a pixel are enough: less memory to read.
-_ROWS_AVERAGED = 4
 Window = tuple[Affine, tuple[int, int]]  # crop px -> upright px, and the crop's width and height
+Windows = tuple[np.ndarray, tuple[int, int]]  # several of one size: (K, 2, 3), and that size
 
 
 class Picture(Protocol):
@@ -31,8 +29,13 @@ class Picture(Protocol):
         """(H, W, 3) uint8 RGB, encoded; to_px maps the crop's pixels to upright pixels."""
         ...
 
-    def crops(self, windows: Sequence[Window]) -> list[np.ndarray]:
-        """Several crops of about the same scale that lie close together, for less work."""
+    def crops(self, windows: Sequence[Windows]) -> list[np.ndarray]:
+        """Several crops of about the same scale that lie close together, for less work: (K, H, W, 3)
+        for each size."""
+        ...
+
+    def whole(self, size_wh: tuple[int, int]) -> np.ndarray:
+        """All of it, (H, W, 3), at a size of about its shape."""
         ...
 
 
@@ -58,8 +61,13 @@ class RgbPicture:
     def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
         return sample(self.rgb8, to_px, size_wh)
 
-    def crops(self, windows: Sequence[Window]) -> list[np.ndarray]:
-        return [sample(self.rgb8, *window) for window in windows]
+    def crops(self, windows: Sequence[Windows]) -> list[np.ndarray]:
+        return [
+            np.stack([sample(self.rgb8, to_px, size) for to_px in maps]) for maps, size in windows
+        ]
+
+    def whole(self, size_wh: tuple[int, int]) -> np.ndarray:
+        return _squeezed(self.rgb8, size_wh)
 
 
 class FramePicture:
@@ -76,42 +84,49 @@ class FramePicture:
         self._to_rgb = to_rgb_matrix(frame.tags.matrix, frame.tags.range)
 
     def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
-        frame, planes = self.frame, self.frame.planes
-        luma = _eight_bits(sample(planes[0], compose(self.to_stored, to_px), size_wh), frame)
-        if len(planes) < 2:
-            return cv2.merge([luma, luma, luma])
+        chroma_shape, planes = self.frame.chroma, self.frame.planes
+        luma = sample(planes[0], compose(self.to_stored, to_px), size_wh)
         at, wanted = compose(self._to_chroma, to_px), size_wh
-        if frame.chroma != (1, 1) and step_px(at) < 1:  # chroma has no more detail than this
+        if chroma_shape != (1, 1) and step_px(at) < 1:  # chroma has no more detail than this
             wanted = (size_wh[0] + 1) // 2, (size_wh[1] + 1) // 2
             at = compose(at, _TWICE)
         chroma = [sample(plane, at, wanted) for plane in planes[1:3]]
-        if chroma[0].ndim == 3:  # NV12 keeps both in one plane
-            chroma = list(cv2.split(chroma[0]))
-        chroma = [_eight_bits(plane, frame) for plane in chroma[:2]]
         if wanted != size_wh:
             twice = wanted[0] * 2, wanted[1] * 2
             chroma = [cv2.resize(plane, twice)[: size_wh[1], : size_wh[0]] for plane in chroma]
-        return cv2.transform(cv2.merge([luma, *chroma]), self._to_rgb)
+        return self._rgb(luma, chroma)
 
-    def crops(self, windows: Sequence[Window]) -> list[np.ndarray]:
+    def crops(self, windows: Sequence[Windows]) -> list[np.ndarray]:
         # Every call into OpenCV costs as much as a thousand pixels: so all crops are one list of
         # places, sampled at once.
-        maps = np.array([to_px for to_px, _ in windows])
-        sizes = [size_wh for _, size_wh in windows]
+        sizes = [size for maps, size in windows for _ in maps]
+        upright = np.concatenate([maps for maps, _ in windows])
         planes = self.frame.planes
-        rows = _sample_windows(planes[:1], compose(self.to_stored, maps), sizes)
-        if len(planes) > 1:
-            rows += _sample_windows(planes[1:3], compose(self._to_chroma, maps), sizes)
-            if rows[1].ndim == 3:  # NV12 keeps both in one plane
-                rows[1:] = cv2.split(rows[1])
-        rows = [_eight_bits(row, self.frame) for row in rows]
-        rgb8 = cv2.merge(rows if len(rows) > 1 else rows * 3)
-        if len(rows) > 1:
-            rgb8 = cv2.transform(rgb8, self._to_rgb)
-        return [
-            rgb8[0, first:end].reshape(h, w, 3)
-            for (w, h), first, end in zip(sizes, *_ends(sizes), strict=True)
-        ]
+        luma, to_luma = _near(planes[:1], compose(self.to_stored, upright), sizes)
+        chroma, to_chroma = _near(planes[1:3], compose(self._to_chroma, upright), sizes)
+        at = _places(np.concatenate([to_luma, to_chroma], axis=1, dtype=np.float32), sizes)
+        rgb8 = self._rgb(_remap(luma[0], at[:2]), [_remap(plane, at[2:]) for plane in chroma])[0]
+        parts, first = [], 0
+        for maps, (w, h) in windows:
+            end = first + len(maps) * w * h
+            parts.append(rgb8[first:end].reshape(len(maps), h, w, 3))
+            first = end
+        return parts
+
+    def whole(self, size_wh: tuple[int, int]) -> np.ndarray:
+        turned, planes = self.frame.rotation_degrees, self.frame.planes
+        size = size_wh if turned % 180 == 0 else size_wh[::-1]
+        luma, *chroma = (_squeezed(plane, size) for plane in planes[:3])
+        return np.rot90(self._rgb(luma, chroma), turned // 90)
+
+    def _rgb(self, luma: np.ndarray, chroma: list[np.ndarray]) -> np.ndarray:
+        """(H, W, 3) uint8 of samples (H, W) of the planes; NV12 keeps both of chroma in one."""
+        if chroma and chroma[0].ndim == 3:
+            chroma = cv2.split(chroma[0])
+        planes = [_eight_bits(plane, self.frame) for plane in (luma, *chroma)]
+        if len(planes) < 2:
+            return cv2.merge(planes * 3)
+        return cv2.transform(cv2.merge(planes), self._to_rgb)
 
 
 def samples_at(frame: Frame, places: np.ndarray, step: float) -> list[np.ndarray]:
@@ -178,10 +193,7 @@ def sample(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.nda
 
     to_px maps the crop's pixels to the plane's; the border is repeated beyond it.
     """
-    factor = _shrink_factor(step_px(to_px))
-    if factor > 1:
-        (plane,), to_part = _shrunk([plane], _reach([to_px], [size_wh]), factor)
-        to_px = compose(to_part, to_px)
+    (plane,), (to_px,) = _near([plane], to_px[None], [size_wh])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return cv2.warpAffine(plane, to_px, size_wh, flags=flags, borderMode=cv2.BORDER_REPLICATE)
 
@@ -200,23 +212,26 @@ def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
     return _remap(plane, places)
 
 
-def _sample_windows(
+def _near(
     planes: Sequence[np.ndarray], maps: np.ndarray, sizes: Sequence[tuple[int, int]]
-) -> list[np.ndarray]:
-    """The same of planes of one size for several windows that lie close together.
+) -> tuple[Sequence[np.ndarray], np.ndarray]:
+    """Planes of one size and the maps (K, 2, 3) from windows to them, shrunk to fit the windows."""
+    plain = maps.tolist()
+    factor = _shrink_factor(max(map(_step, plain)))
+    if factor == 1 or not planes:
+        return planes, maps
+    planes, to_part = _shrunk(planes, _reach(plain, sizes), factor)
+    return planes, compose(to_part, maps)
 
-    maps: (windows, 2, 3), from their px to the planes'. Returns for each plane (1, N) or
-    (1, N, C), the windows row by row, one after the other.
-    """
-    factor = _shrink_factor(max(map(step_px, maps)))
-    if factor > 1:
-        planes, to_part = _shrunk(planes, _reach(maps, sizes), factor)
-        maps = compose(to_part, maps)
-    firsts, ends = _ends(sizes)
-    places = np.empty((2, ends[-1]), np.float32)
-    for at, size, first, end in zip(maps.astype(np.float32), sizes, firsts, ends, strict=True):
-        np.matmul(at, pixel_places(size), out=places[:, first:end])
-    return [_remap(plane, places) for plane in planes]
+
+def _places(maps: np.ndarray, sizes: Sequence[tuple[int, int]]) -> np.ndarray:
+    """Where the maps (K, rows, 3) float32 lead the pixels of windows: (rows, N), one after the other."""
+    places = np.empty((maps.shape[1], sum(w * h for w, h in sizes)), np.float32)
+    first = 0
+    for at, (w, h) in zip(maps, sizes, strict=True):
+        np.matmul(at, pixel_places((w, h)), out=places[:, first : first + w * h])
+        first += w * h
+    return places
 
 
 def _remap(plane: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -225,27 +240,29 @@ def _remap(plane: np.ndarray, places: np.ndarray) -> np.ndarray:
     )
 
 
-def _ends(sizes: Sequence[tuple[int, int]]) -> tuple[list[int], list[int]]:
-    """Where the pixels of each window begin and end in a list of all."""
-    ends = list(accumulate(w * h for w, h in sizes))
-    return [0, *ends[:-1]], ends
-
-
-def _reach(maps: Iterable[Affine], sizes: Iterable[tuple[int, int]]) -> list[tuple[float, float]]:
+def _reach(
+    maps: list[list[list[float]]], sizes: Sequence[tuple[int, int]]
+) -> list[tuple[float, float]]:
     """The least and the most x, and y, of all pixels of these windows."""
     reach = []
-    for to_px, (w, h) in zip(maps, sizes, strict=True):
-        for across, down, start in to_px.tolist():
+    for axis in (0, 1):
+        lows, highs = [], []
+        for to_px, (w, h) in zip(maps, sizes, strict=True):
+            across, down, start = to_px[axis]
             right, below = across * (w - 1), down * (h - 1)
-            low = start + min(right, 0.0) + min(below, 0.0)
-            reach.append((low, start + max(right, 0.0) + max(below, 0.0)))
-    lows, highs = zip(*reach, strict=True)
-    return [(min(lows[axis::2]), max(highs[axis::2])) for axis in (0, 1)]
+            lows.append(start + min(right, 0.0) + min(below, 0.0))
+            highs.append(start + max(right, 0.0) + max(below, 0.0))
+        reach.append((min(lows), max(highs)))
+    return reach
 
 
 def step_px(to_px: Affine) -> float:
     """How many px of the plane lie between two of the crop."""
-    (a, b, _), (c, d, _) = to_px.tolist()
+    return _step(to_px.tolist())
+
+
+def _step(to_px: list[list[float]]) -> float:
+    (a, b, _), (c, d, _) = to_px
     return float(abs(a * d - b * c) ** 0.5)
 
 
@@ -260,7 +277,7 @@ def _shrink_factor(step: float) -> int:
 def _shrunk(
     planes: Sequence[np.ndarray], reach: list[tuple[float, float]], factor: int
 ) -> tuple[list[np.ndarray], Affine]:
-    """The part of planes of one size within reach (of x, of y), averaged by `factor`, and the map to it."""
+    """The part of planes of one size within reach (of x, of y), averaged, and the map to it."""
     low, high = [], []
     for (first, last), length in zip(reach, planes[0].shape[1::-1], strict=True):
         # from multiple to multiple of the factor: so the average does not swim with the window
@@ -268,23 +285,38 @@ def _shrunk(
         needed = max(int(last) + 2 * factor + 2, low[-1] + 1) - low[-1]
         there = max((length - low[-1]) // factor * factor, 1)
         high.append(low[-1] + min(-(-needed // factor) * factor, there))
-    wide, tall = high[0] - low[0], high[1] - low[1]
-    size = max(1, wide // factor), max(1, tall // factor)
-    skip = max(1, factor // _ROWS_AVERAGED)
-    parts = []
-    for plane in planes:
-        part, left = plane[low[1] : high[1] : skip, low[0] : high[0]], factor // skip
-        while left > 1:
-            part, left = halved(part), left // 2
-        if part.shape[1::-1] != size:
-            part = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
-        parts.append(part)
-    x_scale, y_scale = size[0] / wide, size[1] / tall
+    skip = _row_skip(factor)
+    parts = [
+        _halved(plane[low[1] : high[1] : skip, low[0] : high[0]], factor // skip)
+        for plane in planes
+    ]
+    tall, wide = parts[0].shape[:2]
+    x_scale, y_scale = wide / (high[0] - low[0]), tall / len(range(low[1], high[1], skip))
     to_part = np.array([
         [x_scale, 0, (0.5 - low[0]) * x_scale - 0.5],
-        [0, y_scale, (0.5 - low[1]) * y_scale - 0.5],
+        [0, y_scale / skip, (0.5 - low[1] / skip) * y_scale - 0.5],
     ])  # fmt: skip
     return parts, to_part
+
+
+def _row_skip(factor: int) -> int:
+    """Of a window that shrinks by more than 2 every second row is read, for memory is slow; what is then
+    averaged by half the factor keeps twice the width that is needed."""
+    return 2 if factor > 2 else 1
+
+
+def _squeezed(plane: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
+    """All of a plane (H, W) or (H, W, C) at a size of about its shape: of every pixel, for the
+    smallest face is hardly larger than one of these."""
+    h, w = plane.shape[:2]
+    factor = _shrink_factor(min(w / size_wh[0], h / size_wh[1]))
+    return cv2.resize(_halved(plane, factor), size_wh)
+
+
+def _halved(plane: np.ndarray, factor: int) -> np.ndarray:
+    while factor > 1:
+        plane, factor = halved(plane), factor // 2
+    return plane
 
 
 def halved(plane: np.ndarray) -> np.ndarray:

@@ -42,16 +42,18 @@ class _Window:
     size_wh: tuple[int, int]  # px
     span: float  # its width in IOD
 
-    def to_px(self, frame: Similarity, centre: complex, mirrored: bool = False) -> Affine:
-        """Crop px -> upright px, turned and scaled as the face frame, its middle at centre."""
+    def to_px(
+        self, frame: Similarity, centre: complex, mirrored: bool = False
+    ) -> list[list[float]]:
+        """(2, 3), crop px -> upright px, turned and scaled as the face frame, its middle at centre."""
         turn = frame.turn * (self.span / self.size_wh[0])
         across = -turn if mirrored else turn
         x, y = (self.size_wh[0] - 1) / 2, (self.size_wh[1] - 1) / 2
         corner = centre - across * x - turn * complex(0, y)
-        return np.array([
+        return [
             [across.real, -turn.imag, corner.real],
             [across.imag, turn.real, corner.imag],
-        ])  # fmt: skip
+        ]
 
 
 _MESH = _Window((96, 96), 2.56)
@@ -149,7 +151,7 @@ class FaceNets:
         )
         padded_w, padded_h = (-(-side // _CELL_GROUP) * _CELL_GROUP for side in (w, h))
         seen = np.zeros((1, padded_h, padded_w, 3), np.uint8)
-        seen[0, :h, :w] = picture.crop(to_px, (w, h))
+        seen[0, :h, :w] = picture.crop(to_px, (w, h)) if tilt_degrees else picture.whole((w, h))
         found = decode_cells(self.detector(seen)["cells"][0], threshold)
         seen_to_px = Similarity(turn, middle)
         return [(logit, seen_to_px.after(from_matrix(frame))) for logit, frame in found]
@@ -157,7 +159,8 @@ class FaceNets:
     def read_mesh(self, picture: Picture, frame: Similarity, mirrored: bool = False) -> Mesh:
         """All points, coarsely."""
         centre = middle_of(frame)
-        out = self.mesh(picture.crop(_MESH.to_px(frame, centre, mirrored), _MESH.size_wh)[None])
+        to_px = np.array(_MESH.to_px(frame, centre, mirrored))
+        out = self.mesh(picture.crop(to_px, _MESH.size_wh)[None])
         offsets = out["points"][0]
         if mirrored:
             offsets = offsets[self.mirror] * _MIRRORED
@@ -181,16 +184,15 @@ class FaceNets:
         both_ways: look at the mirrored lips too, and take the mean: truer, for more work.
         """
         frame, centres = view
-        to_px = _LIPS.to_px(frame, centres[0])
-        left, right = (_EYE.to_px(frame, centres[1 + side], bool(side)) for side in (0, 1))
-        windows = (to_px, _LIPS.size_wh), (left, _EYE.size_wh), (right, _EYE.size_wh)
-        lips, *eyes = picture.crops(windows)
+        to_px = np.array([_LIPS.to_px(frame, centres[0])])
+        eyes_to_px = np.array([_EYE.to_px(frame, centres[1 + side], bool(side)) for side in (0, 1)])
+        lips, eyes = picture.crops(((to_px, _LIPS.size_wh), (eyes_to_px, _EYE.size_wh)))
         offsets, logits = self._read_lips(lips, both_ways)
-        found = self.eye(np.stack(eyes))["points"]
+        found = self.eye(eyes)["points"]
         found[1, :, 0] *= -1  # it was seen mirrored
         xy = _complex(np.concatenate([offsets, *found])) * frame.turn
         xy += np.array(centres)[self._part]
-        return Close(xy, LipPatch(logits, to_px), self.middles(xy))
+        return Close(xy, LipPatch(logits, to_px[0]), self.middles(xy))
 
     def take_rest(self, xy: np.ndarray, z: np.ndarray, mesh: Mesh, strayed_px: float) -> bool:
         """Take, in place, from the mesh net's points all but lips and eyes; these too where they
@@ -213,11 +215,11 @@ class FaceNets:
         return strayed
 
     def _read_lips(self, crop: np.ndarray, both_ways: bool) -> tuple[np.ndarray, np.ndarray]:
-        """(80, 112, 3) uint8 -> points (80, 3) in IOD, logits (80, 112)."""
+        """(1, 80, 112, 3) uint8 -> points (80, 3) in IOD, logits (80, 112)."""
         if not both_ways:
-            out = self.lips(crop[None])
+            out = self.lips(crop)
             return out["points"][0], out["mask_logits"][0]
-        out = self.lips(np.stack([crop, crop[:, ::-1]]))
+        out = self.lips(np.concatenate([crop, crop[:, :, ::-1]]))
         (offsets, mirrored), logits = out["points"], out["mask_logits"]
         offsets = (offsets + mirrored[self._lips_mirror] * _MIRRORED) / 2
         return offsets, (logits[0] + logits[1, :, ::-1]) / 2
@@ -237,21 +239,21 @@ def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Affin
     cells, cosine and sine of its turn.
     """
     logit = cells[0]
-    peak = cv2.dilate(logit, np.ones((3, 3))) <= logit
-    rows, columns = np.nonzero(peak & (logit > np.log(threshold / (1 - threshold))))
+    rows, columns = np.nonzero(logit > math.log(threshold / (1 - threshold)))
+    peak = cv2.dilate(logit, None)
+    there = [(float(logit[at]), *at) for at in zip(rows.tolist(), columns.tolist(), strict=True)]
     found: list[tuple[float, Affine]] = []
-    for at in np.argsort(-logit[rows, columns]):
-        row, column = rows[at], columns[at]
+    for told, row, column in sorted(there, key=lambda each: -each[0]):
+        if told < peak[row, column]:
+            continue
         dx, dy, size, cosine, sine = _told_around(cells, row, column).tolist()
-        centre = (np.array([column + dx, row + dy]) + 0.5) * _CELL - 0.5
-        iod = np.exp(min(size, 8.0)) * _CELL
-        length = max(math.hypot(cosine, sine), 1e-6)
-        cosine, sine = cosine / length, sine / length
-        linear = iod * np.array([[cosine, -sine], [sine, cosine]])
-        frame = np.column_stack([linear, centre - linear @ [0, BELOW_EYES]])
-        middle = complex(*centre)
+        iod = math.exp(min(size, 8.0)) * _CELL
+        turn = complex(cosine, sine) / max(abs(complex(cosine, sine)), 1e-6) * iod
+        middle = (complex(column + dx, row + dy) + (0.5 + 0.5j)) * _CELL - (0.5 + 0.5j)
         if all(abs(middle_of(from_matrix(f)) - middle) > _CLOSE * iod for _, f in found):
-            found.append((float(logit[row, column]), frame))
+            corner = middle - turn * complex(0, BELOW_EYES)
+            linear = [turn.real, -turn.imag, corner.real], [turn.imag, turn.real, corner.imag]
+            found.append((told, np.array(linear)))
     return found
 
 
@@ -263,11 +265,13 @@ def _told_around(cells: np.ndarray, row: int, column: int) -> np.ndarray:
     own = cells[1:, row, column]
     if own[2] < math.log(_LARGE_CELLS):
         return own
-    rows, columns = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
+    down, across = cells.shape[1:]
+    rows = slice(max(row - 1, 0), min(row + 2, down))
+    columns = slice(max(column - 1, 0), min(column + 2, across))
     told = cells[1:, rows, columns].copy()
-    y, x = np.mgrid[: cells.shape[1], : cells.shape[2]]
-    told[0] += x[rows, columns] - column
-    told[1] += y[rows, columns] - row
+    y, x = np.mgrid[rows, columns]
+    told[0] += x - column
+    told[1] += y - row
     sure = 1 / (1 + np.exp(-cells[0, rows, columns]))
     mean: np.ndarray = (told * sure).sum((1, 2)) / sure.sum()
     return mean

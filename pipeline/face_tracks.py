@@ -21,7 +21,7 @@ class Clock:
 
     def tick(self, frame: Frame) -> float:
         """The time of this frame. A repeated or earlier one counts as one usual step."""
-        now = float(frame.pts * frame.time_base)
+        now = frame.seconds
         if self._last is not None:
             step = now - self._last
             if step > 0:

@@ -6,7 +6,6 @@ a cut, and now and then for new faces: by the seconds of the film, not by frames
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
@@ -100,7 +99,7 @@ class FindFaces:
 
     def __call__(self, frame: Frame) -> FrameFaces:
         picture = FramePicture(frame, self.pixel_aspect)
-        seconds = float(frame.pts * frame.time_base)
+        seconds = frame.seconds
         cut = self._is_cut(frame.planes[0], frame.bit_depth)
         if cut:
             self._tracks.clear()
@@ -118,7 +117,7 @@ class FindFaces:
                 tilt_degrees = tilts[self._looks // len(DETECTOR_SIDES_PX) % len(tilts)]
                 self._look(picture, seconds, (side_px,), tilt_degrees)
         self._tracks = [t for t in self._tracks if t.is_followed or _is_fresh(t, seconds)]
-        faces = (to_face(t.sighting, picture, t.track_id) for t in self._followed())
+        faces = [to_face(t.sighting, picture, t.track_id) for t in self._tracks if t.is_followed]
         found = FrameFaces(frame, _largest_first(faces), cut)
         self.frames_with_face += bool(found.faces)
         return found
@@ -221,7 +220,7 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
                 (tiny if is_tiny(one.frame) else found).append(one)
         if found or tiny:
             break
-    faces = _in_order(to_face(one, picture, 0) for one in found)
+    faces = _in_order([to_face(one, picture, 0) for one in found])
     # numbered by size: the same numbers however sure the nets are, and wherever it is stored
     return tuple(replace(face, track_id=at) for at, face in enumerate(faces)), len(tiny)
 
@@ -267,11 +266,13 @@ def load_nets() -> FaceNets:
     return FaceNets()
 
 
-def _largest_first(faces: Iterable[Face]) -> tuple[Face, ...]:
-    return tuple(sorted(faces, key=lambda face: -face.area_px2))
+def _largest_first(faces: list[Face]) -> tuple[Face, ...]:
+    if len(faces) > 1:
+        faces = sorted(faces, key=lambda face: -face.area_px2)
+    return tuple(faces)
 
 
-def _in_order(faces: Iterable[Face]) -> tuple[Face, ...]:
+def _in_order(faces: list[Face]) -> tuple[Face, ...]:
     """Largest first. Of faces about as large as each other, which one measures larger changes with a
     picture's least detail: those go from left to right, and from top to bottom."""
     rest, ordered = _largest_first(faces), []

@@ -98,6 +98,11 @@ class Frame:
             )
 
     @property
+    def seconds(self) -> float:
+        """The presentation time; the same as float(pts * time_base), for less work."""
+        return self.pts * self.time_base.numerator / self.time_base.denominator
+
+    @property
     def bit_depth(self) -> int:
         return _layout_of(self.pix_fmt).bit_depth
 
