@@ -87,6 +87,11 @@ class FrameFaces:
     cut: bool = False
 
 
+def with_faces(item: FrameFaces, faces: tuple[Face, ...]) -> FrameFaces:
+    """The same frame with other faces."""
+    return FrameFaces(item.frame, faces, item.cut)
+
+
 def moved(face: Face, to_new: np.ndarray) -> Face:
     """A face in a picture that was scaled and cut: to_new, (2, 3), maps old px (x, y, 1) to new ones."""
     scale = abs(np.linalg.det(to_new[:, :2])) ** 0.5

@@ -269,9 +269,8 @@ def _told_around(cells: np.ndarray, row: int, column: int) -> np.ndarray:
     rows = slice(max(row - 1, 0), min(row + 2, down))
     columns = slice(max(column - 1, 0), min(column + 2, across))
     told = cells[1:, rows, columns].copy()
-    y, x = np.mgrid[rows, columns]
-    told[0] += x - column
-    told[1] += y - row
+    told[0] += np.arange(columns.start - column, columns.stop - column)
+    told[1] += np.arange(rows.start - row, rows.stop - row)[:, None]
     sure = 1 / (1 + np.exp(-cells[0, rows, columns]))
     mean: np.ndarray = (told * sure).sum((1, 2)) / sure.sum()
     return mean

@@ -72,12 +72,10 @@ class Tracks(Generic[T]):
 
 def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
     """The faces whose numbers are all finite; one NaN would spoil a whole window."""
-    return tuple(
-        face
-        for face in item.faces
-        if math.isfinite(
-            float(face.points_px.sum() + face.lips.logits.sum() + face.lips.to_px.sum())
-            + face.score
-            + face.mouth_visible
-        )
-    )
+    return tuple(face for face in item.faces if _is_finite(face))
+
+
+def _is_finite(face: Face) -> bool:
+    across, down = face.lips.to_px.tolist()
+    plain = face.score, face.mouth_visible, *across, *down
+    return math.isfinite(sum(plain) + float(face.points_px.sum() + face.lips.logits.sum()))

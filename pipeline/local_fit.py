@@ -90,18 +90,23 @@ def local_linear_taps(
         by_time.append(0.0 if math.isnan(seconds) else math.exp(-0.5 * (step / _TIME_SECONDS) ** 2))
         near.append(by_time[-1] * math.exp(-0.5 * (step / _SLOPE_SECONDS) ** 2) * step)
     per_second = max(sum(a * b for a, b in zip(near, plain, strict=True)), 1e-12)
-    dt, speed = np.array(plain), np.array(near) / per_second  # speed = sum of speed[i] * off[i]
-    scale = 1 / (2 * variance[:, None])  # both moments of a distance are noisy
-    # Distances from a face at rest and from one at steady speed: |off - dt * speed| ** 2, multiplied
-    # out; off[i] . off[j], with off from `now`, is (apart[i, now] + apart[j, now] - apart[i, j]) / 2.
-    resting = apart[:, now]
-    along = sum(speed.tolist()) * resting + (resting @ speed)[:, None] - apart @ speed  # twice
-    speeds = (along @ speed)[:, None]  # twice
-    distances = np.array((resting, resting + dt * (dt * (0.5 * speeds) - along))) * scale
+    dt, speed = np.array(plain), np.array([each / per_second for each in near])
+    # Distances from a face at rest and from one at steady speed, where speed is the sum of speed[i] *
+    # off[i], and off from `now`: |off - dt * speed| ** 2, multiplied out. And twice off[i] . off[j] is
+    # apart[i, now] + apart[j, now] - apart[i, j].
+    resting, towards = apart[:, now], apart @ speed
+    own, total = towards[:, now, None], sum(speed.tolist())
+    speeds = total * own - 0.5 * (towards @ speed)[:, None]
+    both = np.empty((2, *resting.shape))
+    both[0] = resting
+    both[1] = resting * (1 - total * dt) + dt * (towards - own + dt * speeds)
+    both *= (_FALL / 2) / variance[
+        :, None
+    ]  # in units of noise; both moments of a distance are noisy
     # A mouth that closes changes little of the patch, but its points tell.
-    seen = distances[:, PATCH_REGION]
-    np.maximum(seen, distances[:, LIPS_REGION], out=seen)
-    both = np.array(by_time) * np.exp(-_FALL * np.maximum(distances - _TOLERANCE, 0))
+    seen = both[:, PATCH_REGION]
+    np.maximum(seen, both[:, LIPS_REGION], out=seen)
+    both = np.array(by_time) * np.exp(np.minimum(_FALL * _TOLERANCE - both, 0))
     # Whichever explains more of the window: at rest, a speed would be nothing but noise.
     explained = both.sum(2, keepdims=True) * _MAY_MOVE
     weights = np.where(explained[0] >= explained[1], both[0], both[1])

@@ -7,10 +7,9 @@ of the shape are smoothed apart, and only as far as differences look like noise.
 import math
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
-from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.face import Face, FrameFaces, with_faces
 from makeup_video.pipeline.face_frame import (
     LIPS_REGION,
     PATCH_REGION,
@@ -60,7 +59,7 @@ class SmoothAhead:
 
     def __call__(self, item: FrameFaces) -> FrameFaces | None:
         now = self._tracks.at(item)
-        item = replace(item, faces=sound_faces(item))
+        item = with_faces(item, sound_faces(item))
         places = []
         for face in item.faces:
             track = self._tracks.of(face, now)
@@ -81,7 +80,7 @@ class SmoothAhead:
             track.smooth(face, place, self.window_seconds)
             for face, (track, place) in zip(item.faces, places, strict=True)
         )
-        return replace(item, faces=faces)
+        return with_faces(item, faces)
 
 
 class _Window:
@@ -158,7 +157,7 @@ class SmoothLive:
     def __call__(self, item: FrameFaces) -> FrameFaces:
         now = self._tracks.at(item)
         faces = tuple(self._tracks.of(face, now).smooth(face, now) for face in sound_faces(item))
-        return replace(item, faces=faces)
+        return with_faces(item, faces)
 
 
 class _Filter:
