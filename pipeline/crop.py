@@ -7,7 +7,7 @@ the border is repeated.
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import cv2
 import numpy as np
@@ -80,36 +80,25 @@ class FramePicture:
         self.frame = frame
         key = frame.width_px, frame.height_px, float(pixel_aspect) or 1.0, frame.rotation_degrees
         self.to_stored, self.width_px, self.height_px = _upright(*key)
-        self._to_chroma = _upright_to_chroma(*key, *frame.chroma)
         self._to_rgb = to_rgb_matrix(frame.tags.matrix, frame.tags.range)
 
     def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
-        chroma_shape, planes = self.frame.chroma, self.frame.planes
-        luma = sample(planes[0], compose(self.to_stored, to_px), size_wh)
-        at, wanted = compose(self._to_chroma, to_px), size_wh
-        if chroma_shape != (1, 1) and step_px(at) < 1:  # chroma has no more detail than this
-            wanted = (size_wh[0] + 1) // 2, (size_wh[1] + 1) // 2
-            at = compose(at, _TWICE)
-        chroma = [sample(plane, at, wanted) for plane in planes[1:3]]
-        if wanted != size_wh:
-            twice = wanted[0] * 2, wanted[1] * 2
-            chroma = [cv2.resize(plane, twice)[: size_wh[1], : size_wh[0]] for plane in chroma]
-        return self._rgb(luma, chroma)
+        rgb8, (at,) = self._near(to_px[None], [size_wh])
+        return _warp(rgb8, at, size_wh)
 
     def crops(self, windows: Sequence[Windows]) -> list[np.ndarray]:
         # Every call into OpenCV costs as much as a thousand pixels: so all crops are one list of
         # places, sampled at once.
         sizes = [size for maps, size in windows for _ in maps]
-        upright = np.concatenate([maps for maps, _ in windows])
-        planes = self.frame.planes
-        luma, to_luma = _near(planes[:1], compose(self.to_stored, upright), sizes)
-        chroma, to_chroma = _near(planes[1:3], compose(self._to_chroma, upright), sizes)
-        at = _places(np.concatenate([to_luma, to_chroma], axis=1, dtype=np.float32), sizes)
-        rgb8 = self._rgb(_remap(luma[0], at[:2]), [_remap(plane, at[2:]) for plane in chroma])[0]
+        rgb8, at = self._near(np.concatenate([maps for maps, _ in windows]), sizes)
+        # it takes less than half as long for four channels as for three
+        rgb8 = cv2.cvtColor(rgb8, cv2.COLOR_RGB2RGBA)
+        found = _remap(rgb8, _places(at.astype(np.float32), sizes))
+        found = cv2.cvtColor(found, cv2.COLOR_RGBA2RGB)[0]
         parts, first = [], 0
         for maps, (w, h) in windows:
             end = first + len(maps) * w * h
-            parts.append(rgb8[first:end].reshape(len(maps), h, w, 3))
+            parts.append(found[first:end].reshape(len(maps), h, w, 3))
             first = end
         return parts
 
@@ -119,10 +108,28 @@ class FramePicture:
         luma, *chroma = (_squeezed(plane, size) for plane in planes[:3])
         return np.rot90(self._rgb(luma, chroma), turned // 90)
 
+    def _near(
+        self, to_px: np.ndarray, sizes: Sequence[tuple[int, int]]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What windows (K, 2, 3) show and a little more, (H, W, 3), and the maps from them to it.
+
+        Colours are mixed here, once for what all windows show: the nearer they are, the less that is.
+        """
+        maps, planes = compose(self.to_stored, to_px), self.frame.planes
+        plain = maps.tolist()
+        factor = _shrink_factor(max(map(_step, plain)))
+        across, down = self.frame.chroma
+        box = _box(_reach(plain, sizes), planes[0], max(factor, across, down))
+        luma, to_part = _shrunk(planes[0], box, factor)
+        size, box = luma.shape[1::-1], box.for_chroma(across, down)
+        chroma = [_shrunk(p, box, max(1, factor // max(across, down)))[0] for p in planes[1:3]]
+        chroma = [p if p.shape[1::-1] == size else cv2.resize(p, size) for p in chroma]
+        return self._rgb(luma, chroma), compose(to_part, maps)
+
     def _rgb(self, luma: np.ndarray, chroma: list[np.ndarray]) -> np.ndarray:
         """(H, W, 3) uint8 of samples (H, W) of the planes; NV12 keeps both of chroma in one."""
         if chroma and chroma[0].ndim == 3:
-            chroma = cv2.split(chroma[0])
+            chroma = list(cv2.split(chroma[0]))
         planes = [_eight_bits(plane, self.frame) for plane in (luma, *chroma)]
         if len(planes) < 2:
             return cv2.merge(planes * 3)
@@ -163,15 +170,6 @@ def _upright(
 
 
 @lru_cache
-def _upright_to_chroma(
-    width_px: int, height_px: int, aspect: float, rotation: int, across: int, down: int
-) -> Affine:
-    """Upright px -> px of the chroma planes."""
-    to_stored, _, _ = _upright(width_px, height_px, aspect, rotation)
-    return compose(_to_chroma(across, down), to_stored)
-
-
-@lru_cache
 def _to_chroma(across: int, down: int) -> Affine:
     """Luma px -> chroma px, for chroma sited in the middle of its luma."""
     return np.array([[1 / across, 0, 0.5 / across - 0.5], [0, 1 / down, 0.5 / down - 0.5]])
@@ -185,17 +183,17 @@ def pixel_places(size_wh: tuple[int, int]) -> np.ndarray:
     return np.stack([x, y, np.ones_like(x)])
 
 
-_TWICE = np.array([[2.0, 0, 0.5], [0, 2.0, 0.5]])  # px of a crop of half the size -> its px
-
-
 def sample(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
     """Bilinear samples of (H, W) or (H, W, C); where the crop shrinks, averages of 2x2, 4x4, ...
 
     to_px maps the crop's pixels to the plane's; the border is repeated beyond it.
     """
-    (plane,), (to_px,) = _near([plane], to_px[None], [size_wh])
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    return cv2.warpAffine(plane, to_px, size_wh, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    factor = _shrink_factor(step_px(to_px))
+    if factor > 1:
+        box = _box(_reach([to_px.tolist()], [size_wh]), plane, factor)
+        plane, to_part = _shrunk(plane, box, factor)
+        to_px = compose(to_part, to_px)
+    return _warp(plane, to_px, size_wh)
 
 
 def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
@@ -206,32 +204,25 @@ def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
     factor = _shrink_factor(step)
     if factor > 1:
         reach = list(zip(places.min(1).tolist(), places.max(1).tolist(), strict=True))
-        (plane,), to_part = _shrunk([plane], reach, factor)
+        plane, to_part = _shrunk(plane, _box(reach, plane, factor), factor)
         scale = to_part.diagonal().astype(np.float32)[:, None]
         places = places * scale + to_part[:, 2:].astype(np.float32)
     return _remap(plane, places)
 
 
-def _near(
-    planes: Sequence[np.ndarray], maps: np.ndarray, sizes: Sequence[tuple[int, int]]
-) -> tuple[Sequence[np.ndarray], np.ndarray]:
-    """Planes of one size and the maps (K, 2, 3) from windows to them, shrunk to fit the windows."""
-    plain = maps.tolist()
-    factor = _shrink_factor(max(map(_step, plain)))
-    if factor == 1 or not planes:
-        return planes, maps
-    planes, to_part = _shrunk(planes, _reach(plain, sizes), factor)
-    return planes, compose(to_part, maps)
-
-
 def _places(maps: np.ndarray, sizes: Sequence[tuple[int, int]]) -> np.ndarray:
-    """Where the maps (K, rows, 3) float32 lead the pixels of windows: (rows, N), one after the other."""
-    places = np.empty((maps.shape[1], sum(w * h for w, h in sizes)), np.float32)
+    """Where the maps (K, 2, 3) float32 lead the pixels of windows: (2, N), one after the other."""
+    places = np.empty((2, sum(w * h for w, h in sizes)), np.float32)
     first = 0
     for at, (w, h) in zip(maps, sizes, strict=True):
         np.matmul(at, pixel_places((w, h)), out=places[:, first : first + w * h])
         first += w * h
     return places
+
+
+def _warp(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return cv2.warpAffine(plane, to_px, size_wh, flags=flags, borderMode=cv2.BORDER_REPLICATE)
 
 
 def _remap(plane: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -274,43 +265,62 @@ def _shrink_factor(step: float) -> int:
     return factor
 
 
-def _shrunk(
-    planes: Sequence[np.ndarray], reach: list[tuple[float, float]], factor: int
-) -> tuple[list[np.ndarray], Affine]:
-    """The part of planes of one size within reach (of x, of y), averaged, and the map to it."""
+class _Box(NamedTuple):
+    """A part of a plane: from low to high."""
+
+    low_x: int
+    low_y: int
+    high_x: int
+    high_y: int
+
+    def for_chroma(self, across: int, down: int) -> "_Box":
+        """The same part of a chroma plane; low is a multiple of both."""
+        low_x, low_y, high_x, high_y = self
+        return _Box(low_x // across, low_y // down, -(-high_x // across), -(-high_y // down))
+
+
+def _box(reach: list[tuple[float, float]], plane: np.ndarray, multiple: int) -> _Box:
+    """What of a plane lies within reach (of x, of y) and a little around it.
+
+    From multiple to multiple: so averages do not swim with the window.
+    """
     low, high = [], []
-    for (first, last), length in zip(reach, planes[0].shape[1::-1], strict=True):
-        # from multiple to multiple of the factor: so the average does not swim with the window
-        low.append(min(max(int(first) - 2 * factor, 0), length - 1) // factor * factor)
-        needed = max(int(last) + 2 * factor + 2, low[-1] + 1) - low[-1]
-        there = max((length - low[-1]) // factor * factor, 1)
-        high.append(low[-1] + min(-(-needed // factor) * factor, there))
-    skip = _row_skip(factor)
-    parts = [
-        _halved(plane[low[1] : high[1] : skip, low[0] : high[0]], factor // skip)
-        for plane in planes
-    ]
-    tall, wide = parts[0].shape[:2]
-    x_scale, y_scale = wide / (high[0] - low[0]), tall / len(range(low[1], high[1], skip))
+    for (first, last), length in zip(reach, plane.shape[1::-1], strict=True):
+        low.append(min(max(int(first) - 2 * multiple, 0), length - 1) // multiple * multiple)
+        needed = max(int(last) + 2 * multiple + 2, low[-1] + 1) - low[-1]
+        there = max((length - low[-1]) // multiple * multiple, 1)
+        high.append(low[-1] + min(-(-needed // multiple) * multiple, there))
+    return _Box(*low, *high)
+
+
+def _shrunk(plane: np.ndarray, box: _Box, factor: int) -> tuple[np.ndarray, Affine]:
+    """A part of a plane, averaged, and the map to it.
+
+    Of what shrinks by more than 2 every second row is read: memory is slow.
+    """
+    left, top, right, bottom = box
+    wide, tall, skip = right - left, bottom - top, 2 if factor > 2 else 1
+    size = max(1, wide // factor), max(1, tall // factor)
+    part = _halved(plane[top:bottom:skip, left:right], factor // skip)
+    if part.shape[1::-1] != size:
+        part = cv2.resize(part, size)
+    x_scale, y_scale = size[0] / wide, size[1] / tall
+    first = top + (1 - skip) / 2  # the rows that are read lie higher than those that are not
     to_part = np.array([
-        [x_scale, 0, (0.5 - low[0]) * x_scale - 0.5],
-        [0, y_scale / skip, (0.5 - low[1] / skip) * y_scale - 0.5],
+        [x_scale, 0, (0.5 - left) * x_scale - 0.5],
+        [0, y_scale, (0.5 - first) * y_scale - 0.5],
     ])  # fmt: skip
-    return parts, to_part
-
-
-def _row_skip(factor: int) -> int:
-    """Of a window that shrinks by more than 2 every second row is read, for memory is slow; what is then
-    averaged by half the factor keeps twice the width that is needed."""
-    return 2 if factor > 2 else 1
+    return part, to_part
 
 
 def _squeezed(plane: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
-    """All of a plane (H, W) or (H, W, C) at a size of about its shape: of every pixel, for the
-    smallest face is hardly larger than one of these."""
+    """All of a plane (H, W) or (H, W, C) at a size of about its shape; at most four rows are read
+    for one, but all columns, for the smallest face is hardly larger than one of these."""
     h, w = plane.shape[:2]
     factor = _shrink_factor(min(w / size_wh[0], h / size_wh[1]))
-    return cv2.resize(_halved(plane, factor), size_wh)
+    skip = max(1, factor // 4)
+    part = _halved(plane[skip // 2 :: skip], factor // skip)
+    return cv2.resize(part, size_wh, interpolation=cv2.INTER_AREA if skip > 1 else cv2.INTER_LINEAR)
 
 
 def _halved(plane: np.ndarray, factor: int) -> np.ndarray:

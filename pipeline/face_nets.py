@@ -32,6 +32,7 @@ _CELL = 8  # px of the detector's picture per cell of its answer
 _CELL_GROUP = 32  # its sides must be multiples of this
 _MIRRORED = np.array([-1, 1, 1])
 _LARGE_CELLS = 3.0  # IOD: the cells around its middle then all belong to a face
+_AROUND = np.ones((3, 3), np.uint8)
 _CLOSE = 0.9  # IOD: two faces are no closer than this
 
 
@@ -240,7 +241,7 @@ def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Affin
     """
     logit = cells[0]
     rows, columns = np.nonzero(logit > math.log(threshold / (1 - threshold)))
-    peak = cv2.dilate(logit, None)
+    peak = cv2.dilate(logit, _AROUND)
     there = [(float(logit[at]), *at) for at in zip(rows.tolist(), columns.tolist(), strict=True)]
     found: list[tuple[float, Affine]] = []
     for told, row, column in sorted(there, key=lambda each: -each[0]):
