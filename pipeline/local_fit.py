@@ -25,6 +25,9 @@ _SLOPE_SECONDS = 0.04  # of the weight by time for the first guess of the speed
 # beyond it the weight falls by a half.
 _TOLERANCE = 1.7
 _FALL = 0.7
+_NOTHING = (
+    -40.0
+)  # e to this is no weight at all; less would be numbers that processors are slow with
 # Rest, steady speed. Lids have no steady speed: a line through a blink's two sides would only
 # make it shallower.
 _MAY_MOVE = np.array([[1, 1, 1, 1, 1, 1], [1, 0, 0, 1, 1, 1]])[..., None]
@@ -106,7 +109,7 @@ def local_linear_taps(
     # A mouth that closes changes little of the patch, but its points tell.
     seen = both[:, PATCH_REGION]
     np.maximum(seen, both[:, LIPS_REGION], out=seen)
-    both = np.array(by_time) * np.exp(np.minimum(_FALL * _TOLERANCE - both, 0))
+    both = np.array(by_time) * np.exp((_FALL * _TOLERANCE - both).clip(_NOTHING, 0))
     # Whichever explains more of the window: at rest, a speed would be nothing but noise.
     explained = both.sum(2, keepdims=True) * _MAY_MOVE
     weights = np.where(explained[0] >= explained[1], both[0], both[1])

@@ -22,10 +22,9 @@ _HOPELESS, _HOPELESS_CAREFULLY = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
 _MOVED_FAR = 0.12  # IOD, or log scale, or radians, between two frames: look again
 _AT_REST = 0.015  # the same: not more than noise
 _FAST = 0.08  # the same: the mesh net had better look at every frame
-_CALM = 0.008  # the same: what the mesh net sees to hardly changes
-# Between two looks of the mesh net. Lips and eyes are as true without it; of a calm face the other
-# points would be 0.1 % of the IOD further off the mesh net's own if calm were up to _AT_REST.
-MESH_SECONDS, MESH_SECONDS_CALM = 0.09, 0.19
+MESH_SECONDS = (
+    0.09  # between two looks of the mesh net; at more the smoothed lips of a still face shake
+)
 # IOD between the mesh net's lips or eyes and those of the closer look: these look elsewhere.
 _STRAYED = 0.2
 _LIPS_JUMP = 0.05  # IOD in one frame, against the eyes
@@ -112,17 +111,12 @@ def sight_again(
     the rest, and to whether this still is a face, now and then; in between the rest is carried
     along. doubtfully: look at the mirrored crop too.
     """
-    is_due = doubtfully or _is_due(before, seconds - before.meshed_seconds)
+    age = seconds - before.meshed_seconds
+    is_due = doubtfully or before.moved > _FAST or not 0 <= age < MESH_SECONDS
     found = _follow(nets, picture, before, seconds if is_due else None, doubtfully)
     if found is not None and not is_due and _is_odd(before, found):
         found = _follow(nets, picture, before, seconds, doubtfully)
     return found
-
-
-def _is_due(before: Sighting, age_seconds: float) -> bool:
-    """Whether the mesh net must look at a face, so long after its last look."""
-    wait = MESH_SECONDS if before.moved > _CALM else MESH_SECONDS_CALM
-    return before.moved > _FAST or not 0 <= age_seconds < wait
 
 
 def _follow(
