@@ -21,6 +21,7 @@ _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
 _HOPELESS, _HOPELESS_CAREFULLY = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
 _MOVED_FAR = 0.12  # IOD, or log scale, or radians, between two frames: look again
 _AT_REST = 0.015  # the same: not more than noise
+_JERK = 0.05  # the same: more than a face that was at rest begins with
 _FAST = 0.08  # the same: the mesh net had better look at every frame
 MESH_SECONDS = (
     0.09  # between two looks of the mesh net; at more the smoothed lips of a still face shake
@@ -163,9 +164,12 @@ def _step_of(before: Sequence[complex], now: Sequence[complex]) -> Similarity:
 
 
 def _is_odd(before: Sighting, found: Sighting) -> bool:
-    """Lips that jump about the face, or vanish: something is in front of them, it may be."""
+    """Lips that jump about the face, or vanish: something is in front of them, it may be. And a face at
+    rest that is somewhere else at once, in a film that jerks: lips and eyes were looked for in vain."""
     jump = abs(found.middles[0] - found.step.of(before.middles[0]))
-    return jump > _LIPS_JUMP * iod_of(found.frame) or found.painted < before.painted / 2
+    if jump > _LIPS_JUMP * iod_of(found.frame) or found.painted < before.painted / 2:
+        return True
+    return before.moved < _AT_REST and found.moved > _JERK
 
 
 def _expected(before: Sighting) -> View:
