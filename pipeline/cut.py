@@ -1,10 +1,15 @@
 """Is this frame the first of another scene?"""
 
+import math
+
 import cv2
 import numpy as np
+from makeup_video.pipeline.crop import halved
 
-# Samples of each cell are averaged, so that grain does not look like another scene.
-_COARSE_WH, _GRID_WH = (320, 180), (32, 18)
+_GRID_WH = (32, 18)
+# So many samples of each cell are averaged at least, so that grain does not look like another scene:
+# of few whole rows, because memory is read by 64 px at a time.
+_SAMPLES = 128
 _ALIKE = 0.5  # correlation of neighbours: pans and waving stay above 0.8, unlike scenes below 0.4
 _FLAT = 3.0  # codes of 8 bits: a grid this even (black, white, a fade's end) tells nothing
 
@@ -21,12 +26,23 @@ class CutDetector:
 
     def __call__(self, luma: np.ndarray, bit_depth: int = 8) -> bool:
         """luma: (H, W) uint8 or uint16 plane. False for the first frame."""
-        coarse = cv2.resize(luma, _COARSE_WH, interpolation=cv2.INTER_NEAREST)
-        grid = cv2.resize(coarse, _GRID_WH, interpolation=cv2.INTER_AREA).astype(np.float32)
-        grid -= grid.mean()
-        deviation = float(np.sqrt((grid * grid).mean()))
-        if deviation < _FLAT * 2 ** (bit_depth - 8):
+        coarse = cv2.resize(_few_rows(luma), _GRID_WH, interpolation=cv2.INTER_AREA)
+        grid = coarse.astype(np.float64).ravel()
+        grid -= grid.sum() / grid.size
+        norm = math.sqrt(grid @ grid)
+        if norm < _FLAT * 2 ** (bit_depth - 8) * math.sqrt(grid.size):
             return False
-        grid /= deviation
+        grid /= norm
         last, self._last = self._last, grid
-        return last is not None and float((grid * last).mean()) < _ALIKE
+        return last is not None and float(grid @ last) < _ALIKE
+
+
+def _few_rows(luma: np.ndarray) -> np.ndarray:
+    """What the grid is averaged from: as few rows a cell, a power of two, as hold enough samples."""
+    rows, (h, w) = 1, luma.shape
+    while rows * w < _SAMPLES * _GRID_WH[0] and rows * _GRID_WH[1] * 2 <= h:
+        rows *= 2
+    part = luma[:: max(h // (rows * _GRID_WH[1]), 1)]
+    while rows > 1:
+        part, rows = halved(part), rows // 2
+    return part

@@ -64,7 +64,8 @@ class Face:
     @property
     def area_px2(self) -> float:
         """Of the box around its points."""
-        return float(np.ptp(self.points_px[:, :2], 0).prod())
+        x, y, _ = self.points_px.T
+        return float(x.max() - x.min()) * float(y.max() - y.min())
 
     def __repr__(self) -> str:
         x, y = self.points_px[:, :2].mean(0)
@@ -84,6 +85,11 @@ class FrameFaces:
     frame: Frame
     faces: tuple[Face, ...] = ()
     cut: bool = False
+
+
+def with_faces(item: FrameFaces, faces: tuple[Face, ...]) -> FrameFaces:
+    """The same frame with other faces."""
+    return FrameFaces(item.frame, faces, item.cut)
 
 
 def moved(face: Face, to_new: np.ndarray) -> Face:

@@ -21,7 +21,7 @@ class Clock:
 
     def tick(self, frame: Frame) -> float:
         """The time of this frame. A repeated or earlier one counts as one usual step."""
-        now = float(frame.pts * frame.time_base)
+        now = frame.seconds
         if self._last is not None:
             step = now - self._last
             if step > 0:
@@ -72,12 +72,10 @@ class Tracks(Generic[T]):
 
 def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
     """The faces whose numbers are all finite; one NaN would spoil a whole window."""
-    return tuple(
-        face
-        for face in item.faces
-        if math.isfinite(
-            float(face.points_px.sum() + face.lips.logits.sum() + face.lips.to_px.sum())
-            + face.score
-            + face.mouth_visible
-        )
-    )
+    return tuple(face for face in item.faces if _is_finite(face))
+
+
+def _is_finite(face: Face) -> bool:
+    across, down = face.lips.to_px.tolist()
+    plain = face.score, face.mouth_visible, *across, *down
+    return math.isfinite(sum(plain) + float(face.points_px.sum() + face.lips.logits.sum()))

@@ -5,17 +5,17 @@ The detector looks at the whole picture only when nothing is followed, when a fa
 a cut, and now and then for new faces: by the seconds of the film, not by frames.
 """
 
-from collections.abc import Iterable
+import math
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine, FramePicture, Picture, RgbPicture, check_rgb8
+from makeup_video.pipeline.crop import FramePicture, Picture, RgbPicture, check_rgb8
 from makeup_video.pipeline.cut import CutDetector
 from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.face_nets import FaceNets, distance, iod_of, middle_of
+from makeup_video.pipeline.face_nets import FaceNets
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.sighting import (
     Sighting,
@@ -26,6 +26,7 @@ from makeup_video.pipeline.sighting import (
     sight_again,
     to_face,
 )
+from makeup_video.pipeline.similarity import Similarity, distance, iod_of, middle_of
 
 # For most faces, for crowds, and for one that fills the frame.
 DETECTOR_SIDES_PX = (256, 512, 128)
@@ -53,13 +54,12 @@ class _Track:
     is_followed: bool = True
     # Where it would be looked for after a loss. Who walks in front makes a face seem to shrink
     # before it is lost, so a new size must last for a while before it counts.
-    place: Affine = field(init=False)
+    place: Similarity = field(init=False)
     place_seconds: float = field(init=False)
-    speed: np.ndarray = field(init=False)  # (2,) px a second
+    speed: complex = 0j  # px a second
 
     def __post_init__(self) -> None:
         self.place, self.place_seconds = self.sighting.frame, self.last_seen_seconds
-        self.speed = np.zeros(2)
 
     def see(self, sighting: Sighting, seconds: float) -> None:
         """Take what was found now."""
@@ -68,15 +68,15 @@ class _Track:
         since = seconds - self.place_seconds
         if 0.87 < ratio < 1.15 or not 0 <= since < SETTLED_SECONDS:
             moved = middle_of(sighting.frame) - middle_of(self.place)
-            speed = moved / since if 0 < since < SETTLED_SECONDS else np.zeros(2)
+            speed = moved / since if 0 < since < SETTLED_SECONDS else 0j
             self.speed += 0.5 * (speed - self.speed)
             self.place, self.place_seconds = sighting.frame, seconds
 
-    def off(self, frame: Affine, seconds: float) -> float:
+    def off(self, frame: Similarity, seconds: float) -> float:
         """How far a face is from where this one was, or would be by now: see `distance`."""
-        gone = self.place.copy()
-        gone[:, 2] += self.speed * (seconds - self.place_seconds)
-        return min(distance(frame, self.place), distance(frame, gone))
+        gone = self.speed * (seconds - self.place_seconds)
+        there = Similarity(self.place.turn, self.place.shift + gone)
+        return min(distance(frame, self.place), distance(frame, there))
 
 
 class FindFaces:
@@ -94,12 +94,12 @@ class FindFaces:
         self._is_cut = CutDetector()
         self._tracks: list[_Track] = []
         self._next_id = 0
-        self._last_look_seconds = -np.inf
+        self._last_look_seconds = -math.inf
         self._looks = -1
 
     def __call__(self, frame: Frame) -> FrameFaces:
         picture = FramePicture(frame, self.pixel_aspect)
-        seconds = float(frame.pts * frame.time_base)
+        seconds = frame.seconds
         cut = self._is_cut(frame.planes[0], frame.bit_depth)
         if cut:
             self._tracks.clear()
@@ -117,7 +117,7 @@ class FindFaces:
                 tilt_degrees = tilts[self._looks // len(DETECTOR_SIDES_PX) % len(tilts)]
                 self._look(picture, seconds, (side_px,), tilt_degrees)
         self._tracks = [t for t in self._tracks if t.is_followed or _is_fresh(t, seconds)]
-        faces = (to_face(t.sighting, picture, t.track_id) for t in self._followed())
+        faces = [to_face(t.sighting, picture, t.track_id) for t in self._tracks if t.is_followed]
         found = FrameFaces(frame, _largest_first(faces), cut)
         self.frames_with_face += bool(found.faces)
         return found
@@ -220,7 +220,7 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
                 (tiny if is_tiny(one.frame) else found).append(one)
         if found or tiny:
             break
-    faces = _in_order(to_face(one, picture, 0) for one in found)
+    faces = _in_order([to_face(one, picture, 0) for one in found])
     # numbered by size: the same numbers however sure the nets are, and wherever it is stored
     return tuple(replace(face, track_id=at) for at, face in enumerate(faces)), len(tiny)
 
@@ -266,11 +266,13 @@ def load_nets() -> FaceNets:
     return FaceNets()
 
 
-def _largest_first(faces: Iterable[Face]) -> tuple[Face, ...]:
-    return tuple(sorted(faces, key=lambda face: -face.area_px2))
+def _largest_first(faces: list[Face]) -> tuple[Face, ...]:
+    if len(faces) > 1:
+        faces = sorted(faces, key=lambda face: -face.area_px2)
+    return tuple(faces)
 
 
-def _in_order(faces: Iterable[Face]) -> tuple[Face, ...]:
+def _in_order(faces: list[Face]) -> tuple[Face, ...]:
     """Largest first. Of faces about as large as each other, which one measures larger changes with a
     picture's least detail: those go from left to right, and from top to bottom."""
     rest, ordered = _largest_first(faces), []

@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
+from typing import NamedTuple
 
 import av
 import numpy as np
@@ -41,11 +43,28 @@ class ColourTags:
         return self.transfer in HDR_TRANSFERS
 
 
+class _Layout(NamedTuple):
+    """What FFmpeg's name of a layout says. It is asked once: all that is asked of a PyAV format costs a
+    new object, and several stages ask of every frame."""
+
+    bit_depth: int
+    chroma: tuple[int, int]
+
+
+@lru_cache
+def _layout_of(pix_fmt: str) -> _Layout:
+    fmt = av.VideoFormat(pix_fmt)
+    # 64 divides by every factor there is, so the quotient is the factor itself
+    chroma = 64 // fmt.chroma_width(64), 64 // fmt.chroma_height(64)
+    return _Layout(fmt.components[0].bits, chroma)
+
+
 @dataclass(slots=True)
 class Frame:
     """One decoded picture as Y'CbCr planes, with its time and what its numbers mean.
 
     picture: the FFmpeg frame that owns the memory; the planes are views of it.
+    pix_fmt: FFmpeg's name of the layout, such as yuv420p or yuv420p10le.
     pts: presentation time in ticks of `time_base` (seconds per tick); the origin is the source's.
     rotation_degrees: counter-clockwise turn (0, 90, 180 or 270) that makes the picture upright.
     The stored picture is never turned: only face finding looks at this.
@@ -56,12 +75,17 @@ class Frame:
     time_base: Fraction
     tags: ColourTags
     rotation_degrees: int = 0
+    pix_fmt: str = field(init=False)
+    width_px: int = field(init=False)
+    height_px: int = field(init=False)
     _planes: tuple[np.ndarray, ...] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        if self.picture.width < 1 or self.picture.height < 1:
+        self.width_px, self.height_px = self.picture.width, self.picture.height
+        self.pix_fmt = self.picture.format.name
+        if self.width_px < 1 or self.height_px < 1:
             raise ValueError(
-                f"a frame has at least 1x1 pixels, got {self.picture.width}x{self.picture.height}"
+                f"a frame has at least 1x1 pixels, got {self.width_px}x{self.height_px}"
                 f" at pts {self.pts}"
             )
         if _HIGH_BITS.match(self.pix_fmt) or self.pix_fmt in ("nv21", "nv42"):
@@ -74,36 +98,26 @@ class Frame:
             )
 
     @property
-    def width_px(self) -> int:
-        return self.picture.width
-
-    @property
-    def height_px(self) -> int:
-        return self.picture.height
-
-    @property
-    def pix_fmt(self) -> str:
-        """FFmpeg's name of the layout, such as yuv420p or yuv420p10le."""
-        return self.picture.format.name
+    def seconds(self) -> float:
+        """The presentation time; the same as float(pts * time_base), for less work."""
+        return self.pts * self.time_base.numerator / self.time_base.denominator
 
     @property
     def bit_depth(self) -> int:
-        return self.picture.format.components[0].bits
+        return _layout_of(self.pix_fmt).bit_depth
 
     @property
     def chroma(self) -> tuple[int, int]:
         """(horizontal, vertical) subsampling factors: (2, 2) for 4:2:0, (1, 1) for 4:4:4."""
-        fmt = self.picture.format
-        # 64 divides by every factor there is, so the quotient is the factor itself
-        return 64 // fmt.chroma_width(64), 64 // fmt.chroma_height(64)
+        return _layout_of(self.pix_fmt).chroma
 
     @property
     def planes(self) -> tuple[np.ndarray, ...]:
         """Read-only views, luma first: (H, W) uint8 or uint16; NV12's chroma is (H/2, W/2, 2)."""
         if self._planes is None:
             self._planes = _views(self.picture, self.bit_depth)
-        for plane in self._planes:
-            plane.flags.writeable = False
+            for plane in self._planes:
+                plane.flags.writeable = False
         return self._planes
 
     def writable_planes(self) -> tuple[np.ndarray, ...]:

@@ -1,13 +1,14 @@
 """One face of one picture: from a guess to its points, scores and lips; and which is which."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
-from makeup_video.pipeline.crop import Affine, Picture, compose
-from makeup_video.pipeline.face import MIN_FACE_PX, Face, LipPatch
-from makeup_video.pipeline.face_nets import FaceNets, View, distance, iod_of, middle_of
+from makeup_video.pipeline.crop import Picture, compose
+from makeup_video.pipeline.face import MIN_FACE_PX, POINTS, Face, LipPatch
+from makeup_video.pipeline.face_nets import FaceNets, Mesh, View
+from makeup_video.pipeline.similarity import STAY, Similarity, distance, iod_of, middle_of
 
 DETECTOR_THRESHOLD = 0.35
 MAX_GUESSES = 64
@@ -20,8 +21,11 @@ _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
 _HOPELESS, _HOPELESS_CAREFULLY = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
 _MOVED_FAR = 0.12  # IOD, or log scale, or radians, between two frames: look again
 _AT_REST = 0.015  # the same: not more than noise
+_JERK = 0.05  # the same: more than a face that was at rest begins with
 _FAST = 0.08  # the same: the mesh net had better look at every frame
-MESH_SECONDS = 0.09  # between two looks of the mesh net
+MESH_SECONDS = (
+    0.09  # between two looks of the mesh net; at more the smoothed lips of a still face shake
+)
 # IOD between the mesh net's lips or eyes and those of the closer look: these look elsewhere.
 _STRAYED = 0.2
 _LIPS_JUMP = 0.05  # IOD in one frame, against the eyes
@@ -36,17 +40,18 @@ _AGREE, _AGREE_STILL = 0.035, 0.05
 
 @dataclass(slots=True)
 class Sighting:
-    """What the nets tell of one face, in upright px of a Picture."""
+    """What the nets tell of one face, in upright px of a Picture; places are complex, x + iy."""
 
-    points: np.ndarray  # (478, 3)
-    scores: np.ndarray  # (2,) probabilities: a face, a visible mouth
-    frame: Affine  # the face frame of the points
+    xy: np.ndarray  # (478,) complex128
+    z: np.ndarray  # (478,)
+    scores: tuple[float, float]  # probabilities: a face, a visible mouth
+    frame: Similarity  # the face frame of the points
     lips: LipPatch
     view: View  # where the nets looked
-    middles: np.ndarray  # (5, 2), see FaceNets.middles
-    meshed_seconds: float = -np.inf  # when the mesh net last looked at it
+    middles: list[complex]  # five, see FaceNets.middles
+    meshed_seconds: float = -math.inf  # when the mesh net last looked at it
     # Its motion since the frame before, px -> px; and in IOD, log scale or radians, the most.
-    step: Affine = field(default_factory=partial(np.eye, 2, 3))
+    step: Similarity = STAY
     moved: float = 0.0
     painted: int = field(init=False)  # px of the lip patch
 
@@ -56,13 +61,13 @@ class Sighting:
 
 def detect(
     nets: FaceNets, picture: Picture, sides_px: tuple[int, ...], tilt_degrees: float = 0
-) -> list[Affine]:
+) -> list[Similarity]:
     """The detector's guesses at all these sizes (at most the picture's own), surest first.
 
     Several may be of one face. They bound the time of a frame: no more than MAX_GUESSES.
     """
     longer_px = math.ceil(max(picture.width_px, picture.height_px))
-    found: list[tuple[float, Affine]] = []
+    found: list[tuple[float, Similarity]] = []
     for side_px in dict.fromkeys(min(side_px, longer_px) for side_px in sides_px):
         found += nets.detect(picture, side_px, DETECTOR_THRESHOLD, tilt_degrees)
     found.sort(key=lambda guess: -guess[0])
@@ -70,7 +75,7 @@ def detect(
 
 
 def sight(
-    nets: FaceNets, picture: Picture, guess: Affine, carefully: bool = False
+    nets: FaceNets, picture: Picture, guess: Similarity, carefully: bool = False
 ) -> Sighting | None:
     """The face at a detector's guess; None when there is none after all.
 
@@ -78,22 +83,24 @@ def sight(
     """
     frame = guess
     for hopeless in _HOPELESS_CAREFULLY if carefully else _HOPELESS:
-        points, scores = nets.read_mesh(picture, frame)
-        frame = nets.face_frame(points)
-        if scores[0] < hopeless or not _is_plausible(points, picture):
+        mesh = nets.read_mesh(picture, frame)
+        frame = nets.face_frame(mesh.xy)
+        if mesh.scores[0] < hopeless or not _is_plausible(mesh.xy, picture):
             return None
-    mirrored, scores_mirrored = nets.read_mesh(picture, frame, mirrored=True)
-    scores = (scores + scores_mirrored) / 2
-    if scores[0] < _A_FACE or _disagreement(points, mirrored, frame) > _AGREE:
+    mirrored = nets.read_mesh(picture, frame, mirrored=True)
+    face, mouth = ((a + b) / 2 for a, b in zip(mesh.scores, mirrored.scores, strict=True))
+    if face < _A_FACE or _disagreement(mesh, mirrored, frame) > _AGREE:
         return None
+    xy, z = mesh.xy, mesh.z
     if carefully:
-        looks = [nets.read_mesh(picture, f, m)[0] for f in _around(frame) for m in (False, True)]
-        points = np.mean([points, mirrored, *looks], axis=0)
+        looks = [nets.read_mesh(picture, f, m) for f in _around(frame) for m in (False, True)]
+        looks += [mesh, mirrored]
+        xy, z = np.mean([look.xy for look in looks], 0), np.mean([look.z for look in looks], 0)
     for _ in range(2):
-        view = nets.view(points)
-        lips = nets.refine(picture, points, view, both_ways=carefully)
-    frame, middles = nets.face_frame(points), nets.middles(points)
-    return Sighting(points, scores, frame, lips, view, middles)
+        view = nets.view(xy)
+        close = nets.look_closer(picture, view, both_ways=carefully)
+        xy[nets.close_points] = close.xy
+    return Sighting(xy, z, (face, mouth), nets.face_frame(xy), close.lips, view, close.middles)
 
 
 def sight_again(
@@ -121,137 +128,126 @@ def _follow(
     doubtfully: bool,
 ) -> Sighting | None:
     """mesh_seconds: the time, when the mesh net is to look; None: the rest is carried along."""
-    points, view = _expected(nets, before)
-    scores, meshed_seconds = before.scores, before.meshed_seconds
-    if mesh_seconds is not None:
+    view = _expected(before)
+    if mesh_seconds is None:
+        close = nets.look_closer(picture, view)
+        step = _step_of(before.middles, close.middles)
+        xy, z, scores, frame = step.of(before.xy), before.z, before.scores, step.after(before.frame)
+        meshed_seconds = before.meshed_seconds
+    else:
         seen = _mesh_again(nets, picture, view, doubtfully)
         if seen is None:
             return None
-        mesh, scores, is_where_expected = seen
-        meshed_seconds = mesh_seconds
+        mesh, is_where_expected = seen
+        xy, z, scores, meshed_seconds = before.xy, before.z.copy(), mesh.scores, mesh_seconds
+        xy = before.step.of(xy) if before.moved > _AT_REST else xy.copy()
         strayed_px = _STRAYED * iod_of(view.frame) if is_where_expected else 0
-        if nets.take_rest(points, mesh, strayed_px):
-            view = nets.view(points)
-    lips = nets.refine(picture, points, view)
-    middles = nets.middles(points)
-    step = _step_of(before.middles, middles)
-    frame = compose(step, before.frame)
+        if nets.take_rest(xy, z, mesh, strayed_px):
+            view = nets.view(xy)
+        close = nets.look_closer(picture, view)
+        step = _step_of(before.middles, close.middles)
+    xy[nets.close_points] = close.xy
     if mesh_seconds is not None:
-        frame = frame + _CORRECTION * (nets.face_frame(points) - frame)
-    else:
-        points[nets.far_points] = _moved(before.points[nets.far_points], step)
+        frame = step.after(before.frame).towards(nets.face_frame(xy), _CORRECTION)
     moved = distance(before.frame, frame)
-    return Sighting(points, scores, frame, lips, view, middles, meshed_seconds, step, moved)
+    return Sighting(
+        xy, z, scores, frame, close.lips, view, close.middles, meshed_seconds, step, moved
+    )
 
 
-def _step_of(before: np.ndarray, now: np.ndarray) -> Affine:
-    """The similarity that takes both rims of `middles` before to those now.
-
-    What fit_similarity says of two points, in plain numbers: this runs for every face and frame.
-    """
-    left, right, new_left, new_right = (complex(*xy) for xy in (*before[3:], *now[3:]))
+def _step_of(before: Sequence[complex], now: Sequence[complex]) -> Similarity:
+    """The similarity that takes both rims of `middles` before to those now."""
+    left, right, new_left, new_right = (*before[3:], *now[3:])
     across = right - left
     turn = (new_right - new_left) / across if across else 1 + 0j
-    shift = new_left - turn * left
-    return np.array([
-        [turn.real, -turn.imag, shift.real],
-        [turn.imag, turn.real, shift.imag],
-    ])  # fmt: skip
+    return Similarity(turn, new_left - turn * left)
 
 
 def _is_odd(before: Sighting, found: Sighting) -> bool:
-    """Lips that jump about the face, or vanish: something is in front of them, it may be."""
-    off = found.middles[0] - found.step @ [*before.middles[0], 1]
-    jumped = math.hypot(*off.tolist()) > _LIPS_JUMP * iod_of(found.frame)
-    return jumped or found.painted < before.painted / 2
+    """Lips that jump about the face, or vanish: something is in front of them, it may be. And a face at
+    rest that is somewhere else at once, in a film that jerks: lips and eyes were looked for in vain."""
+    jump = abs(found.middles[0] - found.step.of(before.middles[0]))
+    if jump > _LIPS_JUMP * iod_of(found.frame) or found.painted < before.painted / 2:
+        return True
+    return before.moved < _AT_REST and found.moved > _JERK
 
 
-def _expected(nets: FaceNets, before: Sighting) -> tuple[np.ndarray, View]:
-    """Where a face's points will be in the next frame, and where to look for them."""
-    points, frame = before.points.copy(), before.frame
-    if before.moved > _AT_REST:  # what moves moves on
-        points, frame = _moved(points, before.step), compose(before.step, frame)
-    view = nets.view(points, frame)
+def _expected(before: Sighting) -> View:
+    """Where to look for a face in the next frame."""
+    step = before.step if before.moved > _AT_REST else STAY  # what moves moves on
+    lips, left, right = (step.of(middle) for middle in before.middles[:3])
+    view = View(step.after(before.frame), (lips, left, right))
     # the crops of a still face stay where they are: after their own noise they would wander
-    return points, before.view if before.view.strayed(view) < _AT_REST else view
+    return before.view if before.view.strayed(view) < _AT_REST else view
 
 
 def _mesh_again(
     nets: FaceNets, picture: Picture, view: View, doubtfully: bool
-) -> tuple[np.ndarray, np.ndarray, bool] | None:
-    """What the mesh net sees: points, scores, and whether the face is where it was expected."""
-    mesh, scores = nets.read_mesh(picture, view.frame)
-    frame = nets.face_frame(mesh)
+) -> tuple[Mesh, bool] | None:
+    """What the mesh net sees, and whether the face is where it was expected."""
+    mesh = nets.read_mesh(picture, view.frame)
+    frame = nets.face_frame(mesh.xy)
     is_where_expected = distance(view.frame, frame) < _MOVED_FAR
     if not is_where_expected:
-        mesh, scores = nets.read_mesh(picture, frame)
-    frame = nets.face_frame(mesh)
+        mesh = nets.read_mesh(picture, frame)
+        frame = nets.face_frame(mesh.xy)
     resized = abs(math.log(max(iod_of(frame), 1e-6) / iod_of(view.frame)))
-    if scores[0] < _STILL_A_FACE or resized > _SHRUNK or not _is_plausible(mesh, picture):
+    if mesh.scores[0] < _STILL_A_FACE or resized > _SHRUNK or not _is_plausible(mesh.xy, picture):
         return None
     if doubtfully:
-        mirrored, _ = nets.read_mesh(picture, frame, mirrored=True)
+        mirrored = nets.read_mesh(picture, frame, mirrored=True)
         if _disagreement(mesh, mirrored, frame) > _AGREE_STILL:
             return None
-    return mesh, scores, is_where_expected
-
-
-def _moved(points: np.ndarray, step: Affine) -> np.ndarray:
-    """(K, 3) moved in the picture; depth stays."""
-    (a, b, right), (c, d, below) = step.tolist()
-    moved = points.copy()
-    moved[:, 0] = a * points[:, 0] + b * points[:, 1] + right
-    moved[:, 1] = c * points[:, 0] + d * points[:, 1] + below
-    return moved
+    return mesh, is_where_expected
 
 
 def to_face(sighting: Sighting, picture: Picture, track_id: int) -> Face:
     """Upright px -> a Face in px of the stored picture."""
-    to_stored, points = picture.to_stored, sighting.points
-    (a, b, right), (c, d, below) = to_stored.tolist()
-    x, y, z = points.T
-    stored = np.empty(points.shape, np.float32)
-    stored[:, 0] = a * x + b * y + right
-    stored[:, 1] = c * x + d * y + below
-    stored[:, 2] = z * abs(a * d - b * c) ** 0.5
+    to_stored = picture.to_stored
+    (a, b, _), (c, d, _) = to_stored.tolist()
+    points = np.empty((POINTS, 3), np.float32)
+    upright = sighting.xy.view(np.float64).reshape(POINTS, 2)
+    points[:, :2] = upright @ to_stored[:, :2].T + to_stored[:, 2]
+    points[:, 2] = sighting.z * abs(a * d - b * c) ** 0.5
     lips = LipPatch(sighting.lips.logits, compose(to_stored, sighting.lips.to_px))
-    return Face(stored, float(sighting.scores[0]), float(sighting.scores[1]), track_id, lips)
+    return Face(points, *sighting.scores, track_id, lips)
 
 
-def is_tiny(frame: Affine, share: float = 1) -> bool:
+def is_tiny(frame: Similarity, share: float = 1) -> bool:
     """Narrower than a share of MIN_FACE_PX."""
     return iod_of(frame) * _FACE_WIDTH < share * MIN_FACE_PX
 
 
-def is_same(a: Affine, b: Affine) -> bool:
+def is_same(a: Similarity, b: Similarity) -> bool:
     """Two frames on one face, or one of them on a part of the other's face."""
     small, large = sorted((iod_of(a), iod_of(b)))
-    apart = np.hypot(*(middle_of(a) - middle_of(b))) / large
+    apart = abs(middle_of(a) - middle_of(b)) / large
     reach, ratio = _PART_OF_FACE
-    return bool(apart < (reach if small < ratio * large else _SAME_FACE))
+    return apart < (reach if small < ratio * large else _SAME_FACE)
 
 
-def _around(frame: Affine) -> list[Affine]:
+def _around(frame: Similarity) -> list[Similarity]:
     """A little smaller and larger frames about the same middle."""
     middle = middle_of(frame)
-    frames = []
-    for scale in (0.94, 1.06):
-        linear = frame[:, :2] * scale
-        shift = middle - linear @ np.linalg.solve(frame[:, :2], middle - frame[:, 2])
-        frames.append(np.column_stack([linear, shift]))
-    return frames
+    return [
+        Similarity(scale * frame.turn, middle - scale * (middle - frame.shift))
+        for scale in (0.94, 1.06)
+    ]
 
 
-def _disagreement(points: np.ndarray, mirrored: np.ndarray, frame: Affine) -> float:
+def _disagreement(mesh: Mesh, mirrored: Mesh, frame: Similarity) -> float:
     """Mean distance of two readings of one face, in IOD."""
-    return float(np.linalg.norm((points - mirrored)[:, :2], axis=1).mean()) / iod_of(frame)
+    return float(np.abs(mesh.xy - mirrored.xy).mean()) / iod_of(frame)
 
 
-def _is_plausible(points: np.ndarray, picture: Picture) -> bool:
+def _is_plausible(xy: np.ndarray, picture: Picture) -> bool:
     """Finite, of a size, and at least partly in the picture."""
-    if not np.isfinite(points).all():
+    if not np.isfinite(xy).all():
         return False
-    low, high = points[:, :2].min(0), points[:, :2].max(0)
-    size = np.array([picture.width_px, picture.height_px])
-    inside = np.minimum(high, size) - np.maximum(low, 0)
-    return bool((inside > 0.15 * (high - low)).all() and (high - low).max() > MIN_FACE_PX / 3)
+    spans = []
+    for along, length in ((xy.real, picture.width_px), (xy.imag, picture.height_px)):
+        low, high = float(along.min()), float(along.max())
+        if min(high, length) - max(low, 0) <= 0.15 * (high - low):
+            return False
+        spans.append(high - low)
+    return max(spans) > MIN_FACE_PX / 3

@@ -7,15 +7,14 @@ of the shape are smoothed apart, and only as far as differences look like noise.
 import math
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
-from makeup_video.pipeline.face import Face, FrameFaces
+from makeup_video.pipeline.face import Face, FrameFaces, with_faces
 from makeup_video.pipeline.face_frame import (
     LIPS_REGION,
     PATCH_REGION,
     POSE_REGION,
-    SPANS,
+    REGION_OF_COLUMN,
     FaceSpace,
     Readings,
 )
@@ -26,6 +25,8 @@ from makeup_video.pipeline.one_euro import OneEuro
 # For score and mouth_visible, which must follow within a frame or two: the standard deviation of
 # the weight by time, and the time constant of the live filter.
 _LOOKS_SECONDS = 0.025
+# Of the values as each region smooths them, those of its own points.
+_OWN = REGION_OF_COLUMN * len(REGION_OF_COLUMN) + np.arange(len(REGION_OF_COLUMN))
 
 
 class SmoothAhead:
@@ -58,7 +59,7 @@ class SmoothAhead:
 
     def __call__(self, item: FrameFaces) -> FrameFaces | None:
         now = self._tracks.at(item)
-        item = replace(item, faces=sound_faces(item))
+        item = with_faces(item, sound_faces(item))
         places = []
         for face in item.faces:
             track = self._tracks.of(face, now)
@@ -79,7 +80,7 @@ class SmoothAhead:
             track.smooth(face, place, self.window_seconds)
             for face, (track, place) in zip(item.faces, places, strict=True)
         )
-        return replace(item, faces=faces)
+        return with_faces(item, faces)
 
 
 class _Window:
@@ -89,8 +90,8 @@ class _Window:
         self.space = FaceSpace(face)
         self.last_seconds = -math.inf
         self._readings = Readings(self.space, size)
-        self._seconds = np.full(size, -np.inf)
-        self._looks = np.zeros((size, 2))  # score, mouth_visible
+        self._seconds = [-math.inf] * size
+        self._looks = [(0.0, 0.0)] * size  # score, mouth_visible
         self._noise = NoiseLevel()
         self._size, self._count = size, 0
 
@@ -101,26 +102,34 @@ class _Window:
         self.space.split(face, self._readings, place)
         self._seconds[place] = self.last_seconds = now
         self._looks[place] = face.score, face.mouth_visible
-        last = np.arange(place + 1 - min(self._count, self._size, HEARD_MOMENTS), place + 1)
-        self._noise.hear(self.space, self._readings.keys[last], self._seconds[last])
+        heard = min(self._count, self._size, HEARD_MOMENTS)
+        last = [(place - back) % self._size for back in range(heard)]
+        self._noise.hear(self._readings.apart, last, [self._seconds[each] for each in last])
         return place
 
     def smooth(self, face: Face, place: int, window_seconds: float) -> Face:
         """The face at a place in the ring, seen together with what came before and after."""
-        ring = self._readings
-        from_now = self._seconds - self._seconds[place]
-        by_time = np.exp(-0.5 * (from_now / _LOOKS_SECONDS) ** 2)
-        score, mouth_visible = (by_time @ self._looks / by_time.sum()).tolist()
-        from_now[np.abs(from_now) > window_seconds] = np.nan
-        taps = local_linear_taps(self.space, ring.keys, from_now, place, self._noise.variance())
-        taps32 = taps.T.astype(np.float32)
-        values = np.empty(ring.values.shape[1], np.float32)
-        for region, (first, end) in enumerate(SPANS):
-            np.matmul(taps32[region], ring.values[:, first:end], out=values[first:end])
-        pose = taps[:, POSE_REGION] @ ring.pose
+        ring, now = self._readings, self._seconds[place]
+        score, mouth_visible = self._looks_at(now)
+        from_now = [
+            at - now if abs(at - now) <= window_seconds else math.nan for at in self._seconds
+        ]
+        taps = local_linear_taps(ring.apart, from_now, place, self._noise.variance())
+        taps32 = taps.astype(np.float32)
+        values = (taps32[:POSE_REGION] @ ring.values).take(_OWN)
         logits = taps32[PATCH_REGION] @ ring.patches.reshape(self._size, -1)
-        points_px, lips = self.space.join(values, pose, logits)
+        points_px, lips = self.space.join(values, taps[POSE_REGION] @ ring.pose, logits)
         return Face(points_px, min(score, 1.0), min(mouth_visible, 1.0), face.track_id, lips)
+
+    def _looks_at(self, now: float) -> tuple[float, float]:
+        """Score and mouth_visible at a time."""
+        by_time = [math.exp(-0.5 * ((at - now) / _LOOKS_SECONDS) ** 2) for at in self._seconds]
+        score = mouth_visible = 0.0
+        for weight, looks in zip(by_time, self._looks, strict=True):
+            score += weight * looks[0]
+            mouth_visible += weight * looks[1]
+        total = sum(by_time)
+        return score / total, mouth_visible / total
 
 
 class SmoothLive:
@@ -148,7 +157,7 @@ class SmoothLive:
     def __call__(self, item: FrameFaces) -> FrameFaces:
         now = self._tracks.at(item)
         faces = tuple(self._tracks.of(face, now).smooth(face, now) for face in sound_faces(item))
-        return replace(item, faces=faces)
+        return with_faces(item, faces)
 
 
 class _Filter:
@@ -161,7 +170,7 @@ class _Filter:
         self.last_seconds = -math.inf
         # In the last place is the smoothed reading: its patch moves to a new window with the rest.
         self._readings = Readings(self.space, HEARD_MOMENTS + 1)
-        self._seconds = np.zeros(HEARD_MOMENTS)
+        self._seconds = [0.0] * HEARD_MOMENTS
         self._looks = np.zeros(2)  # score, mouth_visible
         self._noise = NoiseLevel()
         self._filter = OneEuro(
@@ -180,13 +189,11 @@ class _Filter:
         self.space.split(face, ring, place)
         step = now - self.last_seconds  # at first endless, and then what was before counts nothing
         self._seconds[place] = self.last_seconds = now
-        heard = min(self._count, HEARD_MOMENTS)
-        self._noise.hear(self.space, ring.keys[:heard], self._seconds[:heard])
+        heard = range(min(self._count, HEARD_MOMENTS))
+        self._noise.hear(ring.apart, heard, self._seconds[: len(heard)])
         shares = self._filter(ring.keys[place], step, self._noise.variance())
         values, pose, patch = ring.values[-1], ring.pose[-1], ring.patches[-1]
-        for region, (first, end) in enumerate(SPANS):
-            part = values[first:end]
-            part += np.float32(shares[region]) * (ring.values[place, first:end] - part)
+        values += shares.astype(np.float32)[REGION_OF_COLUMN] * (ring.values[place] - values)
         pose += shares[POSE_REGION] * (ring.pose[place] - pose)
         share = max(shares[LIPS_REGION], shares[PATCH_REGION])
         patch += np.float32(share) * (ring.patches[place] - patch)

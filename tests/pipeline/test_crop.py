@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.crop import FramePicture, RgbPicture, compose, to_rgb_matrix
+from makeup_video.pipeline.crop import (
+    FramePicture,
+    RgbPicture,
+    compose,
+    halved,
+    sample,
+    to_rgb_matrix,
+)
 from people import frame_of, portrait
 
 FACE = np.array([[1.9, 0.4, 120.0], [-0.4, 1.9, 190.0]])  # a turned window over the face
@@ -90,17 +97,55 @@ def test_any_window_over_any_picture_gives_a_crop(scale, turn, x, y, size, pix_f
 def test_several_crops_at_once_are_the_crops_one_by_one(pix_fmt, scale, rotation):
     frame = frame_of(portrait(), pix_fmt=pix_fmt, rotation_degrees=rotation)
     c, s = scale * np.cos(0.2), scale * np.sin(0.2)
-    windows = [
-        (np.array([[c, -s, 200], [s, c, 250]]), (40, 30)),
-        (np.array([[-c, -s, 300], [s, c, 120]]), (16, 24)),
-        (np.array([[c, s, -50], [-s, c, 580]]), (16, 24)),  # reaches beyond the border
-    ]
+    large = np.array([[[c, -s, 200], [s, c, 250]]])
+    small = np.array([
+        [[-c, -s, 300], [s, c, 120]],
+        [[c, s, -50], [-s, c, 580]],  # reaches beyond the border
+    ])  # fmt: skip
+    windows = (large, (40, 30)), (small, (16, 24))
     for picture in (FramePicture(frame), RgbPicture(portrait())):
-        for got, window in zip(picture.crops(windows), windows, strict=True):
-            want = picture.crop(*window)
-            assert got.shape == want.shape
-            # single crops take chroma at its own, coarser, resolution
-            assert difference(got, want) < 2
+        for got, (maps, size) in zip(picture.crops(windows), windows, strict=True):
+            assert got.shape == (len(maps), *size[::-1], 3)
+            for crop, to_px in zip(got, maps, strict=True):
+                # one window alone may be seen in less detail than together with others
+                assert difference(crop, picture.crop(to_px, size)) < 2
+
+
+@pytest.mark.parametrize(
+    "pix_fmt", ["yuv420p", "yuv422p", "yuv444p", "nv12", "yuv420p10le", "gray"]
+)
+@pytest.mark.parametrize("rotation", [0, 90, 180, 270])
+@pytest.mark.parametrize("size", [(40, 50), (160, 200), (900, 1125)])
+def test_the_whole_picture_is_seen_upright_at_any_size(pix_fmt, rotation, size):
+    rgb8 = np.ascontiguousarray(portrait()[:500, :400])
+    if pix_fmt == "gray":
+        rgb8 = np.repeat(cv2.cvtColor(rgb8, cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
+    want = cv2.resize(rgb8, size, interpolation=cv2.INTER_AREA)
+    frame = frame_of(rgb8, pix_fmt=pix_fmt, rotation_degrees=rotation)
+    for picture in (FramePicture(frame), RgbPicture(rgb8)):
+        got = picture.whole(size)
+        assert got.shape == want.shape
+        assert difference(got, want) < 7  # less is read; off by one pixel it would be 10 at least
+
+
+def test_halving_averages_four_and_leaves_out_the_odd_one():
+    plane = np.arange(35, dtype=np.uint8).reshape(5, 7)
+    want = plane[:4, :6].reshape(2, 2, 3, 2).mean((1, 3))
+    assert np.abs(halved(plane) - want).max() <= 0.5
+    for shape in ((1, 1), (1, 4), (3, 1)):
+        assert halved(np.full(shape, 9, np.uint8)).max() == 9
+
+
+@pytest.mark.parametrize("scale", [1.5, 3.0, 6.0, 12.0, 24.0])
+def test_what_is_read_of_every_second_row_does_not_move(scale):
+    """A slope is a slope at any size: a shift of half a row would show."""
+    slope = np.repeat(np.arange(0, 256, 0.25, np.float32)[:, None], 1024, axis=1)
+    window = np.array([[scale, 0, 30.0], [0, scale, 30.0]])
+    for plane in (slope, np.ascontiguousarray(slope.T)):
+        got = sample(plane, window, (30, 30))
+        want = 0.25 * (30 + scale * np.arange(30))
+        along = got.mean(1) if plane is slope else got.mean(0)
+        np.testing.assert_allclose(along, want, atol=0.01 * scale)
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0, 3.7, 8.0, 30.0])

@@ -5,12 +5,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.face import POINTS
 from makeup_video.pipeline.face_frame import (
+    REGION_OF_COLUMN,
     REGIONS,
     RIGHT_EYE,
-    SPANS,
     STABLE,
     FaceSpace,
     Readings,
+    _compose,
+    _inverse,
     fit_similarity,
 )
 from makeup_video.pipeline.topology import EYE, LIPS
@@ -70,7 +72,8 @@ def test_regions_name_points_once_and_eyes_mirror_each_other():
     named = np.concatenate([LIPS, EYE, RIGHT_EYE])
     assert len(set(named)) == len(named) and named.min() >= 0 and named.max() < POINTS
     assert len(set(STABLE)) == len(STABLE) and not np.isin(STABLE, LIPS).any()
-    assert len(REGIONS) == len(SPANS) + 2 and SPANS[-1][1] == 3 * POINTS
+    assert len(REGION_OF_COLUMN) == 3 * POINTS and set(REGION_OF_COLUMN) == set(range(4))
+    assert len(REGIONS) == 6
     straight = HEAD_PX[:12].mean(0)
     mirrored = fit_similarity(straight[EYE] * [-1, 1], straight[RIGHT_EYE])
     off = moved(straight[EYE] * [-1, 1], mirrored) - straight[RIGHT_EYE]
@@ -89,6 +92,27 @@ def test_what_is_split_is_joined_again(size):
         points, patch = space.join(readings.values[at], readings.pose[at], readings.patches[at])
         np.testing.assert_allclose(points, one.points_px, atol=1e-3 * max(size, 1))
         assert patch.logits.shape == (80, 112)
+
+
+def test_moments_lie_apart_by_the_mean_square_of_their_keys():
+    space = FaceSpace(face(HEAD_PX[0]))
+    readings = Readings(space, 3)
+    for at, index in enumerate((0, 90, 195, 20)):  # the last takes the place of the first
+        space.split(face(HEAD_PX[index]), readings, at % 3)
+    off = readings.keys[:, None] - readings.keys
+    want = np.add.reduceat(off * off, space.key_starts, 2) / space.key_counts
+    np.testing.assert_allclose(readings.apart, np.moveaxis(want, 2, 0), atol=1e-12)
+
+
+@given(
+    a=st.lists(st.floats(-3, 3), min_size=6, max_size=6),
+    b=st.lists(st.floats(-3, 3), min_size=6, max_size=6),
+)
+def test_maps_in_plain_numbers_are_those_of_matrices(a, b):
+    full = [np.array([[*m[:3]], [*m[3:]], [0, 0, 1]]) for m in (a, b)]
+    np.testing.assert_allclose(_compose(a, b), (full[0] @ full[1])[:2].ravel(), atol=1e-12)
+    if abs(np.linalg.det(full[0])) > 0.1:
+        np.testing.assert_allclose(_inverse(a), np.linalg.inv(full[0])[:2].ravel(), atol=1e-9)
 
 
 def test_a_face_moved_as_a_whole_keeps_its_shape():

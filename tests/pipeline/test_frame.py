@@ -66,6 +66,13 @@ def test_painting_reaches_the_picture_and_leaves_the_decoders_reference_alone(tm
             assert (shown.to_ndarray()[10:30, 10:30] == 255).all()
 
 
+@pytest.mark.parametrize("pts", [0, 1001, -7, 10**12 + 1])
+def test_seconds_are_those_of_the_fraction(pts):
+    base = Fraction(1001, 90000)
+    frame = Frame(picture(0, 8, 8), pts, base, ColourTags())
+    assert frame.seconds == float(pts * base)
+
+
 def test_a_frame_prints_its_shape_not_its_pixels():
     text = repr(frame_of("yuv420p"))
     assert "yuv420p 34x18" in text and "pts=0" in text and len(text) < 250

@@ -16,8 +16,8 @@ def heard(points, seconds=None):
     readings = Readings(space, len(points))
     for at, each in enumerate(points):
         space.split(face(each, logits=SMALL), readings, at)
-        last = slice(max(0, at + 1 - HEARD_MOMENTS), at + 1)
-        level.hear(space, readings.keys[last], seconds[last])
+        last = range(max(0, at + 1 - HEARD_MOMENTS), at + 1)
+        level.hear(readings.apart, last, seconds[last].tolist())
     return space, readings, level
 
 
@@ -57,18 +57,18 @@ def test_moments_far_apart_say_nothing():
 )
 @settings(deadline=None)
 def test_taps_sum_to_one_and_leave_out_what_is_not_to_be_used(steps, hidden, now):
-    space, readings, level = heard(HEAD_PX[60:69])
+    _, readings, level = heard(HEAD_PX[60:69])
     from_now = np.concatenate([[0], np.cumsum(steps)])
     from_now -= from_now[now]
     from_now[list(hidden - {now})] = np.nan
-    taps = local_linear_taps(space, readings.keys, from_now, now, level.variance())
+    taps = local_linear_taps(readings.apart, from_now.tolist(), now, level.variance())
     assert np.isfinite(taps).all()
-    np.testing.assert_allclose(taps.sum(0), 1, atol=1e-6)
-    assert (taps[list(hidden - {now})] == 0).all()
+    np.testing.assert_allclose(taps.sum(1), 1, atol=1e-6)
+    assert (taps[:, list(hidden - {now})] == 0).all()
 
 
 def test_a_moment_alone_is_itself():
-    space, readings, level = heard(HEAD_PX[:3])
+    _, readings, level = heard(HEAD_PX[:3])
     from_now = np.array([np.nan, 0, np.nan])
-    taps = local_linear_taps(space, readings.keys, from_now, 1, level.variance())
-    np.testing.assert_allclose(taps, [[0] * 6, [1] * 6, [0] * 6])
+    taps = local_linear_taps(readings.apart, from_now.tolist(), 1, level.variance())
+    np.testing.assert_allclose(taps, [[0, 1, 0]] * 6)
