@@ -77,6 +77,8 @@ def net_operations(clip: Path) -> float:
             made = original()
             made.enable_profiling, made.profile_file_prefix = True, f"{folder}/net"
             made.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
+            # weights that were packed for a processor have no shape any more
+            made.add_session_config_entry("session.disable_prepacking", "1")
             return made
 
         original = onnxruntime.SessionOptions
@@ -98,7 +100,7 @@ def operations_of(node: dict[str, Any]) -> int:
     inputs, (output, *_) = (_shapes(node[key]) for key in ("input_type_shape", "output_type_shape"))
     if "Conv" in node["op_name"]:
         each = prod([shape for shape in inputs if len(shape) == 4][1][1:])
-    elif node["op_name"] in ("Gemm", "MatMul"):
+    elif node["op_name"] in ("Gemm", "QGemm", "MatMul"):
         each = inputs[0][-1]
     else:
         return 0

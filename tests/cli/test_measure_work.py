@@ -1,0 +1,65 @@
+"""The guard of the product's speed: work is counted, for seconds are noise on a shared machine.
+
+A limit lies about a tenth above what was counted when it was set. Who makes a frame do more raises it here,
+and says in docs/performance.md what that buys.
+"""
+
+from pathlib import Path
+
+import av
+import pytest
+from people import film
+from makeup_video.cli.measure_renderer import full_look
+from makeup_video.cli.measure_work import measure_work
+from makeup_video.pipeline.composite import Composite
+
+SAMPLE = Path(__file__).parents[2] / "samples" / "in.mp4"
+FRAMES = 40  # for one face, of which a few begin the film
+LIMITS = {
+    "frames_converted": 0,  # no frame ever becomes RGB
+    "net_runs_lips": 1.1,
+    "net_runs_eye": 1.1,
+    "net_runs_mesh": 0.65,
+    "net_runs_detector": 0.2,
+    "kernels_launched": 4,  # one for the surfaces, three that paint, whatever the regions
+    "calls": 2100,
+}
+
+
+@pytest.fixture(scope="module")
+def work():
+    return measure_work(SAMPLE, full_look(), FRAMES)
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_a_frame_costs_no_more_work_than_it_did(work, name):
+    assert work.get(name, 0) <= LIMITS[name]
+
+
+def test_what_opencv_makes_of_a_frame_is_less_than_a_third_of_it_in_rgb(work):
+    assert 0 < work["bytes_converted"] < 1280 * 720 * 3 / 3
+
+
+def test_in_a_frame_of_four_times_the_area_only_pixels_cost_more(work, tmp_path):
+    with av.open(str(SAMPLE)) as box:
+        larger = [
+            picture.reformat(2560, 1440, format="rgb24").to_ndarray()
+            for picture, _ in zip(box.decode(video=0), range(FRAMES), strict=False)
+        ]
+    clip = film(tmp_path / "larger.mkv", larger)
+    more = measure_work(clip, full_look(), FRAMES)
+    for name in ("net_runs", "kernels_launched", "calls"):
+        assert more[name] <= 1.1 * work[name]
+    # only half as many of the larger frame's bytes are looked at
+    assert more["bytes_converted"] <= 0.75 * 4 * work["bytes_converted"]
+
+
+def test_a_frame_that_is_converted_is_counted(monkeypatch):
+    paint = Composite.__call__
+
+    def waste(self, item):
+        item.frame.picture.reformat(format="rgb24")
+        return paint(self, item)
+
+    monkeypatch.setattr(Composite, "__call__", waste)
+    assert measure_work(SAMPLE, full_look(), 12)["frames_converted"] > 0.5
