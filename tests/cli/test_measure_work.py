@@ -8,10 +8,10 @@ from pathlib import Path
 
 import av
 import pytest
-from people import film
 from makeup_video.cli.measure_renderer import full_look
 from makeup_video.cli.measure_work import measure_work
 from makeup_video.pipeline.composite import Composite
+from people import film
 
 SAMPLE = Path(__file__).parents[2] / "samples" / "in.mp4"
 FRAMES = 40  # for one face, of which a few begin the film
