@@ -175,9 +175,6 @@ def _run(
     deep = source.bit_depth > 8 or context.color_trc in HDR_TRANSFERS
     codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)
     options = encoder_options(codec, settings.crf, settings.preset)
-    # Left to FFmpeg, each codec takes a thread a core and more, and some pictures for every thread.
-    # Decoding is the cheaper part; beside stages that keep a core busy x264 needs no more than the cores.
-    paced = cores() if stages else 0
     target = Target(output, source.path, overwrite=settings.overwrite)
     muxer = Muxer(target, container, strict=settings.strict)
     try:
@@ -188,9 +185,11 @@ def _run(
             muxer,
             start_seconds=settings.start_seconds,
             end_seconds=settings.end_seconds,
+            # left to FFmpeg it takes a thread a core and one more, with pictures for each: but encoding,
+            # not decoding, is what a film waits for
             threads=settings.threads or max(1, cores() // 2),
         )
-        encoder = VideoEncoder(muxer, source, codec, options, settings.threads or paced)
+        encoder = VideoEncoder(muxer, source, codec, options, settings.threads)
         runner = Runner(
             ("decode", decoder.frames()), stages, ("encode", encoder), observe=settings.observe
         )

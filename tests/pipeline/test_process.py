@@ -371,12 +371,11 @@ def test_the_report_counts_what_happened(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("cores", "threads", "beside_stages", "expected"),
-    [(1, 0, True, (1, 1)), (2, 0, True, (1, 2)), (2, 0, False, (1, 0)), (8, 0, True, (4, 8)),
-     (8, 3, True, (3, 3)), (8, 3, False, (3, 3))],
-)  # fmt: skip
+    ("cores", "threads", "expected"),
+    [(1, 0, (1, 0)), (2, 0, (1, 0)), (8, 0, (4, 0)), (8, 3, (3, 3))],
+)
 def test_codecs_take_the_threads_that_suit_the_cores_or_were_asked_for(
-    tmp_path, monkeypatch, cores, threads, beside_stages, expected
+    tmp_path, monkeypatch, cores, threads, expected
 ):
     taken = {}
     decoder, encoder = process.Decoder, process.VideoEncoder
@@ -393,8 +392,7 @@ def test_codecs_take_the_threads_that_suit_the_cores_or_were_asked_for(
     monkeypatch.setattr(process, "VideoEncoder", encode)
     monkeypatch.setattr(process, "cores", lambda: cores)
     src = make_clip(tmp_path / "in.mp4", frames=3)
-    stages = [("same", lambda frame: frame)] if beside_stages else []
-    process.run_stages(src, tmp_path / "out.mp4", lambda _: stages, Settings(threads=threads))
+    through(src, tmp_path / "out.mp4", threads=threads)
     assert (taken["decode"], taken["encode"]) == expected
 
 
