@@ -151,3 +151,33 @@ def test_laid_out_for_integers_a_net_tells_the_same():
     assert torch.allclose(got_points, points, atol=1e-4)
     step = float(net.paint[0].round.scale)  # of an answer: they are rounded from another start
     assert float((got_mask - mask).abs().max()) < 1.5 * step
+
+
+def test_parts_that_are_kept_stay_float_and_fitted_ranges_tell_more_nearly_the_same():
+    model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
+    from makeup_video.training.faces import integers, quantise, rounded
+
+    torch = model.torch
+    torch.manual_seed(2)
+    shape = (32, 16), (8, 16, 16), (0, 1, 1), torch.zeros(5, 3), torch.ones(4, 15)
+    teacher = model.PointNet(*shape).eval()
+    net = model.PointNet(*shape).eval()
+    net.load_state_dict(teacher.state_dict())
+    net = rounded.rounded(net, ("stages.2", "points"))
+    kinds = {name for name, part in net.named_modules() if isinstance(part, rounded.RoundedWeights)}
+    assert kinds == {"stages.0.0", "stages.1.0", "stages.1.1.body.0", "stages.1.1.body.1"}
+
+    rgb8 = torch.randint(0, 256, (4, 16, 32, 3), dtype=torch.uint8)
+    with torch.no_grad():
+        wanted = teacher(model.normalise(rgb8))
+        net(quantise.codes(rgb8))  # watches
+        for one in rounded.roundings(net):
+            one.highest *= 20  # as an outlier would
+            one.settle()
+        before = quantise.difference("mesh", net(quantise.codes(rgb8)), wanted)
+        for _ in range(2):
+            quantise.fit_ranges("mesh", teacher, net, rgb8)
+        told = net(quantise.codes(rgb8))
+        assert quantise.difference("mesh", told, wanted) < before
+        got = integers.Integers(net, ["points", "scores"])(rgb8)
+    assert torch.allclose(got[0], told[0], atol=1e-4)

@@ -21,7 +21,7 @@ from makeup_video.training.faces.detect import Detector
 from makeup_video.training.faces.infer import Net, from_onnx
 from makeup_video.training.faces.integers import Integers, chosen, to_integers
 from makeup_video.training.faces.model import build, normalise
-from makeup_video.training.faces.rounded import rounded, roundings
+from makeup_video.training.faces.rounded import KEPT, rounded, roundings
 from makeup_video.training.faces.scenes import SCENE, Scenes
 from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
 from onnxruntime.quantization.shape_inference import quant_pre_process
@@ -86,7 +86,8 @@ def examples(name: str, data: Path, count: int) -> np.ndarray:
 
 def load_rounded(path: Path) -> nn.Module:
     """The net of a checkpoint as quantise.py left it beside it."""
-    net = rounded(load(path)[1])
+    name, net = load(path)
+    net = rounded(net, KEPT.get(name, ()))
     rounded_path = path.with_name(f"{path.stem}_int8.pt")
     net.load_state_dict(torch.load(rounded_path, weights_only=True))
     for one in roundings(net):
@@ -101,7 +102,7 @@ def write(name: str, source: Path, path: Path, crops: np.ndarray) -> None:
         axes = {"rgb8": {0: "n", 1: "h", 2: "w"}, "cells": {0: "n", 2: "rows", 3: "columns"}}
     if source.with_name(f"{name}_int8.pt").exists():
         module = Integers(load_rounded(source), OUTPUTS[name])
-        to_onnx(module, path, crops, OUTPUTS[name], axes, in_integers=True)
+        to_onnx(module, path, crops, OUTPUTS[name], axes, True, KEPT.get(name, ()))
     else:
         to_onnx(Exported(load(source)[1], OUTPUTS[name]), path, crops, OUTPUTS[name], axes)
 
@@ -113,16 +114,20 @@ def to_onnx(
     outputs: list[str],
     axes: dict[str, dict[int, str]],
     in_integers: bool = False,
+    kept: tuple[str, ...] = (),
 ) -> None:
-    """Write a module of uint8 crops, and stop when ONNX Runtime gives something else."""
+    """Write a module of uint8 crops, and stop when ONNX Runtime gives something else.
+
+    kept: parts of its net that stay float when the others become integers.
+    """
     module.eval()
     rgb8 = torch.from_numpy(crops[:1])
     torch.onnx.export(module, (rgb8,), str(path), dynamo=False, opset_version=17,
                       input_names=["rgb8"], output_names=outputs, dynamic_axes=axes)  # fmt: skip
     if in_integers:
-        to_integers(path)
+        to_integers(path, kept)
         fuse(path)
-    else:
+    if kept or not in_integers:
         halve(path)
     with torch.no_grad():
         wanted = module(torch.from_numpy(crops[:16]))

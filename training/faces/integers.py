@@ -202,8 +202,11 @@ class _Graph:
             self.graph.node.remove(node)
 
 
-def to_integers(path: Path) -> None:
-    """Change an exported file of Integers: weights become integers, and so does the input."""
+def to_integers(path: Path, kept: tuple[str, ...] = ()) -> None:
+    """Change an exported file of Integers: weights become integers, and so does the input.
+
+    kept: the parts of its net that stay float.
+    """
     model = onnx.load(path)
     graph = _Graph(model)
     for node in list(model.graph.node):
@@ -211,6 +214,8 @@ def to_integers(path: Path) -> None:
             _reshape_any(graph, node)
     _read_codes(graph)
     for node in list(model.graph.node):
+        if any(f"/{part}/" in node.name for part in kept):
+            continue
         if node.op_type == "Conv":
             _take_pad_in(graph, node)
             _write_weights(graph, node)

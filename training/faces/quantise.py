@@ -4,10 +4,14 @@
 
 Its teacher is the net it was: what that tells of a clean crop it must tell of the same crop with a
 camera's noise on it. So rounding does not make what it tells shake more. Writes NET_int8.pt.
+
+`--samples 0 --fit 2` learns nothing, but looks twice for the ranges with which it tells most nearly
+the same.
 """
 
 import argparse
 import copy
+import itertools
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,14 +21,15 @@ import torch
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.export import load
 from makeup_video.training.faces.model import normalise
-from makeup_video.training.faces.rounded import rounded, roundings
+from makeup_video.training.faces.rounded import KEPT, STEPS, rounded, roundings
 from makeup_video.training.faces.scenes import Scenes
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
 BATCH, SCENE_BATCH = 48, 12
-WATCHED = 12  # batches that set the ranges
+WATCHED, FITTED = 12, 3  # batches that set the ranges, and that they are fitted on
 NOISE_SIGMA = 4.0  # code values, at most
+CUTS = (1, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2)  # shares of a range that are tried
 SURE = 9.0  # log-odds: what is surer than that looks the same
 Told = Tensor | tuple[Tensor, ...]
 
@@ -81,6 +86,26 @@ def difference(name: str, told: Told, wanted: Told) -> Tensor:
     return loss
 
 
+@torch.no_grad()
+def fit_ranges(name: str, teacher: nn.Module, net: nn.Module, rgb8: Tensor) -> None:
+    """Narrow each range while that brings what is told of rgb8 (N, H, W, 3) nearer the teacher's.
+
+    Few values lie far out, and what a ReLU cuts off behind a sum need not be told exactly.
+    """
+    wanted, x = teacher(normalise(rgb8)), codes(rgb8).contiguous(memory_format=torch.channels_last)
+    least = difference(name, net(x), wanted)
+    for one in reversed(roundings(net)):
+        low, high = -one.zero * one.scale, (STEPS - one.zero) * one.scale
+        best = low, high
+        for share, other in itertools.product(CUTS if one.signed else (1,), CUTS):
+            one.set_range(low * share, high * other)
+            off = difference(name, net(x), wanted)
+            if off < least:
+                least, best = off, (one.lowest.clone(), one.highest.clone())
+        one.set_range(*best)
+    print(f"ranges fitted: {float(least):.5f} off", flush=True)
+
+
 def prepare(net: nn.Module) -> None:
     """It learns, but tells what it would in use: no dropout, lipstick in place of its two parts."""
     net.train()
@@ -88,6 +113,8 @@ def prepare(net: nn.Module) -> None:
     for part in net.modules():
         if isinstance(part, nn.Dropout):
             part.p = 0.0
+        if isinstance(part, nn.BatchNorm2d):  # of a part that stays float
+            part.eval()
 
 
 def learn(name: str, teacher: nn.Module, net: nn.Module, crops: Iterator, options) -> None:
@@ -122,12 +149,14 @@ def main() -> None:
     parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
     parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
     parser.add_argument("--samples", type=float, default=1e5, help="0: only set the ranges")
+    parser.add_argument("--fit", type=int, default=0, help="how often ranges are looked for")
     parser.add_argument("--rate", type=float, default=3e-5)
     parser.add_argument("--beyond", type=float, default=1e-4, help="share of values cut off")
     options = parser.parse_args()
     torch.set_num_threads(1)  # the other core draws crops
     name, teacher = load(options.checkpoints / f"{options.net}.pt")
-    net = rounded(copy.deepcopy(teacher)).to(memory_format=torch.channels_last)
+    net = rounded(copy.deepcopy(teacher), KEPT.get(name, ()))
+    net.to(memory_format=torch.channels_last)
     stream = Stream(options.data, name, seed=99)
     crops = iter(DataLoader(stream, None, num_workers=1, prefetch_factor=8))
     for one in roundings(net):
@@ -137,6 +166,9 @@ def main() -> None:
             net(codes(next(crops)[0]))
     for one in roundings(net):
         one.settle()
+    fitted_on = torch.cat([next(crops)[0] for _ in range(FITTED)]) if options.fit else None
+    for _ in range(options.fit):
+        fit_ranges(name, teacher, net, fitted_on)
     prepare(net)
     learn(name, teacher.to(memory_format=torch.channels_last), net, crops, options)
     torch.save(net.state_dict(), options.checkpoints / f"{name}_int8.pt")

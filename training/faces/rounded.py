@@ -12,6 +12,9 @@ from torch import Tensor, nn
 # Weights of 7 bits: processors without VNNI add two products of 8 bits in 16, which would overflow.
 WEIGHT_STEPS = 63
 STEPS = 255
+# Parts that stay float. The mesh net's last stage moves the points by as much as all that lies
+# before it, and is an eighth of the work.
+KEPT = {"mesh": ("stages.4", "points")}
 
 
 class Round(nn.Module):
@@ -36,6 +39,12 @@ class Round(nn.Module):
         with torch.no_grad():
             self.scale.copy_(((self.highest - self.lowest) / STEPS).clamp(min=1e-6))
             self.zero.copy_((-self.lowest / self.scale).round())
+
+    def set_range(self, lowest: Tensor, highest: Tensor) -> None:
+        """Round between these, 0 being one of the values."""
+        self.lowest.copy_(lowest)
+        self.highest.copy_(highest)
+        self.settle()
 
     def forward(self, x: Tensor) -> Tensor:
         if self.watching:
@@ -114,12 +123,13 @@ class RoundedJoin(nn.Module):
         return self.round(self.round_up(self.up(coarse)) + fine)
 
 
-def rounded(net: nn.Module) -> nn.Module:
-    """Change a trained net, in place. Its input is then (x - 128) / 127.5, with x a code value.
+def rounded(net: nn.Module, kept: tuple[str, ...] = ()) -> nn.Module:
+    """Change a trained net but for the parts `kept`, in place. Its input is then (x - 128) / 127.5, with x a code value.
 
     128, not 127.5: what lies beyond a crop's border must be an integer too.
     """
-    net = _rounded_parts(net.eval())
+    whole = {net.get_submodule(name) for name in kept}
+    net = _rounded_parts(net.eval(), whole)
     first = next(part for part in net.modules() if isinstance(part, RoundedConv))
     with torch.no_grad():
         first.bias += first.weight.sum((1, 2, 3)) * (0.5 / 127.5)
@@ -130,23 +140,23 @@ def roundings(net: nn.Module) -> list[Round]:
     return [part for part in net.modules() if isinstance(part, Round)]
 
 
-def _rounded_parts(module: nn.Module) -> nn.Module:
+def _rounded_parts(module: nn.Module, whole: set[nn.Module]) -> nn.Module:
     for name, child in module.named_children():
-        setattr(module, name, _rounded_part(child))
+        setattr(module, name, child if child in whole else _rounded_part(child, whole))
     return module
 
 
-def _rounded_part(part: nn.Module) -> nn.Module:
+def _rounded_part(part: nn.Module, whole: set[nn.Module]) -> nn.Module:
     if isinstance(part, Conv):
         return RoundedConv(part[0], part[1], relu=len(part) > 2)
     if isinstance(part, nn.Conv2d):
         return RoundedConv(part, None, relu=False)
     if isinstance(part, Residual):
-        return RoundedResidual(_rounded_parts(part.body))
+        return RoundedResidual(_rounded_parts(part.body, whole))
     if isinstance(part, Join):
         return RoundedJoin(part.up)
     if isinstance(part, PointHead):
         of = part.coefficients
         part.coefficients = RoundedLinear(of.weight.detach(), of.bias.detach())
         return part
-    return _rounded_parts(part)
+    return _rounded_parts(part, whole)
