@@ -204,7 +204,7 @@ def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
     factor = _shrink_factor(step)
     if factor > 1:
         reach = list(zip(places.min(1).tolist(), places.max(1).tolist(), strict=True))
-        plane, to_part = _shrunk(plane, _box(reach, plane, factor), factor)
+        plane, to_part = _shrunk(plane, _box(reach, plane, factor), factor, every_row=True)
         scale = to_part.diagonal().astype(np.float32)[:, None]
         places = places * scale + to_part[:, 2:].astype(np.float32)
     return _remap(plane, places)
@@ -293,13 +293,15 @@ def _box(reach: list[tuple[float, float]], plane: np.ndarray, multiple: int) -> 
     return _Box(*low, *high)
 
 
-def _shrunk(plane: np.ndarray, box: _Box, factor: int) -> tuple[np.ndarray, Affine]:
+def _shrunk(
+    plane: np.ndarray, box: _Box, factor: int, every_row: bool = False
+) -> tuple[np.ndarray, Affine]:
     """A part of a plane, averaged, and the map to it.
 
-    Of what shrinks by more than 2 every second row is read: memory is slow.
+    Of what shrinks by more than 2 every second row is read, but where every_row is: memory is slow.
     """
     left, top, right, bottom = box
-    wide, tall, skip = right - left, bottom - top, 2 if factor > 2 else 1
+    wide, tall, skip = right - left, bottom - top, 2 if factor > 2 and not every_row else 1
     size = max(1, wide // factor), max(1, tall // factor)
     part = _halved(plane[top:bottom:skip, left:right], factor // skip)
     if part.shape[1::-1] != size:
