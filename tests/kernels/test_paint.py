@@ -42,7 +42,7 @@ cases = st.tuples(
 )
 
 
-def made(case, **changes):
+def made(case):
     """Codes, surface, material and coding of a case."""
     given_params, amount, light, place, coding, spared, seed = case
     brightest = 1.0 if coding.transfer == SRGB else 8.0
@@ -163,21 +163,19 @@ def planes_around(windows, block, depth, interleaved, seed):
 
 @settings(max_examples=60, deadline=None)
 @given(
-    cases,
+    cases.filter(lambda case: case[0].gloss <= 4),
     st.sampled_from([((1, 1), False), ((2, 1), False), ((2, 2), False), ((2, 2), True),
                      ((4, 1), False), ((1, 2), False), ((4, 4), False)]),
     st.lists(st.tuples(st.integers(1, 90), st.integers(1, 40)), min_size=1, max_size=4),
 )  # fmt: skip
 def test_windows_of_any_layout_are_painted_together_as_the_twin_paints_them(case, layout, sizes):
     *_, lit, coding = made(case)
-    # a gain of thousands shows the last bits of float32: materials have tests of their own
-    lit = replace(lit, shimmer=0, own_highlights=min(lit.own_highlights, 8.0))
     block, interleaved = layout
     surfaces, y = [], 0
     for number, (width, height) in enumerate(sizes):
         surface = any_surface(number, (width, height), FACING, 0.5)
         window = Window(4 * number, y, width, height)
-        surfaces.append(replace(surface, window=window, material=lit))
+        surfaces.append(replace(surface, window=window, material=replace(lit, shimmer=0)))
         y += -(-height // 4) * 4
     planes = planes_around(
         [one.window for one in surfaces], block, coding.bit_depth, interleaved, 1
