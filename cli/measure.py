@@ -26,7 +26,7 @@ from makeup_video.pipeline.runner import Runner, cores
 # (decoder threads, encoder threads), 0 = FFmpeg's own choice: the bare loop may have the best
 BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))
 # of decoder, encoder (0 as above) and stages; the first is what the product chooses on two cores
-SHARED = ((1, 0, 2), (1, 0, 1), (1, 0, 4), (1, 1, 2), (1, 2, 2), (2, 0, 2), (0, 0, 4))
+SHARED = ((1, 0, 1), (1, 0, 2), (1, 0, 4), (1, 1, 1), (1, 2, 1), (2, 0, 1), (0, 0, 4))
 _POCL_THREADS = (1, 2)
 _CHOOSING = 150  # frames, while the best threads are looked for
 _DEFAULT_RUNS = 2  # with the default preset and quality: they only tell times real time

@@ -54,8 +54,9 @@ class Runner:
     Every channel is bounded, so a slow actor makes the ones before it wait. The first error
     cancels every channel, keeps its traceback, and is raised by `run`; no thread is left.
 
-    workers: how many threads share the stages, neighbours together; None: as many as there are cores.
-    With more they only take turns, and each finds the others' data in the cache.
+    workers: how many threads share the stages, neighbours together; None: one less than there are
+    cores, for the codec needs one. Two threads on one core only take turns, and each turn finds the
+    other's data in the cache.
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class Runner:
     ) -> None:
         self._observe = observe  # called by the actors' own threads
         self.source, self.stages, self.sink = source, stages, sink
-        self._lines = _shared(stages, cores() if workers is None else workers)
+        self._lines = _shared(stages, max(1, cores() - 1 if workers is None else workers))
         heads = [line[0][0] for line in self._lines] + [sink[0]]
         self.channels: list[Channel[Any]] = [Channel(f"-> {name}", capacity) for name in heads]
         names = [source[0], *(name for name, _ in stages), sink[0]]
