@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 _PAINTED_ROUNDS, _PAINTED_FRAMES = 3, 120  # enough for a median
+_LARGER_FROM_PX = 1080  # three times as high are 8 megapixels a plane and more
 _SHORT = "painted.mkv"  # so many frames of the film
 
 
@@ -146,7 +147,7 @@ def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, 
         row = compare(bench, film, name) | own_process(bench, film, name)
         if renderer:
             row |= _painting(bench, film.path, name, row["product"]["not_codec_cpu_ms"])
-            if at == 0:
+            if at == 0 and height <= _LARGER_FROM_PX:
                 results["larger_frame_ratio"] = _larger(bench)
         results["sizes"][name] = row
     return results
