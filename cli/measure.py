@@ -21,7 +21,7 @@ from makeup_video.cli.measure_stages import Observed, bottleneck, fills
 from makeup_video.pipeline import Look, Report, Settings, UsageError, process, process_video
 from makeup_video.pipeline.decode import Decoder
 from makeup_video.pipeline.encode import VideoEncoder
-from makeup_video.pipeline.runner import Runner, cores
+from makeup_video.pipeline.runner import Runner
 
 # (decoder threads, encoder threads), 0 = FFmpeg's own choice: the bare loop may have the best
 BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))
@@ -164,7 +164,7 @@ def beside(runs: list[Run], bare: list[Run], codec: list[Run] | None = None) -> 
 
 def own_threads() -> tuple[int, int]:
     """Of decoder and encoder, as the product chooses them."""
-    return max(1, cores() // 2), 0
+    return process.decoder_threads(), 0
 
 
 def _painted(report: Report) -> float:

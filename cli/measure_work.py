@@ -8,6 +8,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import islice
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -17,9 +18,9 @@ import av
 import cv2
 import numpy as np
 import pyopencl as cl
+from makeup_video.cli.measure_clip import frame_of
 from makeup_video.pipeline.face_run import one_opencv_thread
 from makeup_video.pipeline.faces import load_nets
-from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.net import Net
 from makeup_video.pipeline.paint import PaintRun
@@ -43,8 +44,8 @@ def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
         stages = PaintRun(look)(source)
         with one_opencv_thread(), _counting(counted):
             done = 0
-            for frame in _decoded(source, frames):
-                item: Any = frame
+            for picture in islice(source.container.decode(source.video), frames):
+                item: Any = frame_of(picture)
                 with _calls(counted):
                     for _, stage in stages:
                         item = stage(item)
@@ -54,13 +55,6 @@ def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
     finally:
         source.close()
     return {name: count / max(done, 1) for name, count in sorted(counted.items())}
-
-
-def _decoded(source: Any, count: int) -> Iterator[Frame]:
-    for number, picture in enumerate(source.container.decode(source.video)):
-        if number == count:
-            return
-        yield Frame(picture, picture.pts, picture.time_base, ColourTags.of(picture))
 
 
 @contextmanager

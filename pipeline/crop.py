@@ -303,7 +303,7 @@ def _shrunk(
     left, top, right, bottom = box
     wide, tall, skip = right - left, bottom - top, 2 if factor > 2 and not every_row else 1
     size = max(1, wide // factor), max(1, tall // factor)
-    part = _halved(plane[top:bottom:skip, left:right], factor // skip)
+    part = halved(plane[top:bottom:skip, left:right], factor // skip)
     if part.shape[1::-1] != size:
         part = cv2.resize(part, size)
     x_scale, y_scale = size[0] / wide, size[1] / tall
@@ -321,25 +321,22 @@ def _squeezed(plane: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
     h, w = plane.shape[:2]
     factor = _shrink_factor(min(w / size_wh[0], h / size_wh[1]))
     skip = max(1, factor // 4)
-    part = _halved(plane[skip // 2 :: skip], factor // skip)
+    part = halved(plane[skip // 2 :: skip], factor // skip)
     return cv2.resize(part, size_wh, interpolation=cv2.INTER_AREA if skip > 1 else cv2.INTER_LINEAR)
 
 
-def _halved(plane: np.ndarray, factor: int) -> np.ndarray:
-    while factor > 1:
-        plane, factor = halved(plane), factor // 2
-    return plane
-
-
-def halved(plane: np.ndarray) -> np.ndarray:
-    """(H, W) or (H, W, C) averaged 2x2, without the last row or column of an odd number.
+def halved(plane: np.ndarray, factor: int = 2) -> np.ndarray:
+    """(H, W) or (H, W, C) averaged 2x2, without the last row or column of an odd number, until it
+    is smaller by `factor`, a power of two.
 
     OpenCV is quick at exactly this: to average by 4 it takes six times as long as for this twice.
     """
-    h, w = plane.shape[:2]
-    size = max(1, w // 2), max(1, h // 2)
-    even = plane[: max(1, h & ~1), : max(1, w & ~1)]
-    return cv2.resize(even, size, interpolation=cv2.INTER_AREA)
+    while factor > 1:
+        h, w = plane.shape[:2]
+        size = max(1, w // 2), max(1, h // 2)
+        even = plane[: max(1, h & ~1), : max(1, w & ~1)]
+        plane, factor = cv2.resize(even, size, interpolation=cv2.INTER_AREA), factor // 2
+    return plane
 
 
 def compose(second: Affine, first: Affine) -> Affine:

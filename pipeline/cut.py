@@ -42,7 +42,4 @@ def _few_rows(luma: np.ndarray) -> np.ndarray:
     rows, (h, w) = 1, luma.shape
     while rows * w < _SAMPLES * _GRID_WH[0] and rows * _GRID_WH[1] * 2 <= h:
         rows *= 2
-    part = luma[:: max(h // (rows * _GRID_WH[1]), 1)]
-    while rows > 1:
-        part, rows = halved(part), rows // 2
-    return part
+    return halved(luma[:: max(h // (rows * _GRID_WH[1]), 1)], rows)

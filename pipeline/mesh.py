@@ -46,7 +46,7 @@ class BuildScene:
         coding = coding_of(frame)
         if item.cut:
             self._means.clear()
-        seconds = float(frame.pts * frame.time_base)
+        seconds = frame.seconds
         faces = tuple(
             self._face(frame, coding, face, light, seconds)
             for face, light in zip(item.faces, lights, strict=True)

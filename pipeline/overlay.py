@@ -54,7 +54,7 @@ class PointsFile(SideFile):
         frame = item.frame
         line = {
             "pts": frame.pts,
-            "seconds": float(frame.pts * frame.time_base),
+            "seconds": frame.seconds,
             "cut": item.cut,
             "faces": [_as_json(face) for face in item.faces],
         }

@@ -185,9 +185,7 @@ def _run(
             muxer,
             start_seconds=settings.start_seconds,
             end_seconds=settings.end_seconds,
-            # left to FFmpeg it takes a thread a core and one more, with pictures for each: but encoding,
-            # not decoding, is what a film waits for
-            threads=settings.threads or max(1, cores() // 2),
+            threads=settings.threads or decoder_threads(),
         )
         encoder = VideoEncoder(muxer, source, codec, options, settings.threads)
         runner = Runner(
@@ -201,6 +199,12 @@ def _run(
             muxer.abort()
         raise
     return _report(source, output, decoder, encoder, muxer, runner)
+
+
+def decoder_threads() -> int:
+    """How many it takes: left to FFmpeg one a core and one more, with pictures for each, but encoding,
+    not decoding, is what a film waits for."""
+    return max(1, cores() // 2)
 
 
 def _report(

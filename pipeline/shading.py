@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, to_xyz
 from makeup_video.kernels.surface import LightPlanes, Place, Stretch, light_table, to_steps
-from makeup_video.pipeline.crop import Affine, pixel_places, samples_at, step_px
+from makeup_video.pipeline.crop import Affine, halved, pixel_places, samples_at, step_px
 from makeup_video.pipeline.frame import Frame
 
 _AROUND = 0.08  # of what the points cover: farther away light counts for nothing
@@ -102,11 +102,7 @@ def _near(
         size *= 2
     left, right, to_x = _span(low_xy[0], high_xy[0], chroma[0], size, wide)
     top, bottom, to_y = _span(low_xy[1], high_xy[1], chroma[1], size, high)
-    parts = [plane[top:bottom, left:right] for plane in planes]
-    while size > 1:  # OpenCV is quick at exactly this
-        right, bottom, size = (right - left) // 2, (bottom - top) // 2, size // 2
-        left = top = 0
-        parts = [cv2.resize(part, (right, bottom), interpolation=cv2.INTER_AREA) for part in parts]
+    parts = [halved(plane[top:bottom, left:right], size) for plane in planes]
     if min(wide, high) < 2:
         parts = [cv2.copyMakeBorder(part, 0, 1, 0, 1, cv2.BORDER_REPLICATE) for part in parts]
     return parts, (*to_x, *to_y)
