@@ -15,7 +15,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 FOLDERS = PROJECT["tool"]["setuptools"]["package-dir"]
-TYPED = ("pipeline", "kernels", "cli")
+TYPED = ("pipeline", "kernels", "web", "cli")
 
 
 def sources(folder):
@@ -47,9 +47,19 @@ def test_every_folder_with_code_is_a_package_and_listed():
     [
         (
             "kernels",
-            ("makeup_video.pipeline", "makeup_video.cli", "makeup_video.training", "torch"),
+            (
+                "makeup_video.pipeline",
+                "makeup_video.web",
+                "makeup_video.cli",
+                "makeup_video.training",
+                "torch",
+            ),
         ),
-        ("pipeline", ("makeup_video.cli", "makeup_video.training", "torch", "mediapipe")),
+        (
+            "pipeline",
+            ("makeup_video.web", "makeup_video.cli", "makeup_video.training", "torch", "mediapipe"),
+        ),
+        ("web", ("makeup_video.cli", "makeup_video.training", "torch", "mediapipe")),
         ("cli", ("makeup_video.training", "torch", "mediapipe")),
     ],
 )
@@ -69,7 +79,7 @@ def test_nothing_but_the_promised_libraries_is_needed():
               if "extra ==" not in text}  # fmt: skip
     assert needed == {
         "av", "numpy", "opencv-contrib-python-headless", "onnxruntime", "pillow", "pyopencl",
-        "pocl-binary-distribution", "typer",
+        "pocl-binary-distribution", "starlette", "typer", "uvicorn", "websockets",
     }  # fmt: skip
 
 
@@ -123,6 +133,7 @@ def test_the_wheel_carries_every_source_file(tmp_path):
         for path in (ROOT / folder).iterdir():
             if path.suffix in (".py", ".cl", ".h", ".onnx") or path.name == "py.typed":
                 assert f"makeup_video/{folder}/{path.name}" in names
-    for path in (ROOT / "pipeline" / "weights").iterdir():
-        assert f"makeup_video/pipeline/weights/{path.name}" in names
+    for folder in ("pipeline/weights", "web/page"):
+        for path in (ROOT / folder).iterdir():
+            assert f"makeup_video/{folder}/{path.name}" in names
     assert "makeup_video/training/faces/lip_contours.json" in names

@@ -1,0 +1,37 @@
+"""What crosses the channels of a live run, and how its frames tell the time."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Protocol
+
+import numpy as np
+from makeup_video.pipeline.frame import Frame
+
+# A live frame's pts is when it arrived, in these ticks of time.monotonic(): how late a picture is can be told
+# anywhere, and a recording's times are those of the wall clock.
+LIVE_TIME_BASE = Fraction(1, 1_000_000)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LivePicture:
+    """One painted picture on its way to the sinks, which all read the same memory: nobody changes it.
+
+    before: the frame's planes as they came from the camera; None unless somebody compares.
+    """
+
+    frame: Frame
+    before: tuple[np.ndarray, ...] | None = None
+
+
+class LiveSink(Protocol):
+    """Takes the pictures of a live run, on a thread of its own; `finish` is called once after the last.
+
+    name: how lines and figures call it.  waiting: how many pictures may wait for it: when there
+    are more, the oldest gives way.
+    """
+
+    name: str
+    waiting: int
+
+    def __call__(self, picture: LivePicture, /) -> None: ...
+    def finish(self, stopped: bool) -> None: ...
