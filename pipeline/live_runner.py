@@ -66,7 +66,7 @@ class LiveRunner:
                     on_tick()
                 if self.stopped:
                     break
-        except BaseException as error:  # a display that fails, too
+        except BaseException as error:  # noqa: BLE001  # a display that fails, too; raised below
             self.stop()
             if not isinstance(error, KeyboardInterrupt):
                 self._fail(error)

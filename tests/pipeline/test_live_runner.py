@@ -69,7 +69,7 @@ def started(runner):
         try:
             runner.run(tick_seconds=0.01)
             raised.append(None)
-        except BaseException as error:
+        except BaseException as error:  # noqa: BLE001  # the test looks at it
             raised.append(error)
 
     thread = threading.Thread(target=run)
