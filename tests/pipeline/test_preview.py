@@ -22,7 +22,10 @@ def planes_of(rgb: np.ndarray, coding: Coding, chroma: tuple[int, int]) -> list[
     luma, *rest = np.moveaxis(rounded(codes, coding).astype(dtype), -1, 0)
     across, down = chroma
     size = -(-rgb.shape[1] // across), -(-rgb.shape[0] // down)
-    small = [cv2.resize(np.ascontiguousarray(plane), size, interpolation=cv2.INTER_AREA) for plane in rest]
+    small = [
+        cv2.resize(np.ascontiguousarray(plane), size, interpolation=cv2.INTER_AREA)
+        for plane in rest
+    ]
     return [np.ascontiguousarray(luma), *small]
 
 
@@ -115,7 +118,12 @@ def test_an_alpha_plane_and_padding_do_not_matter():
 @pytest.mark.parametrize("chroma", [(1, 1), (2, 1), (2, 2), (4, 1)])
 @pytest.mark.parametrize(
     ("size_wh", "want"),
-    [((400, 224), (200, 112)), ((202, 330), (100, 164)), ((201, 90), (100, 44)), ((801, 90), (200, 22))],
+    [
+        ((400, 224), (200, 112)),
+        ((202, 330), (100, 164)),
+        ((201, 90), (100, 44)),
+        ((801, 90), (200, 22)),
+    ],
 )
 def test_long_sides_are_halved_until_they_fit(chroma, size_wh, want):
     rgb = smooth(*size_wh)
