@@ -11,10 +11,11 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 import simplejpeg
-from makeup_video.kernels.colour import Coding, matrices
+from makeup_video.kernels.colour import SRGB, Coding, matrices
 from makeup_video.pipeline.colour import resolve
 from makeup_video.pipeline.crop import halved
 from makeup_video.pipeline.frame import ColourTags
+from makeup_video.pipeline.preview_hdr import standard
 
 QUALITY = 85
 # Longer sides are halved: nobody's page is wider, and 2160p costs three times as much whole.
@@ -49,7 +50,8 @@ class PreviewJpeg:
         if rest and chroma not in _KNOWN_CHROMA:
             size = -(-luma.shape[1] // 2), -(-luma.shape[0] // 2)
             rest = [cv2.resize(plane, size) for plane in rest]
-        luma, *rest = _mixed(luma, rest, coding)
+        convert = _mixed if coding.transfer == SRGB else standard
+        luma, *rest = convert(luma, rest, coding)
         cb, cr = rest or (None, None)
         return bytes(simplejpeg.encode_jpeg_yuv_planes(luma, cb, cr, quality=self._quality))
 

@@ -6,7 +6,18 @@ import pytest
 import simplejpeg
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.kernels.colour import LUMA_WEIGHTS, Coding, matrices, rounded
+from makeup_video.kernels.colour import (
+    HLG,
+    LUMA_WEIGHTS,
+    PQ,
+    SRGB,
+    Coding,
+    encode,
+    from_srgb_primaries,
+    matrices,
+    rounded,
+    to_linear,
+)
 from makeup_video.pipeline import UsageError
 from makeup_video.pipeline.frame import ColourTags
 from makeup_video.pipeline.preview import PreviewJpeg
@@ -132,6 +143,33 @@ def test_long_sides_are_halved_until_they_fit(chroma, size_wh, want):
     assert abs(got.shape[1] - want[0]) <= 2 and abs(got.shape[0] - want[1]) <= 2
     there = cv2.resize(rgb, got.shape[1::-1], interpolation=cv2.INTER_AREA) * 255
     assert np.abs(got - there).mean() < 2.5
+
+
+@pytest.mark.parametrize("transfer", [PQ, HLG])
+@pytest.mark.parametrize("bit_depth", [8, 10])
+@pytest.mark.parametrize(
+    ("colour", "within"),
+    [((128, 128, 128), 3), ((16, 16, 16), 4), ((90, 56, 40), 12), ((180, 130, 112), 12)],
+)
+def test_hdr_looks_as_it_would_in_srgb(transfer, bit_depth, colour, within):
+    coding = Coding(9, False, transfer, 9, bit_depth)
+    linear = from_srgb_primaries(9) @ to_linear(np.array(colour) / 255, SRGB)
+    codes = rounded(encode(linear, coding), coding).astype(
+        np.uint8 if bit_depth == 8 else np.uint16
+    )
+    planes = [
+        np.full((32 // by, 32 // by), code) for by, code in zip((1, 2, 2), codes, strict=True)
+    ]
+    got = seen(PreviewJpeg(100)(planes, (2, 2), bit_depth, ColourTags(9, 1, transfer, 9)))
+    assert np.abs(got - colour).max() <= within
+
+
+@pytest.mark.parametrize("transfer", [PQ, HLG])
+def test_hdr_highlights_roll_off_and_never_turn_back(transfer):
+    luma = np.arange(1024, dtype=np.uint16)[None].repeat(16, 0)
+    got = seen(PreviewJpeg(100)([luma], (1, 1), 10, ColourTags(9, 1, transfer, 9)))[8, :, 1]
+    assert (np.diff(got[::16]) >= -1).all()
+    assert got[0] <= 1 and got[-1] >= 250
 
 
 def test_codes_that_are_no_mix_of_rgb_are_refused():
