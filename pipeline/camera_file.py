@@ -90,6 +90,7 @@ class FileCamera:
 
     def _pictures(self) -> Generator[tuple[av.VideoFrame, float], None, None]:
         """The pictures of the file, pass after pass, with the seconds since the beginning when each is due."""
+        following: VideoSource | None = None
         while not self._closing.is_set():
             self._timeline.begin_pass()
             count = 0
@@ -98,16 +99,20 @@ class FileCamera:
                     length = float(picture.duration * self._source.time_base)
                     yield picture, self._timeline(self._seconds(picture), length)
                     count += 1
+                    if self._loop and following is None:
+                        following = open_video(self._source.path)  # now, to be no pause at the seam
             finally:
                 self._source.close()
+                if following is not None and self._closing.is_set():
+                    following.close()
             if not count and not self._is_far_behind:
                 raise DecodeError(
                     f"{self._source.path}: no frame could be decoded. Give a file that plays."
                 )
             if not self._loop:
                 return
-            # Opened again, not sought back in: not every file can be, and its decoder starts afresh.
-            self._source = open_video(self._source.path)
+            # Another one, not sought back in: not every file can be, and its decoder starts afresh.
+            self._source, following = following or open_video(self._source.path), None
 
     def _seconds(self, timed: Any) -> float | None:
         return None if timed.pts is None else float(timed.pts * self._source.time_base)
