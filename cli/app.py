@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from makeup_video.cli.apply import apply
 from makeup_video.cli.bench import bench
+from makeup_video.cli.demo import demo
 from makeup_video.cli.estimate import estimate
 from makeup_video.cli.inspect import inspect
 from makeup_video.cli.live import live
@@ -44,6 +45,7 @@ app = typer.Typer(
 app.command()(apply)
 app.command()(estimate)
 app.command()(inspect)
+app.command()(demo)
 app.command()(live)
 app.command()(bench)
 
