@@ -3,8 +3,8 @@
 import { el } from "./elements.js";
 
 const SLOTS = {
-  photo: { title: "The makeup of", empty: "Choose a photo", hint: "or drop one anywhere, or paste it", reading: "Reading the makeup …", aim: "Take the makeup of this photo" },
-  portrait: { title: "Painted on", empty: "Choose a face", hint: "", reading: "Looking for the face …", aim: "Paint on this face" },
+  photo: { title: "Makeup of", empty: "Choose a photo", hint: "or drop one anywhere, or paste it", reading: "Reading the makeup …", aim: "Take the makeup of this photo" },
+  portrait: { title: "Painted on", empty: "Another face", hint: "", reading: "Looking for the face …", aim: "Paint on this face" },
 };
 const NO_ANSWER = "The photo could not be sent: the server does not answer.";
 
