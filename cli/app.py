@@ -45,8 +45,8 @@ app = typer.Typer(
 app.command()(apply)
 app.command()(estimate)
 app.command()(inspect)
-app.command()(demo)
 app.command()(live)
+app.command()(demo)
 app.command()(bench)
 
 
