@@ -105,7 +105,7 @@ class FileCamera:
                 self._source.close()
                 if following is not None and self._closing.is_set():
                     following.close()
-            if not count and not self._is_far_behind:
+            if not (count or self._is_far_behind or self._closing.is_set()):
                 raise DecodeError(
                     f"{self._source.path}: no frame could be decoded. Give a file that plays."
                 )

@@ -109,7 +109,7 @@ def test_a_patch_goes_with_what_it_lay_on():
 def test_lips_that_speak_are_followed_better_than_by_holding_them():
     measure, pictures, points = MeasureMotion(), clip(30), clip_points(30)
     moved, held = [], []
-    for at in range(0, 29):
+    for at in range(29):
         left, right = (complex(*points[at, point]) for point in (33, 263))
         frame = Similarity(right - left, (left + right) / 2)
         motion = measure(
