@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import av
 import numpy as np
-from av.video.reformatter import ColorRange, Colorspace
+from av.video.reformatter import ColorRange
 from makeup_video.pipeline.codecs import CODECS
 from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.frame import ColourTags, Frame, _views
@@ -67,7 +67,7 @@ class CameraDoor:
 
 def _say_what_cameras_leave_out(picture: av.VideoFrame) -> None:
     if picture.colorspace == 2:
-        picture.colorspace = Colorspace(6)
+        picture.colorspace = 6  # SMPTE 170M
     if picture.color_range == 0:
         picture.color_range = ColorRange.MPEG
     if picture.color_primaries == 2:

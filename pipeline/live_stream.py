@@ -75,7 +75,7 @@ class Stream:
             self._pause = 1.0
         if self.notice:
             self.notice = ""
-            self._say(f"{self.name}: sending again")
+            self._say(f"{self.name}: sending")
 
     def finish(self, stopped: bool) -> None:
         if self._line is not None:
@@ -94,11 +94,14 @@ class Stream:
         self._next_try = time.monotonic() + self._pause
         self._pause = min(2 * self._pause, _LONGEST_PAUSE_SECONDS)
         if not self.notice:
-            # FFmpeg's whole message would show the address
-            reason = os.strerror(error.errno) if 0 < (getattr(error, "errno", 0) or 0) < 200 else ""
-            reason = reason or "no connection"
-            self.notice = f"{self.name}: {reason}; it is tried again and again"
+            self.notice = f"{self.name}: {_reason(error)}; it is tried again and again"
             self._say(self.notice)
+
+
+def _reason(error: Exception) -> str:
+    """What the system says; FFmpeg's whole message would show the address."""
+    number: int = getattr(error, "errno", None) or 0
+    return os.strerror(number) if 0 < number < 200 else "no connection"
 
 
 def bit_rate_for(pixels: int) -> int:
@@ -125,11 +128,19 @@ class _Line:
         try:
             self._container = _container(url, format_name, relay)
             options = {**_OPTIONS, "maxrate": str(bit_rate), "bufsize": str(bit_rate)}
-            options["g"] = str(round(_KEY_SECONDS * 5 * rate))  # ours come by the clock, before these
+            options["g"] = str(
+                round(_KEY_SECONDS * 5 * rate)
+            )  # ours come by the clock, before these
             flv = format_name == "flv"
             shown = Frame(upright(frame), frame.pts, frame.time_base, frame.tags)
             self._encoder = LiveEncoder(
-                self._container, "libx264", options, shown, rate, bit_rate=bit_rate, global_header=flv
+                self._container,
+                "libx264",
+                options,
+                shown,
+                rate,
+                bit_rate=bit_rate,
+                global_header=flv,
             )
             self._container.start_encoding()
         except BaseException:
@@ -199,7 +210,7 @@ class _Relay:
         """Raises OSError when the relay has ended, or takes nothing for some seconds."""
         rest = memoryview(data)
         while rest:
-            if self._waits and not select.select([], [self._pipe], [], _TIMEOUT_SECONDS)[1]:
+            if self._waits and not select.select([], [self._pipe], [], float(_TIMEOUT_SECONDS))[1]:
                 raise TimeoutError(110, "nothing is taken any more")
             with contextlib.suppress(BlockingIOError):
                 rest = rest[os.write(self._pipe, rest) :]
@@ -228,7 +239,9 @@ def _checked(url: str) -> tuple[str, str]:
             f"; this one begins with {scheme + ':' if scheme else 'none of them'}"
         )
     if not host or any(ord(letter) <= 32 for letter in url):
-        raise UsageError(f"the {scheme}:// address of the stream names no host: give {scheme}://HOST/...")
+        raise UsageError(
+            f"the {scheme}:// address of the stream names no host: give {scheme}://HOST/..."
+        )
     return f"{scheme}://{f'[{host}]' if ':' in host else host}", _FORMATS[scheme]
 
 
