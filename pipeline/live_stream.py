@@ -100,13 +100,13 @@ class Stream:
 
 def _reason(error: Exception) -> str:
     """What the system says; FFmpeg's whole message would show the address."""
-    number: int = getattr(error, "errno", None) or 0
+    number = getattr(error, "errno", None) or 0
     return os.strerror(number) if 0 < number < 200 else "no connection"
 
 
 def bit_rate_for(pixels: int) -> int:
-    """Bits a second for pictures of so many pixels: 3 Mbit at 720p, 5.5 at 1080p; larger ones need less a pixel."""
-    return round(_BIT_RATE_720P * (pixels / (1280 * 720)) ** 0.75)
+    """Bits a second: 3 million at 720p, 5.5 at 1080p; the larger, the less a pixel needs."""
+    return int(_BIT_RATE_720P * float((pixels / (1280 * 720)) ** 0.75))
 
 
 class _Line:
@@ -141,6 +141,7 @@ class _Line:
                 rate,
                 bit_rate=bit_rate,
                 global_header=flv,
+                at_once=True,
             )
             self._container.start_encoding()
         except BaseException:
