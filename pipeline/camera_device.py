@@ -11,9 +11,10 @@ from threading import Condition, Event, Thread
 from typing import Any
 
 import av
+from av.device import enumerate_input_devices
 from makeup_video.pipeline.camera_door import CameraDoor
 from makeup_video.pipeline.camera_stamp import Freshness
-from makeup_video.pipeline.errors import InputError
+from makeup_video.pipeline.errors import InputError, MakeupVideoError
 from makeup_video.pipeline.frame import Frame
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
@@ -37,18 +38,23 @@ class Wish:
 
 def open_device(name: str, system: str, options: dict[str, str]) -> Any:
     """The one place where a device is opened: FFmpeg's container, whose packets are the pictures."""
+    if system == "dshow" and not name.startswith("video="):
+        name = f"video={name}"
     return av.open(name, format=system, container_options=options)
 
 
 def devices_found() -> list[str]:
     """The cameras that the system knows, as `open_device` wants them named."""
     if sys.platform.startswith("linux"):
-        found = Path("/dev").glob("video[0-9]*")
-        return [str(path) for path in sorted(found, key=lambda path: int(path.name[5:]))]
+        paths = [path for path in Path("/dev").glob("video*") if path.name[5:].isdecimal()]
+        return [str(path) for path in sorted(paths, key=lambda path: int(path.name[5:]))]
+    if sys.platform == "darwin":
+        return ["default"]  # AVFoundation's own word for the camera that the system prefers
     try:
-        return [each.name for each in av.device.enumerate_input_devices(_system())]
+        found = enumerate_input_devices(_system())
     except (av.FFmpegError, NotImplementedError, ValueError):
         return []
+    return [each.name for each in found if "video" in each.media_types]
 
 
 def attempts(wish: Wish, system: str) -> list[dict[str, str]]:
@@ -136,6 +142,8 @@ class DeviceCamera:
             while not self._closing.is_set():
                 try:
                     self._read(container)
+                except MakeupVideoError:
+                    raise  # its pictures cannot be used
                 except (av.FFmpegError, OSError):
                     pass  # it was unplugged
                 finally:

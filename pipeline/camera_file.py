@@ -72,7 +72,7 @@ class FileCamera:
         self._closing.set()
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Raises DecodeError when nothing in the file can be decoded, UsageError when it cannot be painted."""
+        """Raises DecodeError when nothing in the file can be decoded, or not be converted."""
         late_seconds = _LATE_FRAMES / float(self.rate)
         for picture, at in self._pictures():
             if not self._began:

@@ -106,7 +106,10 @@ class Recording:
             self._container.mux_one(packet)
 
     def _open(self, frame: Frame) -> LiveEncoder:
-        options = {"movflags": "+hybrid_fragmented", "video_track_timescale": "90000"}
+        # mp4 and mov grow in fragments of two seconds, which play without an end, and become an ordinary
+        # file when they are closed
+        options = {"movflags": "+hybrid_fragmented", "frag_duration": "2000000"}
+        options["video_track_timescale"] = "90000"
         if self._format in MATROSKA:
             options = {}
         self._container = av.open(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import InputError, UsageError, camera_device, camera_file
+from makeup_video.pipeline import DecodeError, InputError, UsageError, camera_device, camera_file
 from makeup_video.pipeline.camera import Camera, CameraSettings
 from makeup_video.pipeline.camera_device import attempts
 from makeup_video.pipeline.camera_door import CameraDoor, upright
@@ -215,6 +215,12 @@ def test_a_rotated_file_says_how_it_is_turned(tmp_path):
     assert {frame.rotation_degrees for frame, _ in played(path)[1]} == {90}
 
 
+def test_colours_that_cannot_be_converted_are_one_line(tmp_path):
+    path = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt="yuv444p", colorspace=8, frames=2)
+    with pytest.raises(DecodeError, match=r"yuv444p, matrix 8 .* cannot be converted"):
+        played(path)
+
+
 # -- settings and names ------------------------------------------------------------------------------
 
 
@@ -383,6 +389,17 @@ def test_a_camera_that_hangs_is_said_and_close_does_not_wait_for_it(tmp_path, pl
     hanging.set()
     assert lines == ["camera /dev/video0 sends no pictures: waiting for it"]
     assert camera.notice == lines[0]
+
+
+def test_a_camera_whose_pictures_cannot_be_used_ends_the_run(tmp_path, plug, monkeypatch):
+    def refuse(self, picture):
+        raise DecodeError("no")
+
+    monkeypatch.setattr(CameraDoor, "_converted", refuse)
+    plug(FakeDevice(mjpeg(tmp_path), unplugged))
+    camera = Camera(settings(), pytest.fail)
+    with pytest.raises(DecodeError, match="no"):
+        next(camera.frames())
 
 
 class Damaged(FakeDevice):
