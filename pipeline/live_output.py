@@ -60,9 +60,7 @@ class Recording:
         check_place(os.fspath(path), source, overwrite=overwrite)
         self._path, self._source, self._overwrite = Path(path), source, overwrite
         self._part = part_of(target_of(self._path))
-        self._target: Target | None = (
-            None  # with the first picture: a run that never begins leaves nothing
-        )
+        self._target: Target | None = None  # comes with the first picture, or nothing is left behind
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
         self.pictures = 0
