@@ -60,7 +60,8 @@ class Recording:
         check_place(os.fspath(path), source, overwrite=overwrite)
         self._path, self._source, self._overwrite = Path(path), source, overwrite
         self._part = part_of(target_of(self._path))
-        self._target: Target | None = None  # comes with the first picture, or nothing is left behind
+        # comes with the first picture: a run that never begins leaves nothing behind
+        self._target: Target | None = None
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
         self.pictures = 0
