@@ -73,7 +73,7 @@ class Stream:
             return
         if self._line.seconds > _STEADY_SECONDS:
             self._pause = 1.0
-        if self.notice:
+        if self.notice and self._line.is_proven:
             self.notice = ""
             self._say(f"{self.name}: sending")
 
@@ -153,6 +153,11 @@ class _Line:
         """How long it has held."""
         return time.monotonic() - self._began
 
+    @property
+    def is_proven(self) -> bool:
+        """False while nobody can tell: a relay takes everything until it gives up connecting."""
+        return self._relay is None or self.seconds > _TIMEOUT_SECONDS
+
     def send(self, frame: Frame) -> None:
         picture = upright(frame)
         if frame.pts >= self._key_at:
@@ -196,7 +201,9 @@ class _Relay:
     name = "relay"
 
     def __init__(self, program: str, url: str) -> None:
-        command = [program, "-nostdin", "-loglevel", "quiet", "-f", "mpegts", "-i", "pipe:0"]
+        command = [program, "-nostdin", "-loglevel", "quiet"]
+        # it looks at so many microseconds before it sends anything; 5 seconds, if nothing is said
+        command += ["-analyzeduration", "500000", "-f", "mpegts", "-i", "pipe:0"]
         command += ["-c", "copy", "-f", "mpegts", url]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
