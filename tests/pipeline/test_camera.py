@@ -178,17 +178,33 @@ def test_a_file_cannot_be_late_for_ever(tmp_path, monkeypatch):
     assert len(later) + 1 + camera.dropped == 60
 
 
+def test_a_frame_that_was_waited_for_while_the_process_stood_still_is_left_out(
+    tmp_path, monkeypatch
+):
+    path, now = make_clip(tmp_path / "in.mp4", frames=6), [100.0]
+    monkeypatch.setattr(camera_file.time, "monotonic", lambda: now[0])
+    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
+    camera._source._closing = FakeWait(now)
+    frames = camera.frames()
+    next(frames)
+    camera._source._closing.stands_still = 0.12
+    rest = [round((frame.seconds - 100) * 30) for frame in frames]
+    assert rest == [2, 3, 4, 5] and camera.dropped == 1
+
+
 class FakeWait:
-    """An Event for a clock that only moves when somebody waits."""
+    """An Event for a clock that only moves when somebody waits, once by too much."""
 
     def __init__(self, now):
         self.now = now
+        self.stands_still = 0.0
 
     def is_set(self):
         return False
 
     def wait(self, seconds):
-        self.now[0] += seconds
+        self.now[0] += seconds + self.stands_still
+        self.stands_still = 0.0
         return False
 
 
