@@ -177,7 +177,9 @@ class DeviceCamera:
             now = time.monotonic()
             stamp = None if packet.pts is None else float(packet.pts * packet.time_base)
             arrived = freshness(stamp, now, now - began)
-            if packet.size and (arrived is not None or not independent):
+            if not packet.size:
+                self.damaged += 1  # V4L2: the driver says that the picture is spoilt
+            elif arrived is not None or not independent:
                 self._decode(context, packet, now if arrived is None else arrived)
             else:
                 self.dropped += 1
@@ -219,7 +221,9 @@ class DeviceCamera:
         none as they should: those are believed."""
         if context.name != "mjpeg":
             return True
-        ends = data.rstrip(b"\0").endswith(b"\xff\xd9")
+        ends = data.rfind(b"\xff\xd9") > data.find(
+            b"\xff\xda"
+        )  # an end behind the picture's beginning
         self._has_ended_well |= ends
         return ends or not self._has_ended_well
 
