@@ -1,5 +1,6 @@
 """Machines of all speeds, simulated: no clock is asked."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 
@@ -145,8 +146,8 @@ def test_what_proved_too_much_is_wanted_back_after_twice_as_long():
         )
         if level < before
     ]
-    waits = [b - a for a, b in zip(tries, tries[1:], strict=False)]
-    assert all(b > 1.6 * a for a, b in zip(waits, waits[1:], strict=False))
+    waits = [b - a for a, b in itertools.pairwise(tries)]
+    assert all(b > 1.6 * a for a, b in itertools.pairwise(waits))
     assert len(waits) >= 3
 
 

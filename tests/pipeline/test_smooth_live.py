@@ -117,4 +117,4 @@ def test_what_files_get_is_hardly_better():
 
 
 def test_its_time_base_is_that_of_live_frames():
-    assert LIVE_TIME_BASE == Fraction(1, 1_000_000)
+    assert Fraction(1, 1_000_000) == LIVE_TIME_BASE
