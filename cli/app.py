@@ -6,8 +6,10 @@ from typing import Annotated, Any
 import typer
 from makeup_video.cli.apply import apply
 from makeup_video.cli.bench import bench
+from makeup_video.cli.demo import demo
 from makeup_video.cli.estimate import estimate
 from makeup_video.cli.inspect import inspect
+from makeup_video.cli.live import live
 from typer.core import TyperGroup
 
 _DEFAULT = "apply"
@@ -43,6 +45,8 @@ app = typer.Typer(
 app.command()(apply)
 app.command()(estimate)
 app.command()(inspect)
+app.command()(live)
+app.command()(demo)
 app.command()(bench)
 
 
