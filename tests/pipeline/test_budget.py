@@ -183,7 +183,7 @@ def test_what_people_are_told_does_not_flicker():
         for _ in range(30):
             budget(0.02 if second % 6 == 5 else 0.04, TICK)
             told.append(budget.told)
-    assert sum(a != b for a, b in zip(told, told[1:], strict=False)) <= 4
+    assert sum(a != b for a, b in itertools.pairwise(told)) <= 4
     assert told[-1] == rule.HOPELESS
     for _ in range(30 * 7):
         budget(0.02, TICK)
