@@ -63,7 +63,7 @@ def test_speech_does_not_lag_by_half_a_frame(kind):
     ("kind", "most"), [("even", 0.9), ("late at random", 0.9), ("in pairs", 1.1)]
 )
 def test_it_is_no_worse_than_what_was_read(kind, most):
-    """As times stand, frames in pairs would be off by almost five times as much."""
+    """As times stand, the squared error of frames in pairs would be almost five times as large."""
     read = noisy(HEAD_PX[:200])
     off = live(read, stamps(kind, 200)) - HEAD_PX[:200]
     assert np.square(off).mean() < most * np.square(read - HEAD_PX[:200]).mean()
