@@ -1,0 +1,127 @@
+"""Planes of a frame -> a JPEG that a browser shows in the colours that the renderer painted.
+
+A JPEG file (JFIF) is full-range BT.601, which browsers take for sRGB. What a camera's MJPEG gives is that
+already and goes into the encoder as it is; anything else is mixed anew in Y'CbCr, at the size of each plane: the
+whole frame never becomes RGB.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+import simplejpeg
+from makeup_video.kernels.colour import SRGB, Coding, matrices
+from makeup_video.pipeline.colour import resolve
+from makeup_video.pipeline.crop import halved
+from makeup_video.pipeline.frame import ColourTags
+from makeup_video.pipeline.preview_hdr import standard
+
+QUALITY = 85
+# Longer sides are halved: nobody's page is wider, and 2160p costs three times as much whole.
+LIMIT_PX = 2560
+_JFIF = Coding(6, True)
+_FINE = 2  # what chroma adds to luma is held in so many parts of a code; it never reaches 64 codes
+_KNOWN_CHROMA = {(1, 1), (2, 1), (2, 2), (1, 2), (4, 1)}  # by JPEG
+Planes = tuple[np.ndarray, ...] | list[np.ndarray]
+
+
+class PreviewJpeg:
+    """Planes as Frame.planes has them -> the bytes of a JPEG file. Never changes the planes.
+
+    quality: 1..100, libjpeg's. limit_px: pictures with a longer side are halved until none is longer.
+    """
+
+    def __init__(self, quality: int = QUALITY, limit_px: int = LIMIT_PX) -> None:
+        self._quality, self._limit_px = quality, limit_px
+
+    def __call__(
+        self, planes: Planes, chroma: tuple[int, int], bit_depth: int, tags: ColourTags
+    ) -> bytes:
+        """chroma, bit_depth, tags: as the frame's.
+
+        Raises UsageError for codes that are no linear mix of R'G'B', as colour.resolve does.
+        """
+        height, width = planes[0].shape
+        coding = resolve(tags, width, height, bit_depth)
+        luma, *rest = _smaller(planes[:3], chroma, self._limit_px)
+        if rest and rest[0].ndim == 3:  # NV12 keeps both in one
+            rest = list(cv2.split(rest[0]))
+        if rest and chroma not in _KNOWN_CHROMA:
+            size = -(-luma.shape[1] // 2), -(-luma.shape[0] // 2)
+            rest = [cv2.resize(plane, size) for plane in rest]
+        convert = _mixed if coding.transfer == SRGB else standard
+        luma, *rest = convert(luma, rest, coding)
+        cb, cr = rest or (None, None)
+        return bytes(simplejpeg.encode_jpeg_yuv_planes(luma, cb, cr, quality=self._quality))
+
+
+def _smaller(planes: Planes, chroma: tuple[int, int], limit_px: int) -> list[np.ndarray]:
+    """Planes halved until no side is longer; what does not halve evenly loses its last pixels."""
+    planes = list(planes)
+    while max(planes[0].shape) > limit_px:
+        across, down = chroma
+        high, wide = (
+            size // (2 * by) * 2 for size, by in zip(planes[0].shape, (down, across), strict=True)
+        )
+        if not high or not wide:
+            break
+        luma, *rest = planes
+        planes = [halved(luma[: high * down, : wide * across])]
+        planes += [halved(plane[:high, :wide]) for plane in rest]
+    return planes
+
+
+class _Mix(NamedTuple):
+    """How codes become those of a JPEG: each is (of luma or Cb, of Cr, and what is added)."""
+
+    luma: tuple[float, float]  # of luma, and what is added
+    lift: tuple[float, float, float]  # what chroma adds to luma, _FINE times, 128 for nothing
+    blue: tuple[float, float, float]
+    red: tuple[float, float, float]
+
+
+@lru_cache
+def _mix(coding: Coding) -> _Mix | None:
+    """None when nothing is to be done."""
+    to_rgb, _ = matrices(coding)
+    _, to_codes = matrices(_JFIF)
+    mix = to_codes[:, :3] @ to_rgb[:, :3]
+    added = to_codes[:, :3] @ to_rgb[:, 3] + to_codes[:, 3]
+    if coding.bit_depth == 8 and np.allclose(mix, np.eye(3)) and np.allclose(added, 0, atol=1e-9):
+        return None
+    (scale, *lift), (_, *blue), (_, *red) = mix.round(9).tolist()
+    still = sum(lift) * 2.0 ** (coding.bit_depth - 1)  # what colourless chroma would add
+    return _Mix(
+        (scale, added[0] + still),
+        (lift[0] * _FINE, lift[1] * _FINE, 128 - still * _FINE),
+        (*blue, added[1]),
+        (*red, added[2]),
+    )
+
+
+def _mixed(luma: np.ndarray, chroma: list[np.ndarray], coding: Coding) -> list[np.ndarray]:
+    """Planes of 8 bits, mixed anew; those that came when nothing is to be done."""
+    mix = _mix(coding)
+    if mix is None:
+        return [luma, *chroma]
+    scale, added = mix.luma
+    if not chroma:
+        return [_sum(luma, scale, luma, 0, added)]
+    cb, cr = chroma
+    if not any(mix.lift[:2]):
+        bright = _sum(luma, scale, luma, 0, added)
+    else:
+        # the picture's viewer stretches chroma linearly, so this does too
+        lift = cv2.resize(_plane_sum(cb, cr, mix.lift), luma.shape[::-1])
+        bright = _sum(luma, scale, lift, 1 / _FINE, added - 128 / _FINE)
+    return [bright, _plane_sum(cb, cr, mix.blue), _plane_sum(cb, cr, mix.red)]
+
+
+def _plane_sum(cb: np.ndarray, cr: np.ndarray, mix: tuple[float, float, float]) -> np.ndarray:
+    return _sum(cb, mix[0], cr, mix[1], mix[2])
+
+
+def _sum(a: np.ndarray, of_a: float, b: np.ndarray, of_b: float, added: float) -> np.ndarray:
+    """Rounded and clipped to 8 bits. OpenCV has nothing quicker, not even for one plane alone."""
+    return np.asarray(cv2.addWeighted(a, of_a, b, of_b, added, dtype=cv2.CV_8U))
