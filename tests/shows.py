@@ -2,7 +2,6 @@
 
 import json
 import socket
-
 import threading
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
@@ -18,7 +17,6 @@ from websockets.sync.client import connect
 
 RED = Look(lips=product((180, 0, 46), "satin"))
 BLUE = Look(lips=product((20, 0, 200), "gloss"))
-
 
 
 class StandIn:

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import MakeupVideoError
 from makeup_video.web.messages import Compare, LookWanted, Shown, hello, read_message
@@ -48,6 +48,7 @@ JSON = st.recursive(
 )
 
 
+@settings(deadline=None)
 @given(st.dictionaries(st.sampled_from(["type", "look", "on", "pts_us", "n"]), JSON | st.sampled_from(["look", "shown", "compare"])))  # fmt: skip
 def test_no_message_is_a_fault_of_ours(values):
     try:

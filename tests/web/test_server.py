@@ -165,7 +165,9 @@ def test_figures_come_with_the_delay_to_the_screen(show, url):
 # -- bad pages
 
 
-@pytest.mark.parametrize("message", ["{", "[" * 60_000, b"\0\xff", "", '{"type": "look", "look": NaN}'])
+@pytest.mark.parametrize(
+    "message", ["{", "[" * 60_000, b"\0\xff", "", '{"type": "look", "look": NaN}']
+)
 def test_garbage_is_answered_with_one_line_and_the_page_goes_on(show, url, message):
     with Page(url) as page:
         page.socket.send(message)
