@@ -24,9 +24,8 @@ def running(*args):
 
 def address(process):
     line = process.stderr.readline()
-    assert (
-        found := re.match(r"(http://127\.0\.0\.1:\d+)/ shows the page; Ctrl-C ends it\n", line)
-    ), line
+    found = re.match(r"(http://127\.0\.0\.1:\d+)/ shows the page; Ctrl-C ends it\n", line)
+    assert found, line
     return found[1]
 
 

@@ -165,6 +165,16 @@ def test_a_page_that_lost_its_connection_finds_its_look_again(url):
         assert again.hello["session"] == page.hello["session"]
 
 
+def test_a_second_page_of_the_same_session_compares_too(url):
+    with Page(url) as page, Page(url, page.hello["session"]) as other:
+        page.picture(), other.picture()
+        page.say("compare", on=True)
+        assert page.picture()[3] != b""
+        assert other.picture()[3] == b""
+        other.say("compare", on=True)
+        assert other.picture()[3] != b""
+
+
 # -- sessions
 
 

@@ -1,7 +1,11 @@
 """Photos that pages send: what is too large, what is no photo, and how they are called."""
 
+import os
 import queue
+import struct
+import sys
 import threading
+import zlib
 from dataclasses import replace
 
 import cv2
@@ -136,3 +140,57 @@ def test_a_photo_without_a_face_is_refused_by_the_visitors_name():
     wall = cv2.imencode(".png", grey())[1].tobytes()
     with pytest.raises(PhotoError, match=r"^wall.png: no face was found"):
         read_look(wall, "wall.png")
+
+
+def png_of(width, height):
+    """A PNG that claims a size, and holds next to nothing."""
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(bytes(100_000))), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in chunks
+    )
+
+
+@pytest.mark.parametrize(
+    ("photo", "words"),
+    [
+        (b"", "x.jpg is empty (0 bytes): give a photo file"),
+        (png_of(50_000, 50_000), "x.jpg has more than 120 million px: make it smaller first"),
+        (png_of(12_000, 12_000), "x.jpg has 12000 x 12000 px, more than 120 million px: make it"),
+        (png_of(600, 500), "x.jpg is damaged or cut short"),
+        (b"%PDF-1.7 and more", "x.jpg is no photo that can be read: give a JPEG, PNG, WebP"),
+        (b"<svg xmlns='http://www.w3.org/2000/svg'/>", "x.jpg is no photo that can be read"),
+        (b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n", "x.jpg is no photo that can be"),
+        (b"\0\0\0\x18ftypheic" + bytes(80), "x.jpg is a HEIC photo, which cannot be read here"),
+        (b"\0\0\0\x18ftypisom" + bytes(80), "x.jpg is a video, and the makeup is read from a photo"),
+        (LOOK.read_bytes()[:20_000], "x.jpg is damaged or cut short: save the photo again"),
+        (noise(3_000_000), "x.jpg is no photo that can be read"),
+    ],
+)  # fmt: skip
+def test_what_is_no_photo_is_refused_in_one_line_and_the_look_stays(show, page, photo, words):
+    show.reads = read_look
+    answer = page.post("/photo", photo, x_file_name="x.jpg")
+    assert answer.status_code == 422 and answer.json()["error"].startswith(words)
+    assert "\n" not in answer.json()["error"] and show.look == RED
+
+
+written: list[str] | None = None
+
+
+def note_writing(event, args):
+    if written is not None and event == "open":
+        path, mode, flags = args
+        if set(str(mode or "")) & set("wax+") or flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
+            written.append(str(path))
+
+
+def test_nothing_of_a_photo_is_written_to_disk(show, page, monkeypatch):
+    sys.addaudithook(note_writing)
+    monkeypatch.setattr(sys.modules[__name__], "written", [])
+    show.reads = read_look
+    large = cv2.imencode(".png", cv2.imread(str(LOOK)))[1].tobytes()  # forms would be spooled
+    assert len(large) > 1_500_000
+    assert page.post("/photo", large).status_code == 200
+    assert page.post("/photo", noise(3_000_000)).status_code == 422
+    assert not written
