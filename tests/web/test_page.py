@@ -101,7 +101,9 @@ def test_the_camera_s_picture_arrives_upright_and_moves(live, visit):
     page.wait_for_pictures(10)
     assert page.picture().shape == (360, 640, 3)  # the clip is stored lying on its side
     page.until(lambda: page.lips() is not None)
-    page.until(lambda: re.search(r"\d+ frames/s.*\d+ ms", page.page.inner_text("#figures"), re.DOTALL))
+    page.until(
+        lambda: re.search(r"\d+ frames/s.*\d+ ms", page.page.inner_text("#figures"), re.DOTALL)
+    )
 
 
 def test_a_colour_set_on_the_page_is_on_the_lips_in_the_picture(live, visit):
