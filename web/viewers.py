@@ -139,8 +139,11 @@ class Room:
                 viewer.comparing = on
                 self.session.compare(any(one.comparing for one in self.viewers))
             case LookWanted(look, n):
-                viewer.seen = n
-                self.change(look, None, viewer)
+                if n is None:  # from a file: the page does not know yet what it means
+                    self.change(look, None)
+                else:
+                    viewer.seen = n
+                    self.change(look, None, viewer)
 
     def change(self, look: Look, told: str | None, by: Viewer | None = None) -> None:
         """Paint this from now on, and tell all pages but the one that knows already."""
