@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from makeup_video.cli.ending import tell, told_in_one_line
-from makeup_video.cli.say import say
+from makeup_video.cli.look import base_look
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline import Look
     from makeup_video.pipeline.side_file import JsonFile
 
 
@@ -119,7 +118,7 @@ def apply(
         check_options(chosen)
         read = [file for file in (None if look == "none" else look, ref) if file is not None]
         with _side_files(source, output, read, report, save_look, overwrite) as files:
-            base = _base(look, ref, ref_face, color, quiet)
+            base = base_look(look, ref, ref_face, color, quiet)
             painted = choose_look(replace(chosen, base=base))
             with show_progress(quiet) as on_progress:
                 done = process_video(source, output, painted, settings, on_progress)
@@ -139,40 +138,6 @@ def parse_time(text: str, option: str) -> Fraction:
     if any(value >= 60 for value in values[1:]):
         raise UsageError(f"{option} has a part of 60 or more after a colon: {text!r}")
     return sum((v * 60**i for i, v in enumerate(reversed(values))), Fraction(0))
-
-
-def _base(
-    look: str | None, ref: str | None, ref_face: str | None, color: str | None, quiet: bool
-) -> "Look | None":
-    """The look of --look or --ref, None when neither was given."""
-    from makeup_video.pipeline import Look, UsageError
-
-    if look is not None and ref is not None:
-        raise UsageError("--look and --ref both give a look: leave one of them out")
-    if ref is not None:
-        return _look_of_photo(ref, ref_face or "", color, quiet)
-    if ref_face is not None:
-        raise UsageError("--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out")
-    if look is None:
-        return None
-    return Look() if look == "none" else Look.load(look)
-
-
-def _look_of_photo(ref: str, face: str, color: str | None, quiet: bool) -> "Look":
-    """The look of a photo, told in a line."""
-    from makeup_video.pipeline import PhotoError, look_from_photo
-    from makeup_video.pipeline.finishes import REGIONS, in_words
-
-    look = look_from_photo(ref, face)
-    if look.is_bare and color is None:
-        raise PhotoError(
-            f"{ref}: no makeup was found to paint: add --color '#B4002E', or give another photo"
-        )
-    worn = {name: getattr(look, name) for name in REGIONS}
-    told = (f"{n} {p.hex}, {in_words(p, n)}" if p else f"{n} bare" for n, p in worn.items())
-    if not quiet:
-        say(f"{ref}: {'; '.join(told)}")
-    return look
 
 
 @contextmanager

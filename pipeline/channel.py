@@ -77,3 +77,23 @@ class Channel(Generic[T]):
             self._cancelled = True
             self._items.clear()
             self._changed.notify_all()
+
+
+class NewestChannel(Channel[T]):
+    """The same for what must not get old: a sender never waits, and when there is no room the oldest
+    item gives way.
+
+    dropped: how many did.
+    """
+
+    def __init__(self, name: str, capacity: int = 1) -> None:
+        super().__init__(name, capacity)
+        self.dropped = 0
+
+    def send(self, item: T) -> None:
+        """Put the item in, at once. Raises ChannelClosed once closed or cancelled."""
+        with self._changed:
+            if len(self._items) >= self.capacity:
+                self._items.popleft()
+                self.dropped += 1
+            super().send(item)

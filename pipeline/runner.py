@@ -1,4 +1,4 @@
-"""The only file with threads: one for the source, some for the stages, one for the sink."""
+"""The threads of a film: one for the source, some for the stages, one for the sink."""
 
 import itertools
 import os
@@ -95,7 +95,7 @@ class Runner:
             # Ctrl-C, or a progress display that fails: wake everybody, let the sink finish.
             self.stopped = True
             self._cancel()
-            with _undisturbed():
+            with undisturbed():
                 self._wait(None)
             if not isinstance(error, KeyboardInterrupt):
                 raise
@@ -146,8 +146,8 @@ class Runner:
         for channel in self.channels:
             channel.cancel()
 
-    def _clock(self, name: str) -> "_Clock":
-        return _Clock(self.times[name], self._observe and partial(self._observe, name))
+    def _clock(self, name: str) -> "Clock":
+        return Clock(self.times[name], self._observe and partial(self._observe, name))
 
     def _run_source(self) -> None:
         name, items = self.source
@@ -175,7 +175,7 @@ class Runner:
         out.close()
 
     @staticmethod
-    def _pass(item: Any, steps: list[tuple["_Clock", Stage]], out: Channel[Any]) -> None:
+    def _pass(item: Any, steps: list[tuple["Clock", Stage]], out: Channel[Any]) -> None:
         """Through the stages and out, or as far as a stage that keeps it for now."""
         for clock, stage in steps:
             with clock:
@@ -216,7 +216,7 @@ def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[st
 
 
 @contextmanager
-def _undisturbed() -> Generator[None, None, None]:
+def undisturbed() -> Generator[None, None, None]:
     """A second Ctrl-C does not keep the sink from finishing what the first one ended."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -230,7 +230,7 @@ def _undisturbed() -> Generator[None, None, None]:
             signal.signal(name, handler)
 
 
-class _Clock:
+class Clock:
     """Adds the time spent inside `with` to the times of one actor."""
 
     def __init__(

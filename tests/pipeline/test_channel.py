@@ -4,7 +4,7 @@ import time
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.channel import Channel, ChannelClosed
+from makeup_video.pipeline.channel import Channel, ChannelClosed, NewestChannel
 
 
 @given(items=st.lists(st.integers(), max_size=60), capacity=st.integers(1, 8))
@@ -84,3 +84,16 @@ def test_mean_fill_tells_which_end_is_slow():
 def test_a_channel_without_room_is_refused(capacity):
     with pytest.raises(ValueError, match="at least 1"):
         Channel("test", capacity)
+
+
+@given(items=st.lists(st.integers(), max_size=60), capacity=st.integers(1, 8))
+def test_where_the_newest_wins_nobody_waits_and_the_last_ones_are_kept(items, capacity):
+    channel = NewestChannel("test", capacity)
+    for item in items:
+        channel.send(item)
+        assert channel.fill <= capacity
+    channel.close()
+    assert list(channel) == items[-capacity:]
+    assert channel.dropped == max(0, len(items) - capacity)
+    with pytest.raises(ChannelClosed):
+        channel.send(0)

@@ -1,0 +1,168 @@
+"""Puts the live pipeline together: camera -> faces -> smooth -> scene -> composite -> sinks."""
+
+import gc
+import time
+from collections import deque
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Protocol
+
+import numpy as np
+from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.face_run import one_opencv_thread
+from makeup_video.pipeline.faces import FindFaces
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.live_frame import LivePicture, LiveSink
+from makeup_video.pipeline.live_runner import LiveRunner
+from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.mesh import BuildScene
+from makeup_video.pipeline.smooth import SmoothLive
+
+_FIGURES_SECONDS = 2.0  # what the figures look back on
+
+
+class LiveSource(Protocol):
+    """Where frames come from: see camera.py.
+
+    notice: what a person should know now ("the camera is gone"), or None.  pixel_aspect: of the
+    pictures, known once the first has come.
+    """
+
+    notice: str | None
+    pixel_aspect: Fraction
+
+    def frames(self) -> Generator[Frame, None, None]: ...
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class SinkFigures:
+    """name: as the sink calls itself.  pictures, dropped: since the beginning."""
+
+    name: str
+    pictures: int
+    dropped: int
+
+
+@dataclass(frozen=True, slots=True)
+class LiveFigures:
+    """How the run is doing.
+
+    fps: painted pictures a second, and latency_ms, latency_p95_ms: from a frame's arrival to its being
+    painted, median and 95th percentile, all of the last seconds; None before the first picture.
+    pictures, dropped: since the beginning; dropped: frames that came while one was still waiting.
+    """
+
+    fps: float
+    latency_ms: float | None
+    latency_p95_ms: float | None
+    pictures: int
+    dropped: int
+    level: int
+    level_told: str | None
+    notice: str | None
+    sinks: tuple[SinkFigures, ...]
+
+
+class LiveRun:
+    """Paints what a camera sees, now.
+
+    faces, device: as in Settings.  say: told in a line what happens on the way.  Attributes that
+    other threads may set: `compare`: keep what the camera saw beside what is painted.
+    Raises InstallError, UsageError for the device.
+    """
+
+    def __init__(
+        self,
+        camera: LiveSource,
+        look: Look,
+        sinks: list[LiveSink],
+        *,
+        faces: str = "all",
+        device: str = "",
+        say: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self.compare = False
+        self._camera = camera
+        self._find = FindFaces()
+        self._smooth = SmoothLive()
+        self._scene = BuildScene(device)
+        self._composite = Composite(look, device, faces)
+        self._runner = LiveRunner(camera.frames(), self._paint, sinks, say)
+        self._last: deque[tuple[float, float]] = deque()  # when painted, how late
+        self._pictures = 0
+
+    @property
+    def look(self) -> Look:
+        return self._composite.look
+
+    def set_look(self, look: Look) -> None:
+        """From the next frame on; from any thread."""
+        self._composite.set_look(look)
+
+    def run(self, on_tick: Callable[[], None] | None = None) -> None:
+        """Block until the camera ends or the run is stopped; raises as LiveRunner.run does."""
+        try:
+            with one_opencv_thread(), _old_objects_left_alone():
+                self._runner.run(on_tick)
+        finally:
+            self._camera.close()
+
+    def stop(self) -> None:
+        """End the run, from any thread."""
+        self._runner.stop()
+        self._camera.close()
+
+    def figures(self) -> LiveFigures:
+        """From any thread."""
+        now = time.monotonic()
+        last = [each for each in tuple(self._last) if now - each[0] < _FIGURES_SECONDS]
+        late_ms = sorted(1000 * late for _, late in last)
+        fps = (len(last) - 1) / (last[-1][0] - last[0][0]) if len(last) > 1 else 0.0
+        return LiveFigures(
+            fps=fps,
+            latency_ms=late_ms[len(late_ms) // 2] if late_ms else None,
+            latency_p95_ms=late_ms[int(0.95 * len(late_ms))] if late_ms else None,
+            pictures=self._pictures,
+            dropped=self._runner.inbox.dropped,
+            level=0,
+            level_told=None,
+            notice=self._camera.notice,
+            sinks=tuple(
+                SinkFigures(each.sink.name, each.pictures, each.channel.dropped)
+                for each in self._runner.outlets
+            ),
+        )
+
+    def _paint(self, frame: Frame) -> LivePicture:
+        self._find.pixel_aspect = self._camera.pixel_aspect
+        scene = self._scene(self._smooth(self._find(frame)))
+        before = _copies(frame) if self.compare else None
+        painted = self._composite(scene)
+        self._note(frame)
+        return LivePicture(painted, before)
+
+    def _note(self, frame: Frame) -> None:
+        now = time.monotonic()
+        self._pictures += 1
+        self._last.append((now, now - frame.seconds))
+        while now - self._last[0][0] > _FIGURES_SECONDS:
+            self._last.popleft()
+
+
+def _copies(frame: Frame) -> tuple[np.ndarray, ...]:
+    return tuple(plane.copy() for plane in frame.planes)
+
+
+@contextmanager
+def _old_objects_left_alone() -> Generator[None, None, None]:
+    """What is loaded by now is not looked through for garbage any more: that takes 10 to 20 ms each time,
+    in the middle of some frame."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()

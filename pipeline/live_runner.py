@@ -1,0 +1,157 @@
+"""The threads of a live run: one for the camera, one for the work, one for each sink.
+
+Nobody waits for anybody: between any two of them the newest picture wins, so nothing gets old.
+"""
+
+import threading
+from collections.abc import Callable, Generator
+from contextlib import closing
+from dataclasses import dataclass
+
+from makeup_video.pipeline.channel import ChannelClosed, NewestChannel
+from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.live_frame import LivePicture, LiveSink
+from makeup_video.pipeline.runner import undisturbed
+
+# A stream whose other end is gone must not keep us; a recording is whole long before.
+_FINISH_SECONDS = 10.0
+
+
+@dataclass(slots=True, eq=False)
+class Outlet:
+    """A sink and what waits for it.
+
+    pictures: how many it took.  error: why it ended before the run did.
+    """
+
+    sink: LiveSink
+    channel: NewestChannel[LivePicture]
+    pictures: int = 0
+    error: MakeupVideoError | None = None
+
+
+class LiveRunner:
+    """Runs camera -> work -> sinks until the camera ends, `stop`, Ctrl-C, or a fault.
+
+    work: Frame -> LivePicture, always on one thread.  say: told in a line when a sink gives up;
+    the others go on.  Threads: `stop` may be called from any.
+    """
+
+    def __init__(
+        self,
+        frames: Generator[Frame, None, None],
+        work: Callable[[Frame], LivePicture],
+        sinks: list[LiveSink],
+        say: Callable[[str], None],
+    ) -> None:
+        self._frames, self._work, self._say = frames, work, say
+        self.inbox: NewestChannel[Frame] = NewestChannel("-> work")
+        self.outlets = [Outlet(s, NewestChannel(f"-> {s.name}", s.waiting)) for s in sinks]
+        self.stopped = False
+        self._first_error: BaseException | None = None
+        self._ended = threading.Condition()
+        self._running = 0
+
+    def run(self, on_tick: Callable[[], None] | None = None, tick_seconds: float = 0.5) -> None:
+        """Block until all is done; `on_tick` is called meanwhile.
+
+        Raises the first error of camera or work; the error of a sink when none is left; StoppedError
+        after Ctrl-C or `stop`, once every sink has finished what it had.
+        """
+        self._start()
+        try:
+            while not self._wait(tick_seconds):
+                if on_tick:
+                    on_tick()
+                if self.stopped:
+                    break
+        except BaseException as error:  # noqa: BLE001  # a display that fails, too; raised below
+            self.stop()
+            if not isinstance(error, KeyboardInterrupt):
+                self._fail(error)
+        with undisturbed():
+            if not self._wait(_FINISH_SECONDS):
+                self._say("something that was written or sent did not end in time; leaving it")
+        if self._first_error is not None:
+            raise self._first_error
+        if self.stopped:
+            raise StoppedError("stopped by the user")
+
+    def stop(self) -> None:
+        """End the run: what waits to be painted is dropped, the sinks finish what they have."""
+        self.stopped = True
+        self.inbox.cancel()
+
+    def _start(self) -> None:
+        jobs: list[tuple[str, Callable[[], None]]] = [("paint", self._run_work)]
+        jobs += [(each.sink.name, lambda each=each: self._run_sink(each)) for each in self.outlets]  # type: ignore[misc]
+        self._running = len(jobs)
+        # The camera's is not waited for: it may be stuck in a device that is gone. Daemons, so that none
+        # of them keeps the process from ending.
+        for name, job in [("camera", self._run_camera), *jobs]:
+            counted = name != "camera"
+            threading.Thread(
+                target=self._guard, args=(job, counted), name=f"makeup-{name}", daemon=True
+            ).start()
+
+    def _wait(self, seconds: float) -> bool:
+        """True once work and sinks have ended. Not Thread.join: see runner.py."""
+        with self._ended:
+            return self._ended.wait_for(lambda: self._running == 0, seconds)
+
+    def _guard(self, job: Callable[[], None], counted: bool) -> None:
+        try:
+            job()
+        except ChannelClosed:
+            pass  # the run is over; whoever ended it has said why
+        except BaseException as error:  # noqa: BLE001  # raised again by `run`
+            self._fail(error)
+        finally:
+            if counted:
+                with self._ended:
+                    self._running -= 1
+                    self._ended.notify_all()
+
+    def _fail(self, error: BaseException) -> None:
+        with self._ended:
+            if self._first_error is None:
+                self._first_error = error
+        self.inbox.cancel()
+
+    def _run_camera(self) -> None:
+        with closing(self._frames) as frames:
+            for frame in frames:
+                self.inbox.send(frame)
+                del frame
+        self.inbox.close()
+
+    def _run_work(self) -> None:
+        try:
+            for frame in self.inbox:
+                self._hand_out(self._work(frame))
+                del frame
+        finally:
+            for outlet in self.outlets:
+                outlet.channel.close()
+
+    def _hand_out(self, picture: LivePicture) -> None:
+        open_ones = [each for each in self.outlets if each.error is None]
+        if self.outlets and not open_ones:
+            raise ChannelClosed("nobody takes the pictures any more")
+        for outlet in open_ones:
+            outlet.channel.send(picture)
+
+    def _run_sink(self, outlet: Outlet) -> None:
+        try:
+            for picture in outlet.channel:
+                outlet.sink(picture)
+                outlet.pictures += 1
+                del picture
+            outlet.sink.finish(self.stopped or self._first_error is not None)
+        except MakeupVideoError as error:
+            outlet.error = error
+            if all(each.error is not None for each in self.outlets):
+                self._fail(error)  # told once, by whoever runs us
+            else:
+                self._say(f"{type(error).__name__}: {error}; the rest goes on")

@@ -1,0 +1,133 @@
+"""A camera that waits for its turn, so that what is dropped is no matter of the machine's speed."""
+
+import threading
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from makeup_video.pipeline import Look, product
+from makeup_video.pipeline.errors import StoppedError
+from makeup_video.pipeline.live import LiveRun
+from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
+from people import clip, clip_points, frame_of
+
+RED, BLUE = (Look(lips=product(rgb, "matte")) for rgb in ((200, 0, 30), (20, 40, 200)))
+
+
+class Camera:
+    """Gives the next frame when the last has been painted."""
+
+    notice, pixel_aspect = None, Fraction(1)
+
+    def __init__(self, count, before_frame=lambda number: None):
+        self.count, self.before_frame = count, before_frame
+        self.painted, self.closed = threading.Semaphore(1), False
+        self.codes = []
+
+    def frames(self):
+        for number, rgb8 in enumerate(clip(self.count)):
+            self.painted.acquire()
+            self.before_frame(number)
+            frame = frame_of(rgb8, 1_000_000 + 33_333 * number, time_base=LIVE_TIME_BASE)
+            self.codes.append([plane.copy() for plane in frame.planes])
+            yield frame
+
+    def close(self):
+        self.closed = True
+
+
+class Sink:
+    name, waiting = "list", 99
+
+    def __init__(self, camera):
+        self.camera, self.pictures = camera, []
+
+    def __call__(self, picture):
+        self.pictures.append(picture)
+        self.camera.painted.release()
+
+    def finish(self, stopped):
+        self.stopped = stopped
+
+
+def lips_change(picture, codes, number):
+    """Mean change of Cb and Cr in the middle of the lower lip."""
+    x, y = (clip_points()[number, 17] * 0.4 + clip_points()[number, 14] * 0.6) / 2
+    at = np.s_[round(y) - 1 : round(y) + 2, round(x) - 3 : round(x) + 4]
+    return [
+        float(new[at].astype(int).mean() - old[at].astype(int).mean())
+        for new, old in zip(picture.frame.planes[1:], codes[1:], strict=True)
+    ]
+
+
+def test_every_frame_is_painted_at_its_own_time_and_the_camera_is_closed():
+    camera = Camera(6)
+    sink = Sink(camera)
+    LiveRun(camera, RED, [sink]).run()
+    assert [p.frame.pts for p in sink.pictures] == [1_000_000 + 33_333 * n for n in range(6)]
+    for number, picture in enumerate(sink.pictures):
+        assert lips_change(picture, camera.codes[number], number)[1] > 15
+        assert picture.before is None
+    assert camera.closed and sink.stopped is False
+
+
+def test_another_look_counts_from_the_next_frame_on_and_none_is_dropped():
+    def change(number):
+        if number == 3:
+            run.set_look(BLUE)
+
+    camera = Camera(6, change)
+    sink = Sink(camera)
+    run = LiveRun(camera, RED, [sink])
+    run.run()
+    changes = [lips_change(p, camera.codes[n], n) for n, p in enumerate(sink.pictures)]
+    assert len(changes) == 6 and run.look == BLUE
+    assert all(cr > 15 and cb < 5 for cb, cr in changes[:3])
+    assert all(cb > 15 for cb, cr in changes[3:])
+
+
+def test_who_compares_gets_what_the_camera_saw_beside_what_is_painted():
+    def compare(number):
+        run.compare = 2 <= number < 4
+
+    camera = Camera(6, compare)
+    sink = Sink(camera)
+    run = LiveRun(camera, RED, [sink])
+    run.run()
+    assert [p.before is not None for p in sink.pictures] == [n in (2, 3) for n in range(6)]
+    for number in (2, 3):
+        for before, codes in zip(sink.pictures[number].before, camera.codes[number], strict=True):
+            np.testing.assert_array_equal(before, codes)
+
+
+def test_a_bare_look_leaves_every_byte_alone():
+    camera = Camera(3)
+    sink = Sink(camera)
+    LiveRun(camera, Look(), [sink]).run()
+    for picture, codes in zip(sink.pictures, camera.codes, strict=True):
+        for new, old in zip(picture.frame.planes, codes, strict=True):
+            np.testing.assert_array_equal(new, old)
+
+
+def test_figures_count_what_was_painted_and_what_each_sink_took():
+    camera = Camera(5)
+    sink = Sink(camera)
+    run = LiveRun(camera, RED, [sink])
+    before = run.figures()
+    assert (before.pictures, before.fps, before.latency_ms) == (0, 0.0, None)
+    camera.notice = "the camera is gone"
+    run.run()
+    after = run.figures()
+    assert (after.pictures, after.dropped) == (5, 0)
+    assert after.latency_ms <= after.latency_p95_ms
+    assert [(s.name, s.pictures, s.dropped) for s in after.sinks] == [("list", 5, 0)]
+    assert after.notice == "the camera is gone"
+
+
+def test_stopping_from_another_thread_ends_the_run_and_closes_the_camera():
+    camera = Camera(40, lambda number: run.stop() if number == 4 else None)
+    sink = Sink(camera)
+    run = LiveRun(camera, RED, [sink])
+    with pytest.raises(StoppedError):
+        run.run()
+    assert camera.closed and sink.stopped and len(sink.pictures) == 4

@@ -1,0 +1,242 @@
+import threading
+import time
+from fractions import Fraction
+
+import av
+import pytest
+from makeup_video.pipeline.errors import EncodeError, InputError, OutputError, StoppedError
+from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
+from makeup_video.pipeline.live_runner import LiveRunner
+
+
+def frame(number):
+    return Frame(av.VideoFrame(16, 16, "yuv420p"), number, LIVE_TIME_BASE, ColourTags())
+
+
+def numbers(pictures):
+    return [picture.frame.pts for picture in pictures]
+
+
+class List:
+    """A sink that keeps what it gets; it may be held up, or break."""
+
+    def __init__(self, name="list", waiting=1, gate=None, error=None):
+        self.name, self.waiting = name, waiting
+        self.gate, self.error = gate, error
+        self.pictures, self.finished = [], None
+
+    def __call__(self, picture):
+        if self.gate:
+            self.gate.wait(20)
+        if self.error:
+            raise self.error
+        self.pictures.append(picture)
+
+    def finish(self, stopped):
+        self.finished = "stopped" if stopped else "done"
+
+
+class Camera:
+    """Gives a frame each time it is allowed to."""
+
+    def __init__(self):
+        self.allowed, self.given, self.closed = threading.Semaphore(0), 0, threading.Event()
+
+    def frames(self):
+        try:
+            while True:
+                self.allowed.acquire()
+                self.given += 1
+                yield frame(self.given)
+        finally:
+            self.closed.set()
+
+
+@pytest.fixture
+def camera():
+    """No thread is left to the tests after this one."""
+    made = Camera()
+    yield made
+    until(lambda: made.closed.is_set() or made.allowed.release())
+
+
+def started(runner):
+    """The run on a thread of its own, and what it raised."""
+    raised = []
+
+    def run():
+        try:
+            runner.run(tick_seconds=0.01)
+            raised.append(None)
+        except BaseException as error:  # noqa: BLE001  # the test looks at it
+            raised.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    return thread, raised
+
+
+def until(condition):
+    end = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.005)
+
+
+def our_threads():
+    return [t.name for t in threading.enumerate() if t.name.startswith("makeup-")]
+
+
+def test_what_a_short_camera_gives_reaches_every_sink_in_order_and_both_are_finished():
+    sinks = [List("a", waiting=9), List("b", waiting=9)]
+
+    def frames():
+        for number in range(5):
+            yield frame(number)
+            time.sleep(0.02)
+
+    LiveRunner(frames(), LivePicture, sinks, say=pytest.fail).run()
+    for sink in sinks:
+        assert numbers(sink.pictures) == sorted(set(numbers(sink.pictures)))
+        assert numbers(sink.pictures)[-1] == 4
+        assert sink.finished == "done"
+    until(lambda: not our_threads())
+
+
+def test_while_the_work_is_slow_only_the_newest_frame_waits_and_the_others_are_counted(camera):
+    busy, gate, sink = threading.Event(), threading.Event(), List(waiting=9)
+
+    def work(item):
+        busy.set()
+        gate.wait(20)
+        return LivePicture(item)
+
+    runner = LiveRunner(camera.frames(), work, [sink], say=pytest.fail)
+    thread, _ = started(runner)
+    camera.allowed.release()
+    assert busy.wait(20)  # at work on the first frame
+    camera.allowed.release(6)
+    until(lambda: runner.inbox.dropped == 5)
+    assert runner.inbox.fill == 1
+    gate.set()
+    until(lambda: len(sink.pictures) == 2)
+    assert numbers(sink.pictures) == [1, 7]
+    runner.stop()
+    thread.join(20)
+
+
+def test_a_sink_that_stalls_holds_up_nobody_and_gets_the_newest_when_it_wakes(camera):
+    gate = threading.Event()
+    stalled, other = List("stalled", gate=gate), List("other", waiting=99)
+    runner = LiveRunner(camera.frames(), LivePicture, [stalled, other], say=pytest.fail)
+    thread, _ = started(runner)
+    for number in range(1, 20):
+        camera.allowed.release()
+        until(lambda number=number: numbers(other.pictures)[-1:] == [number])
+    assert stalled.pictures == []
+    gate.set()
+    until(lambda: len(stalled.pictures) == 2)
+    assert numbers(stalled.pictures)[-1] == 19
+    assert runner.outlets[0].channel.dropped + len(stalled.pictures) == 19
+    runner.stop()
+    thread.join(20)
+
+
+def test_a_sink_that_fails_is_told_and_the_rest_goes_on(camera):
+    lines = []
+    broken = List("out.mkv", error=EncodeError("the disk is full"))
+    other = List("other", waiting=9)
+    runner = LiveRunner(camera.frames(), LivePicture, [broken, other], lines.append)
+    thread, raised = started(runner)
+    camera.allowed.release()
+    until(lambda: lines)
+    camera.allowed.release(2)
+    until(lambda: numbers(other.pictures)[-1:] == [3])
+    assert lines == ["EncodeError: the disk is full; the rest goes on"]
+    runner.stop()
+    thread.join(20)
+    assert isinstance(raised[0], StoppedError)
+    assert isinstance(runner.outlets[0].error, EncodeError) and broken.finished is None
+
+
+def test_when_the_last_sink_fails_the_run_ends_with_its_error():
+    broken = List(error=OutputError("nowhere to write"))
+
+    def frames():
+        while True:
+            yield frame(0)
+            time.sleep(0.001)
+
+    with pytest.raises(OutputError, match="nowhere"):
+        LiveRunner(frames(), LivePicture, [broken], say=pytest.fail).run(tick_seconds=0.01)
+    until(lambda: not our_threads())
+
+
+@pytest.mark.parametrize("where", ["camera", "work", "sink"])
+def test_a_fault_of_ours_ends_the_run_and_the_sinks_finish_what_they_have(where):
+    good = List("good", waiting=9)
+
+    def frames():
+        yield frame(1)
+        until(lambda: good.pictures)
+        if where == "camera":
+            raise InputError("no camera")
+        while True:
+            yield frame(2)
+            time.sleep(0.001)
+
+    def work(item):
+        if where == "work" and item.pts == 2:
+            raise InputError("no camera")
+        return LivePicture(item)
+
+    class Bad(List):
+        def __call__(self, picture):
+            if where == "sink" and picture.frame.pts == 2:
+                raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError if where == "sink" else InputError):
+        LiveRunner(frames(), work, [good, Bad("bad")], say=pytest.fail).run(tick_seconds=0.01)
+    assert good.finished == "stopped"
+    until(lambda: not our_threads())
+
+
+def test_stopping_from_another_thread_finishes_the_sinks_and_closes_the_camera(camera):
+    sink = List()
+    runner = LiveRunner(camera.frames(), LivePicture, [sink], say=pytest.fail)
+    thread, raised = started(runner)
+    camera.allowed.release()
+    until(lambda: sink.pictures)
+    runner.stop()
+    thread.join(20)
+    assert isinstance(raised[0], StoppedError) and sink.finished == "stopped"
+    camera.allowed.release()  # a device gives its next frame, and learns of the end
+    assert camera.closed.wait(20)
+
+
+def test_ctrl_c_finishes_the_sinks_while_the_camera_is_stuck(camera):
+    sink = List()
+    runner = LiveRunner(camera.frames(), LivePicture, [sink], say=pytest.fail)
+
+    def interrupt():
+        raise KeyboardInterrupt
+
+    with pytest.raises(StoppedError):
+        runner.run(interrupt, tick_seconds=0.01)
+    assert sink.finished == "stopped"
+
+
+def test_a_run_without_sinks_paints_until_the_camera_ends():
+    painted = []
+
+    def work(item):
+        painted.append(item.pts)
+        return LivePicture(item)
+
+    LiveRunner((frame(n) for n in [7]), work, [], say=pytest.fail).run()
+    assert painted == [7]
+
+
+def test_the_time_base_of_live_frames_counts_microseconds():
+    assert Fraction(1, 10**6) == LIVE_TIME_BASE
