@@ -27,7 +27,7 @@ from makeup_video.pipeline.preview import PreviewJpeg
 PORT, SIZE_WH, CELL, BITS = 8931, (1280, 720), 32, 16
 RATE = 29  # not 30: every picture meets the screen's refresh in another phase
 SAMPLE = Path(__file__).resolve().parent.parent / "samples" / "in.mp4"
-WAYS = ("websocket-jpeg", "mjpeg-http", "webcodecs-h264", "webrtc-vp8")
+WAYS = ("websocket-jpeg", "mjpeg-http", "webcodecs-h264", "webrtc-vp8", "webrtc-h264")
 FLAGS = "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
 
 PAGE = """<!doctype html><body><script>
@@ -275,7 +275,7 @@ def main(seconds: float) -> None:
                 measure(browser, way, seconds)
             browser.close()
     finally:
-        server.terminate()
+        server.kill()  # an endless answer would keep it
         server.wait()
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
@@ -15,6 +15,7 @@ from makeup_video.pipeline.device import open_device
 from makeup_video.pipeline.eyes import EyeRegion
 from makeup_video.pipeline.face import iod_px
 from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.half_size import LARGE_PX, HalfSize, half_of, half_size
 from makeup_video.pipeline.lips import LipRegion
 from makeup_video.pipeline.lit_product import Place, film_matrices, material
 from makeup_video.pipeline.look import GraphicsParams, Look
@@ -53,6 +54,7 @@ class Composite:
 
     device: as for open_device.  faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
+    level: as Budget has it, set between two frames. From 3 on large regions are painted at half size.
     Raises InstallError, UsageError for the device.
     """
 
@@ -61,6 +63,8 @@ class Composite:
         self._faces = faces
         self._largest_id = -1
         self.painted_frames = 0
+        self.level = 0
+        self._half = HalfSize()
         self.set_look(look)
 
     def set_look(self, look: Look) -> None:
@@ -80,8 +84,12 @@ class Composite:
             for part in parts
             for job in _jobs(item, scene, part, look.zone)
         ]
-        for together in _apart(jobs):
-            self._paint(item, planes, together, look.zone)
+        area_px = sum(job.window.width * job.window.height for job in jobs)
+        if self.level >= 3 and area_px >= LARGE_PX:
+            self._paint_small(item, planes, jobs, look.zone)
+        else:
+            for together in _apart(jobs):
+                self._paint(item, planes, together, look.zone)
         self.painted_frames += 1
         return item.frame
 
@@ -110,6 +118,18 @@ class Composite:
             parts.append((scene.eyes, look.eyes, look.strength * look.intensity))
         return [part for part in parts if part[0] and part[2] > 0]
 
+    def _paint_small(
+        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[_Job], zone: str
+    ) -> None:
+        small = [half for job in jobs for half in _half(job, item.frame, zone)]
+        for together in _apart(small):
+
+            def paint(planes: tuple[np.ndarray, ...], together: list[_Job] = together) -> None:
+                self._paint(item, planes, together, zone)
+
+            windows = [job.window for job in together]
+            self._half.paint(planes, windows, item.frame.chroma, item.coding.max_code, paint)
+
     def _paint(
         self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[_Job], zone: str
     ) -> None:
@@ -121,6 +141,15 @@ class Composite:
             job.lit.region.weigh(weight, origin_xy, job.params.edge_softness, zone)
             surfaces.append(_surface(job, weight, item.coding))
         self._canvas.paint(planes, surfaces, item.coding)
+
+
+def _half(job: _Job, frame: Frame, zone: str) -> Iterator[_Job]:
+    """The same on the picture at half size."""
+    lit = half_of(job.lit)
+    reach = lit.region.reach(job.params.edge_softness, zone)
+    window = Window.around(*reach, half_size((frame.width_px, frame.height_px)), frame.chroma)
+    if window is not None:
+        yield replace(job, lit=lit, skin_px=job.skin_px / 2, window=window)
 
 
 def _jobs(item: FrameScene, scene: FaceScene, part: _Part, zone: str) -> Iterator[_Job]:

@@ -130,7 +130,7 @@ class FramePicture:
         """(H, W, 3) uint8 of samples (H, W) of the planes; NV12 keeps both of chroma in one."""
         if chroma and chroma[0].ndim == 3:
             chroma = list(cv2.split(chroma[0]))
-        planes = [_eight_bits(plane, self.frame) for plane in (luma, *chroma)]
+        planes = [eight_bits(plane, self.frame) for plane in (luma, *chroma)]
         if len(planes) < 2:
             return cv2.merge(planes * 3)
         return cv2.transform(cv2.merge(planes), self._to_rgb)
@@ -346,7 +346,8 @@ def compose(second: Affine, first: Affine) -> Affine:
     return both
 
 
-def _eight_bits(plane: np.ndarray, frame: Frame) -> np.ndarray:
+def eight_bits(plane: np.ndarray, frame: Frame) -> np.ndarray:
+    """Codes of a frame as those of 8 bits."""
     if plane.dtype == np.uint8:
         return plane
     return cv2.convertScaleAbs(plane, alpha=2.0 ** (8 - frame.bit_depth))

@@ -109,8 +109,7 @@ class VideoEncoder:
         self._tick = Fraction(1, 1000) if self.muxer.format in MATROSKA else frame.time_base
         stream = container.add_stream(self.codec.encoder, rate=self.source.rate)
         context = stream.codec_context
-        context.width, context.height = frame.width_px, frame.height_px
-        context.pix_fmt = frame.pix_fmt
+        describe_pictures(stream, frame)
         stream.time_base = context.time_base = self._tick
         context.thread_count = self.threads
         # PyAV's default is slice threads; x264 keeps two cores busier with frame threads
@@ -118,14 +117,7 @@ class VideoEncoder:
         # carries every frame's own duration through, so that the last one keeps its length
         context.flags |= Flags.frame_duration
         context.sample_aspect_ratio = self.source.video.sample_aspect_ratio or Fraction(0, 1)
-        context.colorspace, context.color_range = frame.tags.matrix, frame.tags.range
-        context.color_trc, context.color_primaries = frame.tags.transfer, frame.tags.primaries
-        if frame.pix_fmt.startswith("yuvj"):
-            context.color_range = 2
         self._keep_fields(context, frame)
-        matrix = side_data(frame.picture, "DISPLAYMATRIX")
-        if matrix is not None:
-            stream.set_display_matrix(struct.unpack("9i", matrix))
         self._keep_hdr(frame)
         self._quiet()
         stream.options.update(self.options)
@@ -161,3 +153,17 @@ class VideoEncoder:
     def _extend(self, option: str, parts: list[str]) -> None:
         old = [self.options[option]] if option in self.options else []
         self.options[option] = ":".join(old + parts)
+
+
+def describe_pictures(stream: Any, frame: Frame) -> None:
+    """Tell a new output stream what its pictures are like: size, layout, colours, rotation."""
+    context = stream.codec_context
+    context.width, context.height = frame.width_px, frame.height_px
+    context.pix_fmt = frame.pix_fmt
+    context.colorspace, context.color_range = frame.tags.matrix, frame.tags.range
+    context.color_trc, context.color_primaries = frame.tags.transfer, frame.tags.primaries
+    if frame.pix_fmt.startswith("yuvj"):
+        context.color_range = 2
+    matrix = side_data(frame.picture, "DISPLAYMATRIX")
+    if matrix is not None:
+        stream.set_display_matrix(struct.unpack("9i", matrix))

@@ -78,6 +78,11 @@ class View(NamedTuple):
         return max(furthest / iod_of(self.frame), distance(self.frame, other.frame))
 
 
+def lips_to_px(view: View) -> Affine:
+    """Where the lip patch of a view lies: (2, 3), its px to upright px."""
+    return np.array(_LIPS.to_px(view.frame, view.centres[0]))
+
+
 class Mesh(NamedTuple):
     """What the mesh net tells: xy (478,) complex128 px, z (478,) px; and two probabilities: a face is
     there, its mouth is visible."""
@@ -185,7 +190,7 @@ class FaceNets:
         both_ways: look at the mirrored lips too, and take the mean: truer, for more work.
         """
         frame, centres = view
-        to_px = np.array([_LIPS.to_px(frame, centres[0])])
+        to_px = lips_to_px(view)[None]
         eyes_to_px = np.array([_EYE.to_px(frame, centres[1 + side], bool(side)) for side in (0, 1)])
         lips, eyes = picture.crops(((to_px, _LIPS.size_wh), (eyes_to_px, _EYE.size_wh)))
         offsets, logits = self._read_lips(lips, both_ways)

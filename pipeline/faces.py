@@ -17,9 +17,12 @@ from makeup_video.pipeline.cut import CutDetector
 from makeup_video.pipeline.face import Face, FrameFaces
 from makeup_video.pipeline.face_nets import FaceNets
 from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.motion import MeasureMotion
 from makeup_video.pipeline.sighting import (
     Sighting,
+    carry,
     detect,
+    expected_frame,
     is_same,
     is_tiny,
     sight,
@@ -36,6 +39,8 @@ STILL_WIDE_ENOUGH = 0.85  # of the least width: a followed face may be a little 
 MAX_FACES = 32  # bounds the time of a frame
 LOOK_SECONDS = 0.24  # between two looks for new faces
 SEARCH_SECONDS = 0.08  # the same while there is none at all, or one was lost a moment ago
+# The same two on a machine that is too slow: see FindFaces.level.
+SLOW_LOOK_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
 # A face that returns near its place within this keeps its number; so does whoever comes instead.
 REMEMBER_SECONDS = 2.0
 SETTLED_SECONDS = 0.5
@@ -84,11 +89,15 @@ class FindFaces:
 
     pixel_aspect: the stream's sample aspect ratio. tiny_faces: how many faces were left alone
     because they are too small, counted once a look. frames_with_face, faces: how many so far.
+    level: as Budget has it, set between two frames. From 1 on new faces are looked for less often;
+    from 2 on the nets read each face in every second frame, and in between it is carried along by
+    its measured motion, where that is sure.
     """
 
     def __init__(self, pixel_aspect: Fraction | float = 1, nets: FaceNets | None = None) -> None:
         self.pixel_aspect = pixel_aspect
         self.nets = nets or load_nets()
+        self.level = 0
         self.tiny_faces = 0
         self.frames_with_face = 0
         self._is_cut = CutDetector()
@@ -96,10 +105,13 @@ class FindFaces:
         self._next_id = 0
         self._last_look_seconds = -math.inf
         self._looks = -1
+        self._frames = 0
+        self._motion = MeasureMotion()
 
     def __call__(self, frame: Frame) -> FrameFaces:
         picture = FramePicture(frame, self.pixel_aspect)
         seconds = frame.seconds
+        self._frames += 1
         cut = self._is_cut(frame.planes[0], frame.bit_depth)
         if cut:
             self._tracks.clear()
@@ -129,11 +141,14 @@ class FindFaces:
     def _followed(self) -> list[_Track]:
         return [track for track in self._tracks if track.is_followed]
 
-    def _follow(self, picture: Picture, seconds: float, doubtfully: bool) -> bool:
+    def _follow(self, picture: FramePicture, seconds: float, doubtfully: bool) -> bool:
         """Find every followed face again; True when one was lost."""
         followed = self._followed()
         for track in followed:
-            found = sight_again(self.nets, picture, track.sighting, seconds, doubtfully)
+            found = None if doubtfully else self._carried(picture, track)
+            if found is None:
+                found = sight_again(self.nets, picture, track.sighting, seconds, doubtfully)
+                self._remember(picture, track, found)
             if found is None:
                 track.is_followed = False
             else:
@@ -149,12 +164,32 @@ class FindFaces:
                 kept.append(track)
         return len(kept) < len(followed)
 
+    def _carried(self, picture: FramePicture, track: _Track) -> Sighting | None:
+        """A face by its measured motion; None when it is the nets' turn, or that is not sure."""
+        before = track.sighting
+        if before.still is None or not self._is_between(track, self._frames):
+            return None
+        motion = self._motion(before.still, self._motion.still(picture, expected_frame(before)))
+        return motion and carry(self.nets, before, motion)
+
+    def _remember(self, picture: FramePicture, track: _Track, found: Sighting | None) -> None:
+        """Keep what is seen, when the next frame's motion is measured against it."""
+        if found is not None and self._is_between(track, self._frames + 1):
+            found.still = self._motion.still(picture, found.frame)
+
+    def _is_between(self, track: _Track, frame: int) -> bool:
+        """Of two faces one is read in even frames, the other in odd ones."""
+        return self.level >= 2 and (frame + track.track_id) % 2 == 1
+
     def _is_time_to_look(self, seconds: float) -> bool:
         missing = any(
             not t.is_followed and seconds - t.last_seen_seconds < SETTLED_SECONDS
             for t in self._tracks
         )
-        wait = LOOK_SECONDS if self._followed() and not missing else SEARCH_SECONDS
+        look, search = LOOK_SECONDS, SEARCH_SECONDS
+        if self.level >= 1:
+            look, search = SLOW_LOOK_SECONDS, SLOW_SEARCH_SECONDS
+        wait = look if self._followed() and not missing else search
         # a clock that jumps back (a stream that starts again) must not blind us
         return not 0 <= seconds - self._last_look_seconds < wait - 1e-6
 

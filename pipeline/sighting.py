@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from makeup_video.pipeline.crop import Picture, compose
 from makeup_video.pipeline.face import MIN_FACE_PX, POINTS, Face, LipPatch
-from makeup_video.pipeline.face_nets import FaceNets, Mesh, View
+from makeup_video.pipeline.face_nets import FaceNets, Mesh, View, lips_to_px
+from makeup_video.pipeline.motion import Motion, Still
 from makeup_video.pipeline.similarity import STAY, Similarity, distance, iod_of, middle_of
 
 DETECTOR_THRESHOLD = 0.35
@@ -53,6 +54,7 @@ class Sighting:
     # Its motion since the frame before, px -> px; and in IOD, log scale or radians, the most.
     step: Similarity = STAY
     moved: float = 0.0
+    still: Still | None = None  # what was seen of it; only where its motion will be measured
     painted: int = field(init=False)  # px of the lip patch
 
     def __post_init__(self) -> None:
@@ -155,6 +157,29 @@ def _follow(
     )
 
 
+def carry(nets: FaceNets, before: Sighting, motion: Motion) -> Sighting | None:
+    """The same face a frame later, by its measured motion alone; None when the nets had better look."""
+    close = motion.of(before.xy[nets.close_points])
+    middles = nets.middles(close)
+    step = _step_of(before.middles, middles)
+    frame = step.after(before.frame)
+    moved = distance(before.frame, frame)
+    if moved > _FAST:
+        return None
+    xy = step.of(before.xy)
+    xy[nets.close_points] = close
+    lips, left, right = middles[:3]
+    view = View(frame, (lips, left, right))
+    view = before.view if before.view.strayed(view) < _AT_REST else view
+    to_px = lips_to_px(view)
+    logits = motion.carried(before.lips.logits, before.lips.to_px, to_px)
+    found = Sighting(
+        xy, before.z, before.scores, frame, LipPatch(logits, to_px), view, middles,
+        before.meshed_seconds, step, moved,
+    )  # fmt: skip
+    return None if _is_odd(before, found) else found
+
+
 def _step_of(before: Sequence[complex], now: Sequence[complex]) -> Similarity:
     """The similarity that takes both rims of `middles` before to those now."""
     left, right, new_left, new_right = (*before[3:], *now[3:])
@@ -170,6 +195,11 @@ def _is_odd(before: Sighting, found: Sighting) -> bool:
     if jump > _LIPS_JUMP * iod_of(found.frame) or found.painted < before.painted / 2:
         return True
     return before.moved < _AT_REST and found.moved > _JERK
+
+
+def expected_frame(before: Sighting) -> Similarity:
+    """The face frame in the next picture, as far as can be foretold."""
+    return before.step.after(before.frame) if before.moved > _AT_REST else before.frame
 
 
 def _expected(before: Sighting) -> View:

@@ -41,7 +41,7 @@ def keep_apart(output: Path, read: Path) -> None:
             )
 
 
-def check_place(output: str, source: Path, *, overwrite: bool) -> None:
+def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
     """Raises what Target would, before anything else is done. It is checked again when it is opened."""
     if not output:
         raise UsageError("the name of the output is empty: give one")
@@ -52,10 +52,11 @@ def check_place(output: str, source: Path, *, overwrite: bool) -> None:
 class Target:
     """The place of one output. While it is open no other run can take the same place.
 
+    source: the file that is read, None when there is none, as with a camera.
     Raises UsageError or OutputError, one line each, before anything is written.
     """
 
-    def __init__(self, path: Path, source: Path, *, overwrite: bool) -> None:
+    def __init__(self, path: Path, source: Path | None, *, overwrite: bool) -> None:
         with write_errors(path):
             self.path = target_of(path)
             self.part = part_of(self.path)
@@ -79,7 +80,7 @@ class Target:
             self.part.unlink(missing_ok=True)
 
 
-def _check(path: Path, source: Path, overwrite: bool) -> None:
+def _check(path: Path, source: Path | None, overwrite: bool) -> None:
     folder = path.parent
     if not folder.is_dir():
         raise OutputError(f"the folder {folder} does not exist: make it, or choose another output")
@@ -89,18 +90,18 @@ def _check(path: Path, source: Path, overwrite: bool) -> None:
         return
     if not path.is_file():
         raise OutputError(f"{path} is not an ordinary file: choose another name")
-    if path.samefile(source):
+    if source is not None and path.samefile(source):
         raise UsageError(f"the output is the input ({source}): choose another name")
     if not overwrite:
         raise UsageError(f"{path} exists already: add -y to overwrite it, or choose another name")
 
 
-def _check_part(part: Path, source: Path, overwrite: bool) -> None:
+def _check_part(part: Path, source: Path | None, overwrite: bool) -> None:
     if not part.exists():
         return
     if not part.is_file():
         raise OutputError(f"{part}, where the output would grow, is no file: choose another output")
-    if part.samefile(source):
+    if source is not None and part.samefile(source):
         raise UsageError(
             f"{source} is where this output would grow: rename it, or choose another output"
         )

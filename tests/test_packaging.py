@@ -84,7 +84,7 @@ def test_nothing_but_the_promised_libraries_is_needed():
               if "extra ==" not in text}  # fmt: skip
     assert needed == {
         "av", "numpy", "opencv-contrib-python-headless", "onnxruntime", "pillow", "pyopencl",
-        "pocl-binary-distribution", "starlette", "typer", "uvicorn", "websockets",
+        "pocl-binary-distribution", "simplejpeg", "starlette", "typer", "uvicorn", "websockets",
     }  # fmt: skip
 
 

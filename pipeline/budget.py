@@ -1,0 +1,90 @@
+"""How much a slow machine leaves out of every live frame, from level 0 (nothing) to 3.
+
+The rule, which holds no clock: a second of frames is *slow* when more than a tenth of them took
+over three quarters of the time between two frames of the camera, or came after others that had to be
+dropped. Three slow seconds in a row cost a level, so that one hiccup costs none. A second is *easy*
+when nineteen of twenty frames took less than two fifths of that time and none was dropped. Five easy
+seconds in a row give a level back; where that proved too much, twice as many are wanted the next time.
+"""
+
+MOST = 3  # the highest level
+TOLD = (
+    "",
+    "slow machine: looking for new faces less often",
+    "slow machine: reading each face in every second frame, and measuring its motion in between",
+    "slow machine: painting large faces at half size",
+)
+HOPELESS = (
+    "too slow for this camera even so, frames are left out: a smaller picture, fewer frames a second"
+    " or fewer programs beside this one would help"
+)
+# Of the time between two frames: capture and the pictures' encoders want the rest of both cores.
+LATE_SHARE = 0.75
+# Of the same: what the level before takes more than this one is hardly as much again.
+EASY_SHARE = 0.4
+LATE_FRAMES, UNEASY_FRAMES = 0.1, 0.05  # more of them make a second slow, or not easy
+SLOW_SECONDS = 3
+EASY_SECONDS, MOST_EASY_SECONDS = 5, 320
+PROBATION_SECONDS = 20  # who is slow again within this was given too much
+
+
+class Budget:
+    """Called once a frame; `level` is what is left out from the next one on.
+
+    told: one line for people about it; empty at level 0.
+    """
+
+    def __init__(self) -> None:
+        self.level = 0
+        self._begin_second()
+        self._slow = self._easy = 0  # seconds in a row
+        self._seconds_at_level = 0
+        self._is_retry = False
+        # By level: how many easy seconds give it back.
+        self._wanted = [EASY_SECONDS] * MOST
+
+    def __call__(self, work_seconds: float, interval_seconds: float, dropped: int = 0) -> int:
+        """The level after a frame.
+
+        work_seconds: of all stages.  interval_seconds: from the arrival of the last frame that was
+        worked on to that of this one, more than 0.  dropped: how many the camera gave in between.
+        """
+        camera_seconds = interval_seconds / (1 + dropped)
+        if interval_seconds <= 0 or camera_seconds > 1:
+            return self.level  # a clock that was set, or a camera that was away
+        self._seconds += interval_seconds
+        self._frames += 1
+        self._late += dropped > 0 or work_seconds > LATE_SHARE * camera_seconds
+        self._uneasy += work_seconds > EASY_SHARE * camera_seconds
+        self._dropped += dropped
+        if self._seconds >= 1:
+            self._end_second()
+            self._begin_second()
+        return self.level
+
+    @property
+    def told(self) -> str:
+        return HOPELESS if self.level == MOST and self._slow >= SLOW_SECONDS else TOLD[self.level]
+
+    def _begin_second(self) -> None:
+        self._seconds = 0.0
+        self._frames = self._late = self._uneasy = self._dropped = 0
+
+    def _end_second(self) -> None:
+        is_slow = self._late > LATE_FRAMES * self._frames
+        is_easy = not self._dropped and self._uneasy <= UNEASY_FRAMES * self._frames
+        self._slow = self._slow + 1 if is_slow else 0
+        self._easy = self._easy + 1 if is_easy else 0
+        self._seconds_at_level += 1
+        if self._slow >= SLOW_SECONDS and self.level < MOST:
+            was_too_much = self._is_retry and self._seconds_at_level <= PROBATION_SECONDS
+            wanted = 2 * self._wanted[self.level] if was_too_much else EASY_SECONDS
+            self._wanted[self.level] = min(wanted, MOST_EASY_SECONDS)
+            self._go_to(self.level + 1)
+        elif self.level and self._easy >= self._wanted[self.level - 1]:
+            self._go_to(self.level - 1)
+            self._is_retry = True
+
+    def _go_to(self, level: int) -> None:
+        self.level, self._is_retry = level, False
+        self._slow = self._easy = self._seconds_at_level = 0

@@ -1,0 +1,123 @@
+"""av.VideoFrame -> Frame, at the door of a live run: one layout, one size, true tags, the time it came."""
+
+from dataclasses import replace
+
+import av
+import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.codecs import CODECS
+from makeup_video.pipeline.door import Door
+from makeup_video.pipeline.frame import ColourTags, Frame, _views
+from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
+
+# One layout for every sink: 4:2:0 is what browsers, players, receivers and programs that read cameras take,
+# and to convert once here costs less than once a sink. Numbers keep their matrix and range.
+_LIVE = replace(CODECS["h264"], name="live", pix_fmts=("yuv420p",))
+_FULL = 2
+
+
+class CameraDoor:
+    """Makes live frames of what a camera or a file gives.
+
+    is_device: the pictures are a camera's. What those leave unsaid of their colours is what the USB Video
+    Class lays down for a camera that says nothing: BT.601's matrix, BT.709's primaries and transfer, and limited
+    range unless it is JPEG.
+    size_wh: that of the run, from its first picture. What comes later in another size is fitted into it, and what
+    comes in another range is brought to that of the first: another camera may have been plugged in.
+    """
+
+    def __init__(self, *, is_device: bool) -> None:
+        self._is_device = is_device
+        self._door: Door | None = None
+        self._seen: tuple[int, int, str] | None = None
+        self._last_us = -1
+        self.size_wh: tuple[int, int] | None = None
+        self._range: int | None = None
+
+    def __call__(self, picture: av.VideoFrame, arrived_seconds: float) -> Frame:
+        """arrived_seconds: by time.monotonic(). Times increase strictly, whatever is given.
+
+        Raises UsageError for pictures that cannot be painted."""
+        seen = (picture.width, picture.height, picture.format.name)
+        if self._door is None or seen != self._seen:
+            self._door, self._seen = Door(_LIVE), seen
+        turned = round(picture.rotation / 90) * 90 % 360
+        picture = self._door(picture)
+        if self._is_device:
+            _say_what_cameras_leave_out(picture)
+        picture = self._like_the_first(picture)
+        self._last_us = max(self._last_us + 1, int(arrived_seconds * LIVE_TIME_BASE.denominator))
+        picture.pts, picture.time_base = self._last_us, LIVE_TIME_BASE
+        picture.pict_type = 0  # the source's I/P/B choices must not become the encoder's
+        tags = ColourTags.of(picture)
+        return Frame(picture, self._last_us, LIVE_TIME_BASE, tags, turned)
+
+    def _like_the_first(self, picture: av.VideoFrame) -> av.VideoFrame:
+        size, span = (picture.width, picture.height), int(picture.color_range)
+        if self.size_wh is None:
+            self.size_wh, self._range = size, span
+        if (self._range == _FULL) != (span == _FULL):
+            wanted = ColorRange(self._range or ColorRange.MPEG)
+            source = ColorRange.JPEG if span == _FULL else ColorRange.MPEG
+            changed = picture.reformat(src_color_range=source, dst_color_range=wanted)
+            changed.color_range = wanted
+            picture = changed
+        return picture if size == self.size_wh else fitted(picture, self.size_wh)
+
+
+def _say_what_cameras_leave_out(picture: av.VideoFrame) -> None:
+    if picture.colorspace == 2:
+        picture.colorspace = Colorspace(6)
+    if picture.color_range == 0:
+        picture.color_range = ColorRange.MPEG
+    if picture.color_primaries == 2:
+        picture.color_primaries = 1
+    if picture.color_trc == 2:
+        picture.color_trc = 1
+
+
+def fitted(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:
+    """A copy of 4:2:0 of that size: as large as it fits, with black bars, its shape kept."""
+    (wide, high), scale = size_wh, min(size_wh[0] / picture.width, size_wh[1] / picture.height)
+    inner_wh = [max(2, round(side * scale / 2) * 2) for side in (picture.width, picture.height)]
+    inner_wh = [min(inner_wh[0], wide), min(inner_wh[1], high)]
+    small = picture.reformat(width=inner_wh[0], height=inner_wh[1])
+    out = av.VideoFrame(wide, high, picture.format.name)
+    full = picture.color_range == _FULL
+    left, top = ((outer - inner) // 4 * 2 for outer, inner in zip(size_wh, inner_wh, strict=True))
+    for index, (new, old) in enumerate(zip(_views(out, 8), _views(small, 8), strict=True)):
+        new[:] = 128 if index else (0 if full else 16)
+        step = 2 if index else 1
+        rows, columns = old.shape
+        new[top // step : top // step + rows, left // step : left // step + columns] = old
+    return with_tags(out, picture)
+
+
+def upright(frame: Frame) -> av.VideoFrame:
+    """The picture as it is to be looked at, for what cannot carry a rotation; the same object when
+    there is none. 4:2:0 of 8 bits."""
+    turns = frame.rotation_degrees // 90
+    if not turns:
+        return frame.picture
+    size = frame.width_px, frame.height_px
+    out = av.VideoFrame(*(size if turns == 2 else size[::-1]), frame.pix_fmt)
+    for new, old in zip(_views(out, 8), frame.planes, strict=True):
+        new[:] = np.rot90(old, turns)
+    return with_tags(out, frame.picture)
+
+
+def copied(picture: av.VideoFrame) -> av.VideoFrame:
+    """The same picture in memory of its own; 4:2:0 of 8 bits."""
+    out = av.VideoFrame(picture.width, picture.height, picture.format.name)
+    for new, old in zip(_views(out, 8), _views(picture, 8), strict=True):
+        new[:] = old
+    return with_tags(out, picture)
+
+
+def with_tags(out: av.VideoFrame, picture: av.VideoFrame) -> av.VideoFrame:
+    """`out`, with the time and the meaning of the numbers that `picture` has."""
+    out.colorspace, out.color_range = picture.colorspace, picture.color_range
+    out.color_primaries, out.color_trc = picture.color_primaries, picture.color_trc
+    if picture.pts is not None:
+        out.pts, out.time_base = picture.pts, picture.time_base
+    return out

@@ -1,0 +1,74 @@
+"""Frames of a live run -> packets whose times begin at 0. What recording and stream have in common."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+import av
+from av.codec.context import Flags
+from makeup_video.pipeline.encode import describe_pictures
+from makeup_video.pipeline.errors import EncodeError
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
+
+
+class LiveEncoder:
+    """An encoder, and its stream in `container`, opened for frames like the one given.
+
+    The pictures are only read: other sinks have them too. No B-frames, so packets come in the
+    order of their times.  rate: frames a second, for rate control alone.
+    bit_rate: bits a second, None where the options say how good.
+    Raises EncodeError when the encoder refuses.
+    """
+
+    def __init__(
+        self,
+        container: Any,
+        encoder: str,
+        options: dict[str, str],
+        frame: Frame,
+        rate: Fraction,
+        *,
+        bit_rate: int | None = None,
+        global_header: bool = False,
+    ) -> None:
+        self._encoder = encoder
+        self._first_us = frame.pts
+        self._last_us = frame.pts - 1
+        self.stream = container.add_stream(encoder, rate=rate)
+        describe_pictures(self.stream, frame)
+        context = self.stream.codec_context
+        self.stream.time_base = context.time_base = LIVE_TIME_BASE
+        context.thread_type = "AUTO"
+        if bit_rate is not None:
+            context.bit_rate = bit_rate
+        if global_header:
+            context.flags |= Flags.global_header
+        self.stream.options.update(options)
+        try:
+            context.open(strict=False)
+        except (av.FFmpegError, ValueError) as error:
+            raise EncodeError(
+                f"{encoder} refuses {frame.width_px}x{frame.height_px} {frame.pix_fmt}: "
+                "choose another size or codec"
+            ) from error
+
+    def __call__(self, picture: av.VideoFrame | None) -> Iterator[Any]:
+        """The packets that are ready; None empties the encoder. Raises EncodeError."""
+        if picture is not None:
+            if picture.pts is None or picture.pts <= self._last_us:
+                return  # its time has been encoded already
+            self._last_us = picture.pts
+        try:
+            for packet in self.stream.encode_lazy(picture):
+                yield self._from_zero(packet)
+        except av.FFmpegError as error:
+            raise EncodeError(f"{self._encoder} failed: {error.strerror}") from error
+
+    def _from_zero(self, packet: Any) -> Any:
+        ticks = round(self._first_us * LIVE_TIME_BASE / packet.time_base)
+        if packet.pts is not None:
+            packet.pts -= ticks
+        if packet.dts is not None:
+            packet.dts -= ticks
+        return packet

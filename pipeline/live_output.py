@@ -1,0 +1,130 @@
+"""What is painted live -> a file that is whole whenever the run is stopped."""
+
+import contextlib
+import os
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+from makeup_video.pipeline.codecs import MATROSKA, container_of, encoder_options, pick_codec
+from makeup_video.pipeline.door import Door
+from makeup_video.pipeline.errors import OutputError
+from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.live_encode import LiveEncoder
+from makeup_video.pipeline.live_frame import LivePicture
+from makeup_video.pipeline.target import Target, write_errors
+
+_PRESETS = {"h264": "superfast", "hevc": "ultrafast", "av1": "12", "vp9": "8"}
+
+
+class Recording:
+    """Writes the pictures with the times at which they came, the first at 0; frames that were
+    dropped are gaps, so the file lasts as long as the run did.
+
+    path: .mp4, .m4v, .mov, .mkv or .webm; it grows as NAME.part.EXT and gets its name at the end, which for
+    a live run is whenever it is stopped.  source: the file that is played as the camera, None for a device.
+    codec, crf, preset: as for a video; a preset left out is one fast enough to be live.
+    rate: frames a second that are expected, for rate control alone.
+    Raises UsageError or OutputError before anything is written; a call raises EncodeError or
+    OutputError, and what was recorded until then stays as the part file.
+    """
+
+    waiting = 15  # encoders work in bursts
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        overwrite: bool = False,
+        codec: str | None = None,
+        crf: int | None = None,
+        preset: str | None = None,
+        rate: Fraction | float = 30,
+        source: Path | None = None,
+    ) -> None:
+        self.name = Path(path).name
+        self._format = container_of(path)
+        self._codec = pick_codec(codec, self._format, deep=False, alpha=False)
+        preset = preset or _PRESETS.get(self._codec.name)
+        self._options = encoder_options(self._codec, crf, preset)
+        if self._codec.encoder in ("libx264", "libx265"):
+            self._options["bf"] = "0"  # packets in order, and nothing to wait for
+        if self._codec.name == "hevc":
+            self._options["x265-params"] = "log-level=none"
+        if self._codec.name == "av1":
+            os.environ.setdefault("SVT_LOG", "-1")
+            self._options["svtav1-params"] = "pred-struct=1"  # no frame before its time
+        self._rate = Fraction(rate).limit_denominator(1001)
+        self._door = Door(self._codec)
+        self._target = Target(Path(path), source, overwrite=overwrite)
+        self._container: Any = None
+        self._encoder: LiveEncoder | None = None
+        self.pictures = 0
+
+    def __call__(self, picture: LivePicture) -> None:
+        frame = picture.frame
+        shown = self._door(frame.picture)
+        if shown is not frame.picture:
+            frame = Frame(
+                shown, frame.pts, frame.time_base, ColourTags.of(shown), frame.rotation_degrees
+            )
+        try:
+            self._write(frame)
+        except Exception as error:
+            self._leave(error)
+            raise
+
+    def finish(self, stopped: bool) -> None:
+        """Empty the encoder, close the file and give it its name; without any picture there is no file."""
+        if self._encoder is None:
+            self._target.discard()
+            return
+        try:
+            with write_errors(self._target.part):
+                self._mux(self._encoder(None))
+                self._container.close()
+                self._target.keep()
+        except Exception as error:
+            self._leave(error)
+            raise
+
+    def _write(self, frame: Frame) -> None:
+        with write_errors(self._target.part):
+            if self._encoder is None:
+                self._encoder = self._open(frame)
+            self._mux(self._encoder(frame.picture))
+        self.pictures += 1
+
+    def _mux(self, packets: Any) -> None:
+        for packet in packets:
+            self._container.mux_one(packet)
+
+    def _open(self, frame: Frame) -> LiveEncoder:
+        options = {"movflags": "+hybrid_fragmented", "video_track_timescale": "90000"}
+        if self._format in MATROSKA:
+            options = {}
+        self._container = av.open(
+            f"file:{self._target.part.absolute()}",
+            "w",
+            format=self._format,
+            container_options=options,
+        )
+        encoder = LiveEncoder(
+            self._container, self._codec.encoder, self._options, frame, self._rate
+        )
+        self._container.start_encoding()
+        return encoder
+
+    def _leave(self, error: Exception) -> None:
+        """Close what can be closed, and say where it is."""
+        with contextlib.suppress(Exception):
+            self._container.close()
+        if not self.pictures:
+            self._target.discard()
+            return
+        self._target.leave()
+        if isinstance(error, OutputError):
+            text = f"{error}; what was recorded until then is {self._target.part}"
+            error.args = (text,)

@@ -1,0 +1,260 @@
+"""What is painted live -> a receiver on the network: RTMP, SRT or MPEG-TS over UDP."""
+
+import contextlib
+import os
+import select
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+from urllib.parse import urlsplit
+
+import av
+from makeup_video.pipeline.camera_door import copied, upright
+from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.live_encode import LiveEncoder
+from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
+
+_FORMATS = {"rtmp": "flv", "rtmps": "flv", "srt": "mpegts", "udp": "mpegts"}
+_TIMEOUT_SECONDS = 5
+_KEY_SECONDS = 2
+_LONGEST_PAUSE_SECONDS = 30.0
+_STEADY_SECONDS = 10  # a connection that held for so long was a good one
+_UDP_BYTES = 1316  # seven packets of MPEG-TS: what fits into a datagram on any network
+_BIT_RATE_720P = 3_000_000
+# Zero latency: no look-ahead and no B-frames, and slices rather than frames in parallel.
+_OPTIONS = {"preset": "superfast", "tune": "zerolatency", "forced-idr": "1"}
+
+
+class Stream:
+    """Sends the pictures as H.264, upright, without delay of its own; a key frame every 2 s.
+
+    url: rtmp://, rtmps://, srt:// or udp://, opened with the first picture. Nothing of it but scheme and
+    host is ever shown: the rest may be a key.
+    bit_rate: bits a second; None: what suits the size.  rate: frames a second that are expected.
+    say: gets a line when the receiver is not there or goes away, and when it is back; in between it is
+    tried again, in pauses that grow. What is painted meanwhile is not kept.
+    Raises UsageError for an address of another kind, or one that this machine cannot reach.
+    """
+
+    waiting = 2
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        say: Callable[[str], None],
+        rate: Fraction | float = 30,
+        bit_rate: int | None = None,
+    ) -> None:
+        self.name, self._format = _checked(url)
+        self._url, self._say = url, say
+        self._relay_program = _relay_program(self.name) if _is_unknown(url) else None
+        self._rate = Fraction(rate).limit_denominator(1001)
+        self._bit_rate = bit_rate
+        self._line: _Line | None = None
+        self._pause = 1.0
+        self._next_try = 0.0
+        self.notice = ""
+
+    def __call__(self, picture: LivePicture) -> None:
+        """Raises EncodeError when the encoder refuses."""
+        if self._line is None and time.monotonic() < self._next_try:
+            return
+        try:
+            if self._line is None:
+                self._line = self._connect(picture.frame)
+            self._line.send(picture.frame)
+        except (av.FFmpegError, OSError) as error:
+            self._failed(error)
+            return
+        if self._line.seconds > _STEADY_SECONDS:
+            self._pause = 1.0
+        if self.notice:
+            self.notice = ""
+            self._say(f"{self.name}: sending again")
+
+    def finish(self, stopped: bool) -> None:
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+
+    def _connect(self, frame: Frame) -> "_Line":
+        bit_rate = self._bit_rate or bit_rate_for(frame.width_px * frame.height_px)
+        relay = self._relay_program and _Relay(self._relay_program, self._url)
+        return _Line(self._url, self._format, relay or None, frame, self._rate, bit_rate)
+
+    def _failed(self, error: Exception) -> None:
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+        self._next_try = time.monotonic() + self._pause
+        self._pause = min(2 * self._pause, _LONGEST_PAUSE_SECONDS)
+        if not self.notice:
+            # FFmpeg's whole message would show the address
+            reason = os.strerror(error.errno) if 0 < (getattr(error, "errno", 0) or 0) < 200 else ""
+            reason = reason or "no connection"
+            self.notice = f"{self.name}: {reason}; it is tried again and again"
+            self._say(self.notice)
+
+
+def bit_rate_for(pixels: int) -> int:
+    """Bits a second for pictures of so many pixels: 3 Mbit at 720p, 5.5 at 1080p; larger ones need less a pixel."""
+    return round(_BIT_RATE_720P * (pixels / (1280 * 720)) ** 0.75)
+
+
+class _Line:
+    """One connection: encoder, container, and what carries its bytes. Raises FFmpeg's errors, or OSError."""
+
+    def __init__(
+        self,
+        url: str,
+        format_name: str,
+        relay: "_Relay | None",
+        frame: Frame,
+        rate: Fraction,
+        bit_rate: int,
+    ) -> None:
+        self._relay = relay
+        self._container: Any = None
+        self._began = time.monotonic()
+        self._key_at = frame.pts
+        try:
+            self._container = _container(url, format_name, relay)
+            options = {**_OPTIONS, "maxrate": str(bit_rate), "bufsize": str(bit_rate)}
+            options["g"] = str(round(_KEY_SECONDS * 5 * rate))  # ours come by the clock, before these
+            flv = format_name == "flv"
+            shown = Frame(upright(frame), frame.pts, frame.time_base, frame.tags)
+            self._encoder = LiveEncoder(
+                self._container, "libx264", options, shown, rate, bit_rate=bit_rate, global_header=flv
+            )
+            self._container.start_encoding()
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def seconds(self) -> float:
+        """How long it has held."""
+        return time.monotonic() - self._began
+
+    def send(self, frame: Frame) -> None:
+        picture = upright(frame)
+        if frame.pts >= self._key_at:
+            self._key_at = frame.pts + _KEY_SECONDS * LIVE_TIME_BASE.denominator
+            if picture is frame.picture:
+                picture = copied(picture)  # the other sinks have it too
+            picture.pict_type = 1
+        for packet in self._encoder(picture):
+            self._container.mux_one(packet)
+
+    def close(self) -> None:
+        """Never raises: the receiver may be gone."""
+        with contextlib.suppress(Exception):
+            if self._container is not None:
+                self._container.close()
+        if self._relay is not None:
+            self._relay.close()
+
+
+def _container(url: str, format_name: str, relay: "_Relay | None") -> Any:
+    if relay is not None:
+        return av.open(relay, "w", format=format_name)
+    if format_name == "flv":
+        # PyAV hands no options to the connection of an output; FFmpeg's tee does
+        micros = _TIMEOUT_SECONDS * 1_000_000
+        options = f"f=flv:onfail=abort:rw_timeout={micros}:flvflags=no_duration_filesize"
+        return av.open(f"[{options}]{_escaped(url)}", "w", format="tee")
+    joined = "&" if "?" in url else "?"
+    sized = url if "pkt_size=" in url else f"{url}{joined}pkt_size={_UDP_BYTES}"
+    return av.open(sized, "w", format=format_name, container_options={"flush_packets": "1"})
+
+
+def _escaped(url: str) -> str:
+    """As FFmpeg's tee reads an address: what has a meaning there, after a backslash."""
+    return "".join(f"\\{letter}" if letter in "\\'|[] " else letter for letter in url)
+
+
+class _Relay:
+    """A file to write MPEG-TS to, which an `ffmpeg` on this machine sends on: PyAV's has no SRT."""
+
+    name = "relay"
+
+    def __init__(self, program: str, url: str) -> None:
+        command = [program, "-nostdin", "-loglevel", "quiet", "-f", "mpegts", "-i", "pipe:0"]
+        command += ["-c", "copy", "-f", "mpegts", url]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        assert self._process.stdin is not None
+        self._pipe = self._process.stdin.fileno()
+        self._waits = os.name == "posix"  # elsewhere a pipe cannot be waited for
+        if self._waits:
+            os.set_blocking(self._pipe, False)
+
+    def write(self, data: bytes) -> int:
+        """Raises OSError when the relay has ended, or takes nothing for some seconds."""
+        rest = memoryview(data)
+        while rest:
+            if self._waits and not select.select([], [self._pipe], [], _TIMEOUT_SECONDS)[1]:
+                raise TimeoutError(110, "nothing is taken any more")
+            with contextlib.suppress(BlockingIOError):
+                rest = rest[os.write(self._pipe, rest) :]
+        return len(data)
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._process.stdin and self._process.stdin.close()
+        try:
+            self._process.wait(1)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def _checked(url: str) -> tuple[str, str]:
+    """(what may be shown of it, FFmpeg's format). Raises UsageError that shows no more than that."""
+    try:
+        parts = urlsplit(url)
+        host, scheme = parts.hostname, parts.scheme.lower()
+    except ValueError:
+        host, scheme = None, ""
+    if scheme not in _FORMATS:
+        raise UsageError(
+            f"a stream goes to an address that begins with {', '.join(f'{s}://' for s in _FORMATS)}"
+            f"; this one begins with {scheme + ':' if scheme else 'none of them'}"
+        )
+    if not host or any(ord(letter) <= 32 for letter in url):
+        raise UsageError(f"the {scheme}:// address of the stream names no host: give {scheme}://HOST/...")
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}", _FORMATS[scheme]
+
+
+def _is_unknown(url: str) -> bool:
+    """True when FFmpeg as PyAV brings it does not know the protocol; nothing is connected for that."""
+    scheme = urlsplit(url).scheme.lower()
+    if scheme != "srt":
+        return False  # the others are always there
+    try:
+        av.open(f"{scheme}:").close()
+    except av.error.ProtocolNotFoundError:
+        return True
+    except (av.FFmpegError, OSError):
+        return False
+    return False
+
+
+def _relay_program(name: str) -> str:
+    """An `ffmpeg` that knows SRT. Raises UsageError when there is none."""
+    program = shutil.which("ffmpeg")
+    if program:
+        asked = subprocess.run(
+            [program, "-hide_banner", "-protocols"], capture_output=True, text=True, check=False
+        )
+        if "srt" in asked.stdout.split():
+            return program
+    raise UsageError(
+        f"{name} needs an ffmpeg with SRT on the PATH (apt install ffmpeg): install one, or use rtmp://"
+    )

@@ -1,0 +1,95 @@
+"""What is painted live -> a camera that other programs see, by pyvirtualcam."""
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.camera_door import upright
+from makeup_video.pipeline.colour import resolve
+from makeup_video.pipeline.errors import OutputError, UsageError
+from makeup_video.pipeline.frame import Frame, _views
+from makeup_video.pipeline.live_frame import LivePicture
+
+_HELP = (
+    "on Linux load v4l2loopback (sudo modprobe v4l2loopback exclusive_caps=1), on macOS and Windows "
+    "install OBS Studio"
+)
+
+
+def _pyvirtualcam() -> Any:
+    """The library, which is an extra. Raises UsageError with the command that installs it."""
+    try:
+        import pyvirtualcam
+    except ImportError:
+        raise UsageError(
+            "a virtual camera needs the extra: pip install 'makeup-video[virtualcam]'"
+        ) from None
+    return pyvirtualcam
+
+
+class VirtualCamera:
+    """Shows the pictures, upright, as a camera of this machine.
+
+    They go as planes (I420), limited range and BT.601, as webcams give them: that is how the programs
+    which read cameras take them.
+    device: as pyvirtualcam names it (/dev/video4, "OBS Virtual Camera"); None: the first there is.
+    rate: frames a second to announce; pictures are shown when they come.
+    Raises UsageError when pyvirtualcam is missing; a call raises OutputError when there is no such device.
+    """
+
+    waiting = 1
+
+    def __init__(self, device: str | None = None, *, rate: Fraction | float = 30) -> None:
+        self._library = _pyvirtualcam()
+        self._device, self._rate = device, float(rate)
+        self.name = device or "virtual camera"
+        self._camera: Any = None
+        self._codes = np.empty(0, np.uint8)
+
+    def __call__(self, picture: LivePicture) -> None:
+        planes = as_webcam(picture.frame)
+        height, width = planes[0].shape
+        if self._camera is None:
+            self._open(width, height)
+        np.concatenate([plane.ravel() for plane in planes], out=self._codes)
+        try:
+            self._camera.send(self._codes)
+        except (RuntimeError, OSError, ValueError) as error:
+            raise OutputError(f"{self.name} takes no pictures any more: {_one_line(error)}") from error
+
+    def finish(self, stopped: bool) -> None:
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+
+    def _open(self, width: int, height: int) -> None:
+        library = self._library
+        try:
+            self._camera = library.Camera(
+                width, height, self._rate, fmt=library.PixelFormat.I420, device=self._device
+            )
+        except (RuntimeError, OSError, ValueError) as error:
+            raise OutputError(f"no virtual camera: {_one_line(error)}; {_HELP}") from error
+        self._codes = np.empty(width * height * 3 // 2, np.uint8)
+        self.name = getattr(self._camera, "device", None) or self.name
+
+
+def as_webcam(frame: Frame) -> tuple[np.ndarray, ...]:
+    """The planes of a 4:2:0 frame, upright, in limited range and BT.601; without a copy where they are that."""
+    picture = upright(frame)
+    coding = resolve(frame.tags, frame.width_px, frame.height_px, 8)
+    if coding.matrix not in (5, 6) or coding.full_range:
+        spaces = {1: Colorspace.ITU709, 9: Colorspace(9)}
+        picture = picture.reformat(
+            format="yuv420p",
+            src_colorspace=spaces.get(coding.matrix, Colorspace.ITU601),
+            dst_colorspace=Colorspace.ITU601,
+            src_color_range=ColorRange.JPEG if coding.full_range else ColorRange.MPEG,
+            dst_color_range=ColorRange.MPEG,
+        )
+    return _views(picture, 8)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())

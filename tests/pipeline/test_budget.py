@@ -1,0 +1,155 @@
+"""Machines of all speeds, simulated: no clock is asked."""
+
+import math
+from collections.abc import Callable, Iterator
+
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.pipeline import budget as rule
+from makeup_video.pipeline.budget import Budget
+
+TICK = 1 / 30
+COSTS = (1.0, 0.85, 0.65, 0.55)  # what a frame takes at each level, of what it takes at level 0
+
+
+def live(
+    work_of: Callable[[float, int], float], seconds: float, budget: Budget, tick: float = TICK
+) -> Iterator[tuple[float, int, float]]:
+    """A camera, one place where the newest frame waits, and a worker: (its time, level, delay).
+
+    work_of: seconds of work for a frame that is begun at a time, at a level.
+    """
+    free_at, last, level = 0.0, 0, 0
+    while free_at < seconds:
+        # the worker takes the newest frame that has arrived, or waits for the next
+        number = max(math.floor(free_at / tick + 1e-9), last + 1)
+        arrival = number * tick
+        start = max(free_at, arrival)
+        work = work_of(start, level)
+        free_at = start + work
+        level = budget(work, (number - last) * tick, number - last - 1)
+        last = number
+        yield start, level, free_at - arrival
+
+
+def steady(level_0_seconds: float) -> Callable[[float, int], float]:
+    return lambda _, level: level_0_seconds * COSTS[level]
+
+
+def changes(levels: list[int]) -> list[int]:
+    return [b - a for a, b in zip([0, *levels], levels, strict=False) if a != b]
+
+
+def test_a_fast_machine_leaves_nothing_out():
+    budget = Budget()
+    assert {level for _, level, _ in live(steady(0.01), 120, budget)} == {0}
+    assert budget.told == ""
+
+
+def test_a_hopeless_machine_ends_at_the_highest_level_stays_there_and_says_so():
+    budget = Budget()
+    levels = [level for _, level, _ in live(steady(0.5), 300, budget)]
+    assert changes(levels) == [1, 1, 1]
+    assert levels[-1] == rule.MOST and budget.told == rule.HOPELESS
+
+
+def test_three_slow_seconds_cost_a_level():
+    times = [(at, level) for at, level, _ in live(steady(0.033), 30, Budget())]
+    first = next(at for at, level in times if level == 1)
+    assert 2.9 < first < 3.2
+
+
+@given(st.floats(0.001, 0.9), st.integers(0, 20))
+def test_one_hiccup_costs_no_level(hiccup_seconds, at_seconds):
+    def work_of(now, level):
+        nonlocal is_due
+        if is_due and now >= at_seconds:
+            is_due = False
+            return hiccup_seconds
+        return 0.015
+
+    is_due = True
+    assert {level for _, level, _ in live(work_of, 30, Budget())} == {0}
+
+
+def test_a_detector_that_is_too_slow_for_one_frame_in_seven_costs_a_level():
+    budget, frames = Budget(), 0
+
+    def work_of(now, level):
+        nonlocal frames
+        frames += 1
+        return 0.03 if frames % (7 if level == 0 else 30) == 0 else 0.015
+
+    levels = [level for _, level, _ in live(work_of, 60, budget)]
+    assert changes(levels) == [1]
+    assert budget.told == rule.TOLD[1]
+
+
+@given(st.floats(0.001, 0.3), st.floats(0.001, 0.3), st.sampled_from([1 / 15, TICK, 1 / 60]))
+def test_levels_change_by_one_and_ever_more_seldom(before, after, tick):
+    """Whatever a machine does, in ten minutes at one speed it tries no level more than seven times."""
+
+    def work_of(now, level):
+        return (before if now < 60 else after) * COSTS[level]
+
+    budget = Budget()
+    run = [(at, level) for at, level, _ in live(work_of, 660, budget, tick)]
+    assert set(changes([level for _, level in run])) <= {1, -1}
+    later = [level for at, level in run if at >= 60]
+    assert len(changes(later)) <= 3 + 2 * 7
+
+
+@given(st.floats(0.02, 0.4))
+def test_a_machine_that_gets_fast_paints_all_again(slow_seconds):
+    def work_of(now, level):
+        return (slow_seconds if now < 60 else 0.008) * COSTS[level]
+
+    run = [(at, level) for at, level, _ in live(work_of, 120, Budget())]
+    assert run[-1][1] == 0
+    back = max((at for at, level in run if level > 0), default=0)
+    assert back < 60 + 4 * (rule.EASY_SECONDS + 2)
+
+
+@given(st.floats(0.001, 0.5), st.integers(0, 99))
+def test_delay_never_grows(level_0_seconds, seed):
+    """The newest frame wins, so a frame waits for the one before at most, whatever the level."""
+    jitter = [0.7 + 0.6 * ((seed * 7919 + i * 104729) % 101) / 100 for i in range(97)]
+
+    def work_of(now, level):
+        return level_0_seconds * COSTS[level] * jitter[int(now * 1000) % 97]
+
+    run = list(live(work_of, 600, Budget()))
+    most = level_0_seconds * 1.3
+    assert max(delay for _, _, delay in run) <= 2 * most + 1e-6
+    early = [delay for at, _, delay in run if 15 < at < 60]
+    late = [delay for at, _, delay in run if at > 500]
+    assert not late or max(late) <= max(max(early, default=0), 0) + TICK + most
+
+
+def test_a_camera_that_was_away_is_no_slow_machine():
+    budget = Budget()
+    for _ in range(20):
+        assert budget(0.01, 5.0) == 0
+        for _ in range(40):
+            assert budget(0.01, TICK) == 0
+    assert budget(0.01, -1.0) == 0
+
+
+def test_what_proved_too_much_is_wanted_back_after_twice_as_long():
+    """At level 1 all is easy, at level 0 much too slow."""
+    budget = Budget()
+    tries = [
+        at
+        for (at, level, _), (_, before, _) in _pairs(
+            live(lambda _, level: 0.01 if level else 0.033, 300, budget)
+        )
+        if level < before
+    ]
+    waits = [b - a for a, b in zip(tries, tries[1:], strict=False)]
+    assert all(b > 1.6 * a for a, b in zip(waits, waits[1:], strict=False))
+    assert len(waits) >= 3
+
+
+def _pairs(run):
+    items = list(run)
+    return list(zip(items[1:], items, strict=False))

@@ -1,0 +1,127 @@
+"""Paint at half size is the same paint, of all layouts and odd sizes; the rest keeps its bytes."""
+
+from dataclasses import replace
+
+import av
+import cv2
+import numpy as np
+import pytest
+from makeup import LAYOUTS, close_up, product, scene_of, tagged, true_face, weights_of
+from makeup_video.kernels.planes import Window
+from makeup_video.pipeline import composite as composite_module
+from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.half_size import HalfSize, half_size
+from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.scene import white_light
+from people import frame_of
+
+BOTH = Look(product(gloss=0.6, gloss_roughness=0.2), product(red=0, green=90, blue=140, opacity=0.7))
+
+
+def large_scene(pix_fmt="yuv420p", size_wh=(600, 660)):
+    rgb8, points = close_up()
+    scale = np.array(size_wh) / rgb8.shape[1::-1]
+    large = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_CUBIC)
+    face = true_face((points + 0.5) * scale - 0.5)
+    return scene_of(frame_of(large, pix_fmt=pix_fmt), (face,), white_light())
+
+
+def painted(scene, level, monkeypatch, look=BOTH):
+    monkeypatch.setattr(composite_module, "LARGE_PX", 1)
+    frame = scene.frame
+    target = Frame(
+        av.VideoFrame(frame.width_px, frame.height_px, frame.pix_fmt), 0, frame.time_base, frame.tags
+    )
+    for new, old in zip(target.writable_planes(), frame.planes, strict=True):
+        new[:] = old
+    composite = Composite(look)
+    composite.level = level
+    return [plane.copy() for plane in composite(replace(scene, frame=target)).planes]
+
+
+@pytest.mark.parametrize("size_wh", [(600, 660), (599, 661)])
+@pytest.mark.parametrize("pix_fmt", LAYOUTS)
+def test_it_looks_as_at_full_size_and_nothing_else_changes(pix_fmt, size_wh, monkeypatch):
+    if pix_fmt == "nv12" and size_wh[0] % 2:
+        size_wh = 600, 660
+    scene = large_scene(pix_fmt, size_wh)
+    whole, half = (painted(scene, level, monkeypatch) for level in (0, 3))
+    unit = 2.0 ** (scene.frame.bit_depth - 8)
+    weight = weights_of(scene, BOTH, monkeypatch)
+    far = cv2.dilate(weight, np.ones((9, 9), np.uint8)) == 0
+    assert (half[0][far] == scene.frame.planes[0][far]).all()
+    inside = weight > 0.5
+    off = np.abs(whole[0].astype(int) - half[0])[inside] / unit
+    change = np.abs(whole[0].astype(int) - scene.frame.planes[0])[inside] / unit
+    assert off.mean() < 2.0 < 0.2 * change.mean()
+    for a, b, bare in zip(whole[1:], half[1:], scene.frame.planes[1:], strict=True):
+        assert np.abs(a.astype(int) - b).mean() < 0.15 * np.abs(a.astype(int) - bare).mean()
+
+
+def test_the_picture_keeps_its_detail(monkeypatch):
+    """Fine lines of the skin are nearly as strong as at full size: only the product's own change is coarse."""
+    scene = large_scene("yuv444p")
+    rng = np.random.default_rng(1)
+    scene.frame.writable_planes()[0][:] = np.clip(
+        scene.frame.planes[0] + rng.normal(0, 6, scene.frame.planes[0].shape), 20, 230
+    )
+    inside = weights_of(scene, BOTH, monkeypatch) > 0.9
+
+    def detail(plane):
+        blurred = cv2.GaussianBlur(plane.astype(np.float32), (0, 0), 1.5)
+        return float((plane - blurred)[inside].std())
+
+    whole, half = (painted(scene, level, monkeypatch)[0] for level in (0, 3))
+    assert detail(half) > 0.85 * detail(whole)
+
+
+def test_small_regions_are_painted_at_full_size(monkeypatch):
+    scene = large_scene(size_wh=(200, 220))
+    whole = painted(scene, 0, monkeypatch)
+    monkeypatch.undo()
+    composite = Composite(BOTH)
+    composite.level = 3
+    fresh = large_scene(size_wh=(200, 220))
+    for a, b in zip(whole, composite(fresh).planes, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_face_at_the_border_is_painted_up_to_it(monkeypatch):
+    rgb8, points = close_up(box=(220, 80, 331, 237))  # cut through the lips and one eye
+    large = cv2.resize(rgb8, None, fx=3, fy=3, interpolation=cv2.INTER_CUBIC)
+    frame = frame_of(large, pix_fmt="yuv420p")
+    scene = scene_of(frame, (true_face((points + 0.5) * 3 - 0.5),), white_light())
+    whole, half = (painted(scene, level, monkeypatch)[0].astype(int) for level in (0, 3))
+    bare = scene.frame.planes[0].astype(int)
+    last = np.abs(whole - bare)[:, -1] > 20
+    assert last.any()
+    assert (np.abs(half - bare)[:, -1] > 5)[last].mean() > 0.9
+
+
+def test_codes_stay_within_their_bits():
+    planes = tuple(np.full((9, 7), 1020, np.uint16) for _ in range(3))
+
+    def paint(small):
+        for plane in small:
+            plane[:] = 1023
+
+    window = Window(0, 0, *half_size((7, 9)))
+    HalfSize().paint(planes, [window], (1, 1), 1023, paint)
+    for plane in planes:
+        assert (plane == 1023).all()
+
+
+def test_what_is_not_painted_keeps_its_bytes():
+    rng = np.random.default_rng(3)
+    planes = tuple(rng.integers(0, 256, shape, np.uint8) for shape in ((41, 33), (21, 17), (21, 17)))
+    before = [plane.copy() for plane in planes]
+    HalfSize().paint(planes, [Window(4, 2, 8, 12)], (2, 2), 255, lambda small: None)
+    for plane, old in zip(planes, before, strict=True):
+        np.testing.assert_array_equal(plane, old)
+
+
+def test_tags_do_not_matter(monkeypatch):
+    scene = large_scene("yuv420p")
+    full = replace(scene, frame=tagged(scene.frame, replace(scene.frame.tags, range=2)))
+    assert (painted(full, 3, monkeypatch)[0] != scene.frame.planes[0]).any()
