@@ -8,6 +8,7 @@ from makeup_video.cli.apply import apply
 from makeup_video.cli.bench import bench
 from makeup_video.cli.estimate import estimate
 from makeup_video.cli.inspect import inspect
+from makeup_video.cli.live import live
 from typer.core import TyperGroup
 
 _DEFAULT = "apply"
@@ -43,6 +44,7 @@ app = typer.Typer(
 app.command()(apply)
 app.command()(estimate)
 app.command()(inspect)
+app.command()(live)
 app.command()(bench)
 
 

@@ -5,9 +5,12 @@ import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from makeup_video.cli.say import say
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline.live import LiveFigures
 
 _PLAIN_SECONDS = 5.0  # between two plain lines: a log file should stay short
 
@@ -100,3 +103,37 @@ def show_steps() -> Generator[Callable[[str], None], None, None]:
 
     with Console(stderr=True).status("") as status:
         yield lambda text: status.update(text)
+
+
+@contextmanager
+def show_live(quiet: bool) -> Generator[Any, None, None]:
+    """Yields what to tell the figures of a live run to: a line that changes on a terminal, else nothing."""
+    if quiet or sys.stderr is None or not sys.stderr.isatty():
+        yield lambda figures: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("") as status:
+        yield lambda figures: status.update(live_text(figures))
+
+
+def live_text(figures: "LiveFigures") -> str:
+    """One line: frames/s, delay, what was dropped, what must be known."""
+    if figures.latency_ms is None:
+        return figures.notice or "waiting for the first picture"
+    parts = [f"{figures.fps:.0f} fps", f"delay {figures.latency_ms:.0f} ms"]
+    if figures.dropped:
+        parts.append(f"{figures.dropped} dropped")
+    return ", ".join([*parts, *filter(None, (figures.level_told, figures.notice))])
+
+
+def live_summary(figures: "LiveFigures", seconds: float) -> str:
+    """The closing line."""
+    fps = figures.pictures / seconds if seconds else 0.0
+    text = (
+        f"{figures.pictures} pictures in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"
+    )
+    for sink in figures.sinks:
+        if sink.dropped and sink.name != "preview":
+            text += f"; {sink.name} got {sink.pictures} of them"
+    return text

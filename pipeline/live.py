@@ -1,16 +1,18 @@
 """Puts the live pipeline together: camera -> faces -> smooth -> scene -> composite -> sinks."""
 
 import gc
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Protocol
 
 import numpy as np
+from makeup_video.pipeline.budget import Budget
 from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.face_run import one_opencv_thread
 from makeup_video.pipeline.faces import FindFaces
 from makeup_video.pipeline.frame import Frame
@@ -24,14 +26,13 @@ _FIGURES_SECONDS = 2.0  # what the figures look back on
 
 
 class LiveSource(Protocol):
-    """Where frames come from: see camera.py.
+    """Where frames come from, upright pixels square: see camera.py.
 
-    notice: what a person should know now ("the camera is gone"), or None.  pixel_aspect: of the
-    pictures, known once the first has come.
+    notice: what a person should know now ("the camera is gone"), "" when all is well.
     """
 
-    notice: str | None
-    pixel_aspect: Fraction
+    @property
+    def notice(self) -> str: ...
 
     def frames(self) -> Generator[Frame, None, None]: ...
     def close(self) -> None: ...
@@ -53,6 +54,7 @@ class LiveFigures:
     fps: painted pictures a second, and latency_ms, latency_p95_ms: from a frame's arrival to its being
     painted, median and 95th percentile, all of the last seconds; None before the first picture.
     pictures, dropped: since the beginning; dropped: frames that came while one was still waiting.
+    level, level_told: what a slow machine leaves out: see budget.py.  notice: the source's.
     """
 
     fps: float
@@ -61,8 +63,8 @@ class LiveFigures:
     pictures: int
     dropped: int
     level: int
-    level_told: str | None
-    notice: str | None
+    level_told: str
+    notice: str
     sinks: tuple[SinkFigures, ...]
 
 
@@ -91,8 +93,11 @@ class LiveRun:
         self._scene = BuildScene(device)
         self._composite = Composite(look, device, faces)
         self._runner = LiveRunner(camera.frames(), self._paint, sinks, say)
+        self._budget = Budget()
+        self._say = say
         self._last: deque[tuple[float, float]] = deque()  # when painted, how late
         self._pictures = 0
+        self._before = math.nan, 0  # when the last frame arrived, and how many were dropped by then
 
     @property
     def look(self) -> Look:
@@ -115,6 +120,11 @@ class LiveRun:
         self._runner.stop()
         self._camera.close()
 
+    @property
+    def failures(self) -> list[MakeupVideoError]:
+        """Of the sinks that gave up before the end."""
+        return [each.error for each in self._runner.outlets if each.error is not None]
+
     def figures(self) -> LiveFigures:
         """From any thread."""
         now = time.monotonic()
@@ -127,8 +137,8 @@ class LiveRun:
             latency_p95_ms=late_ms[int(0.95 * len(late_ms))] if late_ms else None,
             pictures=self._pictures,
             dropped=self._runner.inbox.dropped,
-            level=0,
-            level_told=None,
+            level=self._budget.level,
+            level_told=self._budget.told,
             notice=self._camera.notice,
             sinks=tuple(
                 SinkFigures(each.sink.name, each.pictures, each.channel.dropped)
@@ -137,17 +147,32 @@ class LiveRun:
         )
 
     def _paint(self, frame: Frame) -> LivePicture:
-        self._find.pixel_aspect = self._camera.pixel_aspect
+        began = time.monotonic()
         scene = self._scene(self._smooth(self._find(frame)))
         before = _copies(frame) if self.compare else None
         painted = self._composite(scene)
-        self._note(frame)
+        now = time.monotonic()
+        self._spend(now - began, frame.seconds)
+        self._note(now, now - frame.seconds)
         return LivePicture(painted, before)
 
-    def _note(self, frame: Frame) -> None:
-        now = time.monotonic()
+    def _spend(self, work_seconds: float, arrived_seconds: float) -> None:
+        """Leave out more, or less, from the next frame on."""
+        before_seconds, before_dropped = self._before
+        dropped = self._runner.inbox.dropped
+        self._before = arrived_seconds, dropped
+        if math.isnan(before_seconds):
+            return
+        told = self._budget.told
+        interval = arrived_seconds - before_seconds
+        level = self._budget(work_seconds, interval, dropped - before_dropped)
+        self._find.level = self._composite.level = level
+        if self._budget.told != told:
+            self._say(self._budget.told or "fast enough again: nothing is left out")
+
+    def _note(self, now: float, late_seconds: float) -> None:
         self._pictures += 1
-        self._last.append((now, now - frame.seconds))
+        self._last.append((now, late_seconds))
         while now - self._last[0][0] > _FIGURES_SECONDS:
             self._last.popleft()
 

@@ -1,7 +1,6 @@
 """A camera that waits for its turn, so that what is dropped is no matter of the machine's speed."""
 
 import threading
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ RED, BLUE = (Look(lips=product(rgb, "matte")) for rgb in ((200, 0, 30), (20, 40,
 class Camera:
     """Gives the next frame when the last has been painted."""
 
-    notice, pixel_aspect = None, Fraction(1)
+    notice = ""
 
     def __init__(self, count, before_frame=lambda number: None):
         self.count, self.before_frame = count, before_frame
