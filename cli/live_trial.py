@@ -10,9 +10,8 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from fractions import Fraction
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -36,6 +35,7 @@ from makeup_video.web.worker import Worker
 
 _STAGES = {"faces": FindFaces, "smooth": SmoothLive, "scene": BuildScene, "composite": Composite}
 _MOST_FRAMES = 60 * 60 * 60  # an hour at 60 frames/s
+_IN_HAND = 100  # so many frames are told apart at a time; far fewer are on their way
 
 
 class Log:
@@ -49,12 +49,16 @@ class Log:
         self._count, self._worked_on = 0, 0
         self._row_of: dict[int, int] = {}
 
-    def came(self, frame: Frame) -> None:
-        row = min(self._count, len(self._table) - 1)
-        self._row_of[frame.pts] = row
-        self._row_of.pop(next(iter(self._row_of)) if len(self._row_of) > 100 else -1, None)
-        self._table[row, :2] = frame.pts, time.monotonic()
-        self._count = row + 1
+    def coming(self, frames: Callable[[Camera], Iterable[Frame]]) -> Callable[..., Iterator[Frame]]:
+        """The same frames, noted as they come."""
+
+        def noted(camera: Camera) -> Iterator[Frame]:
+            for frame in frames(camera):
+                self._came(frame)
+                yield frame
+                del frame
+
+        return noted
 
     def timed(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
         """The same method, its time noted with the frame that is painted now."""
@@ -72,32 +76,16 @@ class Log:
 
         return noted
 
+    def _came(self, frame: Frame) -> None:
+        row = min(self._count, len(self._table) - 1)
+        if len(self._row_of) >= _IN_HAND:
+            del self._row_of[next(iter(self._row_of))]
+        self._row_of[frame.pts] = row
+        self._table[row, :2] = frame.pts, time.monotonic()
+        self._count = row + 1
+
     def save(self, target: Path) -> None:
         np.save(target, self._table[: self._count])
-
-
-class NotedCamera:
-    """A camera whose frames are noted as they come."""
-
-    def __init__(self, camera: Camera, log: Log) -> None:
-        self._camera, self._log = camera, log
-
-    @property
-    def notice(self) -> str | None:
-        return self._camera.notice or None
-
-    @property
-    def pixel_aspect(self) -> Fraction:
-        return self._camera.pixel_aspect
-
-    def frames(self) -> Generator[Frame, None, None]:
-        for frame in self._camera.frames():
-            self._log.came(frame)
-            yield frame
-            del frame
-
-    def close(self) -> None:
-        self._camera.close()
 
 
 def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
@@ -106,7 +94,7 @@ def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
     log = Log(_frames_of(film))
     with _noted(log):
         sink = PreviewSink(PreviewJpeg())
-        live = LiveRun(NotedCamera(camera, log), look, [sink], say=_say)
+        live = LiveRun(camera, look, [sink], say=_say)
         samples: list[list[float]] = []
 
         def on_tick() -> None:
@@ -127,6 +115,7 @@ def _noted(log: Log) -> Generator[None, None, None]:
     methods = [("work", LiveRun, "_paint"), ("preview", PreviewSink, "__call__")]
     methods += [(name, stage, "__call__") for name, stage in _STAGES.items()]
     with ExitStack() as stack:
+        stack.enter_context(patch.object(Camera, "frames", log.coming(Camera.frames)))
         for name, owner, method in methods:
             stack.enter_context(
                 patch.object(owner, method, log.timed(name, getattr(owner, method)))
