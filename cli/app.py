@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from makeup_video.cli.apply import apply
 from makeup_video.cli.bench import bench
+from makeup_video.cli.demo import demo
 from makeup_video.cli.estimate import estimate
 from makeup_video.cli.inspect import inspect
 from makeup_video.cli.live import live
@@ -45,6 +46,7 @@ app.command()(apply)
 app.command()(estimate)
 app.command()(inspect)
 app.command()(live)
+app.command()(demo)
 app.command()(bench)
 
 

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO, Protocol
 
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
@@ -57,22 +58,47 @@ _UPRIGHT = {
 }
 
 
-def read_photo(path: str | os.PathLike[str]) -> np.ndarray:
+# How videos begin that come as bytes: those are shown to no decoder of videos.
+_MOVING = (b"\x1a\x45\xdf\xa3", b"FLV", b"\0\0\x01\xba", b"\0\0\x01\xb3")  # Matroska, FLV, MPEG
+
+
+class _File(Protocol):
+    """What is asked of a photo's file: a Path, or bytes in memory with a name for messages."""
+
+    @property
+    def name(self) -> str: ...
+    def open(self, mode: str, /) -> IO[bytes]: ...
+
+
+class _InMemory:
+    def __init__(self, data: bytes, name: str) -> None:
+        self.data, self.name = data, name
+
+    def open(self, mode: str, /) -> IO[bytes]:
+        return io.BytesIO(self.data)
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def read_photo(photo: str | os.PathLike[str] | bytes, name: str = "the photo") -> np.ndarray:
     """(H, W, 3) uint8, R'G'B' as sRGB encodes it, turned upright as EXIF says.
+
+    photo: the path of a file, or what is in one as bytes: then `name` calls it in messages.
 
     Colours are converted from the file's ICC profile; without one they count as sRGB. Transparent
     pixels are laid on middle grey. A photo with more than 4096 px on its longer side is averaged
     down by a whole factor. Raises InputError when the file cannot be opened, PhotoError when it is
     no photo to read colours from: another kind of file, moving, grey, damaged, too large.
     """
-    file = local_file(path, "photo")
+    file = _file_of(photo, name)
     Image.init()
     formats = [name for name in _FORMATS if name in Image.OPEN]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of Pillow's: our one line says what is wrong
             with _damage_told(file):
-                picture = Image.open(file, formats=formats)
+                picture = Image.open(_opened(file), formats=formats)
             with picture:
                 with _damage_told(file):
                     count = _pictures_in(picture)
@@ -81,11 +107,24 @@ def read_photo(path: str | os.PathLike[str]) -> np.ndarray:
                     picture.load()
                 return _pixels(picture)
     except MemoryError:
-        raise PhotoError(f"{path} needs more memory than there is: make it smaller first") from None
+        raise PhotoError(f"{file} needs more memory than there is: make it smaller first") from None
+
+
+def _file_of(photo: str | os.PathLike[str] | bytes, name: str) -> _File:
+    if not isinstance(photo, bytes):
+        return local_file(photo, "photo")
+    if not photo:
+        raise InputError(f"{name} is empty (0 bytes): give a photo file")
+    return _InMemory(photo, name)
+
+
+def _opened(file: _File) -> Path | IO[bytes]:
+    """What Pillow is given: a path, so that it closes the file itself, or memory."""
+    return file if isinstance(file, Path) else file.open("rb")
 
 
 @contextmanager
-def _damage_told(file: Path) -> Generator[None, None, None]:
+def _damage_told(file: _File) -> Generator[None, None, None]:
     """Only around calls of Pillow that read the file, so that a fault of ours is not told as damage."""
     try:
         yield
@@ -103,7 +142,7 @@ def _pictures_in(picture: Image.Image) -> int:
     return getattr(picture, "n_frames", 2) if moves else 1
 
 
-def _refuse(picture: Image.Image, count: int, file: Path) -> None:
+def _refuse(picture: Image.Image, count: int, file: _File) -> None:
     """What can be told before any pixel is decoded."""
     if picture.width * picture.height > MOST_PX:
         raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, "))
@@ -160,15 +199,15 @@ def _in_srgb(image: Image.Image, profile: bytes | None) -> Image.Image:
     return image if image.mode == "RGB" else image.convert("RGB")
 
 
-def _too_large(file: Path, size: str = "") -> str:
+def _too_large(file: _File, size: str = "") -> str:
     return f"{file} has {size}more than {MOST_PX / 1e6:.0f} million px: make it smaller first"
 
 
-def _damaged(file: Path) -> str:
+def _damaged(file: _File) -> str:
     return f"{file} is damaged or cut short: save the photo again, or give another one"
 
 
-def _unknown(file: Path) -> str:
+def _unknown(file: _File) -> str:
     """Why Pillow does not know it."""
     with file.open("rb") as opened:
         head = opened.read(12)
@@ -183,11 +222,19 @@ def _unknown(file: Path) -> str:
         )
     if brand in _AVIF or head.startswith(_BEGINNINGS) or head[8:] == b"WEBP":
         return _damaged(file)
-    try:
-        open_video(file).close()
-    except InputError:
+    if not _is_video(file, head):
         return f"{file} is no photo that can be read: give a {_KINDS} file"
     return (
         f"{file} is a video, and the makeup is read from a photo: save one of its frames as a "
         f"picture (ffmpeg -ss SECONDS -i {file.name} -frames:v 1 look.png)"
     )
+
+
+def _is_video(file: _File, head: bytes) -> bool:
+    if not isinstance(file, Path):
+        return head[4:8] == b"ftyp" or head[8:] == b"AVI " or head.startswith(_MOVING)
+    try:
+        open_video(file).close()
+    except InputError:
+        return False
+    return True

@@ -77,9 +77,17 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     )
 
 
-def look_from_photo(path: str | os.PathLike[str], face: int | str | None = None) -> Look:
-    """The same from a file, as `read_photo` reads it.
+def look_from_photo(
+    photo: str | os.PathLike[str] | bytes,
+    face: int | str | None = None,
+    *,
+    name: str = "the photo",
+    keep_nets: bool = False,
+) -> Look:
+    """The same from a file, or from the bytes of one, as `read_photo` reads it.
 
+    name: how messages call a photo that comes as bytes; a file has its own.
+    keep_nets: leave the nets loaded (80 MB) for the next photo.
     face: None or "" for the only one, "largest", or one by its number, 0 being the largest face.
     Raises PhotoError and InputError naming the file, UsageError for another `face`.
     """
@@ -89,15 +97,16 @@ def look_from_photo(path: str | os.PathLike[str], face: int | str | None = None)
         raise UsageError(
             f"--ref-face must be largest, or the number that inspect shows, got {face!r}"
         )
-    rgb8 = read_photo(path)
+    rgb8 = read_photo(photo, name)
     try:
         return estimate_look(rgb8, choose_face(find_faces(rgb8), chosen))
     except PhotoError as error:
-        raise PhotoError(f"{path}: {error}") from None
+        raise PhotoError(f"{name if isinstance(photo, bytes) else photo}: {error}") from None
     finally:
-        # the film that comes next does not need these nets, nor their 80 MB
-        _net.cache_clear()
-        give_back_memory()
+        if not keep_nets:
+            # the film that comes next does not need these nets, nor their 80 MB
+            _net.cache_clear()
+            give_back_memory()
 
 
 def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:

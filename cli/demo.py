@@ -1,0 +1,75 @@
+"""`makeup-video demo`: the page to play with, without a camera."""
+
+import threading
+import webbrowser
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from makeup_video.cli.ending import told_in_one_line
+from makeup_video.cli.say import say
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline import Look
+    from makeup_video.web.portrait import Portrait
+
+_COLOUR = 180, 0, 46  # the README's red
+
+
+def demo(
+    portrait: Annotated[
+        str | None,
+        typer.Argument(metavar="[PORTRAIT]", help="Whom to paint; left out: our own portrait."),
+    ] = None,
+    ref: Annotated[
+        str | None, typer.Option(metavar="PHOTO", help="Begin with the makeup of a photo.")
+    ] = None,
+    look: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Begin with a look file.")
+    ] = None,
+    port: Annotated[int, typer.Option(help="0 for one that is free.")] = 8080,
+    host: Annotated[
+        str, typer.Option(help="Where to listen; others than this machine reach 0.0.0.0.")
+    ] = "127.0.0.1",
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open the page.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
+) -> None:
+    """Open a page: drop a photo, see its makeup as numbers and on a portrait, change it."""
+    from makeup_video.web.demo import DemoShow
+    from makeup_video.web.server import Server
+    from makeup_video.web.worker import Worker
+
+    with told_in_one_line(debug=debug):
+        worker = Worker()
+        show = DemoShow(_portrait(portrait), _look(ref, look), worker, say)
+        server = Server(show, worker, host, port, say=say)
+        url = server.start()
+        say(f"{url} shows the page; Ctrl-C ends it")
+        try:
+            if not no_browser:
+                webbrowser.open(url)
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            say("stopped")  # as it was meant to end: exit code 0
+        finally:
+            server.stop()
+
+
+def _portrait(path: str | None) -> "Portrait":
+    from makeup_video.pipeline.source import local_file
+    from makeup_video.web.app import PAGE
+    from makeup_video.web.portrait import Portrait
+
+    file = PAGE / "portrait.jpg" if path is None else local_file(path, "photo")
+    return Portrait(file.read_bytes(), str(file))
+
+
+def _look(ref: str | None, look: str | None) -> "Look":
+    from makeup_video.pipeline import Look, UsageError, look_from_photo, product
+
+    if ref is not None and look is not None:
+        raise UsageError("--ref and --look both say what to begin with: give one of them")
+    if ref is not None:
+        return look_from_photo(ref, keep_nets=True)
+    if look is not None:
+        return Look.load(look)
+    return Look(lips=product(_COLOUR, "satin"))

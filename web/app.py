@@ -1,0 +1,200 @@
+"""The server's addresses: the page and its files, its WebSocket, photos in, a picture out."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from makeup_video.pipeline.errors import (
+    InputError,
+    InstallError,
+    LookError,
+    MakeupVideoError,
+    UsageError,
+)
+from makeup_video.pipeline.finishes import REGIONS, in_words
+from makeup_video.pipeline.look import Look
+from makeup_video.web.guard import Guard
+from makeup_video.web.messages import BYE, error_message
+from makeup_video.web.rooms import Rooms
+from makeup_video.web.upload import Uploads, file_name, read_body
+from makeup_video.web.viewers import Room, Viewer
+from makeup_video.web.worker import Worker
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+PAGE = Path(__file__).parent / "page"
+_KINDS = {
+    ".html": "text/html",
+    ".css": "text/css",
+    ".js": "text/javascript",
+    ".svg": "image/svg+xml",
+    ".jpg": "image/jpeg",
+    ".png": "image/png",
+}
+_TRY_AGAIN_LATER = 1013  # a WebSocket's closing codes, RFC 6455
+_GOING_AWAY = 1001
+Say = Callable[[str], None]
+
+
+def make_app(rooms: Rooms, worker: Worker, host: str, port: int, say: Say) -> ASGIApp:
+    """What uvicorn serves. host: as given to --host; port: where it listens; say: of faults of ours."""
+    doors = Doors(rooms, worker)
+    routes = [
+        Route("/", doors.page, methods=["GET"]),
+        Route("/static/{name}", doors.static, methods=["GET"]),
+        Route("/picture.png", doors.picture, methods=["GET"]),
+        Route("/photo", doors.photo, methods=["POST"]),
+        WebSocketRoute("/ws", doors.watch),
+    ]
+    if rooms.show.mode == "demo":
+        routes.append(Route("/portrait", doors.portrait, methods=["POST"]))
+
+    async def fault(request: Request, error: Exception) -> Response:
+        say(f"internal error at {request.url.path}: {type(error).__name__}: {error}")
+        return _error(500, "a fault of the program; its terminal says which")
+
+    app = Starlette(
+        routes=routes,
+        exception_handlers={HTTPException: _http_error, MakeupVideoError: _told, Exception: fault},
+    )
+    app.router.redirect_slashes = False
+    return Guard(app, host, port)
+
+
+class Doors:
+    def __init__(self, rooms: Rooms, worker: Worker) -> None:
+        self._rooms, self._worker, self._uploads = rooms, worker, Uploads()
+
+    async def page(self, _request: Request) -> Response:
+        return _file("index.html")
+
+    async def static(self, request: Request) -> Response:
+        return _file(request.path_params["name"])
+
+    async def watch(self, socket: WebSocket) -> None:
+        """A page's WebSocket, from its hello to its end."""
+        await socket.accept()
+        try:
+            room, viewer = self._rooms.enter(socket.query_params.get("session", ""))
+        except UsageError as error:
+            await socket.send_text(error_message(str(error)))
+            await socket.close(_TRY_AGAIN_LATER)
+            return
+        sending = asyncio.create_task(_send(socket, viewer))
+        try:
+            await _listen(socket, room, viewer)
+        finally:
+            sending.cancel()
+            self._rooms.leave(room, viewer)
+
+    async def photo(self, request: Request) -> Response:
+        """The look in a photo, painted from now on. Its three dials stay as the user has set them."""
+        room = self._room(request)
+        with self._uploads:
+            data, name = await read_body(request), file_name(request)
+            read = await self._worker.run(lambda: room.session.read(data, name))
+        look = _with_dials(read, room.session.look)
+        told = _in_words(look)
+        room.change(look, told)
+        return JSONResponse({"look": look.to_dict(), "told": told})
+
+    async def portrait(self, request: Request) -> Response:
+        """Somebody to paint."""
+        room = self._room(request)
+        with self._uploads:
+            data, name = await read_body(request), file_name(request)
+            await self._worker.run(lambda: room.session.take_portrait(data, name))
+        return JSONResponse({})
+
+    async def picture(self, request: Request) -> Response:
+        """The newest painted picture, whole."""
+        room = self._room(request)
+        data = await self._worker.run(lambda: _png(room.session.whole_picture()))
+        if data is None:
+            raise HTTPException(404, "there is no picture yet")
+        headers = {"content-disposition": 'attachment; filename="makeup.png"'}
+        return Response(data, media_type="image/png", headers=headers)
+
+    def _room(self, request: Request) -> Room:
+        room = self._rooms.find(request.query_params.get("session", ""))
+        if room is None:
+            raise HTTPException(404, "this page's session is over: reload the page")
+        return room
+
+
+async def _send(socket: WebSocket, viewer: Viewer) -> None:
+    try:
+        while (message := await viewer.next()) is not None:
+            if isinstance(message, bytes):
+                await socket.send_bytes(message)
+            else:
+                await socket.send_text(message)
+        await socket.send_text(BYE)
+        await socket.close(_GOING_AWAY)
+    except WebSocketDisconnect:
+        return  # the listener hears of it too
+
+
+async def _listen(socket: WebSocket, room: Room, viewer: Viewer) -> None:
+    while (message := await socket.receive())["type"] != "websocket.disconnect":
+        text = message.get("text")
+        if text is None:
+            viewer.tell_error("a message must be text: JSON")
+        else:
+            room.hear(viewer, text)
+
+
+def _file(name: str) -> Response:
+    """A file of the page, by its bare name: nothing that is not in that folder has one."""
+    path = next((path for path in PAGE.iterdir() if path.name == name and path.is_file()), None)
+    if path is None:
+        raise HTTPException(404, "there is no such page")
+    return Response(
+        path.read_bytes(), media_type=_KINDS.get(path.suffix, "application/octet-stream")
+    )
+
+
+def _with_dials(read: Look, now: Look) -> Look:
+    return Look(read.lips, read.eyes, now.strength, now.zone, now.intensity)
+
+
+def _in_words(look: Look) -> str:
+    """ "lips #B4002E, glossy, opaque; eyes bare" """
+    told = []
+    for region in REGIONS:
+        one = getattr(look, region)
+        told.append(
+            f"{region} bare" if one is None else f"{region} {one.hex}, {in_words(one, region)}"
+        )
+    return "; ".join(told)
+
+
+def _png(rgb8: np.ndarray | None) -> bytes | None:
+    import cv2
+
+    if rgb8 is None:
+        return None
+    _, data = cv2.imencode(".png", rgb8[..., ::-1])
+    return data.tobytes()
+
+
+def _error(status: int, text: str) -> Response:
+    return JSONResponse({"error": text}, status)
+
+
+async def _http_error(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return JSONResponse({"error": error.detail}, error.status_code, headers=error.headers)
+
+
+async def _told(_request: Request, error: Exception) -> Response:
+    """The one line of an error of ours, as the command would print it."""
+    status = {InputError: 422, LookError: 400, UsageError: 400, InstallError: 500}
+    codes = [code for kind, code in status.items() if isinstance(error, kind)]
+    return _error(codes[0] if codes else 500, str(error))

@@ -1,0 +1,127 @@
+"""The show without a camera: each page has a portrait and a look of its own."""
+
+import asyncio
+import secrets
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+import numpy as np
+from makeup_video.pipeline.errors import MakeupVideoError, UsageError
+from makeup_video.pipeline.look import Look
+from makeup_video.web.portrait import Portrait
+from makeup_video.web.read_look import read_look
+from makeup_video.web.show import Push, Session, ShownPicture
+from makeup_video.web.worker import Worker
+
+MOST_SESSIONS = 16
+GRACE_SECONDS = 30.0  # a page that lost its connection finds its session again
+
+
+class DemoSession:
+    """One page's portrait and look. The newest look wins: while one is painted, one more waits."""
+
+    def __init__(self, portrait: Portrait, look: Look, worker: Worker, say: Callable[[str], None]):
+        self.name = secrets.token_urlsafe(16)
+        self.look = look
+        self._portrait, self._worker, self._say = portrait, worker, say
+        self._push: Push | None = None
+        self._compares = False
+        self._chosen_us = _now_us()
+        self._is_due = False
+
+    def set_look(self, look: Look) -> None:
+        if look != self.look:
+            self.look, self._chosen_us = look, _now_us()
+            self._paint_soon()
+
+    def watch(self, push: Push | None) -> None:
+        self._push = push
+        self._chosen_us = _now_us()
+        self._paint_soon()
+
+    def compare(self, on: bool) -> None:
+        if on and not self._compares:
+            self._chosen_us = _now_us()
+            self._paint_soon()
+        self._compares = on
+
+    def figures(self) -> None:
+        return None
+
+    def read(self, photo: bytes, name: str) -> Look:
+        return read_look(photo, name)
+
+    def take_portrait(self, photo: bytes, name: str) -> None:
+        self._portrait = Portrait(photo, name)
+        self._chosen_us = _now_us()
+        self._paint_soon()
+
+    def whole_picture(self) -> np.ndarray:
+        return self._portrait.painted_whole(self.look)
+
+    def _paint_soon(self) -> None:
+        if not self._is_due and self._push is not None:
+            self._is_due = True
+            self._worker.submit(self._paint)
+
+    def _paint(self) -> None:
+        """On the worker's thread. A look that comes from here on asks for another picture."""
+        self._is_due = False
+        push, chosen_us, portrait = self._push, self._chosen_us, self._portrait
+        if push is None:
+            return
+        try:
+            jpeg = portrait.painted(self.look)
+        except MakeupVideoError as error:
+            self._say(f"{type(error).__name__}: {error}")
+            return
+        push(ShownPicture(chosen_us, 0, jpeg, portrait.bare if self._compares else None))
+
+
+class DemoShow:
+    """A session for each page, kept for a while after the page went."""
+
+    mode: Literal["demo"] = "demo"
+
+    def __init__(
+        self,
+        portrait: Portrait,
+        look: Look,
+        worker: Worker,
+        say: Callable[[str], None],
+        grace_seconds: float = GRACE_SECONDS,
+    ) -> None:
+        """portrait, look: what every session begins with."""
+        self._portrait, self._look, self._worker, self._say = portrait, look, worker, say
+        self._grace_seconds = grace_seconds
+        self._sessions: dict[str, DemoSession] = {}
+        self._left: dict[str, asyncio.TimerHandle] = {}  # who went first is first
+
+    def enter(self, name: str) -> DemoSession:
+        if (session := self._sessions.get(name)) is not None:
+            if (timer := self._left.pop(name, None)) is not None:
+                timer.cancel()
+            return session
+        if len(self._sessions) >= MOST_SESSIONS:
+            if not self._left:
+                raise UsageError(f"{MOST_SESSIONS} pages are open already: close one, then reload")
+            self._forget(next(iter(self._left)))
+        session = DemoSession(self._portrait, self._look, self._worker, self._say)
+        self._sessions[session.name] = session
+        return session
+
+    def leave(self, session: Session) -> None:
+        loop = asyncio.get_running_loop()
+        self._left[session.name] = loop.call_later(self._grace_seconds, self._forget, session.name)
+
+    def find(self, name: str) -> DemoSession | None:
+        return self._sessions.get(name)
+
+    def _forget(self, name: str) -> None:
+        self._left.pop(name).cancel()
+        del self._sessions[name]
+
+
+def _now_us() -> int:
+    return time.monotonic_ns() // 1000

@@ -1,0 +1,95 @@
+"""Who may talk to the server, asked of every request before anything else sees it.
+
+The server listens on this machine for its user's browser. But any web page that this browser
+visits can send requests here too: its Origin tells on it, and when it has bent a name of its own to
+this address (DNS rebinding), the Host does.
+"""
+
+from collections.abc import Mapping
+from ipaddress import ip_address
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+_SAFE = {
+    "content-security-policy": "default-src 'self'; img-src 'self' blob:; object-src 'none'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "referrer-policy": "no-referrer",
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "cache-control": "no-store",
+}
+
+
+class Guard:
+    """Refuses other sites' requests (403) and names that are not ours (421); sets headers on all answers.
+
+    host: as given to --host; a name that people reach the server by is allowed. port: ours.
+    """
+
+    def __init__(self, app: ASGIApp, host: str, port: int) -> None:
+        self._app, self._host, self._port = app, host.lower(), port
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            return  # no lifespan here
+        headers = Headers(scope=scope)
+        if (refusal := self._refusal(scope, headers)) is None:
+            await self._app(scope, receive, _with_headers(send))
+            return
+        status, text = refusal
+        await JSONResponse({"error": text}, status)(scope, receive, _with_headers(send))
+
+    def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str] | None:
+        hosts = headers.getlist("host")
+        if len(hosts) != 1 or not self._is_ours(hosts[0]):
+            return (
+                421,
+                "this name is not this server's: use its IP address, or start it with --host NAME",
+            )
+        acts = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
+        if acts and headers.getlist("origin") != [f"http://{hosts[0]}"]:
+            return 403, "only the server's own page may do this, and this request is not from it"
+        if not _same_site(scope, headers, acts):
+            return 403, "another site's page asked for this: open the server's own page"
+        return None
+
+    def _is_ours(self, host: str) -> bool:
+        try:
+            parts = urlsplit(f"//{host}")
+            name, port = parts.hostname or "", parts.port
+        except ValueError:
+            return False
+        if parts.netloc != host or "@" in host or (port or 80) != self._port:
+            return False
+        return name in ("localhost", self._host) or _is_ip(name)
+
+
+def _same_site(scope: Scope, headers: Mapping[str, str], acts: bool) -> bool:
+    """Browsers say in Sec-Fetch-Site whose page asks; only opening the page itself is anybody's right."""
+    site = headers.get("sec-fetch-site", "none")
+    opened = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"
+    return site in ("same-origin", "none") or (opened and not acts)
+
+
+def _is_ip(name: str) -> bool:
+    try:
+        ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: Message) -> None:
+        if message["type"] in ("http.response.start", "websocket.http.response.start"):
+            headers = MutableHeaders(scope=message)
+            for name, value in _SAFE.items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return sending

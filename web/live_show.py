@@ -1,0 +1,96 @@
+"""The show of a camera: one session, one look, for all pages."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any, ClassVar, Literal, Protocol
+
+import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.look import Look
+from makeup_video.web.preview_sink import PreviewSink
+from makeup_video.web.read_look import read_look
+from makeup_video.web.show import Push, Session
+
+NAME = "live"
+_UNSPECIFIED = 2
+
+
+class Figures(Protocol):
+    """A dataclass: fps, latency_ms, latency_p95_ms, dropped, level, level_told, notice, sinks."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+
+class Run(Protocol):
+    """What is asked of a live run (`pipeline/live.py`); all of it from other threads than its own."""
+
+    compare: bool  # keep the planes as they came from the camera
+
+    @property
+    def look(self) -> Look: ...
+    def set_look(self, look: Look, /) -> None: ...
+    def figures(self) -> Figures: ...
+
+
+class LiveSession:
+    """A live run and its preview sink, as a session. Between pages everything runs on."""
+
+    name = NAME
+
+    def __init__(self, run: Run, sink: PreviewSink) -> None:
+        self._run, self._sink = run, sink
+
+    @property
+    def look(self) -> Look:
+        return self._run.look
+
+    def set_look(self, look: Look) -> None:
+        self._run.set_look(look)
+
+    def watch(self, push: Push | None) -> None:
+        self._sink.push = push
+
+    def compare(self, on: bool) -> None:
+        self._run.compare = self._sink.compares = on
+
+    def figures(self) -> Mapping[str, Any]:
+        return asdict(self._run.figures())
+
+    def read(self, photo: bytes, name: str) -> Look:
+        return read_look(photo, name)
+
+    def take_portrait(self, photo: bytes, name: str) -> None:
+        raise UsageError("the camera is painted here, not a portrait: see makeup-video demo")
+
+    def whole_picture(self) -> np.ndarray | None:
+        newest = self._sink.newest
+        return None if newest is None else _upright(newest.frame)
+
+
+class LiveShow:
+    """For `Server`: LiveShow(run, sink), where sink is one of the run's sinks."""
+
+    mode: Literal["live"] = "live"
+
+    def __init__(self, run: Run, sink: PreviewSink) -> None:
+        self._session = LiveSession(run, sink)
+
+    def enter(self, name: str) -> LiveSession:
+        return self._session
+
+    def leave(self, session: Session) -> None:
+        """It goes on without pages."""
+
+    def find(self, name: str) -> LiveSession | None:
+        return self._session
+
+
+def _upright(frame: Frame) -> np.ndarray:
+    """(H, W, 3) uint8 RGB. What is not tagged is BT.601 in limited range, as cameras send it."""
+    tags = frame.tags
+    matrix = Colorspace.ITU601 if tags.matrix == _UNSPECIFIED else Colorspace(tags.matrix)
+    full = ColorRange.JPEG if tags.range == ColorRange.JPEG else ColorRange.MPEG
+    picture = frame.picture.reformat(format="rgb24", src_colorspace=matrix, src_color_range=full)
+    return np.ascontiguousarray(np.rot90(picture.to_ndarray(), frame.rotation_degrees // 90))

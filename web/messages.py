@@ -1,0 +1,112 @@
+"""What pages and server say to each other in text: JSON objects with a "type".
+
+page -> server
+    look     {look, n}         the whole look; n: optional, counts this page's own looks
+    compare  {on}
+    shown    {pts_us}          this picture is on the screen
+server -> page
+    hello    {mode, session, look, finishes, parameters, zones, photo_bytes_limit}
+    look     {look, told, seen}   seen: the newest n that had arrived from this page, or null: a
+                                  page that has sent a newer one since keeps its own
+    figures  {fps, ..., viewers, screen_ms}
+    error    {text}
+    bye      {}
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from makeup_video.pipeline.errors import LookError, UsageError
+from makeup_video.pipeline.finishes import FINISHES
+from makeup_video.pipeline.look import ZONES, Look
+from makeup_video.web.parameters import parameters
+from makeup_video.web.show import PHOTO_BYTES, Session
+
+_LARGEST = 2**63
+
+
+@dataclass(frozen=True, slots=True)
+class LookWanted:
+    look: Look
+    n: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Compare:
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    pts_us: int
+
+
+Wish = LookWanted | Compare | Shown
+
+
+def read_message(text: str) -> Wish:
+    """What a page says. Raises LookError or UsageError: one line, for the page."""
+    try:
+        values = json.loads(text, parse_constant=_refuse)
+    except (ValueError, RecursionError):
+        raise UsageError("a message must be a JSON object without NaN or Infinity") from None
+    kind = values.get("type") if isinstance(values, dict) else None
+    if kind == "look":
+        return LookWanted(Look.from_dict(values.get("look")), _counted(values))
+    if kind == "compare" and isinstance(values.get("on"), bool):
+        return Compare(values["on"])
+    if kind == "shown" and _is_count(values.get("pts_us")):
+        return Shown(values["pts_us"])
+    raise UsageError(
+        'a message must be {"type": "look", "look": {...}}, {"type": "compare", "on": true or '
+        'false} or {"type": "shown", "pts_us": whole number}'
+    )
+
+
+def hello(mode: str, session: Session) -> str:
+    return json.dumps(
+        {
+            "type": "hello",
+            "mode": mode,
+            "session": session.name,
+            "look": session.look.to_dict(),
+            "finishes": FINISHES,
+            "parameters": parameters(),
+            "zones": ZONES,
+            "photo_bytes_limit": PHOTO_BYTES,
+        }
+    )
+
+
+def look_message(look: Look, told: str | None, seen: int | None) -> str:
+    return json.dumps({"type": "look", "look": look.to_dict(), "told": told, "seen": seen})
+
+
+def figures_message(values: Mapping[str, Any], viewers: int, screen_ms: float | None) -> str:
+    return json.dumps(
+        {"type": "figures", **values, "viewers": viewers, "screen_ms": screen_ms}, default=str
+    )
+
+
+def error_message(text: str) -> str:
+    return json.dumps({"type": "error", "text": text})
+
+
+BYE = json.dumps({"type": "bye"})
+
+
+def _refuse(name: str) -> None:
+    raise LookError(f"a look has no {name}")
+
+
+def _counted(values: Mapping[str, Any]) -> int | None:
+    n = values.get("n")
+    if n is not None and not _is_count(n):
+        raise UsageError("n counts a page's looks: a whole number, or left out")
+    return n
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < _LARGEST

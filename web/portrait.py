@@ -1,0 +1,73 @@
+"""Somebody to paint: a photo with its faces, found once, in the size that pages show and as a whole."""
+
+from functools import cached_property
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.errors import PhotoError
+from makeup_video.pipeline.face import Face, moved
+from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.photo import read_photo
+
+WHOLE_PX = 2400  # longer side; each session keeps one of these: 17 MB at most
+SHOWN_PX = 1200  # of the picture on the page
+_JPEG = (
+    cv2.IMWRITE_JPEG_QUALITY, 90,
+    cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+)  # fmt: skip
+
+
+class Portrait:
+    """Its methods take their time, and are not for two threads at once."""
+
+    def __init__(self, photo: bytes, name: str) -> None:
+        """photo: a file's bytes, called `name` in messages. Raises InputError, and PhotoError when
+        nobody is on it."""
+        from makeup_video.pipeline import find_faces
+
+        self._whole = _no_larger(read_photo(photo, name), WHOLE_PX)
+        self._faces = find_faces(self._whole)
+        if not self._faces:
+            raise PhotoError(
+                f"{name}: no face was found: give a photo that shows one upright, larger or brighter"
+            )
+
+    def painted(self, look: Look) -> bytes:
+        """In the pages' size, as JPEG."""
+        from makeup_video.pipeline import apply_look
+
+        shown, faces = self._shown
+        return _jpeg(apply_look(shown, look, faces))
+
+    def painted_whole(self, look: Look) -> np.ndarray:
+        """(H, W, 3) uint8 RGB."""
+        from makeup_video.pipeline import apply_look
+
+        return apply_look(self._whole, look, self._faces)
+
+    @cached_property
+    def bare(self) -> bytes:
+        """Nobody painted, in the pages' size, as JPEG."""
+        return _jpeg(self._shown[0])
+
+    @cached_property
+    def _shown(self) -> tuple[np.ndarray, tuple[Face, ...]]:
+        small = _no_larger(self._whole, SHOWN_PX)
+        scale = small.shape[1] / self._whole.shape[1], small.shape[0] / self._whole.shape[0]
+        # pixel centres lie at whole numbers
+        to_new = np.array([[scale[0], 0, scale[0] / 2 - 0.5], [0, scale[1], scale[1] / 2 - 0.5]])
+        return small, tuple(moved(face, to_new) for face in self._faces)
+
+
+def _no_larger(rgb8: np.ndarray, longer_px: int) -> np.ndarray:
+    h, w = rgb8.shape[:2]
+    scale = longer_px / max(h, w)
+    if scale >= 1:
+        return rgb8
+    size_wh = max(1, round(scale * w)), max(1, round(scale * h))
+    return cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA)
+
+
+def _jpeg(rgb8: np.ndarray) -> bytes:
+    _, data = cv2.imencode(".jpg", rgb8[..., ::-1], _JPEG)
+    return data.tobytes()

@@ -1,0 +1,49 @@
+"""The live run's pictures on their way to the pages: a sink that makes JPEGs while somebody watches."""
+
+from collections.abc import Callable
+from fractions import Fraction
+
+import numpy as np
+from makeup_video.pipeline.frame import ColourTags
+from makeup_video.pipeline.live_frame import LivePicture
+from makeup_video.web.show import Push, ShownPicture
+
+_MICRO = Fraction(1, 1_000_000)
+# (planes, chroma, bit_depth, tags) -> a JPEG that a browser shows in right colours
+MakeJpeg = Callable[[tuple[np.ndarray, ...], tuple[int, int], int, ColourTags], bytes]
+
+
+class PreviewSink:
+    """A LiveSink. `push` and `compares` are set by the server's thread, one whole value at a time."""
+
+    name = "preview"
+    waiting = 1
+
+    def __init__(self, make_jpeg: MakeJpeg) -> None:
+        self._make_jpeg = make_jpeg
+        self.push: Push | None = None
+        self.compares = False
+        self.newest: LivePicture | None = None
+
+    def __call__(self, picture: LivePicture, /) -> None:
+        self.newest = picture
+        push = self.push
+        if push is None:
+            return
+        frame = picture.frame
+        before = picture.before if self.compares else None
+        push(
+            ShownPicture(
+                pts_us=int(frame.pts * frame.time_base / _MICRO),
+                rotation_degrees=frame.rotation_degrees,
+                jpeg=self._jpeg(picture, frame.planes),
+                before=None if before is None else self._jpeg(picture, before),
+            )
+        )
+
+    def finish(self, stopped: bool) -> None:
+        """The pages keep the last picture."""
+
+    def _jpeg(self, picture: LivePicture, planes: tuple[np.ndarray, ...]) -> bytes:
+        frame = picture.frame
+        return self._make_jpeg(planes, frame.chroma, frame.bit_depth, frame.tags)

@@ -1,0 +1,17 @@
+"""The look in a photo that a page sent; the reasons why there is none are told to a visitor."""
+
+from makeup_video.pipeline.errors import PhotoError
+from makeup_video.pipeline.look import Look
+
+
+def read_look(photo: bytes, name: str) -> Look:
+    """The makeup of the largest face, called `name` in messages. Raises PhotoError, InputError.
+
+    The nets stay loaded: the next photo comes soon, and loading them takes longer than reading.
+    """
+    from makeup_video.pipeline import look_from_photo
+
+    look = look_from_photo(photo, "largest", name=name, keep_nets=True)
+    if look.is_bare:
+        raise PhotoError(f"{name}: no makeup was found to paint: give another photo")
+    return look

@@ -1,0 +1,131 @@
+"""The web server, in a thread of its own: it starts, and it stops within about a second.
+
+Whoever starts it keeps the main thread and its signals: Ctrl-C is not the server's.
+"""
+
+import asyncio
+import socket
+import threading
+
+import uvicorn
+from makeup_video.pipeline.errors import UsageError
+from makeup_video.web.app import Say, make_app
+from makeup_video.web.connection import Connection
+from makeup_video.web.rooms import Rooms
+from makeup_video.web.show import Show
+from makeup_video.web.worker import Worker
+
+_MESSAGE_BYTES = 64 * 1024  # a look is 1 kB
+_GOODBYE_SECONDS = 0.3
+_STOP_SECONDS = 5.0
+_CONNECTIONS = 128
+
+
+class Server:
+    """Serves a show's page.
+
+    host: a name or address of this machine. port: 0 for a free one.
+    say: a line for the terminal, from the server's thread.
+    ping_seconds: a page that does not answer for twice as long is gone.
+    """
+
+    def __init__(
+        self,
+        show: Show,
+        worker: Worker,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        *,
+        say: Say,
+        ping_seconds: float = 20.0,
+    ) -> None:
+        self._rooms, self._worker = Rooms(show), worker
+        self._host, self._port, self._say = host, port, say
+        self._ping_seconds = ping_seconds
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._uvicorn: uvicorn.Server | None = None
+        self._begun = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> str:
+        """Returns the page's address, such as "http://127.0.0.1:8080/". Raises UsageError when the
+        port is taken, or host is no address of this machine."""
+        listening = _listen(self._host, self._port)
+        port: int = listening.getsockname()[1]
+        self._thread = threading.Thread(
+            target=self._run, args=(listening, port), name="web server", daemon=True
+        )
+        self._thread.start()
+        self._begun.wait()
+        name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._host, self._host)  # noqa: S104
+        return f"http://{f'[{name}]' if ':' in name else name}:{port}/"
+
+    def stop(self) -> None:
+        """Say bye to all pages and end; those that do not listen are cut off. Harmless when it
+        does not run."""
+        self._worker.stop()
+        if self._thread is None or self._loop is None:
+            return
+        try:
+            asyncio.run_coroutine_threadsafe(self._end(), self._loop)
+        except RuntimeError:  # it has ended already
+            return
+        self._thread.join(_STOP_SECONDS)
+
+    def _run(self, listening: socket.socket, port: int) -> None:
+        app = make_app(self._rooms, self._worker, self._host, port, self._say)
+        config = uvicorn.Config(
+            app,
+            loop="asyncio",
+            http="h11",
+            ws=Connection,
+            ws_max_size=_MESSAGE_BYTES,
+            ws_ping_interval=self._ping_seconds,
+            ws_ping_timeout=self._ping_seconds,
+            ws_per_message_deflate=False,  # JPEG does not get smaller
+            lifespan="off",
+            log_config=None,
+            log_level="critical",
+            access_log=False,
+            proxy_headers=False,
+            server_header=False,
+            limit_concurrency=_CONNECTIONS,
+            timeout_graceful_shutdown=1,
+        )
+        self._uvicorn = uvicorn.Server(config)
+        asyncio.run(self._serve(self._uvicorn, listening))
+
+    async def _serve(self, server: uvicorn.Server, listening: socket.socket) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._begun.set()
+        await server.serve(sockets=[listening])
+
+    async def _end(self) -> None:
+        self._rooms.say_bye()
+        until = asyncio.get_running_loop().time() + _GOODBYE_SECONDS
+        while self._rooms.viewers and asyncio.get_running_loop().time() < until:
+            await asyncio.sleep(0.01)
+        assert self._uvicorn is not None
+        self._uvicorn.should_exit = True
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A listening socket. Raises UsageError."""
+    try:
+        family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        return socket.create_server(address[:2], family=family)
+    except (OSError, UnicodeError, OverflowError) as error:
+        raise UsageError(_why_not(host, port, error)) from error
+
+
+def _why_not(host: str, port: int, error: Exception) -> str:
+    import errno
+
+    number = getattr(error, "errno", None)
+    if number == errno.EADDRINUSE:
+        return f"port {port} on {host} is taken: choose another with --port, or --port 0 for a free one"
+    if number == errno.EACCES:
+        return f"port {port} may not be used by this user: choose one from 1024 on with --port"
+    if isinstance(error, OverflowError):
+        return f"--port must be a number in 0..65535, got {port}"
+    return f"--host {host} is no address of this machine: give one, or leave it out for 127.0.0.1"

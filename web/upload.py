@@ -1,0 +1,73 @@
+"""A photo that a page sends: the body of a POST as it is, held in memory and nowhere else."""
+
+import asyncio
+import re
+from urllib.parse import unquote
+
+from makeup_video.web.show import PHOTO_BYTES
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+
+_SECONDS = 60  # for all of it
+# What is too large is read on and thrown away up to here, because a browser that is cut off while
+# it sends never sees the answer.
+_THROWN_AWAY = 4 * PHOTO_BYTES
+# What is no letter of one line: controls, line ends, marks that turn the reading direction, halves.
+_UNPRINTABLE = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+_LONGEST_NAME = 80
+AT_ONCE = 2  # one is read while the next one comes in
+
+
+class Uploads:
+    """How many photos are in memory."""
+
+    def __init__(self) -> None:
+        self._now = 0
+
+    def __enter__(self) -> None:
+        if self._now >= AT_ONCE:
+            raise HTTPException(503, "other photos are being read: try again in a moment")
+        self._now += 1
+
+    def __exit__(self, *_: object) -> None:
+        self._now -= 1
+
+
+async def read_body(request: Request) -> bytes:
+    """All of it. Raises HTTPException: 413 when it is too large, 408 when it comes too slowly."""
+    told = request.headers.get("content-length", "0")
+    too_large = not told.isascii() or not told.isdigit() or int(told[:18]) > PHOTO_BYTES
+    data = bytearray()
+    size = 0
+    try:
+        async with asyncio.timeout(_SECONDS):
+            async for chunk in request.stream():
+                size += len(chunk)
+                too_large = too_large or size > PHOTO_BYTES
+                if too_large:
+                    data.clear()
+                else:
+                    data += chunk
+                if size > _THROWN_AWAY:
+                    break
+    except TimeoutError:
+        raise HTTPException(408, f"the photo did not arrive within {_SECONDS} s") from None
+    except ClientDisconnect:
+        raise HTTPException(400, "the photo did not arrive as a whole") from None
+    if too_large:
+        raise HTTPException(
+            413,
+            f"{file_name(request)} is larger than {PHOTO_BYTES // 1_000_000} MB: make it smaller",
+        )
+    return bytes(data)
+
+
+def file_name(request: Request) -> str:
+    """As the visitor knows the file: never a path, and one line. From X-File-Name, percent-encoded."""
+    name = unquote(request.headers.get("x-file-name", ""))
+    name = _UNPRINTABLE.sub("", re.split(r"[/\\]", name)[-1]).strip()
+    if len(name) > _LONGEST_NAME:
+        name = name[: _LONGEST_NAME // 2 - 1] + "…" + name[-_LONGEST_NAME // 2 :]
+    return name or "the photo"
