@@ -61,6 +61,7 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("dropped at the door", rows, lambda r: str(r["dropped_at_door"]))
     yield _row("dropped in the preview", rows, lambda r: str(r["dropped_in_preview"]))
     yield _row("left out by the file as camera", rows, lambda r: str(r["camera_dropped"]))
+    yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
     yield _row("pictures/s", rows, lambda r: f"{r['fps']:.2f}")
     yield _row("CPU ms a frame", rows, lambda r: f"{r['cpu_ms_per_frame']:.1f}")
     yield _row("cores busy", rows, lambda r: f"{r['cpu_cores']:.2f}")

@@ -19,7 +19,7 @@ from unittest.mock import patch
 
 import numpy as np
 from makeup_video.cli.measure_live import COLUMNS, SAMPLES
-from makeup_video.pipeline import Look, StoppedError
+from makeup_video.pipeline import Look, OutputError, StoppedError
 from makeup_video.pipeline.camera import Camera, CameraSettings
 from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.faces import FindFaces
@@ -107,7 +107,12 @@ def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
             on_tick()
     log.save(folder / "frames.npy")
     np.save(folder / SAMPLES, np.array(samples))
-    return {"camera_dropped": camera.dropped, "level": live.figures().level}
+    done = live.figures()
+    return {
+        "camera_dropped": camera.dropped,
+        "level": done.level,
+        "painted_share": live._composite.painted_frames / max(done.pictures, 1),
+    }
 
 
 @contextmanager
@@ -134,7 +139,8 @@ def _watched(show: LiveShow, folder: Path) -> Generator[None, None, None]:
     viewer = subprocess.Popen([*command, str(folder / "viewed.npy")], stdout=subprocess.PIPE)
     try:
         assert viewer.stdout is not None
-        viewer.stdout.readline()
+        if not viewer.stdout.readline():
+            raise OutputError(f"{address}/ shows no pictures to a viewer: try makeup-video live")
         yield
         time.sleep(0.2)  # the last pictures are on their way
     finally:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from makeup_video.cli.measure_clip import RATE, repeat_film
+from makeup_video.cli.measure_run import check_painted
 
 if TYPE_CHECKING:
     from makeup_video.cli.measure import Bench
@@ -45,7 +46,9 @@ def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
         said = subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
         tables = [np.load(folder / table) for table in (FRAMES, SAMPLES, VIEWED)]
     film.unlink()
-    return {"film": clip.told, **figures(*tables), **json.loads(said)}
+    told = json.loads(said)
+    check_painted(round(told["painted_share"] * clip.frames * times), clip.frames * times)
+    return {"film": clip.told, **figures(*tables), **told}
 
 
 def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict[str, Any]:
