@@ -1,11 +1,11 @@
 """`makeup-video demo`: the page to play with, without a camera."""
 
 import threading
-import webbrowser
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from makeup_video.cli.ending import told_in_one_line
+from makeup_video.cli.page import PORT, page
 from makeup_video.cli.say import say
 
 if TYPE_CHECKING:
@@ -26,32 +26,25 @@ def demo(
     look: Annotated[
         str | None, typer.Option(metavar="FILE", help="Begin with a look file.")
     ] = None,
-    port: Annotated[int, typer.Option(help="0 for one that is free.")] = 8080,
     host: Annotated[
-        str, typer.Option(help="Where to listen; others than this machine reach 0.0.0.0.")
+        str, typer.Option(help="Where the page listens; 0.0.0.0 for other machines too.")
     ] = "127.0.0.1",
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open the page.")] = False,
+    port: Annotated[int, typer.Option(help="Of the page; 0 for any free one.")] = PORT,
+    browser: Annotated[bool, typer.Option(help="Open the page when it is there.")] = True,
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
 ) -> None:
     """Open a page: drop a photo, see its makeup as numbers and on a portrait, change it."""
     from makeup_video.web.demo import DemoShow
-    from makeup_video.web.server import Server
     from makeup_video.web.worker import Worker
 
     with told_in_one_line(debug=debug):
         worker = Worker()
         show = DemoShow(_portrait(portrait), _look(ref, look), worker, say)
-        server = Server(show, worker, host, port, say=say)
-        url = server.start()
-        say(f"{url} shows the page; Ctrl-C ends it")
-        try:
-            if not no_browser:
-                webbrowser.open(url)
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            say("stopped")  # as it was meant to end: exit code 0
-        finally:
-            server.stop()
+        with page(show, worker, host, port, browser=browser, told=say):
+            try:
+                threading.Event().wait()
+            except KeyboardInterrupt:
+                say("stopped")  # as it was meant to end: exit code 0
 
 
 def _portrait(path: str | None) -> "Portrait":

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from makeup_video.cli.ending import told_in_one_line
 from makeup_video.cli.look import base_look
-from makeup_video.cli.page import page
+from makeup_video.cli.page import PORT, page
 from makeup_video.cli.progress import live_summary, show_live
 from makeup_video.cli.say import say
 
@@ -77,9 +77,9 @@ def live(
     ] = False,
     preview: Annotated[bool, typer.Option(help="Show it in the browser.")] = True,
     host: Annotated[
-        str, typer.Option(help="Where the page listens; others than this machine's are asked for.")
+        str, typer.Option(help="Where the page listens; 0.0.0.0 for other machines too.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Of the page; 0: any free one.")] = 8760,
+    port: Annotated[int, typer.Option(help="Of the page; 0 for any free one.")] = PORT,
     browser: Annotated[bool, typer.Option(help="Open the page when it is there.")] = True,
     overwrite: Annotated[bool, typer.Option("-y", "--yes", help="Overwrite OUT.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from makeup_video.web.show import Show
     from makeup_video.web.worker import Worker
 
+PORT = 8760
+
 
 @contextmanager
 def page(

@@ -21,6 +21,7 @@ from makeup_video.pipeline.live_runner import LiveRunner
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.mesh import BuildScene
 from makeup_video.pipeline.smooth import SmoothLive
+from makeup_video.pipeline.warm_up import warm_up
 
 _FIGURES_SECONDS = 2.0  # what the figures look back on
 
@@ -87,6 +88,7 @@ class LiveRun:
         say: Callable[[str], None] = lambda line: None,
     ) -> None:
         self.compare = False
+        self._device = device
         self._camera = camera
         self._find = FindFaces()
         self._smooth = SmoothLive()
@@ -110,6 +112,7 @@ class LiveRun:
     def run(self, on_tick: Callable[[], None] | None = None) -> None:
         """Block until the camera ends or the run is stopped; raises as LiveRunner.run does."""
         try:
+            warm_up(self._device)
             with one_opencv_thread(), _old_objects_left_alone():
                 self._runner.run(on_tick)
         finally:

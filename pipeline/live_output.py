@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any

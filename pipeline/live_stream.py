@@ -125,11 +125,19 @@ class _Line:
         try:
             self._container = _container(url, format_name, relay)
             options = {**_OPTIONS, "maxrate": str(bit_rate), "bufsize": str(bit_rate)}
-            options["g"] = str(round(_KEY_SECONDS * 5 * rate))  # ours come by the clock, before these
+            options["g"] = str(
+                round(_KEY_SECONDS * 5 * rate)
+            )  # ours come by the clock, before these
             flv = format_name == "flv"
             shown = Frame(upright(frame), frame.pts, frame.time_base, frame.tags)
             self._encoder = LiveEncoder(
-                self._container, "libx264", options, shown, rate, bit_rate=bit_rate, global_header=flv
+                self._container,
+                "libx264",
+                options,
+                shown,
+                rate,
+                bit_rate=bit_rate,
+                global_header=flv,
             )
             self._container.start_encoding()
         except BaseException:
@@ -228,7 +236,9 @@ def _checked(url: str) -> tuple[str, str]:
             f"; this one begins with {scheme + ':' if scheme else 'none of them'}"
         )
     if not host or any(ord(letter) <= 32 for letter in url):
-        raise UsageError(f"the {scheme}:// address of the stream names no host: give {scheme}://HOST/...")
+        raise UsageError(
+            f"the {scheme}:// address of the stream names no host: give {scheme}://HOST/..."
+        )
     return f"{scheme}://{f'[{host}]' if ':' in host else host}", _FORMATS[scheme]
 
 

@@ -8,7 +8,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine, FramePicture, compose, eight_bits, pixel_places, sample
+from makeup_video.pipeline.crop import (
+    Affine,
+    FramePicture,
+    compose,
+    eight_bits,
+    pixel_places,
+    sample,
+)
 from makeup_video.pipeline.similarity import Similarity, middle_of
 
 _SIDE = 80  # px of the crop; with 64 blinks are followed worse, with 128 nothing is
@@ -63,9 +70,7 @@ class Motion:
         there = compose(now_to_patch, to_crop).astype(np.float32) @ places
         there += now_to_patch[:, :2].astype(np.float32) @ flow.reshape(-1, 2).T
         from_x, from_y = (2 * places[:2] - there).reshape(2, high, wide)
-        return cv2.remap(
-            patch, from_x, from_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-        )
+        return cv2.remap(patch, from_x, from_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
     def _flow_at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return cv2.remap(self.flow, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -85,7 +90,9 @@ class MeasureMotion:
         """What is seen of a face now: a copy, for the frame will be painted."""
         turn = frame.turn * (_SPAN / _SIDE)
         corner = middle_of(frame) - turn * complex(_SIDE - 1, _SIDE - 1) / 2
-        to_px = np.array([[turn.real, -turn.imag, corner.real], [turn.imag, turn.real, corner.imag]])
+        to_px = np.array(
+            [[turn.real, -turn.imag, corner.real], [turn.imag, turn.real, corner.imag]]
+        )
         luma = sample(picture.frame.planes[0], compose(picture.to_stored, to_px), _SIZE)
         return Still(eight_bits(luma, picture.frame), to_px)
 

@@ -56,7 +56,9 @@ class VirtualCamera:
         try:
             self._camera.send(self._codes)
         except (RuntimeError, OSError, ValueError) as error:
-            raise OutputError(f"{self.name} takes no pictures any more: {_one_line(error)}") from error
+            raise OutputError(
+                f"{self.name} takes no pictures any more: {_one_line(error)}"
+            ) from error
 
     def finish(self, stopped: bool) -> None:
         if self._camera is not None:

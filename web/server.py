@@ -57,7 +57,7 @@ class Server:
         )
         self._thread.start()
         self._begun.wait()
-        name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._host, self._host)  # noqa: S104
+        name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._host, self._host)
         return f"http://{f'[{name}]' if ':' in name else name}:{port}/"
 
     def stop(self) -> None:

@@ -16,7 +16,9 @@ from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.scene import white_light
 from people import frame_of
 
-BOTH = Look(product(gloss=0.6, gloss_roughness=0.2), product(red=0, green=90, blue=140, opacity=0.7))
+BOTH = Look(
+    product(gloss=0.6, gloss_roughness=0.2), product(red=0, green=90, blue=140, opacity=0.7)
+)
 
 
 def large_scene(pix_fmt="yuv420p", size_wh=(600, 660)):
@@ -31,7 +33,10 @@ def painted(scene, level, monkeypatch, look=BOTH):
     monkeypatch.setattr(composite_module, "LARGE_PX", 1)
     frame = scene.frame
     target = Frame(
-        av.VideoFrame(frame.width_px, frame.height_px, frame.pix_fmt), 0, frame.time_base, frame.tags
+        av.VideoFrame(frame.width_px, frame.height_px, frame.pix_fmt),
+        0,
+        frame.time_base,
+        frame.tags,
     )
     for new, old in zip(target.writable_planes(), frame.planes, strict=True):
         new[:] = old
@@ -114,7 +119,9 @@ def test_codes_stay_within_their_bits():
 
 def test_what_is_not_painted_keeps_its_bytes():
     rng = np.random.default_rng(3)
-    planes = tuple(rng.integers(0, 256, shape, np.uint8) for shape in ((41, 33), (21, 17), (21, 17)))
+    planes = tuple(
+        rng.integers(0, 256, shape, np.uint8) for shape in ((41, 33), (21, 17), (21, 17))
+    )
     before = [plane.copy() for plane in planes]
     HalfSize().paint(planes, [Window(4, 2, 8, 12)], (2, 2), 255, lambda small: None)
     for plane, old in zip(planes, before, strict=True):

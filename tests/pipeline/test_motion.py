@@ -112,7 +112,9 @@ def test_lips_that_speak_are_followed_better_than_by_holding_them():
     for at in range(0, 29):
         left, right = (complex(*points[at, point]) for point in (33, 263))
         frame = Similarity(right - left, (left + right) / 2)
-        motion = measure(still(measure, pictures[at], frame), still(measure, pictures[at + 1], frame))
+        motion = measure(
+            still(measure, pictures[at], frame), still(measure, pictures[at + 1], frame)
+        )
         lips, now = (points[i, LIPS, 0] + 1j * points[i, LIPS, 1] for i in (at, at + 1))
         if motion is not None:
             moved.append(np.abs(motion.of(lips) - now).mean())

@@ -1,0 +1,166 @@
+"""A real browser on the real page: finds Chromium, starts `makeup-video`, and watches what the page does."""
+
+import os
+import queue
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import cv2
+import numpy as np
+import pytest
+from makeup_video.pipeline import find_faces, lip_mask
+
+# Set by .ci/run: there a missing browser is a failure.
+REQUIRED = os.environ.get("MAKEUP_VIDEO_BROWSER") == "required"
+LEFT_OUT = "no Chromium on this machine: Debian's package is chromium"
+_NAMES = ("chromium", "chromium-browser", "google-chrome")
+_ARGS = (
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update",
+)  # fmt: skip
+PATIENCE_S = 30.0  # two cores that do other things as well
+
+
+def executable() -> str:
+    """Path of Chromium; skips the test where there is none, or fails it if it is required."""
+    found = next((path for name in _NAMES if (path := shutil.which(name))), None)
+    if found is None:
+        (pytest.fail if REQUIRED else pytest.skip)(LEFT_OUT)
+    return found
+
+
+@contextmanager
+def open_browser() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    path = executable()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=list(_ARGS))
+        yield browser
+        browser.close()
+
+
+class Served:
+    """`makeup-video ARGUMENTS` in a process of its own, and the address it tells."""
+
+    def __init__(self, *arguments: str, port: int = 0) -> None:
+        command = [sys.executable, "-m", "makeup_video.cli", *arguments]
+        self.process = subprocess.Popen(
+            [*command, "--port", str(port), "--no-browser"], stderr=subprocess.PIPE, text=True
+        )
+        self.lines: list[str] = []
+        told: queue.Queue[str] = queue.Queue()
+        threading.Thread(target=self._listen, args=(told,), daemon=True).start()
+        self.url = told.get(timeout=PATIENCE_S)
+        assert self.url, self.lines
+        self.port = urlsplit(self.url).port or 0
+
+    def _listen(self, told: queue.Queue[str]) -> None:
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            self.lines.append(line)
+            if found := re.search(r"http://\S+", line):
+                told.put(found[0])
+        told.put("")  # it ended
+
+    def stop(self) -> int:
+        """Ctrl-C; the exit code."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(PATIENCE_S)
+
+
+class Visit:
+    """A page that somebody opened. `faults`: what it must not do, such as errors on the console."""
+
+    def __init__(self, browser: Any, url: str, **context: Any) -> None:
+        self.context = browser.new_context(**context)
+        self.page = self.context.new_page()
+        self.faults: list[str] = []
+        origin = urlsplit(url).netloc
+        self.page.on("console", self._heard)
+        self.page.on("pageerror", lambda error: self.faults.append(str(error)))
+        self.page.on("request", lambda request: self._asked(request.url, origin))
+        self.page.goto(url)
+        self.until(lambda: self.pts is not None)
+
+    def _heard(self, message: Any) -> None:
+        # the browser itself notes every refusal; the page tells of it where it happened
+        if message.type in ("error", "warning") and "status of 4" not in message.text:
+            self.faults.append(message.text)
+
+    def _asked(self, url: str, origin: str) -> None:
+        if not url.startswith("blob:") and urlsplit(url).netloc != origin:
+            self.faults.append(f"request to {url}")
+
+    def until(self, holds: Callable[[], Any]) -> Any:
+        """Wait until it holds, and return what it gave; fails when it never does."""
+        end = time.monotonic() + PATIENCE_S
+        while not (value := holds()):
+            assert time.monotonic() < end, f"never came to hold; {self.faults}"
+            self.page.wait_for_timeout(40)
+        return value
+
+    @property
+    def pts(self) -> str | None:
+        """Of the picture that is on the screen."""
+        return self.page.get_attribute("#picture", "data-pts")
+
+    def wait_for_pictures(self, count: int) -> None:
+        """So many different ones, from now on."""
+        seen = {self.pts}
+        self.until(lambda: seen.add(self.pts) or len(seen) > count)
+
+    def picture(self) -> np.ndarray:
+        """(H, W, 3) uint8 RGB of what the canvas shows."""
+        url = self.page.evaluate("() => document.getElementById('picture').toDataURL('image/png')")
+        import base64
+
+        data = np.frombuffer(base64.b64decode(url.partition(",")[2]), np.uint8)
+        return np.ascontiguousarray(cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1])
+
+    def lips(self, side: slice = slice(None)) -> np.ndarray | None:
+        """Mean (red, green, blue) of the lips in the picture; None where no face is seen.
+        side: which part of the lips, of columns counted from their left end, 0 to 100."""
+        rgb8 = self.picture()
+        faces = find_faces(rgb8)
+        if not faces:
+            return None
+        rows, columns = np.nonzero(lip_mask(rgb8, faces[0]) > 0.9)
+        left, right = columns.min(), columns.max()
+        part = (columns - left) * 100 // max(1, right - left)
+        chosen = np.isin(part, range(101)[side])
+        return rgb8[rows[chosen], columns[chosen]].mean(axis=0)
+
+    def drop(self, path: Path, target: str = "body", name: str = "") -> None:
+        """Drag a file over the page and let it fall on `target`, as a person would."""
+        import base64
+
+        self.page.evaluate(
+            """([data, name, type, target]) => {
+                const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
+                const dataTransfer = new DataTransfer();
+                dataTransfer.items.add(new File([bytes], name, { type }));
+                const fire = (kind, where) => document.querySelector(where).dispatchEvent(
+                    new DragEvent(kind, { dataTransfer, bubbles: true, cancelable: true }));
+                fire("dragenter", "body");
+                if (document.getElementById("drop").hidden) throw new Error("nothing says where to drop");
+                fire("dragover", target);
+                fire("drop", target);
+            }""",
+            [
+                base64.b64encode(path.read_bytes()).decode(),
+                name or path.name,
+                {".json": "application/json"}.get(path.suffix, "image/jpeg"),
+                target,
+            ],
+        )

@@ -1,0 +1,39 @@
+import pyopencl as cl
+import pytest
+from makeup_video.pipeline import FindFaces, Look, product
+from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.mesh import BuildScene
+from makeup_video.pipeline.net import Net
+from makeup_video.pipeline.warm_up import warm_up
+from people import clip, frame_of
+
+
+@pytest.fixture
+def used(monkeypatch):
+    """The nets and kernels that were run."""
+    seen = set()
+    run, launch = Net.__call__, cl.enqueue_nd_range_kernel
+
+    def counted_run(net, rgb8):
+        seen.add(id(net))
+        return run(net, rgb8)
+
+    def counted_launch(queue, kernel, *rest):
+        seen.add(kernel.function_name)
+        return launch(queue, kernel, *rest)
+
+    monkeypatch.setattr(Net, "__call__", counted_run)
+    monkeypatch.setattr(cl, "enqueue_nd_range_kernel", counted_launch)
+    return seen
+
+
+def test_whatever_paints_the_first_frames_of_a_face_has_run_once_before(used):
+    find, scene = FindFaces(), BuildScene()
+    paint = Composite(Look(product((180, 0, 30), "gloss"), product((20, 40, 90), "satin", "eyes")))
+    for number, rgb8 in enumerate(clip(4)):
+        paint(scene(find(frame_of(rgb8, number))))
+    of_film = set(used)
+    assert len(of_film) >= 4 + 4  # nets and kernels
+    used.clear()
+    warm_up()
+    assert used >= of_film

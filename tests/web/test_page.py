@@ -1,0 +1,264 @@
+"""The page in a real browser, on the real server and the real pipeline."""
+
+import json
+import re
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+import pytest
+from browser import Served, Visit, open_browser
+from makeup_video.pipeline import Look
+from people import SAMPLES
+
+RED, BLUE = "#B4002E", "#1020C0"
+DESK = {"viewport": {"width": 1280, "height": 800}}
+PHONE = {"viewport": {"width": 360, "height": 740}, "has_touch": True, "is_mobile": True}
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with open_browser() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory):
+    """Two seconds of the sample, small, and lying on its side as phones store it."""
+    path = tmp_path_factory.mktemp("live") / "clip.mp4"
+    with av.open(str(SAMPLES / "in.mp4")) as source, av.open(str(path), "w") as out:
+        stream = out.add_stream("h264", rate=15, options={"crf": "16"})
+        stream.width, stream.height, stream.pix_fmt = 360, 640, "yuv420p"
+        stream.set_display_rotation(90)
+        for number, frame in zip(range(60), source.decode(video=0), strict=False):
+            if number % 2:
+                continue
+            lying = np.rot90(frame.to_ndarray(format="rgb24", width=640, height=360), -1)
+            one = av.VideoFrame.from_ndarray(np.ascontiguousarray(lying), format="rgb24")
+            one.pts = number // 2
+            out.mux(stream.encode(one.reformat(format="yuv420p")))
+        out.mux(stream.encode(None))
+    return path
+
+
+@pytest.fixture(scope="module")
+def live(chromium, clip):
+    served = Served("live", "--camera", str(clip), "--loop", "--color", RED)
+    yield served
+    assert served.stop() == 0, served.lines
+
+
+@pytest.fixture(scope="module")
+def demo(chromium):
+    served = Served("demo")
+    yield served
+    assert served.stop() == 0, served.lines
+
+
+@pytest.fixture
+def visit(chromium):
+    """Opens pages; what one of them must not have done fails the test at its end."""
+    visits = []
+
+    def open_page(served, **context):
+        visits.append(Visit(chromium, served.url, **(context or DESK)))
+        return visits[-1]
+
+    yield open_page
+    for one in visits:
+        one.context.close()
+        assert not one.faults
+
+
+def wear(visit, colour, finish="satin"):
+    """Lipstick of that colour, and nothing on the eyes."""
+    for region, worn in (("eyes", False), ("lips", True)):
+        visit.page.click(f"#{region}-tab")
+        visit.page.set_checked(f"#{region}-panel [role=switch]", worn)
+    visit.page.fill("#lips-panel .hex", colour)
+    visit.page.click(f"#lips-panel .finishes button:has-text('{finish}')")
+
+
+def look_of(visit):
+    """The look as its file says it."""
+    with visit.page.expect_download() as download:
+        visit.page.click("#save-look")
+    return Look.load(download.value.path())
+
+
+def is_red(rgb):
+    """As RED on lips; bare ones have more green, berry ones more blue."""
+    return rgb is not None and rgb[1] < 0.36 * rgb[0] and rgb[2] < 0.6 * rgb[0]
+
+
+def is_blue(rgb):
+    return rgb is not None and rgb[2] > 1.4 * rgb[0]
+
+
+def test_the_camera_s_picture_arrives_upright_and_moves(live, visit):
+    page = visit(live)
+    page.wait_for_pictures(10)
+    assert page.picture().shape == (360, 640, 3)  # the clip is stored lying on its side
+    page.until(lambda: page.lips() is not None)
+    page.until(lambda: re.search(r"\d+ frames/s.*\d+ ms", page.page.inner_text("#figures"), re.S))
+
+
+def test_a_colour_set_on_the_page_is_on_the_lips_in_the_picture(live, visit):
+    page = visit(live)
+    wear(page, RED)
+    page.until(lambda: is_red(page.lips()))
+    page.page.fill("#lips-panel .hex", BLUE)
+    page.until(lambda: is_blue(page.lips()))
+
+
+def test_keys_alone_reach_a_slider_and_change_the_lips(demo, visit):
+    page = visit(demo)
+    page.until(lambda: is_red(page.lips()))
+    keys = page.page.keyboard
+    reached = "() => document.activeElement.labels?.[0]?.textContent ?? ''"
+    for _ in range(40):
+        keys.press("Tab")
+        if page.page.evaluate(reached) == "Coverage":
+            break
+    assert page.page.evaluate(reached) == "Coverage"
+    keys.press("Home")
+    page.until(lambda: not is_red(page.lips()))
+    keys.press("Control+z")
+    page.until(lambda: is_red(page.lips()))
+
+
+def test_two_pages_stay_in_step_and_a_stalled_one_holds_nobody_up(live, visit):
+    first, second = visit(live), visit(live)
+    stalled = second.context.new_page()
+    stalled.goto(live.url)
+    stalled.wait_for_selector("#picture[data-pts]")
+    devtools = second.context.new_cdp_session(stalled)
+    devtools.send("Debugger.enable")
+    devtools.send("Debugger.pause")  # takes nothing and acknowledges nothing from here on
+    wear(first, "#20A040")
+    first.until(lambda: second.page.input_value("#lips-panel .hex") == "#20A040")
+    first.wait_for_pictures(20)
+    second.wait_for_pictures(20)
+    assert "3 viewers" in first.page.inner_text("#figures")
+    devtools.send("Debugger.disable")
+    wear(second, RED)
+    second.until(lambda: first.page.input_value("#lips-panel .hex") == RED)
+    first.until(lambda: is_red(first.lips()))
+
+
+def test_a_dropped_photo_gives_its_look(live, visit):
+    page = visit(live)
+    wear(page, RED)
+    page.drop(SAMPLES / "look.jpg")
+    told = page.until(lambda: page.page.inner_text("#told"))
+    assert re.fullmatch(r"lips #\w{6}, .+; eyes #\w{6}, .+", told)
+    look = look_of(page)
+    assert look.eyes is not None and look.lips.hex.lower() in told.lower()
+    assert page.page.is_visible("#photo-slot img")
+    page.until(lambda: not is_red(page.lips()))  # they are berry
+    page.page.fill("#lips-panel .hex", BLUE)
+    page.page.click("#reset")
+    assert look_of(page) == look
+
+
+def test_a_photo_that_cannot_be_read_says_why_and_the_look_stays(demo, visit, tmp_path):
+    page = visit(demo)
+    before = look_of(page)
+    (tmp_path / "bad.jpg").write_text("no photo")
+    page.drop(tmp_path / "bad.jpg", ".target")
+    page.until(lambda: "bad.jpg" in page.page.inner_text("#photo-slot .said"))
+    grey = np.full((64, 64, 3), 128, np.uint8)
+    cv2.imwrite(str(tmp_path / "grey.png"), grey)
+    page.drop(tmp_path / "grey.png", "#portrait-slot")
+    page.until(lambda: "grey.png" in page.page.inner_text("#portrait-slot .said"))
+    assert look_of(page) == before
+    assert not page.page.is_visible("#photo-slot img")
+
+
+def test_a_dropped_portrait_is_painted(demo, visit, tmp_path):
+    page = visit(demo)
+    with av.open(str(SAMPLES / "in.mp4")) as source:
+        frame = next(source.decode(video=0))
+    cv2.imwrite(str(tmp_path / "her.png"), frame.to_ndarray(format="bgr24"))
+    page.drop(tmp_path / "her.png", ".target[data-kind=portrait]")
+    page.until(lambda: page.picture().shape[0] < page.picture().shape[1])
+    page.until(lambda: is_red(page.lips()))
+
+
+def test_left_of_the_divider_is_the_untouched_picture(demo, visit):
+    page = visit(demo)
+    page.until(lambda: is_red(page.lips()))
+    page.page.keyboard.press("c")
+    divider = page.page.locator("#divider")
+    page.until(lambda: not is_red(page.lips(slice(15, 40))) and is_red(page.lips(slice(60, 85))))
+    divider.press("End")
+    page.until(lambda: not is_red(page.lips()))
+    assert divider.get_attribute("aria-valuenow") == "100"
+    box = page.page.locator("#frame").bounding_box()
+    y = box["y"] + box["height"] / 2
+    page.page.mouse.move(box["x"] + box["width"] - 2, y)
+    page.page.mouse.down()
+    page.page.mouse.move(box["x"] + 2, y, steps=4)
+    page.page.mouse.up()
+    page.until(lambda: is_red(page.lips()))
+    page.page.keyboard.press("c")
+    page.page.keyboard.down("b")
+    page.until(lambda: not is_red(page.lips()))
+    page.page.keyboard.up("b")
+    page.until(lambda: is_red(page.lips()))
+
+
+def test_look_and_picture_are_taken_home_and_a_look_is_brought(demo, visit, tmp_path):
+    page = visit(demo)
+    wear(page, BLUE, "gloss")
+    page.page.fill("#name", "my look")
+    with page.page.expect_download() as download:
+        page.page.click("#save-look")
+    assert download.value.suggested_filename == "my look.json"
+    text = Path(download.value.path()).read_text()
+    Look.load(download.value.path()).save(tmp_path / "look.json")
+    assert text == (tmp_path / "look.json").read_text()
+    with page.page.expect_download() as download:
+        page.page.click("#save-picture")
+    page.until(lambda: is_blue(page.lips()))
+    assert cv2.imread(str(download.value.path())).shape[2] == 3
+
+    values = json.loads(text)
+    values["lips"] = {key: values["lips"][key] for key in list(values["lips"])[:7]} | {"red": 200}
+    (tmp_path / "short.json").write_text(json.dumps(values))
+    page.drop(tmp_path / "short.json")
+    page.until(lambda: page.page.input_value("#lips-panel .hex") == "#C820C0")
+    (tmp_path / "typo.json").write_text(text.replace("gloss_detail", "glos_detail"))
+    page.drop(tmp_path / "typo.json")
+    page.until(lambda: "glos_detail" in page.page.inner_text("#said"))
+    assert look_of(page).lips.red == 200
+
+
+@pytest.mark.parametrize("kind", ["live", "demo"])
+def test_on_a_phone_nothing_is_wider_than_the_screen_or_too_small_to_touch(kind, visit, request):
+    page = visit(request.getfixturevalue(kind), **PHONE)
+    page.page.click("#eyes-tab")
+    page.page.set_checked("#eyes-panel [role=switch]", True)
+    page.page.click("#eyes-panel summary")
+    assert page.page.evaluate("() => document.documentElement.scrollWidth") == 360
+    small = page.page.evaluate(
+        """() => [...document.querySelectorAll("button, summary, input[type=range], input[type=number], .hex, .zones label, .switch, .slot label, .button")]
+            .map((one) => [one.id || one.className || one.type, one.getBoundingClientRect()])
+            .filter(([, box]) => box.width > 0 && Math.min(box.width, box.height) < 40).map(([name]) => name)"""
+    )
+    assert small == []
+
+
+def test_the_page_tells_that_the_server_stopped_and_comes_back_with_it(chromium, visit):
+    served = Served("demo")
+    page = visit(served)
+    wear(page, BLUE)
+    page.until(lambda: is_blue(page.lips()))
+    assert served.stop() == 0
+    page.until(lambda: "was stopped" in page.page.inner_text("#veil"))
+    again = Served("demo", port=served.port)
+    page.until(lambda: not page.page.is_visible("#veil"))
+    page.until(lambda: is_blue(page.lips()))  # the look is the page's own
+    page.faults = [fault for fault in page.faults if "ERR_CONNECTION_REFUSED" not in fault]
+    assert again.stop() == 0

@@ -1,0 +1,91 @@
+// Before and after: the divider over the picture, and the key that shows the picture before while it is held.
+
+const STEP = 0.02;
+const PAGE = 0.1;
+
+/** `ask(on)` tells the server whether pictures before are needed. */
+export class Compare {
+  #picture;
+  #ask;
+  #split = 0.5;
+  #isOn = false;
+  #isHeld = false;
+  #asked = false;
+  #area = document.getElementById("compare");
+  #divider = document.getElementById("divider");
+  #heldChip = document.getElementById("held");
+
+  constructor(picture, ask) {
+    this.#picture = picture;
+    this.#ask = ask;
+    const frame = document.getElementById("frame");
+    this.#area.addEventListener("pointerdown", (event) => this.#drag(event, frame));
+    this.#divider.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  get isOn() {
+    return this.#isOn;
+  }
+
+  set isOn(on) {
+    this.#isOn = on;
+    this.#area.hidden = !on;
+    this.#show();
+  }
+
+  set isHeld(on) {
+    if (on === this.#isHeld) return;
+    this.#isHeld = on;
+    this.#heldChip.hidden = !on;
+    this.#picture.held = on;
+    this.#show();
+  }
+
+  /** After the connection came back, the server knows nothing of it. */
+  askAgain() {
+    this.#asked = false;
+    this.#show();
+  }
+
+  #show() {
+    const wanted = this.#isOn || this.#isHeld;
+    if (wanted !== this.#asked) this.#ask(wanted);
+    this.#asked = wanted;
+    this.#picture.split = this.#isOn ? this.#split : null;
+    const percent = Math.round(100 * this.#split);
+    this.#area.style.setProperty("--split", `${100 * this.#split}%`);
+    this.#divider.setAttribute("aria-valuenow", percent);
+    this.#divider.setAttribute("aria-valuetext", `${percent} % before`);
+  }
+
+  #moveTo(split) {
+    this.#split = Math.min(1, Math.max(0, split));
+    this.#show();
+  }
+
+  #drag(down, frame) {
+    if (down.button !== 0) return;
+    down.preventDefault();
+    this.#divider.focus({ preventScroll: true });
+    this.#area.setPointerCapture(down.pointerId);
+    const follow = (event) => {
+      const { left, width } = frame.getBoundingClientRect();
+      this.#moveTo((event.clientX - left) / width);
+    };
+    const end = () => {
+      this.#area.removeEventListener("pointermove", follow);
+      this.#area.removeEventListener("lostpointercapture", end);
+    };
+    this.#area.addEventListener("pointermove", follow);
+    this.#area.addEventListener("lostpointercapture", end);
+    follow(down);
+  }
+
+  #key(event) {
+    const by = { ArrowLeft: -STEP, ArrowDown: -STEP, ArrowRight: STEP, ArrowUp: STEP, PageDown: -PAGE, PageUp: PAGE }[event.key];
+    const to = { Home: 0, End: 1 }[event.key] ?? (by === undefined ? undefined : this.#split + by);
+    if (to === undefined) return;
+    event.preventDefault();
+    this.#moveTo(to);
+  }
+}

@@ -1,0 +1,85 @@
+// The WebSocket: messages in and out, pictures in, and coming back after it was lost.
+
+const HEADER_BYTES = 20; // <QHHII: pts in us, rotation, flags, bytes painted, bytes before
+const FIRST_PAUSE_MS = 400;
+const LONGEST_PAUSE_MS = 5000;
+
+/** One picture as it came: {pts, rotation, painted: Blob, before: Blob or null}. */
+export function parsePicture(buffer) {
+  const header = new DataView(buffer, 0, HEADER_BYTES);
+  const paintedEnd = HEADER_BYTES + header.getUint32(12, true);
+  const beforeBytes = header.getUint32(16, true);
+  const jpeg = (from, to) => new Blob([new Uint8Array(buffer, from, to - from)], { type: "image/jpeg" });
+  return {
+    pts: Number(header.getBigUint64(0, true)),
+    rotation: header.getUint16(8, true),
+    painted: jpeg(HEADER_BYTES, paintedEnd),
+    before: beforeBytes > 0 ? jpeg(paintedEnd, paintedEnd + beforeBytes) : null,
+  };
+}
+
+/**
+ * Stays connected. `on` has a function for each type of message (hello, look, figures, error, bye),
+ * `picture` for pictures, and `lost(stopped)`, called once whenever the connection goes.
+ */
+export class Connection {
+  #on;
+  #socket = null;
+  #pauseMs = FIRST_PAUSE_MS;
+  #timer = 0;
+  #stopped = false; // the server said that it stops
+  #isUp = false;
+  #session = ""; // what we were in: the server takes us back into it
+
+  constructor(on) {
+    this.#on = on;
+    this.#open();
+    // no reason to wait out a pause when something says that it may work now
+    window.addEventListener("online", () => this.#hurry());
+    document.addEventListener("visibilitychange", () => document.hidden || this.#hurry());
+  }
+
+  /** Send a message; nothing happens while the connection is lost. */
+  send(message) {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(message));
+  }
+
+  #open() {
+    clearTimeout(this.#timer);
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const session = this.#session && `?session=${encodeURIComponent(this.#session)}`;
+    const socket = new WebSocket(`${scheme}://${location.host}/ws${session}`);
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = (event) => this.#receive(event.data);
+    socket.onclose = () => this.#closed();
+    this.#socket = socket;
+  }
+
+  #receive(data) {
+    if (typeof data !== "string") {
+      this.#on.picture(parsePicture(data));
+      return;
+    }
+    const message = JSON.parse(data);
+    if (message.type === "hello") {
+      this.#isUp = true;
+      this.#session = message.session;
+      this.#stopped = false;
+      this.#pauseMs = FIRST_PAUSE_MS;
+    }
+    if (message.type === "bye") this.#stopped = true;
+    this.#on[message.type]?.(message);
+  }
+
+  #closed() {
+    this.#socket = null;
+    if (this.#isUp) this.#on.lost(this.#stopped);
+    this.#isUp = false;
+    this.#timer = setTimeout(() => this.#open(), this.#pauseMs);
+    this.#pauseMs = Math.min(2 * this.#pauseMs, LONGEST_PAUSE_MS);
+  }
+
+  #hurry() {
+    if (this.#socket === null) this.#open();
+  }
+}

@@ -1,0 +1,24 @@
+// Keys of the whole page. They are listed under "?" in index.html.
+
+const TYPED = "input:not([type=range], [type=checkbox], [type=radio], [type=file], [type=color]), textarea, select";
+
+/** actions: {compare, mirror, full, help, undo, redo, held(on)}. */
+export function listenToKeys(actions) {
+  const plain = { c: actions.compare, m: actions.mirror, f: actions.full, "?": actions.help };
+  document.addEventListener("keydown", (event) => {
+    if (event.target.closest?.(TYPED) || document.querySelector("dialog[open]")) return;
+    const key = event.key.toLowerCase();
+    if ((event.ctrlKey || event.metaKey) && !event.altKey) {
+      const action = { z: event.shiftKey ? actions.redo : actions.undo, y: actions.redo }[key];
+      if (action) {
+        event.preventDefault();
+        action();
+      }
+    } else if (!event.altKey && !event.repeat) {
+      if (key === "b") actions.held(true);
+      plain[key]?.();
+    }
+  });
+  document.addEventListener("keyup", (event) => event.key.toLowerCase() === "b" && actions.held(false));
+  window.addEventListener("blur", () => actions.held(false)); // the key may go up elsewhere
+}

@@ -1,0 +1,92 @@
+// The page: what it hears from the server, and who is told.
+
+import { Compare } from "./compare.js";
+import { Connection } from "./connection.js";
+import { Controls } from "./controls.js";
+import { nameAfter, openLook, say, wireKeep } from "./keep.js";
+import { listenToKeys } from "./keys.js";
+import { LookStore } from "./look.js";
+import { Picture } from "./picture.js";
+import { hideFigures, showFigures, showVeil } from "./status.js";
+import { Photos } from "./upload.js";
+
+const LOST = "The connection was lost. Trying again …";
+const STOPPED = "makeup-video was stopped. Start it again, and the picture comes back here.";
+const WAITING = "Waiting for the first picture …";
+
+const byId = (id) => document.getElementById(id);
+let hello = null;
+let controls = null;
+
+const store = new LookStore((look, n) => connection.send({ type: "look", look, n }));
+const picture = new Picture(byId("picture"), (pts) => connection.send({ type: "shown", pts_us: pts }), (width, height) =>
+  byId("stage").style.setProperty("--ratio", width / height));
+const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
+const sendFile = (look) => connection.send({ type: "look", look }); // without a count: it comes back, filled in
+const photos = new Photos({ look: (file) => openLook(file, sendFile), photo: nameAfter });
+
+const connection = new Connection({
+  hello: welcome,
+  look({ look, told, seen }) {
+    store.receive(look, told, seen);
+    if (told) byId("told").textContent = told;
+  },
+  figures: showFigures,
+  error: ({ text }) => say(text),
+  bye: () => showVeil(STOPPED),
+  lost(stopped) {
+    hideFigures();
+    showVeil(stopped ? STOPPED : LOST);
+  },
+  picture(one) {
+    showVeil(null);
+    picture.show(one);
+  },
+});
+
+function welcome(message) {
+  const forgotten = hello !== null && message.mode === "demo" && message.session !== hello.session;
+  const mine = store.look;
+  hello = message;
+  document.title = `makeup-video ${hello.mode}`;
+  document.body.dataset.mode = hello.mode;
+  byId("mirror-button").hidden = hello.mode === "demo"; // a habit of people before a camera
+  store.start(hello.look);
+  controls ??= new Controls(hello, store);
+  photos.start(hello);
+  if (forgotten) store.replace(mine);
+  compare.askAgain();
+  showVeil(picture.isShown ? null : WAITING);
+}
+
+/** A button that is on or off. */
+function toggle(id, change) {
+  const button = byId(id);
+  return (button.onclick = () => {
+    const on = button.getAttribute("aria-pressed") !== "true";
+    button.setAttribute("aria-pressed", on);
+    change(on);
+  });
+}
+
+function wireTools() {
+  const help = () => byId("help").showModal();
+  const full = () => (document.fullscreenElement ? document.exitFullscreen() : byId("viewer").requestFullscreen());
+  byId("help-button").onclick = help;
+  byId("full-button").onclick = full;
+  byId("full-button").hidden = !document.fullscreenEnabled; // not on iPhones
+  document.addEventListener("fullscreenchange", () =>
+    byId("full-button").setAttribute("aria-pressed", document.fullscreenElement !== null));
+  listenToKeys({
+    compare: toggle("compare-button", (on) => (compare.isOn = on)),
+    mirror: toggle("mirror-button", (on) => (picture.mirrored = on)),
+    full,
+    help,
+    held: (on) => (compare.isHeld = on),
+    undo: () => store.undo(),
+    redo: () => store.redo(),
+  });
+}
+
+wireKeep(store, () => hello?.session ?? "", sendFile);
+wireTools();

@@ -1,0 +1,116 @@
+// The canvas: pictures are decoded off the main thread, the newest wins, and each is acknowledged.
+
+/** Draws what comes; `acknowledge(pts)` is called once for every picture. */
+export class Picture {
+  #canvas;
+  #context;
+  #acknowledge;
+  #next = null; // came while another was being decoded
+  #decoding = false;
+  #shown = null; // {pts, rotation, painted, before}: bitmaps
+  #drawAsked = false;
+  #mirrored = false;
+  #split = null; // where the divider stands, 0 to 1 from the left; null: no divider
+  #held = false;
+
+  /** onSize(width, height): called when the upright picture has another shape. */
+  constructor(canvas, acknowledge, onSize) {
+    this.#canvas = canvas;
+    this.#context = canvas.getContext("2d", { alpha: false });
+    this.#acknowledge = acknowledge;
+    this.onSize = onSize;
+  }
+
+  get isShown() {
+    return this.#shown !== null;
+  }
+
+  set mirrored(on) {
+    this.#mirrored = on;
+    this.#askToDraw();
+  }
+
+  /** The part of the width that shows the picture before; null: none. */
+  set split(part) {
+    this.#split = part;
+    this.#askToDraw();
+  }
+
+  /** The whole picture before, while a key is held. */
+  set held(on) {
+    this.#held = on;
+    this.#askToDraw();
+  }
+
+  show(picture) {
+    if (this.#next !== null) this.#acknowledge(this.#next.pts); // nobody will see it
+    this.#next = picture;
+    if (!this.#decoding) this.#decode();
+  }
+
+  async #decode() {
+    this.#decoding = true;
+    while (this.#next !== null) {
+      const { pts, rotation, painted, before } = this.#next;
+      this.#next = null;
+      try {
+        const bitmaps = await Promise.all([painted, before].map((jpeg) => jpeg && createImageBitmap(jpeg)));
+        const drawn = this.#askToDraw();
+        this.#forget();
+        this.#shown = { pts, rotation, painted: bitmaps[0], before: bitmaps[1] };
+        await drawn;
+      } catch {
+        // a picture that cannot be decoded is passed over: the next one comes anyway
+      }
+      this.#acknowledge(pts);
+    }
+    this.#decoding = false;
+  }
+
+  #forget() {
+    this.#shown?.painted.close();
+    this.#shown?.before?.close();
+  }
+
+  /** At the screen's next refresh; a page that nobody sees draws and acknowledges nothing. */
+  #askToDraw() {
+    this.#drawAsked ||= new Promise((resolve) =>
+      requestAnimationFrame(() => {
+        this.#drawAsked = false;
+        if (this.#shown !== null) this.#draw();
+        resolve();
+      }),
+    );
+    return this.#drawAsked;
+  }
+
+  #draw() {
+    const { pts, rotation, painted, before } = this.#shown;
+    const [width, height] = rotation % 180 ? [painted.height, painted.width] : [painted.width, painted.height];
+    if (this.#canvas.width !== width || this.#canvas.height !== height) {
+      this.#canvas.width = width;
+      this.#canvas.height = height;
+      this.onSize(width, height);
+    }
+    this.#drawTurned(this.#held && before ? before : painted, rotation, 0, width);
+    if (before && !this.#held && this.#split !== null) {
+      this.#drawTurned(before, rotation, 0, Math.round(this.#split * width));
+    }
+    this.#canvas.dataset.pts = pts;
+  }
+
+  /** The bitmap made upright, and mirrored if wished, between two columns of the canvas. */
+  #drawTurned(bitmap, rotation, left, right) {
+    const { width, height } = this.#canvas;
+    const context = this.#context;
+    context.save();
+    context.beginPath();
+    context.rect(left, 0, right - left, height);
+    context.clip();
+    context.translate(width / 2, height / 2);
+    if (this.#mirrored) context.scale(-1, 1);
+    context.rotate((-rotation * Math.PI) / 180); // canvas turns clockwise
+    context.drawImage(bitmap, -bitmap.width / 2, -bitmap.height / 2);
+    context.restore();
+  }
+}

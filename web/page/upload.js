@@ -1,0 +1,170 @@
+// Photos: chosen, dropped or pasted; shown as thumbnails; sent to be read; and why one was refused.
+
+import { el } from "./elements.js";
+
+const SLOTS = {
+  photo: { title: "Makeup of", empty: "Choose a photo", hint: "or drop one anywhere, or paste it", reading: "Reading the makeup …", aim: "Take the makeup of this photo" },
+  portrait: { title: "Painted on", empty: "Another face", hint: "", reading: "Looking for the face …", aim: "Paint on this face" },
+};
+const NO_ANSWER = "The photo could not be sent: the server does not answer.";
+
+/** A place for one photo: click to choose, drop onto, thumbnail, state. */
+class Slot {
+  file = null; // what was taken last
+  #kind;
+  #upload;
+  #thumb = el("img", { alt: "", hidden: true });
+  #hint;
+  #request = null;
+
+  /** upload(kind, file, signal) resolves to null, or to the reason why it was refused. */
+  constructor(kind, upload) {
+    const { title, empty, hint } = SLOTS[kind];
+    this.#kind = kind;
+    this.#upload = upload;
+    this.#hint = el("small", {}, hint);
+    this.text = el("b", {}, empty);
+    const input = el("input", { type: "file", accept: "image/*", "aria-label": `${title}: choose a photo` });
+    input.addEventListener("change", () => {
+      if (input.files.length) this.take(input.files[0]);
+      input.value = ""; // the same file again is a change, too
+    });
+    this.#thumb.addEventListener("error", () => (this.#thumb.hidden = true)); // HEIC, in most browsers
+    this.said = el("p", { className: "said", role: "alert" });
+    this.element = el("div", { className: "slot", id: `${kind}-slot` },
+      el("label", {}, input, el("span", { className: "thumb" }, this.#thumb), el("span", { className: "words" }, el("small", {}, title), this.text, this.#hint)),
+      this.said);
+  }
+
+  async take(file) {
+    this.#request?.abort(); // the newest photo is the one that is wanted
+    const request = (this.#request = new AbortController());
+    this.#state("reading", "");
+    const refused = await this.#upload(this.#kind, file, request.signal);
+    if (request.signal.aborted) return;
+    this.#request = null;
+    this.#state("", refused ?? "");
+    if (refused === null) this.#taken(file);
+  }
+
+  #state(className, said) {
+    this.element.classList.toggle("reading", className === "reading");
+    this.element.setAttribute("aria-busy", className === "reading");
+    this.#hint.textContent = className === "reading" ? SLOTS[this.#kind].reading : SLOTS[this.#kind].hint;
+    this.said.textContent = said;
+  }
+
+  #taken(file) {
+    this.file = file;
+    if (this.#thumb.src) URL.revokeObjectURL(this.#thumb.src);
+    this.#thumb.src = URL.createObjectURL(file);
+    this.#thumb.hidden = false;
+    this.text.textContent = file.name || "pasted photo";
+  }
+}
+
+/** on: {look(text) for a look file, photo(file) after one was read}. */
+export class Photos {
+  #hello = null;
+  #slots = {};
+  #on;
+  #drop = document.getElementById("drop");
+  #depth = 0; // dragenter and dragleave come for every element on the way
+
+  constructor(on) {
+    this.#on = on;
+    document.addEventListener("dragenter", (event) => this.#enter(event));
+    document.addEventListener("dragover", (event) => this.#over(event));
+    document.addEventListener("dragleave", () => this.#leave(this.#depth - 1));
+    document.addEventListener("drop", (event) => this.#dropped(event));
+    document.addEventListener("paste", (event) => this.#pasted(event));
+  }
+
+  /** Once for each hello; what the page has is kept. */
+  start(hello) {
+    const isNew = this.#hello !== null && this.#hello.session !== hello.session;
+    this.#hello = hello;
+    for (const kind of hello.mode === "demo" ? ["photo", "portrait"] : ["photo"]) {
+      this.#slots[kind] ??= new Slot(kind, (...one) => this.#upload(...one));
+    }
+    document.getElementById("photos").replaceChildren(...Object.values(this.#slots).map(({ element }) => element));
+    const portrait = this.#slots.portrait?.file;
+    if (isNew && portrait) this.#slots.portrait.take(portrait); // the new session knows nothing of it
+  }
+
+  async #upload(kind, file, signal) {
+    const limit = this.#hello.photo_bytes_limit;
+    if (file.size > limit) {
+      return `This file has ${Math.ceil(file.size / 1e6)} MB; a photo may have ${Math.floor(limit / 1e6)} MB.`;
+    }
+    try {
+      const address = `/${kind}?session=${encodeURIComponent(this.#hello.session)}`;
+      const headers = { "X-File-Name": encodeURIComponent(file.name) };
+      const response = await fetch(address, { method: "POST", body: file, headers, signal });
+      const answer = await response.json();
+      if (!response.ok) return answer.error ?? NO_ANSWER;
+      if (kind === "photo") this.#on.photo(file);
+      return null;
+    } catch {
+      return NO_ANSWER;
+    }
+  }
+
+  #take(file, kind = "photo") {
+    if (this.#hello === null) return;
+    if (file.type === "application/json" || /\.json$/i.test(file.name)) this.#on.look(file);
+    else this.#slots[kind].take(file);
+  }
+
+  #isFile(event) {
+    return this.#hello !== null && event.dataTransfer?.types.includes("Files");
+  }
+
+  #enter(event) {
+    if (!this.#isFile(event)) return;
+    event.preventDefault();
+    if (this.#depth === 0) this.#aim(event);
+    this.#depth += 1;
+  }
+
+  /** What a drop would do: in demo a photo may be meant for either. */
+  #aim(event) {
+    const isLook = event.dataTransfer.items?.[0]?.type === "application/json";
+    const aims = isLook ? [["photo", "Wear this look"]] : Object.keys(this.#slots).map((kind) => [kind, SLOTS[kind].aim]);
+    this.#drop.replaceChildren(...aims.map(([kind, aim]) => {
+      const target = el("div", { className: "target" }, el("span", {}, aim));
+      target.dataset.kind = kind;
+      return target;
+    }));
+    this.#drop.hidden = false;
+  }
+
+  #over(event) {
+    if (!this.#isFile(event)) return;
+    event.preventDefault();
+    event.dataTransfer.dropEffect = "copy";
+    const over = event.target.closest?.(".target");
+    for (const target of this.#drop.children) target.classList.toggle("over", target === over);
+  }
+
+  #leave(depth) {
+    this.#depth = Math.max(0, depth);
+    if (this.#depth === 0) this.#drop.hidden = true;
+  }
+
+  #dropped(event) {
+    if (!this.#isFile(event)) return;
+    event.preventDefault();
+    this.#leave(0);
+    const target = event.target.closest?.(".target")?.dataset.kind;
+    const slot = event.target.closest?.(".slot")?.id.replace("-slot", "");
+    if (event.dataTransfer.files.length) this.#take(event.dataTransfer.files[0], target ?? slot);
+  }
+
+  #pasted(event) {
+    const file = [...(event.clipboardData?.files ?? [])].find(({ type }) => type.startsWith("image/"));
+    if (!file) return;
+    event.preventDefault();
+    this.#take(file);
+  }
+}
