@@ -56,6 +56,7 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("film", rows, lambda r: r["film"])
     yield _row("seconds / frames", rows, lambda r: f"{r['seconds']:.0f} / {r['frames']}")
     yield _row("latency, ms: p50 / p95 / p99", rows, lambda r: spread(r["latency_ms"]))
+    yield _row("the start, not counted", rows, lambda r: spread(r["warm_up_latency_ms"]))
     yield _row("first 10 s", rows, lambda r: spread(r["first_seconds_latency_ms"]))
     yield _row("last 10 s", rows, lambda r: spread(r["last_seconds_latency_ms"]))
     yield _row("dropped at the door", rows, lambda r: str(r["dropped_at_door"]))
@@ -66,8 +67,9 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("CPU ms a frame", rows, lambda r: f"{r['cpu_ms_per_frame']:.1f}")
     yield _row("cores busy", rows, lambda r: f"{r['cpu_cores']:.2f}")
     yield _row("the viewer's CPU ms a frame", rows, lambda r: f"{r['viewer_cpu_ms_per_frame']:.1f}")
-    yield _row("memory after 10 s, MB", rows, lambda r: f"{r['memory_mb']['after_10_s']:.0f}")
-    yield _row("memory at the end, MB", rows, lambda r: f"{r['memory_mb']['at_end']:.0f}")
+    for when, label in (("after_10_s", "after 10 s"), ("at_end", "at the end")):
+        held = [r["memory_mb"][when] for r in rows]
+        yield _row(f"memory {label}, MB", held, lambda mb: "unknown" if mb is None else f"{mb:.0f}")
     yield _row("level of haste at the end", rows, lambda r: str(r["level"]))
 
 

@@ -7,6 +7,7 @@ Leaves frames.npy, samples.npy and viewed.npy in the folder, and says on stdout 
 """
 
 import json
+import math
 import subprocess
 import sys
 import time
@@ -152,10 +153,11 @@ def _watched(show: LiveShow, folder: Path) -> Generator[None, None, None]:
 
 
 def _memory_and_cpu() -> tuple[float, float]:
-    """MB in memory (0 where the system does not tell), and CPU seconds so far."""
+    """MB in memory (NaN where the system does not tell), and CPU seconds so far."""
     from makeup_video.cli.measure_run import memory_mb
 
-    return memory_mb("self") or 0.0, time.process_time()
+    held_mb = memory_mb("self")
+    return math.nan if held_mb is None else held_mb, time.process_time()
 
 
 def _frames_of(film: Path) -> int:

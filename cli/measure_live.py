@@ -19,7 +19,7 @@ from makeup_video.cli.measure_run import check_painted
 if TYPE_CHECKING:
     from makeup_video.cli.measure import Bench
 
-WARM_SECONDS = 2.0  # from the first frame on, nothing is counted: nets and kernels start
+WARM_SECONDS = 1.0  # from the first frame on, nothing is counted: caches are cold, threads start
 ENDS_SECONDS = 10.0  # at the beginning and at the end of the run
 _STAGES = ("work", "faces", "smooth", "scene", "composite", "preview")
 COLUMNS = ("pts", "came", *(f"{name} {what}" for name in _STAGES for what in ("begins", "ends")))
@@ -52,8 +52,8 @@ def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
 
 
 def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict[str, Any]:
-    """frames: (N, len(COLUMNS)), seconds but for pts in microseconds; NaN: never.  samples: (M, 3), seconds, MB, CPU
-    seconds.  viewed: as live_viewer.watch writes it.
+    """frames: (N, len(COLUMNS)), seconds but for pts in microseconds; NaN: never.  samples: (M, 3), seconds, MB (NaN: not told),
+    CPU seconds.  viewed: as live_viewer.watch writes it.
 
     dropped: frames that came and never reached the viewer: at the door, where a newer one came while
     one was being painted; or in the preview.
@@ -62,13 +62,14 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     counted = frames[frames[:, 1] >= began]
     due = counted[:, 0] / 1e6
     at = dict(viewed[:-1])
-    seen = np.array([at.get(pts, math.nan) for pts in counted[:, 0]])
+    seen = _seen(counted, at)
     painted = _column(counted, "work ends")
-    late = 1000 * (seen - due)
+    late = _late(counted, at)
     last = counted[-1, 1]
     door, preview = int(np.isnan(painted).sum()), int(np.isnan(seen[~np.isnan(painted)]).sum())
     return {
         "warm_up_seconds": WARM_SECONDS,
+        "warm_up_latency_ms": _spread(_late(frames[frames[:, 1] < began], at)),
         "seconds": last - began,
         "frames": len(counted),
         "fps": float((~np.isnan(seen)).sum() - 1) / float(np.nanmax(seen) - np.nanmin(seen)),
@@ -82,6 +83,14 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
         **_process(samples, began, last, len(counted)),
         "viewer_cpu_ms_per_frame": 1000 * float(viewed[-1, 1]) / max(len(viewed) - 1, 1),
     }
+
+
+def _seen(frames: np.ndarray, at: dict[float, float]) -> np.ndarray:
+    return np.array([at.get(pts, math.nan) for pts in frames[:, 0]])
+
+
+def _late(frames: np.ndarray, at: dict[float, float]) -> np.ndarray:
+    return 1000 * _seen(frames, at) - frames[:, 0] / 1000
 
 
 def _ways(counted: np.ndarray, due: np.ndarray, seen: np.ndarray) -> dict[str, dict[str, float]]:
@@ -122,5 +131,9 @@ def _process(samples: np.ndarray, began: float, last: float, frames: int) -> dic
     return {
         "cpu_ms_per_frame": 1000 * float(end - first) / frames,
         "cpu_cores": float((end - first) / (last - began)),
-        "memory_mb": {"after_10_s": float(early), "at_end": float(late)},
+        "memory_mb": {"after_10_s": _known(early), "at_end": _known(late)},
     }
+
+
+def _known(number: float) -> float | None:
+    return None if math.isnan(number) else float(number)

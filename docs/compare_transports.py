@@ -255,7 +255,7 @@ def measure(browser: Any, way: str, seconds: float) -> None:
         page.evaluate(f"busy = {json.dumps(busy)}; seen.length = 0")
         before = figures()
         time.sleep(seconds)
-        after, seen = figures(), page.evaluate("seen")
+        seen, after = page.evaluate("seen"), figures()
         delays = [at - 1000 * after["times"][number] for number, at in seen]
         p50, p95 = np.percentile(delays, (50, 95)) if delays else (np.nan, np.nan)
         cells += [f"{p50:.0f}", f"{p95:.0f}", f"{len(seen) / seconds:.1f}"]

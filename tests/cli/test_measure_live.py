@@ -71,6 +71,13 @@ def test_frames_that_are_lost_are_counted_where_they_were_lost():
     assert got["latency_ms"]["max"] == pytest.approx(10, abs=0.01)
 
 
+def test_memory_that_no_system_tells_is_unknown():
+    told = samples(10)
+    told[:, 1] = np.nan
+    got = figures(table(10), told, seen(table(10)))
+    assert got["memory_mb"] == {"after_10_s": None, "at_end": None}
+
+
 def test_the_way_of_a_frame_is_told_in_its_order():
     got = figures(table(10), samples(10), seen(table(10)))
     ways = list(got["ways_ms"])
