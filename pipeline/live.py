@@ -88,7 +88,6 @@ class LiveRun:
         say: Callable[[str], None] = lambda line: None,
     ) -> None:
         self.compare = False
-        self._device = device
         self._camera = camera
         self._find = FindFaces()
         self._smooth = SmoothLive()
@@ -112,7 +111,7 @@ class LiveRun:
     def run(self, on_tick: Callable[[], None] | None = None) -> None:
         """Block until the camera ends or the run is stopped; raises as LiveRunner.run does."""
         try:
-            warm_up(self._device)
+            warm_up(self._scene, self._composite)
             with one_opencv_thread(), _old_objects_left_alone():
                 self._runner.run(on_tick)
         finally:
