@@ -86,6 +86,7 @@ class Visit:
         self.context = browser.new_context(**context)
         self.page = self.context.new_page()
         self.faults: list[str] = []
+        self.server_may_stop = False
         origin = urlsplit(url).netloc
         self.page.on("console", self._heard)
         self.page.on("pageerror", lambda error: self.faults.append(str(error)))
@@ -95,7 +96,8 @@ class Visit:
 
     def _heard(self, message: Any) -> None:
         # the browser itself notes every refusal; the page tells of it where it happened
-        if message.type in ("error", "warning") and "status of 4" not in message.text:
+        known = ["status of 4"] + ["ERR_CONNECTION_REFUSED"] * self.server_may_stop
+        if message.type in ("error", "warning") and not any(one in message.text for one in known):
             self.faults.append(message.text)
 
     def _asked(self, url: str, origin: str) -> None:

@@ -1,7 +1,8 @@
 """What pages and server say to each other in text: JSON objects with a "type".
 
 page -> server
-    look     {look, n}         the whole look; n: optional, counts this page's own looks
+    look     {look, n}         the whole look; n counts this page's own looks; without it, as from a
+                               file, the look comes back with all that was left out
     compare  {on}
     shown    {pts_us}          this picture is on the screen
 server -> page

@@ -58,7 +58,7 @@ class Product {
     this.body.disabled = params === null;
     for (const set of this.#parts) set(this.#last, look);
     const finish = finishOf(this.#last, this.#hello.finishes, this.#region);
-    this.tabText.textContent = params === null ? "bare" : `${hexOf(params)}  ${finish ?? "own mix"}`;
+    this.tabText.textContent = params === null ? "bare" : `${hexOf(params)} ${finish ?? "own mix"}`;
     this.tab.classList.toggle("bare", params === null);
     this.draw();
   }

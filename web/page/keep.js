@@ -2,13 +2,17 @@
 
 import { lookFile } from "./look.js";
 
+const SAID_MS = 20_000;
 const said = document.getElementById("said");
 const name = document.getElementById("name");
+let clearing = 0;
 const button = (id) => document.getElementById(id);
 
-/** One line where the files are: what went wrong; "" clears it. */
+/** One line where the files are: what went wrong; "" clears it, as time does. */
 export function say(text) {
   said.textContent = text;
+  clearTimeout(clearing);
+  clearing = setTimeout(() => (said.textContent = ""), SAID_MS);
 }
 
 /** The look's name is what it was read from, until somebody names it. */

@@ -32,7 +32,7 @@ const connection = new Connection({
     if (told) byId("told").textContent = told;
   },
   figures: showFigures,
-  error: ({ text }) => say(text),
+  error: ({ text }) => (hello === null ? showVeil(text) : say(text)),
   bye: () => showVeil(STOPPED),
   lost(stopped) {
     hideFigures();
