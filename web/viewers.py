@@ -141,8 +141,11 @@ class Room:
                 if on and self._newest is not None and self._newest.before is not None:
                     viewer.offer(self._newest)  # others compare already, and no new one may come
             case LookWanted(look, n):
-                viewer.seen = n
-                self.change(look, None, viewer)
+                if n is None:  # from a file: the page does not know yet what it means
+                    self.change(look, None)
+                else:
+                    viewer.seen = n
+                    self.change(look, None, viewer)
 
     def change(self, look: Look, told: str | None, by: Viewer | None = None) -> None:
         """Paint this from now on, and tell all pages but the one that knows already."""
