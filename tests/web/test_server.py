@@ -137,6 +137,14 @@ def test_what_one_page_changes_the_others_see_and_it_does_not_come_back(show, ur
     assert show.look == BLUE
 
 
+def test_a_look_without_a_count_comes_back_as_it_was_understood(show, url):
+    short = RED.to_dict()
+    del short["zone"], short["intensity"]
+    with Page(url) as page:
+        page.say("look", look=short)
+        assert page.message("look")["look"] == RED.to_dict()
+
+
 def test_a_look_that_is_refused_is_told_and_the_true_one_comes_again(show, url):
     with Page(url) as page:
         page.say("look", look={**RED.to_dict(), "strength": 7})
