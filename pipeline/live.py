@@ -24,6 +24,8 @@ from makeup_video.pipeline.smooth import SmoothLive
 from makeup_video.pipeline.warm_up import warm_up
 
 _FIGURES_SECONDS = 2.0  # what the figures look back on
+_REPEAT_SECONDS = 60.0  # before the same line is said again
+_ALL_IS_WELL = "fast enough again: nothing is left out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,7 @@ class LiveRun:
         )
         self._budget = Budget()
         self._say = say
+        self._said: dict[str, float] = {}  # what of the level, and when
         self._last: deque[tuple[float, float]] = deque()  # when painted, how late
         self._pictures = 0
         self._before = math.nan, 0  # when the last frame arrived, and how many were dropped by then
@@ -166,7 +169,13 @@ class LiveRun:
         level = self._budget(work_seconds, interval, dropped - before_dropped)
         self._find.level = self._composite.level = level
         if self._budget.told != told:
-            self._say(self._budget.told or "fast enough again: nothing is left out")
+            self._say_now_and_then(self._budget.told or _ALL_IS_WELL, arrived_seconds)
+
+    def _say_now_and_then(self, line: str, seconds: float) -> None:
+        """On a machine with other things to do the level may come and go; the page shows it all the time."""
+        if seconds - self._said.get(line, -math.inf) >= _REPEAT_SECONDS:
+            self._said[line] = seconds
+            self._say(line)
 
     def _note(self, now: float, late_seconds: float) -> None:
         self._pictures += 1

@@ -4,7 +4,8 @@ import threading
 
 import numpy as np
 import pytest
-from makeup_video.pipeline import Look, product
+from makeup_video.pipeline import Look, live, product
+from makeup_video.pipeline.budget import TOLD, Budget
 from makeup_video.pipeline.errors import StoppedError
 from makeup_video.pipeline.live import LiveRun
 from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
@@ -123,6 +124,23 @@ def test_figures_count_what_was_painted_and_what_each_sink_took():
     assert after.notice == "the camera is gone"
     sink.notice = "rtmp://host does not answer"
     assert run.figures().notice == "the camera is gone; rtmp://host does not answer"
+
+
+def test_what_a_slow_machine_leaves_out_is_handed_to_the_stages_and_said_once_a_minute(monkeypatch):
+    levels = iter([0, 1, 0, 1, 0, 1, 2])
+
+    class Wavering(Budget):
+        def __call__(self, *_):
+            self.level = next(levels)
+            return self.level
+
+    monkeypatch.setattr(live, "Budget", Wavering)
+    camera, lines, seen = Camera(8), [], []
+    run = LiveRun(camera, RED, [Sink(camera)], say=lines.append)
+    camera.before_frame = lambda number: seen.append((run.figures().level, run._find.level))
+    run.run()
+    assert seen == [(level, level) for level in (0, 0, 0, 1, 0, 1, 0, 1)]  # after each frame
+    assert lines == [TOLD[1], "fast enough again: nothing is left out", TOLD[2]]
 
 
 def test_stopping_from_another_thread_ends_the_run_and_closes_the_camera():
