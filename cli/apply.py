@@ -10,7 +10,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from makeup_video.cli.ending import tell, told_in_one_line
-from makeup_video.cli.look import base_look
+from makeup_video.cli.look import (
+    Color,
+    Faces,
+    Finish,
+    Intensity,
+    LookFile,
+    OpenclDevice,
+    Parts,
+    RefFace,
+    RefPhoto,
+    Strength,
+    Zone,
+    base_look,
+)
 
 if TYPE_CHECKING:
     from makeup_video.pipeline.side_file import JsonFile
@@ -21,45 +34,23 @@ def apply(
     output: Annotated[
         str, typer.Option("-o", "--output", metavar="OUT", help="Where to write the result.")
     ],
-    look: Annotated[
-        str | None, typer.Option(metavar="FILE", help="A look file (JSON), or 'none'.")
-    ] = None,
-    color: Annotated[
-        str | None, typer.Option(metavar="HEX", help="The product's colour, such as '#B4002E'.")
-    ] = None,
-    finish: Annotated[
-        str | None, typer.Option(help="matte, satin, sheer, gloss, metallic or shimmer.")
-    ] = None,
-    parts: Annotated[
-        str | None, typer.Option(help="lips, eyes, or lips,eyes; default: those of the look, lips.")
-    ] = None,
-    zone: Annotated[
-        str | None, typer.Option(help="Of eye-shadow: lid, crease, full or outer.")
-    ] = None,
-    intensity: Annotated[
-        float | None, typer.Option(metavar="0..1", help="How much eye-shadow.")
-    ] = None,
-    strength: Annotated[
-        float | None, typer.Option(metavar="0..1", help="How much of all of it.")
-    ] = None,
-    faces: Annotated[
-        str, typer.Option(help="all, largest, or a face's number as inspect shows it.")
-    ] = "all",
+    look: LookFile = None,
+    color: Color = None,
+    finish: Finish = None,
+    parts: Parts = None,
+    zone: Zone = None,
+    intensity: Intensity = None,
+    strength: Strength = None,
+    faces: Faces = "all",
     compare: Annotated[
         bool, typer.Option("--compare", help="Show before and after beside each other.")
     ] = False,
-    device: Annotated[
-        str, typer.Option(help="The OpenCL device: a number or part of a name; default: the CPU.")
-    ] = "",
+    device: OpenclDevice = "",
     save_look: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write the look that is painted as JSON.")
     ] = None,
-    ref: Annotated[
-        str | None, typer.Option(metavar="PHOTO", help="A photo of the makeup to paint.")
-    ] = None,
-    ref_face: Annotated[
-        str | None, typer.Option(help="Whose makeup: largest, or a number as inspect shows it.")
-    ] = None,
+    ref: RefPhoto = None,
+    ref_face: RefFace = None,
     codec: Annotated[
         str | None,
         typer.Option(help="h264, hevc, av1, vp9, ffv1 or prores; default: what suits IN and OUT."),

@@ -8,7 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from makeup_video.cli.ending import told_in_one_line
-from makeup_video.cli.look import base_look
+from makeup_video.cli.look import (
+    Color,
+    Faces,
+    Finish,
+    Intensity,
+    LookFile,
+    OpenclDevice,
+    Parts,
+    RefFace,
+    RefPhoto,
+    Strength,
+    Zone,
+    base_look,
+)
 from makeup_video.cli.page import PORT, page
 from makeup_video.cli.progress import live_summary, show_live
 from makeup_video.cli.say import say
@@ -19,6 +32,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.choose import Choice
     from makeup_video.pipeline.live import LiveRun
     from makeup_video.pipeline.live_frame import LiveSink
+
 _NOBODY = "--no-preview leaves nobody to see it: add -o OUT, --stream URL or --virtual-camera"
 
 
@@ -27,35 +41,17 @@ def live(
         str | None,
         typer.Option(metavar="NAME", help="A camera, or a video that plays; default: the first."),
     ] = None,
-    ref: Annotated[
-        str | None, typer.Option(metavar="PHOTO", help="A photo of the makeup to paint.")
-    ] = None,
-    ref_face: Annotated[
-        str | None, typer.Option(help="Whose makeup: largest, or a number as inspect shows it.")
-    ] = None,
-    look: Annotated[
-        str | None, typer.Option(metavar="FILE", help="A look file (JSON), or 'none'.")
-    ] = None,
-    color: Annotated[
-        str | None, typer.Option(metavar="HEX", help="The product's colour, such as '#B4002E'.")
-    ] = None,
-    finish: Annotated[
-        str | None, typer.Option(help="matte, satin, sheer, gloss, metallic or shimmer.")
-    ] = None,
-    parts: Annotated[str | None, typer.Option(help="lips, eyes, or lips,eyes.")] = None,
-    zone: Annotated[
-        str | None, typer.Option(help="Of eye-shadow: lid, crease, full or outer.")
-    ] = None,
-    intensity: Annotated[
-        float | None, typer.Option(metavar="0..1", help="How much eye-shadow.")
-    ] = None,
-    strength: Annotated[
-        float | None, typer.Option(metavar="0..1", help="How much of all of it.")
-    ] = None,
-    faces: Annotated[str, typer.Option(help="all, largest, or a face's number.")] = "all",
-    device: Annotated[
-        str, typer.Option(help="The OpenCL device: a number or part of a name; default: the CPU.")
-    ] = "",
+    ref: RefPhoto = None,
+    ref_face: RefFace = None,
+    look: LookFile = None,
+    color: Color = None,
+    finish: Finish = None,
+    parts: Parts = None,
+    zone: Zone = None,
+    intensity: Intensity = None,
+    strength: Strength = None,
+    faces: Faces = "all",
+    device: OpenclDevice = "",
     size: Annotated[str, typer.Option(metavar="WxH", help="Asked of the camera.")] = "1280x720",
     fps: Annotated[int, typer.Option(help="Frames a second, asked of the camera.")] = 30,
     pixels: Annotated[

@@ -1,11 +1,38 @@
-"""The look that the options of a command mean, before colours and finishes on top of it."""
+"""The options that several commands say a look with, and the look that they mean before colours and finishes."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+import typer
 from makeup_video.cli.say import say
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
+
+LookFile = Annotated[
+    str | None, typer.Option(metavar="FILE", help="A look file (JSON), or 'none'.")
+]
+Color = Annotated[
+    str | None, typer.Option(metavar="HEX", help="The product's colour, such as '#B4002E'.")
+]
+Finish = Annotated[
+    str | None, typer.Option(help="matte, satin, sheer, gloss, metallic or shimmer.")
+]
+Parts = Annotated[
+    str | None, typer.Option(help="lips, eyes, or lips,eyes; default: those of the look, lips.")
+]
+Zone = Annotated[str | None, typer.Option(help="Of eye-shadow: lid, crease, full or outer.")]
+Intensity = Annotated[float | None, typer.Option(metavar="0..1", help="How much eye-shadow.")]
+Strength = Annotated[float | None, typer.Option(metavar="0..1", help="How much of all of it.")]
+Faces = Annotated[str, typer.Option(help="all, largest, or a face's number as inspect shows it.")]
+OpenclDevice = Annotated[
+    str, typer.Option(help="The OpenCL device: a number or part of a name; default: the CPU.")
+]
+RefPhoto = Annotated[
+    str | None, typer.Option(metavar="PHOTO", help="A photo of the makeup to paint.")
+]
+RefFace = Annotated[
+    str | None, typer.Option(help="Whose makeup: largest, or a number as inspect shows it.")
+]
 
 
 def base_look(
