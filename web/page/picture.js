@@ -54,7 +54,9 @@ export class Picture {
       const { pts, rotation, painted, before } = this.#next;
       this.#next = null;
       try {
-        const bitmaps = await Promise.all([painted, before].map((jpeg) => jpeg && createImageBitmap(jpeg)));
+        const bitmaps = await Promise.all(
+          [painted, before].map((jpeg) => jpeg && createImageBitmap(jpeg)),
+        );
         const drawn = this.#askToDraw();
         this.#forget();
         this.#shown = { pts, rotation, painted: bitmaps[0], before: bitmaps[1] };
@@ -86,7 +88,8 @@ export class Picture {
 
   #draw() {
     const { pts, rotation, painted, before } = this.#shown;
-    const [width, height] = rotation % 180 ? [painted.height, painted.width] : [painted.width, painted.height];
+    const [width, height] =
+      rotation % 180 ? [painted.height, painted.width] : [painted.width, painted.height];
     if (this.#canvas.width !== width || this.#canvas.height !== height) {
       this.#canvas.width = width;
       this.#canvas.height = height;
