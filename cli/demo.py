@@ -48,21 +48,27 @@ def demo(
 
 
 def _portrait(path: str | None) -> "Portrait":
-    from makeup_video.pipeline.source import local_file
     from makeup_video.web.app import PAGE
     from makeup_video.web.portrait import Portrait
 
-    file = PAGE / "portrait.jpg" if path is None else local_file(path, "photo")
-    return Portrait(file.read_bytes(), str(file))
+    file = str(PAGE / "portrait.jpg") if path is None else path
+    return Portrait(_bytes(file), file)
 
 
 def _look(ref: str | None, look: str | None) -> "Look":
-    from makeup_video.pipeline import Look, UsageError, look_from_photo, product
+    from makeup_video.pipeline import Look, UsageError, product
+    from makeup_video.web.read_look import read_look
 
     if ref is not None and look is not None:
         raise UsageError("--ref and --look both say what to begin with: give one of them")
     if ref is not None:
-        return look_from_photo(ref, keep_nets=True)
+        return read_look(_bytes(ref), ref)
     if look is not None:
         return Look.load(look)
     return Look(lips=product(_COLOUR, "satin"))
+
+
+def _bytes(path: str) -> bytes:
+    from makeup_video.pipeline.source import local_file
+
+    return local_file(path, "photo").read_bytes()

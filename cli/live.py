@@ -166,7 +166,7 @@ def _until_it_ends(run: "LiveRun", quiet: bool) -> None:
     with show_live(quiet) as shown:
         try:
             run.run(lambda: shown(run.figures()))
-        except StoppedError:
+        except (StoppedError, KeyboardInterrupt):
             pass
         finally:
             figures = run.figures()

@@ -175,7 +175,12 @@ class Device:
                 f"-DBLOCK_ACROSS={block[0]}",
                 f"-DBLOCK_DOWN={block[1]}",
             ]
-        return cl.Program(self.context, source).build(options=options)
+        try:
+            return cl.Program(self.context, source).build(options=options)
+        except cl.RuntimeError:
+            # LLVM deletes its temporary files when Ctrl-C comes, and fails for want of them; who is
+            # still here is to end in good order
+            return cl.Program(self.context, source).build(options=options)
 
     def memory(self, shape: tuple[int, ...], dtype: Any) -> "Memory":
         return Memory(self, shape, np.dtype(dtype))

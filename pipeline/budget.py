@@ -1,10 +1,10 @@
 """How much a slow machine leaves out of every live frame, from level 0 (nothing) to 3.
 
-The rule, which holds no clock: a second of frames is *slow* when more than a tenth of them took
-over three quarters of the time between two frames of the camera, or came after others that had to be
-dropped. Three slow seconds in a row cost a level, so that one hiccup costs none. A second is *easy*
-when nineteen of twenty frames took less than two fifths of that time and none was dropped. Five easy
-seconds in a row give a level back; where that proved too much, twice as many are wanted the next time.
+The rule, which holds no clock: a second of frames is *slow* when more than a tenth of them took over
+three quarters of the time that the camera has for one, or had others dropped beside them. Three slow
+seconds in a row cost a level, so that one hiccup costs none. A second is *easy* when nineteen of twenty
+frames took less than two fifths of that time and none was dropped. Five easy seconds in a row give a
+level back; where that proved too much within twenty seconds, twice as many are wanted the next time.
 """
 
 MOST = 3  # the highest level
@@ -37,9 +37,9 @@ class Budget:
     def __init__(self) -> None:
         self.level = 0
         self._begin_second()
-        self._slow = self._easy = 0  # seconds in a row
+        self._slow = self._easy = self._fair = 0  # seconds in a row; fair: not slow
         self._seconds_at_level = 0
-        self._is_retry = False
+        self._is_retry = self._is_hopeless = False
         # By level: how many easy seconds give it back.
         self._wanted = [EASY_SECONDS] * MOST
 
@@ -47,16 +47,12 @@ class Budget:
         """The level after a frame.
 
         work_seconds: of all stages.  interval_seconds: from the arrival of the last frame that was
-        worked on to that of this one, more than 0.  dropped: how many the camera gave in between.
+        worked on to that of this one.  dropped: how many more the camera gave since the last call.
         """
-        camera_seconds = interval_seconds / (1 + dropped)
-        if interval_seconds <= 0 or camera_seconds > 1:
+        if interval_seconds <= 0 or interval_seconds / (1 + dropped) > 1:
             return self.level  # a clock that was set, or a camera that was away
         self._seconds += interval_seconds
-        self._frames += 1
-        self._late += dropped > 0 or work_seconds > LATE_SHARE * camera_seconds
-        self._uneasy += work_seconds > EASY_SHARE * camera_seconds
-        self._dropped += dropped
+        self._frames.append((work_seconds, dropped))
         if self._seconds >= 1:
             self._end_second()
             self._begin_second()
@@ -64,19 +60,27 @@ class Budget:
 
     @property
     def told(self) -> str:
-        return HOPELESS if self.level == MOST and self._slow >= SLOW_SECONDS else TOLD[self.level]
+        return HOPELESS if self._is_hopeless else TOLD[self.level]
 
     def _begin_second(self) -> None:
         self._seconds = 0.0
-        self._frames = self._late = self._uneasy = self._dropped = 0
+        self._frames: list[tuple[float, int]] = []  # work in seconds, and how many were dropped
 
     def _end_second(self) -> None:
-        is_slow = self._late > LATE_FRAMES * self._frames
-        is_easy = not self._dropped and self._uneasy <= UNEASY_FRAMES * self._frames
+        count, dropped = len(self._frames), sum(dropped for _, dropped in self._frames)
+        # on the whole: a driver may hand over two at once
+        camera_seconds = self._seconds / (count + dropped)
+        late = sum(gone > 0 or work > LATE_SHARE * camera_seconds for work, gone in self._frames)
+        uneasy = sum(work > EASY_SHARE * camera_seconds for work, _ in self._frames)
+        is_slow = late > LATE_FRAMES * count
+        is_easy = not dropped and uneasy <= UNEASY_FRAMES * count
         self._slow = self._slow + 1 if is_slow else 0
         self._easy = self._easy + 1 if is_easy else 0
+        self._fair = 0 if is_slow else self._fair + 1
         self._seconds_at_level += 1
-        if self._slow >= SLOW_SECONDS and self.level < MOST:
+        if self._slow >= SLOW_SECONDS and self.level == MOST:
+            self._is_hopeless = True
+        elif self._slow >= SLOW_SECONDS:
             was_too_much = self._is_retry and self._seconds_at_level <= PROBATION_SECONDS
             wanted = 2 * self._wanted[self.level] if was_too_much else EASY_SECONDS
             self._wanted[self.level] = min(wanted, MOST_EASY_SECONDS)
@@ -84,7 +88,9 @@ class Budget:
         elif self.level and self._easy >= self._wanted[self.level - 1]:
             self._go_to(self.level - 1)
             self._is_retry = True
+        elif self._fair >= EASY_SECONDS:
+            self._is_hopeless = False
 
     def _go_to(self, level: int) -> None:
-        self.level, self._is_retry = level, False
-        self._slow = self._easy = self._seconds_at_level = 0
+        self.level, self._is_retry, self._is_hopeless = level, False, False
+        self._slow = self._easy = self._fair = self._seconds_at_level = 0

@@ -93,8 +93,6 @@ class Camera:
 
 def _device_of(name: str | None) -> str | None:
     is_number = name is not None and name.isdecimal() and sys.platform.startswith("linux")
-    if sys.platform == "win32" and name is not None and not name.startswith("video="):
-        return f"video={name}"
     return f"/dev/video{name}" if is_number else name
 
 

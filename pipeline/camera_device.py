@@ -11,17 +11,15 @@ from threading import Condition, Event, Thread
 from typing import Any
 
 import av
+from av.device import enumerate_input_devices
 from makeup_video.pipeline.camera_door import CameraDoor
-from makeup_video.pipeline.errors import InputError
+from makeup_video.pipeline.camera_stamp import Freshness
+from makeup_video.pipeline.errors import InputError, MakeupVideoError
 from makeup_video.pipeline.frame import Frame
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
 _RETRY_SECONDS = 1.0
 _SILENT_SECONDS = 2.0  # a camera that sends nothing for so long is as good as gone
-_OLD_SECONDS = 0.1  # a picture that waited longer than this is not shown any more
-_AT_ONCE_SECONDS = 0.001  # a read that takes less found the packet waiting
-_DRIFT = 2e-4  # by so much may a camera's clock go slower than ours
-_JUMP_SECONDS = 60.0  # no picture waits so long: the camera's clock was set anew
 _NOT_THERE = (errno.ENOENT, errno.ENODEV, errno.ENXIO)
 _HELP = {
     errno.EACCES: "you may not use it: add yourself to the group video, or allow cameras in the settings",
@@ -40,18 +38,23 @@ class Wish:
 
 def open_device(name: str, system: str, options: dict[str, str]) -> Any:
     """The one place where a device is opened: FFmpeg's container, whose packets are the pictures."""
+    if system == "dshow" and not name.startswith("video="):
+        name = f"video={name}"
     return av.open(name, format=system, container_options=options)
 
 
 def devices_found() -> list[str]:
     """The cameras that the system knows, as `open_device` wants them named."""
     if sys.platform.startswith("linux"):
-        found = Path("/dev").glob("video[0-9]*")
-        return [str(path) for path in sorted(found, key=lambda path: int(path.name[5:]))]
+        paths = [path for path in Path("/dev").glob("video*") if path.name[5:].isdecimal()]
+        return [str(path) for path in sorted(paths, key=lambda path: int(path.name[5:]))]
+    if sys.platform == "darwin":
+        return ["default"]  # AVFoundation's own word for the camera that the system prefers
     try:
-        return [each.name for each in av.device.enumerate_input_devices(_system())]
+        found = enumerate_input_devices(_system())
     except (av.FFmpegError, NotImplementedError, ValueError):
         return []
+    return [each.name for each in found if "video" in each.media_types]
 
 
 def attempts(wish: Wish, system: str) -> list[dict[str, str]]:
@@ -72,28 +75,6 @@ def attempts(wish: Wish, system: str) -> list[dict[str, str]]:
     without_size = {key: value for key, value in asked.items() if key != "video_size"}
     tries = [{**asked, **one} for one in named] + [asked, without_size, common]
     return [one for index, one in enumerate(tries) if one not in tries[:index]]
-
-
-class Waited:
-    """How long a packet waited before it was read, by its own time stamp.
-
-    V4L2 stamps a picture when the camera made it. On whose clock does not matter: the least distance
-    to the time of reading is that of a packet which was read at once.
-    """
-
-    def __init__(self) -> None:
-        self._best: float | None = None
-        self._last = 0.0
-
-    def __call__(self, stamped_seconds: float | None, read_seconds: float) -> float:
-        if stamped_seconds is None:
-            return 0.0
-        offset = read_seconds - stamped_seconds
-        if self._best is None or abs(offset - self._best) > _JUMP_SECONDS:
-            self._best = offset
-        self._best = min(self._best + _DRIFT * (read_seconds - self._last), offset)
-        self._last = read_seconds
-        return offset - self._best
 
 
 class DeviceCamera:
@@ -161,6 +142,8 @@ class DeviceCamera:
             while not self._closing.is_set():
                 try:
                     self._read(container)
+                except MakeupVideoError:
+                    raise  # its pictures cannot be used
                 except (av.FFmpegError, OSError):
                     pass  # it was unplugged
                 finally:
@@ -187,16 +170,17 @@ class DeviceCamera:
         video = container.streams.video[0]
         context = video.codec_context
         context.thread_count = 1  # more threads hold pictures back
-        waited = Waited()
-        independent = video.codec_context.name in ("mjpeg", "rawvideo")
+        freshness = Freshness()
+        independent = context.name in ("mjpeg", "rawvideo")  # of others none may be left out
         began = time.monotonic()
         for packet in self._packets(container, video):
             now = time.monotonic()
             stamp = None if packet.pts is None else float(packet.pts * packet.time_base)
-            late = waited(stamp, now)
-            at_once = now - began < _AT_ONCE_SECONDS
-            if packet.size and not (at_once and independent and late > _OLD_SECONDS):
-                self._decode(context, packet, now - late if at_once else now)
+            arrived = freshness(stamp, now, now - began)
+            if not packet.size:
+                self.damaged += 1  # V4L2: the driver says that the picture is spoilt
+            elif arrived is not None or not independent:
+                self._decode(context, packet, now if arrived is None else arrived)
             else:
                 self.dropped += 1
             del packet  # its memory is the camera's
@@ -237,7 +221,9 @@ class DeviceCamera:
         none as they should: those are believed."""
         if context.name != "mjpeg":
             return True
-        ends = data.rstrip(b"\0").endswith(b"\xff\xd9")
+        ends = data.rfind(b"\xff\xd9") > data.find(
+            b"\xff\xda"
+        )  # an end behind the picture's beginning
         self._has_ended_well |= ends
         return ends or not self._has_ended_well
 

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import av
 import numpy as np
-from av.video.reformatter import ColorRange, Colorspace
+from av.video.reformatter import ColorRange
 from makeup_video.pipeline.codecs import CODECS
 from makeup_video.pipeline.door import Door
+from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frame import ColourTags, Frame, _views
 from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
 
@@ -28,7 +29,7 @@ class CameraDoor:
 
     def __init__(self, *, is_device: bool) -> None:
         self._is_device = is_device
-        self._door: Door | None = None
+        self._door = Door(_LIVE)
         self._seen: tuple[int, int, str] | None = None
         self._last_us = -1
         self.size_wh: tuple[int, int] | None = None
@@ -37,12 +38,12 @@ class CameraDoor:
     def __call__(self, picture: av.VideoFrame, arrived_seconds: float) -> Frame:
         """arrived_seconds: by time.monotonic(). Times increase strictly, whatever is given.
 
-        Raises UsageError for pictures that cannot be painted."""
+        Raises DecodeError for pictures that cannot be converted."""
         seen = (picture.width, picture.height, picture.format.name)
-        if self._door is None or seen != self._seen:
+        if seen != self._seen:
             self._door, self._seen = Door(_LIVE), seen
         turned = round(picture.rotation / 90) * 90 % 360
-        picture = self._door(picture)
+        picture = self._converted(picture)
         if self._is_device:
             _say_what_cameras_leave_out(picture)
         picture = self._like_the_first(picture)
@@ -51,6 +52,15 @@ class CameraDoor:
         picture.pict_type = 0  # the source's I/P/B choices must not become the encoder's
         tags = ColourTags.of(picture)
         return Frame(picture, self._last_us, LIVE_TIME_BASE, tags, turned)
+
+    def _converted(self, picture: av.VideoFrame) -> av.VideoFrame:
+        try:
+            return self._door(picture)
+        except av.FFmpegError as error:
+            raise DecodeError(
+                f"pictures of layout {picture.format.name}, matrix {int(picture.colorspace)} (ITU-T H.273) "
+                "cannot be converted for painting: choose other pixels, or convert the video first"
+            ) from error
 
     def _like_the_first(self, picture: av.VideoFrame) -> av.VideoFrame:
         size, span = (picture.width, picture.height), int(picture.color_range)
@@ -67,7 +77,7 @@ class CameraDoor:
 
 def _say_what_cameras_leave_out(picture: av.VideoFrame) -> None:
     if picture.colorspace == 2:
-        picture.colorspace = Colorspace(6)
+        picture.colorspace = 6  # SMPTE 170M
     if picture.color_range == 0:
         picture.color_range = ColorRange.MPEG
     if picture.color_primaries == 2:

@@ -72,21 +72,27 @@ class FileCamera:
         self._closing.set()
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Raises DecodeError when nothing in the file can be decoded, UsageError when it cannot be painted."""
-        late_seconds = _LATE_FRAMES / float(self.rate)
+        """Raises DecodeError when nothing in the file can be decoded, or not be converted."""
         for picture, at in self._pictures():
             if not self._began:
                 self._began = time.monotonic() - at
             due = self._began + at
-            late = time.monotonic() - due
-            if late > late_seconds:
-                self.dropped += 1
-                self._is_far_behind = late > _FAR_BEHIND_SECONDS
+            if self._leaves_out(due):
                 continue
             frame = self._door(picture, due)
             if self._closing.wait(max(0.0, due - time.monotonic())):
                 return
-            yield frame
+            if not self._leaves_out(due):  # we may have been stopped while we waited
+                yield frame
+
+    def _leaves_out(self, due: float) -> bool:
+        """True, and counted, for a frame that would come too late."""
+        late = time.monotonic() - due
+        if late * self.rate <= _LATE_FRAMES:
+            return False
+        self.dropped += 1
+        self._is_far_behind = late > _FAR_BEHIND_SECONDS
+        return True
 
     def _pictures(self) -> Generator[tuple[av.VideoFrame, float], None, None]:
         """The pictures of the file, pass after pass, with the seconds since the beginning when each is due."""
@@ -105,7 +111,7 @@ class FileCamera:
                 self._source.close()
                 if following is not None and self._closing.is_set():
                     following.close()
-            if not count and not self._is_far_behind:
+            if not (count or self._is_far_behind or self._closing.is_set()):
                 raise DecodeError(
                     f"{self._source.path}: no frame could be decoded. Give a file that plays."
                 )

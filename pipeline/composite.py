@@ -25,6 +25,7 @@ _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
 _VEIL = 0.7  # of the room's mean light: what a reflection does not show
 _MUCH_LARGER = 1.3  # areas
+_STAYS_SMALL = 0.8  # the same, of what is painted at half size
 _NO_ROOM = np.zeros((3, ENVIRONMENT_PX, ENVIRONMENT_PX), np.float32)
 _EVEN = np.full(ENVIRONMENT_PX, 1 / ENVIRONMENT_PX, np.float32)
 
@@ -65,6 +66,7 @@ class Composite:
         self.painted_frames = 0
         self.level = 0
         self._half = HalfSize()
+        self._is_small = False
         self.set_look(look)
 
     def set_look(self, look: Look) -> None:
@@ -85,7 +87,10 @@ class Composite:
             for job in _jobs(item, scene, part, look.zone)
         ]
         area_px = sum(job.window.width * job.window.height for job in jobs)
-        if self.level >= 3 and area_px >= LARGE_PX:
+        # once small, it stays so while a face hardly changes: glitter would look now so, now so
+        least_px = _STAYS_SMALL * LARGE_PX if self._is_small else LARGE_PX
+        self._is_small = self.level >= 3 and area_px >= least_px
+        if self._is_small:
             self._paint_small(item, planes, jobs, look.zone)
         else:
             for together in _apart(jobs):

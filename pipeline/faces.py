@@ -170,7 +170,7 @@ class FindFaces:
         if before.still is None or not self._is_between(track, self._frames):
             return None
         motion = self._motion(before.still, self._motion.still(picture, expected_frame(before)))
-        return motion and carry(self.nets, before, motion)
+        return None if motion is None else carry(self.nets, before, motion)
 
     def _remember(self, picture: FramePicture, track: _Track, found: Sighting | None) -> None:
         """Keep what is seen, when the next frame's motion is measured against it."""

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Protocol
+from functools import partial
 
 import numpy as np
 from makeup_video.pipeline.budget import Budget
@@ -16,7 +16,7 @@ from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.face_run import one_opencv_thread
 from makeup_video.pipeline.faces import FindFaces
 from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.live_frame import LivePicture, LiveSink
+from makeup_video.pipeline.live_frame import LivePicture, LiveSink, LiveSource
 from makeup_video.pipeline.live_runner import LiveRunner
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.mesh import BuildScene
@@ -24,19 +24,6 @@ from makeup_video.pipeline.smooth import SmoothLive
 from makeup_video.pipeline.warm_up import warm_up
 
 _FIGURES_SECONDS = 2.0  # what the figures look back on
-
-
-class LiveSource(Protocol):
-    """Where frames come from, upright pixels square: see camera.py.
-
-    notice: what a person should know now ("the camera is gone"), "" when all is well.
-    """
-
-    @property
-    def notice(self) -> str: ...
-
-    def frames(self) -> Generator[Frame, None, None]: ...
-    def close(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +41,8 @@ class LiveFigures:
 
     fps: painted pictures a second, and latency_ms, latency_p95_ms: from a frame's arrival to its being
     painted, median and 95th percentile, all of the last seconds; None before the first picture.
-    pictures, dropped: since the beginning; dropped: frames that came while one was still waiting.
+    pictures, dropped: since the beginning; dropped: frames that came while one was still
+    waiting, or that the camera had no time for.
     level, level_told: what a slow machine leaves out: see budget.py.  notice: the source's.
     """
 
@@ -88,13 +76,12 @@ class LiveRun:
         say: Callable[[str], None] = lambda line: None,
     ) -> None:
         self.compare = False
-        self._device = device
         self._camera = camera
         self._find = FindFaces()
         self._smooth = SmoothLive()
         self._scene = BuildScene(device)
         self._composite = Composite(look, device, faces)
-        self._runner = LiveRunner(camera.frames(), self._paint, sinks, say)
+        self._runner = LiveRunner(camera, self._paint, sinks, say, partial(warm_up, device))
         self._budget = Budget()
         self._say = say
         self._last: deque[tuple[float, float]] = deque()  # when painted, how late
@@ -112,16 +99,15 @@ class LiveRun:
     def run(self, on_tick: Callable[[], None] | None = None) -> None:
         """Block until the camera ends or the run is stopped; raises as LiveRunner.run does."""
         try:
-            warm_up(self._device)
             with one_opencv_thread(), _old_objects_left_alone():
                 self._runner.run(on_tick)
-        finally:
-            self._camera.close()
+        except KeyboardInterrupt:  # before the runner listened to it: the sinks are to be finished
+            self._runner.stop()
+            self._runner.run()
 
     def stop(self) -> None:
         """End the run, from any thread."""
         self._runner.stop()
-        self._camera.close()
 
     @property
     def failures(self) -> list[MakeupVideoError]:
@@ -139,7 +125,7 @@ class LiveRun:
             latency_ms=late_ms[len(late_ms) // 2] if late_ms else None,
             latency_p95_ms=late_ms[int(0.95 * len(late_ms))] if late_ms else None,
             pictures=self._pictures,
-            dropped=self._runner.inbox.dropped,
+            dropped=self._runner.inbox.dropped + self._camera.dropped,
             level=self._budget.level,
             level_told=self._budget.told,
             notice=self._camera.notice,

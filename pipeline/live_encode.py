@@ -17,7 +17,8 @@ class LiveEncoder:
 
     The pictures are only read: other sinks have them too. No B-frames, so packets come in the
     order of their times.  rate: frames a second, for rate control alone.
-    bit_rate: bits a second, None where the options say how good.
+    bit_rate: bits a second, None where the options say how good.  global_header: the container wants the
+    codec's own data once, not in each key frame.  at_once: every picture comes out before the next goes in.
     Raises EncodeError when the encoder refuses.
     """
 
@@ -31,6 +32,7 @@ class LiveEncoder:
         *,
         bit_rate: int | None = None,
         global_header: bool = False,
+        at_once: bool = False,
     ) -> None:
         self._encoder = encoder
         self._first_us = frame.pts
@@ -39,7 +41,8 @@ class LiveEncoder:
         describe_pictures(self.stream, frame)
         context = self.stream.codec_context
         self.stream.time_base = context.time_base = LIVE_TIME_BASE
-        context.thread_type = "AUTO"
+        # frame threads keep two cores busier, but hold back a picture each
+        context.thread_type = "SLICE" if at_once else "AUTO"
         if bit_rate is not None:
             context.bit_rate = bit_rate
         if global_header:

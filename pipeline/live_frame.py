@@ -1,5 +1,6 @@
 """What crosses the channels of a live run, and how its frames tell the time."""
 
+from collections.abc import Generator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
@@ -21,6 +22,23 @@ class LivePicture:
 
     frame: Frame
     before: tuple[np.ndarray, ...] | None = None
+
+
+class LiveSource(Protocol):
+    """Where frames come from, with square pixels: see camera.py.
+
+    frames: blocks until each is there; called once.  close: wakes and ends it, from any thread; may be
+    called again.  notice: what a person should know now ("the camera is gone"), "" when all is
+    well.  dropped: pictures that came and were never handed out.
+    """
+
+    @property
+    def notice(self) -> str: ...
+    @property
+    def dropped(self) -> int: ...
+
+    def frames(self) -> Generator[Frame, None, None]: ...
+    def close(self) -> None: ...
 
 
 class LiveSink(Protocol):

@@ -13,7 +13,7 @@ from makeup_video.pipeline.errors import OutputError
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.live_encode import LiveEncoder
 from makeup_video.pipeline.live_frame import LivePicture
-from makeup_video.pipeline.target import Target, write_errors
+from makeup_video.pipeline.target import Target, check_place, part_of, target_of, write_errors
 
 _PRESETS = {"h264": "superfast", "hevc": "ultrafast", "av1": "12", "vp9": "8"}
 
@@ -57,7 +57,11 @@ class Recording:
             self._options["svtav1-params"] = "pred-struct=1"  # no frame before its time
         self._rate = Fraction(rate).limit_denominator(1001)
         self._door = Door(self._codec)
-        self._target = Target(Path(path), source, overwrite=overwrite)
+        check_place(os.fspath(path), source, overwrite=overwrite)
+        self._path, self._source, self._overwrite = Path(path), source, overwrite
+        self._part = part_of(target_of(self._path))
+        # comes with the first picture: a run that never begins leaves nothing behind
+        self._target: Target | None = None
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
         self.pictures = 0
@@ -77,11 +81,10 @@ class Recording:
 
     def finish(self, stopped: bool) -> None:
         """Empty the encoder, close the file and give it its name; without any picture there is no file."""
-        if self._encoder is None:
-            self._target.discard()
+        if self._encoder is None or self._target is None:
             return
         try:
-            with write_errors(self._target.part):
+            with write_errors(self._part):
                 self._mux(self._encoder(None))
                 self._container.close()
                 self._target.keep()
@@ -90,8 +93,9 @@ class Recording:
             raise
 
     def _write(self, frame: Frame) -> None:
-        with write_errors(self._target.part):
+        with write_errors(self._part):
             if self._encoder is None:
+                self._target = Target(self._path, self._source, overwrite=self._overwrite)
                 self._encoder = self._open(frame)
             self._mux(self._encoder(frame.picture))
         self.pictures += 1
@@ -101,11 +105,14 @@ class Recording:
             self._container.mux_one(packet)
 
     def _open(self, frame: Frame) -> LiveEncoder:
-        options = {"movflags": "+hybrid_fragmented", "video_track_timescale": "90000"}
+        # mp4 and mov grow in fragments of two seconds, which play without an end, and become an ordinary
+        # file when they are closed
+        options = {"movflags": "+hybrid_fragmented", "frag_duration": "2000000"}
+        options["video_track_timescale"] = "90000"
         if self._format in MATROSKA:
             options = {}
         self._container = av.open(
-            f"file:{self._target.part.absolute()}",
+            f"file:{self._part.absolute()}",
             "w",
             format=self._format,
             container_options=options,
@@ -120,10 +127,12 @@ class Recording:
         """Close what can be closed, and say where it is."""
         with contextlib.suppress(Exception):
             self._container.close()
+        if self._target is None:
+            return
         if not self.pictures:
             self._target.discard()
             return
         self._target.leave()
         if isinstance(error, OutputError):
-            text = f"{error}; what was recorded until then is {self._target.part}"
+            text = f"{error}; what was recorded until then is {self._part}"
             error.args = (text,)

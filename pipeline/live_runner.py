@@ -4,18 +4,23 @@ Nobody waits for anybody: between any two of them the newest picture wins, so no
 """
 
 import threading
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 
 from makeup_video.pipeline.channel import ChannelClosed, NewestChannel
 from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
 from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.live_frame import LivePicture, LiveSink
-from makeup_video.pipeline.runner import undisturbed
+from makeup_video.pipeline.live_frame import LivePicture, LiveSink, LiveSource
+from makeup_video.pipeline.runner import interrupted_later, undisturbed
 
 # A stream whose other end is gone must not keep us; a recording is whole long before.
 _FINISH_SECONDS = 10.0
+# The camera's thread may be stuck in a device that is gone; but who ends the process while it loads
+# nets or compiles kernels makes them crash.
+_CAMERA_SECONDS = 3.0
+_CAMERA = "camera"
 
 
 @dataclass(slots=True, eq=False)
@@ -35,23 +40,26 @@ class LiveRunner:
     """Runs camera -> work -> sinks until the camera ends, `stop`, Ctrl-C, or a fault.
 
     work: Frame -> LivePicture, always on one thread.  say: told in a line when a sink gives up;
-    the others go on.  Threads: `stop` may be called from any.
+    the others go on.  prepare: called before the first frame is asked for.  `stop` may be called
+    from any thread.
     """
 
     def __init__(
         self,
-        frames: Generator[Frame, None, None],
+        camera: LiveSource,
         work: Callable[[Frame], LivePicture],
         sinks: list[LiveSink],
         say: Callable[[str], None],
+        prepare: Callable[[], None] = lambda: None,
     ) -> None:
-        self._frames, self._work, self._say = frames, work, say
+        self._camera, self._work, self._say, self._prepare = camera, work, say, prepare
         self.inbox: NewestChannel[Frame] = NewestChannel("-> work")
         self.outlets = [Outlet(s, NewestChannel(f"-> {s.name}", s.waiting)) for s in sinks]
         self.stopped = False
+        self._others: set[str] = set()
         self._first_error: BaseException | None = None
         self._ended = threading.Condition()
-        self._running = 0
+        self._running: set[str] = set()
 
     def run(self, on_tick: Callable[[], None] | None = None, tick_seconds: float = 0.5) -> None:
         """Block until all is done; `on_tick` is called meanwhile.
@@ -59,9 +67,10 @@ class LiveRunner:
         Raises the first error of camera or work; the error of a sink when none is left; StoppedError
         after Ctrl-C or `stop`, once every sink has finished what it had.
         """
-        self._start()
         try:
-            while not self._wait(tick_seconds):
+            with interrupted_later():
+                self._start()
+            while not self._wait(tick_seconds, self._others):
                 if on_tick:
                     on_tick()
                 if self.stopped:
@@ -71,8 +80,10 @@ class LiveRunner:
             if not isinstance(error, KeyboardInterrupt):
                 self._fail(error)
         with undisturbed():
-            if not self._wait(_FINISH_SECONDS):
+            if not self._wait(_FINISH_SECONDS, self._others):
                 self._say("something that was written or sent did not end in time; leaving it")
+            self._camera.close()
+            self._wait(_CAMERA_SECONDS, {_CAMERA})
         if self._first_error is not None:
             raise self._first_error
         if self.stopped:
@@ -82,25 +93,25 @@ class LiveRunner:
         """End the run: what waits to be painted is dropped, the sinks finish what they have."""
         self.stopped = True
         self.inbox.cancel()
+        self._camera.close()
 
     def _start(self) -> None:
         jobs: list[tuple[str, Callable[[], None]]] = [("paint", self._run_work)]
-        jobs += [(each.sink.name, lambda each=each: self._run_sink(each)) for each in self.outlets]  # type: ignore[misc]
-        self._running = len(jobs)
-        # The camera's is not waited for: it may be stuck in a device that is gone. Daemons, so that none
-        # of them keeps the process from ending.
-        for name, job in [("camera", self._run_camera), *jobs]:
-            counted = name != "camera"
+        jobs += [(f"sink {at}", partial(self._run_sink, o)) for at, o in enumerate(self.outlets)]
+        self._others = {name for name, _ in jobs}
+        self._running = {_CAMERA, *self._others}
+        # Daemons, so that none of them keeps the process from ending.
+        for name, job in [(_CAMERA, self._run_camera), *jobs]:
             threading.Thread(
-                target=self._guard, args=(job, counted), name=f"makeup-{name}", daemon=True
+                target=self._guard, args=(name, job), name=f"makeup-{name}", daemon=True
             ).start()
 
-    def _wait(self, seconds: float) -> bool:
-        """True once work and sinks have ended. Not Thread.join: see runner.py."""
+    def _wait(self, seconds: float, names: set[str]) -> bool:
+        """True once these have ended. Not Thread.join: see runner.py."""
         with self._ended:
-            return self._ended.wait_for(lambda: self._running == 0, seconds)
+            return self._ended.wait_for(lambda: not self._running & names, seconds)
 
-    def _guard(self, job: Callable[[], None], counted: bool) -> None:
+    def _guard(self, name: str, job: Callable[[], None]) -> None:
         try:
             job()
         except ChannelClosed:
@@ -108,10 +119,9 @@ class LiveRunner:
         except BaseException as error:  # noqa: BLE001  # raised again by `run`
             self._fail(error)
         finally:
-            if counted:
-                with self._ended:
-                    self._running -= 1
-                    self._ended.notify_all()
+            with self._ended:
+                self._running.discard(name)
+                self._ended.notify_all()
 
     def _fail(self, error: BaseException) -> None:
         with self._ended:
@@ -120,7 +130,9 @@ class LiveRunner:
         self.inbox.cancel()
 
     def _run_camera(self) -> None:
-        with closing(self._frames) as frames:
+        if not self.stopped:
+            self._prepare()
+        with closing(self._camera.frames()) as frames:
             for frame in frames:
                 self.inbox.send(frame)
                 del frame

@@ -73,9 +73,9 @@ class Stream:
             return
         if self._line.seconds > _STEADY_SECONDS:
             self._pause = 1.0
-        if self.notice:
+        if self.notice and self._line.is_proven:
             self.notice = ""
-            self._say(f"{self.name}: sending again")
+            self._say(f"{self.name}: sending")
 
     def finish(self, stopped: bool) -> None:
         if self._line is not None:
@@ -94,16 +94,19 @@ class Stream:
         self._next_try = time.monotonic() + self._pause
         self._pause = min(2 * self._pause, _LONGEST_PAUSE_SECONDS)
         if not self.notice:
-            # FFmpeg's whole message would show the address
-            reason = os.strerror(error.errno) if 0 < (getattr(error, "errno", 0) or 0) < 200 else ""
-            reason = reason or "no connection"
-            self.notice = f"{self.name}: {reason}; it is tried again and again"
+            self.notice = f"{self.name}: {_reason(error)}; it is tried again and again"
             self._say(self.notice)
 
 
+def _reason(error: Exception) -> str:
+    """What the system says; FFmpeg's whole message would show the address."""
+    number = getattr(error, "errno", None) or 0
+    return os.strerror(number) if 0 < number < 200 else "no connection"
+
+
 def bit_rate_for(pixels: int) -> int:
-    """Bits a second for pictures of so many pixels: 3 Mbit at 720p, 5.5 at 1080p; larger ones need less a pixel."""
-    return round(_BIT_RATE_720P * (pixels / (1280 * 720)) ** 0.75)
+    """Bits a second: 3 million at 720p, 5.5 at 1080p; the larger, the less a pixel needs."""
+    return int(_BIT_RATE_720P * float((pixels / (1280 * 720)) ** 0.75))
 
 
 class _Line:
@@ -138,6 +141,7 @@ class _Line:
                 rate,
                 bit_rate=bit_rate,
                 global_header=flv,
+                at_once=True,
             )
             self._container.start_encoding()
         except BaseException:
@@ -148,6 +152,11 @@ class _Line:
     def seconds(self) -> float:
         """How long it has held."""
         return time.monotonic() - self._began
+
+    @property
+    def is_proven(self) -> bool:
+        """False while nobody can tell: a relay takes everything until it gives up connecting."""
+        return self._relay is None or self.seconds > _TIMEOUT_SECONDS
 
     def send(self, frame: Frame) -> None:
         picture = upright(frame)
@@ -192,7 +201,9 @@ class _Relay:
     name = "relay"
 
     def __init__(self, program: str, url: str) -> None:
-        command = [program, "-nostdin", "-loglevel", "quiet", "-f", "mpegts", "-i", "pipe:0"]
+        command = [program, "-nostdin", "-loglevel", "quiet"]
+        # it looks at so many microseconds before it sends anything; 5 seconds, if nothing is said
+        command += ["-analyzeduration", "500000", "-f", "mpegts", "-i", "pipe:0"]
         command += ["-c", "copy", "-f", "mpegts", url]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
@@ -207,7 +218,7 @@ class _Relay:
         """Raises OSError when the relay has ended, or takes nothing for some seconds."""
         rest = memoryview(data)
         while rest:
-            if self._waits and not select.select([], [self._pipe], [], _TIMEOUT_SECONDS)[1]:
+            if self._waits and not select.select([], [self._pipe], [], float(_TIMEOUT_SECONDS))[1]:
                 raise TimeoutError(110, "nothing is taken any more")
             with contextlib.suppress(BlockingIOError):
                 rest = rest[os.write(self._pipe, rest) :]

@@ -24,8 +24,11 @@ _SIZE = (_SIDE, _SIDE)
 _FINEST = 1  # the scale of halves at which the search ends; at 0 it takes four times as long
 _ROWS, _COLUMNS = np.mgrid[:_SIDE, :_SIDE].astype(np.float32)
 # Correlation of what was seen with what is seen now, moved back. When it is less, something else is
-# there: a hand, or teeth in a mouth that opens fast.
-_ALIKE, _MOUTH_ALIKE = 0.98, 0.95
+# there: a hand, or teeth in a mouth that opens.
+_ALIKE, _MOUTH_ALIKE = 0.98, 0.965
+# IOD, the standard deviation of the motion down around the mouth. One that opens or shuts fast is
+# measured too small, and lipstick would lie on the skin beside it.
+_MOUTH_STRETCHES = 0.01
 _MOUTH = np.s_[round(0.55 * _SIDE) : round(0.95 * _SIDE), round(0.2 * _SIDE) : round(0.8 * _SIDE)]
 _FURTHEST = 0.1  # of the crop's side: beyond, the search finds what it wants
 
@@ -98,15 +101,19 @@ class MeasureMotion:
 
     def __call__(self, before: Still, now: Still) -> Motion | None:
         """None when the two do not show the same, or too much moved."""
-        flow = self._search.calc(before.luma8, now.luma8, None)
+        start = np.zeros((*_SIZE, 2), np.float32)  # the second crop lies where the face is expected
+        flow = np.asarray(self._search.calc(before.luma8, now.luma8, start), np.float32)
         if not np.abs(flow).max() < _FURTHEST * _SIDE:
             return None
         back = cv2.remap(
             now.luma8, _COLUMNS + flow[..., 0], _ROWS + flow[..., 1], cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,
         )  # fmt: skip
-        is_sure = _likeness(back, before.luma8) > _ALIKE
-        is_sure = is_sure and _likeness(back[_MOUTH], before.luma8[_MOUTH]) > _MOUTH_ALIKE
+        is_sure = (
+            flow[_MOUTH][..., 1].std() < _MOUTH_STRETCHES * _SIDE / _SPAN
+            and _likeness(back, before.luma8) > _ALIKE
+            and _likeness(back[_MOUTH], before.luma8[_MOUTH]) > _MOUTH_ALIKE
+        )
         return Motion(before, now, flow) if is_sure else None
 
 

@@ -230,6 +230,24 @@ def undisturbed() -> Generator[None, None, None]:
             signal.signal(name, handler)
 
 
+@contextmanager
+def interrupted_later() -> Generator[None, None, None]:
+    """A Ctrl-C within the block counts when it ends: what must be done as a whole is."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    names = (signal.SIGINT, signal.SIGTERM)
+    before = {name: signal.signal(name, lambda *_: came.append(1)) for name in names}
+    try:
+        yield
+    finally:
+        for name, handler in before.items():
+            signal.signal(name, handler)
+    if came:
+        raise KeyboardInterrupt
+
+
 class Clock:
     """Adds the time spent inside `with` to the times of one actor."""
 

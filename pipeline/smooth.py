@@ -18,7 +18,7 @@ from makeup_video.pipeline.face_frame import (
     FaceSpace,
     Readings,
 )
-from makeup_video.pipeline.face_tracks import GAP_SECONDS, Tracks, sound_faces
+from makeup_video.pipeline.face_tracks import GAP_SECONDS, EvenTimes, Tracks, sound_faces
 from makeup_video.pipeline.local_fit import HEARD_MOMENTS, NoiseLevel, local_linear_taps
 from makeup_video.pipeline.one_euro import OneEuro
 
@@ -153,9 +153,10 @@ class SmoothLive:
             )
         options = min_cutoff_hz, rise_hz, speed_cutoff_hz
         self._tracks = Tracks(lambda face: _Filter(face, *options), gap_seconds)
+        self._even = EvenTimes()
 
     def __call__(self, item: FrameFaces) -> FrameFaces:
-        now = self._tracks.at(item)
+        now = self._even(self._tracks.at(item))
         faces = tuple(self._tracks.of(face, now).smooth(face, now) for face in sound_faces(item))
         return with_faces(item, faces)
 

@@ -46,7 +46,9 @@ def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
     if not output:
         raise UsageError("the name of the output is empty: give one")
     with write_errors(Path(output)):
-        _check(target_of(Path(output)), source, overwrite)
+        path = target_of(Path(output))
+        _check(path, source, overwrite)
+        _check_part(part_of(path), source, overwrite)
 
 
 class Target:

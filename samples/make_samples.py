@@ -177,7 +177,8 @@ def main() -> None:
     make_video(HERE / "in.mp4", HERE / "in_points.npz")
     seconds = time.perf_counter() - started
     print(
-        f"in.mp4, in_points.npz, look.jpg and the portraits made in {seconds:.0f} s", file=sys.stderr
+        f"in.mp4, in_points.npz, look.jpg and the portraits made in {seconds:.0f} s",
+        file=sys.stderr,
     )
 
 

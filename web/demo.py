@@ -41,10 +41,10 @@ class DemoSession:
         self._paint_soon()
 
     def compare(self, on: bool) -> None:
-        if on and not self._compares:
+        was, self._compares = self._compares, on
+        if on and not was:
             self._chosen_us = _now_us()
             self._paint_soon()
-        self._compares = on
 
     def figures(self) -> None:
         return None

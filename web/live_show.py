@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.colour import coding_of
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.look import Look
@@ -14,7 +15,7 @@ from makeup_video.web.read_look import read_look
 from makeup_video.web.show import Push, Session
 
 NAME = "live"
-_UNSPECIFIED = 2
+_SMPTE_170M = 6  # the same numbers as BT.601's, and FFmpeg's converter knows one of the two
 
 
 class Figures(Protocol):
@@ -88,9 +89,11 @@ class LiveShow:
 
 
 def _upright(frame: Frame) -> np.ndarray:
-    """(H, W, 3) uint8 RGB. What is not tagged is BT.601 in limited range, as cameras send it."""
-    tags = frame.tags
-    matrix = Colorspace.ITU601 if tags.matrix == _UNSPECIFIED else Colorspace(tags.matrix)
-    full = ColorRange.JPEG if tags.range == ColorRange.JPEG else ColorRange.MPEG
-    picture = frame.picture.reformat(format="rgb24", src_colorspace=matrix, src_color_range=full)
+    """(H, W, 3) uint8 RGB, of the very codes that were painted: HDR stays as it is coded."""
+    coding = coding_of(frame)
+    picture = frame.picture.reformat(
+        format="rgb24",
+        src_colorspace=Colorspace.ITU601 if coding.matrix == _SMPTE_170M else coding.matrix,
+        src_color_range=ColorRange.JPEG if coding.full_range else ColorRange.MPEG,
+    )
     return np.ascontiguousarray(np.rot90(picture.to_ndarray(), frame.rotation_degrees // 90))

@@ -5,13 +5,10 @@ from makeup_video.pipeline.look import Look
 
 
 def read_look(photo: bytes, name: str) -> Look:
-    """The makeup of the largest face, called `name` in messages. Raises PhotoError, InputError.
-
-    The nets stay loaded: the next photo comes soon, and loading them takes longer than reading.
-    """
+    """The makeup of the largest face; messages call the photo `name`. Raises PhotoError, InputError."""
     from makeup_video.pipeline import look_from_photo
 
-    look = look_from_photo(photo, "largest", name=name, keep_nets=True)
+    look = look_from_photo(photo, "largest", name=name)
     if look.is_bare:
         raise PhotoError(f"{name}: no makeup was found to paint: give another photo")
     return look

@@ -64,12 +64,13 @@ class Server:
         """Say bye to all pages and end; those that do not listen are cut off. Harmless when it
         does not run."""
         self._worker.stop()
-        if self._thread is None or self._loop is None:
+        if self._thread is None or self._loop is None or not self._thread.is_alive():
             return
+        ending = self._end()
         try:
-            asyncio.run_coroutine_threadsafe(self._end(), self._loop)
-        except RuntimeError:  # it has ended already
-            return
+            asyncio.run_coroutine_threadsafe(ending, self._loop)
+        except RuntimeError:  # it has ended just now
+            ending.close()
         self._thread.join(_STOP_SECONDS)
 
     def _run(self, listening: socket.socket, port: int) -> None:
@@ -111,10 +112,12 @@ class Server:
 
 def _listen(host: str, port: int) -> socket.socket:
     """A listening socket. Raises UsageError."""
+    if not 0 <= port <= 65535:
+        raise UsageError(f"--port must be a number in 0..65535, got {port}")
     try:
         family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         return socket.create_server(address[:2], family=family)
-    except (OSError, UnicodeError, OverflowError) as error:
+    except (OSError, UnicodeError) as error:
         raise UsageError(_why_not(host, port, error)) from error
 
 
@@ -126,6 +129,4 @@ def _why_not(host: str, port: int, error: Exception) -> str:
         return f"port {port} on {host} is taken: choose another with --port, or --port 0 for a free one"
     if number == errno.EACCES:
         return f"port {port} may not be used by this user: choose one from 1024 on with --port"
-    if isinstance(error, OverflowError):
-        return f"--port must be a number in 0..65535, got {port}"
     return f"--host {host} is no address of this machine: give one, or leave it out for 127.0.0.1"

@@ -16,7 +16,7 @@ import numpy as np
 from makeup_video.pipeline.look import Look
 
 PHOTO_BYTES = 32_000_000  # the largest phone photos have 20 MB or so
-_HEAD = struct.Struct("<QHHII")
+HEAD = struct.Struct("<QHHII")  # pts_us, rotation_degrees, flags (0), bytes of either JPEG
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +36,7 @@ class ShownPicture:
     def packed(self, compare: bool) -> bytes:
         """The binary message: head, painted JPEG, and for those who compare the JPEG before."""
         before = self.before if compare and self.before is not None else b""
-        head = _HEAD.pack(self.pts_us, self.rotation_degrees, 0, len(self.jpeg), len(before))
+        head = HEAD.pack(self.pts_us, self.rotation_degrees, 0, len(self.jpeg), len(before))
         return b"".join((head, self.jpeg, before))
 
 

@@ -138,6 +138,8 @@ class Room:
             case Compare(on):
                 viewer.comparing = on
                 self.session.compare(any(one.comparing for one in self.viewers))
+                if on and self._newest is not None and self._newest.before is not None:
+                    viewer.offer(self._newest)  # others compare already, and no new one may come
             case LookWanted(look, n):
                 if n is None:  # from a file: the page does not know yet what it means
                     self.change(look, None)

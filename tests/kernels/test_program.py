@@ -206,3 +206,20 @@ def test_without_any_device_one_line_says_what_to_install(monkeypatch, platforms
     with pytest.raises(NoDeviceError, match="pip install pocl-binary-distribution") as caught:
         Device()
     assert "\n" not in str(caught.value)
+
+
+def test_a_build_that_ctrl_c_disturbed_is_tried_once_more(monkeypatch):
+    device, built = Device(), []
+    build = cl.Program.build
+
+    def disturbed(self, *words, **options):
+        built.append(1)
+        if len(built) == 1:
+            raise cl.RuntimeError("clBuildProgram failed: BUILD_PROGRAM_FAILURE")
+        return build(self, *words, **options)
+
+    monkeypatch.setattr(cl.Program, "build", disturbed)
+    assert device.build("__kernel void nothing() {}", 13) is not None
+    assert len(built) == 2
+    with pytest.raises(cl.RuntimeError):
+        device.build("no C at all", 13)

@@ -1,8 +1,10 @@
 """Machines of all speeds, simulated: no clock is asked."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import budget as rule
@@ -145,11 +147,44 @@ def test_what_proved_too_much_is_wanted_back_after_twice_as_long():
         )
         if level < before
     ]
-    waits = [b - a for a, b in zip(tries, tries[1:], strict=False)]
-    assert all(b > 1.6 * a for a, b in zip(waits, waits[1:], strict=False))
+    waits = [b - a for a, b in itertools.pairwise(tries)]
+    assert all(b > 1.6 * a for a, b in itertools.pairwise(waits))
     assert len(waits) >= 3
 
 
 def _pairs(run):
     items = list(run)
     return list(zip(items[1:], items, strict=False))
+
+
+@pytest.mark.parametrize("work_seconds", [0.005, 0.02])
+def test_frames_that_arrive_in_pairs_or_late_are_no_sign_of_a_slow_machine(work_seconds):
+    budget = Budget()
+    for at in range(3000):
+        assert budget(work_seconds, 0.001 if at % 2 else 2 * TICK - 0.001) == 0
+    for at in range(3000):
+        assert budget(work_seconds, TICK * (1 + 0.6 * math.sin(at * 7.3))) == 0
+
+
+def test_a_stall_of_five_seconds_costs_no_level():
+    """Frames dropped meanwhile are told with it, the time that went by with the next frame."""
+    budget = Budget()
+    for _ in range(10):
+        for _ in range(300):
+            assert budget(0.01, TICK) == 0
+        assert budget(5.0, TICK, 150) == 0
+        assert budget(0.01, 5.0) == 0
+
+
+def test_what_people_are_told_does_not_flicker():
+    """At the highest level every sixth second is not slow."""
+    budget, told = Budget(), []
+    for second in range(600):
+        for _ in range(30):
+            budget(0.02 if second % 6 == 5 else 0.04, TICK)
+            told.append(budget.told)
+    assert sum(a != b for a, b in itertools.pairwise(told)) <= 4
+    assert told[-1] == rule.HOPELESS
+    for _ in range(30 * 7):
+        budget(0.02, TICK)
+    assert budget.told == rule.TOLD[rule.MOST]

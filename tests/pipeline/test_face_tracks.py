@@ -5,7 +5,7 @@ import pytest
 from heads import frame
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline.face_tracks import Clock
+from makeup_video.pipeline.face_tracks import GAP_SECONDS, Clock, EvenTimes
 
 
 @given(st.lists(st.integers(-(10**6), 10**6), max_size=40))
@@ -24,3 +24,22 @@ def test_a_repeated_or_earlier_stamp_counts_as_one_usual_step():
     clock = Clock()
     seconds = [clock.tick(frame(pts, Fraction(1, 100))) for pts in (0, 4, 4, 2, 6)]
     assert seconds == pytest.approx([0, 0.04, 0.08, 0.12, 0.16])
+
+
+def test_times_are_evened_only_where_they_come_too_close():
+    even = EvenTimes()
+    steady = [even(at / 30) for at in range(30)]
+    assert steady == [at / 30 for at in range(30)]
+    pair = [even(31 / 30 - 0.001), even(31 / 30)]
+    assert pair[0] == 31 / 30 - 0.001
+    assert 0.7 / 30 < pair[1] - pair[0] < 1 / 30
+
+
+@given(st.lists(st.floats(1e-6, 3), min_size=1, max_size=60))
+def test_even_times_go_on_and_never_run_far_ahead(steps):
+    even, now, told = EvenTimes(), 0.0, [-1.0]
+    for step in steps:
+        now += step
+        told.append(even(now))
+        assert told[-1] > told[-2]
+        assert now <= told[-1] < now + 10 * GAP_SECONDS

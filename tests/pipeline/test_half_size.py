@@ -132,3 +132,25 @@ def test_tags_do_not_matter(monkeypatch):
     scene = large_scene("yuv420p")
     full = replace(scene, frame=tagged(scene.frame, replace(scene.frame.tags, range=2)))
     assert (painted(full, 3, monkeypatch)[0] != scene.frame.planes[0]).any()
+
+
+def test_a_face_whose_size_wavers_is_painted_one_way(monkeypatch):
+    composite = Composite(BOTH)
+    composite.level = 3
+    calls = []
+    monkeypatch.setattr(composite, "_paint_small", lambda *rest: calls.append(True))
+    scenes = [large_scene(size_wh=(size, size * 11 // 10)) for size in (400, 396)]
+    areas = []
+    for scene in scenes:
+        windows = [
+            job.window
+            for face in scene.faces
+            for part in composite._parts(face, BOTH)
+            for job in composite_module._jobs(scene, face, part, BOTH.zone)
+        ]
+        areas.append(sum(window.width * window.height for window in windows))
+    assert areas[1] < areas[0]
+    monkeypatch.setattr(composite_module, "LARGE_PX", areas[0])
+    for scene in (scenes[0], scenes[1], scenes[0], scenes[1]):
+        composite(scene)
+    assert len(calls) == 4

@@ -16,7 +16,7 @@ RED, BLUE = (Look(lips=product(rgb, "matte")) for rgb in ((200, 0, 30), (20, 40,
 class Camera:
     """Gives the next frame when the last has been painted."""
 
-    notice = ""
+    notice, dropped = "", 0
 
     def __init__(self, count, before_frame=lambda number: None):
         self.count, self.before_frame = count, before_frame

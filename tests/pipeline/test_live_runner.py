@@ -37,11 +37,29 @@ class List:
         self.finished = "stopped" if stopped else "done"
 
 
+class Frames:
+    """A camera that gives what a generator does."""
+
+    def __init__(self, frames):
+        self._frames, self.closes = frames, 0
+
+    def frames(self):
+        return self._frames
+
+    def close(self):
+        self.closes += 1
+
+
 class Camera:
-    """Gives a frame each time it is allowed to."""
+    """Gives a frame each time it is allowed to; one that is stuck does not hear `close`."""
 
     def __init__(self):
         self.allowed, self.given, self.closed = threading.Semaphore(0), 0, threading.Event()
+        self.is_stuck = False
+
+    def close(self):
+        if not self.is_stuck:
+            self.allowed.release()
 
     def frames(self):
         try:
@@ -96,7 +114,7 @@ def test_what_a_short_camera_gives_reaches_every_sink_in_order_and_both_are_fini
             yield frame(number)
             time.sleep(0.02)
 
-    LiveRunner(frames(), LivePicture, sinks, say=pytest.fail).run()
+    LiveRunner(Frames(frames()), LivePicture, sinks, say=pytest.fail).run()
     for sink in sinks:
         assert numbers(sink.pictures) == sorted(set(numbers(sink.pictures)))
         assert numbers(sink.pictures)[-1] == 4
@@ -112,7 +130,7 @@ def test_while_the_work_is_slow_only_the_newest_frame_waits_and_the_others_are_c
         gate.wait(20)
         return LivePicture(item)
 
-    runner = LiveRunner(camera.frames(), work, [sink], say=pytest.fail)
+    runner = LiveRunner(camera, work, [sink], say=pytest.fail)
     thread, _ = started(runner)
     camera.allowed.release()
     assert busy.wait(20)  # at work on the first frame
@@ -129,7 +147,7 @@ def test_while_the_work_is_slow_only_the_newest_frame_waits_and_the_others_are_c
 def test_a_sink_that_stalls_holds_up_nobody_and_gets_the_newest_when_it_wakes(camera):
     gate = threading.Event()
     stalled, other = List("stalled", gate=gate), List("other", waiting=99)
-    runner = LiveRunner(camera.frames(), LivePicture, [stalled, other], say=pytest.fail)
+    runner = LiveRunner(camera, LivePicture, [stalled, other], say=pytest.fail)
     thread, _ = started(runner)
     for number in range(1, 20):
         camera.allowed.release()
@@ -147,7 +165,7 @@ def test_a_sink_that_fails_is_told_and_the_rest_goes_on(camera):
     lines = []
     broken = List("out.mkv", error=EncodeError("the disk is full"))
     other = List("other", waiting=9)
-    runner = LiveRunner(camera.frames(), LivePicture, [broken, other], lines.append)
+    runner = LiveRunner(camera, LivePicture, [broken, other], lines.append)
     thread, raised = started(runner)
     camera.allowed.release()
     until(lambda: lines)
@@ -169,7 +187,7 @@ def test_when_the_last_sink_fails_the_run_ends_with_its_error():
             time.sleep(0.001)
 
     with pytest.raises(OutputError, match="nowhere"):
-        LiveRunner(frames(), LivePicture, [broken], say=pytest.fail).run(tick_seconds=0.01)
+        LiveRunner(Frames(frames()), LivePicture, [broken], say=pytest.fail).run(tick_seconds=0.01)
     until(lambda: not our_threads())
 
 
@@ -197,27 +215,28 @@ def test_a_fault_of_ours_ends_the_run_and_the_sinks_finish_what_they_have(where)
                 raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError if where == "sink" else InputError):
-        LiveRunner(frames(), work, [good, Bad("bad")], say=pytest.fail).run(tick_seconds=0.01)
+        LiveRunner(Frames(frames()), work, [good, Bad("bad")], say=pytest.fail).run(
+            tick_seconds=0.01
+        )
     assert good.finished == "stopped"
     until(lambda: not our_threads())
 
 
 def test_stopping_from_another_thread_finishes_the_sinks_and_closes_the_camera(camera):
     sink = List()
-    runner = LiveRunner(camera.frames(), LivePicture, [sink], say=pytest.fail)
+    runner = LiveRunner(camera, LivePicture, [sink], say=pytest.fail)
     thread, raised = started(runner)
     camera.allowed.release()
     until(lambda: sink.pictures)
     runner.stop()
     thread.join(20)
     assert isinstance(raised[0], StoppedError) and sink.finished == "stopped"
-    camera.allowed.release()  # a device gives its next frame, and learns of the end
     assert camera.closed.wait(20)
 
 
 def test_ctrl_c_finishes_the_sinks_while_the_camera_is_stuck(camera):
-    sink = List()
-    runner = LiveRunner(camera.frames(), LivePicture, [sink], say=pytest.fail)
+    sink, camera.is_stuck = List(), True
+    runner = LiveRunner(camera, LivePicture, [sink], say=pytest.fail)
 
     def interrupt():
         raise KeyboardInterrupt
@@ -234,8 +253,26 @@ def test_a_run_without_sinks_paints_until_the_camera_ends():
         painted.append(item.pts)
         return LivePicture(item)
 
-    LiveRunner((frame(n) for n in [7]), work, [], say=pytest.fail).run()
+    LiveRunner(Frames(frame(n) for n in [7]), work, [], say=pytest.fail).run()
     assert painted == [7]
+
+
+def test_what_prepares_is_done_before_the_first_frame_and_a_stop_in_it_ends_the_run(camera):
+    prepared, gate, sink = [], threading.Event(), List()
+
+    def prepare():
+        gate.wait(20)
+        prepared.append(camera.given)
+
+    runner = LiveRunner(camera, LivePicture, [sink], pytest.fail, prepare)
+    camera.allowed.release(5)
+    thread, raised = started(runner)
+    runner.stop()
+    thread.join(20)
+    assert isinstance(raised[0], StoppedError) and sink.finished == "stopped"
+    gate.set()
+    assert camera.closed.wait(20)
+    assert prepared in ([0], [])
 
 
 def test_the_time_base_of_live_frames_counts_microseconds():

@@ -109,7 +109,7 @@ def test_a_patch_goes_with_what_it_lay_on():
 def test_lips_that_speak_are_followed_better_than_by_holding_them():
     measure, pictures, points = MeasureMotion(), clip(30), clip_points(30)
     moved, held = [], []
-    for at in range(0, 29):
+    for at in range(29):
         left, right = (complex(*points[at, point]) for point in (33, 263))
         frame = Similarity(right - left, (left + right) / 2)
         motion = measure(
@@ -121,3 +121,15 @@ def test_lips_that_speak_are_followed_better_than_by_holding_them():
             held.append(np.abs(lips - now).mean())
     assert len(moved) > 20
     assert np.mean(moved) < 0.6 * np.mean(held)
+
+
+@pytest.mark.parametrize(("px", "is_measured"), [(1.0, True), (9.0, False)])
+def test_a_mouth_that_opens_fast_is_left_to_the_nets(px, is_measured):
+    """Its lower lip goes down by so much in one frame, and the upper one stays."""
+    rgb8, y = portrait(), np.mgrid[0:600, 0:512][0].astype(np.float32)
+    x = np.mgrid[0:600, 0:512][1].astype(np.float32)
+    lower = np.exp(-((x - 267) ** 2 / 2 / 30**2 + (y - 292) ** 2 / 2 / 14**2)).astype(np.float32)
+    opened = cv2.remap(rgb8, x, y - px * lower, cv2.INTER_LINEAR)
+    measure = MeasureMotion()
+    motion = measure(still(measure, rgb8), still(measure, opened))
+    assert (motion is not None) == is_measured

@@ -255,6 +255,29 @@ def test_what_is_no_photo_is_one_line_that_says_what_to_do(tmp_path, name):
     assert caught.value.exit_code == 3
 
 
+@pytest.mark.parametrize("name", BAD)
+def test_bytes_are_refused_as_a_file_is_and_called_by_the_name_that_was_given(name):
+    make, words = BAD[name]
+    with pytest.raises(InputError) as caught:
+        read_photo(make(), name)
+    said = str(caught.value)
+    assert words in said and name in said and "\n" not in said
+
+
+@pytest.mark.parametrize("end", [".png", ".jpg", ".webp", ".tif", ".bmp", ".avif", ".gif"])
+def test_the_bytes_of_a_file_are_the_picture_that_the_file_is(tmp_path, end):
+    path = save(tmp_path / f"in{end}", colours(), **({"exif": exif(6)} if end == ".jpg" else {}))
+    np.testing.assert_array_equal(read_photo(path.read_bytes()), read_photo(path))
+
+
+@pytest.mark.parametrize("name", ["in.mp4", "in.mkv", "in.avi", "in.flv", "in.mpg"])
+def test_the_bytes_of_a_video_say_how_to_take_a_frame(tmp_path, name):
+    codec = {"in.flv": "h264", "in.mp4": "h264"}.get(name, "mpeg4")
+    clip = make_clip(tmp_path / name, codec)
+    with pytest.raises(PhotoError, match=rf"is a video.*ffmpeg -ss SECONDS -i {name}"):
+        read_photo(clip.read_bytes(), name)
+
+
 def test_a_video_says_how_to_take_a_frame(tmp_path):
     with pytest.raises(PhotoError, match=r"is a video.*ffmpeg -ss SECONDS -i in.mp4"):
         read_photo(make_clip(tmp_path / "in.mp4"))

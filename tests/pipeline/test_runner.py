@@ -1,4 +1,5 @@
 import _thread
+import signal
 import threading
 import time
 import traceback
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.errors import StoppedError
-from makeup_video.pipeline.runner import Runner
+from makeup_video.pipeline.runner import Runner, interrupted_later
 
 
 class List:
@@ -292,3 +293,14 @@ def test_a_slow_sink_keeps_memory_flat():
 
     Runner(("source", source()), [("a", add_one)], ("sink", Slow()), capacity=2).run()
     assert max(ahead) <= 2 * 2 + 3  # two channels, and one item in each actor's hands
+
+
+def test_what_must_be_done_as_a_whole_is_and_ctrl_c_counts_when_it_is():
+    done = []
+    with pytest.raises(KeyboardInterrupt), interrupted_later():
+        signal.raise_signal(signal.SIGINT)
+        done.append(1)
+    assert done == [1]
+    with interrupted_later():
+        done.append(2)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

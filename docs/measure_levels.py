@@ -1,0 +1,125 @@
+"""Measures what each level of a slow machine saves, and what it spoils: the table of docs/live.md.
+
+    python docs/measure_levels.py samples/in.mp4 talk.mp4
+
+All levels run in turn on every frame, in one thread, without codec: processor time of the stages, and how
+far the smoothed lips and eyes, and the painted picture, are off those of level 0. Prints a Markdown table.
+"""
+
+import argparse
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+from makeup_video.cli.measure_clip import frame_of, make_clip, pictures
+from makeup_video.cli.measure_renderer import full_look
+from makeup_video.pipeline.budget import MOST
+from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.face import FrameFaces
+from makeup_video.pipeline.faces import FindFaces
+from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.mesh import BuildScene
+from makeup_video.pipeline.smooth import SmoothLive
+from makeup_video.pipeline.topology import EYE, EYE_CORNERS, LIPS, RIGHT_EYE
+
+WARM_UP = 15  # frames that do not count
+STAGES = "faces", "smooth", "scene", "paint"
+PARTS = np.concatenate([LIPS, EYE, RIGHT_EYE])
+
+
+@dataclass
+class Level:
+    """The stages at one level, what they took and how far off they were."""
+
+    number: int
+    milliseconds: list[list[float]] = field(default_factory=list)  # by frame and stage
+    points_off: list[float] = field(default_factory=list)  # thousandths of the eyes' distance
+    codes_off: list[float] = field(default_factory=list)  # of luma, where level 0 paints
+
+    def __post_init__(self) -> None:
+        self.find, self.smooth, self.scene = FindFaces(), SmoothLive(), BuildScene()
+        self.paint = Composite(full_look())
+        self.find.level = self.paint.level = self.number
+
+    def __call__(self, frame: Frame) -> tuple[FrameFaces, np.ndarray]:
+        """Smoothed faces, and the painted luma."""
+        frame.writable_planes()  # a camera's frames are nobody else's
+        times = [time.process_time()]
+        found = self.find(frame)
+        times.append(time.process_time())
+        faces = self.smooth(found)
+        times.append(time.process_time())
+        scene = self.scene(faces)
+        times.append(time.process_time())
+        painted = self.paint(scene)
+        times.append(time.process_time())
+        self.milliseconds.append((1000 * np.diff(times)).tolist())
+        return faces, painted.planes[0]
+
+    def compare(self, mine: "Shown", whole: "Shown", bare: np.ndarray) -> None:
+        for face, true in zip(mine[0].faces, whole[0].faces, strict=False):
+            xy = true.points_px[:, :2]
+            unit = np.linalg.norm(np.subtract(*xy[list(EYE_CORNERS)]))
+            off = np.linalg.norm((face.points_px[:, :2] - xy)[PARTS], axis=1).mean()
+            self.points_off.append(float(1000 * off / unit))
+        is_painted = whole[1] != bare
+        if is_painted.any():
+            difference = cv2.absdiff(mine[1], whole[1])[is_painted]
+            self.codes_off.append(float(difference.mean()) / 2 ** (8 * (bare.itemsize - 1)))
+
+
+Shown = tuple[FrameFaces, np.ndarray]
+
+
+def measure(film: Path) -> list[Level]:
+    """All levels on a film, frame by frame."""
+    levels = [Level(number) for number in range(MOST + 1)]
+    films = (pictures(film) for _ in range(len(levels) + 1))
+    for number, pictures_now in enumerate(zip(*films, strict=True)):
+        bare, *frames = map(frame_of, pictures_now)
+        # who comes first pays for the caches: so each does in turn
+        first = number % len(levels)
+        order = levels[first:] + levels[:first]
+        shown = {level.number: level(frames[level.number]) for level in order}
+        for level in levels:
+            level.compare(shown[level.number], shown[0], bare.planes[0])
+    return levels
+
+
+def rows(name: str, height_px: int, levels: list[Level]) -> Iterator[str]:
+    for level in levels:
+        spent = np.array(level.milliseconds)[WARM_UP:]
+        stages = " | ".join(f"{each:.2f}" for each in spent.mean(0))
+        total = spent.sum(1)
+        off, codes = np.array(level.points_off or [0.0]), np.array(level.codes_off or [0.0])
+        yield (
+            f"| {name}, {height_px}p | {level.number} | {stages} | {total.mean():.2f} | "
+            f"{np.percentile(total, 95):.2f} | {off.mean():.1f} | {np.percentile(off, 95):.1f} | "
+            f"{codes.mean():.2f} |"
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("clips", nargs="+", type=Path)
+    parser.add_argument("--heights", default="720,1080,2160")
+    parser.add_argument("--frames", type=int, default=90)
+    options = parser.parse_args()
+    cv2.setNumThreads(1)
+    heads = ["clip", "level", *STAGES, "all", "95th", "points off", "95th", "codes off"]
+    print("| " + " | ".join(heads) + " |\n|" + "---|" * len(heads))
+    with tempfile.TemporaryDirectory() as folder:
+        for clip in options.clips:
+            for height_px in map(int, options.heights.split(",")):
+                target = Path(folder) / f"{clip.stem}_{height_px}.mp4"
+                film = make_clip(clip, target, height_px, options.frames, as_is=True).path
+                for row in rows(clip.name, height_px, measure(film)):
+                    print(row, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""`makeup-video demo`: it says where the page is, and Ctrl-C is its good end."""
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+
+import cv2
+import httpx
+import pytest
+from makeup_video.cli.app import app
+from makeup_video.pipeline import Look, look_from_photo
+from people import SAMPLES, grey
+from shows import RED, Page
+from typer.testing import CliRunner
+
+COMMAND = [sys.executable, "-m", "makeup_video.cli", "demo", "--no-browser", "--port", "0"]
+
+
+def running(*args):
+    return subprocess.Popen([*COMMAND, *map(str, args)], stderr=subprocess.PIPE, text=True)
+
+
+def address(process):
+    line = process.stderr.readline()
+    found = re.match(r"(http://127\.0\.0\.1:\d+)/ shows the page; Ctrl-C ends it\n", line)
+    assert found, line
+    return found[1]
+
+
+def ended(process, number):
+    process.send_signal(number)
+    _, said = process.communicate(timeout=30)
+    return process.returncode, said
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_serves_the_page_until_it_is_stopped_and_that_is_success(number):
+    process = running()
+    url = address(process)
+    assert httpx.get(url).headers["content-type"].startswith("text/html")
+    with Page(url) as page:
+        assert page.hello["mode"] == "demo" and page.hello["look"]["lips"] is not None
+        assert len(page.picture()[2]) > 10_000
+        assert ended(process, number) == (0, "stopped\n")
+
+
+def test_it_begins_with_a_look_file(tmp_path):
+    RED.save(tmp_path / "look.json")
+    process = running("--look", tmp_path / "look.json")
+    with Page(address(process)) as page:
+        assert Look.from_dict(page.hello["look"]) == RED
+    assert ended(process, signal.SIGINT)[0] == 0
+
+
+def test_it_begins_with_the_makeup_of_a_photo_on_a_portrait_of_ones_own():
+    process = running(SAMPLES / "portrait.jpg", "--ref", SAMPLES / "look.jpg")
+    with Page(address(process)) as page:
+        assert Look.from_dict(page.hello["look"]) == look_from_photo(SAMPLES / "look.jpg")
+    assert ended(process, signal.SIGINT)[0] == 0
+
+
+def refusal(*args):
+    done = CliRunner().invoke(app, ["demo", "--no-browser", *map(str, args)])
+    assert len(done.output.splitlines()) == 1
+    return done.exit_code, done.output
+
+
+def test_what_is_wrong_is_one_line_before_anything_is_served(tmp_path):
+    cv2.imwrite(str(tmp_path / "wall.png"), grey())
+    assert refusal(tmp_path / "none.jpg")[0] == 3
+    code, said = refusal(tmp_path / "wall.png")
+    assert code == 3 and "wall.png: no face was found" in said
+    assert refusal("--ref", tmp_path / "none.jpg")[0] == 3
+    assert refusal("--look", tmp_path / "none.json")[0] == 2
+    code, said = refusal("--ref", "a.jpg", "--look", "b.json")
+    assert code == 2 and "give one of them" in said
+    assert refusal("--port", "70000")[0] == 2
+
+
+def test_a_port_that_is_taken_is_one_line():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        code, said = refusal("--port", port)
+    assert code == 2 and f"port {port} on 127.0.0.1 is taken" in said

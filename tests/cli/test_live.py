@@ -1,0 +1,197 @@
+"""`live` with a film as the camera: what it writes, what it refuses, and how it ends."""
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+
+import av
+import numpy as np
+import pytest
+from makeup_video.cli.app import app
+from makeup_video.cli.page import has_screen, is_loopback
+from makeup_video.cli.progress import live_summary, live_text
+from makeup_video.pipeline import Look, product
+from makeup_video.pipeline.live import LiveFigures, SinkFigures
+from media import decoded, times_of
+from people import SAMPLES, clip, film
+from typer.testing import CliRunner
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    film(tmp_path / "in.mkv", clip(12))
+    return tmp_path
+
+
+def run(*args):
+    return CliRunner().invoke(app, ["live", *(str(arg) for arg in args)])
+
+
+def lines(done):
+    return [line for line in done.output.splitlines() if line]
+
+
+def reddest(path):
+    """Of each frame, how far Cr is above the middle at its reddest."""
+    return [int(picture.to_ndarray()[-90:].max()) - 128 for picture in decoded(path)]
+
+
+def test_a_film_that_plays_is_painted_and_recorded_with_the_times_of_the_clock(folder):
+    done = run("--camera", "in.mkv", "--color", "#D00020", "--no-preview", "-o", "out.mkv")
+    assert done.exit_code == 0, done.output
+    assert [p.name for p in folder.iterdir() if "part" in p.name] == []
+    times = np.array([float(t) for t in times_of(folder / "out.mkv")])
+    told = re.fullmatch(r"(\d+) pictures in [\d.]+ s, [\d.]+ fps, (\d+) dropped", lines(done)[-1])
+    assert times[0] == 0 and len(times) == int(told[1])
+    assert len(times) + int(told[2]) == 12  # a busy machine drops some
+    steps = times * 30
+    assert np.abs(steps - steps.round()).max() < 0.05  # on the film's own grid
+    plain = run("--camera", "in.mkv", "--look", "none", "--no-preview", "-o", "plain.mkv", "-q")
+    assert plain.exit_code == 0 and plain.output == ""
+    assert min(reddest(folder / "out.mkv")) > max(reddest(folder / "plain.mkv")) + 10
+
+
+def test_a_recording_is_not_overwritten_without_being_told_so(folder):
+    (folder / "out.mkv").write_bytes(b"mine")
+    words = "--camera", "in.mkv", "--color", "#D00020", "--no-preview", "-o", "out.mkv"
+    refused = run(*words)
+    assert refused.exit_code == 2
+    assert (folder / "out.mkv").read_bytes() == b"mine" and "-y" in refused.output
+    assert run(*words, "-y").exit_code == 0
+    assert decoded(folder / "out.mkv")
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [
+        (
+            ["--camera", "in.mkv", "--color", "#D00020", "--no-preview"],
+            2,
+            "--no-preview leaves nobody",
+        ),
+        (["--camera", "in.mkv", "--no-preview", "-o", "out.mkv"], 2, "no look given"),
+        (["--camera", "in.mkv", "--finish", "gloss"], 2, "--finish gloss needs a colour"),
+        (["--camera", "in.mkv", "--look", "a", "--ref", "b"], 2, "leave one of them out"),
+        (["--camera", "gone.mkv", "--color", "#D00020"], 3, "gone.mkv does not exist"),
+        (["--camera", "in.mkv", "--size", "large"], 2, "WIDTHxHEIGHT"),
+        (["--camera", "in.mkv", "--fps", "0"], 2, "1..240"),
+        (["--camera", "in.mkv", "--color", "#D00020", "--stream", "file:x"], 2, "rtmp"),
+        (["--camera", "in.mkv", "--color", "#D00020", "-o", "out.doc"], 2, "out.doc"),
+        (["--camera", "in.mkv", "--color", "#D00020", "-o", "in.mkv", "-y"], 2, "in.mkv"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_line_before_anything_is_written(folder, words, code, told):
+    done = run(*words, "--no-browser", "--port", "0")
+    assert (done.exit_code, len(lines(done))) == (code, 1), done.output
+    assert told in done.output
+    assert sorted(path.name for path in folder.iterdir()) == ["in.mkv"]
+
+
+def test_a_port_that_is_taken_is_told_with_what_to_do(folder):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        done = run("--camera", "in.mkv", "--port", port, "--no-browser")
+    assert done.exit_code == 2 and f"port {port}" in done.output and "--port" in done.output
+
+
+def is_there(url):
+    try:
+        with urllib.request.urlopen(url, timeout=20) as answer:
+            return answer.status == 200
+    except urllib.error.HTTPError:
+        time.sleep(0.05)
+        return False
+
+
+def test_ctrl_c_is_its_usual_end_and_the_recording_is_whole(folder):
+    words = ["live", "--camera", "in.mkv", "--loop", "--color", "#D00020", "-o", "out.mp4"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "makeup_video.cli", *words, "--port", "0", "--no-browser"],
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+    ) as process:
+        url = process.stderr.readline().split()[0]
+        with urllib.request.urlopen(url, timeout=20) as page:
+            assert page.status == 200
+        while not is_there(f"{url}picture.png"):
+            assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        rest = process.stderr.read()
+    assert process.returncode == 0, rest
+    assert "pictures in" in rest and len(rest.splitlines()) == 1
+    with av.open(str(folder / "out.mp4")) as whole:
+        assert sum(1 for _ in whole.decode(video=0)) >= 1
+
+
+def test_without_a_look_the_page_begins_bare_and_a_photo_gives_one(folder):
+    done = run("--camera", "in.mkv", "--port", "0", "--no-browser")
+    assert done.exit_code == 0 and "shows the page" in done.output
+    done = run("--camera", "in.mkv", "--port", "0", "--no-browser", "--ref", SAMPLES / "look.jpg")
+    assert done.exit_code == 0 and "lips #" in done.output
+
+
+def test_a_page_for_everybody_is_said_to_be_one(folder):
+    done = run("--camera", "in.mkv", "--port", "0", "--no-browser", "--host", "0.0.0.0")
+    assert done.exit_code == 0 and "everybody who reaches this machine" in done.output
+
+
+@pytest.mark.parametrize(
+    ("host", "is_local"),
+    [("127.0.0.1", True), ("127.8.0.1", True), ("::1", True), ("localhost", True),
+     ("0.0.0.0", False), ("::", False), ("192.168.1.7", False), ("mine.example", False)],
+)  # fmt: skip
+def test_only_this_machine_reaches_a_loopback_address(host, is_local):
+    assert is_loopback(host) is is_local
+
+
+def test_no_browser_takes_over_a_bare_terminal(monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert not has_screen()
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert has_screen()
+
+
+def figures(**given):
+    plain = {"fps": 29.97, "latency_ms": 12.4, "latency_p95_ms": 20.0, "pictures": 300,
+             "dropped": 0, "level": 0, "level_told": "", "notice": "", "sinks": ()}  # fmt: skip
+    return LiveFigures(**{**plain, **given})
+
+
+def test_the_line_on_a_terminal_says_how_fast_how_late_and_what_is_wrong():
+    assert live_text(figures()) == "30 fps, delay 12 ms"
+    assert live_text(figures(dropped=3, level_told="slow", notice="gone")) == (
+        "30 fps, delay 12 ms, 3 dropped, slow, gone"
+    )
+    assert live_text(figures(latency_ms=None)) == "waiting for the first picture"
+    assert live_text(figures(latency_ms=None, notice="no camera")) == "no camera"
+
+
+def test_the_closing_line_tells_what_an_output_did_not_get():
+    sinks = SinkFigures("preview", 5, 90), SinkFigures("out.mkv", 290, 10)
+    text = live_summary(figures(sinks=sinks), 10.0)
+    assert text == "300 pictures in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 290 of them"
+
+
+def test_a_sink_that_fails_on_the_way_ends_the_command_with_its_code(folder, monkeypatch):
+    from makeup_video.pipeline import EncodeError
+    from makeup_video.pipeline.live_output import Recording
+
+    def fail(self, picture):
+        raise EncodeError("the encoder broke")
+
+    monkeypatch.setattr(Recording, "__call__", fail)
+    Look(lips=product((200, 0, 30), "matte")).save("a.json")
+    done = run(
+        "--camera", "in.mkv", "--look", "a.json", "-o", "out.mkv", "--port", "0", "--no-browser"
+    )
+    assert done.exit_code == EncodeError.exit_code
+    assert "the encoder broke; the rest goes on" in done.output and "pictures in" in done.output

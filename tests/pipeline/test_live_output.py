@@ -1,0 +1,165 @@
+"""Recording what is painted live: whole whenever it is stopped, with the times of the clock."""
+
+import contextlib
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from makeup_video.pipeline import EncodeError, OutputError, UsageError
+from makeup_video.pipeline.camera import Camera, CameraSettings
+from makeup_video.pipeline.camera_door import CameraDoor
+from makeup_video.pipeline.live_frame import LivePicture
+from makeup_video.pipeline.live_output import Recording
+from media import decoded, make_clip, picture, times_of
+
+UNEVEN = [0, 33, 70, 71, 500, 9000]  # milliseconds
+
+
+def live(milliseconds, pix_fmt="yuv420p", size_wh=(96, 64)):
+    """Live pictures that came at these times after some hour of a machine's clock."""
+    door = CameraDoor(is_device=True)
+    for index, at in enumerate(milliseconds):
+        yield LivePicture(door(picture(index, *size_wh, pix_fmt), 55555.123 + at / 1000))
+
+
+def record(path, pictures, **settings):
+    recording = Recording(path, **settings)
+    for each in pictures:
+        recording(each)
+    recording.finish(stopped=True)
+    return recording
+
+
+@pytest.mark.parametrize("end", [".mkv", ".mp4", ".mov", ".webm"])
+def test_times_are_those_of_the_clock_and_begin_at_zero(tmp_path, end):
+    path = tmp_path / f"out{end}"
+    recording = record(path, live(UNEVEN))
+    assert [round(float(t) * 1000) for t in times_of(path)] == UNEVEN
+    assert [each.name for each in tmp_path.iterdir()] == [path.name] == [recording.name]
+
+
+@pytest.mark.parametrize(("pix_fmt", "matrix", "span"), [("yuvj422p", 5, 2), ("yuyv422", 6, 1)])
+def test_colours_arrive_with_their_tags(tmp_path, pix_fmt, matrix, span):
+    path = tmp_path / "out.mkv"
+    made = list(live([0, 40], pix_fmt))
+    if span == 2:
+        assert made[0].frame.tags.range == 2
+    record(path, made, crf=1)
+    got = decoded(path)[0]
+    want = made[0].frame
+    assert (got.color_range, got.color_primaries, got.color_trc) == (span, 1, 1)
+    assert got.colorspace == want.tags.matrix
+    luma = np.frombuffer(got.planes[0], np.uint8).reshape(64, -1)[:, :96]
+    assert np.abs(luma.astype(int) - want.planes[0]).mean() < 2
+
+
+def test_the_pictures_are_only_read(tmp_path):
+    made = list(live([0, 40, 80]))
+    before = [[p.copy() for p in each.frame.planes] for each in made]
+    record(tmp_path / "out.mp4", made)
+    for each, planes in zip(made, before, strict=True):
+        assert each.frame.picture.pts == each.frame.pts
+        assert each.frame.picture.pict_type == 0
+        for now, then in zip(each.frame.planes, planes, strict=True):
+            np.testing.assert_array_equal(now, then)
+
+
+def test_a_rotation_is_kept(tmp_path):
+    clip = make_clip(tmp_path / "in.mp4", frames=3, rotation_degrees=90)
+    camera = Camera(CameraSettings(name=str(clip)), pytest.fail)
+    record(tmp_path / "out.mp4", (LivePicture(frame) for frame in camera.frames()))
+    assert round(decoded(tmp_path / "out.mp4")[0].rotation) % 360 == 90
+
+
+def test_a_film_that_is_played_is_not_overwritten_by_its_recording(tmp_path):
+    clip = make_clip(tmp_path / "in.mp4", frames=2)
+    with pytest.raises(UsageError, match="the output is the input"):
+        Recording(clip, source=clip, overwrite=True)
+
+
+def test_what_exists_is_not_overwritten_unless_asked(tmp_path):
+    path = tmp_path / "out.mkv"
+    path.write_bytes(b"old")
+    with pytest.raises(UsageError, match="-y"):
+        Recording(path)
+    record(path, live([0, 40]), overwrite=True)
+    assert len(times_of(path)) == 2
+
+
+def test_a_run_without_a_picture_leaves_nothing(tmp_path):
+    record(tmp_path / "out.mp4", [])
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("settings", "error"),
+    [({"codec": "prores"}, "hold"), ({"preset": "quick"}, "--preset"), ({"crf": 99}, "0..51")],
+)
+def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path, settings, error):
+    with pytest.raises(UsageError, match=error):
+        Recording(tmp_path / "out.mp4", **settings)
+    with pytest.raises(OutputError, match="does not exist"):
+        Recording(tmp_path / "no" / "out.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_encoder_that_refuses_is_one_line_and_no_file(tmp_path):
+    with pytest.raises(EncodeError, match="libx265 refuses 2x2") as caught:
+        record(tmp_path / "out.mp4", live([0], size_wh=(2, 2)), codec="hevc")
+    assert "\n" not in str(caught.value) and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("codec", ["hevc", "av1", "vp9", "ffv1"])
+def test_the_other_codecs_record_too(tmp_path, codec):
+    path = tmp_path / "out.mkv"
+    record(path, live(UNEVEN), codec=codec)
+    assert [round(float(t) * 1000) for t in times_of(path)] == UNEVEN
+
+
+FULL_DISK = """
+import resource, signal, sys
+sys.path[:0] = sys.argv[2:]
+resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+from test_live_output import live
+from makeup_video.pipeline.live_output import Recording
+from makeup_video.pipeline import OutputError
+recording = Recording(sys.argv[1], crf=5)
+try:
+    for each in live(range(0, 9000, 33), size_wh=(320, 240)):
+        recording(each)
+    recording.finish(True)
+except OutputError as error:
+    print(error)
+"""
+
+
+def frames_that_play(path):
+    count = 0
+    with av.open(str(path)) as container, contextlib.suppress(av.FFmpegError):
+        for _ in container.decode(video=0):
+            count += 1
+    return count
+
+
+@pytest.mark.parametrize("end", [".mkv", ".mp4"])
+def test_a_full_disk_is_one_line_and_what_was_recorded_plays(tmp_path, end):
+    """A limit on the file's size stands for the disk; the kernel's answer is much the same."""
+    path, here = tmp_path / f"out{end}", Path(__file__).parent
+    said = subprocess.run(
+        [sys.executable, "-c", FULL_DISK, str(path), str(here), str(here.parent)],
+        capture_output=True, text=True, timeout=60, check=True,
+    ).stdout  # fmt: skip
+    part = tmp_path / f"out.part{end}"
+    assert "cannot be written" in said and len(said.splitlines()) == 1
+    assert said.strip().endswith(f"what was recorded until then is {part}")
+    assert frames_that_play(part) >= 5 and not path.exists()
+
+
+def test_rates_that_are_no_whole_number_are_taken(tmp_path):
+    for rate in (Fraction(30000, 1001), 29.97, 7):
+        record(tmp_path / "out.mkv", live([0, 40]), rate=rate, overwrite=True)

@@ -1,0 +1,242 @@
+"""Streams: what arrives, what happens when nobody is there, and what is never shown."""
+
+import os
+import socket
+import stat
+import threading
+import time
+
+import av
+import numpy as np
+import pytest
+from makeup_video.pipeline import UsageError, live_stream
+from makeup_video.pipeline.camera_door import CameraDoor
+from makeup_video.pipeline.live_frame import LivePicture
+from makeup_video.pipeline.live_stream import Stream, bit_rate_for
+from media import picture
+
+SECRET = "s3cr3t-key"
+
+
+def live(milliseconds, size_wh=(96, 64), degrees=0):
+    door = CameraDoor(is_device=True)
+    for index, at in enumerate(milliseconds):
+        frame = door(picture(index, *size_wh, "yuvj422p"), 55555.123 + at / 1000)
+        frame.rotation_degrees = degrees
+        yield LivePicture(frame)
+
+
+def free_port(kind=socket.SOCK_DGRAM):
+    with socket.socket(socket.AF_INET, kind) as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
+@pytest.fixture
+def pieces(monkeypatch, tmp_path):
+    """What a stream sends, into files instead of the network: one per connection."""
+    made = []
+
+    def container(url, format_name, relay):
+        made.append(tmp_path / f"{len(made)}.{format_name}")
+        return av.open(str(made[-1]), "w", format=format_name)
+
+    monkeypatch.setattr(live_stream, "_container", container)
+    return made
+
+
+@pytest.mark.parametrize("scheme", ["udp", "rtmp"])
+def test_pictures_arrive_with_their_times_and_a_key_frame_every_two_seconds(pieces, scheme):
+    stream = Stream(f"{scheme}://host/live/{SECRET}", say=pytest.fail)
+    times = [0, 40, 100, 1000, 1990, 2010, 2050, 4020, 4060]
+    for each in live(times):
+        stream(each)
+    stream.finish(stopped=True)
+    with av.open(str(pieces[0])) as got:
+        packets = [p for p in got.demux(video=0) if p.size]
+        seconds = np.array([float(p.pts * p.time_base) for p in packets])
+        video = got.streams.video[0].codec_context
+        assert (video.width, video.height, video.color_range) == (96, 64, 2)
+    assert np.round((seconds - seconds[0]) * 1000).tolist() == times
+    assert [p.is_keyframe for p in packets] == [at in (0, 2010, 4020) for at in times]
+
+
+def test_the_pictures_are_only_read(pieces):
+    stream, made = Stream("udp://host:1", say=pytest.fail), list(live([0, 2500]))
+    for each in made:
+        stream(each)
+    assert [each.frame.picture.pict_type for each in made] == [0, 0]
+    assert [each.frame.picture.pts for each in made] == [each.frame.pts for each in made]
+
+
+def test_what_cannot_carry_a_rotation_gets_upright_pictures(pieces):
+    stream = Stream("udp://host:1", say=pytest.fail)
+    for each in live(range(0, 800, 40), degrees=90):
+        stream(each)
+    stream.finish(stopped=False)
+    with av.open(str(pieces[0])) as got:
+        assert next(got.decode(video=0)).width == 64
+
+
+def test_a_receiver_over_udp_gets_a_film(tmp_path):
+    port, got = free_port(), []
+
+    def receive():
+        with av.open(f"udp://127.0.0.1:{port}?timeout=20000000", format="mpegts") as film:
+            for frame in film.decode(video=0):
+                got.append(frame)
+                if len(got) == 20:
+                    return
+
+    receiver = threading.Thread(target=receive)
+    receiver.start()
+    stream = Stream(f"udp://127.0.0.1:{port}", say=lambda line: None)
+    for each in live(range(0, 400_000, 33)):
+        stream(each)
+        receiver.join(0.005)
+        if not receiver.is_alive():
+            break
+    stream.finish(stopped=True)
+    receiver.join(30)
+    assert len(got) == 20 and (got[0].width, got[0].height) == (96, 64)
+    assert stream.name == "udp://127.0.0.1"
+
+
+class Gone:
+    """A container whose receiver hangs up after some packets."""
+
+    def __init__(self, packets):
+        self.left, self.inner = packets, av.open(os.devnull, "w", format="mpegts")
+
+    def __getattr__(self, name):
+        return getattr(self.inner, name)
+
+    def mux_one(self, packet):
+        self.left -= 1
+        if self.left < 0:
+            raise av.error.BrokenPipeError(32, "Broken pipe", f"rtmp://host/{SECRET}")
+        self.inner.mux_one(packet)
+
+
+def test_a_receiver_that_goes_away_is_said_and_tried_again_in_growing_pauses(monkeypatch):
+    clock, tries, lines = [1000.0], [], []
+    refused = av.error.ConnectionRefusedError(111, "refused", f"rtmp://host/{SECRET}")
+
+    def container(url, format_name, relay):
+        tries.append(clock[0])
+        if len(tries) == 1:
+            return Gone(3)
+        if len(tries) < 8:
+            raise refused
+        return Gone(10**6)
+
+    monkeypatch.setattr(live_stream, "_container", container)
+    monkeypatch.setattr(live_stream.time, "monotonic", lambda: clock[0])
+    stream = Stream(f"rtmp://user:{SECRET}@host/live/{SECRET}", say=lines.append)
+    for each in live(range(0, 150_000, 100)):
+        clock[0] += 0.1
+        stream(each)
+    pauses = np.diff(tries)
+    assert pauses == pytest.approx([1.4, 2, 4, 8, 16, 30, 30], abs=0.21)
+    assert lines == [
+        "rtmp://host: Broken pipe; it is tried again and again",
+        "rtmp://host: sending",
+    ]
+    assert stream.notice == ""
+
+
+def test_a_receiver_that_is_not_there_is_one_line_without_the_key(capfd):
+    lines = []
+    port = free_port(socket.SOCK_STREAM)
+    stream = Stream(f"rtmp://user:{SECRET}@127.0.0.1:{port}/live/{SECRET}", say=lines.append)
+    for each in live([0, 40, 80]):
+        stream(each)
+    stream.finish(stopped=True)
+    assert lines == ["rtmp://127.0.0.1: Connection refused; it is tried again and again"]
+    assert stream.notice == lines[0]
+    assert SECRET not in "".join([*capfd.readouterr(), *lines, stream.name])
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        f"http://user:{SECRET}@host/{SECRET}",
+        f"file:///{SECRET}",
+        f"rtmp:///{SECRET}",
+        f"rtmp://host/a {SECRET}",
+        f"{SECRET}",
+        f"concat:{SECRET}|b",
+        f"rtmp://[{SECRET}",
+        "",
+    ],
+)
+def test_other_addresses_are_refused_without_showing_them(url):
+    with pytest.raises(UsageError) as caught:
+        Stream(url, say=pytest.fail)
+    assert SECRET not in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_name_is_scheme_and_host_only():
+    def name(url):
+        return Stream(url, say=pytest.fail).name
+
+    assert (
+        name(f"rtmps://u:{SECRET}@Host.example:443/app/{SECRET}?{SECRET}") == "rtmps://host.example"
+    )
+    assert name("udp://[::1]:5000") == "udp://[::1]"
+
+
+FFMPEG = """#!/bin/sh
+case "$*" in *-protocols*) echo "file srt udp"; exit;; esac
+for last; do :; done
+printf '%s' "$last" > "$0.url"
+exec cat > "$0.ts"
+"""
+
+
+@pytest.fixture
+def program(tmp_path, monkeypatch):
+    """An `ffmpeg` on the PATH that knows SRT, and writes down what it is given."""
+    path = tmp_path / "ffmpeg"
+    path.write_text(FFMPEG)
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    return path
+
+
+def test_srt_goes_through_an_ffmpeg_that_knows_it(program):
+    url = f"srt://127.0.0.1:1?passphrase={SECRET}"
+    stream = Stream(url, say=pytest.fail)
+    for each in live(range(0, 1000, 40)):
+        stream(each)
+    stream.finish(stopped=True)
+    assert program.with_suffix(".url").read_text() == url
+    with av.open(str(program.with_suffix(".ts"))) as got:
+        assert len(list(got.decode(video=0))) == 25
+
+
+def test_a_relay_that_ends_is_a_receiver_that_went_away(program):
+    program.write_text(FFMPEG.replace('exec cat > "$0.ts"', "exit 1"))
+    lines = []
+    stream = Stream("srt://127.0.0.1:1", say=lines.append)
+    deadline = time.monotonic() + 30
+    for each in live(range(0, 400_000, 33), size_wh=(320, 240)):
+        stream(each)
+        if lines or time.monotonic() > deadline:
+            break
+    stream.finish(stopped=True)
+    assert lines == ["srt://127.0.0.1: Broken pipe; it is tried again and again"]
+
+
+def test_srt_without_such_a_program_says_what_to_do(monkeypatch):
+    monkeypatch.setattr(live_stream.shutil, "which", lambda name: None)
+    with pytest.raises(UsageError, match=r"srt://host needs an ffmpeg with SRT on the PATH"):
+        Stream(f"srt://host:1?passphrase={SECRET}", say=pytest.fail)
+
+
+def test_larger_pictures_get_more_bits_but_fewer_a_pixel():
+    pixels = [640 * 360, 1280 * 720, 1920 * 1080, 3840 * 2160]
+    rates = [bit_rate_for(n) for n in pixels]
+    assert rates == sorted(rates) and rates[1] == 3_000_000
+    each = [rate / n for rate, n in zip(rates, pixels, strict=True)]
+    assert each == sorted(each, reverse=True)

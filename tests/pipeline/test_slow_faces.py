@@ -1,0 +1,111 @@
+"""Faces on a machine that is too slow: looked for less often, and read in every second frame."""
+
+import numpy as np
+import pytest
+from makeup_video.pipeline import FindFaces, faces
+from makeup_video.pipeline.face_nets import FaceNets
+from makeup_video.pipeline.topology import EYE_CORNERS
+from people import clip, clip_points, face_of, frame_of, grey, put
+
+
+class CountedNets(FaceNets):
+    """Counts what the nets are asked for."""
+
+    def __init__(self):
+        super().__init__()
+        self.looks = self.closer = self.meshes = 0
+
+    def detect(self, *rest, **how):
+        self.looks += 1
+        return super().detect(*rest, **how)
+
+    def look_closer(self, *rest, **how):
+        self.closer += 1
+        return super().look_closer(*rest, **how)
+
+    def read_mesh(self, *rest, **how):
+        self.meshes += 1
+        return super().read_mesh(*rest, **how)
+
+
+def run(pictures, level):
+    find = FindFaces(nets=CountedNets())
+    find.level = level
+    return [find(frame_of(picture, at)) for at, picture in enumerate(pictures)], find
+
+
+def errors_percent(found):
+    """(N,) mean error of all points of each frame, in percent of the eyes' distance."""
+    errors = []
+    for item, true in zip(found, clip_points(len(found)), strict=True):
+        unit = np.linalg.norm(np.subtract(*true[list(EYE_CORNERS)]))
+        off = item.faces[0].points_px[:, :2] - true
+        errors.append(100 * np.linalg.norm(off, axis=1).mean() / unit)
+    return np.array(errors)
+
+
+def test_from_level_1_on_new_faces_are_looked_for_once_a_second():
+    pictures = [clip()[0]] * 62
+    _, often = run(pictures, 0)
+    _, seldom = run(pictures, 1)
+    assert often.nets.looks >= 8
+    assert seldom.nets.looks <= 3
+
+
+def test_from_level_2_on_the_nets_read_a_face_in_every_second_frame():
+    pictures = clip()
+    whole, often = run(pictures, 0)
+    found, seldom = run(pictures, 2)
+    assert seldom.nets.closer < 0.65 * often.nets.closer
+    assert seldom.nets.meshes < often.nets.meshes
+    assert all(len(item.faces) == 1 and item.faces[0].track_id == 0 for item in found)
+    assert errors_percent(found).mean() < 1.1 * errors_percent(whole).mean()
+    assert errors_percent(found).max() < 1.3 * errors_percent(whole).max()
+
+
+def test_of_two_faces_one_is_read_in_each_frame():
+    """So no frame takes twice as long as the next."""
+    ground = grey(640, 360)
+    for x in (0, 320):
+        ground = put(ground, face_of(120), x, 40)
+    find = FindFaces(nets=CountedNets())
+    find.level = 2
+    read = []
+    for at in range(20):
+        before = find.nets.closer
+        assert len(find(frame_of(ground, at)).faces) == 2
+        read.append(find.nets.closer - before)
+    assert read[5:].count(1) >= 12 and max(read[5:]) <= 2
+
+
+def test_who_is_not_where_motion_leads_is_read_by_the_nets():
+    """A cut to the same face elsewhere, and one that jumps."""
+    small = face_of(110)
+    pictures = [put(grey(640, 360), small, 200 + 90 * (at >= 6), 50) for at in range(14)]
+    found, _ = run(pictures, 2)
+    want, _ = run(pictures, 0)
+    for a, b in zip(found[9:], want[9:], strict=True):
+        off = a.faces[0].points_px[:, :2] - b.faces[0].points_px[:, :2]
+        assert np.abs(off).mean() < 1.5
+
+
+def test_who_leaves_is_lost_as_soon_as_the_nets_look():
+    pictures = [put(grey(640, 360), face_of(110), 200, 50)] * 6 + [grey(640, 360)] * 4
+    found, _ = run(pictures, 2)
+    assert all(item.faces for item in found[:6])
+    assert not any(item.faces for item in found[7:])
+
+
+@pytest.mark.parametrize("levels", [(0, 1, 2, 3, 2, 1, 0), (3, 0, 3, 0)])
+def test_the_level_may_change_between_any_two_frames(levels):
+    find = FindFaces()
+    found = []
+    for at, picture in enumerate(clip(35)):
+        find.level = levels[at // 5 % len(levels)]
+        found.append(find(frame_of(picture, at)))
+    assert {item.faces[0].track_id for item in found} == {0}
+    assert errors_percent(found).max() < 6
+
+
+def test_waits_are_in_order():
+    assert faces.SEARCH_SECONDS < faces.SLOW_SEARCH_SECONDS < faces.SLOW_LOOK_SECONDS

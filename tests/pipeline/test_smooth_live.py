@@ -1,0 +1,120 @@
+"""Smoothing at once, with the times of a camera: they jitter, frames are missing, hours go by."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from heads import HEAD_PX, IOD_PX, face, frame, xy_px
+from makeup_video.pipeline.face import FrameFaces
+from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
+from makeup_video.pipeline.smooth import SmoothAhead, SmoothLive
+from makeup_video.pipeline.topology import LIPS
+
+_LIPS_APART = 13, 14  # inner rims in the middle
+
+
+def filmed(points_px, seconds):
+    return [
+        FrameFaces(frame(round(at * 1_000_000), LIVE_TIME_BASE), (face(points),))
+        for points, at in zip(points_px, seconds, strict=True)
+    ]
+
+
+def noisy(points_px, seed=0, share=0.003):
+    rng = np.random.default_rng(seed)
+    return points_px + rng.normal(0, share * IOD_PX, points_px.shape)
+
+
+def live(points_px, seconds):
+    return xy_px(list(map(SmoothLive(), filmed(points_px, seconds))))
+
+
+def stamps(kind, count, tick=1 / 30):
+    """When frames arrive that were taken every tick."""
+    rng = np.random.default_rng(5)
+    taken = 1000 + np.arange(count) * tick
+    if kind == "late at random":
+        return taken + np.abs(rng.normal(0, 0.2 * tick, count))
+    if kind == "in pairs":  # a driver that hands over two at once
+        return taken + np.where(np.arange(count) % 2, 0.0, tick - 0.001)
+    return taken
+
+
+def opening(points_px):
+    upper, lower = _LIPS_APART
+    return np.linalg.norm(points_px[:, upper] - points_px[:, lower], axis=1)
+
+
+def lag_frames(got, true):
+    """By which shift in time the mouth's opening is most like the true one."""
+    at = np.arange(len(got))
+    lags = np.arange(-1, 3, 0.05)
+    off = [np.square(np.interp(at - lag, at, true) - got)[5:-5].mean() for lag in lags]
+    return lags[int(np.argmin(off))]
+
+
+@pytest.mark.parametrize("kind", ["even", "late at random", "in pairs"])
+def test_speech_does_not_lag_by_half_a_frame(kind):
+    got = live(noisy(HEAD_PX[:200]), stamps(kind, 200))
+    assert abs(lag_frames(opening(got), opening(HEAD_PX[:200]))) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("kind", "most"), [("even", 0.9), ("late at random", 0.9), ("in pairs", 1.1)]
+)
+def test_it_is_no_worse_than_what_was_read(kind, most):
+    """As times stand, the squared error of frames in pairs would be almost five times as large."""
+    read = noisy(HEAD_PX[:200])
+    off = live(read, stamps(kind, 200)) - HEAD_PX[:200]
+    assert np.square(off).mean() < most * np.square(read - HEAD_PX[:200]).mean()
+
+
+@pytest.mark.parametrize("every", [2, 4])
+def test_a_camera_or_a_machine_of_fewer_frames_is_followed(every):
+    true = HEAD_PX[:240:every]
+    got = live(noisy(true), 1000 + np.arange(len(true)) * every / 30)
+    assert np.abs(got - true)[:, LIPS].mean() < 0.004 * IOD_PX
+    assert lag_frames(opening(got), opening(true)) < 0.5
+
+
+def test_a_still_face_is_steady_at_sixty_frames_a_second_whenever_they_arrive():
+    still = np.repeat(HEAD_PX[:1], 300, 0)
+    read = noisy(still)
+    for kind in ("even", "late at random"):
+        got = live(read, stamps(kind, 300, 1 / 60))
+        assert (got - still)[30:].std() < 0.5 * (read - still)[30:].std()
+
+
+def test_dropped_frames_do_no_harm():
+    rng = np.random.default_rng(2)
+    kept = np.sort(rng.choice(240, 150, replace=False))
+    read = noisy(HEAD_PX[:240])[kept]
+    got = live(read, 1000 + kept / 30)
+    assert np.square(got - HEAD_PX[kept]).mean() < np.square(read - HEAD_PX[kept]).mean()
+
+
+def test_after_ten_minutes_and_after_months_it_does_as_at_first():
+    long = np.concatenate([HEAD_PX, HEAD_PX[::-1]] * 31)[:18000]
+    read = noisy(HEAD_PX[:60], seed=4)
+    stage = SmoothLive()
+    for item in filmed(long[::6], 1000 + np.arange(3000) / 5 * 1.0001):
+        stage(item)
+    start = 1000 + 600 + 5
+    got = xy_px(list(map(stage, filmed(read, start + np.arange(60) / 30))))
+    np.testing.assert_allclose(got, live(read, 1000 + np.arange(60) / 30), atol=0.02)
+    months = live(read, 2e7 + np.arange(60) / 30)
+    np.testing.assert_allclose(months, live(read, 1000 + np.arange(60) / 30), atol=0.02)
+
+
+def test_what_files_get_is_hardly_better():
+    true = HEAD_PX[:200]
+    items = filmed(noisy(true), 1000 + np.arange(200) / 30)
+    ahead = SmoothAhead()
+    files = [x for x in map(ahead, items) if x is not None] + list(ahead.drain())
+    at_once = list(map(SmoothLive(), items))
+    off = [np.sqrt(np.square(xy_px(each) - true)[:, LIPS].mean()) for each in (files, at_once)]
+    assert off[1] < 1.6 * off[0] + 0.0005 * IOD_PX
+
+
+def test_its_time_base_is_that_of_live_frames():
+    assert Fraction(1, 1_000_000) == LIVE_TIME_BASE

@@ -1,0 +1,157 @@
+"""A show that tests conduct, a server that serves it, and pages that watch."""
+
+import json
+import socket
+import threading
+from collections.abc import Generator
+from contextlib import ExitStack, contextmanager
+from urllib.parse import urlsplit
+
+import httpx
+import numpy as np
+from makeup_video.pipeline import Look, product
+from makeup_video.web.server import Server
+from makeup_video.web.show import HEAD, ShownPicture
+from makeup_video.web.worker import Worker
+from websockets.sync.client import connect
+
+RED = Look(lips=product((180, 0, 46), "satin"))
+BLUE = Look(lips=product((20, 0, 200), "gloss"))
+
+
+class StandIn:
+    """One session for all pages; the test pushes the pictures. `reads` is what photos hold."""
+
+    mode = "demo"
+    name = "stand-in"
+
+    def __init__(self, mode="demo"):
+        self.mode, self.look, self.push, self.compares = mode, RED, None, False
+        self.watched = threading.Event()
+        self.photos, self.portraits, self.told = [], [], None
+        self.reads = lambda photo, name: BLUE
+        self.picture = None
+
+    def enter(self, name):
+        return self
+
+    def leave(self, session):
+        pass
+
+    def find(self, name):
+        return self if name == self.name else None
+
+    def set_look(self, look):
+        self.look = look
+
+    def watch(self, push):
+        self.push = push
+        (self.watched.clear if push is None else self.watched.set)()
+
+    def compare(self, on):
+        self.compares = on
+
+    def figures(self):
+        return self.told
+
+    def read(self, photo, name):
+        self.photos.append((photo, name))
+        return self.reads(photo, name)
+
+    def take_portrait(self, photo, name):
+        self.portraits.append((photo, name))
+
+    def whole_picture(self):
+        return self.picture
+
+    def show(self, pts_us, jpeg=b"painted", before=b"bare"):
+        assert self.watched.wait(10)
+        self.push(ShownPicture(pts_us, 90, jpeg, before))
+
+
+@contextmanager
+def serving(show, worker=None, **options) -> Generator[str, None, None]:
+    """The page's address, without the last slash."""
+    said = options.pop("said", [])
+    server = Server(show, worker or Worker(), say=said.append, **options)
+    try:
+        yield server.start().rstrip("/")
+    finally:
+        server.stop()
+
+
+class Page:
+    """A page without a screen: it says hello, and shows what comes when it is asked to."""
+
+    def __init__(self, url, session=""):
+        self.url = url
+        self._stack = ExitStack()
+        self.socket = self._stack.enter_context(
+            connect(
+                f"{url.replace('http', 'ws')}/ws?session={session}",
+                origin=url,
+                compression=None,
+                max_size=None,
+                close_timeout=1,
+            )
+        )
+        self.hello = self.message("hello", "error")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self._stack.close()
+
+    def say(self, kind, **values):
+        self.socket.send(json.dumps({"type": kind, **values}))
+
+    def message(self, *kinds):
+        """The next text of one of these types; others and pictures are passed over."""
+        while True:
+            got = self.socket.recv(timeout=10)
+            if isinstance(got, str):
+                values = json.loads(got)
+                if values["type"] in kinds:
+                    return values
+
+    def picture(self, shown=True):
+        """(pts_us, rotation, jpeg, before) of the next picture; texts are passed over."""
+        while isinstance(got := self.socket.recv(timeout=10), str):
+            pass
+        pts_us, rotation, flags, size, size_before = HEAD.unpack_from(got)
+        assert flags == 0 and len(got) == HEAD.size + size + size_before
+        if shown:
+            self.say("shown", pts_us=pts_us)
+        jpeg = got[HEAD.size : HEAD.size + size]
+        return pts_us, rotation, jpeg, got[HEAD.size + size :]
+
+    def post(self, where, data, **headers):
+        return post(self.url, f"{where}?session={self.hello['session']}", data, **headers)
+
+
+def post(url, where, data, **headers):
+    """headers: with _ for -; an Origin of None is left out."""
+    given = {"origin": url, **{name.replace("_", "-"): value for name, value in headers.items()}}
+    given = {name: value for name, value in given.items() if value is not None}
+    return httpx.post(url + where, content=data, headers=given, timeout=30)
+
+
+def stalled(url):
+    """A socket that opens a WebSocket and never reads."""
+    parts = urlsplit(url)
+    raw = socket.create_connection((parts.hostname, parts.port))
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    raw.sendall(
+        f"GET /ws HTTP/1.1\r\nHost: {parts.netloc}\r\nOrigin: {url}\r\nUpgrade: websocket\r\n"
+        "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n".encode()
+    )
+    return raw
+
+
+def noise(size):
+    return np.random.default_rng(size).bytes(size)

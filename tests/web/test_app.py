@@ -1,0 +1,108 @@
+"""What the server's addresses answer."""
+
+import urllib.error
+import urllib.request
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from makeup_video.web.app import PAGE
+from shows import Page, StandIn, post, serving
+
+
+@pytest.fixture
+def show():
+    return StandIn()
+
+
+@pytest.fixture
+def url(show):
+    with serving(show) as url:
+        yield url
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in PAGE.iterdir()))
+def test_every_file_of_the_page_is_there_by_its_name(url, name):
+    answer = httpx.get(f"{url}/static/{name}")
+    assert answer.status_code == 200 and answer.content == (PAGE / name).read_bytes()
+    assert answer.headers["content-type"] != "application/octet-stream"
+
+
+def test_the_page_is_at_the_root(url):
+    answer = httpx.get(url + "/")
+    assert answer.content == (PAGE / "index.html").read_bytes()
+    assert answer.headers["content-type"].startswith("text/html")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/static/..%2fguard.py", "/static/..%2F..%2Fpyproject.toml", "/static/%2e%2e%2fguard.py",
+        "/static/..\\guard.py", "/static/", "/static", "/static/.", "/static/..", "/static/%00",
+        "/static//etc/passwd", "/static/index.html/", "/guard.py", "/index.html", "/photo/", "//",
+    ],
+)  # fmt: skip
+def test_nothing_else_is_there(url, path):
+    with pytest.raises(urllib.error.HTTPError) as caught:  # httpx would tidy the path up
+        urllib.request.urlopen(url + path)
+    assert caught.value.code == 404 and b"error" in caught.value.read()
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        ("POST", "/"), ("PUT", "/photo"), ("GET", "/photo"), ("DELETE", "/picture.png"),
+        ("POST", "/static/index.html"),
+    ],
+)  # fmt: skip
+def test_other_methods_are_refused(url, method, path):
+    answer = httpx.request(method, url + path, headers={"origin": url})
+    assert answer.status_code == 405 and "error" in answer.json()
+
+
+def test_the_whole_picture_is_a_png_to_download(show, url):
+    show.picture = np.random.default_rng(1).integers(0, 256, (40, 30, 3), np.uint8)
+    with Page(url):
+        answer = httpx.get(f"{url}/picture.png?session=stand-in")
+    assert answer.headers["content-type"] == "image/png"
+    assert answer.headers["content-disposition"].startswith("attachment")
+    stored = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
+    np.testing.assert_array_equal(stored[..., ::-1], show.picture)
+
+
+def test_without_a_picture_there_is_nothing_to_download(url):
+    with Page(url):
+        answer = httpx.get(f"{url}/picture.png?session=stand-in")
+    assert answer.status_code == 404 and answer.json() == {"error": "there is no picture yet"}
+
+
+@pytest.mark.parametrize("session", ["", "unknown", "stand-in"])  # nobody watches the last one
+def test_a_session_that_is_over_says_so(url, session):
+    answers = [
+        post(url, f"/photo?session={session}", b"x"),
+        post(url, f"/portrait?session={session}", b"x"),
+        httpx.get(f"{url}/picture.png?session={session}"),
+    ]
+    for answer in answers:
+        assert answer.status_code == 404 and "reload the page" in answer.json()["error"]
+
+
+def test_a_portrait_is_for_the_demo_alone(show, url):
+    with Page(url) as page:
+        assert page.post("/portrait", b"x").status_code == 200
+    assert show.portraits == [(b"x", "the photo")]
+    with serving(StandIn("live")) as live, Page(live) as page:
+        assert page.post("/portrait", b"x").status_code == 404
+
+
+def test_a_fault_of_ours_is_one_line_here_and_there(show):
+    def fails(photo, name):
+        raise ZeroDivisionError("ours")
+
+    show.reads, said = fails, []
+    with serving(show, said=said) as url, Page(url) as page:
+        answer = page.post("/photo", b"x")
+        assert answer.status_code == 500 and "\n" not in answer.json()["error"]
+        assert page.post("/photo", b"x").status_code == 500  # it goes on
+    assert said[0] == "internal error at /photo: ZeroDivisionError: ours"

@@ -1,0 +1,271 @@
+"""The demo: each page its portrait and its look; the newest look wins; pages come back, and go."""
+
+import asyncio
+import threading
+import time
+from dataclasses import replace
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from makeup_video.pipeline import (
+    InputError,
+    InstallError,
+    Look,
+    UsageError,
+    apply_look,
+    find_faces,
+    lip_mask,
+)
+from makeup_video.web import demo
+from makeup_video.web.app import PAGE
+from makeup_video.web.demo import MOST_SESSIONS, DemoShow
+from makeup_video.web.portrait import SHOWN_PX, WHOLE_PX, Portrait
+from makeup_video.web.worker import Worker
+from people import SAMPLES, clip, grey, portrait
+from shows import BLUE, RED, Page, serving
+
+OURS = PAGE / "portrait.jpg"
+
+
+@pytest.fixture(scope="module")
+def somebody():
+    return Portrait(OURS.read_bytes(), "portrait.jpg")
+
+
+@pytest.fixture
+def url(somebody):
+    worker = Worker()
+    with serving(DemoShow(somebody, RED, worker, print), worker) as url:
+        yield url
+
+
+def rgb8_of(jpeg):
+    return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+
+
+def png_of(rgb8):
+    return cv2.imencode(".png", np.ascontiguousarray(rgb8[..., ::-1]))[1].tobytes()
+
+
+def lips_of(rgb8, faces=None):
+    """The mean colour of the lips."""
+    face = (faces or find_faces(np.ascontiguousarray(rgb8)))[0]
+    return rgb8[lip_mask(np.ascontiguousarray(rgb8), face) > 0.9].mean(0)
+
+
+# -- a portrait
+
+
+def test_our_own_portrait_is_painted_as_apply_look_paints_it(somebody):
+    bare = rgb8_of(OURS.read_bytes())
+    wanted = apply_look(np.ascontiguousarray(bare), RED)
+    got = rgb8_of(somebody.painted(RED))
+    assert np.abs(got.astype(int) - wanted).mean() < 2  # JPEG, once more
+    assert np.abs(rgb8_of(somebody.bare).astype(int) - bare).mean() < 2
+    assert lips_of(got)[1] < lips_of(bare)[1] - 20
+
+
+def test_a_large_portrait_is_shown_small_and_kept_large():
+    large = cv2.resize(portrait(), None, fx=5, fy=5)
+    one = Portrait(png_of(large), "large.png")
+    whole = one.painted_whole(RED)
+    assert max(whole.shape) == WHOLE_PX and max(rgb8_of(one.painted(RED)).shape) == SHOWN_PX
+    shown = cv2.resize(whole, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    off = np.abs(rgb8_of(one.painted(RED)).astype(int) - shown)
+    assert off.mean() < 2 and np.percentile(off, 99.5) < 25  # faces lie where they lie in the whole
+
+
+@pytest.mark.parametrize(
+    ("photo", "words"),
+    [
+        (b"", "me.png is empty"),
+        (b"words", "me.png is no photo"),
+        (png_of(grey()), "me.png: no face"),
+    ],
+)
+def test_a_portrait_that_cannot_be_painted_is_one_line_with_its_name(photo, words):
+    with pytest.raises(InputError) as caught:
+        Portrait(photo, "me.png")
+    assert str(caught.value).startswith(words) and "\n" not in str(caught.value)
+
+
+# -- pages
+
+
+def test_a_page_sees_the_portrait_and_each_look_painted_on_it(url):
+    with Page(url) as page:
+        red = rgb8_of(page.picture()[2])
+        page.say("look", look=BLUE.to_dict(), n=1)
+        blue = rgb8_of(page.picture()[2])
+        assert page.hello["look"] == RED.to_dict()
+    faces = find_faces(np.ascontiguousarray(red))
+    assert lips_of(red, faces)[0] > lips_of(blue, faces)[0] + 30
+    assert lips_of(blue, faces)[2] > lips_of(red, faces)[2] + 30
+
+
+def test_who_compares_gets_the_bare_portrait_too(url):
+    with Page(url) as page:
+        assert page.picture()[3] == b""
+        page.say("compare", on=True)
+        _, _, jpeg, before = page.picture()
+        assert rgb8_of(before).shape == rgb8_of(jpeg).shape and before != jpeg
+
+
+def test_each_page_has_its_own_look_and_its_own_portrait(url):
+    with Page(url) as page, Page(url) as other:
+        first, same = page.picture(), other.picture()
+        assert first[2] == same[2] and page.hello["session"] != other.hello["session"]
+        page.say("look", look=BLUE.to_dict(), n=1)
+        assert page.picture()[2] != first[2]
+        answer = page.post("/portrait", png_of(clip(1)[0]), x_file_name="her.png")
+        assert answer.status_code == 200, answer.text
+        assert rgb8_of(page.picture()[2]).shape == clip(1)[0].shape
+        other.say("compare", on=True)
+        assert other.picture()[2] == same[2]
+
+
+def test_a_photo_without_a_face_is_no_portrait_and_the_old_one_stays(url):
+    with Page(url) as page:
+        first = page.picture()[2]
+        answer = page.post("/portrait", png_of(grey()), x_file_name="wall.png")
+        assert answer.status_code == 422
+        assert answer.json()["error"].startswith("wall.png: no face was found")
+        page.say("compare", on=True)
+        assert page.picture()[2] == first
+
+
+def test_a_dropped_photo_is_read_and_painted(url):
+    with Page(url) as page:
+        before = rgb8_of(page.picture()[2])
+        data = (SAMPLES / "look.jpg").read_bytes()
+        answer = page.post("/photo", data, x_file_name="look.jpg")
+        assert answer.status_code == 200, answer.text
+        assert answer.json()["told"].startswith("lips #")
+        assert np.abs(rgb8_of(page.picture()[2]).astype(int) - before).max() > 30
+
+
+def test_the_whole_picture_is_what_was_painted_last(url):
+    with Page(url) as page:
+        page.picture()
+        page.say("look", look=BLUE.to_dict(), n=1)
+        shown = rgb8_of(page.picture()[2])
+        answer = httpx.get(f"{url}/picture.png?session={page.hello['session']}", timeout=30)
+    assert np.abs(rgb8_of(answer.content).astype(int) - shown).mean() < 2
+
+
+def test_a_page_that_lost_its_connection_finds_its_look_again(url):
+    with Page(url) as page:
+        page.say("look", look=BLUE.to_dict(), n=1)
+        page.say("nothing")
+        page.message("error")
+    with Page(url, page.hello["session"]) as again:
+        assert again.hello["look"] == BLUE.to_dict()
+        assert again.hello["session"] == page.hello["session"]
+
+
+def test_a_second_page_of_the_same_session_compares_too(url):
+    with Page(url) as page, Page(url, page.hello["session"]) as other:
+        page.picture(), other.picture()
+        page.say("compare", on=True)
+        assert page.picture()[3] != b""
+        assert other.picture()[3] == b""
+        other.say("compare", on=True)
+        assert other.picture()[3] != b""
+
+
+# -- sessions
+
+
+class Bare:
+    """A portrait that waits until it may be painted."""
+
+    bare = b"bare"
+
+    def __init__(self, fails=None):
+        self.fails, self.painted_looks = fails, []
+        self.begun, self.go_on = threading.Event(), threading.Event()
+
+    def painted(self, look):
+        self.begun.set()
+        assert self.go_on.wait(20)
+        if self.fails:
+            raise self.fails
+        self.painted_looks.append(look)
+        return b"painted"
+
+
+def test_while_one_look_is_painted_only_the_newest_waits():
+    slow, worker, pictures = Bare(), Worker(), []
+    session = DemoShow(slow, RED, worker, print).enter("")
+    session.watch(pictures.append)
+    assert slow.begun.wait(20)
+    looks = [replace(RED, strength=at / 100) for at in range(50)]
+    for look in looks:
+        session.set_look(look)
+    slow.go_on.set()
+    worker.submit(lambda: None).result(20)
+    assert slow.painted_looks in ([RED, looks[-1]], [looks[-1], looks[-1]])
+    assert [one.pts_us for one in pictures] == sorted(one.pts_us for one in pictures)
+
+
+def test_a_look_that_is_the_same_is_not_painted_again():
+    quick, worker, pictures = Bare(), Worker(), []
+    quick.go_on.set()
+    session = DemoShow(quick, RED, worker, print).enter("")
+    session.watch(pictures.append)
+    session.set_look(Look.from_dict(RED.to_dict()))
+    worker.submit(lambda: None).result(20)
+    assert len(pictures) == 1
+
+
+def test_nothing_is_painted_for_nobody():
+    quick, worker = Bare(), Worker()
+    session = DemoShow(quick, RED, worker, print).enter("")
+    session.set_look(BLUE)
+    worker.submit(lambda: None).result(20)
+    assert not quick.begun.is_set()
+
+
+def test_a_painter_that_is_missing_is_said():
+    worker, said = Worker(), []
+    broken = Bare(InstallError("no OpenCL"))
+    broken.go_on.set()
+    DemoShow(broken, RED, worker, said.append).enter("").watch(print)
+    worker.submit(lambda: None).result(20)
+    assert said == ["InstallError: no OpenCL"]
+
+
+def test_sessions_end_a_while_after_their_page_and_their_number_is_limited():
+    async def pages():
+        show = DemoShow(Bare(), RED, Worker(), print, grace_seconds=0.01)
+        short = show.enter("")
+        show.leave(short)
+        until = time.monotonic() + 20
+        while show.find(short.name) is not None:
+            assert time.monotonic() < until
+            await asyncio.sleep(0.001)
+        show = DemoShow(Bare(), RED, Worker(), print, grace_seconds=100)
+        sessions = [show.enter("") for _ in range(MOST_SESSIONS)]
+        with pytest.raises(UsageError, match=f"{MOST_SESSIONS} pages are open already"):
+            show.enter("")
+        show.leave(sessions[3])
+        show.leave(sessions[5])
+        assert show.enter(sessions[3].name) is sessions[3]  # it came back in time
+        show.leave(sessions[3])
+        show.enter("")  # who went first gives way
+        assert show.find(sessions[5].name) is None and show.find(sessions[3].name) is sessions[3]
+
+    asyncio.run(pages())
+
+
+def test_names_of_sessions_cannot_be_guessed():
+    show = DemoShow(Bare(), RED, Worker(), print)
+    names = {show.enter("mine").name for _ in range(5)}
+    assert len(names) == 5 and "mine" not in names and min(map(len, names)) >= 20
+
+
+def test_the_limits_keep_memory_in_bounds():
+    assert MOST_SESSIONS * WHOLE_PX**2 * 3 < 300e6
+    assert demo.GRACE_SECONDS < 120

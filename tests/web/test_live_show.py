@@ -1,0 +1,142 @@
+"""A live run on its way to the pages, in right colours, upright, and only while they watch."""
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from makeup_video.pipeline import UsageError
+from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
+from makeup_video.pipeline.preview import PreviewJpeg
+from makeup_video.web.live_show import LiveShow
+from makeup_video.web.preview_sink import PreviewSink
+from people import clip, frame_of
+from shows import BLUE, RED, Page, serving
+
+
+@dataclass
+class Figures:
+    fps: float = 30.0
+    notice: str = ""
+
+
+class Run:
+    def __init__(self):
+        self.compare, self.look = False, RED
+
+    def set_look(self, look):
+        self.look = look
+
+    def figures(self):
+        return Figures()
+
+
+class Counted(PreviewJpeg):
+    made = 0
+
+    def __call__(self, *args):
+        self.made += 1
+        return super().__call__(*args)
+
+
+@pytest.fixture
+def parts():
+    run, jpeg = Run(), Counted(90)
+    sink = PreviewSink(jpeg)
+    return run, jpeg, sink, LiveShow(run, sink)
+
+
+def picture(pts=5, rotation_degrees=0, before=False, **options):
+    frame = frame_of(clip(1)[0], pts, time_base=LIVE_TIME_BASE, rotation_degrees=rotation_degrees, **options)  # fmt: skip
+    planes = tuple(plane // 2 for plane in frame.planes) if before else None
+    return LivePicture(frame, planes)
+
+
+def rgb8_of(data):
+    return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)[..., ::-1].astype(int)
+
+
+def test_all_pages_share_one_look_which_the_run_paints(parts):
+    run, _, _, show = parts
+    with serving(show) as url, Page(url) as page, Page(url) as other:
+        assert page.hello["mode"] == "live"
+        assert page.hello["session"] == other.hello["session"]
+        page.say("look", look=BLUE.to_dict(), n=1)
+        assert other.message("look")["look"] == BLUE.to_dict()
+    assert run.look == BLUE
+
+
+def test_pictures_become_jpegs_only_while_somebody_watches(parts):
+    _, jpeg, sink, show = parts
+    sink(picture())
+    assert jpeg.made == 0
+    with serving(show) as url, Page(url) as page:
+        page.message("figures")  # it is in
+        sink(picture(pts=123))
+        pts_us, rotation, data, before = page.picture()
+    assert (pts_us, rotation, before, jpeg.made) == (123, 0, b"", 1)
+    assert np.abs(rgb8_of(data) - clip(1)[0]).mean() < 4
+
+
+def test_before_is_made_only_while_somebody_compares(parts):
+    run, jpeg, sink, show = parts
+    with serving(show) as url, Page(url) as page:
+        page.message("figures")
+        sink(picture(before=True))  # of a run that was slow to hear that nobody compares any more
+        assert page.picture()[3] == b"" and jpeg.made == 1
+        page.say("compare", on=True)
+        page.say("nothing")
+        page.message("error")
+        assert run.compare
+        sink(picture(pts=6, before=True))
+        _, _, data, before = page.picture()
+        assert rgb8_of(before).mean() < rgb8_of(data).mean() * 0.8
+    assert not run.compare
+
+
+def test_times_are_microseconds_whatever_counts_them(parts):
+    _, _, sink, _ = parts
+    got = []
+    sink.push = got.append
+    sink(LivePicture(frame_of(clip(1)[0], 90_000, time_base=Fraction(1, 90_000))))
+    assert got[0].pts_us == 1_000_000
+
+
+def test_figures_are_those_of_the_run(parts):
+    with serving(parts[3]) as url, Page(url) as page:
+        said = page.message("figures")
+    assert said["fps"] == 30.0 and said["notice"] == "" and said["viewers"] == 1
+
+
+@pytest.mark.parametrize("rotation_degrees", [0, 90, 180, 270])
+@pytest.mark.parametrize("colours", [(1, False), (1, True), (5, False)])
+def test_the_whole_picture_is_upright_and_in_right_colours(parts, rotation_degrees, colours):
+    _, _, sink, show = parts
+    matrix, full_range = colours
+    sink(picture(rotation_degrees=rotation_degrees, matrix=matrix, full_range=full_range))
+    with serving(show) as url, Page(url):
+        answer = httpx.get(f"{url}/picture.png?session=live")
+    assert rgb8_of(answer.content).shape == clip(1)[0].shape
+    assert np.abs(rgb8_of(answer.content) - clip(1)[0]).mean() < 3
+
+
+def test_before_the_first_frame_there_is_no_picture(parts):
+    with serving(parts[3]) as url, Page(url):
+        assert httpx.get(f"{url}/picture.png?session=live").status_code == 404
+
+
+def test_a_camera_takes_no_portrait(parts):
+    with pytest.raises(UsageError, match="makeup-video demo"):
+        parts[3].enter("").take_portrait(b"", "me.jpg")
+
+
+def test_both_names_of_the_same_matrix_are_one(parts):
+    _, _, sink, show = parts
+    for matrix in (5, 6):
+        shown = picture(matrix=5)
+        shown.frame.tags = replace(shown.frame.tags, matrix=matrix)
+        sink(shown)
+        rgb8 = show.enter("").whole_picture()
+        assert np.abs(rgb8.astype(int) - clip(1)[0]).mean() < 3

@@ -1,0 +1,73 @@
+"""What pages say is read strictly; whatever else comes is one line."""
+
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline import MakeupVideoError
+from makeup_video.web.messages import Compare, LookWanted, Shown, hello, read_message
+from makeup_video.web.show import HEAD, PHOTO_BYTES, ShownPicture
+from shows import BLUE, StandIn
+
+
+def test_what_pages_may_say_is_understood():
+    look = json.dumps({"type": "look", "look": BLUE.to_dict(), "n": 3})
+    assert read_message(look) == LookWanted(BLUE, 3)
+    assert read_message('{"type": "compare", "on": true}') == Compare(True)
+    assert read_message('{"type": "shown", "pts_us": 12}') == Shown(12)
+
+
+def changed(**values):
+    return json.dumps({"type": "look", "look": {**BLUE.to_dict(), **values}})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "{", "null", "[]", "3", '"look"', "\0", "{}", '{"type": null}', '{"type": "hello"}',
+        '{"type": ["look"]}', '{"type": "look"}', '{"type": "look", "look": null}',
+        '{"type": "shown"}', '{"type": "shown", "pts_us": "1"}', '{"type": "shown", "pts_us": -1}',
+        '{"type": "shown", "pts_us": true}', '{"type": "shown", "pts_us": 1e400}',
+        '{"type": "shown", "pts_us": 99999999999999999999}', '{"type": "compare", "on": 1}',
+        "[" * 60_000, '{"a":' * 10_000, "9" * 60_000, '{"type": "shown", "pts_us": NaN}',
+        changed(strength=2), changed(strength=float("nan")), changed(zone="nose"), changed(more=1),
+        changed(lips={}), changed(strength=True), changed(intensity=float("inf")),
+        json.dumps({"type": "look", "look": BLUE.to_dict(), "n": "x"}),
+    ],
+)  # fmt: skip
+def test_anything_else_is_one_line(text):
+    with pytest.raises(MakeupVideoError) as caught:
+        read_message(text)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+)
+
+
+@settings(deadline=None)
+@given(st.dictionaries(st.sampled_from(["type", "look", "on", "pts_us", "n"]), JSON | st.sampled_from(["look", "shown", "compare"])))  # fmt: skip
+def test_no_message_is_a_fault_of_ours(values):
+    try:
+        read_message(json.dumps(values))
+    except MakeupVideoError as error:
+        assert "\n" not in str(error)
+
+
+def test_hello_carries_all_that_a_page_needs():
+    said = json.loads(hello("live", StandIn()))
+    assert said["mode"] == "live" and said["session"] == "stand-in"
+    assert said["photo_bytes_limit"] == PHOTO_BYTES and said["zones"][0] == "lid"
+    assert said["finishes"]["gloss"]["lips"]["opacity"] == 0.94
+    assert len(said["parameters"]) == 17
+
+
+def test_a_picture_is_head_and_jpegs_and_before_is_for_those_who_compare():
+    picture = ShownPicture(2**40, 270, b"painted", b"bare!")
+    assert HEAD.size == 20
+    assert picture.packed(True) == HEAD.pack(2**40, 270, 0, 7, 5) + b"paintedbare!"
+    assert picture.packed(False) == HEAD.pack(2**40, 270, 0, 7, 0) + b"painted"
+    assert ShownPicture(1, 0, b"a").packed(True) == HEAD.pack(1, 0, 0, 1, 0) + b"a"

@@ -1,0 +1,278 @@
+"""The server as pages meet it: pictures, looks, slow pages, bad messages, its start and its end."""
+
+import contextlib
+import json
+import socket
+import threading
+import time
+
+import pytest
+from makeup_video.pipeline import UsageError
+from makeup_video.web.rooms import MOST_VIEWERS
+from makeup_video.web.server import Server
+from makeup_video.web.worker import Worker
+from shows import BLUE, RED, Page, StandIn, noise, serving, stalled
+from websockets.exceptions import ConnectionClosed
+
+
+@pytest.fixture
+def show():
+    return StandIn()
+
+
+@pytest.fixture
+def url(show):
+    with serving(show) as url:
+        yield url
+
+
+def until(holds):
+    """Wait for what another thread does."""
+    end = time.monotonic() + 20
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+# -- pictures
+
+
+def test_a_picture_arrives_with_its_time_and_turn(show, url):
+    with Page(url) as page:
+        show.show(7)
+        assert page.picture() == (7, 90, b"painted", b"")
+
+
+def test_two_pages_see_every_picture_and_one_of_them_what_was_before(show, url):
+    with Page(url) as page, Page(url) as other:
+        other.say("compare", on=True)
+        until(lambda: show.compares)
+        for at in range(1, 20):
+            show.show(at)
+            assert page.picture() == (at, 90, b"painted", b"")
+            assert other.picture() == (at, 90, b"painted", b"bare")
+        other.say("compare", on=False)
+        until(lambda: not show.compares)
+
+
+def test_before_is_asked_for_until_the_last_page_that_compares_goes(show, url):
+    with Page(url):
+        with Page(url) as other:
+            other.say("compare", on=True)
+            until(lambda: show.compares)
+        until(lambda: not show.compares)
+
+
+def test_pictures_are_made_only_while_somebody_watches(show, url):
+    assert not show.watched.is_set()
+    with Page(url):
+        assert show.watched.wait(10)
+    until(lambda: not show.watched.is_set())
+
+
+def test_who_comes_later_sees_the_newest_picture_at_once(show, url):
+    with Page(url) as page:
+        show.show(5)
+        page.picture()
+        with Page(url) as other:
+            assert other.picture()[0] == 5
+
+
+def test_two_pictures_are_on_their_way_at_most_and_then_the_newest_comes(show, url):
+    with Page(url) as page, Page(url) as quick:
+        for at in range(1, 10):
+            show.show(at)
+            assert quick.picture()[0] == at  # so that all of them have left the server
+        assert [page.picture(shown=False)[0] for _ in range(2)] == [1, 2]
+        page.say("shown", pts_us=2)  # 1 never comes on the screen
+        assert page.picture(shown=False)[0] == 9
+
+
+@pytest.mark.parametrize("pts_us", [3, 0, 2**62])
+def test_what_was_never_sent_cannot_be_shown(show, url, pts_us):
+    with Page(url) as page, Page(url) as quick:
+        for at in (1, 2, 4):
+            show.show(at)
+            assert quick.picture()[0] == at
+        page.say("shown", pts_us=pts_us)
+        page.say("look", look=BLUE.to_dict())  # the server has heard both when others are told
+        quick.message("look")
+        assert [page.picture(shown=False)[0] for _ in range(2)] == [1, 2]
+        page.say("shown", pts_us=1)
+        assert page.picture(shown=False)[0] == 4
+
+
+def test_a_page_that_never_reads_delays_nobody_and_holds_no_more_than_two(show, url):
+    with stalled(url), Page(url) as page:
+        for at in range(1, 60):
+            show.show(at, noise(1_000_000))
+            assert page.picture()[0] == at
+
+
+def test_a_page_that_never_reads_is_let_go(show):
+    show.told = {}
+    with serving(show, ping_seconds=1) as url, Page(url) as page, stalled(url):
+        while page.message("figures")["viewers"] != 2:
+            pass
+        show.show(1, noise(8_000_000))  # more than the kernel takes
+        while page.message("figures")["viewers"] != 1:
+            pass
+
+
+# -- looks
+
+
+def test_what_one_page_changes_the_others_see_and_it_does_not_come_back(show, url):
+    with Page(url) as page, Page(url) as other:
+        for red in range(10):
+            look = {**RED.to_dict(), "lips": {**RED.to_dict()["lips"], "red": red}}
+            page.say("look", look=look, n=red)
+            got = other.message("look")
+            assert got["look"] == look and got["told"] is None and got["seen"] is None
+        page.say("nothing")
+        page.message("error")  # no look came before it
+        other.say("look", look=BLUE.to_dict(), n=0)
+        got = page.message("look")
+        assert got["look"] == BLUE.to_dict() and got["seen"] == 9
+    assert show.look == BLUE
+
+
+def test_a_look_that_is_refused_is_told_and_the_true_one_comes_again(show, url):
+    with Page(url) as page:
+        page.say("look", look={**RED.to_dict(), "strength": 7})
+        said = [page.message("error", "look") for _ in range(2)]
+    told = {one["type"]: one for one in said}
+    assert told["error"]["text"] == "strength must be a number in 0..1, got 7"
+    assert told["look"]["look"] == RED.to_dict() and show.look == RED
+
+
+# -- figures
+
+
+def test_figures_come_with_the_delay_to_the_screen(show, url):
+    show.told = {"fps": 29.9, "notice": None}
+    with Page(url) as page:
+        assert page.message("figures") == {
+            "type": "figures", "fps": 29.9, "notice": None, "viewers": 1, "screen_ms": None,
+        }  # fmt: skip
+        show.show(time.monotonic_ns() // 1000 - 50_000)
+        page.picture()
+        while (late := page.message("figures")["screen_ms"]) is None:
+            pass
+        assert 50 <= late < 20_000
+
+
+# -- bad pages
+
+
+@pytest.mark.parametrize(
+    "message", ["{", "[" * 60_000, b"\0\xff", "", '{"type": "look", "look": NaN}']
+)
+def test_garbage_is_answered_with_one_line_and_the_page_goes_on(show, url, message):
+    with Page(url) as page:
+        page.socket.send(message)
+        assert "\n" not in page.message("error")["text"]
+        show.show(3)
+        assert page.picture()[0] == 3
+
+
+def test_a_huge_message_ends_that_page_alone(show, url):
+    with Page(url) as page, Page(url) as other:
+        with pytest.raises(ConnectionClosed):
+            page.socket.send(json.dumps({"type": "look", "look": "x" * 100_000}))
+            page.message("nothing")
+        show.show(3)
+        assert other.picture()[0] == 3
+
+
+def test_a_thousand_bad_messages_cost_a_few_answers(show, url):
+    with Page(url) as page:
+        for _ in range(1000):
+            page.socket.send("{")
+        page.say("shown", pts_us=1)
+        show.show(9)
+        assert page.picture()[0] == 9
+
+
+def test_there_is_room_for_so_many_and_the_next_one_is_told_why(url):
+    with contextlib.ExitStack() as stack:
+        pages = [stack.enter_context(Page(url)) for _ in range(MOST_VIEWERS)]
+        with Page(url) as one_more:
+            assert f"{MOST_VIEWERS} pages watch already" in one_more.hello["text"]
+        pages[0].close()
+        until(lambda: comes_in(url))
+
+
+def comes_in(url):
+    with Page(url) as page:
+        return page.hello["type"] == "hello"
+
+
+# -- start and end
+
+
+def test_a_port_that_is_taken_is_one_line_that_names_it():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(UsageError, match=rf"port {port} on 127.0.0.1 is taken.*--port"):
+            Server(StandIn(), Worker(), port=port, say=print).start()
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "words"),
+    [
+        ("no-such-name.invalid", 0, "--host no-such-name.invalid is no address"),
+        ("203.0.113.9", 0, "--host 203.0.113.9 is no address"),
+        ("", 70000, "port"),
+        ("127.0.0.1", -1, "port"),
+        ("x" * 300, 0, "no address"),
+    ],
+)
+def test_where_it_cannot_listen_is_one_line(host, port, words):
+    with pytest.raises(UsageError, match=words):
+        Server(StandIn(), Worker(), host, port, say=print).start()
+
+
+def test_it_listens_on_loopback_alone(url):
+    assert url.startswith("http://127.0.0.1:")
+
+
+def test_every_page_hears_bye_and_the_thread_ends():
+    server = Server(StandIn(), Worker(), say=print)
+    with contextlib.ExitStack() as stack:
+        url = server.start().rstrip("/")
+        pages = [stack.enter_context(Page(url)) for _ in range(3)]
+        server.stop()
+        assert all(page.message("bye") for page in pages)
+    assert not [thread for thread in threading.enumerate() if thread.name == "web server"]
+
+
+def test_it_ends_though_a_page_never_reads():
+    show = StandIn()
+    server = Server(show, Worker(), say=print)
+    url = server.start().rstrip("/")
+    with stalled(url):
+        show.show(1, noise(8_000_000))
+        server.stop()
+        assert not [thread for thread in threading.enumerate() if thread.name == "web server"]
+
+
+def test_stopping_twice_or_before_the_start_is_harmless():
+    server = Server(StandIn(), Worker(), say=print)
+    server.stop()
+    server = Server(StandIn(), Worker(), say=print)
+    server.start()
+    server.stop()
+    server.stop()
+
+
+def test_pictures_that_come_after_the_end_are_nobodys():
+    show = StandIn()
+    server = Server(show, Worker(), say=print)
+    with Page(server.start().rstrip("/")):
+        assert show.watched.wait(10)
+        push = show.push
+        server.stop()
+    show.push = push
+    show.watched.set()
+    show.show(1)

@@ -1,0 +1,196 @@
+"""Photos that pages send: what is too large, what is no photo, and how they are called."""
+
+import os
+import queue
+import struct
+import sys
+import threading
+import zlib
+from dataclasses import replace
+
+import cv2
+import pytest
+from makeup_video.pipeline import Look, PhotoError, look_from_photo, reference
+from makeup_video.web.read_look import read_look
+from makeup_video.web.show import PHOTO_BYTES
+from people import SAMPLES, grey
+from shows import BLUE, RED, Page, StandIn, noise, serving
+
+LOOK = SAMPLES / "look.jpg"
+
+
+@pytest.fixture
+def show():
+    return StandIn()
+
+
+@pytest.fixture
+def page(show):
+    with serving(show) as url, Page(url) as page:
+        yield page
+
+
+def test_a_photo_changes_the_look_of_all_pages_and_says_how_in_words(show, page):
+    with Page(page.url) as other:
+        answer = page.post("/photo", b"bytes", x_file_name="anna.jpg")
+        told = "lips #1400C8, glossy, opaque; eyes bare"
+        assert answer.status_code == 200
+        assert answer.json() == {"look": BLUE.to_dict(), "told": told}
+        for one in (page, other):
+            got = one.message("look")
+            assert (got["look"], got["told"]) == (BLUE.to_dict(), told)
+    assert show.look == BLUE and show.photos == [(b"bytes", "anna.jpg")]
+
+
+def test_the_dials_stay_as_the_user_has_set_them(show, page):
+    show.look = replace(RED, strength=0.5, zone="outer", intensity=0.25)
+    page.post("/photo", b"bytes")
+    assert show.look == replace(BLUE, strength=0.5, zone="outer", intensity=0.25)
+
+
+def test_a_photo_as_large_as_allowed_comes_through_whole(show, page):
+    data = noise(PHOTO_BYTES)
+    assert page.post("/photo", data).status_code == 200
+    assert show.photos[0][0] == data
+
+
+def test_one_byte_more_is_refused(show, page):
+    answer = page.post("/photo", bytes(PHOTO_BYTES + 1), x_file_name="large.jpg")
+    assert answer.status_code == 413
+    assert answer.json()["error"] == "large.jpg is larger than 32 MB: make it smaller"
+    assert not show.photos
+
+
+def test_so_is_one_that_does_not_say_its_size(show, page):
+    answer = page.post("/photo", (bytes(1_000_000) for _ in range(40)))  # sent in chunks
+    assert answer.status_code == 413 and not show.photos
+
+
+@pytest.mark.parametrize(
+    ("sent", "known"),
+    [
+        ("look%20of%20Anna.jpg", "look of Anna.jpg"),
+        ("%C3%A4rger.png", "ärger.png"),
+        ("..%2F..%2Fetc%2Fpasswd", "passwd"),
+        ("C%3A%5Cphotos%5Cme.jpg", "me.jpg"),
+        ("a%0D%0ASet-Cookie%3A%20x%1B%5B31m.jpg", "aSet-Cookie: x[31m.jpg"),
+        ("%E2%80%AEgpj.exe", "gpj.exe"),
+        ("%FF%FE", "\ufffd\ufffd"),
+        ("", "the photo"),
+        ("%2F", "the photo"),
+    ],
+)
+def test_a_photo_is_called_as_the_visitor_knows_it(show, page, sent, known):
+    page.post("/photo", b"x", x_file_name=sent)
+    assert show.photos[0][1] == known
+
+
+def test_a_long_name_is_shortened(show, page):
+    page.post("/photo", b"x", x_file_name="a" * 4000 + ".jpg")
+    name = show.photos[0][1]
+    assert len(name) == 80 and name.endswith("a.jpg")
+
+
+def test_a_reason_is_told_to_the_page_that_asked(show, page):
+    def refuses(photo, name):
+        raise PhotoError(f"{name}: no face was found")
+
+    show.reads = refuses
+    answer = page.post("/photo", b"x", x_file_name="cat.jpg")
+    assert (answer.status_code, answer.json()) == (422, {"error": "cat.jpg: no face was found"})
+    assert show.look == RED
+
+
+def test_while_photos_are_read_a_third_one_is_busy_and_the_pictures_go_on(show, page):
+    go_on, answers = threading.Event(), queue.Queue()
+
+    def slow(photo, name):
+        assert go_on.wait(20)
+        return BLUE
+
+    show.reads = slow
+    threads = [
+        threading.Thread(target=lambda: answers.put(page.post("/photo", b"x"))) for _ in range(3)
+    ]
+    for thread in threads:
+        thread.start()
+    busy = answers.get(timeout=10)  # the others wait
+    assert busy.status_code == 503 and "try again" in busy.json()["error"]
+    show.show(1)
+    assert page.picture()[0] == 1
+    go_on.set()
+    assert [answers.get(timeout=20).status_code for _ in range(2)] == [200, 200]
+    assert page.post("/photo", b"x").status_code == 200
+
+
+# -- what is in them
+
+
+def test_the_look_of_a_real_photo_is_read_from_its_bytes():
+    assert read_look(LOOK.read_bytes(), "look.jpg") == look_from_photo(LOOK)
+
+
+def test_a_bare_face_is_refused_as_the_command_does(monkeypatch):
+    monkeypatch.setattr(reference, "estimate_look", lambda *_: Look())
+    with pytest.raises(PhotoError, match=r"^me.jpg: no makeup was found to paint"):
+        read_look(LOOK.read_bytes(), "me.jpg")
+
+
+def test_a_photo_without_a_face_is_refused_by_the_visitors_name():
+    wall = cv2.imencode(".png", grey())[1].tobytes()
+    with pytest.raises(PhotoError, match=r"^wall.png: no face was found"):
+        read_look(wall, "wall.png")
+
+
+def png_of(width, height):
+    """A PNG that claims a size, and holds next to nothing."""
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(bytes(100_000))), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in chunks
+    )
+
+
+@pytest.mark.parametrize(
+    ("photo", "words"),
+    [
+        (b"", "x.jpg is empty (0 bytes): give a photo file"),
+        (png_of(50_000, 50_000), "x.jpg has more than 120 million px: make it smaller first"),
+        (png_of(12_000, 12_000), "x.jpg has 12000 x 12000 px, more than 120 million px: make it"),
+        (png_of(600, 500), "x.jpg is damaged or cut short"),
+        (b"%PDF-1.7 and more", "x.jpg is no photo that can be read: give a JPEG, PNG, WebP"),
+        (b"<svg xmlns='http://www.w3.org/2000/svg'/>", "x.jpg is no photo that can be read"),
+        (b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n", "x.jpg is no photo that can be"),
+        (b"\0\0\0\x18ftypheic" + bytes(80), "x.jpg is a HEIC photo, which cannot be read here"),
+        (b"\0\0\0\x18ftypisom" + bytes(80), "x.jpg is a video, and the makeup is read from a photo"),
+        (LOOK.read_bytes()[:20_000], "x.jpg is damaged or cut short: save the photo again"),
+        (noise(3_000_000), "x.jpg is no photo that can be read"),
+    ],
+)  # fmt: skip
+def test_what_is_no_photo_is_refused_in_one_line_and_the_look_stays(show, page, photo, words):
+    show.reads = read_look
+    answer = page.post("/photo", photo, x_file_name="x.jpg")
+    assert answer.status_code == 422 and answer.json()["error"].startswith(words)
+    assert "\n" not in answer.json()["error"] and show.look == RED
+
+
+written: list[str] | None = None
+
+
+def note_writing(event, args):
+    if written is not None and event == "open":
+        path, mode, flags = args
+        if set(str(mode or "")) & set("wax+") or flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
+            written.append(str(path))
+
+
+def test_nothing_of_a_photo_is_written_to_disk(show, page, monkeypatch):
+    sys.addaudithook(note_writing)
+    monkeypatch.setattr(sys.modules[__name__], "written", [])
+    show.reads = read_look
+    large = cv2.imencode(".png", cv2.imread(str(LOOK)))[1].tobytes()  # forms would be spooled
+    assert len(large) > 1_500_000
+    assert page.post("/photo", large).status_code == 200
+    assert page.post("/photo", noise(3_000_000)).status_code == 422
+    assert not written

@@ -1,0 +1,45 @@
+"""One thread for what takes its time, behind everything else."""
+
+import asyncio
+import os
+import sys
+import threading
+
+import pytest
+from makeup_video.web.worker import Worker
+
+
+def test_jobs_are_done_one_after_another_on_one_thread_that_is_not_ours():
+    worker = Worker()
+    seen = [worker.submit(threading.get_native_id) for _ in range(5)]
+    (only,) = {one.result(20) for one in seen}
+    assert only != threading.get_native_id()
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="priority is a matter of threads on Linux alone"
+)
+def test_it_steps_back_behind_all_other_threads():
+    def priority():
+        return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+
+    assert Worker().submit(priority).result(20) > priority()
+
+
+def test_what_a_job_returns_or_raises_comes_to_who_waits_for_it():
+    async def waiting():
+        worker = Worker()
+        assert await worker.run(lambda: 3) == 3
+        with pytest.raises(ZeroDivisionError):
+            await worker.run(lambda: 1 // 0)
+
+    asyncio.run(waiting())
+
+
+def test_after_its_stop_what_waited_is_not_done():
+    worker, go_on, done = Worker(), threading.Event(), []
+    first = worker.submit(lambda: go_on.wait(20))
+    second = worker.submit(lambda: done.append(1))
+    worker.stop()
+    go_on.set()
+    assert first.result(20) and second.cancelled() and not done
