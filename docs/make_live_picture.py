@@ -10,14 +10,18 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import contact_sheet as sheet
 import cv2
 import numpy as np
+from makeup_video.pipeline import find_faces
 
 LIVE = "live.jpg"
 PICTURES = {LIVE: lambda: draw()}
 _SIZE = {"width": 1280, "height": 760}
+_NOSE = 4
+_OFF_PX = 8
 _SETTLED_MS = 12_000  # what was said of the first seconds is gone again
 
 
@@ -34,11 +38,23 @@ def draw() -> np.ndarray:
         page.wait_for_selector("#picture[data-pts]")
         page.set_input_files("#photo-slot input", sheet.SAMPLES / "look.jpg")
         page.wait_for_function("() => document.getElementById('told').textContent")
-        page.keyboard.press("c")
+        page.click("#compare-button")
         page.wait_for_timeout(_SETTLED_MS)
-        data = np.frombuffer(page.screenshot(), np.uint8)
+        box = page.locator("#divider").bounding_box()
+        picture = _shot(page)
+        while abs(_nose_x(picture) - box["x"] - box["width"] / 2) > _OFF_PX:
+            picture = _shot(page)  # she moves
         browser.close()
-    return cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1]
+    return picture
+
+
+def _nose_x(rgb8: np.ndarray) -> float:
+    return float(find_faces(rgb8)[0].points_px[_NOSE, 0])
+
+
+def _shot(page: Any) -> np.ndarray:
+    data = np.frombuffer(page.screenshot(), np.uint8)
+    return np.ascontiguousarray(cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1])
 
 
 @contextmanager
