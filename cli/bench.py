@@ -43,6 +43,9 @@ def bench(
     length: Annotated[
         float, typer.Option("--length", metavar="MINUTES", help="Also a film so long.")
     ] = 0.0,
+    live: Annotated[
+        bool, typer.Option("--live", help="Only the live run: how late its pictures reach a page.")
+    ] = False,
     renderer: Annotated[
         bool, typer.Option(help="Measure what painting costs by itself, and the floor.")
     ] = True,
@@ -53,10 +56,13 @@ def bench(
 ) -> None:
     """Measure the product beside a bare decode-and-encode loop: speed, CPU, memory, start."""
     from makeup_video.cli.progress import show_steps
+    from makeup_video.pipeline import UsageError
 
     with told_in_one_line():
         heights = heights_of(sizes)
         _check(seconds, rounds, length)
+        if live and (faces or threads or plot is not None):
+            raise UsageError("--live is measured alone: leave out --faces, --threads and --plot")
         if plot is not None:
             from makeup_video.cli.bench_plot import check_place, draw
 
@@ -71,8 +77,13 @@ def bench(
             told("reading the look")
             worn, photo = _look(look, ref)
             made = Bench(source, Path(name), worn, seconds, rounds, as_is, told, photo)
-            results = measure(made, heights, renderer=renderer)
-            results |= more(made, heights[0], faces=faces, threads=threads, minutes=length)
+            if live:
+                from makeup_video.cli.measure_live import measure_live
+
+                results = {"live": measure_live(made, heights, length)}
+            else:
+                results = measure(made, heights, renderer=renderer)
+                results |= more(made, heights[0], faces=faces, threads=threads, minutes=length)
         if plot is not None:
             draw(results, Path(plot))
         if as_json:

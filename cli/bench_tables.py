@@ -22,7 +22,9 @@ def print_tables(results: _Values) -> None:
 
 def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
     """Title, heads of the columns, rows."""
-    sizes: Mapping[str, _Values] = results["sizes"]
+    if "live" in results:
+        yield from live_tables(results["live"]["sizes"])
+    sizes: Mapping[str, _Values] = results.get("sizes", {})
     if sizes:
         yield _title(results), ("", *sizes), list(_whole(sizes.values()))
     for name, size in sizes.items():
@@ -32,6 +34,43 @@ def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
         title = "the floor, CPU ms a frame: what no program can leave out"
         yield title, ("", *sizes), list(_floor(sizes))
     yield from more_tables(results)
+
+
+def live_tables(sizes: Mapping[str, _Values]) -> Iterator[tuple[str, Row, list[Row]]]:
+    """What the live run says of itself, and where the time goes."""
+    warm = next(iter(sizes.values()))["warm_up_seconds"]
+    title = f"live, from a frame's arrival to its picture in a page's hands; without the first {warm:g} s"
+    yield title, ("", *sizes), list(_live(list(sizes.values())))
+    for name, size in sizes.items():
+        rows = [
+            (way, *(f"{ms:.1f}" for ms in spread.values()))
+            for way, spread in size["ways_ms"].items()
+        ]
+        yield f"{name}: where the time goes, ms", ("", "p50", "p95", "p99", "most"), rows
+
+
+def _live(rows: list[_Values]) -> Iterator[Row]:
+    def spread(ms: _Values) -> str:
+        return " / ".join(f"{ms[key]:.1f}" for key in ("p50", "p95", "p99") if key in ms)
+
+    yield _row("film", rows, lambda r: r["film"])
+    yield _row("seconds / frames", rows, lambda r: f"{r['seconds']:.0f} / {r['frames']}")
+    yield _row("latency, ms: p50 / p95 / p99", rows, lambda r: spread(r["latency_ms"]))
+    yield _row("the start, not counted", rows, lambda r: spread(r["warm_up_latency_ms"]))
+    yield _row("first 10 s", rows, lambda r: spread(r["first_seconds_latency_ms"]))
+    yield _row("last 10 s", rows, lambda r: spread(r["last_seconds_latency_ms"]))
+    yield _row("dropped at the door", rows, lambda r: str(r["dropped_at_door"]))
+    yield _row("dropped in the preview", rows, lambda r: str(r["dropped_in_preview"]))
+    yield _row("left out by the file as camera", rows, lambda r: str(r["camera_dropped"]))
+    yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
+    yield _row("pictures/s", rows, lambda r: f"{r['fps']:.2f}")
+    yield _row("CPU ms a frame", rows, lambda r: f"{r['cpu_ms_per_frame']:.1f}")
+    yield _row("cores busy", rows, lambda r: f"{r['cpu_cores']:.2f}")
+    yield _row("the viewer's CPU ms a frame", rows, lambda r: f"{r['viewer_cpu_ms_per_frame']:.1f}")
+    for when, label in (("after_10_s", "after 10 s"), ("at_end", "at the end")):
+        held = [r["memory_mb"][when] for r in rows]
+        yield _row(f"memory {label}, MB", held, lambda mb: "unknown" if mb is None else f"{mb:.0f}")
+    yield _row("level of haste at the end", rows, lambda r: str(r["level"]))
 
 
 def _title(results: _Values) -> str:

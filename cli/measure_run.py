@@ -138,14 +138,17 @@ def first_time(folder: Path) -> dict[str, str]:
 def _memory_of(process: "subprocess.Popen[bytes]", every_seconds: float) -> list[list[float]]:
     """[seconds, MB in memory] now and then until it ends; nothing where the system does not tell."""
     began, samples = time.monotonic(), []
-    while process.poll() is None:
-        try:
-            pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
-        except (OSError, IndexError):  # another system, or it ended just now
-            break
-        if not pages:  # it has ended, and nobody has asked yet how
-            break
-        size_mb = pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+    # it has ended when it holds nothing, though nobody has asked yet how
+    while process.poll() is None and (size_mb := memory_mb(process.pid)):
         samples.append([time.monotonic() - began, size_mb])
         time.sleep(every_seconds)
     return samples
+
+
+def memory_mb(process: int | str) -> float | None:
+    """What a process ("self": this one) holds in memory; None where the system does not tell."""
+    try:
+        pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
+    except (OSError, IndexError):  # another system, or it ended just now
+        return None
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6

@@ -1,6 +1,6 @@
 """Measures ways to bring pictures to a page: the delay until drawn in headless Chromium, and the server's CPU time.
 
-    python docs/compare_transports.py [SECONDS]        the table is in live.md
+    python docs/compare_transports.py [SECONDS [WAY ...]]        the table is in live.md
 
 Needs aiortc beside makeup-video[test], and Debian's chromium. 720p at 29 frames/s from our sample. Each picture carries its number as
 bright and dark squares, which the page reads off what it has drawn, once a screen refresh (so 0 to 17 ms are the
@@ -27,7 +27,14 @@ from makeup_video.pipeline.preview import PreviewJpeg
 PORT, SIZE_WH, CELL, BITS = 8931, (1280, 720), 32, 16
 RATE = 29  # not 30: every picture meets the screen's refresh in another phase
 SAMPLE = Path(__file__).resolve().parent.parent / "samples" / "in.mp4"
-WAYS = ("websocket-jpeg", "mjpeg-http", "webcodecs-h264", "webrtc-vp8")
+WAYS = (
+    "websocket-jpeg",
+    "websocket-jpeg-imagedecoder",
+    "mjpeg-http",
+    "webcodecs-h264",
+    "webrtc-vp8",
+    "webrtc-h264",
+)
 FLAGS = "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
 
 PAGE = """<!doctype html><body><script>
@@ -70,7 +77,9 @@ async function start() {
     }
     socket.onmessage = async event => {
       if (decoder) { decoder.decode(new EncodedVideoChunk({type: first ? "key" : "delta", timestamp: tick++, data: event.data})); first = false; return; }
-      const bitmap = await createImageBitmap(new Blob([event.data], {type: "image/jpeg"}));
+      const type = "image/jpeg";
+      const bitmap = way == "websocket-jpeg" ? await createImageBitmap(new Blob([event.data], {type}))
+        : (await new ImageDecoder({data: event.data, type}).decode()).image;
       paint.drawImage(bitmap, 0, 0); bitmap.close(); socket.send("shown");
     };
   }
@@ -146,7 +155,7 @@ def serve() -> None:
 
     async def socket(ws: WebSocket) -> None:
         await ws.accept()
-        as_bytes = as_jpeg if ws.path_params["way"] == "websocket-jpeg" else h264()
+        as_bytes = h264() if ws.path_params["way"] == "webcodecs-h264" else as_jpeg
         number, flying = -1, asyncio.Semaphore(2)
 
         async def acknowledged() -> None:
@@ -246,7 +255,7 @@ def measure(browser: Any, way: str, seconds: float) -> None:
         page.evaluate(f"busy = {json.dumps(busy)}; seen.length = 0")
         before = figures()
         time.sleep(seconds)
-        after, seen = figures(), page.evaluate("seen")
+        seen, after = page.evaluate("seen"), figures()
         delays = [at - 1000 * after["times"][number] for number, at in seen]
         p50, p95 = np.percentile(delays, (50, 95)) if delays else (np.nan, np.nan)
         cells += [f"{p50:.0f}", f"{p95:.0f}", f"{len(seen) / seconds:.1f}"]
@@ -271,11 +280,11 @@ def main(seconds: float) -> None:
         )
         with sync_playwright() as play:
             browser = play.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS.split())
-            for way in WAYS:
+            for way in sys.argv[2:] or WAYS:
                 measure(browser, way, seconds)
             browser.close()
     finally:
-        server.terminate()
+        server.kill()  # an endless answer would keep it
         server.wait()
 
 

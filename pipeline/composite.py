@@ -74,11 +74,21 @@ class Composite:
         self.look = look
 
     def __call__(self, item: FrameScene) -> Frame:
-        look = self.look  # once: another thread may set one while this frame is painted
-        chosen = [(scene, self._parts(scene, look)) for scene in self._chosen(item.faces)]
+        # the look is asked for once: another thread may set one while this frame is painted
+        self.painted_frames += self._wear(item, self._chosen(item.faces), self.look)
+        return item.frame
+
+    def rehearse(self, item: FrameScene, look: Look) -> None:
+        """Paint a look on all faces of a frame that nobody sees: kernels are loaded then, which takes 30 ms, and 300
+        where they were never compiled, and not while somebody waits."""
+        self._wear(item, item.faces, look)
+
+    def _wear(self, item: FrameScene, faces: tuple[FaceScene, ...], look: Look) -> bool:
+        """False when there was nothing to paint."""
+        chosen = [(scene, self._parts(scene, look)) for scene in faces]
         chosen = [(scene, parts) for scene, parts in chosen if parts]
         if not chosen or len(item.frame.planes) < 2:  # a grey frame holds no colour
-            return item.frame
+            return False
         planes = item.frame.writable_planes()
         jobs = [
             job
@@ -95,8 +105,7 @@ class Composite:
         else:
             for together in _apart(jobs):
                 self._paint(item, planes, together, look.zone)
-        self.painted_frames += 1
-        return item.frame
+        return True
 
     def _chosen(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
         if self._faces == "all":

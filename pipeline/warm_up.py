@@ -22,9 +22,10 @@ _SIZE_WH = 640, 360
 _IOD_PX = 80.0
 
 
-def warm_up(device: str = "") -> None:
-    """Find and paint a mean face on a grey frame: every net runs, and every kernel."""
-    frame = _grey()
+def warm_up(build: BuildScene, paint: Composite) -> None:
+    """Find and paint a mean face on a grey frame: every net runs, and every kernel, with the stages that
+    will paint: kernels are theirs. Once for the layout of films, once for that of cameras."""
+    frame = _grey("yuv420p")
     picture, nets = FramePicture(frame, 1), load_nets()
     detect(nets, picture, (*DETECTOR_SIDES_PX, *BESIDE_SIDES_PX))
     where = Similarity(_IOD_PX + 0j, complex(_SIZE_WH[0] / 2, _SIZE_WH[1] / 2))
@@ -34,13 +35,14 @@ def warm_up(device: str = "") -> None:
     view = nets.view(xy)
     close = nets.look_closer(picture, view)
     seen = Sighting(xy, _IOD_PX * mean[:, 2], (1, 1), where, close.lips, view, close.middles)
-    item = FrameFaces(frame, (to_face(seen, picture, 0),))
+    faces = (to_face(seen, picture, 0),)
     look = Look(product((180, 0, 46), "shimmer"), product((60, 80, 150), "shimmer", "eyes"))
-    Composite(look, device)(BuildScene(device)(item))
+    for each in (_grey("yuv422p"), frame):
+        paint.rehearse(build(FrameFaces(each, faces)), look)
 
 
-def _grey() -> Frame:
-    picture = av.VideoFrame(*_SIZE_WH, "yuv420p")
+def _grey(pix_fmt: str) -> Frame:
+    picture = av.VideoFrame(*_SIZE_WH, pix_fmt)
     for plane in picture.planes:
         plane.update(bytes([128]) * plane.buffer_size)
     return Frame(picture, 0, Fraction(1, 30), ColourTags(1, 1, 1, 1))

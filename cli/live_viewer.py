@@ -1,0 +1,54 @@
+"""A page without a screen, in a process of its own: takes every picture of a live run and notes when it came.
+
+    python -m makeup_video.cli.live_viewer WS_URL ORIGIN OUT.npy
+
+Says "ready" once it watches. Acknowledges as a browser does; ends when the server says goodbye.
+"""
+
+import asyncio
+import json
+import sys
+import time
+from collections.abc import AsyncIterable
+from pathlib import Path
+
+import numpy as np
+
+# the head of a picture, as in web/show.py: its pts in microseconds comes first
+_PTS_BYTES = 8
+
+
+def watch(url: str, origin: str, target: Path) -> None:
+    """Write (N, 2) float64: a picture's pts in microseconds, and the monotonic seconds when it came;
+    the last row is 0 and this process's CPU seconds."""
+    rows = asyncio.run(_watch(url, origin))
+    np.save(target, np.array([*rows, (0.0, time.process_time())]))
+
+
+async def _watch(url: str, origin: str) -> list[tuple[float, float]]:
+    from websockets.asyncio.client import connect
+    from websockets.exceptions import ConnectionClosed
+    from websockets.typing import Origin
+
+    rows: list[tuple[float, float]] = []
+    async with connect(url, origin=Origin(origin), compression=None, max_size=None) as socket:
+        print("ready", flush=True)
+        try:
+            async for pts_us in _pictures(socket):
+                rows.append((pts_us, time.monotonic()))
+                await socket.send(json.dumps({"type": "shown", "pts_us": pts_us}))
+        except ConnectionClosed:
+            pass
+    return rows
+
+
+async def _pictures(messages: AsyncIterable[str | bytes]) -> AsyncIterable[int]:
+    async for message in messages:
+        if isinstance(message, bytes):
+            yield int.from_bytes(message[:_PTS_BYTES], "little")
+        elif json.loads(message)["type"] == "bye":
+            return
+
+
+if __name__ == "__main__":
+    watch(sys.argv[1], sys.argv[2], Path(sys.argv[3]))

@@ -1,0 +1,139 @@
+"""`makeup-video bench --live`: how late and how steadily a camera's picture reaches a page.
+
+A film plays in real time as the camera, in a process of its own (live_trial.py) with the page's server; a viewer in another
+(live_viewer.py) takes every picture. Late is what lies between a frame's arrival and its painted JPEG in the viewer's hands.
+"""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from makeup_video.cli.measure_clip import RATE, repeat_film
+from makeup_video.cli.measure_run import check_painted
+
+if TYPE_CHECKING:
+    from makeup_video.cli.measure import Bench
+
+WARM_SECONDS = 1.0  # from the first frame on, nothing is counted: caches are cold, threads start
+ENDS_SECONDS = 10.0  # at the beginning and at the end of the run
+_STAGES = ("work", "faces", "smooth", "scene", "composite", "preview")
+COLUMNS = ("pts", "came", *(f"{name} {what}" for name in _STAGES for what in ("begins", "ends")))
+FRAMES, SAMPLES, VIEWED = "frames.npy", "samples.npy", "viewed.npy"
+
+
+def measure_live(bench: "Bench", heights: list[int], minutes: float) -> dict[str, Any]:
+    """Of the first size, and under "sizes" of each."""
+    sizes = {f"{height}p": _one_size(bench, height, minutes) for height in heights}
+    return {**next(iter(sizes.values())), "sizes": sizes}
+
+
+def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
+    seconds = (60 * minutes or bench.seconds) + WARM_SECONDS
+    clip = bench.clip(height_px, min(seconds, bench.seconds), loops=True)
+    times = math.ceil(seconds * RATE / clip.frames)
+    film = repeat_film(clip.path, bench.folder / f"live{height_px}.mp4", times)
+    bench.told(f"{height_px}p: {clip.frames * times / RATE:.0f} s live")
+    with TemporaryDirectory(dir=bench.folder) as name:
+        folder = Path(name)
+        bench.look.save(folder / "look.json")
+        command = [sys.executable, "-m", "makeup_video.cli.live_trial"]
+        command += [str(film), str(folder / "look.json"), str(folder)]
+        said = subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
+        tables = [np.load(folder / table) for table in (FRAMES, SAMPLES, VIEWED)]
+    film.unlink()
+    told = json.loads(said)
+    check_painted(round(told["painted_share"] * clip.frames * times), clip.frames * times)
+    return {"film": clip.told, **figures(*tables), **told}
+
+
+def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict[str, Any]:
+    """frames: (N, len(COLUMNS)), seconds but for pts in microseconds; NaN: never.  samples: (M, 3), seconds, MB (NaN: not told),
+    CPU seconds.  viewed: as live_viewer.watch writes it.
+
+    dropped: frames that came and never reached the viewer: at the door, where a newer one came while
+    one was being painted; or in the preview.
+    """
+    began = frames[0, 1] + WARM_SECONDS
+    counted = frames[frames[:, 1] >= began]
+    due = counted[:, 0] / 1e6
+    at = dict(viewed[:-1])
+    seen = _seen(counted, at)
+    painted = _column(counted, "work ends")
+    late = _late(counted, at)
+    last = counted[-1, 1]
+    door, preview = int(np.isnan(painted).sum()), int(np.isnan(seen[~np.isnan(painted)]).sum())
+    return {
+        "warm_up_seconds": WARM_SECONDS,
+        "warm_up_latency_ms": _spread(_late(frames[frames[:, 1] < began], at)),
+        "seconds": last - began,
+        "frames": len(counted),
+        "fps": float((~np.isnan(seen)).sum() - 1) / float(np.nanmax(seen) - np.nanmin(seen)),
+        "latency_ms": _spread(late),
+        "first_seconds_latency_ms": _spread(late[counted[:, 1] < began + ENDS_SECONDS]),
+        "last_seconds_latency_ms": _spread(late[counted[:, 1] >= last - ENDS_SECONDS]),
+        "dropped": door + preview,
+        "dropped_at_door": door,
+        "dropped_in_preview": preview,
+        "ways_ms": _ways(counted, due, seen),
+        **_process(samples, began, last, len(counted)),
+        "viewer_cpu_ms_per_frame": 1000 * float(viewed[-1, 1]) / max(len(viewed) - 1, 1),
+    }
+
+
+def _seen(frames: np.ndarray, at: dict[float, float]) -> np.ndarray:
+    return np.array([at.get(pts, math.nan) for pts in frames[:, 0]])
+
+
+def _late(frames: np.ndarray, at: dict[float, float]) -> np.ndarray:
+    return 1000 * _seen(frames, at) - frames[:, 0] / 1000
+
+
+def _ways(counted: np.ndarray, due: np.ndarray, seen: np.ndarray) -> dict[str, dict[str, float]]:
+    """Where the time goes, in the order of the frame's way: stages, and the ways between them."""
+
+    def column(name: str) -> np.ndarray:
+        return _column(counted, name)
+
+    ways = {"arrival to work": column("work begins") - due}
+    ways |= {name: column(f"{name} ends") - column(f"{name} begins") for name in _STAGES[1:-1]}
+    ways |= {
+        "all work": column("work ends") - column("work begins"),
+        "to the preview": column("preview begins") - column("work ends"),
+        "preview": column("preview ends") - column("preview begins"),
+        "to the viewer": seen - column("preview ends"),
+    }
+    return {name: _spread(1000 * taken) for name, taken in ways.items()}
+
+
+def _column(table: np.ndarray, name: str) -> np.ndarray:
+    column: np.ndarray = table[:, COLUMNS.index(name)]
+    return column
+
+
+def _spread(ms: np.ndarray) -> dict[str, float]:
+    there = ms[~np.isnan(ms)]
+    if not there.size:
+        return {}
+    p50, p95, p99 = np.percentile(there, (50, 95, 99)).tolist()
+    return {"p50": p50, "p95": p95, "p99": p99, "max": float(there.max())}
+
+
+def _process(samples: np.ndarray, began: float, last: float, frames: int) -> dict[str, Any]:
+    """What the process took: all but the viewer and the making of the film."""
+    seconds, memory_mb, cpu = samples.T
+    first, end = np.interp((began, last), seconds, cpu)
+    early, late = np.interp((min(began + ENDS_SECONDS, last), last), seconds, memory_mb)
+    return {
+        "cpu_ms_per_frame": 1000 * float(end - first) / frames,
+        "cpu_cores": float((end - first) / (last - began)),
+        "memory_mb": {"after_10_s": _known(early), "at_end": _known(late)},
+    }
+
+
+def _known(number: float) -> float | None:
+    return None if math.isnan(number) else float(number)

@@ -1,0 +1,121 @@
+"""`bench --live`: its sums, and a real run of its processes. Nothing is timed."""
+
+import json
+
+import numpy as np
+import pytest
+from makeup_video.cli.app import app
+from makeup_video.cli.bench_tables import tables
+from makeup_video.cli.measure_live import COLUMNS, WARM_SECONDS, figures
+from people import SAMPLES, film, grey
+from typer.testing import CliRunner
+
+ARGS = ["bench", "--live", "--sizes", "144p", "--seconds", "0.5"]
+
+
+def run(*args):
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+def table(seconds: float, late: float = 0.01) -> np.ndarray:
+    """Frames that came 30 times a second, each stage a millisecond long."""
+    count = round(seconds * 30)
+    came = 100 + np.arange(count) / 30
+    frames = came[:, None] + np.linspace(0, late / 2, len(COLUMNS))
+    frames[:, 0] = np.round(came * 1e6)
+    return frames
+
+
+def seen(frames: np.ndarray, late: float = 0.01) -> np.ndarray:
+    return np.array([*((pts, pts / 1e6 + late) for pts in frames[:, 0]), (0, 0.6)])
+
+
+def samples(seconds: float) -> np.ndarray:
+    at = np.arange(0, seconds + 1, 0.5)
+    return np.column_stack([100 + at, 200 + at, 0.3 * at])
+
+
+def test_late_is_from_arrival_to_the_viewer_and_the_start_does_not_count():
+    frames = table(30)
+    viewed = seen(frames)
+    viewed[: round(WARM_SECONDS * 30), 1] += 5
+    got = figures(frames, samples(30), viewed)
+    assert got["frames"] == round((30 - WARM_SECONDS) * 30)
+    for part in ("latency_ms", "first_seconds_latency_ms", "last_seconds_latency_ms"):
+        assert got[part]["p50"] == pytest.approx(10, abs=0.01)
+        assert got[part]["max"] == pytest.approx(10, abs=0.01)
+    assert got["fps"] == pytest.approx(30, abs=0.01)
+    assert got["dropped"] == got["dropped_at_door"] == got["dropped_in_preview"] == 0
+    assert got["cpu_cores"] == pytest.approx(0.3)
+    assert got["cpu_ms_per_frame"] == pytest.approx(10, rel=0.01)
+    assert got["memory_mb"]["after_10_s"] == pytest.approx(200 + WARM_SECONDS + 10, abs=0.01)
+    assert got["viewer_cpu_ms_per_frame"] == pytest.approx(600 / 900)
+
+
+def test_a_delay_that_grows_shows_at_the_end():
+    frames = table(60)
+    viewed = seen(frames)
+    viewed[:-1, 1] += np.arange(len(frames)) / len(frames) / 10
+    got = figures(frames, samples(60), viewed)
+    first, last = got["first_seconds_latency_ms"]["p50"], got["last_seconds_latency_ms"]["p50"]
+    assert last - first > 70
+
+
+def test_frames_that_are_lost_are_counted_where_they_were_lost():
+    frames = table(20)
+    frames[100:103, 2:] = np.nan  # a newer one came while another was painted
+    viewed = seen(frames)
+    viewed = np.delete(viewed, [100, 101, 102, 300, 301], axis=0)
+    got = figures(frames, samples(20), viewed)
+    assert (got["dropped_at_door"], got["dropped_in_preview"], got["dropped"]) == (3, 2, 5)
+    assert got["latency_ms"]["max"] == pytest.approx(10, abs=0.01)
+
+
+def test_memory_that_no_system_tells_is_unknown():
+    told = samples(10)
+    told[:, 1] = np.nan
+    got = figures(table(10), told, seen(table(10)))
+    assert got["memory_mb"] == {"after_10_s": None, "at_end": None}
+
+
+def test_the_way_of_a_frame_is_told_in_its_order():
+    got = figures(table(10), samples(10), seen(table(10)))
+    ways = list(got["ways_ms"])
+    assert ways[0] == "arrival to work" and ways[-1] == "to the viewer"
+    assert all(spread["p50"] >= 0 for spread in got["ways_ms"].values())
+
+
+@pytest.fixture(scope="module")
+def results():
+    done = run(*ARGS, SAMPLES / "in.mp4", "--json")
+    assert done.exit_code == 0, done.output
+    return json.loads(done.stdout)
+
+
+def test_a_real_run_says_what_was_asked_of_it(results):
+    live = results["live"]
+    assert set(live["latency_ms"]) >= {"p50", "p95", "p99"}
+    assert 0 < live["latency_ms"]["p50"] <= live["latency_ms"]["p99"]
+    assert live["frames"] > 0 and live["painted_share"] >= 0.95
+    assert live["dropped"] == live["dropped_at_door"] + live["dropped_in_preview"]
+    assert {key: live[key] for key in live["sizes"]["144p"]} == live["sizes"]["144p"]
+    for way in ("faces", "smooth", "scene", "composite", "preview", "to the viewer"):
+        assert live["ways_ms"][way]["p50"] > 0
+
+
+def test_people_get_it_as_tables(results):
+    (title, head, rows), (_, ways_head, ways) = tables(results)
+    assert "live" in title and head == ("", "144p")
+    assert all(len(row) == len(head) for row in rows)
+    assert ways and all(len(row) == len(ways_head) for row in ways)
+
+
+def test_other_measurements_are_not_taken_beside_it(tmp_path):
+    for more in (["--faces"], ["--threads"], ["--plot", tmp_path / "x.png"]):
+        done = run(*ARGS, *more)
+        assert done.exit_code == 2 and "--live" in done.output
+
+
+def test_a_film_without_a_face_is_refused(tmp_path):
+    done = run(*ARGS, film(tmp_path / "grey.mkv", [grey()] * 20))
+    assert done.exit_code == 3 and "no face" in done.output
