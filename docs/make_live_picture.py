@@ -20,8 +20,7 @@ from makeup_video.pipeline import find_faces
 LIVE = "live.jpg"
 PICTURES = {LIVE: lambda: draw()}
 _SIZE = {"width": 1280, "height": 760}
-_NOSE = 4
-_OFF_PX = 8
+_PAUSE_MS = 1_500  # a picture taken holds the page up, and its figures say so for a while
 _SETTLED_MS = 12_000  # what was said of the first seconds is gone again
 
 
@@ -42,14 +41,19 @@ def draw() -> np.ndarray:
         page.wait_for_timeout(_SETTLED_MS)
         box = page.locator("#divider").bounding_box()
         picture = _shot(page)
-        while abs(_nose_x(picture) - box["x"] - box["width"] / 2) > _OFF_PX:
-            picture = _shot(page)  # she moves
+        while not _poses(picture, box["x"] + box["width"] / 2):
+            page.wait_for_timeout(_PAUSE_MS)
+            picture = _shot(page)
         browser.close()
     return picture
 
 
-def _nose_x(rgb8: np.ndarray) -> float:
-    return float(find_faces(rgb8)[0].points_px[_NOSE, 0])
+def _poses(rgb8: np.ndarray, middle_x: float) -> bool:
+    """Whether her nose is there, her mouth not wide open and her eyes not closed."""
+    points = find_faces(rgb8)[0].points_px
+    nose_x, open_px = points[4, 0], points[14, 1] - points[13, 1]
+    lids_px = points[374, 1] - points[386, 1]
+    return bool(abs(nose_x - middle_x) < 12 and open_px < 20 and lids_px > 6)
 
 
 def _shot(page: Any) -> np.ndarray:
