@@ -81,7 +81,9 @@ class LiveRun:
         self._smooth = SmoothLive()
         self._scene = BuildScene(device)
         self._composite = Composite(look, device, faces)
-        self._runner = LiveRunner(camera, self._paint, sinks, say, partial(warm_up, self._scene, self._composite))
+        self._runner = LiveRunner(
+            camera, self._paint, sinks, say, partial(warm_up, self._scene, self._composite)
+        )
         self._budget = Budget()
         self._say = say
         self._last: deque[tuple[float, float]] = deque()  # when painted, how late

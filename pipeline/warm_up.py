@@ -24,8 +24,8 @@ _IOD_PX = 80.0
 
 def warm_up(build: BuildScene, paint: Composite) -> None:
     """Find and paint a mean face on a grey frame: every net runs, and every kernel, with the stages that
-    will paint: kernels are theirs. Once for the layout of films, once for that of cameras."""
-    frame = _grey("yuv420p")
+    will paint: kernels are theirs."""
+    frame = _grey()
     picture, nets = FramePicture(frame, 1), load_nets()
     detect(nets, picture, (*DETECTOR_SIDES_PX, *BESIDE_SIDES_PX))
     where = Similarity(_IOD_PX + 0j, complex(_SIZE_WH[0] / 2, _SIZE_WH[1] / 2))
@@ -37,12 +37,12 @@ def warm_up(build: BuildScene, paint: Composite) -> None:
     seen = Sighting(xy, _IOD_PX * mean[:, 2], (1, 1), where, close.lips, view, close.middles)
     faces = (to_face(seen, picture, 0),)
     look = Look(product((180, 0, 46), "shimmer"), product((60, 80, 150), "shimmer", "eyes"))
-    for each in (_grey("yuv422p"), frame):
-        paint.rehearse(build(FrameFaces(each, faces)), look)
+    paint.rehearse(build(FrameFaces(frame, faces)), look)
 
 
-def _grey(pix_fmt: str) -> Frame:
-    picture = av.VideoFrame(*_SIZE_WH, pix_fmt)
+def _grey() -> Frame:
+    """In the layout of all live frames."""
+    picture = av.VideoFrame(*_SIZE_WH, "yuv420p")
     for plane in picture.planes:
         plane.update(bytes([128]) * plane.buffer_size)
     return Frame(picture, 0, Fraction(1, 30), ColourTags(1, 1, 1, 1))
