@@ -43,7 +43,8 @@ class LiveFigures:
     painted, median and 95th percentile, all of the last seconds; None before the first picture.
     pictures, dropped: since the beginning; dropped: frames that came while one was still
     waiting, or that the camera had no time for.
-    level, level_told: what a slow machine leaves out: see budget.py.  notice: the source's.
+    level, level_told: what a slow machine leaves out: see budget.py.  notice: what is wrong with
+    the source or a sink, or "".
     """
 
     fps: float
@@ -130,12 +131,18 @@ class LiveRun:
             dropped=self._runner.inbox.dropped + self._camera.dropped,
             level=self._budget.level,
             level_told=self._budget.told,
-            notice=self._camera.notice,
+            notice=self._notice(),
             sinks=tuple(
                 SinkFigures(each.sink.name, each.pictures, each.channel.dropped)
                 for each in self._runner.outlets
             ),
         )
+
+    def _notice(self) -> str:
+        """What is wrong now with the camera, or with what a sink sends to."""
+        sinks = [getattr(each.sink, "notice", "") for each in self._runner.outlets]
+        gone = [f"{e.sink.name}: {e.error}" for e in self._runner.outlets if e.error is not None]
+        return "; ".join(filter(None, [self._camera.notice, *sinks, *gone]))
 
     def _paint(self, frame: Frame) -> LivePicture:
         began = time.monotonic()

@@ -45,7 +45,7 @@ class LiveSink(Protocol):
     """Takes the pictures of a live run, on a thread of its own; `finish` is called once after the last.
 
     name: how lines and figures call it.  waiting: how many pictures may wait for it: when there
-    are more, the oldest gives way.
+    are more, the oldest gives way.  It may have a `notice`, as a LiveSource does.
     """
 
     name: str

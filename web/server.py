@@ -63,15 +63,14 @@ class Server:
     def stop(self) -> None:
         """Say bye to all pages and end; those that do not listen are cut off. Harmless when it
         does not run."""
-        self._worker.stop()
-        if self._thread is None or self._loop is None or not self._thread.is_alive():
-            return
-        ending = self._end()
-        try:
-            asyncio.run_coroutine_threadsafe(ending, self._loop)
-        except RuntimeError:  # it has ended just now
-            ending.close()
-        self._thread.join(_STOP_SECONDS)
+        if self._thread is not None and self._loop is not None and self._thread.is_alive():
+            ending = self._end()
+            try:
+                asyncio.run_coroutine_threadsafe(ending, self._loop)
+            except RuntimeError:  # it has ended just now
+                ending.close()
+            self._thread.join(_STOP_SECONDS)
+        self._worker.stop()  # last: until then pages may ask for something
 
     def _run(self, listening: socket.socket, port: int) -> None:
         app = make_app(self._rooms, self._worker, self._host, port, self._say)

@@ -121,6 +121,8 @@ def test_figures_count_what_was_painted_and_what_each_sink_took():
     assert after.latency_ms <= after.latency_p95_ms
     assert [(s.name, s.pictures, s.dropped) for s in after.sinks] == [("list", 5, 0)]
     assert after.notice == "the camera is gone"
+    sink.notice = "rtmp://host does not answer"
+    assert run.figures().notice == "the camera is gone; rtmp://host does not answer"
 
 
 def test_stopping_from_another_thread_ends_the_run_and_closes_the_camera():

@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 
+import httpx
 import pytest
 from makeup_video.pipeline import UsageError
 from makeup_video.web.rooms import MOST_VIEWERS
@@ -137,6 +138,14 @@ def test_what_one_page_changes_the_others_see_and_it_does_not_come_back(show, ur
     assert show.look == BLUE
 
 
+def test_a_look_without_a_count_comes_back_as_it_was_understood(show, url):
+    short = RED.to_dict()
+    del short["zone"], short["intensity"]
+    with Page(url) as page:
+        page.say("look", look=short)
+        assert page.message("look")["look"] == RED.to_dict()
+
+
 def test_a_look_that_is_refused_is_told_and_the_true_one_comes_again(show, url):
     with Page(url) as page:
         page.say("look", look={**RED.to_dict(), "strength": 7})
@@ -255,6 +264,32 @@ def test_it_ends_though_a_page_never_reads():
         show.show(1, noise(8_000_000))
         server.stop()
         assert not [thread for thread in threading.enumerate() if thread.name == "web server"]
+
+
+def test_it_ends_though_a_photo_is_being_read():
+    show, begun, go_on, said = StandIn(), threading.Event(), threading.Event(), []
+
+    def slow(photo, name):
+        begun.set()
+        assert go_on.wait(20)
+        return BLUE
+
+    show.reads = slow
+    server = Server(show, Worker(), say=said.append)
+    with Page(server.start().rstrip("/")) as page:
+        sender = threading.Thread(target=send_in_vain, args=(page,))
+        sender.start()
+        assert begun.wait(10)
+        server.stop()
+        assert not [thread for thread in threading.enumerate() if thread.name == "web server"]
+    go_on.set()
+    sender.join(20)
+    assert not said and show.look == RED
+
+
+def send_in_vain(page):
+    with contextlib.suppress(httpx.TransportError):
+        page.post("/photo", b"x")
 
 
 def test_stopping_twice_or_before_the_start_is_harmless():

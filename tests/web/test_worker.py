@@ -4,14 +4,22 @@ import asyncio
 import os
 import sys
 import threading
+from pathlib import Path
 
 import pytest
+from makeup_video.web import worker
 from makeup_video.web.worker import Worker
 
 
+def test_only_the_server_and_the_worker_know_threads():
+    web = Path(worker.__file__).parent
+    users = {path.name for path in web.glob("*.py") if "threading" in path.read_text()}
+    assert users == {"server.py", "worker.py"}
+
+
 def test_jobs_are_done_one_after_another_on_one_thread_that_is_not_ours():
-    worker = Worker()
-    seen = [worker.submit(threading.get_native_id) for _ in range(5)]
+    one_thread = Worker()
+    seen = [one_thread.submit(threading.get_native_id) for _ in range(5)]
     (only,) = {one.result(20) for one in seen}
     assert only != threading.get_native_id()
 
@@ -28,18 +36,18 @@ def test_it_steps_back_behind_all_other_threads():
 
 def test_what_a_job_returns_or_raises_comes_to_who_waits_for_it():
     async def waiting():
-        worker = Worker()
-        assert await worker.run(lambda: 3) == 3
+        one = Worker()
+        assert await one.run(lambda: 3) == 3
         with pytest.raises(ZeroDivisionError):
-            await worker.run(lambda: 1 // 0)
+            await one.run(lambda: 1 // 0)
 
     asyncio.run(waiting())
 
 
 def test_after_its_stop_what_waited_is_not_done():
-    worker, go_on, done = Worker(), threading.Event(), []
-    first = worker.submit(lambda: go_on.wait(20))
-    second = worker.submit(lambda: done.append(1))
-    worker.stop()
+    one, go_on, done = Worker(), threading.Event(), []
+    first = one.submit(lambda: go_on.wait(20))
+    second = one.submit(lambda: done.append(1))
+    one.stop()
     go_on.set()
     assert first.result(20) and second.cancelled() and not done
