@@ -49,6 +49,7 @@ def test_no_picture_is_left_over():
         import_module("make_strip").PICTURES
     )
     drawn |= set(import_module("performance_page").PICTURES)
+    drawn |= set(import_module("make_live_picture").PICTURES)
     assert {path.name for path in (DOCS / "pictures").iterdir()} <= drawn
 
 

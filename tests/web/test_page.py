@@ -146,6 +146,27 @@ def test_two_pages_stay_in_step_and_a_stalled_one_holds_nobody_up(live, visit):
     first.until(lambda: is_red(first.lips()))
 
 
+def test_a_slider_that_is_dragged_is_not_thrown_back_by_another_page(live, visit):
+    one, other = visit(live), visit(live)
+    wear(one, RED)
+    other.until(lambda: other.page.input_value("#lips-panel .hex") == RED)
+    mine, theirs = (each.page.locator("#lips-panel").get_by_label for each in (one, other))
+    gloss, mouse = mine("Gloss", exact=True), one.page.mouse
+    box = gloss.bounding_box()
+    y = box["y"] + box["height"] / 2
+    mouse.move(box["x"] + box["width"] / 2, y)
+    mouse.down()
+    held = gloss.input_value()
+    theirs("Gloss, as a number").fill("0.11")
+    theirs("Coverage, as a number").fill("0.77")
+    one.until(lambda: mine("Coverage", exact=True).input_value() == "0.77")
+    assert gloss.input_value() == held
+    mouse.move(box["x"] + box["width"], y)
+    mouse.up()
+    other.until(lambda: theirs("Gloss", exact=True).input_value() == "4")
+    assert look_of(other) == look_of(one)
+
+
 def test_a_dropped_photo_gives_its_look(live, visit):
     page = visit(live)
     wear(page, RED)

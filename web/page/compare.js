@@ -1,4 +1,4 @@
-// Before and after: the divider over the picture, and the key that shows the picture before while it is held.
+// Before and after: the divider over the picture, and the key that shows the picture before.
 
 const STEP = 0.02;
 const PAGE = 0.1;
@@ -31,6 +31,11 @@ export class Compare {
     this.#isOn = on;
     this.#area.hidden = !on;
     this.#show();
+  }
+
+  /** So that the arrow keys move the divider. */
+  focus() {
+    if (this.#isOn) this.#divider.focus({ preventScroll: true });
   }
 
   set isHeld(on) {
@@ -82,7 +87,14 @@ export class Compare {
   }
 
   #key(event) {
-    const by = { ArrowLeft: -STEP, ArrowDown: -STEP, ArrowRight: STEP, ArrowUp: STEP, PageDown: -PAGE, PageUp: PAGE }[event.key];
+    const by = {
+      ArrowLeft: -STEP,
+      ArrowDown: -STEP,
+      ArrowRight: STEP,
+      ArrowUp: STEP,
+      PageDown: -PAGE,
+      PageUp: PAGE,
+    }[event.key];
     const to = { Home: 0, End: 1 }[event.key] ?? (by === undefined ? undefined : this.#split + by);
     if (to === undefined) return;
     event.preventDefault();

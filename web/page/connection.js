@@ -9,7 +9,8 @@ export function parsePicture(buffer) {
   const header = new DataView(buffer, 0, HEADER_BYTES);
   const paintedEnd = HEADER_BYTES + header.getUint32(12, true);
   const beforeBytes = header.getUint32(16, true);
-  const jpeg = (from, to) => new Blob([new Uint8Array(buffer, from, to - from)], { type: "image/jpeg" });
+  const jpeg = (from, to) =>
+    new Blob([new Uint8Array(buffer, from, to - from)], { type: "image/jpeg" });
   return {
     pts: Number(header.getBigUint64(0, true)),
     rotation: header.getUint16(8, true),

@@ -1,6 +1,6 @@
 // Small helpers that make elements.
 
-/** el("button", {type: "button", onclick}, "text", child): properties, or attributes where there is none. */
+/** el("button", {type: "button"}, "text", child): properties, or attributes where there is none. */
 export function el(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -14,7 +14,11 @@ export function el(tag, properties = {}, ...children) {
 /** A canvas of a size in CSS pixels, sharp on the screen that it is on (twice as fine at most). */
 export function fineCanvas(width, height) {
   const scale = Math.min(2, Math.max(1, window.devicePixelRatio));
-  return el("canvas", { width: Math.round(width * scale), height: Math.round(height * scale), "aria-hidden": "true" });
+  return el("canvas", {
+    width: Math.round(width * scale),
+    height: Math.round(height * scale),
+    "aria-hidden": "true",
+  });
 }
 
 let ids = 0;

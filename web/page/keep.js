@@ -40,7 +40,7 @@ async function downloadPicture(session) {
   }
 }
 
-/** Read a look file and `send` what is in it; the server tells what it means, or what is wrong with it. */
+/** `send` what is in a look file; the server tells what it means, or what is wrong with it. */
 export async function openLook(file, send) {
   say("");
   try {
@@ -56,7 +56,8 @@ export function wireKeep(store, session, send) {
   button("undo").onclick = () => store.undo();
   button("redo").onclick = () => store.redo();
   button("reset").onclick = () => store.replace(store.photoLook);
-  button("save-look").onclick = () => download(new Blob([lookFile(store.look)], { type: "application/json" }), "json");
+  button("save-look").onclick = () =>
+    download(new Blob([lookFile(store.look)], { type: "application/json" }), "json");
   button("save-picture").onclick = () => downloadPicture(session());
   const input = document.querySelector("#open-look input");
   input.addEventListener("change", () => {

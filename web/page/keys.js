@@ -1,6 +1,7 @@
 // Keys of the whole page. They are listed under "?" in index.html.
 
-const TYPED = "input:not([type=range], [type=checkbox], [type=radio], [type=file], [type=color]), textarea, select";
+const TYPED =
+  "input:not([type=range], [type=checkbox], [type=radio], [type=file], [type=color]), textarea, select";
 
 /** actions: {compare, mirror, full, help, undo, redo, held(on)}. */
 export function listenToKeys(actions) {
@@ -19,6 +20,9 @@ export function listenToKeys(actions) {
       plain[key]?.();
     }
   });
-  document.addEventListener("keyup", (event) => event.key.toLowerCase() === "b" && actions.held(false));
+  document.addEventListener(
+    "keyup",
+    (event) => event.key.toLowerCase() === "b" && actions.held(false),
+  );
   window.addEventListener("blur", () => actions.held(false)); // the key may go up elsewhere
 }

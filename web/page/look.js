@@ -2,7 +2,7 @@
 
 const SETTLED_AFTER_MS = 500; // changes closer than this are one step for undo
 const STEPS = 100;
-const CODE_VALUES = ["red", "green", "blue"]; // written as they are; all others as decimal fractions
+const CODE_VALUES = ["red", "green", "blue"]; // whole numbers; all others have a point
 
 /** Equal numbers give equal texts, in whatever order the keys came. */
 function canonical(value) {
@@ -77,7 +77,7 @@ export class LookStore extends EventTarget {
     this.#put(structuredClone(look));
   }
 
-  /** A look from the server. seen: how many of ours it had by then; while newer ones are under way, ours holds. */
+  /** A look from the server. seen: how many of ours it had by then; newer ones win over it. */
   receive(look, told, seen) {
     if (told) this.photoLook = look;
     if (this.#count <= (seen ?? 0)) this.#adopt(look);

@@ -19,10 +19,14 @@ let hello = null;
 let controls = null;
 
 const store = new LookStore((look, n) => connection.send({ type: "look", look, n }));
-const picture = new Picture(byId("picture"), (pts) => connection.send({ type: "shown", pts_us: pts }), (width, height) =>
-  byId("stage").style.setProperty("--ratio", width / height));
+const picture = new Picture(
+  byId("picture"),
+  (pts) => connection.send({ type: "shown", pts_us: pts }),
+  (width, height) => byId("stage").style.setProperty("--ratio", width / height),
+);
 const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
-const sendFile = (look) => connection.send({ type: "look", look }); // without a count: it comes back, filled in
+// without a count: it comes back, with all that was left out
+const sendFile = (look) => connection.send({ type: "look", look });
 const photos = new Photos({ look: (file) => openLook(file, sendFile), photo: nameAfter });
 
 const connection = new Connection({
@@ -70,16 +74,23 @@ function toggle(id, change) {
 }
 
 function wireTools() {
+  const toggleCompare = toggle("compare-button", (on) => (compare.isOn = on));
+  const toggleMirror = toggle("mirror-button", (on) => (picture.mirrored = on));
   const help = () => byId("help").showModal();
-  const full = () => (document.fullscreenElement ? document.exitFullscreen() : byId("viewer").requestFullscreen());
+  const full = () =>
+    document.fullscreenElement ? document.exitFullscreen() : byId("viewer").requestFullscreen();
   byId("help-button").onclick = help;
   byId("full-button").onclick = full;
   byId("full-button").hidden = !document.fullscreenEnabled; // not on iPhones
   document.addEventListener("fullscreenchange", () =>
-    byId("full-button").setAttribute("aria-pressed", document.fullscreenElement !== null));
+    byId("full-button").setAttribute("aria-pressed", document.fullscreenElement !== null),
+  );
   listenToKeys({
-    compare: toggle("compare-button", (on) => (compare.isOn = on)),
-    mirror: toggle("mirror-button", (on) => (picture.mirrored = on)),
+    compare() {
+      toggleCompare();
+      compare.focus();
+    },
+    mirror: () => hello?.mode === "live" && toggleMirror(),
     full,
     help,
     held: (on) => (compare.isHeld = on),

@@ -8,7 +8,8 @@ export class Picture {
   #next = null; // came while another was being decoded
   #decoding = false;
   #shown = null; // {pts, rotation, painted, before}: bitmaps
-  #drawAsked = false;
+  #drawAsked = null;
+  #onScreen = Promise.resolve(); // when the newest picture is
   #mirrored = false;
   #split = null; // where the divider stands, 0 to 1 from the left; null: no divider
   #held = false;
@@ -54,29 +55,29 @@ export class Picture {
       const { pts, rotation, painted, before } = this.#next;
       this.#next = null;
       try {
-        const bitmaps = await Promise.all([painted, before].map((jpeg) => jpeg && createImageBitmap(jpeg)));
-        const drawn = this.#askToDraw();
-        this.#forget();
-        this.#shown = { pts, rotation, painted: bitmaps[0], before: bitmaps[1] };
-        await drawn;
+        const jpegs = [painted, before];
+        const bitmaps = await Promise.all(jpegs.map((jpeg) => jpeg && createImageBitmap(jpeg)));
+        await this.#onScreen; // the one before: the next is decoded meanwhile, but none is skipped
+        this.#put({ pts, rotation, painted: bitmaps[0], before: bitmaps[1] });
       } catch {
-        // a picture that cannot be decoded is passed over: the next one comes anyway
+        this.#acknowledge(pts); // cannot be decoded: the next one comes anyway
       }
-      this.#acknowledge(pts);
     }
     this.#decoding = false;
   }
 
-  #forget() {
+  #put(shown) {
     this.#shown?.painted.close();
     this.#shown?.before?.close();
+    this.#shown = shown;
+    this.#onScreen = this.#askToDraw().then(() => this.#acknowledge(shown.pts));
   }
 
   /** At the screen's next refresh; a page that nobody sees draws and acknowledges nothing. */
   #askToDraw() {
     this.#drawAsked ||= new Promise((resolve) =>
       requestAnimationFrame(() => {
-        this.#drawAsked = false;
+        this.#drawAsked = null;
         if (this.#shown !== null) this.#draw();
         resolve();
       }),
@@ -86,7 +87,8 @@ export class Picture {
 
   #draw() {
     const { pts, rotation, painted, before } = this.#shown;
-    const [width, height] = rotation % 180 ? [painted.height, painted.width] : [painted.width, painted.height];
+    const [width, height] =
+      rotation % 180 ? [painted.height, painted.width] : [painted.width, painted.height];
     if (this.#canvas.width !== width || this.#canvas.height !== height) {
       this.#canvas.width = width;
       this.#canvas.height = height;

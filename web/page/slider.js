@@ -4,6 +4,11 @@ import { el, newId } from "./elements.js";
 
 const decimals = (step) => Math.max(0, Math.ceil(-Math.log10(step)));
 
+/** The spec of a slider from 0 to 1. */
+export function portion(name, label, help) {
+  return { name, low: 0, high: 1, step: 0.01, label, help };
+}
+
 /**
  * spec: {name, low, high, step, label, help}. onInput(value) while it moves.
  * Returns {element, set(value)}; what is being dragged or typed is left alone by `set`.
@@ -17,15 +22,21 @@ export function slider(spec, onInput, showHelp) {
   const help = el("span", { id: `${id}-help`, className: showHelp ? "help" : "hidden" }, spec.help);
   range.setAttribute("aria-describedby", help.id);
   let dragged = false;
+  let current = spec.low;
 
   const rounded = (value) => Number(Number(value).toFixed(decimals(spec.step)));
   const written = (value) => rounded(value).toFixed(decimals(spec.step));
   const show = (value) => {
-    range.style.setProperty("--part", `${(100 * (range.value - spec.low)) / (spec.high - spec.low)}%`);
+    current = value;
+    range.style.setProperty(
+      "--part",
+      `${(100 * (range.value - spec.low)) / (spec.high - spec.low)}%`,
+    );
     if (document.activeElement !== number) number.value = written(value);
   };
   range.addEventListener("pointerdown", () => (dragged = true));
-  for (const type of ["pointerup", "pointercancel", "blur"]) range.addEventListener(type, () => (dragged = false));
+  for (const type of ["pointerup", "pointercancel", "blur"])
+    range.addEventListener(type, () => (dragged = false));
   range.addEventListener("keydown", (event) => stepByKey(event, range, spec));
   range.addEventListener("input", () => {
     show(range.value);
@@ -33,17 +44,23 @@ export function slider(spec, onInput, showHelp) {
   });
   number.addEventListener("input", () => {
     const value = number.valueAsNumber;
-    if (!(value >= spec.low && value <= spec.high)) return; // not yet, or not at all, a number in range
+    if (!(value >= spec.low && value <= spec.high)) return; // not yet a number in range
     range.value = value;
     show(value);
     onInput(value);
   });
-  number.addEventListener("change", () => (number.value = written(range.value)));
+  number.addEventListener("blur", () => (number.value = written(current)));
 
-  const element = el("div", { className: "slider", title: showHelp ? "" : spec.help },
-    el("label", { htmlFor: id }, spec.label), range, number, help);
+  const element = el(
+    "div",
+    { className: "slider", title: showHelp ? "" : spec.help },
+    el("label", { htmlFor: id }, spec.label),
+    range,
+    number,
+    help,
+  );
   const set = (value) => {
-    if (dragged || document.activeElement === number) return;
+    if (dragged) return;
     range.value = value;
     range.setAttribute("aria-valuetext", written(value));
     show(value);
@@ -51,9 +68,16 @@ export function slider(spec, onInput, showHelp) {
   return { element, set };
 }
 
-/** "any" makes dragging smooth, but an arrow key would then go a hundredth of the way whatever the step. */
+/** step="any" makes dragging smooth; arrow keys would then not go by the step. */
 function stepByKey(event, range, spec) {
-  const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
+  const steps = {
+    ArrowRight: 1,
+    ArrowUp: 1,
+    ArrowLeft: -1,
+    ArrowDown: -1,
+    PageUp: 10,
+    PageDown: -10,
+  }[event.key];
   if (steps === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
   event.preventDefault();
   range.value = Math.min(spec.high, Math.max(spec.low, Number(range.value) + steps * spec.step));

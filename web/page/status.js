@@ -17,13 +17,16 @@ export function showFigures(values) {
   const parts = [
     [`${Math.round(values.fps)} frames/s`, ""],
     delay == null ? null : [`${Math.round(delay)} ms delay`, delay > LATE_MS ? "alarming" : ""],
-    values.level > 0 ? ["slowed down", "alarming", values.level_told] : null,
+    values.level > 0 ? ["slow machine", "alarming", values.level_told] : null,
     values.dropped > 0 ? [`${values.dropped} dropped`, "minor"] : null,
     values.viewers > 1 ? [`${values.viewers} viewers`, "minor"] : null,
   ];
   figures.hidden = false;
-  figures.replaceChildren(...parts.filter((part) => part !== null).map(([textContent, className, title = ""]) =>
-    el("span", { textContent, className, title })));
+  figures.replaceChildren(
+    ...parts
+      .filter((part) => part !== null)
+      .map(([textContent, className, title = ""]) => el("span", { textContent, className, title })),
+  );
   showNotice(values.notice || levelNews(values.level > 0 ? values.level_told : ""));
 }
 
@@ -47,5 +50,6 @@ export function hideFigures() {
 /** Over the picture; null takes the veil away. */
 export function showVeil(text) {
   veil.hidden = text === null;
-  if (text !== null && veil.firstElementChild.textContent !== text) veil.firstElementChild.textContent = text;
+  if (text !== null && veil.firstElementChild.textContent !== text)
+    veil.firstElementChild.textContent = text;
 }

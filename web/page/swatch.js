@@ -35,7 +35,8 @@ function strokeShape(width, height) {
     const v = (2 * (y + 0.5)) / height - 1;
     for (let x = 0; x < width; x++, at++) {
       const u = (2 * (x + 0.5)) / width - 1;
-      const bristles = 0.1 * Math.sin(9 * v + 1.2 * Math.sin(2.4 * u)) + 0.05 * Math.sin(23 * v + 2 * u);
+      const bristles =
+        0.1 * Math.sin(9 * v + 1.2 * Math.sin(2.4 * u)) + 0.05 * Math.sin(23 * v + 2 * u);
       shape.nx[at] = 0.3 * u ** 5 + 0.06 * Math.sin(5 * u + 2 * v);
       shape.ny[at] = 0.85 * v * Math.abs(v) ** 0.6 + bristles;
     }

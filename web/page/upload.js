@@ -3,8 +3,20 @@
 import { el } from "./elements.js";
 
 const SLOTS = {
-  photo: { title: "Makeup of", empty: "Choose a photo", hint: "or drop one anywhere, or paste it", reading: "Reading the makeup …", aim: "Take the makeup of this photo" },
-  portrait: { title: "Painted on", empty: "Another face", hint: "", reading: "Looking for the face …", aim: "Paint on this face" },
+  photo: {
+    title: "Makeup of",
+    empty: "Choose a photo",
+    hint: "or drop one anywhere, or paste it",
+    reading: "Reading the makeup …",
+    aim: "Take the makeup of this photo",
+  },
+  portrait: {
+    title: "Painted on",
+    empty: "Another face",
+    hint: "",
+    reading: "Looking for the face …",
+    aim: "Paint on this face",
+  },
 };
 const NO_ANSWER = "The photo could not be sent: the server does not answer.";
 
@@ -24,16 +36,29 @@ class Slot {
     this.#upload = upload;
     this.#hint = el("small", {}, hint);
     this.text = el("b", {}, empty);
-    const input = el("input", { type: "file", accept: "image/*", "aria-label": `${title}: choose a photo` });
+    const input = el("input", {
+      type: "file",
+      accept: "image/*",
+      "aria-label": `${title}: choose a photo`,
+    });
     input.addEventListener("change", () => {
       if (input.files.length) this.take(input.files[0]);
       input.value = ""; // the same file again is a change, too
     });
-    this.#thumb.addEventListener("error", () => (this.#thumb.hidden = true)); // HEIC, in most browsers
+    this.#thumb.addEventListener("error", () => (this.#thumb.hidden = true)); // HEIC, mostly
     this.said = el("p", { className: "said", role: "alert" });
-    this.element = el("div", { className: "slot", id: `${kind}-slot` },
-      el("label", {}, input, el("span", { className: "thumb" }, this.#thumb), el("span", { className: "words" }, el("small", {}, title), this.text, this.#hint)),
-      this.said);
+    this.element = el(
+      "div",
+      { className: "slot", id: `${kind}-slot` },
+      el(
+        "label",
+        {},
+        input,
+        el("span", { className: "thumb" }, this.#thumb),
+        el("span", { className: "words" }, el("small", {}, title), this.text, this.#hint),
+      ),
+      this.said,
+    );
   }
 
   async take(file) {
@@ -50,7 +75,8 @@ class Slot {
   #state(className, said) {
     this.element.classList.toggle("reading", className === "reading");
     this.element.setAttribute("aria-busy", className === "reading");
-    this.#hint.textContent = className === "reading" ? SLOTS[this.#kind].reading : SLOTS[this.#kind].hint;
+    this.#hint.textContent =
+      className === "reading" ? SLOTS[this.#kind].reading : SLOTS[this.#kind].hint;
     this.said.textContent = said;
   }
 
@@ -87,9 +113,11 @@ export class Photos {
     for (const kind of hello.mode === "demo" ? ["photo", "portrait"] : ["photo"]) {
       this.#slots[kind] ??= new Slot(kind, (...one) => this.#upload(...one));
     }
-    document.getElementById("photos").replaceChildren(...Object.values(this.#slots).map(({ element }) => element));
+    document
+      .getElementById("photos")
+      .replaceChildren(...Object.values(this.#slots).map(({ element }) => element));
     const portrait = this.#slots.portrait?.file;
-    if (isNew && portrait) this.#slots.portrait.take(portrait); // the new session knows nothing of it
+    if (isNew && portrait) this.#slots.portrait.take(portrait); // a new session has none
   }
 
   async #upload(kind, file, signal) {
@@ -111,13 +139,13 @@ export class Photos {
   }
 
   #take(file, kind = "photo") {
-    if (this.#hello === null) return;
+    if (this.#hello === null) return; // not connected yet
     if (file.type === "application/json" || /\.json$/i.test(file.name)) this.#on.look(file);
     else this.#slots[kind].take(file);
   }
 
   #isFile(event) {
-    return this.#hello !== null && event.dataTransfer?.types.includes("Files");
+    return event.dataTransfer?.types.includes("Files");
   }
 
   #enter(event) {
@@ -130,12 +158,16 @@ export class Photos {
   /** What a drop would do: in demo a photo may be meant for either. */
   #aim(event) {
     const isLook = event.dataTransfer.items?.[0]?.type === "application/json";
-    const aims = isLook ? [["photo", "Wear this look"]] : Object.keys(this.#slots).map((kind) => [kind, SLOTS[kind].aim]);
-    this.#drop.replaceChildren(...aims.map(([kind, aim]) => {
-      const target = el("div", { className: "target" }, el("span", {}, aim));
-      target.dataset.kind = kind;
-      return target;
-    }));
+    const aims = isLook
+      ? [["photo", "Wear this look"]]
+      : Object.keys(this.#slots).map((kind) => [kind, SLOTS[kind].aim]);
+    this.#drop.replaceChildren(
+      ...aims.map(([kind, aim]) => {
+        const target = el("div", { className: "target" }, el("span", {}, aim));
+        target.dataset.kind = kind;
+        return target;
+      }),
+    );
     this.#drop.hidden = false;
   }
 
@@ -162,7 +194,9 @@ export class Photos {
   }
 
   #pasted(event) {
-    const file = [...(event.clipboardData?.files ?? [])].find(({ type }) => type.startsWith("image/"));
+    const file = [...(event.clipboardData?.files ?? [])].find(({ type }) =>
+      type.startsWith("image/"),
+    );
     if (!file) return;
     event.preventDefault();
     this.#take(file);

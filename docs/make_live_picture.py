@@ -1,0 +1,81 @@
+"""Take the README's picture of the page: `makeup-video live` on the sample film, with the look of the sample photo.
+
+python docs/make_live_picture.py     (needs Chromium, and the extra "test")
+"""
+
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import contact_sheet as sheet
+import cv2
+import numpy as np
+from makeup_video.pipeline import find_faces
+
+LIVE = "live.jpg"
+PICTURES = {LIVE: lambda: draw()}
+_SIZE = {"width": 1280, "height": 760}
+_PAUSE_MS = 1_500  # a picture taken holds the page up, and its figures say so for a while
+_SETTLED_MS = 12_000  # what was said of the first seconds is gone again
+
+
+def draw() -> np.ndarray:
+    """(H, W, 3) uint8: the page with the divider on the face."""
+    from playwright.sync_api import sync_playwright
+
+    with _live() as url, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
+        )
+        page = browser.new_page(viewport=_SIZE)
+        page.goto(url)
+        page.wait_for_selector("#picture[data-pts]")
+        page.set_input_files("#photo-slot input", sheet.SAMPLES / "look.jpg")
+        page.wait_for_function("() => document.getElementById('told').textContent")
+        page.click("#compare-button")
+        page.wait_for_timeout(_SETTLED_MS)
+        box = page.locator("#divider").bounding_box()
+        picture = _shot(page)
+        while not _poses(picture, box["x"] + box["width"] / 2):
+            page.wait_for_timeout(_PAUSE_MS)
+            picture = _shot(page)
+        browser.close()
+    return picture
+
+
+def _poses(rgb8: np.ndarray, middle_x: float) -> bool:
+    """Whether her nose is there, her mouth not wide open and her eyes not closed."""
+    points = find_faces(rgb8)[0].points_px
+    nose_x, open_px = points[4, 0], points[14, 1] - points[13, 1]
+    lids_px = points[374, 1] - points[386, 1]
+    return bool(abs(nose_x - middle_x) < 12 and open_px < 20 and lids_px > 6)
+
+
+def _shot(page: Any) -> np.ndarray:
+    data = np.frombuffer(page.screenshot(), np.uint8)
+    return np.ascontiguousarray(cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1])
+
+
+@contextmanager
+def _live() -> Iterator[str]:
+    """`makeup-video live` while the block runs; the page's address."""
+    film = str(sheet.SAMPLES / "in.mp4")
+    command = [sys.executable, "-m", "makeup_video.cli", "live", "--camera", film, "--loop"]
+    process = subprocess.Popen(
+        [*command, "--port", "0", "--no-browser"], stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stderr is not None
+        yield next(found[0] for line in process.stderr if (found := re.search(r"http://\S+", line)))
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait()
+
+
+if __name__ == "__main__":
+    sheet.save_all(PICTURES)

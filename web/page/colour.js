@@ -1,0 +1,55 @@
+// A colour: as hex digits, and the well and field that change it.
+
+import { el } from "./elements.js";
+
+/** "#B4002E" of {red, green, blue}. */
+export const hexOf = (params) =>
+  "#" +
+  [params.red, params.green, params.blue]
+    .map((code) => Math.round(code).toString(16).padStart(2, "0"))
+    .join("")
+    .toUpperCase();
+
+/** {red, green, blue} of "#B4002E", "b4002e" or "#b03"; null when it is none of these. */
+function readHex(text) {
+  let digits = text.trim().replace(/^#/, "");
+  if (/^[0-9a-f]{3}$/i.test(digits)) digits = digits.replace(/./g, "$&$&");
+  if (!/^[0-9a-f]{6}$/i.test(digits)) return null;
+  const [red, green, blue] = [0, 2, 4].map((at) => parseInt(digits.slice(at, at + 2), 16));
+  return { red, green, blue };
+}
+
+/**
+ * name: of the product. onInput({red, green, blue}) when somebody chose another.
+ * Returns {element, set(params)}; a field that is being typed in is left alone by `set`.
+ */
+export function colourField(name, onInput) {
+  const label = `Colour of the ${name.toLowerCase()}`;
+  const well = el("input", { type: "color", "aria-label": label });
+  const hex = el("input", {
+    className: "hex",
+    maxLength: 7,
+    spellcheck: false,
+    autocomplete: "off",
+    "aria-label": `${label}, as hex digits`,
+  });
+  let current = "";
+  well.addEventListener("input", () => onInput(readHex(well.value)));
+  hex.addEventListener("input", () => {
+    const rgb = readHex(hex.value);
+    hex.setCustomValidity(rgb === null ? "Six hex digits, such as B4002E" : "");
+    if (rgb !== null && hex.value.trim().length >= 6) onInput(rgb); // three digits may become six
+  });
+  hex.addEventListener("change", () => {
+    const rgb = readHex(hex.value);
+    if (rgb !== null) onInput(rgb);
+    hex.setCustomValidity("");
+  });
+  hex.addEventListener("blur", () => (hex.value = current));
+  const set = (params) => {
+    current = hexOf(params);
+    if (well.value.toUpperCase() !== current) well.value = current.toLowerCase();
+    if (document.activeElement !== hex) hex.value = current;
+  };
+  return { element: el("span", { className: "colour" }, well, hex), set };
+}
