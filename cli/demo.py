@@ -39,7 +39,8 @@ def demo(
 
     with told_in_one_line(debug=debug):
         worker = Worker()
-        show = DemoShow(_portrait(portrait), _look(ref, look), worker, say)
+        worn = _look(ref, look)
+        show = DemoShow(_portrait(portrait), worn, worker, say, photo=worn if ref else None)
         with page(show, worker, host, port, browser=browser, told=say):
             try:
                 threading.Event().wait()

@@ -113,7 +113,14 @@ def live(
         )
         if shown:
             stack.enter_context(
-                page(LiveShow(run, shown), Worker(), host, port, browser=browser, told=told)
+                page(
+                    LiveShow(run, shown, worn if ref else None),
+                    Worker(),
+                    host,
+                    port,
+                    browser=browser,
+                    told=told,
+                )
             )
         _until_it_ends(run, quiet)
 

@@ -55,15 +55,13 @@ def base_look(
 def _look_of_photo(ref: str, face: str, color: str | None, quiet: bool) -> "Look":
     """The look of a photo, told in a line."""
     from makeup_video.pipeline import PhotoError, look_from_photo
-    from makeup_video.pipeline.finishes import REGIONS, in_words
+    from makeup_video.pipeline.finishes import look_in_words
 
     look = look_from_photo(ref, face)
     if look.is_bare and color is None:
         raise PhotoError(
             f"{ref}: no makeup was found to paint: add --color '#B4002E', or give another photo"
         )
-    worn = {name: getattr(look, name) for name in REGIONS}
-    told = (f"{n} {p.hex}, {in_words(p, n)}" if p else f"{n} bare" for n, p in worn.items())
     if not quiet:
-        say(f"{ref}: {'; '.join(told)}")
+        say(f"{ref}: {look_in_words(look)}")
     return look

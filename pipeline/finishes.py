@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.look import GraphicsParams
+from makeup_video.pipeline.look import GraphicsParams, Look
 
 REGIONS = ("lips", "eyes")
 
@@ -75,6 +75,13 @@ def in_words(params: GraphicsParams, region: str = "lips") -> str:
     finish = nearest_finish(*numbers, region, shimmers=params.shimmer > 0)
     covers = next(word for least, word in _COVERS if params.opacity >= least)
     return f"{_SHINES[finish]}, {covers}"
+
+
+def look_in_words(look: Look) -> str:
+    """All of it: "lips #B4002E, glossy, opaque; eyes bare"."""
+    worn = {name: getattr(look, name) for name in REGIONS}
+    told = (f"{n} {p.hex}, {in_words(p, n)}" if p else f"{n} bare" for n, p in worn.items())
+    return "; ".join(told)
 
 
 def product(rgb: Sequence[float], finish: str, region: str = "lips") -> GraphicsParams:

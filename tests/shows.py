@@ -30,7 +30,7 @@ class StandIn:
         self.watched = threading.Event()
         self.photos, self.portraits, self.told = [], [], None
         self.reads = lambda photo, name: BLUE
-        self.picture = None
+        self.picture = self.photo = None
 
     def enter(self, name):
         return self

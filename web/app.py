@@ -12,7 +12,7 @@ from makeup_video.pipeline.errors import (
     MakeupVideoError,
     UsageError,
 )
-from makeup_video.pipeline.finishes import REGIONS, in_words
+from makeup_video.pipeline.finishes import look_in_words
 from makeup_video.pipeline.look import Look
 from makeup_video.web.guard import Guard
 from makeup_video.web.messages import BYE, error_message
@@ -100,7 +100,7 @@ class Doors:
             data, name = await read_body(request), file_name(request)
             read = await self._worker.run(lambda: room.session.read(data, name))
         look = _with_dials(read, room.session.look)
-        told = _in_words(look)
+        told = look_in_words(look)
         room.change(look, told)
         return JSONResponse({"look": look.to_dict(), "told": told})
 
@@ -162,17 +162,6 @@ def _file(name: str) -> Response:
 
 def _with_dials(read: Look, now: Look) -> Look:
     return Look(read.lips, read.eyes, now.strength, now.zone, now.intensity)
-
-
-def _in_words(look: Look) -> str:
-    """ "lips #B4002E, glossy, opaque; eyes bare" """
-    told = []
-    for region in REGIONS:
-        one = getattr(look, region)
-        told.append(
-            f"{region} bare" if one is None else f"{region} {one.hex}, {in_words(one, region)}"
-        )
-    return "; ".join(told)
 
 
 def _png(rgb8: np.ndarray | None) -> bytes | None:

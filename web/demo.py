@@ -21,9 +21,16 @@ GRACE_SECONDS = 30.0  # a page that lost its connection finds its session again
 class DemoSession:
     """One page's portrait and look. The newest look wins: while one is painted, one more waits."""
 
-    def __init__(self, portrait: Portrait, look: Look, worker: Worker, say: Callable[[str], None]):
+    def __init__(
+        self,
+        portrait: Portrait,
+        look: Look,
+        photo: Look | None,
+        worker: Worker,
+        say: Callable[[str], None],
+    ) -> None:
         self.name = secrets.token_urlsafe(16)
-        self.look = look
+        self.look, self.photo = look, photo
         self._portrait, self._worker, self._say = portrait, worker, say
         self._push: Push | None = None
         self._compares = False
@@ -91,10 +98,11 @@ class DemoShow:
         worker: Worker,
         say: Callable[[str], None],
         grace_seconds: float = GRACE_SECONDS,
+        photo: Look | None = None,
     ) -> None:
-        """portrait, look: what every session begins with."""
+        """portrait, look: what every session begins with; photo: that look, if it was read from one."""
         self._portrait, self._look, self._worker, self._say = portrait, look, worker, say
-        self._grace_seconds = grace_seconds
+        self._grace_seconds, self._photo = grace_seconds, photo
         self._sessions: dict[str, DemoSession] = {}
         self._left: dict[str, asyncio.TimerHandle] = {}  # who went first is first
 
@@ -107,7 +115,7 @@ class DemoShow:
             if not self._left:
                 raise UsageError(f"{MOST_SESSIONS} pages are open already: close one, then reload")
             self._forget(next(iter(self._left)))
-        session = DemoSession(self._portrait, self._look, self._worker, self._say)
+        session = DemoSession(self._portrait, self._look, self._photo, self._worker, self._say)
         self._sessions[session.name] = session
         return session
 

@@ -40,8 +40,8 @@ class LiveSession:
 
     name = NAME
 
-    def __init__(self, run: Run, sink: PreviewSink) -> None:
-        self._run, self._sink = run, sink
+    def __init__(self, run: Run, sink: PreviewSink, photo: Look | None) -> None:
+        self._run, self._sink, self.photo = run, sink, photo
 
     @property
     def look(self) -> Look:
@@ -71,12 +71,13 @@ class LiveSession:
 
 
 class LiveShow:
-    """For `Server`: LiveShow(run, sink), where sink is one of the run's sinks."""
+    """For `Server`: LiveShow(run, sink), where sink is one of the run's sinks; photo: the look that the run
+    began with, if it was read from a photo."""
 
     mode: Literal["live"] = "live"
 
-    def __init__(self, run: Run, sink: PreviewSink) -> None:
-        self._session = LiveSession(run, sink)
+    def __init__(self, run: Run, sink: PreviewSink, photo: Look | None = None) -> None:
+        self._session = LiveSession(run, sink, photo)
 
     def enter(self, name: str) -> LiveSession:
         return self._session

@@ -6,7 +6,8 @@ page -> server
     compare  {on}
     shown    {pts_us}          this picture is on the screen
 server -> page
-    hello    {mode, session, look, finishes, parameters, zones, photo_bytes_limit}
+    hello    {mode, session, look, photo_look, told, finishes, parameters, zones, photo_bytes_limit}
+                               photo_look, told: what was last read from a photo, and its words, or null
     look     {look, told, seen}   seen: the newest n that had arrived from this page, or null: a
                                   page that has sent a newer one since keeps its own
     figures  {fps, ..., viewers, screen_ms}
@@ -20,7 +21,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from makeup_video.pipeline.errors import LookError, UsageError
-from makeup_video.pipeline.finishes import FINISHES
+from makeup_video.pipeline.finishes import FINISHES, look_in_words
 from makeup_video.pipeline.look import ZONES, Look
 from makeup_video.web.parameters import parameters
 from makeup_video.web.show import PHOTO_BYTES, Session
@@ -67,12 +68,15 @@ def read_message(text: str) -> Wish:
 
 
 def hello(mode: str, session: Session) -> str:
+    photo = session.photo
     return json.dumps(
         {
             "type": "hello",
             "mode": mode,
             "session": session.name,
             "look": session.look.to_dict(),
+            "photo_look": None if photo is None else photo.to_dict(),
+            "told": None if photo is None else look_in_words(photo),
             "finishes": FINISHES,
             "parameters": parameters(),
             "zones": ZONES,

@@ -51,6 +51,8 @@ class Session(Protocol):
         """What pages call it in `?session=`."""
         ...
 
+    photo: Look | None  # what was last read from a photo: a page can go back to it
+
     @property
     def look(self) -> Look: ...
 

@@ -148,8 +148,11 @@ class Room:
                     self.change(look, None, viewer)
 
     def change(self, look: Look, told: str | None, by: Viewer | None = None) -> None:
-        """Paint this from now on, and tell all pages but the one that knows already."""
+        """Paint this from now on, and tell all pages but the one that knows already; told: the words for
+        what was read from a photo."""
         self.session.set_look(look)
+        if told is not None:
+            self.session.photo = look
         for viewer in self.viewers:
             if viewer is not by:
                 viewer.tell("look", look_message(look, told, viewer.seen))

@@ -50,8 +50,9 @@ export class LookStore extends EventTarget {
     return this.photoLook === null || canonical(this.photoLook) === canonical(this.look);
   }
 
-  /** The first look of a connection. */
-  start(look) {
+  /** The first look of a connection, and what was last read from a photo. */
+  start(look, photoLook) {
+    this.photoLook = photoLook;
     this.#count = 0;
     this.#sendAsked = false;
     this.#adopt(look);

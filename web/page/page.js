@@ -55,7 +55,8 @@ function welcome(message) {
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // a habit of people before a camera
-  store.start(hello.look);
+  store.start(hello.look, forgotten ? store.photoLook : hello.photo_look);
+  if (!forgotten) byId("told").textContent = hello.told ?? "";
   controls ??= new Controls(hello, store);
   photos.start(hello);
   if (forgotten) store.replace(mine);
