@@ -3,6 +3,11 @@
 import signal
 
 import browser
+from hypothesis import settings
+
+# No test depends on the machine's speed: one that has other things to do takes a second for what takes 10 ms.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 # A job in the background may be started with Ctrl-C ignored, and would hand that on: the tests of
 # Ctrl-C would then wait for ever.
