@@ -107,7 +107,7 @@ class LiveRun:
         try:
             with one_opencv_thread(), _old_objects_left_alone():
                 self._runner.run(on_tick)
-        except KeyboardInterrupt:  # before the runner listened to it: the sinks are to be finished
+        except KeyboardInterrupt:  # when the runner did not listen: the sinks are to be finished
             self._runner.stop()
             self._runner.run()
 

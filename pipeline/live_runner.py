@@ -5,7 +5,7 @@ Nobody waits for anybody: between any two of them the newest picture wins, so no
 
 import threading
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -56,13 +56,15 @@ class LiveRunner:
         self.inbox: NewestChannel[Frame] = NewestChannel("-> work")
         self.outlets = [Outlet(s, NewestChannel(f"-> {s.name}", s.waiting)) for s in sinks]
         self.stopped = False
+        self._has_begun = False
         self._others: set[str] = set()
         self._first_error: BaseException | None = None
         self._ended = threading.Condition()
         self._running: set[str] = set()
 
     def run(self, on_tick: Callable[[], None] | None = None, tick_seconds: float = 0.5) -> None:
-        """Block until all is done; `on_tick` is called meanwhile.
+        """Block until all is done; `on_tick` is called meanwhile. Called again after an interrupt it goes on
+        with the same run.
 
         Raises the first error of camera or work; the error of a sink when none is left; StoppedError
         after Ctrl-C or `stop`, once every sink has finished what it had.
@@ -73,8 +75,8 @@ class LiveRunner:
             while not self._wait(tick_seconds, self._others):
                 if on_tick:
                     on_tick()
-                if self.stopped:
-                    break
+                if self.stopped or self._first_error is not None:
+                    break  # from here on nobody is waited for without an end
         except BaseException as error:  # noqa: BLE001  # a display that fails, too; raised below
             self.stop()
             if not isinstance(error, KeyboardInterrupt):
@@ -96,6 +98,9 @@ class LiveRunner:
         self._camera.close()
 
     def _start(self) -> None:
+        if self._has_begun:
+            return
+        self._has_begun = True
         jobs: list[tuple[str, Callable[[], None]]] = [("paint", self._run_work)]
         jobs += [(f"sink {at}", partial(self._run_sink, o)) for at, o in enumerate(self.outlets)]
         self._others = {name for name, _ in jobs}
@@ -152,7 +157,8 @@ class LiveRunner:
         if self.outlets and not open_ones:
             raise ChannelClosed("nobody takes the pictures any more")
         for outlet in open_ones:
-            outlet.channel.send(picture)
+            with suppress(ChannelClosed):  # its sink gave up just now
+                outlet.channel.send(picture)
 
     def _run_sink(self, outlet: Outlet) -> None:
         try:
@@ -163,6 +169,7 @@ class LiveRunner:
             outlet.sink.finish(self.stopped or self._first_error is not None)
         except MakeupVideoError as error:
             outlet.error = error
+            outlet.channel.cancel()  # pictures that nobody takes any more must not stay in memory
             if all(each.error is not None for each in self.outlets):
                 self._fail(error)  # told once, by whoever runs us
             else:

@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import av
 import pytest
+from makeup_video.pipeline import live_runner
 from makeup_video.pipeline.errors import EncodeError, InputError, OutputError, StoppedError
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
@@ -234,7 +235,8 @@ def test_stopping_from_another_thread_finishes_the_sinks_and_closes_the_camera(c
     assert camera.closed.wait(20)
 
 
-def test_ctrl_c_finishes_the_sinks_while_the_camera_is_stuck(camera):
+def test_ctrl_c_finishes_the_sinks_while_the_camera_is_stuck(camera, monkeypatch):
+    monkeypatch.setattr(live_runner, "_CAMERA_SECONDS", 0.05)
     sink, camera.is_stuck = List(), True
     runner = LiveRunner(camera, LivePicture, [sink], say=pytest.fail)
 
@@ -244,6 +246,75 @@ def test_ctrl_c_finishes_the_sinks_while_the_camera_is_stuck(camera):
     with pytest.raises(StoppedError):
         runner.run(interrupt, tick_seconds=0.01)
     assert sink.finished == "stopped"
+
+
+def test_a_second_ctrl_c_begins_nothing_anew_and_finishes_each_sink_once():
+    class Impatient(Camera):
+        presses = 1
+
+        def close(self):
+            super().close()
+            if self.presses:
+                self.presses -= 1
+                raise KeyboardInterrupt
+
+    class Once(List):
+        def finish(self, stopped):
+            assert self.finished is None
+            super().finish(stopped)
+
+    def interrupt():
+        raise KeyboardInterrupt
+
+    camera, sink = Impatient(), Once()
+    runner = LiveRunner(camera, LivePicture, [sink], say=pytest.fail)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(interrupt, tick_seconds=0.01)
+    with pytest.raises(StoppedError):
+        runner.run()
+    assert sink.finished == "stopped" and camera.closed.is_set()
+
+
+def test_after_a_fault_a_sink_that_hangs_is_left_behind(monkeypatch):
+    monkeypatch.setattr(live_runner, "_FINISH_SECONDS", 0.05)
+    entered, gate, lines = threading.Event(), threading.Event(), []
+
+    class Hanging(List):
+        def __call__(self, picture):
+            entered.set()
+            super().__call__(picture)
+
+    def frames():
+        yield frame(1)
+        assert entered.wait(20)
+        raise InputError("no camera")
+
+    runner = LiveRunner(Frames(frames()), LivePicture, [Hanging(gate=gate)], lines.append)
+    with pytest.raises(InputError):
+        runner.run(tick_seconds=0.01)
+    assert lines == ["something that was written or sent did not end in time; leaving it"]
+    gate.set()
+    until(lambda: not our_threads())
+
+
+def test_pictures_that_wait_for_a_sink_that_gave_up_are_let_go(camera):
+    gate = threading.Event()
+    broken = List("out.mkv", waiting=9, gate=gate, error=EncodeError("the disk is full"))
+    other, lines = List("other", waiting=9), []
+    runner = LiveRunner(camera, LivePicture, [broken, other], lines.append)
+    thread, raised = started(runner)
+    for number in range(1, 6):
+        camera.allowed.release()
+        until(lambda number=number: numbers(other.pictures)[-1:] == [number])
+    assert runner.outlets[0].channel.fill == 4
+    gate.set()
+    until(lambda: lines)
+    assert runner.outlets[0].channel.fill == 0
+    camera.allowed.release()
+    until(lambda: numbers(other.pictures)[-1:] == [6])
+    runner.stop()
+    thread.join(20)
+    assert isinstance(raised[0], StoppedError)
 
 
 def test_a_run_without_sinks_paints_until_the_camera_ends():
@@ -257,7 +328,10 @@ def test_a_run_without_sinks_paints_until_the_camera_ends():
     assert painted == [7]
 
 
-def test_what_prepares_is_done_before_the_first_frame_and_a_stop_in_it_ends_the_run(camera):
+def test_what_prepares_is_done_before_the_first_frame_and_a_stop_in_it_ends_the_run(
+    camera, monkeypatch
+):
+    monkeypatch.setattr(live_runner, "_CAMERA_SECONDS", 0.05)
     prepared, gate, sink = [], threading.Event(), List()
 
     def prepare():
