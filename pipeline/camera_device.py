@@ -81,8 +81,8 @@ class DeviceCamera:
     """Reads a camera on a thread of its own from the moment it is made, and keeps the newest picture.
 
     say: gets a line when something changes: it gives other than was asked, it is gone, it is back.
-    dropped: pictures that were old before they were read, or that nobody fetched.  damaged: packets
-    that could not be decoded.  notice: what there is to say about it now, "" when all is well.
+    dropped: pictures that were old before they were read, or that nobody fetched, counted from when
+    `frames` was asked for.  damaged: packets that could not be decoded.  notice: what there is to say about it now, "" when all is well.
     Raises InputError when there is no such camera.
     """
 
@@ -96,6 +96,7 @@ class DeviceCamera:
         self._closing = Event()
         self._news = Condition()
         self._newest: Frame | None = None
+        self._is_asked = False  # before that nobody misses a picture
         self._failure: Exception | None = None
         self._has_ended_well = False  # whether JPEGs of this camera end as they should
         container = self._open()
@@ -112,7 +113,11 @@ class DeviceCamera:
         self._thread.join(_RETRY_SECONDS)  # a read that hangs is left behind, on a daemon's thread
 
     def frames(self) -> Generator[Frame, None, None]:
-        """The newest picture each time, for ever. Raises what the reading thread could not handle."""
+        """The newest picture each time, until `close`. Raises what the reading thread could not handle."""
+        self._is_asked = True
+        return self._fetched()
+
+    def _fetched(self) -> Generator[Frame, None, None]:
         while (frame := self._next()) is not None:
             yield frame
             del frame
@@ -132,6 +137,9 @@ class DeviceCamera:
         return self._newest is not None or self._failure is not None or self._closing.is_set()
 
     def _tell(self, notice: str, line: str = "") -> None:
+        """Said once: a camera that opens and gives nothing is gone all the time."""
+        if notice == self.notice:
+            return
         self.notice = notice
         self._say(line or notice)
 
@@ -182,7 +190,7 @@ class DeviceCamera:
             elif arrived is not None or not independent:
                 self._decode(context, packet, now if arrived is None else arrived)
             else:
-                self.dropped += 1
+                self.dropped += self._is_asked
             del packet  # its memory is the camera's
             if self._closing.is_set():
                 return
@@ -229,7 +237,7 @@ class DeviceCamera:
 
     def _show(self, frame: Frame) -> None:
         with self._news:
-            self.dropped += self._newest is not None
+            self.dropped += self._is_asked and self._newest is not None
             self._newest = frame
             self._news.notify_all()
         if self.notice:
