@@ -470,9 +470,7 @@ class Damaged(FakeDevice):
         number = packet.pts
         odd = {1: data[: len(data) // 2], 3: b"no picture", 5: b"", 6: data + b"rubbish"}
         cut = odd.get(number, data)
-        out = av.Packet(cut)
-        out.pts, out.time_base = packet.pts, packet.time_base
-        return out
+        return av.Packet(cut)  # without a stamp, by which a busy machine would leave some out
 
 
 def test_damaged_jpegs_are_counted_and_end_nothing(tmp_path, plug):
