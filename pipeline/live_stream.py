@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 import av
 from makeup_video.pipeline.camera_door import copied, upright
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import EncodeError, UsageError
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.live_encode import LiveEncoder
 from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
@@ -68,6 +68,9 @@ class Stream:
             if self._line is None:
                 self._line = self._connect(picture.frame)
             self._line.send(picture.frame)
+        except EncodeError:  # an OSError, too, but trying again would not help
+            self.finish(stopped=True)
+            raise
         except (av.FFmpegError, OSError) as error:
             self._failed(error)
             return

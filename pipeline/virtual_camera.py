@@ -56,6 +56,7 @@ class VirtualCamera:
         try:
             self._camera.send(self._codes)
         except (RuntimeError, OSError, ValueError) as error:
+            self.finish(stopped=True)
             raise OutputError(
                 f"{self.name} takes no pictures any more: {_one_line(error)}"
             ) from error

@@ -9,7 +9,7 @@ import time
 import av
 import numpy as np
 import pytest
-from makeup_video.pipeline import UsageError, live_stream
+from makeup_video.pipeline import EncodeError, UsageError, live_stream
 from makeup_video.pipeline.camera_door import CameraDoor
 from makeup_video.pipeline.live_frame import LivePicture
 from makeup_video.pipeline.live_stream import Stream, bit_rate_for
@@ -213,6 +213,20 @@ def test_srt_goes_through_an_ffmpeg_that_knows_it(program):
     assert program.with_suffix(".url").read_text() == url
     with av.open(str(program.with_suffix(".ts"))) as got:
         assert len(list(got.decode(video=0))) == 25
+
+
+def test_an_encoder_that_fails_ends_the_stream_and_leaves_no_relay_behind(program, monkeypatch):
+    def refuse(self, picture):
+        raise EncodeError("no")
+
+    stream = Stream("srt://127.0.0.1:1", say=pytest.fail)
+    first, second = live([0, 40])
+    stream(first)
+    relay = stream._line._relay._process
+    monkeypatch.setattr(live_stream.LiveEncoder, "__call__", refuse)
+    with pytest.raises(EncodeError):
+        stream(second)
+    assert relay.poll() is not None
 
 
 def test_a_relay_that_ends_is_a_receiver_that_went_away(program):

@@ -110,7 +110,7 @@ def test_a_missing_device_is_one_line_with_what_to_do(library):
     assert "\n" not in str(caught.value)
 
 
-def test_a_device_that_goes_away_is_one_line(library):
+def test_a_device_that_goes_away_is_one_line_and_closed(library):
     sink = VirtualCamera()
     sink(shown())
 
@@ -120,6 +120,7 @@ def test_a_device_that_goes_away_is_one_line(library):
     library.made[0].send = gone
     with pytest.raises(OutputError, match="takes no pictures any more"):
         sink(shown())
+    assert library.made[0].closed
 
 
 def test_the_real_library_says_in_one_line_that_there_is_no_device():
