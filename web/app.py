@@ -101,6 +101,7 @@ class Doors:
             read = await self._worker.run(lambda: room.session.read(data, name))
         look = _with_dials(read, room.session.look)
         told = look_in_words(look)
+        room = self._rooms.find(room.session.name) or room  # its pages may have left and come back
         room.change(look, told)
         return JSONResponse({"look": look.to_dict(), "told": told})
 

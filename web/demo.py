@@ -83,6 +83,9 @@ class DemoSession:
         except MakeupVideoError as error:
             self._say(f"{type(error).__name__}: {error}")
             return
+        except Exception as error:  # noqa: BLE001  # nobody looks into what a pool keeps
+            self._say(f"internal error while painting: {type(error).__name__}: {error}")
+            return
         push(ShownPicture(chosen_us, 0, jpeg, portrait.bare if self._compares else None))
 
 

@@ -59,8 +59,8 @@ class Session(Protocol):
     def set_look(self, look: Look, /) -> None: ...
 
     def watch(self, push: Push | None, /) -> None:
-        """Begin to hand over pictures, from any thread; the newest one at once, if there is one.
-        None: nobody watches any longer."""
+        """Begin to hand over pictures, from any thread: a portrait's at once, a camera's when the next
+        one comes. None: nobody watches any longer."""
         ...
 
     def compare(self, on: bool, /) -> None:

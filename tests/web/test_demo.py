@@ -228,13 +228,20 @@ def test_nothing_is_painted_for_nobody():
     assert not quick.begun.is_set()
 
 
-def test_a_painter_that_is_missing_is_said():
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (InstallError("no OpenCL"), "InstallError: no OpenCL"),
+        (ZeroDivisionError("0"), "internal error while painting: ZeroDivisionError: 0"),
+    ],
+)
+def test_a_painter_that_fails_is_said(error, line):
     worker, said = Worker(), []
-    broken = Bare(InstallError("no OpenCL"))
+    broken = Bare(error)
     broken.go_on.set()
     DemoShow(broken, RED, worker, said.append).enter("").watch(print)
     worker.submit(lambda: None).result(20)
-    assert said == ["InstallError: no OpenCL"]
+    assert said == [line]
 
 
 def test_sessions_end_a_while_after_their_page_and_their_number_is_limited():

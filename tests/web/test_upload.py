@@ -5,6 +5,7 @@ import queue
 import struct
 import sys
 import threading
+import time
 import zlib
 from dataclasses import replace
 
@@ -40,6 +41,30 @@ def test_a_photo_changes_the_look_of_all_pages_and_says_how_in_words(show, page)
             got = one.message("look")
             assert (got["look"], got["told"]) == (BLUE.to_dict(), told)
     assert show.look == BLUE and show.photos == [(b"bytes", "anna.jpg")]
+
+
+def test_a_page_that_came_back_while_its_photo_was_read_hears_of_the_look(show):
+    reading, go_on = threading.Event(), threading.Event()
+
+    def read(photo, name):
+        reading.set()
+        go_on.wait(20)
+        return BLUE
+
+    show.reads = read
+    with serving(show) as url:
+        with Page(url) as page:
+            posting = threading.Thread(target=page.post, args=("/photo", b"bytes"))
+            posting.start()
+            assert reading.wait(20)
+        until = time.monotonic() + 20
+        while show.watched.is_set():
+            assert time.monotonic() < until
+            time.sleep(0.005)
+        with Page(url) as again:
+            go_on.set()
+            assert again.message("look")["look"] == BLUE.to_dict()
+        posting.join(20)
 
 
 def test_the_dials_stay_as_the_user_has_set_them(show, page):
