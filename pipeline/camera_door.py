@@ -1,6 +1,7 @@
 """av.VideoFrame -> Frame, at the door of a live run: one layout, one size, true tags, the time it came."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import av
 import numpy as np
@@ -23,12 +24,14 @@ class CameraDoor:
     is_device: the pictures are a camera's. What those leave unsaid of their colours is what the USB Video
     Class lays down for a camera that says nothing: BT.601's matrix, BT.709's primaries and transfer, and limited
     range unless it is JPEG.
+    pixel_aspect: the file's sample aspect ratio; its pictures are made wide enough for square pixels, which is
+    what pages, receivers and programs that read cameras take all pictures to have.
     size_wh: that of the run, from its first picture. What comes later in another size is fitted into it, and what
     comes in another range is brought to that of the first: another camera may have been plugged in.
     """
 
-    def __init__(self, *, is_device: bool) -> None:
-        self._is_device = is_device
+    def __init__(self, *, is_device: bool, pixel_aspect: Fraction | float = 1) -> None:
+        self._is_device, self._pixel_aspect = is_device, pixel_aspect
         self._door = Door(_LIVE)
         self._seen: tuple[int, int, str] | None = None
         self._last_us = -1
@@ -43,7 +46,7 @@ class CameraDoor:
         if seen != self._seen:
             self._door, self._seen = Door(_LIVE), seen
         turned = round(picture.rotation / 90) * 90 % 360
-        picture = self._converted(picture)
+        picture = self._squared(self._converted(picture))
         if self._is_device:
             _say_what_cameras_leave_out(picture)
         picture = self._like_the_first(picture)
@@ -61,6 +64,10 @@ class CameraDoor:
                 f"pictures of layout {picture.format.name}, matrix {int(picture.colorspace)} (ITU-T H.273) "
                 "cannot be converted for painting: choose other pixels, or convert the video first"
             ) from error
+
+    def _squared(self, picture: av.VideoFrame) -> av.VideoFrame:
+        wide = max(2, round(picture.width * self._pixel_aspect / 2) * 2)
+        return picture if wide == picture.width else with_tags(picture.reformat(wide), picture)
 
     def _like_the_first(self, picture: av.VideoFrame) -> av.VideoFrame:
         size, span = (picture.width, picture.height), int(picture.color_range)

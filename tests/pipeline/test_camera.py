@@ -228,6 +228,14 @@ def test_damage_in_a_file_ends_nothing(tmp_path):
     assert len(got) + camera.dropped + camera.damaged >= 11
 
 
+@pytest.mark.parametrize("aspect", [Fraction(64, 45), Fraction(8, 9)])
+def test_a_file_with_oblong_pixels_is_shown_as_wide_as_it_is_meant(tmp_path, aspect):
+    path = make_clip(tmp_path / "in.mp4", frames=2, size_wh=(90, 48), sample_aspect_ratio=aspect)
+    for frame, _ in played(path)[1]:
+        assert (frame.width_px, frame.height_px) == (round(90 * aspect), 48)
+        assert frame.picture.width == frame.width_px and frame.picture.pts == frame.pts
+
+
 def test_a_rotated_file_says_how_it_is_turned(tmp_path):
     path = make_clip(tmp_path / "in.mp4", frames=2, rotation_degrees=90)
     assert {frame.rotation_degrees for frame, _ in played(path)[1]} == {90}
