@@ -29,11 +29,12 @@ _LIT = np.concatenate(
 class BuildScene:
     """Keeps, for each track, the light of its regions.
 
-    device: as for open_device.  Raises InstallError, UsageError for it.
+    device: as for open_device.  waits_for_nobody: with kernels of its own, which a thread of less
+    priority cannot hold.  Raises InstallError, UsageError for the device.
     """
 
-    def __init__(self, device: str = "") -> None:
-        self._surface = _surface(device)
+    def __init__(self, device: str = "", *, waits_for_nobody: bool = False) -> None:
+        self._surface = (_surface if waits_for_nobody else _shared_surface)(device)
         self._light = EstimateLight()
         self._means: dict[tuple[int, str], tuple[float, float]] = {}
 
@@ -91,8 +92,12 @@ class BuildScene:
 
 
 @cache
-def _surface(device: str) -> Surface:
+def _shared_surface(device: str) -> Surface:
     """One for all threads: pictures that stand alone, and rendered ones, build a scene each."""
+    return _surface(device)
+
+
+def _surface(device: str) -> Surface:
     rings = np.zeros((len(LIP_RINGS) + len(LID_RINGS), LIP_RINGS.shape[1]), np.int32)
     rings[: len(LIP_RINGS)] = LIP_RINGS
     rings[len(LIP_RINGS) :, : LID_RINGS.shape[1]] = LID_RINGS

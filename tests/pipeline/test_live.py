@@ -9,6 +9,7 @@ from makeup_video.pipeline.budget import TOLD, Budget
 from makeup_video.pipeline.errors import StoppedError
 from makeup_video.pipeline.live import LiveRun
 from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
+from makeup_video.pipeline.mesh import BuildScene
 from people import clip, clip_points, frame_of
 
 RED, BLUE = (Look(lips=product(rgb, "matte")) for rgb in ((200, 0, 30), (20, 40, 200)))
@@ -107,6 +108,17 @@ def test_a_bare_look_leaves_every_byte_alone():
     for picture, codes in zip(sink.pictures, camera.codes, strict=True):
         for new, old in zip(picture.frame.planes, codes, strict=True):
             np.testing.assert_array_equal(new, old)
+
+
+def test_painting_waits_for_no_photo_that_is_being_read():
+    camera = Camera(3)
+    sink = Sink(camera)
+    run = LiveRun(camera, RED, [sink])
+    thread = threading.Thread(target=run.run, daemon=True)
+    with BuildScene()._surface._lock:  # as a thread of low priority may hold it for long
+        thread.start()
+        thread.join(20)
+        assert not thread.is_alive() and len(sink.pictures) == 3
 
 
 def test_figures_count_what_was_painted_and_what_each_sink_took():
