@@ -110,7 +110,6 @@ def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
     np.save(folder / SAMPLES, np.array(samples))
     done = live.figures()
     return {
-        "camera_dropped": camera.dropped,
         "level": done.level,
         "painted_share": live._composite.painted_frames / max(done.pictures, 1),
     }

@@ -55,8 +55,8 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     """frames: (N, len(COLUMNS)), seconds but for pts in microseconds; NaN: never.  samples: (M, 3), seconds, MB (NaN: not told),
     CPU seconds.  viewed: as live_viewer.watch writes it.
 
-    dropped: frames that came and never reached the viewer: at the door, where a newer one came while
-    one was being painted; or in the preview.
+    dropped: frames that were due and never reached the viewer: left out by the file as camera, which
+    was late; at the door, where a newer one came while one was being painted; or in the preview.
     """
     began = frames[0, 1] + WARM_SECONDS
     counted = frames[frames[:, 1] >= began]
@@ -66,6 +66,7 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     painted = _column(counted, "work ends")
     late = _late(counted, at)
     last = counted[-1, 1]
+    camera = round((due[-1] - due[0]) * RATE) - (len(due) - 1)
     door, preview = int(np.isnan(painted).sum()), int(np.isnan(seen[~np.isnan(painted)]).sum())
     return {
         "warm_up_seconds": WARM_SECONDS,
@@ -76,7 +77,8 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
         "latency_ms": _spread(late),
         "first_seconds_latency_ms": _spread(late[counted[:, 1] < began + ENDS_SECONDS]),
         "last_seconds_latency_ms": _spread(late[counted[:, 1] >= last - ENDS_SECONDS]),
-        "dropped": door + preview,
+        "dropped": camera + door + preview,
+        "dropped_by_camera": camera,
         "dropped_at_door": door,
         "dropped_in_preview": preview,
         "ways_ms": _ways(counted, due, seen),

@@ -65,9 +65,11 @@ def test_frames_that_are_lost_are_counted_where_they_were_lost():
     frames = table(20)
     frames[100:103, 2:] = np.nan  # a newer one came while another was painted
     viewed = seen(frames)
-    viewed = np.delete(viewed, [100, 101, 102, 300, 301], axis=0)
+    viewed = np.delete(viewed, [100, 101, 102, 300, 301, 400], axis=0)
+    frames = np.delete(frames, 400, axis=0)  # the camera itself was late
     got = figures(frames, samples(20), viewed)
-    assert (got["dropped_at_door"], got["dropped_in_preview"], got["dropped"]) == (3, 2, 5)
+    assert (got["dropped_at_door"], got["dropped_in_preview"]) == (3, 2)
+    assert got["dropped_by_camera"] == 1 and got["dropped"] == 6
     assert got["latency_ms"]["max"] == pytest.approx(10, abs=0.01)
 
 
@@ -97,7 +99,8 @@ def test_a_real_run_says_what_was_asked_of_it(results):
     assert set(live["latency_ms"]) >= {"p50", "p95", "p99"}
     assert 0 < live["latency_ms"]["p50"] <= live["latency_ms"]["p99"]
     assert live["frames"] > 0 and live["painted_share"] >= 0.95
-    assert live["dropped"] == live["dropped_at_door"] + live["dropped_in_preview"]
+    parts = "dropped_by_camera", "dropped_at_door", "dropped_in_preview"
+    assert live["dropped"] == sum(live[part] for part in parts)
     assert {key: live[key] for key in live["sizes"]["144p"]} == live["sizes"]["144p"]
     for way in ("faces", "smooth", "scene", "composite", "preview", "to the viewer"):
         assert live["ways_ms"][way]["p50"] > 0
