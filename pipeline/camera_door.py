@@ -1,6 +1,7 @@
 """av.VideoFrame -> Frame, at the door of a live run: one layout, one size, true tags, the time it came."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import av
 import numpy as np
@@ -15,11 +16,17 @@ from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
 # and to convert once here costs less than once a sink. Numbers keep their matrix and range.
 _LIVE = replace(CODECS["h264"], name="live", pix_fmts=("yuv420p",))
 _FULL = 2
+_ASPECTS = (
+    Fraction(1, 4),
+    Fraction(4),
+)  # DV, HDV and anamorphic film have 8:15 to 2; others are rubbish
 
 
 class CameraDoor:
     """Makes live frames of what a camera or a file gives.
 
+    pixel_aspect: how much wider than high a pixel is; live frames have square ones, and the picture is
+    enlarged for that.
     is_device: the pictures are a camera's. What those leave unsaid of their colours is what the USB Video
     Class lays down for a camera that says nothing: BT.601's matrix, BT.709's primaries and transfer, and limited
     range unless it is JPEG.
@@ -27,8 +34,10 @@ class CameraDoor:
     comes in another range is brought to that of the first: another camera may have been plugged in.
     """
 
-    def __init__(self, *, is_device: bool) -> None:
+    def __init__(self, *, is_device: bool, pixel_aspect: Fraction | None = None) -> None:
         self._is_device = is_device
+        aspect = Fraction(pixel_aspect or 1)
+        self._aspect = aspect if _ASPECTS[0] <= aspect <= _ASPECTS[1] else Fraction(1)
         self._door = Door(_LIVE)
         self._seen: tuple[int, int, str] | None = None
         self._last_us = -1
@@ -43,7 +52,7 @@ class CameraDoor:
         if seen != self._seen:
             self._door, self._seen = Door(_LIVE), seen
         turned = round(picture.rotation / 90) * 90 % 360
-        picture = self._converted(picture)
+        picture = squared(self._converted(picture), self._aspect)
         if self._is_device:
             _say_what_cameras_leave_out(picture)
         picture = self._like_the_first(picture)
@@ -84,6 +93,17 @@ def _say_what_cameras_leave_out(picture: av.VideoFrame) -> None:
         picture.color_primaries = 1
     if picture.color_trc == 2:
         picture.color_trc = 1
+
+
+def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
+    """The same in square pixels, the shorter side of a pixel stretched; 4:2:0. The same object when they
+    are square."""
+    if aspect == 1:
+        return picture
+    width = round(picture.width * max(aspect, 1) / 2) * 2
+    height = round(picture.height / min(aspect, 1) / 2) * 2
+    out = picture.reformat(width=width, height=height)  # keeps side data, which turns a recording
+    return with_tags(out, picture)
 
 
 def fitted(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:

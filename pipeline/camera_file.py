@@ -62,7 +62,7 @@ class FileCamera:
         self.name = source.path.name
         self.dropped = self.damaged = 0
         self.notice = ""
-        self._door = CameraDoor(is_device=False)
+        self._door = CameraDoor(is_device=False, pixel_aspect=source.video.sample_aspect_ratio)
         self._closing = Event()
         self._timeline = Timeline(float(1 / source.rate))
         self._began = 0.0
