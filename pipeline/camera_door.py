@@ -98,8 +98,9 @@ def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
     are square."""
     if aspect == 1:
         return picture
-    width = round(picture.width * max(aspect, 1) / 2) * 2
-    height = round(picture.height / min(aspect, 1) / 2) * 2
+    wider, higher = max(aspect, Fraction(1)), max(1 / aspect, Fraction(1))
+    width = round(picture.width * wider / 2) * 2
+    height = round(picture.height * higher / 2) * 2
     out = picture.reformat(width=width, height=height)  # keeps side data, which turns a recording
     return with_tags(out, picture)
 
