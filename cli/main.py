@@ -1,17 +1,26 @@
 """`makeup-video`: starts fast, says one line, ends with a documented exit code."""
 
+import contextlib
+import os
 import signal
 import sys
+import threading
+import time
 import traceback
+from typing import Any, NoReturn
 
 from makeup_video.cli.say import has_said, say
+
+_STOP = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+_LAST_SECONDS = 1.0
 
 
 def main() -> None:
     """Run the command line; whatever goes wrong is one line and never a traceback."""
     try:
-        # a supervisor's SIGTERM stops a run as Ctrl-C does: cleanly, with a playable part file
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        # a supervisor's SIGTERM and a closed terminal stop a run as Ctrl-C does: cleanly, with a
+        # playable part file
+        _on_stop(signal.default_int_handler)
         # Typer takes a tenth of a second: Ctrl-C in that time is handled here too
         from makeup_video.cli.app import app
 
@@ -23,6 +32,28 @@ def main() -> None:
         code = 130
     except Exception as error:  # noqa: BLE001  # the last resort: no user sees a traceback
         code = _explain(error)
+    _end(code)
+
+
+def _on_stop(handler: Any) -> None:
+    """For each signal that ends a run, but those that we were started to ignore: nohup."""
+    for name in _STOP:
+        if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:
+            signal.signal(getattr(signal, name), handler)
+
+
+def _end(code: int) -> NoReturn:
+    """All is said and done. One more Ctrl-C must not spoil the exit code, and a photo that takes its time
+    to be read, for a page that is gone, must not keep the process."""
+    _on_stop(signal.SIG_IGN)
+    until = time.monotonic() + _LAST_SECONDS
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread():
+            thread.join(max(0.0, until - time.monotonic()))
+    if threading.active_count() > 1:
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # nobody listens any more
+            sys.stdout.flush()
+        os._exit(code)  # Python would wait for the thread, or pull its memory from under it
     raise SystemExit(code)
 
 

@@ -29,6 +29,7 @@ def page(
 ) -> Generator[str, None, None]:
     """Serves the page within the block; yields its address, which is told in a line and opened in the
     browser. Raises UsageError when it cannot be served there."""
+    from makeup_video.pipeline.runner import undisturbed
     from makeup_video.web.server import Server
 
     server = Server(show, worker, host, port, say=say)
@@ -43,7 +44,8 @@ def page(
             webbrowser.open(url)
         yield url
     finally:
-        server.stop()
+        with undisturbed():
+            server.stop()
 
 
 def is_loopback(host: str) -> bool:

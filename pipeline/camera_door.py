@@ -16,6 +16,8 @@ from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
 # and to convert once here costs less than once a sink. Numbers keep their matrix and range.
 _LIVE = replace(CODECS["h264"], name="live", pix_fmts=("yuv420p",))
 _FULL = 2
+# DV, HDV and anamorphic film have 8:15 to 2; others are rubbish
+_ASPECTS = Fraction(1, 4), Fraction(4)
 
 
 class CameraDoor:
@@ -30,8 +32,10 @@ class CameraDoor:
     comes in another range is brought to that of the first: another camera may have been plugged in.
     """
 
-    def __init__(self, *, is_device: bool, pixel_aspect: Fraction | float = 1) -> None:
-        self._is_device, self._pixel_aspect = is_device, pixel_aspect
+    def __init__(self, *, is_device: bool, pixel_aspect: Fraction | None = None) -> None:
+        self._is_device = is_device
+        aspect = Fraction(pixel_aspect or 1)
+        self._aspect = aspect if _ASPECTS[0] <= aspect <= _ASPECTS[1] else Fraction(1)
         self._door = Door(_LIVE)
         self._seen: tuple[int, int, str] | None = None
         self._last_us = -1
@@ -46,7 +50,7 @@ class CameraDoor:
         if seen != self._seen:
             self._door, self._seen = Door(_LIVE), seen
         turned = round(picture.rotation / 90) * 90 % 360
-        picture = self._squared(self._converted(picture))
+        picture = squared(self._converted(picture), self._aspect)
         if self._is_device:
             _say_what_cameras_leave_out(picture)
         picture = self._like_the_first(picture)
@@ -64,10 +68,6 @@ class CameraDoor:
                 f"pictures of layout {picture.format.name}, matrix {int(picture.colorspace)} (ITU-T H.273) "
                 "cannot be converted for painting: choose other pixels, or convert the video first"
             ) from error
-
-    def _squared(self, picture: av.VideoFrame) -> av.VideoFrame:
-        wide = max(2, round(picture.width * self._pixel_aspect / 2) * 2)
-        return picture if wide == picture.width else with_tags(picture.reformat(wide), picture)
 
     def _like_the_first(self, picture: av.VideoFrame) -> av.VideoFrame:
         size, span = (picture.width, picture.height), int(picture.color_range)
@@ -91,6 +91,18 @@ def _say_what_cameras_leave_out(picture: av.VideoFrame) -> None:
         picture.color_primaries = 1
     if picture.color_trc == 2:
         picture.color_trc = 1
+
+
+def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
+    """The same in square pixels, the shorter side of a pixel stretched; 4:2:0. The same object when they
+    are square."""
+    if aspect == 1:
+        return picture
+    wider, higher = max(aspect, Fraction(1)), max(1 / aspect, Fraction(1))
+    width = round(picture.width * wider / 2) * 2
+    height = round(picture.height * higher / 2) * 2
+    out = picture.reformat(width=width, height=height)  # keeps side data, which turns a recording
+    return with_tags(out, picture)
 
 
 def fitted(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:

@@ -62,8 +62,7 @@ class FileCamera:
         self.name = source.path.name
         self.dropped = self.damaged = 0
         self.notice = ""
-        aspect = source.video.sample_aspect_ratio or 1
-        self._door = CameraDoor(is_device=False, pixel_aspect=aspect)
+        self._door = CameraDoor(is_device=False, pixel_aspect=source.video.sample_aspect_ratio)
         self._closing = Event()
         self._timeline = Timeline(float(1 / source.rate))
         self._began = 0.0

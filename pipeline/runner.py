@@ -215,14 +215,20 @@ def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[st
     return [stages[first:end] for first, end in itertools.pairwise(ends)]
 
 
+def stop_signals() -> list[signal.Signals]:
+    """Those that end a run: Ctrl-C, a supervisor's, a closed terminal's. What is ignored stays so: nohup."""
+    names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+    there = [signal.Signals[name] for name in names if name in signal.Signals.__members__]
+    return [each for each in there if signal.getsignal(each) is not signal.SIG_IGN]
+
+
 @contextmanager
 def undisturbed() -> Generator[None, None, None]:
     """A second Ctrl-C does not keep the sink from finishing what the first one ended."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    names = (signal.SIGINT, signal.SIGTERM)
-    before = {name: signal.signal(name, signal.SIG_IGN) for name in names}
+    before = {name: signal.signal(name, signal.SIG_IGN) for name in stop_signals()}
     try:
         yield
     finally:
@@ -237,8 +243,7 @@ def interrupted_later() -> Generator[None, None, None]:
         yield
         return
     came: list[int] = []
-    names = (signal.SIGINT, signal.SIGTERM)
-    before = {name: signal.signal(name, lambda *_: came.append(1)) for name in names}
+    before = {name: signal.signal(name, lambda *_: came.append(1)) for name in stop_signals()}
     try:
         yield
     finally:

@@ -99,7 +99,9 @@ def test_a_port_that_is_taken_is_told_with_what_to_do(folder):
     assert done.exit_code == 2 and f"port {port}" in done.output and "--port" in done.output
 
 
-def test_ctrl_c_is_its_usual_end_and_the_recording_is_whole(folder):
+@pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
+def test_ctrl_c_or_a_closed_terminal_is_its_usual_end_and_the_recording_is_whole(folder, name):
+    """However often Ctrl-C comes, until the very last moment."""
     words = ["live", "--camera", "in.mkv", "--loop", "--color", "#D00020", "-o", "out.mp4"]
     with subprocess.Popen(
         [sys.executable, "-m", "makeup_video.cli", *words, "--port", "0", "--no-browser"],
@@ -113,7 +115,9 @@ def test_ctrl_c_is_its_usual_end_and_the_recording_is_whole(folder):
         while not (folder / "out.part.mp4").exists():  # it is begun with the first picture
             assert process.poll() is None
             time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
+        while process.poll() is None:
+            process.send_signal(getattr(signal, name))
+            time.sleep(0.02)
         rest = process.stderr.read()
     assert process.returncode == 0, rest
     assert "pictures in" in rest and len(rest.splitlines()) == 1

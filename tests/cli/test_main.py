@@ -227,6 +227,15 @@ def test_a_second_ctrl_c_does_not_cost_the_part_file(folder, long_clip):
     assert len(decoded(part)) > 0
 
 
+def test_what_a_thread_still_does_keeps_neither_the_process_nor_its_exit_code():
+    """Such as a photo that a page sent, and that takes its time to be read."""
+    code = (
+        "import time; from makeup_video.cli import main; from makeup_video.web.worker import Worker\n"
+        "worker = Worker(); worker.submit(lambda: time.sleep(600)); worker.stop(); main._end(5)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 5
+
+
 @pytest.mark.parametrize("delay", [0.15, 0.25, 0.4])
 def test_an_early_ctrl_c_is_one_line(folder, long_clip, delay):
     process = command(long_clip, "--look", "none", "-o", "out.mp4")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.errors import StoppedError
-from makeup_video.pipeline.runner import Runner, interrupted_later
+from makeup_video.pipeline.runner import Runner, interrupted_later, stop_signals, undisturbed
 
 
 class List:
@@ -304,3 +304,18 @@ def test_what_must_be_done_as_a_whole_is_and_ctrl_c_counts_when_it_is():
     with interrupted_later():
         done.append(2)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_what_we_were_started_to_ignore_ends_no_run():
+    """As `nohup` does with the signal of a closed terminal."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert signal.SIGHUP not in stop_signals()
+        with interrupted_later():
+            signal.raise_signal(signal.SIGHUP)
+        with undisturbed():
+            pass
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert signal.SIGHUP in stop_signals()
