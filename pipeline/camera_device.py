@@ -82,7 +82,8 @@ class DeviceCamera:
 
     say: gets a line when something changes: it gives other than was asked, it is gone, it is back.
     dropped: pictures that were old before they were read, or that nobody fetched, counted from when
-    `frames` was asked for.  damaged: packets that could not be decoded.  notice: what there is to say about it now, "" when all is well.
+    `frames` was asked for.  damaged: packets that could not be decoded.  notice: what there is to
+    say about it now, "" when all is well.
     Raises InputError when there is no such camera.
     """
 
