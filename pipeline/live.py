@@ -131,7 +131,7 @@ class LiveRun:
             latency_ms=late_ms[len(late_ms) // 2] if late_ms else None,
             latency_p95_ms=late_ms[int(0.95 * len(late_ms))] if late_ms else None,
             pictures=self._pictures,
-            dropped=self._runner.inbox.dropped + self._camera.dropped,
+            dropped=self._dropped,
             level=self._budget.level,
             level_told=self._budget.told,
             notice=self._notice(),
@@ -140,6 +140,10 @@ class LiveRun:
                 for each in self._runner.outlets
             ),
         )
+
+    @property
+    def _dropped(self) -> int:
+        return self._runner.inbox.dropped + self._camera.dropped
 
     def _notice(self) -> str:
         """What is wrong now with the camera, or with what a sink sends to."""
@@ -160,7 +164,7 @@ class LiveRun:
     def _spend(self, work_seconds: float, arrived_seconds: float) -> None:
         """Leave out more, or less, from the next frame on."""
         before_seconds, before_dropped = self._before
-        dropped = self._runner.inbox.dropped
+        dropped = self._dropped
         self._before = arrived_seconds, dropped
         if math.isnan(before_seconds):
             return

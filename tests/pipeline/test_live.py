@@ -155,6 +155,25 @@ def test_what_a_slow_machine_leaves_out_is_handed_to_the_stages_and_said_once_a_
     assert lines == [TOLD[1], "fast enough again: nothing is left out", TOLD[2]]
 
 
+def test_what_the_camera_had_no_time_for_counts_against_the_budget(monkeypatch):
+    given = []
+
+    class Asked(Budget):
+        def __call__(self, work_seconds, interval_seconds, dropped=0):
+            given.append((round(interval_seconds, 3), dropped))
+            return 0
+
+    def late(number):
+        camera.dropped += 2 * (number == 3)
+
+    monkeypatch.setattr(live, "Budget", Asked)
+    camera = Camera(5, late)
+    run = LiveRun(camera, RED, [Sink(camera)])
+    run.run()
+    assert given == [(0.033, 0), (0.033, 0), (0.033, 2), (0.033, 0)]
+    assert run.figures().dropped == 2
+
+
 def test_stopping_from_another_thread_ends_the_run_and_closes_the_camera():
     camera = Camera(40, lambda number: run.stop() if number == 4 else None)
     sink = Sink(camera)
