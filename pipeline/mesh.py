@@ -34,7 +34,7 @@ class BuildScene:
     """
 
     def __init__(self, device: str = "", *, waits_for_nobody: bool = False) -> None:
-        self._surface = (_surface if waits_for_nobody else _shared_surface)(device)
+        self._surface = _surface(device) if waits_for_nobody else _shared_surface(device)
         self._light = EstimateLight()
         self._means: dict[tuple[int, str], tuple[float, float]] = {}
 
