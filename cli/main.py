@@ -1,18 +1,19 @@
 """`makeup-video`: starts fast, says one line, ends with a documented exit code."""
 
-import contextlib
+# Next to nothing is imported before `main` listens to Ctrl-C.
 import os
 import signal
 import sys
-import threading
-import time
-import traceback
-from typing import Any, NoReturn
 
 from makeup_video.cli.say import has_said, say
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
+
 _STOP = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _LAST_SECONDS = 1.0
+_STOPPED = 130
 
 
 def main() -> None:
@@ -25,35 +26,41 @@ def main() -> None:
         from makeup_video.cli.app import app
 
         code = app(standalone_mode=False) or 0
-        if code == 130 and not has_said():
+        if code == _STOPPED and not has_said():
             raise KeyboardInterrupt  # Typer turned it into a bare exit code
     except KeyboardInterrupt:
         say("stopped")
-        code = 130
+        code = _STOPPED
     except Exception as error:  # noqa: BLE001  # the last resort: no user sees a traceback
         code = _explain(error)
     _end(code)
 
 
-def _on_stop(handler: Any) -> None:
+def _on_stop(handler: "Any") -> None:
     """For each signal that ends a run, but those that we were started to ignore: nohup."""
     for name in _STOP:
         if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:
             signal.signal(getattr(signal, name), handler)
 
 
-def _end(code: int) -> NoReturn:
+def _end(code: int) -> "NoReturn":
     """All is said and done. One more Ctrl-C must not spoil the exit code, and a photo that takes its time
     to be read, for a page that is gone, must not keep the process."""
+    import contextlib
+    import threading
+    import time
+
     _on_stop(signal.SIG_IGN)
     until = time.monotonic() + _LAST_SECONDS
     for thread in threading.enumerate():
         if thread is not threading.current_thread():
             thread.join(max(0.0, until - time.monotonic()))
-    if threading.active_count() > 1:
+    # Python would wait for a thread, or pull its memory from under it. And when Ctrl-C came within `exec`,
+    # as while dataclasses are made, it would end by the signal whatever the code is.
+    if code == _STOPPED or threading.active_count() > 1:
         with contextlib.suppress(OSError, ValueError, AttributeError):  # nobody listens any more
             sys.stdout.flush()
-        os._exit(code)  # Python would wait for the thread, or pull its memory from under it
+        os._exit(code)
     raise SystemExit(code)
 
 
@@ -66,6 +73,8 @@ def _explain(error: Exception) -> int:
         say(f"UsageError: {' '.join(error.format_message().split())} See makeup-video --help.")
         return 2
     if "--debug" in sys.argv:
+        import traceback
+
         traceback.print_exc()
     say(
         f"makeup-video: internal error: {type(error).__name__}: {error}. "

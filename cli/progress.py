@@ -5,14 +5,46 @@ import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, cast
 
 from makeup_video.cli.say import say
 
 if TYPE_CHECKING:
     from makeup_video.pipeline.live import LiveFigures
+    from rich.console import Console
 
 _PLAIN_SECONDS = 5.0  # between two plain lines: a log file should stay short
+
+
+def _console() -> "Console":
+    from rich.console import Console
+
+    return Console(file=cast("IO[str]", _Terminal(sys.stderr)))
+
+
+class _Terminal:
+    """stderr for what changes on it all the time. When it is closed, the work goes on all the same."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream, self._is_open = stream, True
+
+    def write(self, text: str) -> int:
+        if self._is_open:
+            try:
+                self._stream.write(text)
+            except (OSError, ValueError):
+                self._is_open = False
+        return len(text)
+
+    def flush(self) -> None:
+        if self._is_open:
+            try:
+                self._stream.flush()
+            except (OSError, ValueError):
+                self._is_open = False
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 @contextmanager
@@ -57,7 +89,6 @@ class _Bar:
         )
 
     def _open(self, expected: int | None) -> None:
-        from rich.console import Console
         from rich.progress import (
             BarColumn,
             MofNCompleteColumn,
@@ -71,7 +102,7 @@ class _Bar:
             MofNCompleteColumn(),
             TextColumn("{task.fields[fps]}  {task.fields[times]} real time"),
             TimeRemainingColumn(),
-            console=Console(stderr=True),
+            console=_console(),
             transient=True,
         )
         self.task = self.bar.add_task("", total=expected, fps="", times="")
@@ -99,9 +130,7 @@ def show_steps() -> Generator[Callable[[str], None], None, None]:
     if sys.stderr is None or not sys.stderr.isatty():
         yield say
         return
-    from rich.console import Console
-
-    with Console(stderr=True).status("") as status:
+    with _console().status("") as status:
         yield lambda text: status.update(text)
 
 
@@ -111,9 +140,7 @@ def show_live(quiet: bool) -> Generator[Any, None, None]:
     if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield lambda figures: None
         return
-    from rich.console import Console
-
-    with Console(stderr=True).status("") as status:
+    with _console().status("") as status:
         yield lambda figures: status.update(live_text(figures))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from makeup_video.pipeline.camera_device import DeviceCamera, Wish
 from makeup_video.pipeline.camera_file import FileCamera
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import InputError, UsageError
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.source import local_file, open_video
 
@@ -101,10 +101,17 @@ def _file_of(name: str | None) -> Path | None:
     if name is None:
         return None
     path = Path(name)
-    if sys.platform.startswith("linux"):
-        is_device = name.isdecimal() or path.is_char_device() or path.is_relative_to("/dev")
-    else:
-        is_device = not path.exists()  # cameras have names of their own there
-    if is_device and not path.is_file():
-        return None
+    try:
+        if _is_device(path):
+            return None
+    except OSError as error:  # such as a name that is too long
+        raise InputError(f"{path} cannot be read: {error.strerror}") from error
     return local_file(path, "video")
+
+
+def _is_device(path: Path) -> bool:
+    if sys.platform.startswith("linux"):
+        may_be = str(path).isdecimal() or path.is_char_device() or path.is_relative_to("/dev")
+    else:
+        may_be = not path.exists()  # cameras have names of their own there
+    return may_be and not path.is_file()

@@ -33,6 +33,9 @@ _BEGINNINGS = (b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF8", b"BM")  # of JPEG
 # What shows through is no part of the photo and tells nothing of its light: a middle grey, as
 # cameras expose for.
 _BEHIND = (128, 128, 128)
+# How much a progressive JPEG may ask of the decoder, which goes over the whole picture for each of its passes:
+# ordinary ones have ten or so, and a small file can have thousands.
+_MOST_PASSES_PX = 20 * MOST_PX
 _GREY_MODES = ("1", "L", "LA", "La", "I", "F")  # and I;16, I;16B, ...
 # Whatever Pillow's decoders raise for a file that is damaged.
 _DAMAGE = (
@@ -101,8 +104,8 @@ def read_photo(photo: str | os.PathLike[str] | bytes, name: str = "the photo") -
                 picture = Image.open(_opened(file), formats=formats)
             with picture:
                 with _damage_told(file):
-                    count = _pictures_in(picture)
-                _refuse(picture, count, file)
+                    moves = _is_moving(picture)
+                _refuse(picture, moves, file)
                 with _damage_told(file):
                     picture.load()
                 return _pixels(picture)
@@ -136,20 +139,30 @@ def _damage_told(file: _File) -> Generator[None, None, None]:
         raise PhotoError(_damaged(file)) from error
 
 
-def _pictures_in(picture: Image.Image) -> int:
+def _is_moving(picture: Image.Image) -> bool:
+    """Or has pages. They are not counted: in a file of a million that takes as long as it likes."""
     # an MPO is a JPEG with more pictures behind it (depth, the other eye): the first is the photo
-    moves = getattr(picture, "is_animated", False) and picture.format != "MPO"
-    return getattr(picture, "n_frames", 2) if moves else 1
+    return getattr(picture, "is_animated", False) and picture.format != "MPO"
 
 
-def _refuse(picture: Image.Image, count: int, file: _File) -> None:
+def _refuse(picture: Image.Image, moves: bool, file: _File) -> None:
     """What can be told before any pixel is decoded."""
     if picture.width * picture.height > MOST_PX:
         raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, "))
-    if count > 1:
-        raise PhotoError(f"{file} holds {count} pictures: save the one that shows the makeup")
+    if moves:
+        raise PhotoError(f"{file} holds several pictures: save the one that shows the makeup")
+    if "progressive" in picture.info and _passes(file) * picture.width * picture.height > (
+        _MOST_PASSES_PX
+    ):
+        raise PhotoError(f"{file} is stored in far too many passes: save the photo again")
     if picture.mode in _GREY_MODES or picture.mode.startswith("I;16"):
         raise PhotoError(f"{file} is a grey picture without colours: give a colour photo")
+
+
+def _passes(file: _File) -> int:
+    """Of a progressive JPEG; those of a thumbnail in it count too."""
+    with file.open("rb") as opened:
+        return opened.read().count(b"\xff\xda")
 
 
 def _pixels(picture: Image.Image) -> np.ndarray:

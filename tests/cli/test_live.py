@@ -1,5 +1,6 @@
 """`live` with a film as the camera: what it writes, what it refuses, and how it ends."""
 
+import io
 import re
 import signal
 import socket
@@ -13,7 +14,8 @@ import numpy as np
 import pytest
 from makeup_video.cli.app import app
 from makeup_video.cli.page import has_screen, is_loopback
-from makeup_video.cli.progress import live_summary, live_text
+from makeup_video.cli.progress import live_summary, live_text, show_live
+from makeup_video.cli.say import say
 from makeup_video.pipeline import Look, product
 from makeup_video.pipeline.live import LiveFigures, SinkFigures
 from media import decoded, times_of
@@ -168,6 +170,26 @@ def test_the_line_on_a_terminal_says_how_fast_how_late_and_what_is_wrong():
     )
     assert live_text(figures(latency_ms=None)) == "waiting for the first picture"
     assert live_text(figures(latency_ms=None, notice="no camera")) == "no camera"
+
+
+class ClosedTerminal(io.StringIO):
+    """One whose window was closed: it is a terminal, and nothing can be written any more."""
+
+    def isatty(self):
+        return True
+
+    def write(self, text):
+        raise OSError(5, "Input/output error")
+
+    def flush(self):
+        self.write("")
+
+
+def test_a_terminal_that_is_closed_ends_no_run(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", ClosedTerminal())
+    with show_live(quiet=False) as shown:
+        shown(figures())
+        say("a line on the way")
 
 
 def test_the_closing_line_tells_what_an_output_did_not_get():

@@ -236,6 +236,16 @@ def test_what_a_thread_still_does_keeps_neither_the_process_nor_its_exit_code():
     assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 5
 
 
+def test_ctrl_c_has_its_exit_code_also_while_python_makes_code_of_text():
+    """Python remembers such an interruption, and would end by the signal."""
+    code = (
+        "import sys, types; from makeup_video.cli import main\n"
+        "def app(standalone_mode): exec('raise KeyboardInterrupt')\n"
+        "sys.modules['makeup_video.cli.app'] = types.SimpleNamespace(app=app); main.main()"
+    )
+    assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 130
+
+
 @pytest.mark.parametrize("delay", [0.15, 0.25, 0.4])
 def test_an_early_ctrl_c_is_one_line(folder, long_clip, delay):
     process = command(long_clip, "--look", "none", "-o", "out.mp4")

@@ -74,6 +74,11 @@ def test_square_pixels_keep_what_the_picture_means():
     assert frame.planes[0].min() == 255
 
 
+def test_a_name_too_long_for_any_file_is_refused_in_one_line():
+    with pytest.raises(InputError, match="cannot be read"):
+        Camera(CameraSettings(name="x" * 5000), pytest.fail)
+
+
 def test_times_increase_strictly_even_where_two_pictures_come_at_once():
     door = CameraDoor(is_device=True)
     pts = [door(picture(i, 16, 16), at).pts for i, at in enumerate((0.0, 0.0, 1.0, 0.5))]

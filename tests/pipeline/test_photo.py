@@ -14,7 +14,7 @@ from makeup_video.pipeline import InputError, MakeupVideoError, PhotoError, phot
 from makeup_video.pipeline.photo import LARGE_PX, read_photo
 from media import make_clip
 from people import portrait
-from PIL import Image
+from PIL import GifImagePlugin, Image, TiffImagePlugin
 
 # Colorants of ICC profiles, adapted to D50 (ICC.1:2022, D.1): red, green, blue as columns.
 DISPLAY_P3 = [
@@ -221,6 +221,13 @@ def moving(kind):
     return bytes_of(colours(), kind, save_all=True, append_images=more)
 
 
+def of_many_passes():
+    """A small file that has the whole picture decoded 700 times."""
+    data = bytes_of(np.zeros((2000, 2000, 3), np.uint8), "JPEG", progressive=True)
+    last = data.rindex(b"\xff\xda")
+    return data[:-2] + data[last:-2] * 700 + data[-2:]
+
+
 BAD = {
     "grey.jpg": (lambda: bytes_of(colours()[..., 0], "JPEG"), "is a grey picture"),
     "grey16.png": (lambda: cv2.imencode(".png", colours()[..., 0].astype(np.uint16) * 257)[1].tobytes(),
@@ -235,9 +242,11 @@ BAD = {
                   "a kind of TIFF that cannot be read here"),
     "large.png": (lambda: png_of(12000, 12000), "has 12000 x 12000 px, more than 120 million px"),
     "bomb.png": (lambda: png_of(60000, 60000), "bomb.png has more than 120 million px: make it"),
-    "moving.gif": (lambda: moving("GIF"), "holds 2 pictures"),
-    "moving.png": (lambda: moving("PNG"), "holds 2 pictures"),
-    "moving.webp": (lambda: moving("WEBP"), "holds 2 pictures"),
+    "moving.gif": (lambda: moving("GIF"), "holds several pictures"),
+    "moving.png": (lambda: moving("PNG"), "holds several pictures"),
+    "moving.webp": (lambda: moving("WEBP"), "holds several pictures"),
+    "pages.tif": (lambda: moving("TIFF"), "holds several pictures"),
+    "passes.jpg": (of_many_passes, "is stored in far too many passes"),
     "phone.heic": (lambda: b"\0\0\0\x18ftypheic\0\0\0\0mif1heic" + bytes(80), "save it as JPEG or PNG"),
     "words.jpg": (lambda: b"no photo at all", "is no photo that can be read: give a JPEG"),
     "nothing.jpg": (lambda: b"", "is empty (0 bytes): give a photo file"),
@@ -253,6 +262,17 @@ def test_what_is_no_photo_is_one_line_that_says_what_to_do(tmp_path, name):
     said = str(caught.value)
     assert words in said and name in said and "\n" not in said
     assert caught.value.exit_code == 3
+
+
+@pytest.mark.parametrize("kind", ["GIF", "TIFF"])
+def test_the_pictures_in_a_file_are_not_counted_for_there_may_be_a_million(monkeypatch, kind):
+    def counted(self):
+        raise AssertionError
+
+    plugin = {"GIF": GifImagePlugin.GifImageFile, "TIFF": TiffImagePlugin.TiffImageFile}[kind]
+    monkeypatch.setattr(plugin, "n_frames", property(counted))
+    with pytest.raises(PhotoError, match="several pictures"):
+        read_photo(moving(kind), "moving")
 
 
 @pytest.mark.parametrize("name", BAD)

@@ -120,6 +120,13 @@ def test_a_page_that_never_reads_is_let_go(show):
             pass
 
 
+def test_a_page_that_pings_and_never_reads_is_let_go(url):
+    ping = b"\x89\xfd\0\0\0\0" + bytes(125)
+    with stalled(url) as pinging, pytest.raises(OSError):
+        for _ in range(2000):  # 120 MB of answers
+            pinging.sendall(ping * 500)
+
+
 # -- looks
 
 
