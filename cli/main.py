@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 _STOP = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _LAST_SECONDS = 1.0
 _STOPPED = 130
+_came: list[int] = []  # signals to stop
 
 
 def main() -> None:
@@ -21,7 +22,7 @@ def main() -> None:
     try:
         # a supervisor's SIGTERM and a closed terminal stop a run as Ctrl-C does: cleanly, with a
         # playable part file
-        _on_stop(signal.default_int_handler)
+        _on_stop(_interrupt)
         # Typer takes a tenth of a second: Ctrl-C in that time is handled here too
         from makeup_video.cli.app import app
 
@@ -32,8 +33,15 @@ def main() -> None:
         say("stopped")
         code = _STOPPED
     except Exception as error:  # noqa: BLE001  # the last resort: no user sees a traceback
-        code = _explain(error)
+        code = _explain(error) if not _came else _STOPPED
+        if _came and not has_said():  # a C module that was being loaded made another error of it
+            say("stopped")
     _end(code)
+
+
+def _interrupt(*_: object) -> None:
+    _came.append(1)
+    raise KeyboardInterrupt
 
 
 def _on_stop(handler: "Any") -> None:

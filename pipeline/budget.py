@@ -11,12 +11,12 @@ MOST = 3  # the highest level
 TOLD = (
     "",
     "slow machine: looking for new faces less often",
-    "slow machine: reading each face in every second frame, and measuring its motion in between",
-    "slow machine: painting large faces at half size",
+    "slow machine: following faces more simply",
+    "slow machine: painting large faces with less detail",
 )
 HOPELESS = (
-    "too slow for this camera even so, frames are left out: a smaller picture, fewer frames a second"
-    " or fewer programs beside this one would help"
+    "this machine is too slow for this camera, so frames are left out: choose a smaller picture, or close"
+    " other programs"
 )
 # Of the time between two frames: capture and the pictures' encoders want the rest of both cores.
 LATE_SHARE = 0.75

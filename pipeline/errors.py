@@ -8,6 +8,7 @@
     ├── InputError     (OSError)               3   the input cannot be opened
     │   ├── DecodeError                        3   it opens, but holds no picture to decode
     │   └── PhotoError                         3   a photo that no look can be read from
+    │       └── SeveralFacesError              3   nor can be told whose it is meant to be
     ├── OutputError    (OSError)               4   the output cannot be written
     │   └── EncodeError                        4   the encoder refuses
     ├── StrictError    (ValueError)            6   --strict, and something would be lost
@@ -53,6 +54,10 @@ class DecodeError(InputError):
 
 
 class PhotoError(InputError):
+    pass
+
+
+class SeveralFacesError(PhotoError):
     pass
 
 

@@ -13,7 +13,7 @@ from functools import cache
 import cv2
 import numpy as np
 from makeup_video.pipeline.crop import RgbPicture, check_rgb8
-from makeup_video.pipeline.errors import PhotoError, UsageError
+from makeup_video.pipeline.errors import PhotoError, SeveralFacesError, UsageError
 from makeup_video.pipeline.face import Face, FrameFaces, iod_px, moved
 from makeup_video.pipeline.faces import find_faces, lip_mask
 from makeup_video.pipeline.finishes import FINISHES, nearest_finish
@@ -99,7 +99,7 @@ def look_from_photo(
     try:
         return estimate_look(rgb8, choose_face(find_faces(rgb8), chosen))
     except PhotoError as error:
-        raise PhotoError(f"{name if isinstance(photo, bytes) else photo}: {error}") from None
+        raise type(error)(f"{name if isinstance(photo, bytes) else photo}: {error}") from None
     finally:
         # what is painted next does not need these nets, nor their 80 MB; loading them takes 0.1 s
         _net.cache_clear()
@@ -123,7 +123,7 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
         raise PhotoError(f"there is no face {chosen}; there are {_list(faces)}: choose one of them")
     rivals = [one for one in faces if width_px(one) > BYSTANDER * width_px(faces[0])]
     if len(rivals) > 1 and chosen != "largest":
-        raise PhotoError(
+        raise SeveralFacesError(
             f"one face was expected, {len(rivals)} were found: choose with --ref-face NUMBER or "
             f"--ref-face largest; there are {_list(rivals)}"
         )

@@ -1,6 +1,6 @@
 """Make the sample media: in.mp4 (a person turning her head, talking and blinking), its face
-points in_points.npz, portrait.jpg (a bare portrait), look.jpg (the same, made up) and, smaller, the
-portrait that `makeup-video demo` brings along.
+points in_points.npz, portrait.jpg (a bare portrait), look.jpg (the same, made up), and
+the portrait that `makeup-video demo` brings along, a frame of the clip.
 
     pip install -e .[samples]
     python samples/make_samples.py
@@ -10,6 +10,7 @@ Both pictures are public domain and come with scikit-image and matplotlib; see R
 
 from __future__ import annotations
 
+import itertools
 import sys
 import time
 from fractions import Fraction
@@ -29,6 +30,10 @@ from sound import RATE, voice
 
 HERE = Path(__file__).parent
 SIZE = (1280, 720)  # of the video, pixels
+POSE, POSE_BOX = (
+    266,
+    (400, 20, 920, 660),
+)  # the frame of the demo's portrait; left, top, right, bottom
 AIM = (224.0, 113.5)  # picture position at the middle of the frame
 LUMA_NOISE, CHROMA_NOISE = 1.7, 0.8  # standard deviations in 8-bit codes
 POINT_UNIT = 1 / 16  # pixels; what in_points.npz counts in
@@ -162,19 +167,21 @@ def make_portrait(path: Path) -> None:
     cv2.imwrite(str(path), big, [cv2.IMWRITE_JPEG_QUALITY, 92])
 
 
-def make_demo_portrait(portrait: Path, path: Path) -> None:
-    """The portrait in the size of a page, so that it is no burden to the wheel."""
-    big = cv2.imread(str(portrait))
-    small = cv2.resize(big, None, fx=0.75, fy=0.75, interpolation=cv2.INTER_AREA)
-    cv2.imwrite(str(path), small, [cv2.IMWRITE_JPEG_QUALITY, 90])
+def make_demo_portrait(video: Path, path: Path) -> None:
+    """The face of the clip while eyes are open and lips are shut: large, and without glasses."""
+    with av.open(str(video)) as container:
+        frames = container.decode(video=0)
+        picture = next(itertools.islice(frames, POSE, None)).to_ndarray(format="bgr24")
+    left, top, right, bottom = POSE_BOX
+    cv2.imwrite(str(path), picture[top:bottom, left:right], [cv2.IMWRITE_JPEG_QUALITY, 92])
 
 
 def main() -> None:
     started = time.perf_counter()
     make_portrait(HERE / "portrait.jpg")
-    make_demo_portrait(HERE / "portrait.jpg", HERE.parent / "web" / "page" / "portrait.jpg")
     make_look(HERE / "portrait.jpg", HERE / "look.jpg")
     make_video(HERE / "in.mp4", HERE / "in_points.npz")
+    make_demo_portrait(HERE / "in.mp4", HERE.parent / "web" / "page" / "portrait.jpg")
     seconds = time.perf_counter() - started
     print(
         f"in.mp4, in_points.npz, look.jpg and the portraits made in {seconds:.0f} s",

@@ -1,14 +1,22 @@
 """The look in a photo that a page sent; the reasons why there is none are told to a visitor."""
 
-from makeup_video.pipeline.errors import PhotoError
+from makeup_video.pipeline.errors import PhotoError, SeveralFacesError
 from makeup_video.pipeline.look import Look
 
 
 def read_look(photo: bytes, name: str) -> Look:
-    """The makeup of the largest face; messages call the photo `name`. Raises PhotoError, InputError."""
+    """The makeup of the only face, passers-by in the background aside; messages call the photo `name`.
+
+    Raises PhotoError, InputError.
+    """
     from makeup_video.pipeline import look_from_photo
 
-    look = look_from_photo(photo, "largest", name=name)
+    try:
+        look = look_from_photo(photo, name=name)
+    except SeveralFacesError:
+        raise PhotoError(
+            f"{name}: several faces were found: cut the photo to the one whose makeup you want"
+        ) from None
     if look.is_bare:
         raise PhotoError(f"{name}: no makeup was found to paint: give another photo")
     return look

@@ -9,6 +9,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
 _SECONDS = 60  # for all of it
+_SILENT_SECONDS = 10  # between two parts of it: who stalls must not keep others waiting
 # What is too large is read on and thrown away up to here, because a browser that is cut off while
 # it sends never sees the answer.
 _THROWN_AWAY = 4 * PHOTO_BYTES
@@ -42,8 +43,9 @@ async def read_body(request: Request) -> bytes:
     data = bytearray()
     size = 0
     try:
-        async with asyncio.timeout(_SECONDS):
+        async with asyncio.timeout(_SECONDS), asyncio.timeout(_SILENT_SECONDS) as silent:
             async for chunk in request.stream():
+                silent.reschedule(asyncio.get_running_loop().time() + _SILENT_SECONDS)
                 size += len(chunk)
                 too_large = too_large or size > PHOTO_BYTES
                 if too_large:
@@ -53,7 +55,7 @@ async def read_body(request: Request) -> bytes:
                 if size > _THROWN_AWAY:
                     break
     except TimeoutError:
-        raise HTTPException(408, f"the photo did not arrive within {_SECONDS} s") from None
+        raise HTTPException(408, "the photo came too slowly: try again") from None
     except ClientDisconnect:
         raise HTTPException(400, "the photo did not arrive as a whole") from None
     if too_large:

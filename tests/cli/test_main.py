@@ -11,6 +11,7 @@ import sys
 import time
 
 import pytest
+from makeup_video.cli import main, say
 from makeup_video.cli.app import app
 from media import damage, decoded, make_clip
 from typer.testing import CliRunner
@@ -451,3 +452,28 @@ def test_nothing_heavy_is_imported_before_it_is_needed():
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_ctrl_c_that_comes_out_as_another_error_is_still_a_stop(monkeypatch, capsys):
+    """As when it comes while a C module is being loaded."""
+    ended = []
+
+    def app(**_):
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("initialization failed") from None
+
+    monkeypatch.setattr("makeup_video.cli.app.app", app)
+    monkeypatch.setattr(main, "_end", ended.append)
+    monkeypatch.setattr(main, "_came", [])
+    monkeypatch.setattr(say, "_lines", 0)
+    before = {
+        name: signal.getsignal(name) for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    }
+    try:
+        main.main()
+    finally:
+        for name, handler in before.items():
+            signal.signal(name, handler)
+    assert ended == [130] and capsys.readouterr().err == "stopped\n"

@@ -126,6 +126,16 @@ def test_each_page_has_its_own_look_and_its_own_portrait(url):
         assert other.picture()[2] == same[2]
 
 
+def test_a_photo_of_two_people_is_refused_since_nobody_says_whose_makeup_is_meant(url):
+    both = np.hstack([portrait(), portrait()])
+    with Page(url) as page:
+        answer = page.post("/photo", png_of(both), x_file_name="both.png")
+        assert answer.status_code == 422
+        assert answer.json()["error"] == (
+            "both.png: several faces were found: cut the photo to the one whose makeup you want"
+        )
+
+
 def test_a_photo_without_a_face_is_no_portrait_and_the_old_one_stays(url):
     with Page(url) as page:
         first = page.picture()[2]

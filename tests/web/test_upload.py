@@ -12,6 +12,7 @@ from dataclasses import replace
 import cv2
 import pytest
 from makeup_video.pipeline import Look, PhotoError, look_from_photo, reference
+from makeup_video.web import upload
 from makeup_video.web.read_look import read_look
 from makeup_video.web.show import PHOTO_BYTES
 from people import SAMPLES, grey
@@ -124,6 +125,20 @@ def test_a_reason_is_told_to_the_page_that_asked(show, page):
     answer = page.post("/photo", b"x", x_file_name="cat.jpg")
     assert (answer.status_code, answer.json()) == (422, {"error": "cat.jpg: no face was found"})
     assert show.look == RED
+
+
+def test_a_photo_that_stalls_on_its_way_is_let_go(show, page, monkeypatch):
+    monkeypatch.setattr(upload, "_SILENT_SECONDS", 0.1)
+
+    def stalling():
+        yield b"begun"
+        time.sleep(1)
+        yield b"ended"
+
+    answer = page.post("/photo", stalling())
+    assert (answer.status_code, show.photos) == (408, [])
+    assert answer.json() == {"error": "the photo came too slowly: try again"}
+    assert page.post("/photo", b"another").status_code == 200
 
 
 def test_while_photos_are_read_a_third_one_is_busy_and_the_pictures_go_on(show, page):

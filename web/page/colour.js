@@ -43,6 +43,7 @@ export function colourField(name, onInput) {
   hex.addEventListener("change", () => {
     const rgb = readHex(hex.value);
     if (rgb !== null) onInput(rgb);
+    else hex.value = current;
     hex.setCustomValidity("");
   });
   hex.addEventListener("blur", () => (hex.value = current));

@@ -18,7 +18,7 @@ export class Controls {
       tab.addEventListener("keydown", (event) => this.#selectByKey(event, at));
     });
     const help = "How much of all of it, lips and eyes.";
-    const spec = portion("strength", "Whole look", help);
+    const spec = portion("strength", "Strength", help);
     const strength = slider(spec, (value) => store.edit((look) => (look.strength = value)), false);
     document.getElementById("whole").replaceChildren(strength.element);
     this.#set = [(look) => strength.set(look.strength)];

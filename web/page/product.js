@@ -49,7 +49,7 @@ export class Product {
     this.body.classList.toggle("off", params === null); // any change puts it on
     for (const set of this.#parts) set(this.#last, look);
     const finish = finishOf(this.#last, this.#hello.finishes, this.#region);
-    this.tabText.textContent = params === null ? "bare" : `${hexOf(params)} ${finish ?? "own mix"}`;
+    this.tabText.textContent = params === null ? "bare" : `${hexOf(params)} ${finish ?? "custom"}`;
     this.tab.classList.toggle("bare", params === null);
     this.draw();
   }

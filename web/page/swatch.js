@@ -1,6 +1,6 @@
-// Swatches: a stroke of the product on neutral grey, lit from above, so that its finish can be told.
+// Swatches: a stroke of the product on skin, lit from above, so that its finish can be told.
 
-const UNDER = 0.3; // linear grey below the product, as a card that swatches are painted on
+const UNDER = [0.5, 0.3, 0.23]; // linear light of the skin below
 const LIGHT = unit([-0.35, -0.7, 0.75]);
 const HALF = unit([LIGHT[0], LIGHT[1], LIGHT[2] + 1]); // between the light and the eye
 const shapes = new Map();
@@ -49,8 +49,8 @@ function strokeShape(width, height) {
 function optics(params) {
   const roughness = 0.08 + 0.5 * params.gloss_roughness;
   return {
-    width2: roughness * roughness,
-    shine: (0.36 * params.gloss ** 1.3) / (1 + 0.25 * params.gloss) / (0.4 + 2.2 * roughness),
+    width2: 0.5 * roughness * roughness, // highlights must not wash the colour out
+    shine: (0.2 * params.gloss ** 1.3) / (1 + 0.25 * params.gloss) / (0.4 + 2.2 * roughness),
     room: params.reflection,
     soft: 0.06 + 0.5 * params.environment_blur,
     share: 0.13 * params.shimmer,
@@ -72,7 +72,7 @@ function lit(nx, ny, x, y, o) {
     const cy = Math.floor(y / o.cell);
     if (noise(cx, cy) < o.share) sparkle = (0.25 + noise(cy, cx + 7)) * (0.35 + facing);
   }
-  return [0.45 + 0.65 * facing, glint + 0.28 * o.room * window, sparkle];
+  return [0.45 + 0.65 * facing, glint + 0.12 * o.room * window, sparkle];
 }
 
 /** Fill the canvas with a stroke of the product (the 17 parameters of a region). */
@@ -87,7 +87,7 @@ export function drawSwatch(canvas, params) {
     for (let x = 0; x < width; x++, at++) {
       const [bright, white, sparkle] = lit(nx[at], ny[at], x, y, o);
       for (let c = 0; c < 3; c++) {
-        const body = params.opacity * colour[c] + (1 - params.opacity) * UNDER;
+        const body = params.opacity * colour[c] + (1 - params.opacity) * UNDER[c];
         const dust = sparkle * (o.tint * (0.15 + 1.6 * colour[c]) + (1 - o.tint) * 0.8);
         const light = body * bright + white + dust;
         image.data[4 * at + c] = toByte[Math.min(4095, (4095 * light) | 0)];
