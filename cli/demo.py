@@ -1,6 +1,7 @@
 """`makeup-video demo`: the page to play with, without a camera."""
 
 import threading
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -35,12 +36,19 @@ def demo(
 ) -> None:
     """Open a page: drop a photo, see its makeup as numbers and on a portrait, change it."""
     from makeup_video.web.demo import DemoShow
+    from makeup_video.web.show import PhotoLook
     from makeup_video.web.worker import Worker
 
     with told_in_one_line(debug=debug):
         worker = Worker()
         worn = _look(ref, look)
-        show = DemoShow(_portrait(portrait), worn, worker, say, photo=worn if ref else None)
+        show = DemoShow(
+            _portrait(portrait),
+            worn,
+            worker,
+            say,
+            photo=PhotoLook(Path(ref).name, worn) if ref else None,
+        )
         with page(show, worker, host, port, browser=browser, told=say):
             try:
                 threading.Event().wait()

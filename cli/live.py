@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, closing
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -89,6 +90,7 @@ def live(
     from makeup_video.pipeline.preview import PreviewJpeg
     from makeup_video.web.live_show import LiveShow
     from makeup_video.web.preview_sink import PreviewSink
+    from makeup_video.web.show import PhotoLook
     from makeup_video.web.worker import Worker
 
     with told_in_one_line(None, debug), ExitStack() as stack:
@@ -114,7 +116,7 @@ def live(
         if shown:
             stack.enter_context(
                 page(
-                    LiveShow(run, shown, worn if ref else None),
+                    LiveShow(run, shown, PhotoLook(Path(ref).name, worn) if ref else None),
                     Worker(),
                     host,
                     port,

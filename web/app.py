@@ -17,6 +17,7 @@ from makeup_video.pipeline.look import Look
 from makeup_video.web.guard import Guard
 from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.rooms import Rooms
+from makeup_video.web.show import PhotoLook
 from makeup_video.web.upload import Uploads, file_name, read_body
 from makeup_video.web.viewers import Room, Viewer
 from makeup_video.web.worker import Worker
@@ -100,10 +101,9 @@ class Doors:
             data, name = await read_body(request), file_name(request)
             read = await self._worker.run(lambda: room.session.read(data, name))
         look = _with_dials(read, room.session.look)
-        told = look_in_words(look)
         room = self._rooms.find(room.session.name) or room  # its pages may have left and come back
-        room.change(look, told)
-        return JSONResponse({"look": look.to_dict(), "told": told})
+        room.change(look, PhotoLook(name, look))
+        return JSONResponse({"name": name, "look": look.to_dict(), "told": look_in_words(look)})
 
     async def portrait(self, request: Request) -> Response:
         """Somebody to paint."""
@@ -111,7 +111,7 @@ class Doors:
         with self._uploads:
             data, name = await read_body(request), file_name(request)
             await self._worker.run(lambda: room.session.take_portrait(data, name))
-        return JSONResponse({})
+        return JSONResponse({"name": name})
 
     async def picture(self, request: Request) -> Response:
         """The newest painted picture, whole."""

@@ -11,7 +11,7 @@ from makeup_video.pipeline.errors import MakeupVideoError, UsageError
 from makeup_video.pipeline.look import Look
 from makeup_video.web.portrait import Portrait
 from makeup_video.web.read_look import read_look
-from makeup_video.web.show import Push, Session, ShownPicture
+from makeup_video.web.show import PhotoLook, Push, Session, ShownPicture
 from makeup_video.web.worker import Worker
 
 MOST_SESSIONS = 16
@@ -25,7 +25,7 @@ class DemoSession:
         self,
         portrait: Portrait,
         look: Look,
-        photo: Look | None,
+        photo: PhotoLook | None,
         worker: Worker,
         say: Callable[[str], None],
     ) -> None:
@@ -101,9 +101,9 @@ class DemoShow:
         worker: Worker,
         say: Callable[[str], None],
         grace_seconds: float = GRACE_SECONDS,
-        photo: Look | None = None,
+        photo: PhotoLook | None = None,
     ) -> None:
-        """portrait, look: what every session begins with; photo: that look, if it was read from one."""
+        """portrait, look: what every session begins with; photo: where that was read, if it was."""
         self._portrait, self._look, self._worker, self._say = portrait, look, worker, say
         self._grace_seconds, self._photo = grace_seconds, photo
         self._sessions: dict[str, DemoSession] = {}

@@ -12,7 +12,7 @@ from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.look import Look
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.read_look import read_look
-from makeup_video.web.show import Push, Session
+from makeup_video.web.show import PhotoLook, Push, Session
 
 NAME = "live"
 _SMPTE_170M = 6  # the same numbers as BT.601's, and FFmpeg's converter knows one of the two
@@ -40,7 +40,7 @@ class LiveSession:
 
     name = NAME
 
-    def __init__(self, run: Run, sink: PreviewSink, photo: Look | None) -> None:
+    def __init__(self, run: Run, sink: PreviewSink, photo: PhotoLook | None) -> None:
         self._run, self._sink, self.photo = run, sink, photo
 
     @property
@@ -71,12 +71,12 @@ class LiveSession:
 
 
 class LiveShow:
-    """For `Server`: LiveShow(run, sink), where sink is one of the run's sinks; photo: the look that the run
-    began with, if it was read from a photo."""
+    """For `Server`: LiveShow(run, sink), where sink is one of the run's sinks; photo: what the run
+    began with, if that was a photo."""
 
     mode: Literal["live"] = "live"
 
-    def __init__(self, run: Run, sink: PreviewSink, photo: Look | None = None) -> None:
+    def __init__(self, run: Run, sink: PreviewSink, photo: PhotoLook | None = None) -> None:
         self._session = LiveSession(run, sink, photo)
 
     def enter(self, name: str) -> LiveSession:

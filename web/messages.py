@@ -6,9 +6,10 @@ page -> server
     compare  {on}
     shown    {pts_us}          this picture is on the screen
 server -> page
-    hello    {mode, session, look, photo_look, told, finishes, parameters, zones, photo_bytes_limit}
-                               photo_look, told: what was last read from a photo, and its words, or null
-    look     {look, told, seen}   seen: the newest n that had arrived from this page, or null: a
+    hello    {mode, session, look, photo, finishes, parameters, zones, photo_bytes_limit}
+                               photo: {name, look, told}, the last that was read and its look in words,
+                               or null
+    look     {look, photo, seen}   photo: where the look has just been read, or null. seen: the newest n that had arrived from this page, or null: a
                                   page that has sent a newer one since keeps its own
     figures  {fps, ..., viewers, screen_ms}
     error    {text}
@@ -24,7 +25,7 @@ from makeup_video.pipeline.errors import LookError, UsageError
 from makeup_video.pipeline.finishes import FINISHES, look_in_words
 from makeup_video.pipeline.look import ZONES, Look
 from makeup_video.web.parameters import parameters
-from makeup_video.web.show import PHOTO_BYTES, Session
+from makeup_video.web.show import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
 
@@ -75,8 +76,7 @@ def hello(mode: str, session: Session) -> str:
             "mode": mode,
             "session": session.name,
             "look": session.look.to_dict(),
-            "photo_look": None if photo is None else photo.to_dict(),
-            "told": None if photo is None else look_in_words(photo),
+            "photo": None if photo is None else _photo(photo),
             "finishes": FINISHES,
             "parameters": parameters(),
             "zones": ZONES,
@@ -85,8 +85,14 @@ def hello(mode: str, session: Session) -> str:
     )
 
 
-def look_message(look: Look, told: str | None, seen: int | None) -> str:
-    return json.dumps({"type": "look", "look": look.to_dict(), "told": told, "seen": seen})
+def look_message(look: Look, photo: PhotoLook | None, seen: int | None) -> str:
+    """photo: when the look has just been read there."""
+    told = None if photo is None else _photo(photo)
+    return json.dumps({"type": "look", "look": look.to_dict(), "photo": told, "seen": seen})
+
+
+def _photo(photo: PhotoLook) -> dict[str, Any]:
+    return {"name": photo.name, "look": photo.look.to_dict(), "told": look_in_words(photo.look)}
 
 
 def figures_message(values: Mapping[str, Any], viewers: int, screen_ms: float | None) -> str:

@@ -40,6 +40,14 @@ class ShownPicture:
         return b"".join((head, self.jpeg, before))
 
 
+@dataclass(frozen=True, slots=True)
+class PhotoLook:
+    """The look that was read from a photo, and what the photo is called."""
+
+    name: str
+    look: Look
+
+
 Push = Callable[[ShownPicture], None]
 
 
@@ -51,7 +59,7 @@ class Session(Protocol):
         """What pages call it in `?session=`."""
         ...
 
-    photo: Look | None  # what was last read from a photo: a page can go back to it
+    photo: PhotoLook | None  # the last one: a page can go back to it
 
     @property
     def look(self) -> Look: ...

@@ -22,7 +22,7 @@ from makeup_video.web.messages import (
     look_message,
     read_message,
 )
-from makeup_video.web.show import Session, ShownPicture
+from makeup_video.web.show import PhotoLook, Session, ShownPicture
 
 IN_FLIGHT = 2  # one on the screen's side, one on its way: the picture never waits for an answer
 FIGURES_SECONDS = 0.5
@@ -147,15 +147,15 @@ class Room:
                     viewer.seen = n
                     self.change(look, None, viewer)
 
-    def change(self, look: Look, told: str | None, by: Viewer | None = None) -> None:
-        """Paint this from now on, and tell all pages but the one that knows already; told: the words for
-        what was read from a photo."""
+    def change(self, look: Look, photo: PhotoLook | None, by: Viewer | None = None) -> None:
+        """Paint this from now on, and tell all pages but the one that knows already; photo: where it has
+        just been read."""
         self.session.set_look(look)
-        if told is not None:
-            self.session.photo = look
+        if photo is not None:
+            self.session.photo = photo
         for viewer in self.viewers:
             if viewer is not by:
-                viewer.tell("look", look_message(look, told, viewer.seen))
+                viewer.tell("look", look_message(look, photo, viewer.seen))
 
     def _push(self, picture: ShownPicture) -> None:
         """From any thread: the newest picture wins, and the loop is woken once for it."""

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, MakeupVideoError, product
 from makeup_video.web.messages import Compare, LookWanted, Shown, hello, read_message
-from makeup_video.web.show import HEAD, PHOTO_BYTES, ShownPicture
+from makeup_video.web.show import HEAD, PHOTO_BYTES, PhotoLook, ShownPicture
 from shows import BLUE, StandIn
 
 
@@ -63,12 +63,12 @@ def test_hello_carries_all_that_a_page_needs():
     assert said["photo_bytes_limit"] == PHOTO_BYTES and said["zones"][0] == "lid"
     assert said["finishes"]["gloss"]["lips"]["opacity"] == 0.94
     assert len(said["parameters"]) == 17
-    assert said["photo_look"] is None and said["told"] is None
+    assert said["photo"] is None
     shown = StandIn()
-    shown.photo = Look(lips=product((180, 0, 46), "gloss"))
-    said = json.loads(hello("live", shown))
-    assert Look.from_dict(said["photo_look"]) == shown.photo
-    assert said["told"] == "lips #B4002E, glossy, opaque; eyes bare"
+    shown.photo = PhotoLook("anna.jpg", Look(lips=product((180, 0, 46), "gloss")))
+    photo = json.loads(hello("live", shown))["photo"]
+    assert Look.from_dict(photo["look"]) == shown.photo.look
+    assert photo["name"] == "anna.jpg" and photo["told"].startswith("lips #B4002E, glossy")
 
 
 def test_a_picture_is_head_and_jpegs_and_before_is_for_those_who_compare():

@@ -180,6 +180,12 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     page.page.fill("#lips-panel .hex", BLUE)
     page.page.click("#reset")
     assert look_of(page) == look
+    page.page.fill("#lips-panel .hex", BLUE)
+    page.page.reload()  # the server has all but the thumbnail
+    page.until(lambda: "look.jpg" in page.page.inner_text("#photo-slot"))
+    assert page.page.inner_text("#told") == told
+    page.page.click("#reset")
+    page.until(lambda: look_of(page) == look)
 
 
 def test_a_photo_that_cannot_be_read_says_why_and_the_look_stays(demo, visit, tmp_path):

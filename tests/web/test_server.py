@@ -136,7 +136,7 @@ def test_what_one_page_changes_the_others_see_and_it_does_not_come_back(show, ur
             look = {**RED.to_dict(), "lips": {**RED.to_dict()["lips"], "red": red}}
             page.say("look", look=look, n=red)
             got = other.message("look")
-            assert got["look"] == look and got["told"] is None and got["seen"] is None
+            assert got["look"] == look and got["photo"] is None and got["seen"] is None
         page.say("nothing")
         page.message("error")  # no look came before it
         other.say("look", look=BLUE.to_dict(), n=0)

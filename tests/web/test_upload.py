@@ -37,10 +37,11 @@ def test_a_photo_changes_the_look_of_all_pages_and_says_how_in_words(show, page)
         answer = page.post("/photo", b"bytes", x_file_name="anna.jpg")
         told = "lips #1400C8, glossy, opaque; eyes bare"
         assert answer.status_code == 200
-        assert answer.json() == {"look": BLUE.to_dict(), "told": told}
+        assert answer.json() == {"name": "anna.jpg", "look": BLUE.to_dict(), "told": told}
         for one in (page, other):
             got = one.message("look")
-            assert (got["look"], got["told"]) == (BLUE.to_dict(), told)
+            photo = {"name": "anna.jpg", "look": BLUE.to_dict(), "told": told}
+            assert (got["look"], got["photo"]) == (BLUE.to_dict(), photo)
     assert show.look == BLUE and show.photos == [(b"bytes", "anna.jpg")]
 
 

@@ -78,9 +78,12 @@ export class LookStore extends EventTarget {
     this.#put(structuredClone(look));
   }
 
-  /** A look from the server. seen: how many of ours it had by then; newer ones win over it. */
-  receive(look, told, seen) {
-    if (told) this.photoLook = look;
+  /**
+   * A look from the server. photoLook: if it has just been read from a photo.
+   * seen: how many of ours it had by then; newer ones win over it.
+   */
+  receive(look, photoLook, seen) {
+    if (photoLook) this.photoLook = photoLook;
     if (this.#count <= (seen ?? 0)) this.#adopt(look);
   }
 

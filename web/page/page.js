@@ -31,9 +31,9 @@ const photos = new Photos({ look: (file) => openLook(file, sendFile), photo: nam
 
 const connection = new Connection({
   hello: welcome,
-  look({ look, told, seen }) {
-    store.receive(look, told, seen);
-    if (told) byId("told").textContent = told;
+  look({ look, photo, seen }) {
+    store.receive(look, photo?.look, seen);
+    if (photo) tellPhoto(photo);
   },
   figures: showFigures,
   error: ({ text }) => (hello === null ? showVeil(text) : say(text)),
@@ -55,13 +55,19 @@ function welcome(message) {
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // a habit of people before a camera
-  store.start(hello.look, forgotten ? store.photoLook : hello.photo_look);
-  if (!forgotten) byId("told").textContent = hello.told ?? "";
+  store.start(hello.look, forgotten ? store.photoLook : (hello.photo?.look ?? null));
   controls ??= new Controls(hello, store);
   photos.start(hello);
+  if (hello.photo) tellPhoto(hello.photo);
   if (forgotten) store.replace(mine);
   compare.askAgain();
   showVeil(picture.isShown ? null : WAITING);
+}
+
+/** What was last read from a photo: here, on another page, or before this one was opened. */
+function tellPhoto({ name, told }) {
+  byId("told").textContent = told;
+  photos.name("photo", name);
 }
 
 /** A button that is on or off. */

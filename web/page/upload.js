@@ -23,6 +23,7 @@ const NO_ANSWER = "The photo could not be sent: the server does not answer.";
 /** A place for one photo: click to choose, drop onto, thumbnail, state. */
 class Slot {
   file = null; // what was taken last
+  known = ""; // what the server calls it
   #kind;
   #upload;
   #thumb = el("img", { alt: "", hidden: true });
@@ -87,6 +88,13 @@ class Slot {
     this.#thumb.hidden = false;
     this.text.textContent = file.name || "pasted photo";
   }
+
+  /** It is that photo: its pixels are here if it is ours, else another page has them. */
+  name(name) {
+    if (name === this.known) return;
+    this.text.textContent = name;
+    this.#thumb.hidden = true;
+  }
 }
 
 /** on: {look(text) for a look file, photo(file) after one was read}. */
@@ -120,6 +128,11 @@ export class Photos {
     if (isNew && portrait) this.#slots.portrait.take(portrait); // a new session has none
   }
 
+  /** What the photo of a place is called, when it came from elsewhere. */
+  name(kind, name) {
+    this.#slots[kind].name(name);
+  }
+
   async #upload(kind, file, signal) {
     const limit = this.#hello.photo_bytes_limit;
     if (file.size > limit) {
@@ -131,6 +144,7 @@ export class Photos {
       const response = await fetch(address, { method: "POST", body: file, headers, signal });
       const answer = await response.json();
       if (!response.ok) return answer.error ?? NO_ANSWER;
+      this.#slots[kind].known = answer.name;
       if (kind === "photo") this.#on.photo(file);
       return null;
     } catch {
