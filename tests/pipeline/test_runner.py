@@ -316,6 +316,7 @@ def test_what_we_were_started_to_ignore_ends_no_run():
         with undisturbed():
             pass
         assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+        assert signal.SIGHUP in stop_signals()
     finally:
         signal.signal(signal.SIGHUP, before)
-    assert signal.SIGHUP in stop_signals()
