@@ -33,9 +33,12 @@ def main() -> None:
         say("stopped")
         code = _STOPPED
     except Exception as error:  # noqa: BLE001  # the last resort: no user sees a traceback
-        code = _explain(error) if not _came else _STOPPED
-        if _came and not has_said():  # a C module that was being loaded made another error of it
-            say("stopped")
+        if _came:  # a C module that was being loaded made another error of Ctrl-C
+            code = _STOPPED
+            if not has_said():
+                say("stopped")
+        else:
+            code = _explain(error)
     _end(code)
 
 

@@ -53,7 +53,7 @@ def devices_found() -> list[str]:
     try:
         found = enumerate_input_devices(_system())
     except (av.FFmpegError, NotImplementedError, ValueError):
-        return []
+        return []  # the system cannot list them: that no camera was found is told with how to name one
     return [each.name for each in found if "video" in each.media_types]
 
 
@@ -230,9 +230,8 @@ class DeviceCamera:
         none as they should: those are believed."""
         if context.name != "mjpeg":
             return True
-        ends = data.rfind(b"\xff\xd9") > data.find(
-            b"\xff\xda"
-        )  # an end behind the picture's beginning
+        begins, end = data.find(b"\xff\xda"), data.rfind(b"\xff\xd9")
+        ends = end > begins
         self._has_ended_well |= ends
         return ends or not self._has_ended_well
 

@@ -103,6 +103,12 @@ def moved(face: Face, to_new: np.ndarray) -> Face:
     return replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
 
 
+def resized(face: Face, across: float, down: float) -> Face:
+    """A face in a picture that was scaled as a whole; pixel centres lie at whole numbers."""
+    to_new = [[across, 0, 0.5 * across - 0.5], [0, down, 0.5 * down - 0.5]]
+    return moved(face, np.array(to_new))
+
+
 def iod_px(face: Face) -> float:
     """Between the outer eye corners, 1 at least."""
     outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64).tolist()

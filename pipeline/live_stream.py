@@ -91,9 +91,7 @@ class Stream:
         return _Line(self._url, self._format, relay or None, frame, self._rate, bit_rate)
 
     def _failed(self, error: Exception) -> None:
-        if self._line is not None:
-            self._line.close()
-            self._line = None
+        self.finish(stopped=True)
         self._next_try = time.monotonic() + self._pause
         self._pause = min(2 * self._pause, _LONGEST_PAUSE_SECONDS)
         if not self.notice:
@@ -131,9 +129,7 @@ class _Line:
         try:
             self._container = _container(url, format_name, relay)
             options = {**_OPTIONS, "maxrate": str(bit_rate), "bufsize": str(bit_rate)}
-            options["g"] = str(
-                round(_KEY_SECONDS * 5 * rate)
-            )  # ours come by the clock, before these
+            options["g"] = str(round(_KEY_SECONDS * 5 * rate))  # ours come by the clock, before
             flv = format_name == "flv"
             shown = Frame(upright(frame), frame.pts, frame.time_base, frame.tags)
             self._encoder = LiveEncoder(

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.crop import RgbPicture, check_rgb8
 from makeup_video.pipeline.errors import PhotoError, SeveralFacesError, UsageError
-from makeup_video.pipeline.face import Face, FrameFaces, iod_px, moved
+from makeup_video.pipeline.face import Face, FrameFaces, iod_px, resized
 from makeup_video.pipeline.faces import find_faces, lip_mask
 from makeup_video.pipeline.finishes import FINISHES, nearest_finish
 from makeup_video.pipeline.light import light_of
@@ -162,10 +162,8 @@ def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
     scale = min(1.0, _LIGHT_IOD_PX / iod_px(face), math.sqrt(_LIGHT_PX / (h * w)))
     size_wh = max(1, round(scale * w)), max(1, round(scale * h))
     small = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA) if scale < 1 else rgb8
-    shift = 0.5 * scale - 0.5  # pixel centres lie at whole numbers
-    placed = moved(face, np.array([[scale, 0, shift], [0, scale, shift]]))
     frame = to_frame(np.ascontiguousarray(small[..., ::-1]))
-    return light_of(FrameFaces(frame, (placed,)))[0]
+    return light_of(FrameFaces(frame, (resized(face, scale, scale),)))[0]
 
 
 def width_px(face: Face) -> float:

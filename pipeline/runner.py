@@ -225,32 +225,32 @@ def stop_signals() -> list[signal.Signals]:
 @contextmanager
 def undisturbed() -> Generator[None, None, None]:
     """A second Ctrl-C does not keep the sink from finishing what the first one ended."""
-    if threading.current_thread() is not threading.main_thread():
+    with _stop_signals_go_to(signal.SIG_IGN):
         yield
-        return
-    before = {name: signal.signal(name, signal.SIG_IGN) for name in stop_signals()}
-    try:
-        yield
-    finally:
-        for name, handler in before.items():
-            signal.signal(name, handler)
 
 
 @contextmanager
 def interrupted_later() -> Generator[None, None, None]:
     """A Ctrl-C within the block counts when it ends: what must be done as a whole is."""
+    came: list[int] = []
+    with _stop_signals_go_to(lambda *_: came.append(1)):
+        yield
+    if came:
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def _stop_signals_go_to(handler: Any) -> Generator[None, None, None]:
+    """Within the block; only on the main thread, which alone hears them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    came: list[int] = []
-    before = {name: signal.signal(name, lambda *_: came.append(1)) for name in stop_signals()}
+    before = {name: signal.signal(name, handler) for name in stop_signals()}
     try:
         yield
     finally:
-        for name, handler in before.items():
-            signal.signal(name, handler)
-    if came:
-        raise KeyboardInterrupt
+        for name, was in before.items():
+            signal.signal(name, was)
 
 
 class Clock:

@@ -5,7 +5,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 from makeup_video.pipeline.errors import PhotoError
-from makeup_video.pipeline.face import Face, moved
+from makeup_video.pipeline.face import Face, resized
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.photo import read_photo
 
@@ -53,10 +53,10 @@ class Portrait:
     @cached_property
     def _shown(self) -> tuple[np.ndarray, tuple[Face, ...]]:
         small = _no_larger(self._whole, SHOWN_PX)
-        scale = small.shape[1] / self._whole.shape[1], small.shape[0] / self._whole.shape[0]
-        # pixel centres lie at whole numbers
-        to_new = np.array([[scale[0], 0, scale[0] / 2 - 0.5], [0, scale[1], scale[1] / 2 - 0.5]])
-        return small, tuple(moved(face, to_new) for face in self._faces)
+        down, across = (
+            new / old for new, old in zip(small.shape[:2], self._whole.shape[:2], strict=True)
+        )
+        return small, tuple(resized(face, across, down) for face in self._faces)
 
 
 def _no_larger(rgb8: np.ndarray, longer_px: int) -> np.ndarray:
