@@ -61,6 +61,13 @@ def apply(
     preset: Annotated[
         str | None, typer.Option(help="The encoder's speed preset; default by codec.")
     ] = None,
+    bit_depth: Annotated[
+        int | None,
+        typer.Option(metavar="BITS", help="8, 10 or 12; default: as IN has, but 8 in H.264."),
+    ] = None,
+    sdr: Annotated[
+        bool, typer.Option("--sdr", help="Turn HDR (PQ, HLG) into SDR, for every screen.")
+    ] = False,
     start: Annotated[
         str | None, typer.Option(help="Begin here: seconds, or [hh:]mm:ss[.fraction].")
     ] = None,
@@ -94,6 +101,8 @@ def apply(
             end_seconds=None if end is None else parse_time(end, "--end"),
             overwrite=overwrite,
             strict=strict,
+            bit_depth=bit_depth,
+            sdr=sdr,
             faces=faces,
             compare=compare,
             device=device,

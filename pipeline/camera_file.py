@@ -10,7 +10,7 @@ from makeup_video.pipeline.camera_door import CameraDoor
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.runner import cores
-from makeup_video.pipeline.source import VideoSource, open_video
+from makeup_video.pipeline.source import VideoSource, open_video, packets_of
 
 _GAP_SECONDS = 10.0  # a longer way from one frame to the next is a fault in the file's clock
 _LATE_FRAMES = 3  # more than these are left out, as a camera would
@@ -126,7 +126,7 @@ class FileCamera:
     def _one_pass(self) -> Generator[av.VideoFrame, None, None]:
         context = self._source.video.codec_context
         context.thread_type, context.thread_count = "AUTO", max(1, cores() // 2)
-        packets = self._source.container.demux(self._source.video)
+        packets = packets_of(self._source.container, self._source.video)
         while not self._closing.is_set():
             try:
                 packet = next(packets, None)

@@ -16,6 +16,9 @@ CONTAINERS = {
     ".webm": "webm",
 }
 MATROSKA = ("matroska", "webm")  # one format, two names
+# HEVC in mp4 and mov has two names. Apple's players take the one that puts the parameter sets into
+# the header alone; FFmpeg writes the other, "hev1".
+APPLE_HEVC = "hvc1"
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,8 @@ class VideoCodec:
 
     pix_fmts: the layouts that we hand to FFmpeg's `encoder`.  crf: (lowest, highest, default)
     or None.  presets: what --preset takes, `preset` the default; None where there are none.
+    tag: how mp4 and mov are to name it, None: as FFmpeg does.
+    depth: bits a sample unless others are asked for; None: those of the source.
     interlaced: it can keep fields.  whole_chroma: it refuses odd sizes in 4:2:0.
     options: (crf, preset) -> the encoder's own options.
     """
@@ -35,9 +40,11 @@ class VideoCodec:
     crf: tuple[int, int, int] | None
     presets: tuple[str, ...] | None
     preset: str
+    depth: int | None
     interlaced: bool
     whole_chroma: bool
     options: Callable[[int, str], dict[str, str]]
+    tag: str | None = None
 
 
 _X26X_PRESETS = (
@@ -48,6 +55,7 @@ _FULL = ("yuvj420p", "yuvj422p", "yuvj444p")
 _DEEP = ("yuv420p10le", "yuv422p10le", "yuv444p10le")
 _DEEPER = ("yuv420p12le", "yuv422p12le", "yuv444p12le")
 
+# Phones, browsers and television sets play H.264 of 8 bits alone, so that is its depth.
 # The default crfs give the codecs about the same luma PSNR, that of H.264 at 18, which is visually
 # lossless at normal size; each default preset keeps 720p30 in real time on two cores.
 CODECS = {
@@ -55,22 +63,22 @@ CODECS = {
     for codec in (
         VideoCodec(
             "h264", "libx264", ("mp4", "mov", "matroska"), (*_BASIC, *_FULL, "nv12", *_DEEP),
-            (0, 51, 18), _X26X_PRESETS, "veryfast", True, True,
+            (0, 51, 18), _X26X_PRESETS, "veryfast", 8, True, True,
             lambda crf, preset: {"crf": str(crf), "preset": preset},
         ),
         VideoCodec(
             "hevc", "libx265", ("mp4", "mov", "matroska"), (*_BASIC, *_FULL, *_DEEP, *_DEEPER),
-            (0, 51, 18), _X26X_PRESETS, "superfast", False, True,
-            lambda crf, preset: {"crf": str(crf), "preset": preset},
+            (0, 51, 18), _X26X_PRESETS, "superfast", None, False, True,
+            lambda crf, preset: {"crf": str(crf), "preset": preset}, APPLE_HEVC,
         ),
         VideoCodec(
             "av1", "libsvtav1", ("mp4", "matroska", "webm"), ("yuv420p", "yuv420p10le"),
-            (1, 63, 26), tuple(str(n) for n in range(14)), "8", False, False,
+            (1, 63, 26), tuple(str(n) for n in range(14)), "8", None, False, False,
             lambda crf, preset: {"crf": str(crf), "preset": preset},
         ),
         VideoCodec(
             "vp9", "libvpx-vp9", ("mp4", "matroska", "webm"), (*_BASIC, "yuva420p"),
-            (0, 63, 24), tuple(str(n) for n in range(9)), "6", False, False,
+            (0, 63, 24), tuple(str(n) for n in range(9)), "6", None, False, False,
             lambda crf, preset: {
                 "crf": str(crf), "cpu-used": preset, "deadline": "realtime", "row-mt": "1",
                 "tile-columns": "2", "auto-alt-ref": "0", "lag-in-frames": "0",
@@ -80,14 +88,14 @@ CODECS = {
             "ffv1", "ffv1", ("matroska",),
             (*_BASIC, *_DEEP, *_DEEPER, "yuva420p", "yuva422p", "yuva444p", "yuva420p10le",
              "yuva422p10le", "yuva444p10le", "yuva422p12le", "yuva444p12le"),
-            None, None, "", True, False,
+            None, None, "", None, True, False,
             # FFmpeg chooses the slices: four, but where an odd size does not allow them
             lambda crf, preset: {"level": "3", "slicecrc": "1"},
         ),
         VideoCodec(
             "prores", "prores_ks", ("mov", "matroska"),
             ("yuv422p10le", "yuv444p10le", "yuva444p10le"),
-            None, ("proxy", "lt", "standard", "hq", "4444", "4444xq"), "", True, False,
+            None, ("proxy", "lt", "standard", "hq", "4444", "4444xq"), "", None, True, False,
             lambda crf, preset: {"profile": preset} if preset else {},
         ),
     )
@@ -140,13 +148,28 @@ def encoder_options(codec: VideoCodec, crf: int | None, preset: str | None) -> d
     return codec.options(default_crf if crf is None else crf, preset or codec.preset)
 
 
-def pick_pix_fmt(source: str, codec: VideoCodec) -> str:
-    """The layout that the codec takes and that loses least of the source's."""
-    if source in codec.pix_fmts:
+def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> str:
+    """The layout that the codec takes and that loses least of the source's.
+
+    depth: bits a sample; None: the codec's usual ones. Raises UsageError for a depth that it lacks.
+    """
+    wanted = depth or codec.depth
+    fitting = [name for name in codec.pix_fmts if wanted in (None, bits_of(name))]
+    if not fitting:
+        depths = sorted({bits_of(name) for name in codec.pix_fmts})
+        raise UsageError(
+            f"--bit-depth must be {' or '.join(map(str, depths))} for {codec.name}, got {depth}"
+        )
+    if source in fitting:
         return source
     if source.startswith("gray"):
         source = source.replace("gray", "yuv420p", 1)  # FFmpeg would choose full-range 4:4:4
     has_alpha = any(c.is_alpha for c in av.VideoFormat(source).components)
-    best, _loss = find_best_pix_fmt_of_list(codec.pix_fmts, source, has_alpha)
+    best, _loss = find_best_pix_fmt_of_list(fitting, source, has_alpha)
     assert best is not None
     return best.name
+
+
+def bits_of(pix_fmt: str) -> int:
+    """Bits a sample of one of FFmpeg's layouts."""
+    return av.VideoFormat(pix_fmt).components[0].bits

@@ -21,10 +21,9 @@ _OPUS_RATE = 48000
 _LAYOUTS = {1: "mono", 2: "stereo", 3: "3.0", 4: "quad", 5: "5.0", 6: "5.1", 7: "6.1", 8: "7.1"}
 
 
-def audio_codec_for(container_format: str, stream: Any) -> str | None:
-    """The codec to convert a track to; None when the track never says what it holds."""
-    is_known = stream.rate and stream.codec_context.layout.nb_channels
-    return _AUDIO.get(container_format) if is_known else None
+def audio_codec_for(container_format: str) -> str:
+    """The codec to convert a track to, for one of our containers."""
+    return _AUDIO[container_format]
 
 
 def subtitle_codec_for(container_format: str, stream: Any) -> str | None:

@@ -10,7 +10,7 @@ from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.mux import Muxer
-from makeup_video.pipeline.source import VideoSource, is_cover
+from makeup_video.pipeline.source import VideoSource, is_cover, late_tracks, packets_of
 from makeup_video.pipeline.trim import Trim
 
 _SEEK_BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
@@ -91,6 +91,10 @@ class Decoder:
                 self.muxer.copy(packet)
         yield from self._kept(self.trim.finish())
         self._account()
+        self.muxer.dropped += [
+            f"{track}: it begins where the tracks of the output are fixed already"
+            for track in late_tracks(self.source.container)
+        ]
 
     def _seek(self, start: Fraction) -> None:
         """Go to where decoding gives every frame from `start` on.
@@ -115,7 +119,7 @@ class Decoder:
 
     def _first_decodable(self) -> Fraction:
         """Seconds of the first frame that comes out from here."""
-        for packet in self.source.container.demux(self.source.video):
+        for packet in packets_of(self.source.container, self.source.video):
             try:
                 pictures = self._context.decode(packet)
             except av.FFmpegError:
@@ -127,7 +131,7 @@ class Decoder:
 
     def _packets(self) -> Generator[Any, None, None]:
         """All packets until the end, of the file or of the trim. A read error ends the file."""
-        video, packets = self.source.video.index, self.source.container.demux()
+        video, packets = self.source.video.index, packets_of(self.source.container)
         needed = {
             stream.index
             for stream in self.source.container.streams
@@ -180,10 +184,11 @@ class Decoder:
         """The frames of pictures that are kept, with their times in the clip."""
         base = self.source.time_base
         for picture, seconds in kept:
-            self.stats.corrupt_frames += picture.is_corrupt
             if not self.stats.frames:
                 self._begin()
+            is_damaged, mended = picture.is_corrupt, self.door.mended
             picture = self.door(picture)
+            self.stats.corrupt_frames += is_damaged or self.door.mended > mended
             if not self.stats.frames:
                 self.muxer.dropped += self.door.dropped
             self.stats.frames += 1

@@ -1,43 +1,68 @@
 """The one place where a picture's layout may change: between the decoder and the first stage."""
 
+import re
+
 import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.codecs import VideoCodec, pick_pix_fmt
+from makeup_video.kernels.colour import REFERENCE_WHITE
+from makeup_video.pipeline.codecs import VideoCodec, bits_of, pick_pix_fmt
 from makeup_video.pipeline.errors import DecodeError
-from makeup_video.pipeline.frame import _views
+from makeup_video.pipeline.frame import HDR_TRANSFERS, _views
+from makeup_video.pipeline.sdr import ToSdr
+
+# Layouts whose 16-bit words have room for more than the bits of a sample.
+_ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
+_TRANSFER_NAMES = {16: "PQ", 18: "HLG"}
 
 
 class Door:
     """Brings every picture into the one layout that the encoder takes, and checks that it stays.
 
-    A picture that already fits passes untouched, without a copy.  `conversions` says what changed,
-    `dropped` what is lost by it.
+    A picture that already fits passes untouched, without a copy.
+    depth: bits a sample, None: the codec's usual ones.  sdr: PQ and HLG become SDR.
+    `conversions` says what changed, `dropped` what is lost by it; `mended` counts the damaged
+    pictures with samples beyond their depth, which x264 and the kernels must never see.
     """
 
-    def __init__(self, codec: VideoCodec) -> None:
-        self.codec = codec
+    def __init__(self, codec: VideoCodec, depth: int | None = None, *, sdr: bool = False) -> None:
+        self.codec, self.depth, self.sdr = codec, depth, sdr
         self.conversions: list[str] = []
         self.dropped: list[str] = []
+        self.mended = 0
         self._pix_fmt = ""
         self._seen: tuple[int, int, str] | None = None
+        self._to_sdr: ToSdr | None = None
 
     def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
-        """Raises DecodeError when size or layout differ from the first picture's."""
+        """Raises DecodeError when size or layout differ from the first picture's, UsageError for a
+        depth that the codec lacks."""
         key = (picture.width, picture.height, picture.format.name)
         if self._seen is None:
+            self._begin(picture)
             self._seen = key
-            self._pix_fmt = pick_pix_fmt(picture.format.name, self.codec)
-            self._note(picture)
         elif key != self._seen:
             raise DecodeError(
                 f"the picture changes from {_text(self._seen)} to {_text(key)} at pts {picture.pts}: "
                 "one output holds one size; cut the file there and run the parts"
             )
-        if picture.format.name != self._pix_fmt:
-            picture = _reformat(picture, self._pix_fmt)
+        self.mended += _clip_to_depth(picture)
+        picture = self._in_layout(picture)
         if self._padded_wh(picture) != (picture.width, picture.height):
             picture = _pad(picture, self._padded_wh(picture))
+        return picture
+
+    def _begin(self, picture: av.VideoFrame) -> None:
+        self._pix_fmt = pick_pix_fmt(picture.format.name, self.codec, self.depth)
+        if self.sdr and picture.color_trc in HDR_TRANSFERS:
+            self._to_sdr = ToSdr(picture, self._pix_fmt)
+        self._note(picture)
+
+    def _in_layout(self, picture: av.VideoFrame) -> av.VideoFrame:
+        if self._to_sdr is not None:
+            return self._to_sdr(picture)
+        if picture.format.name != self._pix_fmt:
+            return _reformat(picture, self._pix_fmt)
         return picture
 
     def _padded_wh(self, picture: av.VideoFrame) -> tuple[int, int]:
@@ -56,14 +81,48 @@ class Door:
                 f"transparency: {self.codec.name} has none here; .webm and .mkv keep it with "
                 "--codec vp9 or ffv1, .mov with prores"
             )
-        picture = picture if name == self._pix_fmt else _reformat(picture, self._pix_fmt)
         if name != self._pix_fmt:
-            self.conversions.append(f"pixels {name} -> {self._pix_fmt}")
+            self.conversions.append(f"pixels {name} -> {self._pix_fmt}{self._why(picture)}")
+        if self._to_sdr is not None:
+            self.conversions.append(
+                f"HDR ({_TRANSFER_NAMES[int(picture.color_trc)]}, up to "
+                f"{self._to_sdr.peak * REFERENCE_WHITE:.0f} cd/m2) -> SDR by the tone curve of ITU-R "
+                "BT.2390"
+            )
+        picture = self._in_layout(picture)
         size, padded = (picture.width, picture.height), self._padded_wh(picture)
         if padded != size:
             self.conversions.append(
                 f"size {size[0]}x{size[1]} -> {padded[0]}x{padded[1]} (edge repeated)"
             )
+
+    def _why(self, picture: av.VideoFrame) -> str:
+        """Of a depth that nobody asked for, and of HDR in too few steps."""
+        before, after = bits_of(picture.format.name), bits_of(self._pix_fmt)
+        if after >= before or self._to_sdr is not None:
+            return ""
+        reasons = []
+        if self.depth is None and self.codec.depth == after:
+            reasons.append(
+                f"few players take {self.codec.name} of more than {after} bits; --bit-depth {before} "
+                "keeps them"
+            )
+        if picture.color_trc in HDR_TRANSFERS:
+            reasons.append(f"HDR in {after} bits shows bands; --sdr makes SDR of it")
+        return f" ({'; '.join(reasons)})" if reasons else ""
+
+
+def _clip_to_depth(picture: av.VideoFrame) -> bool:
+    """Clip samples that say more than their bits can, as damaged streams have them; True if any did."""
+    if not _ROOMY.fullmatch(picture.format.name):
+        return False
+    largest = 2 ** bits_of(picture.format.name) - 1
+    if all(plane.max() <= largest for plane in _views(picture, 16)):
+        return False
+    picture.make_writable()  # the decoder may still predict from this memory
+    for plane in _views(picture, 16):
+        np.minimum(plane, largest, out=plane)
+    return True
 
 
 def _has_alpha(fmt: av.VideoFormat) -> bool:

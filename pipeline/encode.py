@@ -110,6 +110,7 @@ class VideoEncoder:
         stream = container.add_stream(self.codec.encoder, rate=self.source.rate)
         context = stream.codec_context
         describe_pictures(stream, frame)
+        name_codec(stream, self.codec, self.muxer.format)
         stream.time_base = context.time_base = self._tick
         context.thread_count = self.threads
         # PyAV's default is slice threads; x264 keeps two cores busier with frame threads
@@ -153,6 +154,12 @@ class VideoEncoder:
     def _extend(self, option: str, parts: list[str]) -> None:
         old = [self.options[option]] if option in self.options else []
         self.options[option] = ":".join(old + parts)
+
+
+def name_codec(stream: Any, codec: VideoCodec, container_format: str) -> None:
+    """Give a new output stream the name by which players know its codec in this container."""
+    if codec.tag is not None and container_format not in MATROSKA:
+        stream.codec_context.codec_tag = codec.tag
 
 
 def describe_pictures(stream: Any, frame: Frame) -> None:

@@ -70,6 +70,18 @@ def hdr_options(picture: av.VideoFrame, codec: str) -> tuple[str, list[str], lis
     return (spelling.option if spelling else "", parts, lost)
 
 
+def light_levels(picture: av.VideoFrame) -> tuple[float | None, float | None]:
+    """(brightest pixel of the film, peak of the display it was graded on) in cd/m2, None: not told."""
+    light = side_data(picture, "CONTENT_LIGHT_LEVEL")
+    display = side_data(picture, "MASTERING_DISPLAY_METADATA")
+    brightest = None if light is None else float(struct.unpack("I", light[:4])[0])
+    if display is None:
+        return brightest, None
+    numbers = struct.unpack("20i2i", display[:88])
+    is_told = numbers[21] and numbers[19]
+    return brightest, numbers[18] / numbers[19] if is_told else None
+
+
 def mastering_text(data: bytes, in_units: bool) -> str | None:
     """G(x,y)B(x,y)R(x,y)WP(x,y)L(max,min) from the bytes of AVMasteringDisplayMetadata.
 

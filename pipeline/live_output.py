@@ -9,6 +9,7 @@ from typing import Any
 import av
 from makeup_video.pipeline.codecs import MATROSKA, container_of, encoder_options, pick_codec
 from makeup_video.pipeline.door import Door
+from makeup_video.pipeline.encode import name_codec
 from makeup_video.pipeline.errors import OutputError
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.live_encode import LiveEncoder
@@ -120,6 +121,7 @@ class Recording:
         encoder = LiveEncoder(
             self._container, self._codec.encoder, self._options, frame, self._rate
         )
+        name_codec(encoder.stream, self._codec, self._format)
         self._container.start_encoding()
         return encoder
 

@@ -14,7 +14,7 @@ from makeup_video.pipeline.convert import (
     audio_codec_for,
     subtitle_codec_for,
 )
-from makeup_video.pipeline.errors import StrictError
+from makeup_video.pipeline.errors import OutputError, StrictError
 from makeup_video.pipeline.matroska import set_display_size
 from makeup_video.pipeline.source import VideoSource, is_cover
 from makeup_video.pipeline.target import Target, write_errors
@@ -24,10 +24,12 @@ from makeup_video.pipeline.tracks import (
     codec_name,
     copy_stream,
     is_implied,
+    mystery,
     refusal,
     shown_wh,
     tags,
 )
+from makeup_video.pipeline.written import SentTrack, missing_from, sent_track
 
 Convert = Callable[[Any], list[Any]]
 
@@ -52,7 +54,9 @@ class Muxer:
         self._shift = Fraction(0)
         self._clip: tuple[Fraction | None, Fraction | None] = (None, None)
         self._container: Any = None
+        self._video: Any = None
         self._video_number = 0
+        self._sent: dict[int, SentTrack] = {}
         self._shown_wh: tuple[int, int] | None = None
         self._streams: dict[int, tuple[Any, Convert | None]] = {}
         self._converters: list[AudioConverter] = []
@@ -75,7 +79,8 @@ class Muxer:
             )
             for stream in source.container.streams:
                 if stream.index == source.video.index:
-                    video = add_video(self._container)
+                    self._video = video = add_video(self._container)
+                    self._sent[video.index] = sent_track("the painted video", video, exact=True)
                     video.metadata.update(tags(source.video, self.format))
                     video.disposition = source.video.disposition
                     self._shown_wh = shown_wh(video, source)
@@ -124,6 +129,9 @@ class Muxer:
         if is_cover(stream) and self.format == "matroska":
             self._attach_cover(stream, name)
             return
+        if (unknown := mystery(stream)) is not None:
+            self.dropped.append(f"{name}: {unknown}")
+            return
         reason = refusal(stream, self.format, self._first_packet(stream))
         if reason is None:
             out = copy_stream(self._container, stream)
@@ -136,11 +144,15 @@ class Muxer:
             out = converted
         out.metadata.update(tags(stream, self.format))
         out.disposition = stream.disposition
+        if stream.type != "attachment" and not is_cover(stream):
+            self._sent[out.index] = sent_track(name, out)
 
     def _add_converted(self, stream: Any, name: str) -> Any | None:
         if stream.codec_context is None or is_cover(stream):
             return None
-        if stream.type == "audio" and (codec := audio_codec_for(self.format, stream)):
+        codec: str | None
+        if stream.type == "audio":
+            codec = audio_codec_for(self.format)
             audio = AudioConverter(self._container, stream, codec)
             self._converters.append(audio)
             self._streams[stream.index] = (audio.stream, audio)
@@ -158,8 +170,9 @@ class Muxer:
         if packet is None:
             self.dropped.append(f"{name}: its picture is not at the start of the file")
             return
-        mime = {"mjpeg": "image/jpeg", "png": "image/png"}.get(stream.name, "image/x-unknown")
-        extension = {"mjpeg": "jpg"}.get(stream.name, stream.name)
+        codec = codec_name(stream)
+        mime = {"mjpeg": "image/jpeg", "png": "image/png"}.get(codec, "image/x-unknown")
+        extension = {"mjpeg": "jpg"}.get(codec, codec)
         named = {key.lower(): value for key, value in stream.metadata.items()}
         self._container.add_attachment(
             named.get("filename", f"cover.{extension}"), named.get("mimetype", mime), bytes(packet)
@@ -222,11 +235,17 @@ class Muxer:
     def _mux_others(self, stream: Any, packets: list[Any]) -> None:
         """Mux packets of a track that is not the video; those that the muxer refuses are counted."""
         for packet in packets:
-            packet.stream = stream
             try:
-                self._container.mux_one(packet)
+                self._mux(stream, packet)
             except (av.error.InvalidDataError, av.error.ArgumentError):
                 self.skipped_packets += 1
+
+    def _mux(self, stream: Any, packet: Any) -> None:
+        # Encoders of PyAV leave a packet's stream unset, which would mean the first track.
+        packet.stream = stream
+        self._container.mux_one(packet)
+        if stream.index in self._sent:
+            self._sent[stream.index].packets += 1
 
     def _trim(self, packet: Any) -> bool:
         """Move the packet by the trim's shift; False when it lies outside."""
@@ -258,8 +277,8 @@ class Muxer:
     def write(self, packet: Any) -> None:
         """Mux a packet of the new video."""
         with self._lock, write_errors(self.part):
+            self._mux(self._video, packet)
             self.video_packets += 1
-            self._container.mux_one(packet)
 
     # -- ending --------------------------------------------------------------------------------
 
@@ -275,8 +294,21 @@ class Muxer:
             if keep_part:
                 self.target.leave()
             else:
+                self._refuse_loss()  # some tracks show only while the file is read
+                self._check_written()
                 self.target.keep()
             self.is_finished = True
+
+    def _check_written(self) -> None:
+        """The last belt: a file that lost something does not get the output's name."""
+        missing = missing_from(self.part, self.format, list(self._sent.values()))
+        if missing is not None:
+            self.target.leave()
+            self.is_finished = True
+            raise OutputError(
+                f"{self.target.path} did not come out whole: {missing}; what was written is kept as "
+                f"{self.part}. Try another container, such as .mkv, and report it"
+            )
 
     def _keep_pixel_aspect(self) -> bool:
         """mp4 and mov have it from the encoder; Matroska's muxer has to be helped."""

@@ -10,7 +10,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from makeup_video.pipeline.codecs import container_of, encoder_options, pick_codec
+from makeup_video.pipeline.codecs import (
+    container_of,
+    encoder_options,
+    pick_codec,
+    pick_pix_fmt,
+)
 from makeup_video.pipeline.compare import Compare
 from makeup_video.pipeline.decode import Decoder
 from makeup_video.pipeline.door import Door
@@ -27,6 +32,7 @@ from makeup_video.pipeline.still import is_picture, process_picture
 from makeup_video.pipeline.target import Target
 
 Progress = Callable[[int, int | None, Fraction], None]
+BIT_DEPTHS = (8, 10, 12)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +42,7 @@ class Settings:
     start_seconds, end_seconds: the part to keep, counted from where the file begins.  threads: of decoder
     and encoder each, 0: what suits the cores there are.  strict: raise rather than drop or convert a track.
     faces: whom to paint: "all", "largest", or the number of one (as `inspect` shows it).
+    bit_depth: 8, 10 or 12 bits a sample; None: those of the source, but 8 in H.264.  sdr: HDR becomes SDR.
     compare: show before and after beside each other.  device: the OpenCL device that paints, by its
     number or a part of its name, "" for the processor.  observe: told what each stage took for each item.
     """
@@ -47,6 +54,8 @@ class Settings:
     end_seconds: Fraction | None = None
     overwrite: bool = False
     strict: bool = False
+    bit_depth: int | None = None
+    sdr: bool = False
     threads: int = 0
     faces: str = "all"
     compare: bool = False
@@ -57,6 +66,10 @@ class Settings:
         if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
             raise UsageError(
                 f"--faces must be all, largest, or the number that inspect shows, got {self.faces!r}"
+            )
+        if self.bit_depth not in (None, *BIT_DEPTHS):
+            raise UsageError(
+                f"--bit-depth must be one of {', '.join(map(str, BIT_DEPTHS))}, got {self.bit_depth}"
             )
         start, end = self.start_seconds or Fraction(0), self.end_seconds
         if start < 0 or (end is not None and end <= start):
@@ -77,6 +90,8 @@ _OF_VIDEOS = (
     ("--preset", "preset"),
     ("--start", "start_seconds"),
     ("--end", "end_seconds"),
+    ("--bit-depth", "bit_depth"),
+    ("--sdr", "sdr"),
     ("threads", "threads"),
 )
 
@@ -172,13 +187,17 @@ def _run(
 ) -> Report:
     context = source.video.codec_context
     container = container_of(output)
-    deep = source.bit_depth > 8 or context.color_trc in HDR_TRANSFERS
+    is_hdr = context.color_trc in HDR_TRANSFERS
+    depth = settings.bit_depth or (8 if settings.sdr and is_hdr else None)
+    deep = (depth or source.bit_depth) > 8 or (is_hdr and not settings.sdr)
     codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)
     options = encoder_options(codec, settings.crf, settings.preset)
+    if depth is not None:
+        pick_pix_fmt("yuv420p", codec, depth)  # refuses a depth before the output is begun
     target = Target(output, source.path, overwrite=settings.overwrite)
     muxer = Muxer(target, container, strict=settings.strict)
     try:
-        door = Door(codec)
+        door = Door(codec, depth, sdr=settings.sdr)
         decoder = Decoder(
             source,
             door,

@@ -1,6 +1,9 @@
 """Opens an input and says what is in it: the one video to paint, and everything else."""
 
+import logging
 import os
+import re
+from collections.abc import Generator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -17,6 +20,11 @@ _FORMATS = (
     "mxf", "nut", "ivf", "gxf", "dv", "rm", "wtv", "h264", "hevc", "vvc", "obu", "av1", "m4v",
     "mpegvideo", "mjpeg", "vc1", "yuv4mpegpipe", "gif", "apng", "wav", "mp3", "aac", "flac",
 )  # fmt: skip
+# A track's format is known from its first packets. Broadcasts and streams may begin some tracks late,
+# so FFmpeg looks further than its own 5 s for those that are announced and have not come yet.
+_PROBE_SECONDS = 100
+_PROBE_BYTES = 50_000_000  # what it reads ahead for that, it keeps in memory
+_STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
 _FAKE_RATE = 240  # FFmpeg guesses rates like 1000 or 90000 for VFR files: no camera's
 
 
@@ -91,7 +99,12 @@ def open_container(path: Path) -> Any:
 
     Raises InputError naming what FFmpeg said.
     """
-    options = {"protocol_whitelist": "file", "format_whitelist": ",".join(_FORMATS)}
+    options = {
+        "protocol_whitelist": "file",
+        "format_whitelist": ",".join(_FORMATS),
+        "analyzeduration": str(_PROBE_SECONDS * 1_000_000),
+        "probesize": str(_PROBE_BYTES),
+    }
     try:
         # `file:` keeps a name such as "concat:a|b" or "http:x" a file name; metadata in another
         # encoding than UTF-8 must not stop a video.
@@ -106,6 +119,32 @@ def open_container(path: Path) -> Any:
             f"{path} is not a video or picture file that can be read ({reason}); "
             "playlists are not followed"
         ) from error
+
+
+def packets_of(container: Any, *streams: Any) -> Generator[Any, None, None]:
+    """The packets of these streams, or of all that were known when the file was opened, to the end."""
+    try:
+        yield from container.demux(streams or list(container.streams))
+    except IndexError:
+        return  # PyAV 18 stumbles at the end over tracks that have appeared since: all is read
+
+
+def late_tracks(container: Any) -> list[str]:
+    """The tracks that have appeared since the file was opened, such as "audio #2 (mp3)".
+
+    mpegts, FLV and MPEG may announce a track anywhere. PyAV does not show it, and hands out none of
+    its packets; only FFmpeg's own description of the file knows.
+    """
+    logging.getLogger("libav").addHandler(logging.NullHandler())  # for what others log meanwhile
+    level = av.logging.get_level()
+    av.logging.set_level(av.logging.INFO)
+    try:
+        text = container.dumps_format()
+    finally:
+        av.logging.set_level(level)
+    known = len(container.streams)
+    found = [(int(number), kind, codec) for number, kind, codec in _STREAM_LINE.findall(text)]
+    return [f"{kind.lower()} #{at} ({codec})" for at, kind, codec in found if at >= known]
 
 
 def open_video(path: Path) -> VideoSource:
@@ -130,11 +169,14 @@ def _describe(path: Path, container: Any) -> VideoSource:
     best = container.streams.best("video")
     videos = [s for s in container.streams.video if not is_cover(s)]
     if not videos:
-        found = [f"{s.type}/{s.name or 'unknown'}" for s in container.streams] or ["nothing"]
+        found = [
+            f"{s.type}/{getattr(s, 'name', None) or 'unknown'}" for s in container.streams
+        ] or ["nothing"]
         raise DecodeError(
             f"{path} has no video stream (found: {', '.join(found)}). Give a file that has one."
         )
-    video = best if best in videos else videos[0]
+    known = [s for s in videos if s.codec_context is not None]
+    video = best if best in known else (known or videos)[0]
     if video.codec_context is None:
         raise DecodeError(f"{path}: this build of FFmpeg has no decoder for its video stream")
     rate = _sane_rate(video)

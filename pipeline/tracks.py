@@ -5,6 +5,7 @@ from typing import Any
 
 import av
 from av.stream import Discard
+from makeup_video.pipeline.codecs import APPLE_HEVC
 from makeup_video.pipeline.source import VideoSource, is_cover
 
 # Facts about the old file, untrue of the new one; muxers write their own.
@@ -50,7 +51,8 @@ def tags(holder: Any, container_format: str) -> dict[str, str]:
 
 
 def codec_name(stream: Any) -> str:
-    return str(stream.name or "unknown codec")
+    """FFmpeg's name of a stream's codec; PyAV has none where FFmpeg has no decoder."""
+    return str(getattr(stream, "name", None) or "unknown codec")
 
 
 def is_implied(stream: Any, source: VideoSource) -> bool:
@@ -60,6 +62,17 @@ def is_implied(stream: Any, source: VideoSource) -> bool:
     # the demuxer has read a chapter track itself, and marks it as not to be read again
     is_chapters = stream.discard == Discard.all and bool(source.container.chapters())
     return is_chapters or ("timecode" in source.video.metadata and "timecode" in stream.metadata)
+
+
+def mystery(stream: Any) -> str | None:
+    """Why nobody can tell what a stream holds; None for streams that are known well enough."""
+    if stream.type in ("data", "attachment"):
+        return None
+    if stream.codec_context is None:
+        return "FFmpeg has no decoder for it, and does not copy it without"
+    if stream.type == "audio" and not (stream.rate and stream.codec_context.layout.nb_channels):
+        return "it begins so late, or is so damaged, that its format is not known"
+    return None
 
 
 def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str | None:
@@ -93,9 +106,19 @@ def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str
 def copy_stream(container: Any, stream: Any) -> Any:
     """Add a stream to `container` that takes the packets of `stream` as they are."""
     copy = container.add_stream_from_template(stream, opaque=True)
+    if stream.name == "hevc" and container.format.name in ("mp4", "mov") and _has_header(stream):
+        copy.codec_context.codec_tag = APPLE_HEVC
     if stream.type == "audio":
         layout = stream.codec_context.layout
         # Matroska does not say which channels its PCM has, and mp4 insists on knowing
         if layout.name.endswith("channels") and layout.nb_channels in _USUAL_LAYOUTS:
             copy.codec_context.layout = _USUAL_LAYOUTS[layout.nb_channels]
     return copy
+
+
+def _has_header(stream: Any) -> bool:
+    """True when an HEVC stream's parameter sets stand in its header, as "hvc1" promises."""
+    header = bytes(stream.codec_context.extradata or b"")
+    if header[:1] == b"\x01":  # hvcC: ISO/IEC 14496-15, 8.3.3.1.2; byte 22 counts the arrays of sets
+        return len(header) > 22 and header[22] > 0
+    return len(header) > 0  # as in mpegts: the sets themselves

@@ -20,6 +20,17 @@ ENCODERS = {
     "mjpeg": ("mjpeg", {"qscale": "3"}),
     "qtrle": ("qtrle", {}),
 }
+# What FFmpeg's encoders of text subtitles want to know before the first title.
+ASS_HEADER = b"""[Script Info]
+ScriptType: v4.00+
+[V4+ Styles]
+Format: Name, Fontname, Fontsize, PrimaryColour, SecondaryColour, OutlineColour, BackColour, Bold, \
+Italic, Underline, StrikeOut, ScaleX, ScaleY, Spacing, Angle, BorderStyle, Outline, Shadow, \
+Alignment, MarginL, MarginR, MarginV, Encoding
+Style: Default,Arial,16,&Hffffff,&Hffffff,&H0,&H0,0,0,0,0,100,100,0,0,1,1,0,2,10,10,10,0
+[Events]
+Format: Layer, Start, End, Style, Name, MarginL, MarginR, MarginV, Effect, Text
+"""
 
 
 def picture(index: int, width_px: int, height_px: int, pix_fmt: str = "yuv420p") -> av.VideoFrame:

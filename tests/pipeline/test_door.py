@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError
-from makeup_video.pipeline.codecs import CODECS
+from makeup_video.pipeline.codecs import CODECS, bits_of
 from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.frame import _views
 from media import picture
@@ -15,7 +15,7 @@ from media import picture
 def test_a_picture_that_fits_passes_as_the_same_object(name):
     codec = CODECS[name]
     for pix_fmt in codec.pix_fmts:
-        shown, door = picture(0, 64, 48, pix_fmt), Door(codec)
+        shown, door = picture(0, 64, 48, pix_fmt), Door(codec, bits_of(pix_fmt))
         assert door(shown) is shown
         assert door.conversions == door.dropped == []
 
@@ -26,8 +26,8 @@ def test_a_picture_that_fits_passes_as_the_same_object(name):
 def test_padding_repeats_the_edge_and_keeps_every_pixel(width, height, pix_fmt):
     shown = picture(1, width, height, pix_fmt)
     shown.pts = 7
-    out = Door(CODECS["h264"])(shown)
-    depth = shown.format.components[0].bits
+    depth = bits_of(pix_fmt)
+    out = Door(CODECS["h264"], depth)(shown)
     for old, new in zip(_views(shown, depth), _views(out, depth), strict=True):
         rows, columns = old.shape[:2]
         assert 0 <= new.shape[0] - rows <= 1 and 0 <= new.shape[1] - columns <= 1

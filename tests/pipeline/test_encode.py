@@ -6,7 +6,13 @@ from fractions import Fraction
 import av
 import pytest
 from makeup_video.pipeline import EncodeError, Settings, UsageError, process_video
-from makeup_video.pipeline.codecs import CODECS, encoder_options, pick_codec, pick_pix_fmt
+from makeup_video.pipeline.codecs import (
+    CODECS,
+    bits_of,
+    encoder_options,
+    pick_codec,
+    pick_pix_fmt,
+)
 from media import add_video, decoded, encode_frames, make_clip
 
 MASTER = (
@@ -143,7 +149,7 @@ def test_every_layout_in_the_table_is_one_the_encoder_takes(name):
     offered = {fmt.name for fmt in av.Codec(codec.encoder, "w").video_formats}
     assert set(codec.pix_fmts) <= offered
     for fmt in codec.pix_fmts:
-        assert pick_pix_fmt(fmt, codec) == fmt
+        assert pick_pix_fmt(fmt, codec, bits_of(fmt)) == fmt
 
 
 def test_the_sources_frame_types_do_not_become_the_encoders(tmp_path):

@@ -10,18 +10,8 @@ from av.subtitles.subtitle import SubtitleSet
 from makeup_video.pipeline import Settings, StrictError, process_video
 from makeup_video.pipeline.mux import Muxer
 from makeup_video.pipeline.target import Target
-from media import add_video, decoded, encode_frames, make_clip, packets_of, picture, tone
+from media import ASS_HEADER, add_video, decoded, encode_frames, make_clip, packets_of, picture, tone
 
-ASS_HEADER = b"""[Script Info]
-ScriptType: v4.00+
-[V4+ Styles]
-Format: Name, Fontname, Fontsize, PrimaryColour, SecondaryColour, OutlineColour, BackColour, Bold, \
-Italic, Underline, StrikeOut, ScaleX, ScaleY, Spacing, Angle, BorderStyle, Outline, Shadow, \
-Alignment, MarginL, MarginR, MarginV, Encoding
-Style: Default,Arial,16,&Hffffff,&Hffffff,&H0,&H0,0,0,0,0,100,100,0,0,1,1,0,2,10,10,10,0
-[Events]
-Format: Layer, Start, End, Style, Name, MarginL, MarginR, MarginV, Effect, Text
-"""
 TITLES = [(100, 400, b"Hello, you"), (500, 300, "Grüße — 你好".encode())]
 
 

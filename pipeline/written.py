@@ -1,0 +1,72 @@
+"""Reads a finished file back: does it hold every track and every packet that was sent to it?"""
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import av
+from makeup_video.pipeline.codecs import MATROSKA
+from makeup_video.pipeline.source import is_cover
+
+# Of these the muxers of mp4 and mov put several packets into one sample.
+_REGROUPED = {"eac3", "truehd", "mlp"}
+
+
+@dataclass(slots=True)
+class SentTrack:
+    """One track of an output, in the order of the file, and how many packets were sent to it.
+
+    name: for messages.  kind: FFmpeg's "video", "audio", "subtitle" or "data".  codec: its name.
+    exact: the file must hold just as many packets, as it must of the painted video; other tracks
+    may hold more, such as the empty titles that mp4 puts between subtitles.
+    """
+
+    name: str
+    kind: str
+    codec: str
+    exact: bool = False
+    packets: int = 0
+
+
+def missing_from(path: Path, container_format: str, sent: list[SentTrack]) -> str | None:
+    """What a closed file lacks of what was sent, in words; None when everything is there."""
+    try:
+        found = _tracks_in(path, container_format)
+    except (av.FFmpegError, ValueError) as error:
+        return f"it cannot be read back ({error})"
+    if container_format not in MATROSKA:
+        sent = [track for track in sent if track.packets]  # mp4 and mov leave empty tracks out
+    if len(found) < len(sent):
+        return f"it has {len(found)} tracks, {len(sent)} were sent"
+    for track, (kind, count) in zip(sent, found, strict=False):
+        if kind != track.kind:
+            return f"{track.name} was sent, its place holds {kind}"
+        if not _is_whole(track, count):
+            return f"{track.name} has {count} packets, {track.packets} were sent"
+    return None
+
+
+def _is_whole(track: SentTrack, count: int) -> bool:
+    if track.exact:
+        return count == track.packets
+    return count >= (min(1, track.packets) if track.codec in _REGROUPED else track.packets)
+
+
+def _tracks_in(path: Path, container_format: str) -> list[tuple[str, int]]:
+    """(kind, packets) of each track, covers and attachments left out."""
+    # Without its parsers FFmpeg hands out the packets as they are stored, and nothing is decoded.
+    options = {"protocol_whitelist": "file", "fflags": "noparse+nofillin"}
+    with av.open(f"file:{path.absolute()}", container_options=options) as container:
+        tracks = [s for s in container.streams if s.type != "attachment" and not is_cover(s)]
+        if container_format in MATROSKA:
+            # its header counts nothing
+            counts = Counter(p.stream.index for p in container.demux(tracks) if p.size)
+        else:
+            counts = Counter({stream.index: stream.frames for stream in tracks})
+        return [(stream.type, counts[stream.index]) for stream in tracks]
+
+
+def sent_track(name: str, stream: Any, *, exact: bool = False) -> SentTrack:
+    """A track of which nothing has been sent yet; stream: the output's."""
+    return SentTrack(name, stream.type, str(getattr(stream, "name", None)), exact)
