@@ -15,7 +15,6 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-import onnxruntime
 from makeup_video.cli.measure_clip import frame_of, pictures
 from makeup_video.cli.measure_run import Clock, run_bare
 from makeup_video.pipeline.face_nets import FaceNets
@@ -70,6 +69,8 @@ def _decode_ms(clip: Path) -> float:
 
 def net_operations(clip: Path) -> float:
     """Multiplications and additions a frame of the face nets, counted where they run over a film."""
+    import onnxruntime  # after the pipeline, which switches its telemetry off
+
     with TemporaryDirectory() as folder:
 
         def options() -> Any:

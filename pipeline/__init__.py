@@ -9,8 +9,13 @@ faces = find_faces(rgb8)  # largest first
 weight = lip_mask(rgb8, faces[0])
 """
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+# ONNX Runtime's own builds report to Microsoft which nets are loaded and how they run, unless this
+# is set before the library is first imported. Nothing of ours is sent anywhere, whatever was set.
+os.environ["ORT_DISABLE_TELEMETRY"] = "1"
 
 from makeup_video.pipeline.errors import (
     CatalogueError,

@@ -77,7 +77,7 @@ class ToSdr:
 
 def _write(table: np.ndarray) -> str:
     """A .cube file (Adobe's Cube LUT specification 1.0) in the folder for temporary files."""
-    lines = ("%.5f %.5f %.5f\n" % tuple(row) for row in table.tolist())
+    lines = (f"{red:.5f} {green:.5f} {blue:.5f}\n" for red, green, blue in table.tolist())
     try:
         with tempfile.NamedTemporaryFile("w", suffix=".cube", delete=False) as file:
             file.write(f"LUT_3D_SIZE {_SIZE}\n")

@@ -119,6 +119,8 @@ def copy_stream(container: Any, stream: Any) -> Any:
 def _has_header(stream: Any) -> bool:
     """True when an HEVC stream's parameter sets stand in its header, as "hvc1" promises."""
     header = bytes(stream.codec_context.extradata or b"")
-    if header[:1] == b"\x01":  # hvcC: ISO/IEC 14496-15, 8.3.3.1.2; byte 22 counts the arrays of sets
+    if (
+        header[:1] == b"\x01"
+    ):  # hvcC: ISO/IEC 14496-15, 8.3.3.1.2; byte 22 counts the arrays of sets
         return len(header) > 22 and header[22] > 0
     return len(header) > 0  # as in mpegts: the sets themselves

@@ -56,7 +56,7 @@ def _is_whole(track: SentTrack, count: int) -> bool:
 def _tracks_in(path: Path, container_format: str) -> list[tuple[str, int]]:
     """(kind, packets) of each track, covers and attachments left out."""
     # Without its parsers FFmpeg hands out the packets as they are stored, and nothing is decoded.
-    options = {"protocol_whitelist": "file", "fflags": "noparse+nofillin"}
+    options = {"protocol_whitelist": "file", "fflags": "noparse+nofillin", "analyzeduration": "1"}
     with av.open(f"file:{path.absolute()}", container_options=options) as container:
         tracks = [s for s in container.streams if s.type != "attachment" and not is_cover(s)]
         if container_format in MATROSKA:

@@ -10,7 +10,16 @@ from av.subtitles.subtitle import SubtitleSet
 from makeup_video.pipeline import Settings, StrictError, process_video
 from makeup_video.pipeline.mux import Muxer
 from makeup_video.pipeline.target import Target
-from media import ASS_HEADER, add_video, decoded, encode_frames, make_clip, packets_of, picture, tone
+from media import (
+    ASS_HEADER,
+    add_video,
+    decoded,
+    encode_frames,
+    make_clip,
+    packets_of,
+    picture,
+    tone,
+)
 
 TITLES = [(100, 400, b"Hello, you"), (500, 300, "Grüße — 你好".encode())]
 

@@ -199,7 +199,5 @@ def test_a_track_that_appears_in_mid_file_is_left_out_by_name(tmp_path):
 def test_strict_does_not_lose_a_track_that_appears_in_mid_file(tmp_path):
     src = grown_in_mid_file(tmp_path / "in.ts")
     with pytest.raises(StrictError, match="audio #1"):
-        process_video(
-            src, tmp_path / "out.mkv", None, Settings(preset="ultrafast", strict=True)
-        )
+        process_video(src, tmp_path / "out.mkv", None, Settings(preset="ultrafast", strict=True))
     assert [path.name for path in tmp_path.iterdir()] == ["in.ts"]
