@@ -51,7 +51,7 @@ def hdr_of(path):
 )
 def test_hdr10_static_metadata_and_tags_arrive(tmp_path, codec, end):
     src, dst = hdr_clip(tmp_path / "in.mp4"), tmp_path / f"out{end}"
-    report = process_video(src, dst, None, Settings(codec=codec))
+    report = process_video(src, dst, None, Settings(codec=codec, bit_depth=10))
     frame = decoded(dst)[0]
     assert report.codec == (codec or ("av1" if end == ".webm" else "hevc"))
     assert frame.format.name == "yuv420p10le"
@@ -161,3 +161,52 @@ def test_the_sources_frame_types_do_not_become_the_encoders(tmp_path):
     with av.open(str(tmp_path / "out.mp4")) as container:
         keys = [packet.is_keyframe for packet in container.demux(video=0) if packet.size]
     assert sum(keys) < 4
+
+
+def tag_of(path, index=0):
+    with av.open(str(path)) as container:
+        return container.streams.video[index].codec_context.codec_tag
+
+
+@pytest.mark.parametrize("end", [".mp4", ".m4v", ".mov"])
+@pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuv420p10le"])
+def test_hevc_is_named_as_apple_plays_it_with_its_parameter_sets_in_the_header(
+    tmp_path, end, pix_fmt
+):
+    src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt)
+    process_video(src, tmp_path / f"out{end}", None, Settings(codec="hevc"))
+    assert tag_of(tmp_path / f"out{end}") == "hvc1"
+    assert {32, 33, 34} & set(nal_types(tmp_path / f"out{end}")) == set()  # VPS, SPS, PPS
+    with av.open(str(tmp_path / f"out{end}")) as container:
+        header = bytes(container.streams.video[0].codec_context.extradata)
+    assert header[22] >= 3  # arrays of parameter sets in hvcC
+    assert len(decoded(tmp_path / f"out{end}")) == 12
+
+
+def nal_types(path):
+    """Of every NAL unit of the first video track (H.265, table 7-1)."""
+    with av.open(str(path)) as container:
+        for packet in container.demux(video=0):
+            data, at = bytes(packet), 0
+            while at + 4 < len(data):
+                yield data[at + 4] >> 1 & 63
+                at += 4 + int.from_bytes(data[at : at + 4])
+
+
+@pytest.mark.parametrize("begin", [".mp4", ".mkv", ".mov"])
+@pytest.mark.parametrize("end", [".mp4", ".mov"])
+def test_hevc_that_is_copied_gets_that_name_too(tmp_path, begin, end):
+    src = tmp_path / f"in{begin}"
+    with av.open(str(src), "w") as out:
+        first, second = add_video(out), add_video(out, "hevc")
+        encode_frames(out, first, range(8))
+        encode_frames(out, second, range(8))
+    process_video(src, tmp_path / f"out{end}")
+    assert tag_of(tmp_path / f"out{end}", 1) == "hvc1"
+
+
+def test_hevc_in_matroska_has_no_name_of_mp4s(tmp_path):
+    process_video(
+        make_clip(tmp_path / "in.mp4"), tmp_path / "out.mkv", None, Settings(codec="hevc")
+    )
+    assert tag_of(tmp_path / "out.mkv") == "\0\0\0\0"

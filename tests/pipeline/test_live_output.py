@@ -57,6 +57,13 @@ def test_colours_arrive_with_their_tags(tmp_path, pix_fmt, matrix, span):
     assert np.abs(luma.astype(int) - want.planes[0]).mean() < 2
 
 
+@pytest.mark.parametrize("end", [".mp4", ".mov"])
+def test_hevc_is_named_as_apple_plays_it(tmp_path, end):
+    record(tmp_path / f"out{end}", live([0, 40, 80]), codec="hevc")
+    with av.open(str(tmp_path / f"out{end}")) as container:
+        assert container.streams.video[0].codec_context.codec_tag == "hvc1"
+
+
 def test_the_pictures_are_only_read(tmp_path):
     made = list(live([0, 40, 80]))
     before = [[p.copy() for p in each.frame.planes] for each in made]
