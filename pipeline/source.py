@@ -20,10 +20,12 @@ _FORMATS = (
     "mxf", "nut", "ivf", "gxf", "dv", "rm", "wtv", "h264", "hevc", "vvc", "obu", "av1", "m4v",
     "mpegvideo", "mjpeg", "vc1", "yuv4mpegpipe", "gif", "apng", "wav", "mp3", "aac", "flac",
 )  # fmt: skip
-# A track's format is known from its first packets. Broadcasts and streams may begin some tracks late,
-# so FFmpeg looks further than its own 5 s for those that are announced and have not come yet.
-_PROBE_SECONDS = 100
-_PROBE_BYTES = 50_000_000  # what it reads ahead for that, it keeps in memory
+# FFmpeg looks 5 s ahead for what each track holds. Where a track is announced and has not come by
+# then, as in broadcasts, the file is opened once more, looking further.
+_FURTHER = {
+    "analyzeduration": str(100 * 1_000_000),  # microseconds
+    "probesize": str(50 * 1_000_000),  # bytes, which it keeps in memory
+}
 _STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
 _FAKE_RATE = 240  # FFmpeg guesses rates like 1000 or 90000 for VFR files: no camera's
 
@@ -99,26 +101,34 @@ def open_container(path: Path) -> Any:
 
     Raises InputError naming what FFmpeg said.
     """
-    options = {
-        "protocol_whitelist": "file",
-        "format_whitelist": ",".join(_FORMATS),
-        "analyzeduration": str(_PROBE_SECONDS * 1_000_000),
-        "probesize": str(_PROBE_BYTES),
-    }
     try:
-        # `file:` keeps a name such as "concat:a|b" or "http:x" a file name; metadata in another
-        # encoding than UTF-8 must not stop a video.
-        return av.open(
-            f"file:{path.absolute()}",
-            container_options=options,
-            metadata_errors="replace",
-        )
+        container = _opened(path)
+        if any(lacks_format(stream) for stream in container.streams):
+            container.close()
+            container = _opened(path, **_FURTHER)
+        return container
     except (av.FFmpegError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(
             f"{path} is not a video or picture file that can be read ({reason}); "
             "playlists are not followed"
         ) from error
+
+
+def _opened(path: Path, **more: str) -> Any:
+    options = {"protocol_whitelist": "file", "format_whitelist": ",".join(_FORMATS)}
+    # `file:` keeps a name such as "concat:a|b" or "http:x" a file name; metadata in another
+    # encoding than UTF-8 must not stop a video.
+    return av.open(
+        f"file:{path.absolute()}", container_options=options | more, metadata_errors="replace"
+    )
+
+
+def lacks_format(stream: Any) -> bool:
+    """True for sound of which FFmpeg has found no packet that tells rate and channels."""
+    if stream.type != "audio" or stream.codec_context is None:
+        return False
+    return not (stream.rate and stream.codec_context.layout.nb_channels)
 
 
 def packets_of(container: Any, *streams: Any) -> Generator[Any, None, None]:

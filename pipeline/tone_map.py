@@ -27,7 +27,7 @@ def tone_curve(light: np.ndarray, peak: float) -> np.ndarray:
     light, peak: in units of 203 cd/m2. A peak of at most 1 leaves everything as it is.
     """
     if peak <= 1:
-        return np.minimum(light, 1.0)
+        return np.asarray(np.minimum(light, 1.0))
     top, white = to_encoded(np.array([peak, 1.0]), PQ)
     signal = np.clip(to_encoded(light, PQ) / top, 0, 1)
     largest = white / top
@@ -39,7 +39,8 @@ def tone_curve(light: np.ndarray, peak: float) -> np.ndarray:
         + (t**3 - 2 * t**2 + t) * (1 - knee)
         + (3 * t**2 - 2 * t**3) * largest
     )
-    return to_linear(np.where(signal < knee, signal, rolled) * top, PQ)
+    curve: np.ndarray = to_linear(np.where(signal < knee, signal, rolled) * top, PQ)
+    return curve
 
 
 def to_sdr(rgb: np.ndarray, transfer: int, primaries: int, peak: float) -> np.ndarray:
@@ -61,7 +62,8 @@ def _into_gamut(light: np.ndarray) -> np.ndarray:
     below, above = light.min(-1, keepdims=True), light.max(-1, keepdims=True)
     keep_below = np.where(below < 0, grey / np.maximum(grey - below, _DARK), 1)
     keep_above = np.where(above > 1, (1 - grey) / np.maximum(above - grey, _DARK), 1)
-    return np.clip(grey + np.minimum(keep_below, keep_above) * (light - grey), 0, 1)
+    kept: np.ndarray = grey + np.minimum(keep_below, keep_above) * (light - grey)
+    return np.asarray(np.clip(kept, 0, 1))
 
 
 def sdr_table(size: int, transfer: int, primaries: int, peak: float) -> np.ndarray:

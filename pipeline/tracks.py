@@ -6,7 +6,7 @@ from typing import Any
 import av
 from av.stream import Discard
 from makeup_video.pipeline.codecs import APPLE_HEVC
-from makeup_video.pipeline.source import VideoSource, is_cover
+from makeup_video.pipeline.source import VideoSource, is_cover, lacks_format
 
 # Facts about the old file, untrue of the new one; muxers write their own.
 OWN_TAGS = {"major_brand", "minor_version", "compatible_brands", "encoder", "duration", "bps"}
@@ -70,7 +70,7 @@ def mystery(stream: Any) -> str | None:
         return None
     if stream.codec_context is None:
         return "FFmpeg has no decoder for it, and does not copy it without"
-    if stream.type == "audio" and not (stream.rate and stream.codec_context.layout.nb_channels):
+    if lacks_format(stream):
         return "it begins so late, or is so damaged, that its format is not known"
     return None
 
