@@ -145,7 +145,6 @@ def run_stages(
             source.close()
     report.seconds = time.monotonic() - began
     report.cpu_seconds = time.process_time() - cpu_began
-    report.bytes_in = path.stat().st_size
     report.peak_memory_bytes = peak_memory_bytes()
     return report
 
@@ -175,6 +174,7 @@ def _run(
     deep = source.bit_depth > 8 or context.color_trc in HDR_TRANSFERS
     codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)
     options = encoder_options(codec, settings.crf, settings.preset)
+    bytes_in = source.container.size  # of the open file: nobody knows what has its name at the end
     target = Target(output, source.path, overwrite=settings.overwrite)
     muxer = Muxer(target, container, strict=settings.strict)
     try:
@@ -198,7 +198,9 @@ def _run(
         if not muxer.is_finished:
             muxer.abort()
         raise
-    return _report(source, output, decoder, encoder, muxer, runner)
+    report = _report(source, output, decoder, encoder, muxer, runner)
+    report.bytes_in = bytes_in
+    return report
 
 
 def decoder_threads() -> int:
