@@ -108,7 +108,7 @@ def test_the_smallest_and_the_narrowest_are_painted(tmp_path, shape, compare):
     report = process_video(
         tmp_path / "in.png", tmp_path / "out.png", LOOK, Settings(compare=compare)
     )
-    assert report.warnings() == ["no face was found: nothing was painted"]
+    assert "no face was found: nothing was painted" in report.warnings()[0]
     got = read_picture(tmp_path / "out.png")[0]
     np.testing.assert_array_equal(got, np.hstack([pixels] * 2) if compare else pixels)
 
