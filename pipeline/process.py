@@ -17,6 +17,7 @@ from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.encode import VideoEncoder
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.frame import HDR_TRANSFERS, Frame
+from makeup_video.pipeline.length import check_start
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.memory import peak_memory_bytes
 from makeup_video.pipeline.mux import Muxer
@@ -137,6 +138,7 @@ def run_stages(
     else:
         source = open_video(path)
         try:
+            check_start(source, settings.start_seconds)
             made = stages(source)
             if settings.compare:
                 made = _compared(made)
