@@ -28,7 +28,7 @@ def rename_new(old: Path, new: Path) -> None:
             return
         except FileExistsError:
             raise
-        except OSError:
+        except (OSError, NotImplementedError):
             continue  # this way does not exist here; the last one tells any other reason
     _by_looking(old, new)
 
