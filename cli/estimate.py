@@ -30,7 +30,8 @@ def estimate(
     catalogue: Annotated[
         str | None,
         typer.Option(
-            metavar="CSV", help="Products (brand, product, shade, hex): name the nearest."
+            metavar="CSV",
+            help="Products (brand, product, shade, hex, maybe category): name the nearest.",
         ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
@@ -88,7 +89,7 @@ def _told(
                 "product": one.product,
                 "shade": one.shade,
             }
-            for off, one in shades.nearest((params.red, params.green, params.blue))
+            for off, one in shades.nearest((params.red, params.green, params.blue), region=region)
         ]
     return told
 
@@ -112,7 +113,10 @@ def _print_regions(console: "Console", regions: dict[str, dict[str, Any] | None]
         numbers = ", ".join(f"{name} {one['params'][name]:.2f}" for name in _SHOWN)
         _print_line(console, f"      {numbers}")
         if "nearest" in one:
-            _print_line(console, "      nearest products, by CIEDE2000:")
+            none = f"no product in the catalogue is for the {region}"
+            _print_line(
+                console, f"      {'nearest products, by CIEDE2000:' if one['nearest'] else none}"
+            )
         for near in one.get("nearest", []):
             name = ", ".join(near[part] for part in ("brand", "product", "shade"))
             _print_line(

@@ -1,30 +1,49 @@
 """A table of real products, and which of them come nearest to a colour."""
 
 import csv
+import io
 import itertools
 import os
+import re
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import lru_cache
 
 import numpy as np
 from makeup_video.pipeline.choose import rgb_of_hex
 from makeup_video.pipeline.colour_difference import ciede2000, lab_of
 from makeup_video.pipeline.errors import CatalogueError
+from makeup_video.pipeline.finishes import REGIONS
+from makeup_video.pipeline.ordinary import open_ordinary
 
 COLUMNS = ("brand", "product", "shade", "hex")
+KIND_COLUMNS = ("category", "product_type", "type")  # what shops call it; each may be left out
+_MOST_BYTES = 200_000_000
+_MOST_LINES = 3_000_000  # of 60 bytes each, as catalogues have them
+# What a kind of product is for, as in lip_gloss, Lippenstift, eyeliner; and what is for neither region.
+_OF_REGION = {
+    "lips": re.compile(r"(?<![a-z])lip"),
+    "eyes": re.compile(r"(?<![a-z])eye(?![ _-]?(brow|lash))"),
+}
+_OF_NEITHER = re.compile(
+    r"(?<![a-z])(eye[ _-]?)?(brow|lash|mascara|nail|face|foundation|concealer|blush|bronzer|cheek)"
+)
 _BLOCK = 1 << 15  # rows at a time: CIEDE2000 holds some thirty arrays of them
 
 
 @dataclass(frozen=True, slots=True)
 class Shade:
-    """One shade of one product; rgb: sRGB codes 0..255."""
+    """One shade of one product.
+
+    rgb: sRGB codes 0..255.  regions: those that it may be meant for, all when nothing is known.
+    """
 
     brand: str
     product: str
     shade: str
     rgb: tuple[int, int, int]
+    regions: tuple[str, ...] = REGIONS
 
 
 class Catalogue:
@@ -34,13 +53,17 @@ class Catalogue:
         once: dict[str, str] = {}
         self._names: tuple[list[str], list[str], list[str]] = [], [], []
         codes = array("B")
+        fits = {name: array("B") for name in REGIONS}
         brands, products, names = self._names
         for one in shades:
             brands.append(once.setdefault(one.brand, one.brand))
             products.append(once.setdefault(one.product, one.product))
             names.append(one.shade)
             codes.extend(one.rgb)
+            for name, column in fits.items():
+                column.append(name in one.regions)
         self._rgb = np.frombuffer(codes.tobytes(), np.uint8).reshape(-1, 3)
+        self._fits = {name: np.frombuffer(fits[name].tobytes(), bool) for name in REGIONS}
         self._lab = [lab_of(block) for block in _blocks(self._rgb)]
 
     def __len__(self) -> int:
@@ -52,18 +75,24 @@ class Catalogue:
     def at(self, index: int) -> Shade:
         brand, product, shade = (column[index] for column in self._names)
         red, green, blue = self._rgb[index].tolist()
-        return Shade(brand, product, shade, (red, green, blue))
+        regions = tuple(name for name in REGIONS if self._fits[name][index])
+        return Shade(brand, product, shade, (red, green, blue), regions)
 
-    def nearest(self, rgb: Sequence[float], count: int = 5) -> list[tuple[float, Shade]]:
+    def nearest(
+        self, rgb: Sequence[float], count: int = 5, region: str | None = None
+    ) -> list[tuple[float, Shade]]:
         """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best first.
 
+        region: leave out what is known to be for something else.
         Of several that are equally near, those that come first in the catalogue.
         """
-        count = min(count, len(self))
+        fit = np.ones(len(self), bool) if region is None else self._fits[region]
+        count = min(count, int(fit.sum()))
         if count < 1:
             return []
         wanted = lab_of(np.array(rgb, np.float64))
         off = np.concatenate([ciede2000(block, wanted) for block in self._lab])
+        off[~fit] = np.inf
         # all that are as near as the last one told: argpartition alone would choose among equals
         near = np.flatnonzero(off <= off[np.argpartition(off, count - 1)[count - 1]])
         near = near[np.argsort(off[near], kind="stable")][:count]
@@ -71,19 +100,20 @@ class Catalogue:
 
 
 def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
-    """The rows of a CSV file (UTF-8) with columns brand, product, shade, hex; others are ignored.
+    """The rows of a CSV file (UTF-8, at most 200 MB) with columns brand, product, shade, hex.
 
+    The columns category, product_type and type tell for which regions a product is; others are ignored.
     Cells are separated by commas, or by semicolons where line 1 has no comma. Rows whose cells are
     all blank do not count. Raises CatalogueError naming file, line and fault.
     """
     if not os.fspath(path):
         raise CatalogueError("the name of the catalogue is empty: give a CSV file")
-    file = Path(path)
-    if file.exists() and not file.is_file():  # a pipe would be waited for, a device never ends
-        raise CatalogueError(f"{path}: a catalogue cannot be read: it is no ordinary file")
     try:
-        with file.open(encoding="utf-8-sig", newline="") as opened:
-            catalogue = Catalogue(_shades(opened, path))
+        with (
+            open_ordinary(path, _MOST_BYTES) as data,
+            io.TextIOWrapper(data, encoding="utf-8-sig", newline="") as lines,
+        ):
+            catalogue = Catalogue(_shades(lines, path))
     except UnicodeDecodeError as error:
         raise CatalogueError(f"{path}: a catalogue cannot be read: not UTF-8 text") from error
     except OSError as error:
@@ -108,25 +138,39 @@ def _shades(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Shad
                 f"commas or semicolons; missing or twice: {', '.join(missing)}"
             )
         places = [names.index(name) for name in COLUMNS]
+        kinds = [at for at, name in enumerate(names) if name in KIND_COLUMNS]
         for row in reader:
+            if reader.line_num > _MOST_LINES:
+                raise CatalogueError(
+                    f"{path} has more than {_MOST_LINES} lines: give a catalogue of fewer products"
+                )
             if "".join(row).strip():
-                yield _shade(row, names, places, f"{path}, line {reader.line_num}")
+                where = f"{path}, line {reader.line_num}"
+                if len(row) != len(names):
+                    raise CatalogueError(
+                        f"{where}: {len(names)} cells were expected, as in line 1, got {len(row)}"
+                    )
+                kind = " ".join(row[at] for at in kinds).lower()
+                yield _shade([row[at].strip() for at in places], _regions_of(kind), where)
     except csv.Error as error:
         raise CatalogueError(f"{path}, line {reader.line_num}: no proper CSV: {error}") from error
 
 
-def _shade(row: list[str], names: list[str], places: list[int], where: str) -> Shade:
-    if len(row) != len(names):
-        raise CatalogueError(
-            f"{where}: {len(names)} cells were expected, as in line 1, got {len(row)}"
-        )
-    brand, product, shade, text = (row[at].strip() for at in places)
+def _shade(cells: list[str], regions: tuple[str, ...], where: str) -> Shade:
+    brand, product, shade, text = cells
     rgb = rgb_of_hex(text)
     if rgb is None:
         raise CatalogueError(
             f"{where}: hex must be 3 or 6 hex digits such as #B4002E, got {text[:40]!r}"
         )
-    return Shade(brand, product, shade, rgb)
+    return Shade(brand, product, shade, rgb, regions)
+
+
+@lru_cache(maxsize=1000)
+def _regions_of(kind: str) -> tuple[str, ...]:
+    """For which regions a kind of product is, in lower case; all when that tells of none."""
+    named = tuple(name for name in REGIONS if _OF_REGION[name].search(kind))
+    return named or (() if _OF_NEITHER.search(kind) else REGIONS)
 
 
 def _blocks(rows: np.ndarray) -> Iterator[np.ndarray]:

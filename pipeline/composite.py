@@ -54,7 +54,8 @@ class Composite:
     """Paints `look` on every frame.
 
     device: as for open_device.  faces: all, largest, or a face's number.
-    painted_frames: how many frames had a face that was painted.
+    painted_frames: how many frames had a face that was painted.  chosen_frames: how many had one that
+    was to be painted, be its lips and lids seen or not.  numbers: of all faces that came.
     level: as Budget has it, set between two frames. From 3 on large regions are painted at half size.
     Raises InstallError, UsageError for the device.
     """
@@ -63,7 +64,8 @@ class Composite:
         self._canvas = Canvas(open_device(device))
         self._faces = faces
         self._largest_id = -1
-        self.painted_frames = 0
+        self.painted_frames = self.chosen_frames = 0
+        self.numbers: set[int] = set()
         self.level = 0
         self._half = HalfSize()
         self._is_small = False
@@ -74,8 +76,11 @@ class Composite:
         self.look = look
 
     def __call__(self, item: FrameScene) -> Frame:
+        chosen = self._chosen(item.faces)
+        self.numbers.update(scene.face.track_id for scene in item.faces)
+        self.chosen_frames += bool(chosen)
         # the look is asked for once: another thread may set one while this frame is painted
-        self.painted_frames += self._wear(item, self._chosen(item.faces), self.look)
+        self.painted_frames += self._wear(item, chosen, self.look)
         return item.frame
 
     def rehearse(self, item: FrameScene, look: Look) -> None:

@@ -7,8 +7,9 @@ from typing import Any
 
 import av
 from makeup_video.pipeline.door import Door
-from makeup_video.pipeline.errors import DecodeError
+from makeup_video.pipeline.errors import DecodeError, UsageError
 from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.length import beyond_end
 from makeup_video.pipeline.mux import Muxer
 from makeup_video.pipeline.source import VideoSource, is_cover, late_tracks, packets_of
 from makeup_video.pipeline.trim import Trim
@@ -78,7 +79,8 @@ class Decoder:
         self._file_end_seconds = Fraction(0)
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Raises DecodeError when nothing could be decoded, or the picture's size changes."""
+        """Raises DecodeError when nothing could be decoded, or the picture's size changes, UsageError when
+        the film ends before `start_seconds`."""
         if self.trim.start is not None:
             self._seek(self.trim.start)
         for packet in self._packets():
@@ -260,11 +262,27 @@ class Decoder:
             if stats.is_damaged:
                 stats.lost_frames = max(0, promised - stats.frames)
         if not stats.frames:
+            self._check_start()
             where = "in it" if is_whole else "in the chosen part"
             raise DecodeError(
                 f"{source.path}: no frame could be decoded {where} "
                 f"({stats.packets} packets, {stats.decode_errors} errors). Give a file that plays."
             )
+
+    def _check_start(self) -> None:
+        """Raises UsageError when all pictures lie before the trim's start: of some files the length is known
+        only now."""
+        start, source = self.trim.start, self.source
+        if start is None or self._last_pts is None or self.stats.decode_errors:
+            return
+        end = (self._last_pts + self._last_duration) * source.time_base
+        origin = source.start_seconds
+        if max(end, self._file_end_seconds) <= start:
+            raise beyond_end(source, start - origin, max(end, self._file_end_seconds) - origin)
+        raise UsageError(
+            f"--start {float(start - origin):g} s is beyond the last picture: {source.path} shows "
+            f"pictures until {round(float(end - origin), 2)} s"
+        )
 
 
 def _decoder_context(source: VideoSource, threads: int) -> Any:

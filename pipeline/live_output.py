@@ -97,7 +97,7 @@ class Recording:
         with write_errors(self._part):
             if self._encoder is None:
                 self._target = Target(self._path, self._source, overwrite=self._overwrite)
-                self._encoder = self._open(frame)
+                self._encoder = self._open(self._target.own_path, frame)
             self._mux(self._encoder(frame.picture))
         self.pictures += 1
 
@@ -105,7 +105,7 @@ class Recording:
         for packet in packets:
             self._container.mux_one(packet)
 
-    def _open(self, frame: Frame) -> LiveEncoder:
+    def _open(self, path: Path, frame: Frame) -> LiveEncoder:
         # mp4 and mov grow in fragments of two seconds, which play without an end, and become an ordinary
         # file when they are closed
         options = {"movflags": "+hybrid_fragmented", "frag_duration": "2000000"}
@@ -113,7 +113,7 @@ class Recording:
         if self._format in MATROSKA:
             options = {}
         self._container = av.open(
-            f"file:{self._part.absolute()}",
+            f"file:{path}",
             "w",
             format=self._format,
             container_options=options,

@@ -12,13 +12,17 @@ In a region, renderer settings may follow the seven parameters of the product; e
 
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import LookError
+from makeup_video.pipeline.ordinary import read_ordinary
 
 ZONES = ("lid", "crease", "full", "outer")
+_MOST_BYTES = 1_000_000  # a look has 1 kB
+_MOST_DIGITS = 400  # no number in range has more, and Python reads no more than 4300
 _UNBOUNDED = sys.float_info.max  # JSON can spell larger integers; kernels cannot
 
 
@@ -169,14 +173,16 @@ class Look:
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a look file (UTF-8 JSON). Raises LookError naming file and fault."""
+        """Read a look file (UTF-8 JSON, at most 1 MB). Raises LookError naming file and fault."""
         try:
-            text = Path(path).read_text(encoding="utf-8-sig")
+            text = read_ordinary(path, _MOST_BYTES).decode("utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "not UTF-8 text"
             raise LookError(f"{path}: a look file cannot be read: {reason}") from error
         try:
-            values = json.loads(text, object_pairs_hook=_object_without_repeats)
+            values = json.loads(
+                text, object_pairs_hook=_object_without_repeats, parse_int=whole_number
+            )
             return cls.from_dict(values)
         except json.JSONDecodeError as error:
             raise LookError(
@@ -192,11 +198,16 @@ class Look:
         Path(path).write_text(json.dumps(self.to_dict(), indent=2) + "\n", encoding="utf-8")
 
 
+def whole_number(digits: str) -> int | float:
+    """A whole number of JSON; infinite when it has more digits than any that may be given."""
+    return int(digits) if len(digits) <= _MOST_DIGITS else float(digits)
+
+
 def _object_without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for key, value in pairs:
         if key in values:
-            raise LookError(f"{key} is given twice: keep one")
+            raise LookError(f"{_shown(key, repr)} is given twice: keep one")
         values[key] = value
     return values
 
@@ -204,7 +215,9 @@ def _object_without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _refuse_unknown(where: str, values: dict[str, Any], known: Any) -> None:
     for key in values:
         if key not in known:
-            raise LookError(f"{where} has an unknown key {key!r}; known are {', '.join(known)}")
+            raise LookError(
+                f"{where} has an unknown key {_shown(key, repr)}; known are {', '.join(known)}"
+            )
 
 
 def _check_number(name: str, value: Any, low: float, high: float) -> None:
@@ -219,6 +232,18 @@ def _range_text(low: float, high: float) -> str:
     return f"a number in {low:g}..{high:g}"
 
 
-def _shown(value: Any) -> str:
-    text = json.dumps(value, default=repr)
+def _as_json(value: Any) -> str:
+    return json.dumps(value, default=repr)
+
+
+def _shown(value: Any, spell: Callable[[Any], str] = _as_json) -> str:
+    """A value in one short line, as JSON writes it or as `spell` does."""
+    try:
+        text = spell(value)
+    except (
+        ValueError,
+        TypeError,
+        RecursionError,
+    ):  # too many digits, keys that are no text, a circle
+        text = f"something of type {type(value).__name__} that cannot be shown"
     return text if len(text) <= 60 else text[:57] + "..."

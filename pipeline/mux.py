@@ -72,7 +72,7 @@ class Muxer:
         """
         with self._lock, write_errors(self.part):
             self._container = av.open(
-                f"file:{self.part.absolute()}",
+                f"file:{self.target.own_path}",
                 "w",
                 format=self.format,
                 container_options=self._options(source),
@@ -290,7 +290,7 @@ class Muxer:
             self._container.close()
             if not self._keep_pixel_aspect():
                 self.dropped.append("pixel aspect ratio: no room for it in the header")
-            self.bytes_out = self.part.stat().st_size
+            self.bytes_out = self.target.own_path.stat().st_size
             if keep_part:
                 self.target.leave()
             else:
@@ -301,7 +301,7 @@ class Muxer:
 
     def _check_written(self) -> None:
         """The last belt: a file that lost something does not get the output's name."""
-        missing = missing_from(self.part, self.format, list(self._sent.values()))
+        missing = missing_from(self.target.own_path, self.format, list(self._sent.values()))
         if missing is not None:
             self.target.leave()
             self.is_finished = True
@@ -314,7 +314,7 @@ class Muxer:
         """mp4 and mov have it from the encoder; Matroska's muxer has to be helped."""
         if self._shown_wh is None or self.format not in MATROSKA:
             return True
-        return set_display_size(self.part, self._video_number, *self._shown_wh)
+        return set_display_size(self.target.own_path, self._video_number, *self._shown_wh)
 
     def abort(self) -> None:
         """Close and remove what was written. Never raises: it runs after another error."""

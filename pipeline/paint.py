@@ -14,6 +14,8 @@ from makeup_video.pipeline.mesh import BuildScene
 from makeup_video.pipeline.report import Report
 from makeup_video.pipeline.still import merge, to_frame
 
+_MOST_NUMBERS = 10
+
 
 class PaintRun(FaceRun):
     """Finds faces and paints a look on them; `faces` and `device` as in Settings."""
@@ -29,6 +31,32 @@ class PaintRun(FaceRun):
     def count(self, report: Report) -> None:
         super().count(report)
         report.painted_frames = self._composite.painted_frames
+        if not report.painted_frames and report.frames_with_face:
+            report.why_unpainted = self._why_unpainted(report.turn_first)
+
+    def _why_unpainted(self, turn_first: str) -> str:
+        """Why no face that was found is painted."""
+        composite, whom = self._composite, self._faces
+        if not composite.chosen_frames and whom.isdigit():
+            return f"--faces {whom}, but {_numbered(sorted(composite.numbers))}"
+        hidden = [
+            part
+            for part, params in (("mouth", self._look.lips), ("eyes", self._look.eyes))
+            if params is not None and params.is_worn
+        ]
+        if not hidden:
+            return "the look neither covers, nor shines, nor mirrors"
+        return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
+
+
+def _numbered(numbers: list[int]) -> str:
+    """Which faces there were, at most ten of them by number."""
+    texts = [str(number) for number in numbers]
+    if len(texts) > _MOST_NUMBERS:
+        texts[_MOST_NUMBERS:] = [f"{len(texts) - _MOST_NUMBERS} more"]
+    if len(texts) < 2:
+        return f"the only face seen was {''.join(texts)}" if texts else "no face was seen for long"
+    return f"the faces seen were {', '.join(texts[:-1])} and {texts[-1]}"
 
 
 def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None) -> np.ndarray:

@@ -10,19 +10,18 @@ import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Protocol
+from typing import IO, Any
 
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
+from makeup_video.pipeline.ordinary import open_ordinary
+from makeup_video.pipeline.picture_size import MOST_PX
 from makeup_video.pipeline.source import local_file, open_video
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 # Only formats of photos: others of Pillow's run programs (EPS) or open more files.
 _FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
 _KINDS = "JPEG, PNG, WebP, AVIF, TIFF or BMP"
-# The largest phone camera in wide use has 108 Mpx. Pillow stores 4 bytes a pixel: 480 MB,
-# and while WebP is decoded four times as much.
-MOST_PX = 120_000_000
 LARGE_PX = (
     4096  # longer side; beyond, a photo is averaged down: a face still has far more than needed
 )
@@ -46,6 +45,7 @@ _DAMAGE = (
     KeyError,
     IndexError,
     EOFError,
+    ArithmeticError,
     RuntimeError,  # AVIF's
     struct.error,
 )
@@ -59,29 +59,31 @@ _UPRIGHT = {
     7: Image.Transpose.TRANSVERSE,
     8: Image.Transpose.ROTATE_90,
 }
-
-
 # How videos begin that come as bytes: those are shown to no decoder of videos.
 _MOVING = (b"\x1a\x45\xdf\xa3", b"FLV", b"\0\0\x01\xba", b"\0\0\x01\xb3")  # Matroska, FLV, MPEG
+_MOST_BYTES = 1_000_000_000  # the largest photo has no more, even when nothing is compressed
 
 
-class _File(Protocol):
-    """What is asked of a photo's file: a Path, or bytes in memory with a name for messages."""
+class _Photo:
+    """A photo's file, open once: it may be removed, or another put in its place, while it is read.
 
-    @property
-    def name(self) -> str: ...
-    def open(self, mode: str, /) -> IO[bytes]: ...
+    path: None for a photo in memory.  str() calls it in messages.
+    """
 
-
-class _InMemory:
-    def __init__(self, data: bytes, name: str) -> None:
-        self.data, self.name = data, name
-
-    def open(self, mode: str, /) -> IO[bytes]:
-        return io.BytesIO(self.data)
+    def __init__(self, data: IO[bytes], name: str, path: Path | None = None) -> None:
+        self.data, self.path, self._name = data, path, name
+        self.short_name = name if path is None else path.name
 
     def __str__(self) -> str:
-        return self.name
+        return self._name
+
+    def begins(self, count: int = -1) -> bytes:
+        """The first bytes, or all of them. Pillow finds the file as it left it."""
+        at = self.data.tell()
+        self.data.seek(0)
+        found = self.data.read(count)
+        self.data.seek(at)
+        return found
 
 
 def read_photo(photo: str | os.PathLike[str] | bytes, name: str = "the photo") -> np.ndarray:
@@ -94,14 +96,14 @@ def read_photo(photo: str | os.PathLike[str] | bytes, name: str = "the photo") -
     down by a whole factor. Raises InputError when the file cannot be opened, PhotoError when it is
     no photo to read colours from: another kind of file, moving, grey, damaged, too large.
     """
-    file = _file_of(photo, name)
+    file = _opened(photo, name)
     Image.init()
     formats = [name for name in _FORMATS if name in Image.OPEN]
     try:
-        with warnings.catch_warnings():
+        with file.data, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of Pillow's: our one line says what is wrong
             with _damage_told(file):
-                picture = Image.open(_opened(file), formats=formats)
+                picture = Image.open(file.data, formats=formats)
             with picture:
                 with _damage_told(file):
                     moves = _is_moving(picture)
@@ -113,21 +115,20 @@ def read_photo(photo: str | os.PathLike[str] | bytes, name: str = "the photo") -
         raise PhotoError(f"{file} needs more memory than there is: make it smaller first") from None
 
 
-def _file_of(photo: str | os.PathLike[str] | bytes, name: str) -> _File:
-    if not isinstance(photo, bytes):
-        return local_file(photo, "photo")
-    if not photo:
-        raise InputError(f"{name} is empty (0 bytes): give a photo file")
-    return _InMemory(photo, name)
-
-
-def _opened(file: _File) -> Path | IO[bytes]:
-    """What Pillow is given: a path, so that it closes the file itself, or memory."""
-    return file if isinstance(file, Path) else file.open("rb")
+def _opened(photo: str | os.PathLike[str] | bytes, name: str) -> _Photo:
+    if isinstance(photo, bytes):
+        if not photo:
+            raise InputError(f"{name} is empty (0 bytes): give a photo file")
+        return _Photo(io.BytesIO(photo), name)
+    path = local_file(photo, "photo")
+    try:
+        return _Photo(open_ordinary(path, _MOST_BYTES), str(path), path)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}") from error
 
 
 @contextmanager
-def _damage_told(file: _File) -> Generator[None, None, None]:
+def _damage_told(file: _Photo) -> Generator[None, None, None]:
     """Only around calls of Pillow that read the file, so that a fault of ours is not told as damage."""
     try:
         yield
@@ -145,7 +146,7 @@ def _is_moving(picture: Image.Image) -> bool:
     return getattr(picture, "is_animated", False) and picture.format != "MPO"
 
 
-def _refuse(picture: Image.Image, moves: bool, file: _File) -> None:
+def _refuse(picture: Image.Image, moves: bool, file: _Photo) -> None:
     """What can be told before any pixel is decoded."""
     if picture.width * picture.height > MOST_PX:
         raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, "))
@@ -159,10 +160,9 @@ def _refuse(picture: Image.Image, moves: bool, file: _File) -> None:
         raise PhotoError(f"{file} is a grey picture without colours: give a colour photo")
 
 
-def _passes(file: _File) -> int:
+def _passes(file: _Photo) -> int:
     """Of a progressive JPEG; those of a thumbnail in it count too."""
-    with file.open("rb") as opened:
-        return opened.read().count(b"\xff\xda")
+    return file.begins().count(b"\xff\xda")
 
 
 def _pixels(picture: Image.Image) -> np.ndarray:
@@ -194,12 +194,13 @@ def _orientation(picture: Image.Image) -> int:
         return 1
 
 
-def _in_srgb(image: Image.Image, profile: bytes | None) -> Image.Image:
-    """Mode RGB, in sRGB. A profile that is broken or of another kind of picture is left aside; one
-    that calls itself sRGB is converted too, for there are linear ones of that name."""
+def _in_srgb(image: Image.Image, profile: Any) -> Image.Image:
+    """Mode RGB, in sRGB. A profile that is broken or of another kind of picture is left aside (in a
+    TIFF it can be a number); one that calls itself sRGB is converted too, for there are linear ones
+    of that name."""
     if image.mode == "RGBA":
         image = image.convert("RGB")
-    if profile:
+    if isinstance(profile, bytes) and profile:
         try:
             source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
             converted = ImageCms.profileToProfile(
@@ -212,18 +213,17 @@ def _in_srgb(image: Image.Image, profile: bytes | None) -> Image.Image:
     return image if image.mode == "RGB" else image.convert("RGB")
 
 
-def _too_large(file: _File, size: str = "") -> str:
+def _too_large(file: _Photo, size: str = "") -> str:
     return f"{file} has {size}more than {MOST_PX / 1e6:.0f} million px: make it smaller first"
 
 
-def _damaged(file: _File) -> str:
+def _damaged(file: _Photo) -> str:
     return f"{file} is damaged or cut short: save the photo again, or give another one"
 
 
-def _unknown(file: _File) -> str:
+def _unknown(file: _Photo) -> str:
     """Why Pillow does not know it."""
-    with file.open("rb") as opened:
-        head = opened.read(12)
+    head = file.begins(12)
     brand = head[8:] if head[4:8] == b"ftyp" else b""
     if brand in _HEIC:
         return f"{file} is a HEIC photo, which cannot be read here: save it as JPEG or PNG"
@@ -239,15 +239,15 @@ def _unknown(file: _File) -> str:
         return f"{file} is no photo that can be read: give a {_KINDS} file"
     return (
         f"{file} is a video, and the makeup is read from a photo: save one of its frames as a "
-        f"picture (ffmpeg -ss SECONDS -i {file.name} -frames:v 1 look.png)"
+        f"picture (ffmpeg -ss SECONDS -i {file.short_name} -frames:v 1 look.png)"
     )
 
 
-def _is_video(file: _File, head: bytes) -> bool:
-    if not isinstance(file, Path):
+def _is_video(file: _Photo, head: bytes) -> bool:
+    if file.path is None:
         return head[4:8] == b"ftyp" or head[8:] == b"AVI " or head.startswith(_MOVING)
     try:
-        open_video(file).close()
+        open_video(file.path).close()
     except InputError:
         return False
     return True

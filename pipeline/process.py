@@ -22,6 +22,7 @@ from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.encode import VideoEncoder
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.frame import HDR_TRANSFERS, Frame
+from makeup_video.pipeline.length import check_start
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.memory import peak_memory_bytes
 from makeup_video.pipeline.mux import Muxer
@@ -152,6 +153,7 @@ def run_stages(
     else:
         source = open_video(path)
         try:
+            check_start(source, settings.start_seconds)
             made = stages(source)
             if settings.compare:
                 made = _compared(made)
@@ -160,7 +162,6 @@ def run_stages(
             source.close()
     report.seconds = time.monotonic() - began
     report.cpu_seconds = time.process_time() - cpu_began
-    report.bytes_in = path.stat().st_size
     report.peak_memory_bytes = peak_memory_bytes()
     return report
 
@@ -194,6 +195,7 @@ def _run(
     options = encoder_options(codec, settings.crf, settings.preset)
     if depth is not None:
         pick_pix_fmt("yuv420p", codec, depth)  # refuses a depth before the output is begun
+    bytes_in = source.container.size  # of the open file: nobody knows what has its name at the end
     target = Target(output, source.path, overwrite=settings.overwrite)
     muxer = Muxer(target, container, strict=settings.strict)
     try:
@@ -217,7 +219,9 @@ def _run(
         if not muxer.is_finished:
             muxer.abort()
         raise
-    return _report(source, output, decoder, encoder, muxer, runner)
+    report = _report(source, output, decoder, encoder, muxer, runner)
+    report.bytes_in = bytes_in
+    return report
 
 
 def decoder_threads() -> int:

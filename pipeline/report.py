@@ -18,6 +18,7 @@ class Report:
     frames_with_face, faces: how many frames showed a face, and how many faces in all; None where
     nobody looked.  tiny_faces: how often a face was left alone because it was too small.
     painted_frames: how many frames were painted on; None where nothing was to be painted.
+    why_unpainted: when that is 0 although faces were found.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
     stages: per actor items, busy_seconds, cpu_seconds; channels: per channel capacity, mean_fill.
     """
@@ -43,6 +44,7 @@ class Report:
     faces: int | None = None
     tiny_faces: int = 0
     painted_frames: int | None = None
+    why_unpainted: str = ""
     seconds: float = 0.0
     media_seconds: float = 0.0
     first_packet_unix_seconds: float | None = None
@@ -73,9 +75,10 @@ class Report:
         if self.damaged:
             lines.append(self._damage())
         if self.painted_frames == 0 and self.frames_with_face:
-            lines.append("nothing was painted: of the faces found, none is to be painted")
+            lines.append(f"nothing was painted: {self.why_unpainted}")
         elif self.painted_frames == 0:
-            lines.append("no face was found: nothing was painted")
+            turn = "" if self.tiny_faces else f"; {self.turn_first}"
+            lines.append(f"no face was found: nothing was painted{turn}")
         elif self.frames_with_face == 0:
             lines.append("no face was found")
         if self.tiny_faces:
@@ -83,6 +86,11 @@ class Report:
                 f"faces under {MIN_FACE_PX} px wide were left alone ({self.tiny_faces} seen)"
             )
         return lines
+
+    @property
+    def turn_first(self) -> str:
+        """Faces that lie on their side are found, mostly, but none that is upside down."""
+        return f"if the {'picture' if self.is_picture else 'film'} is upside down, turn it first"
 
     def _damage(self) -> str:
         counts = {

@@ -60,7 +60,7 @@ class SideFile:
         """Raises OutputError when the file cannot be written."""
         with write_errors(self.path):
             if self._file is None:
-                self._file = self._target.part.open("w", encoding="utf-8")
+                self._file = self._target.own_path.open("w", encoding="utf-8")
                 self._file.write(self.begins)
             self._file.write(text)
 

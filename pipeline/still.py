@@ -13,8 +13,16 @@ import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.pipeline.compare import side_by_side
-from makeup_video.pipeline.errors import DecodeError, OutputError, StrictError, UsageError
+from makeup_video.pipeline.errors import (
+    DecodeError,
+    InputError,
+    OutputError,
+    StrictError,
+    UsageError,
+)
 from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.ordinary import read_ordinary
+from makeup_video.pipeline.picture_size import check_size
 from makeup_video.pipeline.report import Report
 from makeup_video.pipeline.target import Target, write_errors
 
@@ -27,6 +35,7 @@ _EXIF_TAG_ORIENTATION = 0x0112
 _UPRIGHT_DEGREES = {1: 0, 2: 0, 3: 180, 4: 180, 5: 270, 6: 270, 7: 90, 8: 90}
 # APP1 segments of a JPEG say what they hold (XMP specification part 3, section 1.1.3)
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
+_MOST_BYTES = 1_000_000_000  # the largest picture has no more, even when nothing is compressed
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
 
 
@@ -34,10 +43,13 @@ def is_picture(path: Path) -> bool:
     """True when the file begins as a JPEG, PNG or WebP, and is no moving one.
 
     Motion JPEG without a container begins as a JPEG too: its name tells. Raises DecodeError for an
-    animated WebP, which neither OpenCV nor FFmpeg reads as a whole.
+    animated WebP, which neither OpenCV nor FFmpeg reads as a whole, InputError when the file is gone.
     """
-    with path.open("rb") as file:
-        head = file.read(4096)
+    try:
+        with path.open("rb") as file:
+            head = file.read(4096)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}") from error
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
         if b"ANIM" in head[12:64]:
             raise DecodeError(f"{path} is an animated WebP: convert it to a video first")
@@ -72,7 +84,7 @@ def process_picture(
     except BaseException:
         target.discard()
         raise
-    report.output, report.bytes_out = str(dst), target.path.stat().st_size
+    report.output = str(dst)
     return report
 
 
@@ -80,7 +92,8 @@ def _process(
     src: Path, target: Target, paint: Callable[[Frame], Frame], compare: bool, strict: bool
 ) -> Report:
     suffix = target.part.suffix.lower()
-    stored, metadata = read_picture(src)
+    data = _bytes(src)
+    stored, metadata = _decode(data, src)
     report = Report(str(src), "", _WRITERS[suffix], is_picture=True, frames_in=1, frames_out=1)
     frame = to_frame(stored, rotation_degrees=_rotation(metadata))
     before = [plane.copy() for plane in frame.planes]
@@ -88,8 +101,11 @@ def _process(
     if compare:
         untouched = stored if painted.shape == stored.shape else _with_colour(stored)
         painted = side_by_side(untouched, painted, _orientation(metadata))
-    write_picture(target.part, _fitting(painted, report), metadata)
-    report.dropped += _lost_metadata(target.part, metadata)
+    written = _encoded(target.part, _fitting(painted, report), metadata)
+    report.bytes_in, report.bytes_out = len(data), len(written)
+    with write_errors(target.part):
+        target.own_path.write_bytes(written)
+    report.dropped += _lost_metadata(written, target.part, metadata)
     if strict and (lost := report.dropped + report.conversions):
         raise StrictError(
             f"--strict: {suffix} cannot keep {'; '.join(lost)}. Use .png, or leave --strict out."
@@ -99,14 +115,29 @@ def _process(
 
 def read_picture(path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     """(stored pixels, metadata): (H, W, 1, 3 or 4) uint8 or uint16, BGR(A) order, encoded, not
-    turned; metadata as OpenCV's {kind: bytes}. Raises DecodeError."""
+    turned; metadata as OpenCV's {kind: bytes}. Raises InputError, DecodeError."""
+    return _decode(_bytes(path), path)
+
+
+def _bytes(path: Path) -> bytes:
+    """Of a picture that is not too large."""
+    try:
+        data = read_ordinary(path, _MOST_BYTES)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+    check_size(data, path)
+    return data
+
+
+def _decode(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     import cv2
 
     # our one line says what is wrong; OpenCV's own warnings would come on top
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    data = np.frombuffer(path.read_bytes(), np.uint8)
     try:
-        pixels, kinds, blobs = cv2.imdecodeWithMetadata(data, flags=cv2.IMREAD_UNCHANGED)
+        pixels, kinds, blobs = cv2.imdecodeWithMetadata(
+            np.frombuffer(data, np.uint8), flags=cv2.IMREAD_UNCHANGED
+        )
     except cv2.error as error:
         raise DecodeError(f"{path} cannot be decoded: {error.err}") from error
     if pixels is None or pixels.size == 0:
@@ -151,34 +182,34 @@ def merge(stored: np.ndarray, frame: Frame, before: list[np.ndarray]) -> np.ndar
     return out
 
 
-def write_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarray]) -> None:
-    """Encode BGR(A) pixels by the path's extension.
-
-    JPEG at quality 95 in 4:4:4, WebP lossless, PNG.  Raises OutputError.
-    """
+def _encoded(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarray]) -> bytes:
+    """BGR(A) pixels as a file, by the path's extension: JPEG at quality 95 in 4:4:4, WebP lossless,
+    PNG. Raises OutputError."""
     import cv2
 
+    suffix = path.suffix.lower()
     options = {
         ".png": [],
         ".webp": [cv2.IMWRITE_WEBP_QUALITY, 101],  # over 100 means lossless
     }.get(
-        path.suffix.lower(),
+        suffix,
         [
             cv2.IMWRITE_JPEG_QUALITY, 95,
             cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
         ],
     )  # fmt: skip
     try:
-        data = _encode(path.suffix.lower(), pixels, metadata, options)
+        data = _encode(suffix, pixels, metadata, options)
         if data is None:  # libpng refuses the whole picture for a malformed profile
             rest = {k: v for k, v in metadata.items() if k != cv2.IMAGE_METADATA_ICCP}
-            data = _encode(path.suffix.lower(), pixels, rest, options)
+            data = _encode(suffix, pixels, rest, options)
     except cv2.error as error:
         raise OutputError(f"{path} cannot be encoded: {error.err}. Choose .png") from error
     if data is None:
-        raise OutputError(f"{path} cannot be encoded as {path.suffix}: choose .png")
-    with write_errors(path):
-        path.write_bytes(data)
+        advice = "make it smaller" if suffix == ".png" else "choose .png"
+        size = f"{pixels.shape[1]} x {pixels.shape[0]} px"
+        raise OutputError(f"{path}: {size} cannot be encoded as {suffix}: {advice}")
+    return data
 
 
 def _encode(
@@ -215,11 +246,11 @@ def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
     return pixels
 
 
-def _lost_metadata(written: Path, metadata: dict[int, np.ndarray]) -> list[str]:
+def _lost_metadata(data: bytes, path: Path, metadata: dict[int, np.ndarray]) -> list[str]:
     """Blocks that the format's library left out, a malformed ICC profile for one."""
-    kept = read_picture(written)[1] if metadata else {}
+    kept = _decode(data, path)[1] if metadata else {}
     return [
-        f"{_KINDS[kind]}: not accepted in {written.suffix}" for kind in metadata if kind not in kept
+        f"{_KINDS[kind]}: not accepted in {path.suffix}" for kind in metadata if kind not in kept
     ]
 
 

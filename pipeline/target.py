@@ -4,10 +4,10 @@ import contextlib
 import errno
 import os
 from pathlib import Path
-from typing import IO
 
 import av
 from makeup_video.pipeline.errors import OutputError, UsageError
+from makeup_video.pipeline.part_file import PartFile, check_part
 
 _DISK_ADVICE = {
     errno.ENOSPC: "free some space, or choose another disk",
@@ -34,7 +34,7 @@ def keep_apart(output: Path, read: Path) -> None:
     """Raises UsageError when writing `output` would take the place of a file that is only read."""
     place = target_of(output)
     for taken in (place, part_of(place)) if place.name else ():
-        if taken.exists() and read.exists() and taken.samefile(read):
+        if _is_same(taken, read):
             raise UsageError(
                 f"the output {output} would take the place of {read}, which this run reads: choose "
                 "another name"
@@ -55,6 +55,7 @@ class Target:
     """The place of one output. While it is open no other run can take the same place.
 
     source: the file that is read, None when there is none, as with a camera.
+    part: the name under which the output grows.  own_path: where to write it, as in PartFile.
     Raises UsageError or OutputError, one line each, before anything is written.
     """
 
@@ -62,24 +63,35 @@ class Target:
         with write_errors(path):
             self.path = target_of(path)
             self.part = part_of(self.path)
+            self._overwrite = overwrite
             _check(self.path, source, overwrite)
             _check_part(self.part, source, overwrite)
-            self._lock = _locked(self.part)
+            self._file = PartFile(self.part, overwrite=overwrite)
+            self.own_path = self._file.own_path
 
     def keep(self) -> None:
-        """The part is whole: give it the output's name."""
-        os.replace(self.part, self.path)
-        self._lock.close()
+        """The part is whole: give it the output's name.
+
+        Raises UsageError when something else has come to have that name and must not be overwritten.
+        The part is then kept.
+        """
+        with write_errors(self.path):
+            try:
+                self._file.rename(self.path, overwrite=self._overwrite)
+            except FileExistsError:
+                self.leave()
+                raise UsageError(
+                    f"{self.path} was made by another program during the run, and is left alone; "
+                    f"what was written is {self.part}: rename it, or run again with -y"
+                ) from None
 
     def leave(self) -> None:
         """The part is all there is, and stays under its own name."""
-        self._lock.close()
+        self._file.close()
 
     def discard(self) -> None:
-        """Remove the part. Never raises: it runs after another error."""
-        self._lock.close()
-        with contextlib.suppress(OSError):
-            self.part.unlink(missing_ok=True)
+        """Remove the part, unless it is to stay. Never raises: it runs after another error."""
+        self._file.remove()
 
 
 def _check(path: Path, source: Path | None, overwrite: bool) -> None:
@@ -92,42 +104,26 @@ def _check(path: Path, source: Path | None, overwrite: bool) -> None:
         return
     if not path.is_file():
         raise OutputError(f"{path} is not an ordinary file: choose another name")
-    if source is not None and path.samefile(source):
+    if source is not None and _is_same(path, source):
         raise UsageError(f"the output is the input ({source}): choose another name")
     if not overwrite:
         raise UsageError(f"{path} exists already: add -y to overwrite it, or choose another name")
 
 
 def _check_part(part: Path, source: Path | None, overwrite: bool) -> None:
-    if not part.exists():
-        return
-    if not part.is_file():
-        raise OutputError(f"{part}, where the output would grow, is no file: choose another output")
-    if source is not None and part.samefile(source):
+    if source is not None and _is_same(part, source):
         raise UsageError(
             f"{source} is where this output would grow: rename it, or choose another output"
         )
-    if not overwrite:
-        raise UsageError(
-            f"{part} exists, perhaps from a run that was stopped: add -y to overwrite it"
-        )
+    check_part(part, overwrite)
 
 
-def _locked(part: Path) -> IO[bytes]:
-    """Open the part and lock it; the lock goes with the process, whatever happens to it."""
-    file = part.open("ab")
+def _is_same(one: Path, other: Path) -> bool:
+    """False also when one of them is gone: an input may be removed once it is open."""
     try:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except ImportError:
-        pass  # no such locks on this system: the check for an existing part must do
+        return one.samefile(other)
     except OSError:
-        file.close()
-        raise UsageError(
-            f"another run is writing {part} at this moment: wait for it, or choose another output"
-        ) from None
-    return file
+        return False
 
 
 class write_errors(contextlib.AbstractContextManager[None]):  # reads as a statement

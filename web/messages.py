@@ -23,7 +23,7 @@ from typing import Any
 
 from makeup_video.pipeline.errors import LookError, UsageError
 from makeup_video.pipeline.finishes import FINISHES, look_in_words
-from makeup_video.pipeline.look import ZONES, Look
+from makeup_video.pipeline.look import ZONES, Look, whole_number
 from makeup_video.web.parameters import parameters
 from makeup_video.web.show import PHOTO_BYTES, PhotoLook, Session
 
@@ -52,7 +52,7 @@ Wish = LookWanted | Compare | Shown
 def read_message(text: str) -> Wish:
     """What a page says. Raises LookError or UsageError: one line, for the page."""
     try:
-        values = json.loads(text, parse_constant=_refuse)
+        values = json.loads(text, parse_constant=_refuse, parse_int=whole_number)
     except (ValueError, RecursionError):
         raise UsageError("a message must be a JSON object without NaN or Infinity") from None
     kind = values.get("type") if isinstance(values, dict) else None

@@ -77,6 +77,17 @@ def test_the_nearest_products_are_named_for_both_regions(folder, reads):
     assert off[:5] == sorted(off[:5]) and off[5:] == sorted(off[5:])
 
 
+def test_products_for_the_lips_are_not_offered_for_the_eyes(folder, reads):
+    reads(WORN)
+    rows = [f"B,Velvet,{at},#{at:02x}2040,lipstick" for at in range(20, 40)]
+    (folder / "lips.csv").write_text("\n".join(["brand,product,shade,hex,category", *rows]))
+    lines = run(PHOTO, "--catalogue", "lips.csv").output.splitlines()
+    assert len([line for line in lines if "Velvet" in line]) == 5
+    assert lines[-1] == "      no product in the catalogue is for the eyes"
+    said = json.loads(run(PHOTO, "--catalogue", "lips.csv", "--json").stdout)
+    assert len(said["lips"]["nearest"]) == 5 and said["eyes"]["nearest"] == []
+
+
 def test_json_says_all_of_it(folder, reads):
     reads(Look(lips=WORN.lips))
     said = json.loads(run(PHOTO, "--catalogue", "shades.csv", "--json").stdout)

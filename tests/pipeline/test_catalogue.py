@@ -5,6 +5,7 @@ import os
 import numpy as np
 import pytest
 from makeup_video.pipeline import CatalogueError
+from makeup_video.pipeline import catalogue as catalogue_module
 from makeup_video.pipeline.catalogue import Catalogue, Shade, read_catalogue
 from makeup_video.pipeline.colour_difference import ciede2000, lab_of
 
@@ -100,3 +101,61 @@ def test_a_large_catalogue_gives_what_sorting_all_of_it_gives():
     np.testing.assert_allclose([near for near, _ in found], off[first], rtol=1e-12)
     assert [one.rgb for _, one in found] == [tuple(codes[at]) for at in first]
     assert found[0][1].brand is found[1][1].brand
+
+
+KINDS = [
+    ("lip_gloss", "lips"), ("Lip Liner", "lips"), ("LIPSTICK", "lips"), ("Lippenstift", "lips"),
+    ("eyeshadow", "eyes"), ("Eye Primer", "eyes"), ("eyeliner", "eyes"), ("jumbo eye-pencil", "eyes"),
+    ("lip & cheek stain", "lips"), ("eye and lip pencil", "lips eyes"), ("eyes/lips", "lips eyes"),
+    ("", "lips eyes"), ("pencil", "lips eyes"), ("palette", "lips eyes"), ("tulip", "lips eyes"),
+    ("nail_polish", ""), ("eyebrow", ""), ("Eye Brow gel", ""), ("eyelash", ""), ("mascara", ""),
+    ("foundation", ""), ("Blush", ""), ("face powder", ""),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "regions"), KINDS)
+@pytest.mark.parametrize("column", ["category", "Product_Type", " type "])
+def test_the_kind_of_a_product_tells_where_it_is_worn(tmp_path, column, kind, regions):
+    (tmp_path / "shades.csv").write_text(f"brand,product,shade,hex,{column}\nA,B,C,#fff,{kind}\n")
+    (shade,) = read_catalogue(tmp_path / "shades.csv")
+    assert shade.regions == tuple(regions.split())
+
+
+def test_columns_that_tell_the_kind_are_read_together(tmp_path):
+    """As shops have them: one says lipstick or eyeshadow, the other liquid or palette, or nothing."""
+    rows = ["brand,product,product_type,category,shade,hex", "A,B,eyeshadow,,1,#b00",
+            "A,B,eyeshadow,palette,2,#b00", "A,B,lipstick,liquid,3,#b00", "A,B,,,4,#b00"]  # fmt: skip
+    (tmp_path / "shades.csv").write_text("\n".join(rows))
+    catalogue = read_catalogue(tmp_path / "shades.csv")
+    offered = {
+        region: [one.shade for _, one in catalogue.nearest((180, 0, 0), region=region)]
+        for region in ("lips", "eyes", None)
+    }
+    assert offered == {"lips": ["3", "4"], "eyes": ["1", "2", "4"], None: ["1", "2", "3", "4"]}
+
+
+def test_products_for_something_else_are_not_offered_however_near(tmp_path):
+    codes = np.random.default_rng(0).integers(0, 256, (3000, 3)).tolist()
+    shades = [
+        Shade("B", "P", str(at), tuple(code), (("lips",), ("eyes",), ("lips", "eyes"), ())[at % 4])
+        for at, code in enumerate(codes)
+    ]
+    catalogue = Catalogue(shades)
+    assert tuple(catalogue) == tuple(shades)
+    for region, names in (("lips", (0, 2)), ("eyes", (1, 2))):
+        alone = Catalogue(one for one in shades if region in one.regions)
+        found = catalogue.nearest((120, 30, 60), 9, region)
+        assert found == alone.nearest((120, 30, 60), 9)
+        assert {int(one.shade) % 4 for _, one in found} <= set(names)
+    assert Catalogue(shades[:1]).nearest((0, 0, 0), region="eyes") == []
+
+
+def test_a_catalogue_that_is_too_large_is_refused(tmp_path, monkeypatch):
+    with (tmp_path / "hole.csv").open("wb") as file:
+        file.truncate(3_000_000_000)
+    with pytest.raises(CatalogueError, match="cannot be read: it has more than 200 MB"):
+        read_catalogue(tmp_path / "hole.csv")
+    monkeypatch.setattr(catalogue_module, "_MOST_LINES", 2)
+    (tmp_path / "shades.csv").write_text(GOOD)
+    with pytest.raises(CatalogueError, match=r"shades\.csv has more than 2 lines"):
+        read_catalogue(tmp_path / "shades.csv")

@@ -162,11 +162,6 @@ def test_zero_frames(tmp_path):
     refused(tmp_path / "in.mp4", tmp_path / "out.mp4", MakeupVideoError, "in.mp4")
 
 
-def test_a_trim_beyond_the_end_says_that_nothing_is_there(tmp_path):
-    src = make_clip(tmp_path / "in.mp4")
-    refused(src, tmp_path / "out.mp4", DecodeError, "chosen part", start_seconds=Fraction(99))
-
-
 def test_a_size_that_changes_mid_stream(tmp_path):
     """Two H.264 streams of different size, one after the other, as broadcasters splice them."""
     stream = io.BytesIO()

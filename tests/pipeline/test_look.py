@@ -109,7 +109,7 @@ def test_other_faults_are_named(values, match):
     [
         ("{", "not JSON at line 1"),
         ('{"version": 1,\n "lips" null}', "line 2"),
-        ('{"version": 1, "version": 1, "lips": null, "eyes": null}', "version is given twice"),
+        ('{"version": 1, "version": 1, "lips": null, "eyes": null}', "'version' is given twice"),
         ('{"version": 1, "lips": null, "eyes": null, "strength": NaN}', "strength"),
         ("[" * 100000, "nests too deep"),
         ("", "not JSON"),

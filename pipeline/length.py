@@ -1,0 +1,51 @@
+"""How long a film is, and that --start lies within it."""
+
+from fractions import Fraction
+
+import av
+from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.source import VideoSource
+
+
+def check_start(source: VideoSource, start_seconds: Fraction | None) -> None:
+    """Raises UsageError when the film ends before `start_seconds`, counted from where a player begins.
+
+    A container that does not say its length passes, and so does one whose header is wrong: of a
+    film that seems too short the packets are asked, from the last key frame on.
+    """
+    length = _length_seconds(source)
+    if start_seconds is None or length is None or start_seconds < length:
+        return
+    if not _has_packets_at(source, start_seconds + source.start_seconds):
+        raise beyond_end(source, start_seconds, length)
+
+
+def beyond_end(
+    source: VideoSource, start_seconds: Fraction, length_seconds: Fraction
+) -> UsageError:
+    return UsageError(
+        f"--start {float(start_seconds):g} s is beyond the end: {source.path} is "
+        f"{round(float(length_seconds), 2)} s long"
+    )
+
+
+def _length_seconds(source: VideoSource) -> Fraction | None:
+    """Of all tracks together, as the container says."""
+    container = source.container
+    if container.duration is None:
+        return None
+    end = Fraction((container.start_time or 0) + container.duration, av.time_base)
+    return end - source.start_seconds
+
+
+def _has_packets_at(source: VideoSource, seconds: Fraction) -> bool:
+    """Whether the video goes on at that time of the container's clock."""
+    try:
+        source.container.seek(int(seconds / source.time_base), stream=source.video)
+        return any(
+            packet.pts is not None
+            and (packet.pts + (packet.duration or 0)) * packet.time_base > seconds
+            for packet in source.container.demux(source.video)
+        )
+    except av.FFmpegError:
+        return True  # decoding will tell

@@ -1,0 +1,152 @@
+"""The file in which an output grows: always a new one, locked, and never reached through a link."""
+
+import contextlib
+import os
+import stat
+from pathlib import Path
+
+from makeup_video.pipeline.errors import OutputError, UsageError
+from makeup_video.pipeline.rename import rename_new
+
+_NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0)
+_NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW | getattr(os, "O_BINARY", 0)
+_OLD = os.O_RDWR | _NO_FOLLOW | getattr(os, "O_NONBLOCK", 0)
+_OWN_FILES = Path("/proc/self/fd")  # Linux: the files that this process has open, by number
+_TRIES = 10  # somebody may put a file there whenever one is removed
+
+
+class PartFile:
+    """A new file at `path`. While it is open, no other run can take the same place.
+
+    overwrite: remove what an earlier run left there. A link is removed too, whatever it leads to,
+    and a file with more names than this one keeps its content under the others.
+    own_path: the path to write to. On Linux it leads to this very file, even when another program
+    puts a link in the place of the part; elsewhere it is the name, and such a link is only
+    noticed by `rename`.
+    Raises UsageError when the place is taken, OutputError or OSError when it cannot be used.
+    """
+
+    def __init__(self, path: Path, *, overwrite: bool) -> None:
+        self.path = path
+        self._fd: int | None = _opened(path, overwrite)
+        self.own_path = _own_path(path, self._fd)
+        self._is_open = True
+        if os.name == "nt":  # has no such locks, and renames no file that is open
+            os.close(self._fd)
+            self._fd = None
+
+    def rename(self, new: Path, *, overwrite: bool) -> None:
+        """Give the file its final name and close it.
+
+        Raises FileExistsError when something has that name and overwrite is False, OutputError when
+        what has the name of the part is no longer this file.
+        """
+        if not self._has_its_name():
+            raise OutputError(
+                f"{self.path} was removed or replaced by another program while it was written: run "
+                "again, or choose a folder to which nobody else writes"
+            )
+        if overwrite:
+            os.replace(self.path, new)
+        else:
+            rename_new(self.path, new)
+        self.close()
+
+    def close(self) -> None:
+        """Let the file be, and others use it. Harmless when it is closed."""
+        self._is_open = False
+        if self._fd is not None:
+            os.close(self._fd)
+            self._fd = None
+
+    def remove(self) -> None:
+        """Remove the file unless it was closed. Never raises: it runs after another error."""
+        if self._is_open:
+            with contextlib.suppress(OSError):
+                if self._has_its_name():  # before the lock goes: then it may be another run's
+                    self.path.unlink()
+            self.close()
+
+    def _has_its_name(self) -> bool:
+        return self._fd is None or _is_at(self.path, self._fd)
+
+
+def check_part(path: Path, overwrite: bool) -> None:
+    """Raises what PartFile would because of what lies at `path` now."""
+    try:
+        kind = path.lstat().st_mode
+    except FileNotFoundError:
+        return
+    if not (stat.S_ISREG(kind) or stat.S_ISLNK(kind)):
+        raise OutputError(f"{path}, where the output would grow, is no file: choose another output")
+    if not overwrite:
+        raise UsageError(
+            f"{path} exists, perhaps from a run that was stopped: add -y to overwrite it"
+        )
+
+
+def _opened(path: Path, overwrite: bool) -> int:
+    """A descriptor of the new file, which is locked; the lock goes with the process."""
+    for _ in range(_TRIES):
+        try:
+            fd = os.open(path, _NEW, 0o666)
+        except FileExistsError:
+            check_part(path, overwrite)
+            _remove_old(path)
+            continue
+        if _lock(fd) and _is_at(path, fd):
+            return fd
+        os.close(fd)
+        break
+    raise _busy(path)
+
+
+def _remove_old(path: Path) -> None:
+    """Remove a link, or the file of a run that has ended. Raises UsageError when it has not."""
+    with contextlib.suppress(FileNotFoundError):
+        if path.is_symlink() or os.name == "nt":
+            path.unlink()
+            return
+        fd = os.open(path, _OLD)
+        try:
+            if not _lock(fd):
+                raise _busy(path)
+            if _is_at(path, fd):  # else another run has just begun there
+                path.unlink()
+        finally:
+            os.close(fd)
+
+
+def _lock(fd: int) -> bool:
+    """False when another run has it. True on systems without such locks."""
+    try:
+        import fcntl
+    except ImportError:
+        return True
+    try:
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def _is_at(path: Path, fd: int) -> bool:
+    """Whether `path` itself, no link, is the name of the open file."""
+    try:
+        return os.path.samestat(path.lstat(), os.fstat(fd))
+    except FileNotFoundError:
+        return False
+
+
+def _own_path(path: Path, fd: int) -> Path:
+    own = _OWN_FILES / str(fd)
+    with contextlib.suppress(OSError):
+        if os.path.samestat(own.stat(), os.fstat(fd)):
+            return own
+    return path.absolute()
+
+
+def _busy(path: Path) -> UsageError:
+    return UsageError(
+        f"another run is writing {path} at this moment: wait for it, or choose another output"
+    )

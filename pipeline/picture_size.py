@@ -1,0 +1,62 @@
+"""How large a picture may be, told by its header before anything is decoded."""
+
+import io
+from pathlib import Path
+
+from makeup_video.pipeline.errors import DecodeError
+
+# The largest phone camera in wide use has 108 Mpx.
+MOST_PX = 120_000_000
+_LONGEST_PX = 1_000_000  # libpng reads and writes no more in a row or column
+
+
+def check_size(data: bytes, path: Path) -> None:
+    """Raises DecodeError when the header of a JPEG, PNG or WebP promises more than can be painted.
+
+    A header that is damaged passes: the decoder says what is wrong with it.
+    """
+    size = _size_wh(data)
+    if size is not None and max(size) > _LONGEST_PX:
+        raise _too_large(path, size, f"{_LONGEST_PX} px in a row or column")
+    if size is not None and size[0] * size[1] > MOST_PX:
+        raise _too_large(path, size, f"{MOST_PX / 1e6:.0f} million px")
+
+
+def _size_wh(data: bytes) -> tuple[int, int] | None:
+    """None when the header is damaged."""
+    if data.startswith(b"RIFF"):
+        return _webp_size_wh(data)
+    from PIL.JpegImagePlugin import JpegImageFile
+    from PIL.PngImagePlugin import PngImageFile
+
+    # not Image.open: for the largest it raises before it says how large they are
+    kind = PngImageFile if data.startswith(b"\x89PNG") else JpegImageFile
+    try:
+        with kind(io.BytesIO(data)) as picture:
+            return picture.size
+    except Exception:  # noqa: BLE001  # whatever Pillow stumbles on, the decoder will name
+        return None
+
+
+def _webp_size_wh(data: bytes) -> tuple[int, int] | None:
+    """RFC 9649, sections 2.5 to 2.7. Pillow would make room for the pixels first."""
+    kind, small = data[12:16], 0x3FFF
+    if len(data) < 30:
+        return None
+    if kind == b"VP8X":
+        return _little(data[24:27]) + 1, _little(data[27:30]) + 1
+    if kind == b"VP8L":
+        bits = _little(data[21:25])
+        return (bits & small) + 1, (bits >> 14 & small) + 1
+    return _little(data[26:28]) & small, _little(data[28:30]) & small
+
+
+def _little(data: bytes) -> int:
+    return int.from_bytes(data, "little")
+
+
+def _too_large(path: Path, size_wh: tuple[int, int], most: str) -> DecodeError:
+    return DecodeError(
+        f"{path} has {size_wh[0]} x {size_wh[1]} px, and no picture of more than {most} can be painted: "
+        "make it smaller first"
+    )

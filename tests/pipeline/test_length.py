@@ -1,0 +1,117 @@
+"""--start beyond the end of a film is a mistake of the command, told with the film's length."""
+
+from contextlib import closing
+from fractions import Fraction
+
+import av
+import pytest
+from makeup_video.pipeline import DecodeError, Settings, UsageError, process, process_video
+from makeup_video.pipeline.length import check_start
+from makeup_video.pipeline.source import open_video
+from media import add_video, decoded, encode_frames, make_clip, tone
+
+CODECS = {".webm": "vp9", ".flv": "h264", ".ts": "h264", ".avi": "mpeg4", ".mkv": "h264"}
+
+
+def film(folder, end, frames=30, **settings):
+    return make_clip(folder / f"in{end}", CODECS.get(end, "h264"), frames=frames, **settings)
+
+
+def start(seconds, **more):
+    return Settings(start_seconds=Fraction(seconds), **more)
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm", ".ts", ".avi", ".flv"])
+@pytest.mark.parametrize("seconds", ["1.1", "10", "123456"])
+def test_a_start_beyond_the_end_is_refused_before_the_output_is_begun(
+    tmp_path, monkeypatch, end, seconds
+):
+    src = film(tmp_path, end)
+    monkeypatch.setattr(process, "Target", lambda *_, **__: pytest.fail("begun"))
+    with pytest.raises(UsageError) as caught:
+        process_video(src, tmp_path / "out.mkv", None, start(seconds))
+    said = f"--start {float(seconds):g} s is beyond the end: {src} is 1.0"
+    assert str(caught.value).startswith(said) and str(caught.value).endswith("s long")
+    assert [path.name for path in tmp_path.iterdir()] == [src.name]
+
+
+@pytest.mark.parametrize("end", [".h264", ".y4m"])
+def test_where_no_header_says_the_length_decoding_tells_it(tmp_path, end):
+    kind = {".h264": "h264", ".y4m": "yuv4mpegpipe"}[end]
+    src = tmp_path / f"in{end}"
+    with av.open(str(src), "w", format=kind) as out:
+        if end == ".h264":
+            encode_frames(out, add_video(out), range(30))
+        else:
+            stream = out.add_stream("wrapped_avframe", rate=30)
+            stream.width, stream.height, stream.pix_fmt = 96, 64, "yuv420p"
+            stream.time_base = stream.codec_context.time_base = Fraction(1, 30)
+            encode_frames(out, stream, range(30))
+    with pytest.raises(UsageError, match=r"--start 10 s is beyond the end: .* is \d\.\d+ s long"):
+        process_video(src, tmp_path / "out.mkv", None, start(10))
+    assert [path.name for path in tmp_path.iterdir()] == [src.name]
+
+
+def test_what_lies_within_is_kept_and_an_end_beyond_the_end_is_fine(tmp_path):
+    src = film(tmp_path, ".mp4")
+    report = process_video(
+        src, tmp_path / "out.mp4", None, start("0.9", end_seconds=Fraction(1000))
+    )
+    assert report.frames_out == len(decoded(tmp_path / "out.mp4")) == 3
+
+
+@pytest.mark.parametrize("seconds", ["0.98", "1"])
+def test_the_last_picture_is_there_until_it_ends(tmp_path, seconds):
+    """It lasts from 0.967 to 1.0 s; a start within it keeps it only where it stands long."""
+    src = film(tmp_path, ".mp4")
+    with closing(open_video(src)) as source:
+        if seconds == "1":
+            with pytest.raises(UsageError, match=r"is 1\.0 s long"):
+                check_start(source, Fraction(seconds))
+        else:
+            check_start(source, Fraction(seconds))
+
+
+def test_times_are_counted_from_where_a_player_begins(tmp_path):
+    """A recording whose clock begins at an hour of the day."""
+    src = film(tmp_path, ".ts", pts=range(108_000, 108_030))
+    with pytest.raises(UsageError, match=r"--start 10 s is beyond the end: .* is 1\.0"):
+        process_video(src, tmp_path / "out.mp4", None, start(10))
+    assert process_video(src, tmp_path / "out.mp4", None, start("0.5")).frames_out == 15
+
+
+def test_sound_that_goes_on_is_told_apart(tmp_path):
+    src = tmp_path / "in.mkv"
+    with av.open(str(src), "w") as out:
+        video = add_video(out)
+        sound = out.add_stream("libopus", rate=48000, layout="stereo")
+        encode_frames(out, video, range(30))
+        tone(out, sound, 8.0)
+    with pytest.raises(
+        UsageError, match=r"--start 5 s is beyond the last picture: .* pictures until 1.0 s"
+    ):
+        process_video(src, tmp_path / "out.mkv", None, start(5))
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
+
+
+def test_a_header_that_says_too_little_is_not_believed(tmp_path):
+    """As of a file whose header was written before its end was known."""
+    src = film(tmp_path, ".mkv", frames=90)
+    data = src.read_bytes()
+    at = data.index(b"\x44\x89\x88") + 3  # the element Duration, 8 bytes
+    src.write_bytes(data[:at] + b"\x40\x8f\x40" + bytes(5) + data[at + 8 :])  # 1000 ms
+    with closing(open_video(src)) as source:
+        assert source.container.duration == 1_000_000
+    report = process_video(src, tmp_path / "out.mp4", None, start(2))
+    assert report.frames_out == 30
+
+
+def test_a_part_in_which_nothing_decodes_is_still_the_files_fault(tmp_path):
+    src = film(tmp_path, ".mp4", frames=60, options={"g": "10"})
+    data = bytearray(src.read_bytes())
+    at = data.index(b"mdat") + 4
+    size = int.from_bytes(data[at - 8 : at - 4], "big") - 8
+    data[at : at + size] = bytes(size)
+    src.write_bytes(data)
+    with pytest.raises(DecodeError, match="no frame could be decoded in the chosen part"):
+        process_video(src, tmp_path / "out.mp4", None, start(1))

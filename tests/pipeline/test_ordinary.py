@@ -1,0 +1,45 @@
+"""Only ordinary files of a known size are read: nothing is waited for, and no memory fills up."""
+
+import os
+
+import pytest
+from makeup_video.pipeline.ordinary import open_ordinary, read_ordinary
+
+
+def test_a_file_within_the_limit_is_read_whole(tmp_path):
+    (tmp_path / "a").write_bytes(b"x" * 10)
+    assert read_ordinary(tmp_path / "a", 10) == b"x" * 10
+    with open_ordinary(str(tmp_path / "a"), 10) as file:
+        assert file.read(3) == b"xxx"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("pipe", "it is no ordinary file"), ("/dev/zero", "it is no ordinary file"),
+     (".", "Is a directory"), ("none", "No such file"), ("a\0b", "no file has such a name"),
+     ("x" * 300, "File name too long"), ("link", "it is no ordinary file"),
+     ("hole", "it has more than 1 MB")],
+)  # fmt: skip
+def test_anything_else_is_refused_with_its_reason(tmp_path, name, words):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("pipe")
+    with (tmp_path / "hole").open("wb") as file:
+        file.truncate(3_000_000_000)
+    for read in (open_ordinary, read_ordinary):
+        with pytest.raises(OSError) as caught:
+            read(tmp_path / name, 1_000_000)
+        assert words in caught.value.strerror
+
+
+def test_a_file_that_grows_while_it_is_read_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "a").write_bytes(b"x" * 10)
+    original = os.fdopen
+
+    def grows(fd, mode):
+        with (tmp_path / "a").open("ab") as file:
+            file.write(b"x")
+        return original(fd, mode)
+
+    monkeypatch.setattr(os, "fdopen", grows)
+    with pytest.raises(OSError, match="more than"):
+        read_ordinary(tmp_path / "a", 10)

@@ -1,0 +1,134 @@
+"""The file in which an output grows: nobody else's file is written to, whatever lies in its place."""
+
+import os
+import subprocess
+import sys
+from fractions import Fraction
+
+import pytest
+from makeup_video.pipeline import OutputError, UsageError, part_file, process_video
+from makeup_video.pipeline.part_file import PartFile
+from makeup_video.pipeline.target import Target, part_of
+from media import decoded, make_clip
+from writers import WRITERS, make_picture
+
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc/self/fd")
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.mark.parametrize(("make", "name"), WRITERS)
+@pytest.mark.parametrize("kind", ["link", "broken link", "second name"])
+def test_what_another_file_is_reached_through_is_removed_and_never_written_to(
+    tmp_path, make, name, kind
+):
+    victim, part = tmp_path / "victim", part_of(tmp_path / name)
+    victim.write_text("precious")
+    if kind == "second name":
+        os.link(victim, part)
+    else:
+        part.symlink_to(victim if kind == "link" else tmp_path / "new")
+    make(tmp_path, name, overwrite=True)
+    assert victim.read_text() == "precious" and not (tmp_path / "new").exists()
+    assert (tmp_path / name).stat().st_nlink == 1 and not (tmp_path / name).is_symlink()
+    assert not part.is_symlink() and not part.exists()
+
+
+@LINUX
+@pytest.mark.parametrize(("make", "name"), WRITERS)
+def test_a_link_that_takes_the_place_of_the_part_later_is_never_written_to(
+    tmp_path, monkeypatch, make, name
+):
+    victim, part = tmp_path / "victim", part_of(tmp_path / name)
+    victim.write_text("precious")
+
+    def attacked(self, *args, **settings):
+        original(self, *args, **settings)
+        if self.path == tmp_path / name:
+            part.unlink()
+            part.symlink_to(victim)
+
+    original = Target.__init__
+    monkeypatch.setattr(Target, "__init__", attacked)
+    with pytest.raises(OutputError, match="replaced by another program"):
+        make(tmp_path, name, overwrite=True)
+    assert victim.read_text() == "precious" and not (tmp_path / name).exists()
+    assert part.is_symlink()  # is not ours to remove
+
+
+def test_a_link_in_the_place_of_the_part_needs_y_even_when_it_leads_nowhere(tmp_path):
+    (tmp_path / "out.part.mp4").symlink_to(tmp_path / "new")
+    with pytest.raises(UsageError, match="add -y"):
+        process_video(make_clip(tmp_path / "in.mp4"), tmp_path / "out.mp4")
+    assert names(tmp_path) == ["in.mp4", "out.part.mp4"]
+
+
+@pytest.mark.parametrize(("make", "name"), WRITERS)
+def test_without_proc_the_part_is_written_by_its_name(tmp_path, monkeypatch, make, name):
+    monkeypatch.setattr(part_file, "_OWN_FILES", tmp_path / "no proc")
+    own_paths = []
+
+    def watched(self, *args, **settings):
+        original(self, *args, **settings)
+        own_paths.append(self.own_path)
+
+    original = PartFile.__init__
+    monkeypatch.setattr(PartFile, "__init__", watched)
+    make(tmp_path, name)
+    assert own_paths == [part_of(tmp_path / name)]
+    assert (tmp_path / name).stat().st_size > 10
+
+
+HOLDS = """
+import sys
+from pathlib import Path
+from makeup_video.pipeline.part_file import PartFile
+part = PartFile(Path(sys.argv[1]), overwrite=True)
+print("holds", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_the_lock_of_another_process_is_seen_and_ends_with_it(tmp_path):
+    part = tmp_path / "out.part.mp4"
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDS, part], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as other:
+        assert other.stdout.readline() == b"holds\n"
+        with pytest.raises(UsageError, match="another run is writing"):
+            PartFile(part, overwrite=True)
+        other.kill()
+    PartFile(part, overwrite=True).remove()
+    assert names(tmp_path) == []
+
+
+def test_an_ending_run_does_not_remove_the_part_of_the_next_one(tmp_path):
+    first = PartFile(tmp_path / "out.part", overwrite=False)
+    first.path.unlink()  # by hand: the name is free, so another run takes it
+    second = PartFile(tmp_path / "out.part", overwrite=False)
+    second.own_path.write_text("second")
+    first.remove()
+    assert (tmp_path / "out.part").read_text() == "second"
+    with pytest.raises(UsageError, match="another run is writing"):
+        PartFile(tmp_path / "out.part", overwrite=True)
+    second.remove()
+
+
+def test_an_output_that_is_a_link_is_still_written_through(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "real" / "out.png").write_text("old")
+    (tmp_path / "out.png").symlink_to("real/out.png")
+    make_picture(tmp_path, "out.png", overwrite=True)
+    assert (tmp_path / "out.png").is_symlink() and names(tmp_path / "real") == ["out.png"]
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
+def test_every_container_is_finished_through_the_parts_own_path(tmp_path, end):
+    """+faststart reads the file again, and Matroska's display size is written into it."""
+    src = make_clip(tmp_path / "in.mp4", audio="aac", sample_aspect_ratio=Fraction(4, 3))
+    report = process_video(src, tmp_path / f"out{end}")
+    assert len(decoded(tmp_path / f"out{end}")) == report.frames_out == 12
+    assert report.bytes_out == (tmp_path / f"out{end}").stat().st_size
+    assert not [text for text in report.dropped if "aspect" in text]

@@ -1,0 +1,111 @@
+"""What surrounds a photo's pixels: tags of the wrong kind, and a file that changes while it is read."""
+
+import io
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from makeup_video.pipeline import InputError, PhotoError, photo
+from makeup_video.pipeline.photo import read_photo
+from media import make_clip
+from PIL import ExifTags, Image, TiffImagePlugin
+from PIL.TiffImagePlugin import IFDRational
+
+PIXELS = np.random.default_rng(0).integers(0, 255, (20, 30, 3)).astype(np.uint8)
+# Types of TIFF 6.0 (section 2): 2 text, 3 and 4 whole numbers, 5 a fraction, 7 bytes, 12 a double.
+WRONG = [(2, "text"), (3, 99), (5, IFDRational(1, 0)), (7, b"\6\0"), (12, 99.5), (12, float("inf")),
+         (12, float("nan"))]  # fmt: skip
+
+
+def tiff(tag, kind, value):
+    entries = TiffImagePlugin.ImageFileDirectory_v2()
+    entries[tag] = value
+    entries.tagtype[tag] = kind
+    file = io.BytesIO()
+    Image.fromarray(PIXELS).save(file, "TIFF", tiffinfo=entries)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(("kind", "value"), [*WRONG, (7, b"no profile"), (4, 2**31)])
+@pytest.mark.parametrize("tag", [ExifTags.Base.InterColorProfile, ExifTags.Base.Orientation])
+def test_a_tag_of_the_wrong_kind_is_as_good_as_none(tag, kind, value):
+    np.testing.assert_array_equal(read_photo(tiff(tag, kind, value)), PIXELS)
+
+
+def test_a_fraction_may_say_the_orientation():
+    data = tiff(ExifTags.Base.Orientation, 5, IFDRational(6, 1))
+    np.testing.assert_array_equal(read_photo(data), np.rot90(PIXELS, -1))
+
+
+def saved(path, **options):
+    Image.fromarray(PIXELS).save(path, **options)
+    return path
+
+
+def when_opened(monkeypatch, do):
+    """Calls `do` once Pillow has seen what kind of file it is."""
+
+    def opened(*args, **options):
+        picture = original(*args, **options)
+        do()
+        return picture
+
+    original = Image.open
+    monkeypatch.setattr(Image, "open", opened)
+
+
+@pytest.mark.parametrize("change", ["removed", "replaced"])
+@pytest.mark.parametrize(
+    ("name", "options"), [("in.jpg", {"progressive": True}), ("in.png", {}), ("in.tif", {})]
+)
+def test_a_photo_may_go_while_it_is_read(tmp_path, monkeypatch, name, options, change):
+    path = saved(tmp_path / name, **options)
+    want = read_photo(path)
+    (tmp_path / "other").write_bytes(b"x" * 9)
+    act = path.unlink if change == "removed" else lambda: os.replace(tmp_path / "other", path)
+    when_opened(monkeypatch, act)
+    np.testing.assert_array_equal(read_photo(path), want)
+
+
+def test_what_is_no_photo_may_go_while_its_kind_is_told(tmp_path, monkeypatch):
+    path = make_clip(tmp_path / "in.mp4", frames=2)
+
+    def gone(*_args, **_options):
+        path.unlink()
+        raise photo.UnidentifiedImageError
+
+    monkeypatch.setattr(Image, "open", gone)
+    with pytest.raises(PhotoError, match=r"in\.mp4 is no photo"):
+        read_photo(path)
+
+
+def test_a_photo_that_is_gone_before_it_is_opened_is_one_line(tmp_path, monkeypatch):
+    path = saved(tmp_path / "in.png")
+
+    def found(*_args):
+        path.unlink()
+        return path
+
+    monkeypatch.setattr(photo, "local_file", found)
+    with pytest.raises(InputError, match=r"in\.png cannot be read: No such file"):
+        read_photo(path)
+
+
+def test_a_file_larger_than_any_photo_is_refused_before_it_is_read(tmp_path):
+    path = saved(tmp_path / "in.jpg", progressive=True)
+    with path.open("r+b") as file:
+        file.truncate(3_000_000_000)  # a hole: takes no room
+    with pytest.raises(InputError, match=r"in\.jpg cannot be read: it has more than 1000 MB"):
+        read_photo(path)
+
+
+def test_every_kind_of_photo_leaves_no_file_open(tmp_path):
+    before = open_files()
+    for name in ("in.jpg", "in.png", "in.tif", "in.webp", "in.bmp", "in.avif"):
+        read_photo(saved(tmp_path / name))
+    assert open_files() == before
+
+
+def open_files():
+    return sorted(os.readlink(each) for each in Path("/proc/self/fd").iterdir() if each.exists())

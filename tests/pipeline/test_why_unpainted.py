@@ -1,0 +1,132 @@
+"""When nothing was painted, one line says why: what there was, and what was wanted."""
+
+import cv2
+import numpy as np
+import pytest
+from makeup_video.pipeline import Look, Settings, process_video, product
+from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.paint import PaintRun
+from makeup_video.pipeline.report import Report
+from media import make_clip
+from people import SAMPLES, clip, face_of, film, grey, put
+
+BLUE = Look(lips=product((10, 42, 140), "matte"))
+TURN = "if the {} is upside down, turn it first"
+
+
+def only_line(src, look=BLUE, **settings):
+    report = process_video(src, src.with_name(f"out{src.suffix}"), look, Settings(**settings))
+    assert report.painted_frames == 0 and report.damaged is False
+    (line,) = report.warnings()
+    return line
+
+
+def saved(path, rgb8):
+    cv2.imwrite(str(path), rgb8[..., ::-1])
+    return path
+
+
+def test_a_number_that_no_face_has_is_told_with_those_that_there_were(tmp_path):
+    one = put(grey(), face_of(110), 320, 60)
+    src = saved(tmp_path / "one.png", one)
+    assert only_line(src, faces="1") == (
+        "nothing was painted: --faces 1, but the only face seen was 0"
+    )
+    src = saved(tmp_path / "two.png", put(one, face_of(80), 40, 60))
+    assert only_line(src, faces="2", overwrite=True) == (
+        "nothing was painted: --faces 2, but the faces seen were 0 and 1"
+    )
+
+
+def test_the_same_of_a_film(tmp_path):
+    src = film(tmp_path / "in.mkv", clip(6))
+    assert only_line(src, faces="3", codec="ffv1") == (
+        "nothing was painted: --faces 3, but the only face seen was 0"
+    )
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({4}, "the only face seen was 4"),
+        ({2, 0}, "the faces seen were 0 and 2"),
+        (set(range(10)), "the faces seen were 0, 1, 2, 3, 4, 5, 6, 7, 8 and 9"),
+        (set(range(500)), "the faces seen were 0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 490 more"),
+        (set(), "no face was seen for long"),
+    ],
+)
+def test_of_many_faces_ten_are_named(numbers, words):
+    run = PaintRun(BLUE, "999")
+    run(None)
+    run._composite.numbers = numbers
+    run._found.frames_with_face = run._found.faces = 3
+    report = Report("in.png", "out.png", "png", is_picture=True)
+    run.count(report)
+    assert report.warnings() == [f"nothing was painted: --faces 999, but {words}"]
+
+
+def test_a_face_that_is_found_but_not_seen_is_told_by_what_is_hidden(tmp_path, monkeypatch):
+    monkeypatch.setattr(Composite, "_parts", lambda *_: [])
+    src = saved(tmp_path / "in.png", face_of(200))
+    shadow = product((0, 90, 40), "matte", "eyes")
+    for look, parts in (
+        (BLUE, "mouth"),
+        (Look(eyes=shadow), "eyes"),
+        (Look(BLUE.lips, shadow), "mouth or eyes"),
+    ):
+        said = f"no {parts} could be seen in the faces found; {TURN.format('picture')}"
+        assert only_line(src, look, overwrite=True) == f"nothing was painted: {said}"
+
+
+def test_a_look_that_changes_nothing_says_so(tmp_path):
+    nothing = dict.fromkeys(("red", "green", "blue", "opacity", "gloss", "reflection"), 0)
+    look = Look.from_dict({"version": 1, "lips": {**nothing, "gloss_roughness": 0.5}, "eyes": None})
+    assert not look.is_bare
+    line = only_line(saved(tmp_path / "in.png", face_of(200)), look)
+    assert line == "nothing was painted: the look neither covers, nor shines, nor mirrors"
+
+
+def test_where_no_face_was_found_turning_may_help(tmp_path):
+    line = "no face was found: nothing was painted; " + TURN
+    assert only_line(make_clip(tmp_path / "in.mp4")) == line.format("film")
+    assert only_line(saved(tmp_path / "in.png", grey())) == line.format("picture")
+
+
+def test_a_film_that_is_upside_down_says_so(tmp_path):
+    """What is found in it now and then is no face whose mouth is seen."""
+    frames = [np.ascontiguousarray(np.rot90(rgb8, 2)) for rgb8 in clip(12)]
+    line = only_line(film(tmp_path / "in.mkv", frames), codec="ffv1")
+    assert line.endswith(TURN.format("film"))
+
+
+def test_a_film_whose_header_turns_it_is_painted(tmp_path):
+    src = make_turned(tmp_path / "in.mp4")
+    report = process_video(src, tmp_path / "out.mp4", BLUE)
+    assert report.painted_frames == report.frames_in == 12 and report.warnings() == []
+
+
+def make_turned(path):
+    import av
+
+    with av.open(str(path), "w") as out:
+        stream = out.add_stream("libx264", rate=30, options={"preset": "ultrafast", "crf": "10"})
+        stream.width, stream.height, stream.pix_fmt = 640, 360, "yuv420p"
+        stream.set_display_rotation(180)
+        for rgb8 in clip(12):
+            turned = np.ascontiguousarray(np.rot90(rgb8, 2))
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(turned, format="rgb24")))
+        out.mux(stream.encode(None))
+    return path
+
+
+def test_small_faces_are_told_by_their_size_alone():
+    report = Report("in.mp4", "o.mp4", "h264", painted_frames=0, frames_with_face=0, tiny_faces=3)
+    assert report.warnings() == [
+        "no face was found: nothing was painted",
+        "faces under 40 px wide were left alone (3 seen)",
+    ]
+
+
+def test_the_sample_is_painted_without_a_word(tmp_path):
+    report = process_video(SAMPLES / "portrait.jpg", tmp_path / "out.jpg", BLUE)
+    assert report.warnings() == [] and report.why_unpainted == ""
