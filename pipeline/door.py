@@ -102,10 +102,11 @@ class Door:
         if after >= before or self._to_sdr is not None:
             return ""
         reasons = []
+        deepest = max(bits_of(name) for name in self.codec.pix_fmts)
         if self.depth is None and self.codec.depth == after:
             reasons.append(
-                f"few players take {self.codec.name} of more than {after} bits; --bit-depth {before} "
-                "keeps them"
+                f"few players take {self.codec.name} of more than {after} bits; --bit-depth {deepest} "
+                f"keeps {'them' if deepest >= before else 'more'}"
             )
         if picture.color_trc in HDR_TRANSFERS:
             reasons.append(f"HDR in {after} bits shows bands; --sdr makes SDR of it")
