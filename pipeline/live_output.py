@@ -64,7 +64,7 @@ class Recording:
         self._target: Target | None = None
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
-        self.pictures = 0
+        self.sent = 0
 
     def __call__(self, picture: LivePicture) -> None:
         frame = picture.frame
@@ -98,7 +98,7 @@ class Recording:
                 self._target = Target(self._path, self._source, overwrite=self._overwrite)
                 self._encoder = self._open(frame)
             self._mux(self._encoder(frame.picture))
-        self.pictures += 1
+        self.sent += 1
 
     def _mux(self, packets: Any) -> None:
         for packet in packets:
@@ -129,7 +129,7 @@ class Recording:
             self._container.close()
         if self._target is None:
             return
-        if not self.pictures:
+        if not self.sent:
             self._target.discard()
             return
         self._target.leave()
