@@ -289,7 +289,7 @@ def test_a_relay_that_was_not_connected_by_the_end_has_sent_nothing(program):
     stream = Stream("srt://127.0.0.1:1", say=pytest.fail)
     for each in live([0, 40]):
         stream(each)
-    with pytest.raises(OutputError, match="srt://127.0.0.1: no connection; no picture was sent"):
+    with pytest.raises(OutputError, match=r"srt://127.0.0.1: no connection; no picture was sent"):
         stream.finish(stopped=True)
     assert stream.sent == 0
 
