@@ -164,7 +164,10 @@ def _outputs(
 
 
 def _until_it_ends(run: "LiveRun", quiet: bool) -> None:
-    """Ctrl-C is the usual end. Exit code 4 when something that was to be written or sent was not."""
+    """Ctrl-C is the usual end. Exit code 4 when an output broke on the way, or never got a picture.
+
+    The closing line comes in any case: what was painted until an error may be in a recording.
+    """
     from makeup_video.pipeline import StoppedError
 
     began = time.monotonic()
@@ -174,8 +177,10 @@ def _until_it_ends(run: "LiveRun", quiet: bool) -> None:
         except (StoppedError, KeyboardInterrupt):
             pass
         finally:
-            figures = run.figures()
-    if not quiet:
-        say(live_summary(figures, time.monotonic() - began))
+            if not quiet:
+                say(live_summary(run.figures(), time.monotonic() - began))
+    if quiet:  # else each was told when it came
+        for error in run.failures:
+            say(f"{type(error).__name__}: {error}")
     for error in run.failures:
         raise typer.Exit(error.exit_code)

@@ -155,12 +155,12 @@ def live_text(figures: "LiveFigures") -> str:
 
 
 def live_summary(figures: "LiveFigures", seconds: float) -> str:
-    """The closing line."""
+    """The closing line: how many pictures were painted, and how many of them each output got."""
     fps = figures.pictures / seconds if seconds else 0.0
     text = (
         f"{figures.pictures} pictures in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"
     )
     for sink in figures.sinks:
-        if sink.dropped and sink.name != "preview":
+        if sink.name != "preview":
             text += f"; {sink.name} got {sink.pictures} of them"
     return text

@@ -31,12 +31,6 @@ from makeup_video.pipeline.errors import (
     StrictError,
     UsageError,
 )
-from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
-from makeup_video.pipeline.finishes import FINISHES, product
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.look import GraphicsParams, Look
-from makeup_video.pipeline.process import Settings, process_video
-from makeup_video.pipeline.report import Report
 
 __all__ = [
     "FINISHES",
@@ -73,13 +67,31 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
     from makeup_video.pipeline.faces import FindFaces, find_faces, lip_mask
+    from makeup_video.pipeline.finishes import FINISHES, product
+    from makeup_video.pipeline.frame import ColourTags, Frame
     from makeup_video.pipeline.inspect import inspect_video
+    from makeup_video.pipeline.look import GraphicsParams, Look
     from makeup_video.pipeline.paint import apply_look
+    from makeup_video.pipeline.process import Settings, process_video
     from makeup_video.pipeline.reference import estimate_look, look_from_photo
+    from makeup_video.pipeline.report import Report
 
-# ONNX Runtime, OpenCV and OpenCL take their time to import: only for those who look for faces.
+# FFmpeg, ONNX Runtime, OpenCV and OpenCL take their time to import: only for those who ask for them.
 _LATER = {
+    "Face": "face",
+    "FrameFaces": "face",
+    "LipPatch": "face",
+    "FINISHES": "finishes",
+    "product": "finishes",
+    "ColourTags": "frame",
+    "Frame": "frame",
+    "GraphicsParams": "look",
+    "Look": "look",
+    "Settings": "process",
+    "process_video": "process",
+    "Report": "report",
     "FindFaces": "faces",
     "find_faces": "faces",
     "lip_mask": "faces",

@@ -30,7 +30,9 @@ _ALL_IS_WELL = "fast enough again: nothing is left out"
 
 @dataclass(frozen=True, slots=True)
 class SinkFigures:
-    """name: as the sink calls itself.  pictures, dropped: since the beginning."""
+    """name: as the sink calls itself.  pictures, dropped: since the beginning; pictures: those
+    that the sink has written, sent or shown.
+    """
 
     name: str
     pictures: int
@@ -117,7 +119,7 @@ class LiveRun:
 
     @property
     def failures(self) -> list[MakeupVideoError]:
-        """Of the sinks that gave up before the end."""
+        """Of the sinks that gave up before the end, or never worked."""
         return [each.error for each in self._runner.outlets if each.error is not None]
 
     def figures(self) -> LiveFigures:
@@ -136,7 +138,7 @@ class LiveRun:
             level_told=self._budget.told,
             notice=self._notice(),
             sinks=tuple(
-                SinkFigures(each.sink.name, each.pictures, each.channel.dropped)
+                SinkFigures(each.sink.name, each.sink.sent, each.channel.dropped)
                 for each in self._runner.outlets
             ),
         )

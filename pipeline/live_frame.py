@@ -46,10 +46,16 @@ class LiveSink(Protocol):
 
     name: how lines and figures call it.  waiting: how many pictures may wait for it: when there
     are more, the oldest gives way.  It may have a `notice`, as a LiveSource does.
+    sent: how many pictures it has written, sent or shown. A picture that was thrown away because
+    nobody was connected is not among them.  finish: raises OutputError when there were pictures
+    and the sink could send none of them.
     """
 
     name: str
     waiting: int
+
+    @property
+    def sent(self) -> int: ...
 
     def __call__(self, picture: LivePicture, /) -> None: ...
     def finish(self, stopped: bool) -> None: ...

@@ -65,7 +65,7 @@ class Recording:
         self._target: Target | None = None
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
-        self.pictures = 0
+        self.sent = 0
 
     def __call__(self, picture: LivePicture) -> None:
         frame = picture.frame
@@ -99,7 +99,7 @@ class Recording:
                 self._target = Target(self._path, self._source, overwrite=self._overwrite)
                 self._encoder = self._open(self._target.own_path, frame)
             self._mux(self._encoder(frame.picture))
-        self.pictures += 1
+        self.sent += 1
 
     def _mux(self, packets: Any) -> None:
         for packet in packets:
@@ -131,7 +131,7 @@ class Recording:
             self._container.close()
         if self._target is None:
             return
-        if not self.pictures:
+        if not self.sent:
             self._target.discard()
             return
         self._target.leave()

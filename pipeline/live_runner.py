@@ -27,12 +27,11 @@ _CAMERA = "camera"
 class Outlet:
     """A sink and what waits for it.
 
-    pictures: how many it took.  error: why it ended before the run did.
+    error: why the sink ended before the run did, or never worked.
     """
 
     sink: LiveSink
     channel: NewestChannel[LivePicture]
-    pictures: int = 0
     error: MakeupVideoError | None = None
 
 
@@ -161,11 +160,12 @@ class LiveRunner:
                 outlet.channel.send(picture)
 
     def _run_sink(self, outlet: Outlet) -> None:
+        goes_on = "; the rest goes on"
         try:
             for picture in outlet.channel:
                 outlet.sink(picture)
-                outlet.pictures += 1
                 del picture
+            goes_on = ""  # from here on the run is over
             outlet.sink.finish(self.stopped or self._first_error is not None)
         except MakeupVideoError as error:
             outlet.error = error
@@ -173,4 +173,4 @@ class LiveRunner:
             if all(each.error is not None for each in self.outlets):
                 self._fail(error)  # told once, by whoever runs us
             else:
-                self._say(f"{type(error).__name__}: {error}; the rest goes on")
+                self._say(f"{type(error).__name__}: {error}{goes_on}")

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 import av
 from makeup_video.pipeline.camera_door import copied, upright
-from makeup_video.pipeline.errors import EncodeError, UsageError
+from makeup_video.pipeline.errors import EncodeError, OutputError, UsageError
 from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.live_encode import LiveEncoder
 from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
@@ -37,6 +37,8 @@ class Stream:
     bit_rate: bits a second; None: what suits the size.  rate: frames a second that are expected.
     say: gets a line when the receiver is not there or goes away, and when it is back; in between it is
     tried again, in pauses that grow. What is painted meanwhile is not kept.
+    sent: pictures that a connection took. What went into an SRT relay counts once the relay has
+    held for some seconds, or has ended well: until then nobody knows whether it is connected.
     Raises UsageError for an address of another kind, or one that this machine cannot reach.
     """
 
@@ -58,7 +60,14 @@ class Stream:
         self._line: _Line | None = None
         self._pause = 1.0
         self._next_try = 0.0
+        self._sent_before = 0  # on connections that are closed by now
+        self._reason = ""  # why the last connection failed
         self.notice = ""
+
+    @property
+    def sent(self) -> int:
+        line = self._line  # another thread asks
+        return self._sent_before + (line.pictures if line and line.is_proven else 0)
 
     def __call__(self, picture: LivePicture) -> None:
         """Raises EncodeError when the encoder refuses."""
@@ -69,7 +78,7 @@ class Stream:
                 self._line = self._connect(picture.frame)
             self._line.send(picture.frame)
         except EncodeError:  # an OSError, too, but trying again would not help
-            self.finish(stopped=True)
+            self._hang_up()
             raise
         except (av.FFmpegError, OSError) as error:
             self._failed(error)
@@ -81,8 +90,20 @@ class Stream:
             self._say(f"{self.name}: sending")
 
     def finish(self, stopped: bool) -> None:
+        """Raises OutputError when no picture could be sent in the whole run."""
+        was_open = self._line is not None
+        self._hang_up()
+        if not self._sent_before and (was_open or self._reason):
+            raise OutputError(
+                f"{self.name}: {self._reason or 'no connection'}; no picture was sent in the whole "
+                "run: check the address, and whether the receiver listens"
+            )
+
+    def _hang_up(self) -> None:
         if self._line is not None:
             self._line.close()
+            if self._line.is_proven:
+                self._sent_before += self._line.pictures
             self._line = None
 
     def _connect(self, frame: Frame) -> "_Line":
@@ -91,11 +112,12 @@ class Stream:
         return _Line(self._url, self._format, relay or None, frame, self._rate, bit_rate)
 
     def _failed(self, error: Exception) -> None:
-        self.finish(stopped=True)
+        self._hang_up()
+        self._reason = _reason(error)
         self._next_try = time.monotonic() + self._pause
         self._pause = min(2 * self._pause, _LONGEST_PAUSE_SECONDS)
         if not self.notice:
-            self.notice = f"{self.name}: {_reason(error)}; it is tried again and again"
+            self.notice = f"{self.name}: {self._reason}; it is tried again and again"
             self._say(self.notice)
 
 
@@ -126,6 +148,7 @@ class _Line:
         self._container: Any = None
         self._began = time.monotonic()
         self._key_at = frame.pts
+        self.pictures = 0
         try:
             self._container = _container(url, format_name, relay)
             options = {**_OPTIONS, "maxrate": str(bit_rate), "bufsize": str(bit_rate)}
@@ -155,7 +178,9 @@ class _Line:
     @property
     def is_proven(self) -> bool:
         """False while nobody can tell: a relay takes everything until it gives up connecting."""
-        return self._relay is None or self.seconds > _TIMEOUT_SECONDS
+        if self._relay is None or self._relay.has_sent_all:
+            return True
+        return self.seconds > _TIMEOUT_SECONDS
 
     def send(self, frame: Frame) -> None:
         picture = upright(frame)
@@ -166,6 +191,7 @@ class _Line:
             picture.pict_type = 1
         for packet in self._encoder(picture):
             self._container.mux_one(packet)
+        self.pictures += 1
 
     def close(self) -> None:
         """Never raises: the receiver may be gone."""
@@ -209,6 +235,7 @@ class _Relay:
         )
         assert self._process.stdin is not None
         self._pipe = self._process.stdin.fileno()
+        self.has_sent_all = False
         self._waits = os.name == "posix"  # elsewhere a pipe cannot be waited for
         if self._waits:
             os.set_blocking(self._pipe, False)
@@ -227,7 +254,7 @@ class _Relay:
         with contextlib.suppress(OSError):
             self._process.stdin and self._process.stdin.close()
         try:
-            self._process.wait(1)
+            self.has_sent_all = self._process.wait(1) == 0
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

@@ -7,7 +7,7 @@ import io
 import os
 import struct
 import warnings
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -16,7 +16,6 @@ import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
 from makeup_video.pipeline.ordinary import open_ordinary
 from makeup_video.pipeline.picture_size import MOST_PX
-from makeup_video.pipeline.source import local_file, open_video
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 # Only formats of photos: others of Pillow's run programs (EPS) or open more files.
@@ -86,10 +85,17 @@ class _Photo:
         return found
 
 
-def read_photo(photo: str | os.PathLike[str] | bytes, name: str = "the photo") -> np.ndarray:
+def read_photo(
+    photo: str | os.PathLike[str] | bytes,
+    name: str = "the photo",
+    most_px: int = MOST_PX,
+    before_decoding: Callable[[], None] = lambda: None,
+) -> np.ndarray:
     """(H, W, 3) uint8, R'G'B' as sRGB encodes it, turned upright as EXIF says.
 
     photo: the path of a file, or what is in one as bytes: then `name` calls it in messages.
+    most_px: a photo with more pixels is refused.  before_decoding: called when the header is found
+    good, and not a pixel has been decoded.
 
     Colours are converted from the file's ICC profile; without one they count as sRGB. Transparent
     pixels are laid on middle grey. A photo with more than 4096 px on its longer side is averaged
@@ -107,7 +113,8 @@ def read_photo(photo: str | os.PathLike[str] | bytes, name: str = "the photo") -
             with picture:
                 with _damage_told(file):
                     moves = _is_moving(picture)
-                _refuse(picture, moves, file)
+                _refuse(picture, moves, file, most_px)
+                before_decoding()
                 with _damage_told(file):
                     picture.load()
                 return _pixels(picture)
@@ -120,6 +127,8 @@ def _opened(photo: str | os.PathLike[str] | bytes, name: str) -> _Photo:
         if not photo:
             raise InputError(f"{name} is empty (0 bytes): give a photo file")
         return _Photo(io.BytesIO(photo), name)
+    from makeup_video.pipeline.source import local_file  # brings FFmpeg along
+
     path = local_file(photo, "photo")
     try:
         return _Photo(open_ordinary(path, _MOST_BYTES), str(path), path)
@@ -146,10 +155,10 @@ def _is_moving(picture: Image.Image) -> bool:
     return getattr(picture, "is_animated", False) and picture.format != "MPO"
 
 
-def _refuse(picture: Image.Image, moves: bool, file: _Photo) -> None:
+def _refuse(picture: Image.Image, moves: bool, file: _Photo, most_px: int) -> None:
     """What can be told before any pixel is decoded."""
-    if picture.width * picture.height > MOST_PX:
-        raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, "))
+    if picture.width * picture.height > most_px:
+        raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, ", most_px))
     if moves:
         raise PhotoError(f"{file} holds several pictures: save the one that shows the makeup")
     if "progressive" in picture.info and _passes(file) * picture.width * picture.height > (
@@ -213,8 +222,8 @@ def _in_srgb(image: Image.Image, profile: Any) -> Image.Image:
     return image if image.mode == "RGB" else image.convert("RGB")
 
 
-def _too_large(file: _Photo, size: str = "") -> str:
-    return f"{file} has {size}more than {MOST_PX / 1e6:.0f} million px: make it smaller first"
+def _too_large(file: _Photo, size: str = "", most_px: int = MOST_PX) -> str:
+    return f"{file} has {size}more than {most_px / 1e6:.0f} million px: make it smaller first"
 
 
 def _damaged(file: _Photo) -> str:
@@ -246,6 +255,8 @@ def _unknown(file: _Photo) -> str:
 def _is_video(file: _Photo, head: bytes) -> bool:
     if file.path is None:
         return head[4:8] == b"ftyp" or head[8:] == b"AVI " or head.startswith(_MOVING)
+    from makeup_video.pipeline.source import open_video
+
     try:
         open_video(file.path).close()
     except InputError:

@@ -7,7 +7,7 @@ finish that the seven numbers come nearest to. A lipstick's colour gets a second
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 
 import cv2
@@ -82,10 +82,12 @@ def look_from_photo(
     face: int | str | None = None,
     *,
     name: str = "the photo",
+    read: Callable[[bytes, str], np.ndarray] | None = None,
 ) -> Look:
     """The same from a file, or from the bytes of one, as `read_photo` reads it.
 
-    name: how messages call a photo that comes as bytes; a file has its own.
+    name: how messages call a photo that comes as bytes; a file has its own.  read: what decodes such a
+    photo in place of `read_photo`, given the bytes and the name.
     face: None or "" for the only one, "largest", or one by its number, 0 being the largest face.
     Raises PhotoError and InputError naming the file, UsageError for another `face`.
     """
@@ -95,7 +97,7 @@ def look_from_photo(
         raise UsageError(
             f"--ref-face must be largest, or the number that inspect shows, got {face!r}"
         )
-    rgb8 = read_photo(photo, name)
+    rgb8 = read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
     try:
         return estimate_look(rgb8, choose_face(find_faces(rgb8), chosen))
     except PhotoError as error:

@@ -46,6 +46,7 @@ class VirtualCamera:
         self.name = device or "virtual camera"
         self._camera: Any = None
         self._codes = np.empty(0, np.uint8)
+        self.sent = 0
 
     def __call__(self, picture: LivePicture) -> None:
         planes = as_webcam(picture.frame)
@@ -60,6 +61,7 @@ class VirtualCamera:
             raise OutputError(
                 f"{self.name} takes no pictures any more: {_one_line(error)}"
             ) from error
+        self.sent += 1
 
     def finish(self, stopped: bool) -> None:
         if self._camera is not None:

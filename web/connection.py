@@ -1,22 +1,94 @@
-"""uvicorn's WebSocket with an end: a peer that stopped reading is cut off, not waited for."""
+"""uvicorn's two protocols with limits: on how long a peer may take, and on how much work it may make."""
 
 import asyncio
+import time
 from asyncio.transports import BaseTransport
-from typing import cast
+from typing import Any, cast
 
+from uvicorn._types import ASGIReceiveEvent
+from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+# For a request's header, from the first moment of the connection or from the last answer. Each connection
+# that waits for one is one of the few that the server has.
+_HEADER_SECONDS = 10.0
 # One message, and answers to pings that have not been read. The largest pictures have 10 MB with what was before.
 _MOST_BYTES = 32_000_000
+# What is read from a WebSocket at once: some looks, or hundreds of the smallest frames, which take 20 ms.
+_READ_BYTES = 4096
+# After each of them the socket rests nine times as long as reading took, so a flood of frames gets a tenth of a
+# core; and it brings no more than this, since hearing a long message takes longer than reading it.
+_REST = 9.0
+_BYTES_A_SECOND = 2_000_000
+
+
+class Requests(H11Protocol):
+    """HTTP, where a connection is let go when a request's header does not arrive in time."""
+
+    _waiting: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._wait_or_not()
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        self._wait_or_not()
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        self._wait_or_not()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        super().connection_lost(exc)
+        self._stop_waiting()
+
+    def _wait_or_not(self) -> None:
+        """A request that is being answered, and a WebSocket, have all the time they need. A timer that
+        runs is never set anew, so sending a byte now and then does not help."""
+        is_answering = self.cycle is not None and not self.cycle.response_complete
+        is_web_socket = self.transport.get_protocol() is not self
+        if is_answering or is_web_socket:
+            self._stop_waiting()
+        elif self._waiting is None:
+            self._waiting = self.loop.call_later(_HEADER_SECONDS, self.transport.abort)
+
+    def _stop_waiting(self) -> None:
+        if self._waiting is not None:
+            self._waiting.cancel()
+            self._waiting = None
 
 
 class Connection(WebSocketsSansIOProtocol):
-    """One message at most waits in this process, and a stalled socket goes when it must."""
+    """A WebSocket. One message at most waits in this process, a stalled socket goes when it must, and
+    a flood is read slowly: the rest of it waits with its sender."""
+
+    _rests = False
 
     def connection_made(self, transport: BaseTransport) -> None:
         super().connection_made(transport)
         # the next send waits until the kernel has taken all of the last one
         cast(asyncio.Transport, transport).set_write_buffer_limits(high=0)
+        cast(Any, transport).max_size = _READ_BYTES  # of asyncio's transports on sockets
+
+    def data_received(self, data: bytes) -> None:
+        began = time.thread_time()
+        super().data_received(data)
+        spent = time.thread_time() - began
+        self._rests = True
+        self.transport.pause_reading()
+        self.loop.call_later(max(_REST * spent, len(data) / _BYTES_A_SECOND), self._read_on)
+
+    async def receive(self) -> ASGIReceiveEvent:
+        message = await super().receive()
+        if self._rests:
+            self.transport.pause_reading()  # which has just been resumed when nothing more waits
+        return message
+
+    def _read_on(self) -> None:
+        self._rests = False
+        if not self.read_paused:
+            self.transport.resume_reading()
 
     def handle_ping(self) -> None:
         super().handle_ping()

@@ -10,6 +10,7 @@ import numpy as np
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError
 from makeup_video.pipeline.look import Look
 from makeup_video.web.portrait import Portrait
+from makeup_video.web.read_apart import read_apart
 from makeup_video.web.read_look import read_look
 from makeup_video.web.show import PhotoLook, Push, Session, ShownPicture
 from makeup_video.web.worker import Worker
@@ -60,7 +61,7 @@ class DemoSession:
         return read_look(photo, name)
 
     def take_portrait(self, photo: bytes, name: str) -> None:
-        self._portrait = Portrait(photo, name)
+        self._portrait = Portrait(photo, name, read_apart)
         self._chosen_us = _now_us()
         self._paint_soon()
 

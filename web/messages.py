@@ -32,8 +32,24 @@ _LARGEST = 2**63
 
 @dataclass(frozen=True, slots=True)
 class LookWanted:
-    look: Look
+    """values: the look as it came; it is read when its turn comes, for a newer one may come before.
+    n: the count of the page's newest look.  is_counted: False for a look from a file.
+    """
+
+    values: Any
     n: int | None
+    is_counted: bool
+
+    @property
+    def look(self) -> Look:
+        """Raises LookError when it is none."""
+        return Look.from_dict(self.values)
+
+    def after(self, older: "LookWanted | None") -> "LookWanted":
+        """This look, which takes the place of an older one: what that one counted was heard, too."""
+        if older is None or self.n is not None:
+            return self
+        return LookWanted(self.values, older.n, self.is_counted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +66,15 @@ Wish = LookWanted | Compare | Shown
 
 
 def read_message(text: str) -> Wish:
-    """What a page says. Raises LookError or UsageError: one line, for the page."""
+    """What a page says; a look is not read yet. Raises LookError or UsageError: one line, for the page."""
     try:
         values = json.loads(text, parse_constant=_refuse, parse_int=whole_number)
     except (ValueError, RecursionError):
         raise UsageError("a message must be a JSON object without NaN or Infinity") from None
     kind = values.get("type") if isinstance(values, dict) else None
     if kind == "look":
-        return LookWanted(Look.from_dict(values.get("look")), _counted(values))
+        n = _counted(values)
+        return LookWanted(values.get("look"), n, n is not None)
     if kind == "compare" and isinstance(values.get("on"), bool):
         return Compare(values["on"])
     if kind == "shown" and _is_count(values.get("pts_us")):

@@ -1,5 +1,6 @@
 """Somebody to paint: a photo with its faces, found once, in the size that pages show and as a whole."""
 
+from collections.abc import Callable
 from functools import cached_property
 
 import cv2
@@ -20,12 +21,14 @@ _JPEG = (
 class Portrait:
     """Its methods take their time, and are not for two threads at once."""
 
-    def __init__(self, photo: bytes, name: str) -> None:
-        """photo: a file's bytes, called `name` in messages. Raises InputError, and PhotoError when
-        nobody is on it."""
+    def __init__(
+        self, photo: bytes, name: str, read: Callable[[bytes, str], np.ndarray] = read_photo
+    ) -> None:
+        """photo: a file's bytes, called `name` in messages.  read: what decodes it. Raises InputError, and
+        PhotoError when nobody is on it."""
         from makeup_video.pipeline import find_faces
 
-        self._whole = _no_larger(read_photo(photo, name), WHOLE_PX)
+        self._whole = _no_larger(read(photo, name), WHOLE_PX)
         self._faces = find_faces(self._whole)
         if not self._faces:
             raise PhotoError(

@@ -24,9 +24,11 @@ class PreviewSink:
         self.push: Push | None = None
         self.compares = False
         self.newest: LivePicture | None = None
+        self.sent = 0
 
     def __call__(self, picture: LivePicture, /) -> None:
         self.newest = picture
+        self.sent += 1
         push = self.push
         if push is None:
             return

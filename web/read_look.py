@@ -2,6 +2,7 @@
 
 from makeup_video.pipeline.errors import PhotoError, SeveralFacesError
 from makeup_video.pipeline.look import Look
+from makeup_video.web.read_apart import read_apart
 
 
 def read_look(photo: bytes, name: str) -> Look:
@@ -12,7 +13,7 @@ def read_look(photo: bytes, name: str) -> Look:
     from makeup_video.pipeline import look_from_photo
 
     try:
-        look = look_from_photo(photo, name=name)
+        look = look_from_photo(photo, name=name, read=read_apart)
     except SeveralFacesError:
         raise PhotoError(
             f"{name}: several faces were found: cut the photo to the one whose makeup you want"

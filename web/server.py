@@ -10,7 +10,7 @@ import threading
 import uvicorn
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.web.app import Say, make_app
-from makeup_video.web.connection import Connection
+from makeup_video.web.connection import Connection, Requests
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.show import Show
 from makeup_video.web.worker import Worker
@@ -77,7 +77,7 @@ class Server:
         config = uvicorn.Config(
             app,
             loop="asyncio",
-            http="h11",
+            http=Requests,
             ws=Connection,
             ws_max_size=_MESSAGE_BYTES,
             ws_ping_interval=self._ping_seconds,

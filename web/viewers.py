@@ -24,6 +24,9 @@ from makeup_video.web.messages import (
 )
 from makeup_video.web.show import PhotoLook, Session, ShownPicture
 
+# Looks take turns, so many seconds apart: a page sends one for each refresh of its screen. Of those that come
+# quicker only the newest of each page is read and painted, which takes a tenth of a millisecond or so.
+LOOKS_SECONDS = 0.01
 IN_FLIGHT = 2  # one on the screen's side, one on its way: the picture never waits for an answer
 FIGURES_SECONDS = 0.5
 _TIMED = 60  # so many pictures tell the delay
@@ -103,6 +106,11 @@ class Room:
         self._newest: ShownPicture | None = None
         self._due = False
         self._timer: asyncio.TimerHandle | None = None
+        self._wanted: dict[
+            Viewer, LookWanted
+        ] = {}  # the newest look of each page, the last one last
+        self._turn: asyncio.TimerHandle | None = None  # when those are read
+        self._next_turn = 0.0  # not before this, in the loop's time
 
     def join(self, viewer: Viewer) -> None:
         self.viewers.add(viewer)
@@ -113,6 +121,7 @@ class Room:
             viewer.offer(self._newest)
 
     def part(self, viewer: Viewer) -> None:
+        self._take_turn()  # the last look of a page counts, even when the page is gone
         self.viewers.discard(viewer)
         if self.viewers:
             self.session.compare(any(one.comparing for one in self.viewers))
@@ -129,8 +138,6 @@ class Room:
             wish = read_message(text)
         except MakeupVideoError as error:
             viewer.tell_error(str(error))
-            if isinstance(error, LookError):  # so that it shows again what is painted
-                viewer.tell("look", look_message(self.session.look, None, viewer.seen))
             return
         match wish:
             case Shown(pts_us):
@@ -140,19 +147,40 @@ class Room:
                 self.session.compare(any(one.comparing for one in self.viewers))
                 if on and self._newest is not None and self._newest.before is not None:
                     viewer.offer(self._newest)  # others compare already, and no new one may come
-            case LookWanted(look, n):
-                if n is None:  # from a file: the page does not know yet what it means
-                    self.change(look, None)
-                else:
-                    viewer.seen = n
-                    self.change(look, None, viewer)
+            case LookWanted():
+                # to the end of the line: who spoke last wins over the other pages, too
+                self._wanted[viewer] = wish.after(self._wanted.pop(viewer, None))
+                if self._turn is None:
+                    self._turn = self._loop.call_at(self._next_turn, self._take_turn)
 
-    def change(self, look: Look, photo: PhotoLook | None, by: Viewer | None = None) -> None:
-        """Paint this from now on, and tell all pages but the one that knows already; photo: where it has
-        just been read."""
+    def change(self, look: Look, photo: PhotoLook) -> None:
+        """Paint the look that has just been read from this photo, and tell all pages."""
+        self._take_turn()  # of the looks that came before it
+        self.session.photo = photo
+        self._paint(look, photo)
+
+    def _take_turn(self) -> None:
+        """Read and paint the looks that wait, in the order in which they came."""
+        if self._turn is None:
+            return
+        self._turn.cancel()
+        self._turn, wanted, self._wanted = None, self._wanted, {}
+        self._next_turn = self._loop.time() + LOOKS_SECONDS
+        for viewer, wish in wanted.items():
+            if wish.n is not None:
+                viewer.seen = wish.n
+            try:
+                look = wish.look
+            except LookError as error:  # the page shows again what is painted
+                viewer.tell_error(str(error))
+                viewer.tell("look", look_message(self.session.look, None, viewer.seen))
+                continue
+            # of a look from a file the page itself does not know yet what it means
+            self._paint(look, None, viewer if wish.is_counted else None)
+
+    def _paint(self, look: Look, photo: PhotoLook | None, by: Viewer | None = None) -> None:
+        """From now on; and tell all pages but the one that knows already."""
         self.session.set_look(look)
-        if photo is not None:
-            self.session.photo = photo
         for viewer in self.viewers:
             if viewer is not by:
                 viewer.tell("look", look_message(look, photo, viewer.seen))

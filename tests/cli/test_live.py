@@ -48,8 +48,9 @@ def test_a_film_that_plays_is_painted_and_recorded_with_the_times_of_the_clock(f
     assert done.exit_code == 0, done.output
     assert [p.name for p in folder.iterdir() if "part" in p.name] == []
     times = np.array([float(t) for t in times_of(folder / "out.mkv")])
-    told = re.fullmatch(r"(\d+) pictures in [\d.]+ s, [\d.]+ fps, (\d+) dropped", lines(done)[-1])
-    assert times[0] == 0 and len(times) == int(told[1])
+    summary = r"(\d+) pictures in [\d.]+ s, [\d.]+ fps, (\d+) dropped; out.mkv got (\d+) of them"
+    told = re.fullmatch(summary, lines(done)[-1])
+    assert times[0] == 0 and len(times) == int(told[1]) == int(told[3])
     assert len(times) + int(told[2]) == 12  # a busy machine drops some
     steps = times * 30
     assert np.abs(steps - steps.round()).max() < 0.05  # on the film's own grid
@@ -192,10 +193,28 @@ def test_a_terminal_that_is_closed_ends_no_run(monkeypatch):
         say("a line on the way")
 
 
-def test_the_closing_line_tells_what_an_output_did_not_get():
-    sinks = SinkFigures("preview", 5, 90), SinkFigures("out.mkv", 290, 10)
-    text = live_summary(figures(sinks=sinks), 10.0)
-    assert text == "300 pictures in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 290 of them"
+def test_the_closing_line_tells_what_each_output_got_and_leaves_out_the_page():
+    outputs = SinkFigures("out.mkv", 300, 0), SinkFigures("rtmp://host", 0, 0)
+    text = live_summary(figures(sinks=(SinkFigures("preview", 5, 90), *outputs)), 10.0)
+    assert text == (
+        "300 pictures in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 300 of them; rtmp://host got 0 of them"
+    )
+
+
+@pytest.mark.parametrize("words", [[], ["-o", "out.mkv"], ["-o", "out.mkv", "-q"]])
+def test_a_stream_that_refuses_throughout_is_told_and_ends_the_command_with_4(folder, words):
+    with socket.socket() as closed:  # bound, and never listening
+        closed.bind(("127.0.0.1", 0))
+        url = f"rtmp://127.0.0.1:{closed.getsockname()[1]}/live/s3cr3t"
+        done = run(
+            "--camera", "in.mkv", "--color", "#D00020", "--no-preview", "--stream", url, *words
+        )
+    assert done.exit_code == 4
+    told = [line for line in lines(done) if line.startswith("OutputError: rtmp://127.0.0.1: ")]
+    assert len(told) == 1 and "no picture was sent" in told[0] and "s3cr3t" not in done.output
+    assert ("rtmp://127.0.0.1 got 0 of them" in done.output) is ("-q" not in words)
+    if words:
+        assert decoded(folder / "out.mkv")  # the recording is whole all the same
 
 
 def test_a_sink_that_fails_on_the_way_ends_the_command_with_its_code(folder, monkeypatch):

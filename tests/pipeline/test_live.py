@@ -41,7 +41,7 @@ class Sink:
     name, waiting = "list", 99
 
     def __init__(self, camera):
-        self.camera, self.pictures = camera, []
+        self.camera, self.pictures, self.sent = camera, [], 0
 
     def __call__(self, picture):
         self.pictures.append(picture)
@@ -124,6 +124,7 @@ def test_painting_waits_for_no_photo_that_is_being_read():
 def test_figures_count_what_was_painted_and_what_each_sink_took():
     camera = Camera(5)
     sink = Sink(camera)
+    sink.sent = 5
     run = LiveRun(camera, RED, [sink])
     before = run.figures()
     assert (before.pictures, before.fps, before.latency_ms) == (0, 0.0, None)
@@ -136,6 +137,15 @@ def test_figures_count_what_was_painted_and_what_each_sink_took():
     assert after.notice == "the camera is gone"
     sink.notice = "rtmp://host does not answer"
     assert run.figures().notice == "the camera is gone; rtmp://host does not answer"
+
+
+def test_a_picture_that_a_sink_threw_away_is_none_that_it_sent():
+    camera = Camera(5)
+    sink = Sink(camera)
+    sink.sent = 2  # of the five that it takes
+    run = LiveRun(camera, RED, [sink])
+    run.run()
+    assert len(sink.pictures) == 5 and run.figures().sinks[0].pictures == 2
 
 
 def test_what_a_slow_machine_leaves_out_is_handed_to_the_stages_and_said_once_a_minute(monkeypatch):

@@ -27,6 +27,10 @@ class List:
         self.gate, self.error = gate, error
         self.pictures, self.finished = [], None
 
+    @property
+    def sent(self):
+        return len(self.pictures)
+
     def __call__(self, picture):
         if self.gate:
             self.gate.wait(20)
@@ -177,6 +181,31 @@ def test_a_sink_that_fails_is_told_and_the_rest_goes_on(camera):
     thread.join(20)
     assert isinstance(raised[0], StoppedError)
     assert isinstance(runner.outlets[0].error, EncodeError) and broken.finished is None
+
+
+class NeverWorked(List):
+    """Takes every picture and can send none of them, as a stream without a receiver."""
+
+    def finish(self, stopped):
+        raise OutputError(f"{self.name} was never reached")
+
+
+def test_a_sink_that_never_worked_is_told_at_the_end_and_the_others_are_finished():
+    lines, good = [], List("good", waiting=9)
+    runner = LiveRunner(
+        Frames(frame(n) for n in [7]), LivePicture, [NeverWorked("rtmp"), good], lines.append
+    )
+    runner.run()
+    assert lines == ["OutputError: rtmp was never reached"] and good.finished == "done"
+    assert isinstance(runner.outlets[0].error, OutputError)
+
+
+def test_when_no_sink_ever_worked_the_run_ends_with_an_error_that_is_raised_and_not_told():
+    runner = LiveRunner(
+        Frames(frame(n) for n in [7]), LivePicture, [NeverWorked("rtmp")], say=pytest.fail
+    )
+    with pytest.raises(OutputError, match="rtmp was never reached"):
+        runner.run()
 
 
 def test_when_the_last_sink_fails_the_run_ends_with_its_error():

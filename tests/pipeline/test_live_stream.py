@@ -1,5 +1,6 @@
 """Streams: what arrives, what happens when nobody is there, and what is never shown."""
 
+import contextlib
 import os
 import socket
 import stat
@@ -9,7 +10,7 @@ import time
 import av
 import numpy as np
 import pytest
-from makeup_video.pipeline import EncodeError, UsageError, live_stream
+from makeup_video.pipeline import EncodeError, OutputError, UsageError, live_stream
 from makeup_video.pipeline.camera_door import CameraDoor
 from makeup_video.pipeline.live_frame import LivePicture
 from makeup_video.pipeline.live_stream import Stream, bit_rate_for
@@ -136,6 +137,7 @@ def test_a_receiver_that_goes_away_is_said_and_tried_again_in_growing_pauses(mon
     for each in live(range(0, 150_000, 100)):
         clock[0] += 0.1
         stream(each)
+    stream.finish(stopped=True)
     pauses = np.diff(tries)
     assert pauses == pytest.approx([1.4, 2, 4, 8, 16, 30, 30], abs=0.21)
     assert lines == [
@@ -143,6 +145,43 @@ def test_a_receiver_that_goes_away_is_said_and_tried_again_in_growing_pauses(mon
         "rtmp://host: sending",
     ]
     assert stream.notice == ""
+    at_last = sum(1 for tick in range(1, 1501) if 1000 + 0.1 * tick > tries[7] - 0.05)
+    assert stream.sent == 3 + at_last  # and none of those that came in between
+
+
+@pytest.fixture
+def slammed():
+    """The port of a server that accepts each connection and closes it at once."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def slam():
+            with contextlib.suppress(OSError):  # the server is closed
+                while True:
+                    server.accept()[0].close()
+
+        threading.Thread(target=slam, daemon=True).start()
+        yield server.getsockname()[1]
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_stream_that_nobody_ever_took_is_an_error_at_the_end(slammed, closed):
+    port = free_port(socket.SOCK_STREAM) if closed else slammed
+    lines = []
+    stream = Stream(f"rtmp://127.0.0.1:{port}/live/{SECRET}", say=lines.append)
+    for each in live(range(0, 400, 40)):
+        stream(each)
+    assert stream.sent == 0 and len(lines) == 1
+    with pytest.raises(
+        OutputError, match=r"^rtmp://127.0.0.1: .*; no picture was sent in the"
+    ) as told:
+        stream.finish(stopped=True)
+    assert SECRET not in str(told.value) and "\n" not in str(told.value)
+
+
+def test_a_run_that_ends_before_its_first_picture_is_no_fault_of_the_stream():
+    stream = Stream("rtmp://127.0.0.1:1/live", say=pytest.fail)
+    stream.finish(stopped=True)
+    assert stream.sent == 0
 
 
 def test_a_receiver_that_is_not_there_is_one_line_without_the_key(capfd):
@@ -151,7 +190,6 @@ def test_a_receiver_that_is_not_there_is_one_line_without_the_key(capfd):
     stream = Stream(f"rtmp://user:{SECRET}@127.0.0.1:{port}/live/{SECRET}", say=lines.append)
     for each in live([0, 40, 80]):
         stream(each)
-    stream.finish(stopped=True)
     assert lines == ["rtmp://127.0.0.1: Connection refused; it is tried again and again"]
     assert stream.notice == lines[0]
     assert SECRET not in "".join([*capfd.readouterr(), *lines, stream.name])
@@ -209,7 +247,9 @@ def test_srt_goes_through_an_ffmpeg_that_knows_it(program):
     stream = Stream(url, say=pytest.fail)
     for each in live(range(0, 1000, 40)):
         stream(each)
+    assert stream.sent == 0  # the relay takes everything, whether it is connected or not
     stream.finish(stopped=True)
+    assert stream.sent == 25  # it ended well
     assert program.with_suffix(".url").read_text() == url
     with av.open(str(program.with_suffix(".ts"))) as got:
         assert len(list(got.decode(video=0))) == 25
@@ -238,8 +278,20 @@ def test_a_relay_that_ends_is_a_receiver_that_went_away(program):
         stream(each)
         if lines or time.monotonic() > deadline:
             break
-    stream.finish(stopped=True)
+    with pytest.raises(OutputError, match="Broken pipe; no picture was sent"):
+        stream.finish(stopped=True)
+    assert stream.sent == 0
     assert lines == ["srt://127.0.0.1: Broken pipe; it is tried again and again"]
+
+
+def test_a_relay_that_was_not_connected_by_the_end_has_sent_nothing(program):
+    program.write_text(FFMPEG.replace('exec cat > "$0.ts"', "cat > /dev/null; exit 1"))
+    stream = Stream("srt://127.0.0.1:1", say=pytest.fail)
+    for each in live([0, 40]):
+        stream(each)
+    with pytest.raises(OutputError, match=r"srt://127.0.0.1: no connection; no picture was sent"):
+        stream.finish(stopped=True)
+    assert stream.sent == 0
 
 
 def test_srt_without_such_a_program_says_what_to_do(monkeypatch):

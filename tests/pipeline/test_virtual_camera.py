@@ -74,7 +74,7 @@ def test_programs_get_limited_bt601_whatever_the_source_is(library, matrix, full
     for got, want in zip((luma, cb, cr), codes(RED, 6, False), strict=True):
         assert np.abs(got.astype(float) - want).max() <= 2.5  # two roundings and FFmpeg's tables
     assert library.made[0].told == (64, 48, 30.0, "I420", None)
-    assert sink.name == "/dev/video9"
+    assert sink.name == "/dev/video9" and sink.sent == 1
 
 
 def test_a_turned_picture_is_shown_upright(library):
@@ -120,7 +120,7 @@ def test_a_device_that_goes_away_is_one_line_and_closed(library):
     library.made[0].send = gone
     with pytest.raises(OutputError, match="takes no pictures any more"):
         sink(shown())
-    assert library.made[0].closed
+    assert library.made[0].closed and sink.sent == 1
 
 
 def test_the_real_library_says_in_one_line_that_there_is_no_device():

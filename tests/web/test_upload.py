@@ -197,8 +197,8 @@ def png_of(width, height):
     ("photo", "words"),
     [
         (b"", "x.jpg is empty (0 bytes): give a photo file"),
-        (png_of(50_000, 50_000), "x.jpg has more than 120 million px: make it smaller first"),
-        (png_of(12_000, 12_000), "x.jpg has 12000 x 12000 px, more than 120 million px: make it"),
+        (png_of(50_000, 50_000), "x.jpg has 50000 x 50000 px, more than 25 million px: make it"),
+        (png_of(5_001, 5_000), "x.jpg has 5001 x 5000 px, more than 25 million px: make it"),
         (png_of(600, 500), "x.jpg is damaged or cut short"),
         (b"%PDF-1.7 and more", "x.jpg is no photo that can be read: give a JPEG, PNG, WebP"),
         (b"<svg xmlns='http://www.w3.org/2000/svg'/>", "x.jpg is no photo that can be read"),
@@ -222,6 +222,8 @@ written: list[str] | None = None
 def note_writing(event, args):
     if written is not None and event == "open":
         path, mode, flags = args
+        if path == os.devnull or isinstance(path, int):  # of the process that decodes, its pipes
+            return
         if set(str(mode or "")) & set("wax+") or flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
             written.append(str(path))
 

@@ -1,0 +1,241 @@
+"""Limits of a connection: how long a header may take, and how much work a flood may make."""
+
+import contextlib
+import json
+import socket
+import time
+from dataclasses import replace
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+from makeup_video.web import connection
+from makeup_video.web.connection import Connection
+from shows import RED, Page, StandIn, serving
+from uvicorn import Config
+from uvicorn.server import ServerState
+
+HOST = b"GET / HTTP/1.1\r\nHost: "
+
+
+def opened(url):
+    parts = urlsplit(url)
+    return socket.create_connection((parts.hostname, parts.port), timeout=20)
+
+
+def whole_answer(raw):
+    """Headers and body of one answer."""
+    data = b""
+    while b"\r\n\r\n" not in data:
+        data += raw.recv(65536)
+    head, body = data.split(b"\r\n\r\n", 1)
+    length = int(head.lower().split(b"content-length: ")[1].split(b"\r\n")[0])
+    while len(body) < length:
+        body += raw.recv(65536)
+    return head
+
+
+def is_let_go(raw):
+    with contextlib.suppress(ConnectionResetError):
+        return raw.recv(1) == b""
+    return True
+
+
+@pytest.fixture
+def hurried(monkeypatch):
+    monkeypatch.setattr(connection, "_HEADER_SECONDS", 0.3)
+    with serving(StandIn()) as url:
+        yield url
+
+
+@pytest.mark.parametrize("begun", [b"", b"G", HOST, HOST + b"127.0.0.1\r\nX: y\r\n"])
+def test_who_never_ends_a_header_is_let_go(hurried, begun):
+    with opened(hurried) as raw:
+        raw.sendall(begun)
+        assert is_let_go(raw)
+
+
+def test_a_byte_now_and_then_is_no_header(hurried):
+    with opened(hurried) as raw, contextlib.suppress(BrokenPipeError, ConnectionResetError):
+        raw.sendall(HOST)
+        for _ in range(1000):
+            raw.sendall(b"x")
+            time.sleep(0.02)
+        pytest.fail("it was read for ever")
+
+
+def test_nor_is_one_that_follows_an_answer(hurried):
+    host = urlsplit(hurried).netloc.encode()
+    with opened(hurried) as raw:
+        raw.sendall(HOST + host + b"\r\n\r\n")
+        assert b"200" in whole_answer(raw).split(b"\r\n")[0]
+        raw.sendall(HOST)
+        assert is_let_go(raw)
+
+
+def test_nor_is_the_rest_of_a_body_that_nobody_wants(hurried):
+    host = urlsplit(hurried).netloc.encode()
+    with opened(hurried) as raw, contextlib.suppress(BrokenPipeError, ConnectionResetError):
+        raw.sendall(b"POST / HTTP/1.1\r\nHost: " + host + b"\r\nContent-Length: 99999\r\n\r\n")
+        whole_answer(raw)
+        for _ in range(1000):
+            raw.sendall(b"x")
+            time.sleep(0.02)
+        pytest.fail("it was read for ever")
+
+
+def test_a_photo_and_a_web_socket_may_take_longer_than_a_header(hurried):
+    def slowly():
+        for _ in range(4):
+            yield b"part"
+            time.sleep(0.2)
+
+    with Page(hurried) as page:
+        assert page.post("/photo", slowly()).status_code == 200
+        page.say("nothing")
+        assert page.message("error")
+
+
+def test_half_a_header_on_every_connection_keeps_nobody_out_for_long(hurried):
+    with contextlib.ExitStack() as stack:
+        for _ in range(128):
+            raw = stack.enter_context(opened(hurried))
+            raw.sendall(HOST)
+        until = time.monotonic() + 20
+        while httpx.get(hurried).status_code != 200:
+            assert time.monotonic() < until
+            time.sleep(0.05)
+
+
+# -- floods
+
+
+class Transport:
+    """Of a connection whose peer sends and sends: notes who reads."""
+
+    def __init__(self):
+        self.reads, self.max_size, self.wrote = True, 256 * 1024, b""
+
+    def pause_reading(self):
+        self.reads = False
+
+    def resume_reading(self):
+        self.reads = True
+
+    def write(self, data):
+        self.wrote += data
+
+    def set_write_buffer_limits(self, high):
+        pass
+
+    def get_write_buffer_size(self):
+        return 0
+
+    def get_extra_info(self, name):
+        return None
+
+
+class Loop:
+    """Collects what is to be called later."""
+
+    def __init__(self):
+        self.later = []
+
+    def call_later(self, seconds, call):
+        self.later.append((seconds, call))
+
+    def create_task(self, work):
+        work.close()
+        return self
+
+    def add_done_callback(self, call):
+        pass
+
+
+def frame(text, opcode=1):
+    data = text.encode()
+    assert len(data) < 126
+    return bytes([0x80 | opcode, 0x80 | len(data)]) + bytes(4) + data
+
+
+HANDSHAKE = (
+    b"GET /ws HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+
+
+async def no_app(scope, receive, send):
+    """Nobody hears what is received."""
+
+
+@pytest.fixture
+def flooded(monkeypatch):
+    """A connection with its loop and its transport; reading takes a hundredth of a second each time."""
+    clock = iter(range(10**6))
+    monkeypatch.setattr(connection.time, "thread_time", lambda: next(clock) / 100)
+    loop, transport = Loop(), Transport()
+    one = Connection(Config(no_app, ws=Connection), ServerState(), {}, loop)
+    one.connection_made(transport)
+    one.data_received(HANDSHAKE)
+    (_, read_on), loop.later = loop.later[0], []
+    read_on()
+    assert transport.reads
+    return one, loop, transport
+
+
+@pytest.mark.parametrize("opcode", [1, 2, 9, 10])
+def test_after_reading_a_socket_rests_nine_times_as_long(flooded, opcode):
+    one, loop, transport = flooded
+    one.data_received(frame("x", opcode))
+    assert not transport.reads
+    ((seconds, read_on),) = loop.later
+    assert seconds == pytest.approx(0.09)
+    read_on()
+    assert transport.reads is (opcode > 8)  # a message must be heard first
+
+
+def test_what_a_socket_brings_in_a_second_is_limited_too(flooded):
+    one, loop, _ = flooded
+    one.data_received(b"\x81\xff" + (1_000_000).to_bytes(8, "big") + bytes(4) + bytes(400_000))
+    assert loop.later[0][0] == pytest.approx(0.2, rel=0.01)  # two million bytes a second
+
+
+@pytest.mark.parametrize("heard_first", [True, False])
+def test_it_reads_on_when_all_is_heard_and_it_has_rested(flooded, heard_first):
+    one, loop, transport = flooded
+    one.data_received(frame("x"))
+    rested = loop.later[0][1]
+    steps = [lambda: hear(one), rested] if heard_first else [rested, lambda: hear(one)]
+    steps[0]()
+    assert not transport.reads
+    steps[1]()
+    assert transport.reads
+
+
+def hear(one):
+    while not one.queue.empty():
+        receiving = one.receive()
+        with contextlib.suppress(StopIteration):
+            receiving.send(None)
+
+
+def test_of_a_flood_a_little_is_read_at_once_and_its_last_look_is_painted(monkeypatch):
+    read = []
+
+    def noting(self, data):
+        read.append(len(data))
+        received(self, data)
+
+    received = Connection.data_received
+    monkeypatch.setattr(Connection, "data_received", noting)
+    show = StandIn()
+    look = replace(RED, strength=0.5)
+    with serving(show) as url, Page(url) as page:
+        for n in range(2000):
+            page.socket.send(json.dumps({"type": "look", "look": RED.to_dict(), "n": n}))
+        page.say("look", look=look.to_dict(), n=2000)
+        until = time.monotonic() + 20
+        while show.look != look:
+            assert time.monotonic() < until
+            time.sleep(0.01)
+    assert max(read) <= 4096

@@ -1,0 +1,151 @@
+"""A visitor's photo is decoded elsewhere: the same pixels, limits that hold, and a crash is one line."""
+
+import io
+import json
+import os
+import struct
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+from makeup_video.pipeline import PhotoError
+from makeup_video.pipeline.photo import read_photo
+from makeup_video.web import photo_child, read_apart
+from makeup_video.web.read_look import read_look
+from people import SAMPLES
+from PIL import Image
+from shows import RED, Page, StandIn, serving
+
+LOOK = (SAMPLES / "look.jpg").read_bytes()
+on_linux = pytest.mark.skipif(sys.platform != "linux", reason="other systems keep other limits")
+
+
+@pytest.mark.parametrize("kind", ["JPEG", "PNG", "WEBP", "AVIF", "TIFF"])
+def test_the_pixels_are_those_that_a_file_has(kind):
+    file = io.BytesIO()
+    Image.open(io.BytesIO(LOOK)).resize((333, 411)).save(file, kind)
+    want = read_photo(file.getvalue())
+    np.testing.assert_array_equal(read_apart.read_apart(file.getvalue(), "x"), want)
+
+
+@pytest.mark.parametrize("name", ["ä\u2028\n.jpg", '"', "x" * 500, "{}"])
+def test_a_photo_is_refused_by_its_own_name(name):
+    with pytest.raises(PhotoError) as caught:
+        read_apart.read_apart(b"nothing", name)
+    assert str(caught.value).startswith(f"{name} is no photo that can be read")
+
+
+def test_other_users_do_not_see_what_a_photo_is_called(monkeypatch):
+    commands = []
+
+    def noting(command, **options):
+        commands.append(command)
+        return run(command, **options)
+
+    run = subprocess.run
+    monkeypatch.setattr(read_apart.subprocess, "run", noting)
+    read_apart.read_apart(LOOK, "me_and_anna.jpg")
+    assert len(commands) == 1 and "anna" not in str(commands)
+
+
+def webp_of(width, height):
+    """A WebP that claims a size, and holds next to nothing."""
+    head = b"\x2f" + struct.pack("<I", (width - 1) | (height - 1) << 14 | 1 << 28) + bytes(27)
+    chunks = b"WEBPVP8L" + struct.pack("<I", len(head)) + head
+    return b"RIFF" + struct.pack("<I", len(chunks)) + chunks
+
+
+@pytest.mark.parametrize("size", [(16383, 16383), (10900, 10900), (5001, 5000)])
+def test_a_webp_is_refused_by_its_header(size):
+    """Pillow reserves the memory for one when it opens the file: up to 2.1 GB, of which nothing is used."""
+    words = f"^x has {size[0]} x {size[1]} px, more than 25 million px: make it smaller first$"
+    with pytest.raises(PhotoError, match=words):
+        read_apart.read_apart(webp_of(*size), "x")
+
+
+def child(lines, photo):
+    """What the child writes when these lines come before its main."""
+    code = f"import makeup_video.web.photo_child as c\n{lines}\nc.main()"
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(
+        command, input=b'"x"\n' + photo, capture_output=True, timeout=60, check=False
+    )
+    return done.returncode, done.stdout.split(b"\n")[0]
+
+
+@on_linux
+def test_memory_processor_time_and_files_are_limited_before_anything_is_decoded():
+    lines = """
+import resource as r
+def read(photo, name, most_px, before_decoding):
+    before_decoding()
+    kinds = r.RLIMIT_AS, r.RLIMIT_CPU, r.RLIMIT_FSIZE
+    raise c.MakeupVideoError(str([r.getrlimit(kind)[0] for kind in kinds]))
+c.read_photo = read"""
+    code, said = child(lines, b"")
+    assert code == 0 and json.loads(json.loads(said)) == [1_000_000_000, 20, 0]
+
+
+@on_linux
+@pytest.mark.parametrize("kind", ["JPEG", "WEBP", "PNG"])
+def test_a_picture_that_needs_more_memory_than_it_may_is_one_line(kind):
+    file = io.BytesIO()
+    Image.new("RGB", (4000, 4000), (200, 90, 80)).save(file, kind)
+    code, said = child("c._DECODING_BYTES = 160_000_000", file.getvalue())
+    assert code == 0 and isinstance(json.loads(said), str)
+    assert json.loads(child("", file.getvalue())[1]) == [4000, 4000]
+
+
+def test_it_starts_without_the_libraries_that_take_long_to_load():
+    heavy = "av cv2 onnxruntime pyopencl simplejpeg uvicorn starlette"
+    lines = f"import sys; print([n for n in {heavy.split()} if n in sys.modules]); sys.exit()"
+    assert child(lines, b"")[1] == b"[]"
+
+
+BROKEN = {
+    "crashes": "import os, signal; os.kill(os.getpid(), signal.SIGKILL)",
+    "fails": "raise MemoryError",
+    "hangs": "import time; time.sleep(600)",
+}
+
+
+@pytest.fixture(params=BROKEN)
+def broken(request, monkeypatch, tmp_path):
+    """A decoder that does what no decoder should."""
+    (tmp_path / "broken_child.py").write_text(BROKEN[request.param])
+    monkeypatch.setenv("PYTHONPATH", os.fspath(tmp_path))
+    monkeypatch.setattr(read_apart, "_MODULE", "broken_child")
+    monkeypatch.setattr(read_apart, "_SECONDS", 1.0 if request.param == "hangs" else 60.0)
+    return "takes too long to read" if request.param == "hangs" else "cannot be read: save it again"
+
+
+def test_a_decoder_that_breaks_is_one_line_to_the_visitor_and_the_page_goes_on(broken):
+    show = StandIn()
+    show.reads = read_look
+    with serving(show) as url, Page(url) as page:
+        answer = page.post("/photo", LOOK, x_file_name="x.jpg")
+        assert answer.status_code == 422
+        assert answer.json()["error"].startswith(f"x.jpg {broken}")
+        assert "\n" not in answer.json()["error"] and show.look == RED
+        show.show(3)
+        assert page.picture()[0] == 3
+
+
+def test_where_no_process_can_be_started_the_visitor_is_told_to_try_again(monkeypatch):
+    monkeypatch.setattr(read_apart.sys, "executable", "/nowhere/python")
+    with pytest.raises(PhotoError, match=r"^x cannot be read now: .*; try again later$"):
+        read_apart.read_apart(LOOK, "x")
+
+
+def test_what_lies_in_the_folder_of_the_run_is_not_imported(monkeypatch, tmp_path):
+    (tmp_path / "PIL.py").write_text("raise SystemExit(3)")
+    monkeypatch.chdir(tmp_path)
+    assert read_apart.read_apart(LOOK, "x").shape == (1200, 1024, 3)
+
+
+def test_the_largest_picture_that_is_let_in_is_read():
+    side = int(photo_child.MOST_PX**0.5)
+    photo = cv2.imencode(".png", np.full((side, side, 3), 90, np.uint8))[1].tobytes()
+    assert read_apart.read_apart(photo, "x").shape == (side // 2, side // 2, 3)

@@ -1,0 +1,216 @@
+"""Looks of several pages in one room: the newest wins, few are read, and all pages end up the same."""
+
+import asyncio
+import json
+from dataclasses import replace
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline import Look
+from makeup_video.web.show import PhotoLook
+from makeup_video.web.viewers import LOOKS_SECONDS, Room, Viewer
+from shows import BLUE, RED, StandIn
+
+LOOKS = [replace(RED, strength=number / 10) for number in range(6)]
+BAD = {"strength": "much"}
+
+
+class Loop:
+    """A loop whose time the test moves: what is due by then is called."""
+
+    def __init__(self):
+        self.now, self.calls = 0.0, []
+
+    def time(self):
+        return self.now
+
+    def call_at(self, when, call):
+        made = Call(when, call)
+        self.calls.append(made)
+        return made
+
+    def call_later(self, seconds, call):
+        return self.call_at(self.now + seconds, call)
+
+    def go_on(self, seconds):
+        self.now += seconds
+        due = [one for one in self.calls if one.when <= self.now]
+        self.calls = [one for one in self.calls if one.when > self.now]
+        for one in due:
+            if not one.cancelled:
+                one.call()
+
+
+class Call:
+    def __init__(self, when, call):
+        self.when, self.call, self.cancelled = when, call, False
+
+    def cancel(self):
+        self.cancelled = True
+
+
+class Session(StandIn):
+    """Notes every look that it is given."""
+
+    def __init__(self):
+        super().__init__()
+        self.given = []
+
+    def set_look(self, look):
+        self.given.append(look)
+        self.look = look
+
+
+class Page:
+    """A page as `look.js` is one: it counts its looks, and leaves alone what is newer than what was heard."""
+
+    def __init__(self, room):
+        self.room, self.viewer = room, Viewer("{}")
+        self.look, self.count, self.errors = room.session.look.to_dict(), 0, []
+        room.join(self.viewer)
+
+    def say(self, look):
+        self.look, self.count = look, self.count + 1
+        self.send(look=look, n=self.count)
+
+    def send(self, **values):
+        self.room.hear(self.viewer, json.dumps({"type": "look", **values}))
+
+    def listen(self):
+        """Take all that the server has for this page by now."""
+        while (message := self._next()) is not None:
+            if message.get("type") == "look" and self.count <= (message["seen"] or 0):
+                self.look = message["look"]
+            if message.get("type") == "error":
+                self.errors.append(message["text"])
+
+    def _next(self):
+        waiting = self.viewer.next()
+        try:
+            waiting.send(None)
+        except StopIteration as got:
+            return json.loads(got.value)
+        waiting.close()  # there is nothing
+        return None
+
+
+def in_a_room(test):
+    """Call test(room, loop, pages) where asyncio's events work."""
+
+    async def called():
+        loop = Loop()
+        room = Room(Session(), loop)
+        test(room, loop, [Page(room) for _ in range(3)])
+
+    asyncio.run(called())
+
+
+def test_of_a_flood_of_looks_only_the_newest_is_read_and_it_is_painted():
+    def flood(room, loop, pages):
+        for number in range(1000):
+            pages[0].say(LOOKS[number % 6].to_dict())
+        loop.go_on(0)
+        assert room.session.given == [LOOKS[999 % 6]]
+        assert pages[0].viewer.seen == 1000
+
+    in_a_room(flood)
+
+
+def test_looks_take_turns_and_the_last_one_is_never_left_out():
+    def steady(room, loop, pages):
+        for number in range(100):  # a look each millisecond
+            pages[0].say(LOOKS[number % 6].to_dict())
+            loop.go_on(0.001)
+        assert len(room.session.given) <= 0.1 / LOOKS_SECONDS + 1
+        loop.go_on(LOOKS_SECONDS)
+        assert room.session.look == LOOKS[99 % 6]
+
+    in_a_room(steady)
+
+
+def test_the_first_look_after_a_pause_waits_for_nothing():
+    def alone(room, loop, pages):
+        for look in LOOKS:
+            loop.go_on(LOOKS_SECONDS)
+            pages[0].say(look.to_dict())
+            loop.go_on(0)
+            assert room.session.look == look
+
+    in_a_room(alone)
+
+
+def test_what_is_wrong_with_the_newest_look_is_told_and_the_page_shows_again_what_is_painted():
+    def wrong(room, loop, pages):
+        pages[0].say(LOOKS[1].to_dict())
+        loop.go_on(1)
+        for look in (LOOKS[2].to_dict(), BAD):
+            pages[0].say(look)
+        loop.go_on(1)
+        for page in pages:
+            page.listen()
+        assert len(pages[0].errors) == 1 and not pages[1].errors
+        assert pages[0].look == LOOKS[1].to_dict() and room.session.given == [LOOKS[1]]
+
+    in_a_room(wrong)
+
+
+def test_a_photo_wins_over_the_looks_that_came_before_it():
+    def photo(room, loop, pages):
+        pages[0].say(LOOKS[1].to_dict())
+        loop.go_on(0)
+        pages[0].say(LOOKS[2].to_dict())  # its turn has not come
+        room.change(BLUE, PhotoLook("anna.jpg", BLUE))
+        loop.go_on(1)
+        for page in pages:
+            page.listen()
+            assert page.look == BLUE.to_dict()
+        assert room.session.look == BLUE and room.session.photo.name == "anna.jpg"
+
+    in_a_room(photo)
+
+
+def test_the_last_look_of_a_page_that_goes_is_painted():
+    def goes(room, loop, pages):
+        pages[0].say(LOOKS[1].to_dict())
+        loop.go_on(0)
+        pages[0].say(LOOKS[2].to_dict())
+        room.part(pages[0].viewer)
+        assert room.session.look == LOOKS[2]
+        loop.go_on(1)
+        assert room.session.look == LOOKS[2]
+
+    in_a_room(goes)
+
+
+what_happens = st.one_of(
+    st.tuples(st.sampled_from(["say", "file"]), st.integers(0, 2), st.sampled_from(LOOKS)),
+    st.tuples(st.sampled_from(["wrong", "listen"]), st.integers(0, 2), st.none()),
+    st.tuples(st.just("time"), st.integers(0, 12), st.none()),
+)
+
+
+@settings(deadline=None)
+@given(st.lists(what_happens))
+def test_whatever_pages_say_at_once_all_of_them_end_up_with_what_is_painted(happens):
+    def conversation(room, loop, pages):
+        last = Look.to_dict(room.session.look)
+        for kind, number, look in happens:
+            match kind:
+                case "say":
+                    pages[number].say(last := look.to_dict())
+                case "file":
+                    pages[number].send(look=(last := look.to_dict()))
+                case "wrong":
+                    pages[number].say(BAD)
+                    last = None
+                case "listen":
+                    pages[number].listen()
+                case "time":
+                    loop.go_on(number / 1000)
+        loop.go_on(1)
+        for page in pages:
+            page.listen()
+            assert page.look == room.session.look.to_dict()
+        assert last in (None, room.session.look.to_dict())
+
+    in_a_room(conversation)

@@ -1,0 +1,59 @@
+"""The process that decodes one visitor's photo: see read_apart.py.
+
+    python -m makeup_video.web.photo_child < (the name as JSON, a line end, the photo's file)
+
+Writes a line of JSON, and then the pixels: [height, width], or why the photo is refused as a text. It imports little, for
+the visitor waits while it starts: no face nets, no OpenCL, no video library.
+"""
+
+import json
+import sys
+
+from makeup_video.pipeline.errors import MakeupVideoError
+from makeup_video.pipeline.photo import read_photo
+from PIL import AvifImagePlugin, Image
+
+# What cameras call 24 megapixels is up to 24.4 million.
+MOST_PX = 25_000_000
+# Of address space, as the system counts. Pillow's WebP decoder reserves 8 bytes for each pixel of whatever size the
+# header claims, 2.1 GB at most, before anybody can ask for that size; no page of it is touched before it decodes.
+_OPENING_BYTES = 3_000_000_000
+_DECODING_BYTES = (
+    1_000_000_000  # the largest pictures need half of it: WebP with transparency, AVIF
+)
+_THREADS = 2  # of the AVIF decoder: with one for each core of a large machine their stacks alone exceed that
+_PROCESSOR_SECONDS = 20
+
+
+def main() -> None:
+    name = json.loads(sys.stdin.buffer.readline())
+    photo = sys.stdin.buffer.read()
+    _limit("RLIMIT_CPU", _PROCESSOR_SECONDS)  # though whoever started this may be gone
+    _limit("RLIMIT_FSIZE", 0)  # a photo stays in memory
+    _limit("RLIMIT_AS", _OPENING_BYTES)
+    AvifImagePlugin.DEFAULT_MAX_THREADS = _THREADS
+    Image.MAX_IMAGE_PIXELS = None  # our own limit is lower, and its message names the size
+    out = sys.stdout.buffer
+    try:
+        rgb8 = read_photo(photo, name, MOST_PX, lambda: _limit("RLIMIT_AS", _DECODING_BYTES))
+    except MakeupVideoError as error:
+        out.write(json.dumps(str(error)).encode() + b"\n")
+    else:
+        out.write(json.dumps(rgb8.shape[:2]).encode() + b"\n")
+        out.write(rgb8.data)
+    out.flush()
+
+
+def _limit(name: str, most: int) -> None:
+    """Where the system has such limits: all but Windows; macOS takes the one on memory and does not keep it."""
+    try:
+        import resource
+
+        kind = getattr(resource, name)
+        resource.setrlimit(kind, (most, resource.getrlimit(kind)[1]))
+    except (ImportError, AttributeError, OSError, ValueError):
+        return  # a limit that is lower already stays
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,57 @@
+"""Photos of visitors are decoded in a process of their own, with limits on memory and time.
+
+Whatever a file does to a decoder then ends that process, and the picture goes on. A thread would not do: Pillow holds
+Python's lock now and then, and a large WebP stopped the picture for half a second.
+"""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+from makeup_video.pipeline.errors import PhotoError
+
+_SECONDS = 20.0  # for one photo; the largest ordinary ones take one or two
+_MODULE = "makeup_video.web.photo_child"
+
+
+def read_apart(photo: bytes, name: str) -> np.ndarray:
+    """(H, W, 3) uint8, as pipeline/photo.py has it; not to be written to.
+
+    photo: a file's bytes, called `name` in messages. Raises PhotoError: one line for the visitor, also
+    when the process crashed or took too long.
+    """
+    # -P: what lies in the folder where the run was started is not imported. The name goes the photo's way, since
+    # other users of the machine see arguments. One thread of OpenBLAS: the others would only be started.
+    command = [sys.executable, "-P", "-m", _MODULE]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        done = subprocess.run(
+            command,
+            input=json.dumps(name).encode() + b"\n" + photo,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            timeout=_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise PhotoError(
+            f"{name} takes too long to read: save it again, or make it smaller"
+        ) from None
+    except OSError as error:
+        raise PhotoError(f"{name} cannot be read now: {error.strerror}; try again later") from error
+    if done.returncode != 0:
+        raise PhotoError(f"{name} cannot be read: save it again as JPEG or PNG, or make it smaller")
+    return _pixels(done.stdout)
+
+
+def _pixels(answer: bytes) -> np.ndarray:
+    """What the process wrote. Raises PhotoError when it refused the photo."""
+    begin = answer.index(b"\n") + 1
+    said = json.loads(answer[:begin])
+    if isinstance(said, str):
+        raise PhotoError(said)
+    height, width = said
+    return np.frombuffer(answer, np.uint8, offset=begin).reshape(height, width, 3)
