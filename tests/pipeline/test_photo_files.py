@@ -87,7 +87,7 @@ def test_a_photo_that_is_gone_before_it_is_opened_is_one_line(tmp_path, monkeypa
         path.unlink()
         return path
 
-    monkeypatch.setattr(photo, "local_file", found)
+    monkeypatch.setattr("makeup_video.pipeline.source.local_file", found)
     with pytest.raises(InputError, match=r"in\.png cannot be read: No such file"):
         read_photo(path)
 
