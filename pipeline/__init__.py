@@ -9,6 +9,7 @@ faces = find_faces(rgb8)  # largest first
 weight = lip_mask(rgb8, faces[0])
 """
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -30,8 +31,13 @@ from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
 from makeup_video.pipeline.finishes import FINISHES, product
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.look import GraphicsParams, Look
+from makeup_video.pipeline.memory import FIND_FACES, check_memory
 from makeup_video.pipeline.process import Settings, process_video
 from makeup_video.pipeline.report import Report
+
+# Before ONNX Runtime is imported: since 1.29 it reports to Microsoft what it runs unless told not to, and keeps a
+# database for it in the user's cache folder. Nothing that we do leaves the machine.
+os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 
 __all__ = [
     "FINISHES",
@@ -88,4 +94,5 @@ _LATER = {
 def __getattr__(name: str) -> Any:
     if name not in _LATER:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    check_memory(FIND_FACES)  # below that, their libraries crash while they are loaded
     return getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
