@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
@@ -55,10 +56,19 @@ class Target:
     """The place of one output. While it is open no other run can take the same place.
 
     source: the file that is read, None when there is none, as with a camera.
+    on_whole: called when the part is whole and about to get the output's name.
     Raises UsageError or OutputError, one line each, before anything is written.
     """
 
-    def __init__(self, path: Path, source: Path | None, *, overwrite: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        source: Path | None,
+        *,
+        overwrite: bool,
+        on_whole: Callable[[], None] | None = None,
+    ) -> None:
+        self._on_whole = on_whole
         with write_errors(path):
             self.path = target_of(path)
             self.part = part_of(self.path)
@@ -68,6 +78,8 @@ class Target:
 
     def keep(self) -> None:
         """The part is whole: give it the output's name."""
+        if self._on_whole is not None:
+            self._on_whole()
         os.replace(self.part, self.path)
         self._lock.close()
 
