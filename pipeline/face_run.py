@@ -35,19 +35,21 @@ class FaceRun:
     """Finds faces, steadies them in a video, and goes on with `rest` (FrameFaces -> Frame).
 
     rest() makes these stages, once the input is known to be there and before the output is begun.
-    need: the memory of the whole run for a video.
+    video, picture: the memory of the whole run for one.
     """
 
-    def __init__(self, rest: Callable[[], Stages], need: Need = SHOW_VIDEO) -> None:
-        self._rest, self._need = rest, need
+    def __init__(
+        self, rest: Callable[[], Stages], video: Need = SHOW_VIDEO, picture: Need = FIND_FACES
+    ) -> None:
+        self._rest, self._video, self._picture = rest, video, picture
         self._found: FindFaces | _FindOnce
 
     def __call__(self, source: VideoSource | None) -> Stages:
         """For a video, or for a picture (None). Raises TooLittleMemoryError."""
         if source is None:
-            check_memory(FIND_FACES)
+            check_memory(self._picture)
         else:
-            check_memory(self._need, source.frame_px)
+            check_memory(self._video, source.frame_px)
         rest = self._rest()
         if source is None:
             self._found = _FindOnce()

@@ -8,6 +8,7 @@ from makeup_video.pipeline.errors import TooLittleMemoryError
 from makeup_video.pipeline.memory import (
     COPY_VIDEO,
     FIND_FACES,
+    PAINT_PICTURE,
     PAINT_VIDEO,
     READ_PHOTO,
     SHOW_VIDEO,
@@ -15,7 +16,7 @@ from makeup_video.pipeline.memory import (
     group_limit_bytes,
 )
 
-NEEDS = [COPY_VIDEO, FIND_FACES, PAINT_VIDEO, READ_PHOTO, SHOW_VIDEO]
+NEEDS = [COPY_VIDEO, FIND_FACES, PAINT_PICTURE, PAINT_VIDEO, READ_PHOTO, SHOW_VIDEO]
 
 
 @pytest.fixture
@@ -58,7 +59,7 @@ def test_a_limit_on_address_space_that_is_too_low_is_told_with_both_figures(
 
 def test_larger_frames_need_more(monkeypatch, system):
     system("")
-    allow(monkeypatch, 1_500_000_000)
+    allow(monkeypatch, 1_600_000_000)
     check_memory(PAINT_VIDEO, 1280 * 720)
     with pytest.raises(TooLittleMemoryError):
         check_memory(PAINT_VIDEO, 3840 * 2160)
@@ -85,7 +86,7 @@ def test_a_control_group_that_cannot_hold_the_job_is_named(monkeypatch, system):
     system("0::/\n", memory_max="60000000")
     allow(monkeypatch, resource.RLIM_INFINITY)
     check_memory(COPY_VIDEO, 64 * 64)
-    with pytest.raises(TooLittleMemoryError, match=r"about 217 MB of memory.*take 60 MB \(the lim"):
+    with pytest.raises(TooLittleMemoryError, match=r"about 342 MB of memory.*take 60 MB \(the lim"):
         check_memory(PAINT_VIDEO, 1280 * 720)
 
 
