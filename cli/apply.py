@@ -88,6 +88,7 @@ def apply(
 ) -> None:
     """Paint a look on every frame of IN and write OUT (the command to run without a name)."""
     # the pipeline takes a third of a second to import: not for --help
+    from makeup_video.cli.main import nothing_is_left_to_stop
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import Settings, process_video
     from makeup_video.pipeline.choose import Choice, check_options, choose_look
@@ -106,6 +107,7 @@ def apply(
             faces=faces,
             compare=compare,
             device=device,
+            on_whole=nothing_is_left_to_stop,
         )
         chosen = Choice(
             color=color,

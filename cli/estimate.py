@@ -39,6 +39,7 @@ def estimate(
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
 ) -> None:
     """Read the makeup of a photo: colours, finishes, the nearest products."""
+    from makeup_video.cli.main import nothing_is_left_to_stop
     from makeup_video.pipeline import look_from_photo
     from makeup_video.pipeline.catalogue import read_catalogue
     from makeup_video.pipeline.finishes import REGIONS
@@ -56,6 +57,7 @@ def estimate(
             look = look_from_photo(photo, ref_face)
             if file is not None:
                 file.write(look.to_dict())
+                nothing_is_left_to_stop()  # what is printed now follows the file
         regions = {name: _told(name, getattr(look, name), shades) for name in REGIONS}
         if as_json:
             put(json.dumps({"photo": photo, **regions}, indent=2) + "\n")

@@ -24,15 +24,16 @@ def inspect(
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
 ) -> None:
     """Draw the points, lip mask, number and scores of every face on a picture or a video."""
+    from makeup_video.cli.main import nothing_is_left_to_stop
     from makeup_video.cli.progress import show_progress
-    from makeup_video.pipeline import Settings
-    from makeup_video.pipeline.inspect import inspect_video
+    from makeup_video.pipeline import Settings, inspect_video
 
     with told_in_one_line(output, debug):
         settings = Settings(
             start_seconds=None if start is None else parse_time(start, "--start"),
             end_seconds=None if end is None else parse_time(end, "--end"),
             overwrite=overwrite,
+            on_whole=nothing_is_left_to_stop,
         )
         with show_progress(quiet) as on_progress:
             done = inspect_video(source, output, points, settings, on_progress)

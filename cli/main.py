@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 
-from makeup_video.cli.say import has_said, say
+from makeup_video.cli.say import has_said, keep_stderr_to_ourselves, say
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -14,12 +14,26 @@ if TYPE_CHECKING:
 _STOP = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _LAST_SECONDS = 1.0
 _STOPPED = 130
+_NO_MEMORY = (
+    "std::bad_alloc",
+    "failed to map segment",
+    "can't start new thread",
+    "cannot allocate memory",
+    "failed to allocate",
+    "insufficient memory",
+    "out_of_host_memory",
+    "mem_object_allocation_failure",
+)
 _came: list[int] = []  # signals to stop
+_whole: list[int] = []  # outputs that are whole
 
 
 def main() -> None:
     """Run the command line; whatever goes wrong is one line and never a traceback."""
+    _whole.clear()
     try:
+        if "--debug" not in sys.argv:
+            keep_stderr_to_ourselves()
         # a supervisor's SIGTERM and a closed terminal stop a run as Ctrl-C does: cleanly, with a
         # playable part file
         _on_stop(_interrupt)
@@ -42,7 +56,15 @@ def main() -> None:
     _end(code)
 
 
+def nothing_is_left_to_stop() -> None:
+    """The output is whole and gets its name now: a Ctrl-C that comes later comes too late, and the run ends
+    with the exit code and the files that it has without one. Any thread may say so."""
+    _whole.append(1)
+
+
 def _interrupt(*_: object) -> None:
+    if _whole:
+        return
     _came.append(1)
     raise KeyboardInterrupt
 
@@ -69,6 +91,8 @@ def _end(code: int) -> "NoReturn":
     # Python would wait for a thread, or pull its memory from under it. And when Ctrl-C came within `exec`,
     # as while dataclasses are made, it would end by the signal whatever the code is.
     if code == _STOPPED or threading.active_count() > 1:
+        if cache := sys.modules.get("makeup_video.kernels.cache"):
+            cache.give_back()  # what Python's own exit would have removed
         with contextlib.suppress(OSError, ValueError, AttributeError):  # nobody listens any more
             sys.stdout.flush()
         os._exit(code)
@@ -87,8 +111,23 @@ def _explain(error: Exception) -> int:
         import traceback
 
         traceback.print_exc()
+    if type(error).__name__ == "TooLittleMemoryError":
+        say(f"TooLittleMemoryError: {error}")
+        return 1
+    if _is_want_of_memory(error):
+        say(
+            "TooLittleMemoryError: there is not enough memory for this: close other programs, or "
+            "raise the limit (ulimit -v, the container's)"
+        )
+        return 1
     say(
         f"makeup-video: internal error: {type(error).__name__}: {error}. "
         "Run again with --debug and report it."
     )
     return 1
+
+
+def _is_want_of_memory(error: Exception) -> bool:
+    """Libraries say it in their own words, the loader of C modules, threads and C++ among them."""
+    text = str(error).lower()
+    return isinstance(error, MemoryError) or any(words in text for words in _NO_MEMORY)

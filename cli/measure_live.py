@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from makeup_video.cli.measure_clip import RATE, repeat_film
 from makeup_video.cli.measure_run import check_painted
+from makeup_video.cli.say import stderr_of_children
 
 if TYPE_CHECKING:
     from makeup_video.cli.measure import Bench
@@ -43,7 +44,9 @@ def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
         bench.look.save(folder / "look.json")
         command = [sys.executable, "-m", "makeup_video.cli.live_trial"]
         command += [str(film), str(folder / "look.json"), str(folder)]
-        said = subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
+        said = subprocess.run(
+            command, check=True, stdout=subprocess.PIPE, stderr=stderr_of_children()
+        ).stdout
         tables = [np.load(folder / table) for table in (FRAMES, SAMPLES, VIEWED)]
     film.unlink()
     told = json.loads(said)

@@ -12,6 +12,7 @@ from typing import Any
 
 import av
 from makeup_video.cli.measure_clip import CODEC, CRF, LIKE_A_FILM, PRESET
+from makeup_video.cli.say import stderr_of_children
 from makeup_video.pipeline import InputError, Look, Report, Settings, process_video
 from makeup_video.pipeline.runner import Observe
 
@@ -118,7 +119,10 @@ def run_command(
     command += ["--codec", "h264", "--preset", PRESET, "--crf", str(CRF)]
     began = time.time()
     process = subprocess.Popen(
-        command, stdin=subprocess.DEVNULL, env={**os.environ, **(environment or {})}
+        command,
+        stdin=subprocess.DEVNULL,
+        stderr=stderr_of_children(),
+        env={**os.environ, **(environment or {})},
     )
     memory = _memory_of(process, sample_seconds) if sample_seconds else []
     if code := process.wait():

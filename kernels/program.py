@@ -3,12 +3,9 @@
 One thread at a time uses a Device: OpenCL keeps a kernel's arguments in the kernel.
 """
 
-import atexit
 import math
 import os
 import re
-import shutil
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import resources
@@ -16,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pyopencl as cl
+from makeup_video.kernels.cache import can_compile, left_clean, restore, settle
 
 # PoCL compiles a kernel again for every local size: so each has one. It works on eight pixels at once;
 # runs of more than two times eight hold more pixels that nobody paints.
@@ -27,6 +25,8 @@ _POCL = "Portable Computing Language"
 # The device that works in the caller's thread first: handing so little to threads of its own costs more CPU
 # than it takes, and the other core has other work. The user's own choice is left alone.
 _POCL_DEVICES = "basic pthread"
+# Where the loaders of OpenCL look for drivers when these are set, and nowhere else.
+_LOADER = ("OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH")
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"$', re.MULTILINE)
 
 
@@ -39,19 +39,42 @@ class UnknownDeviceError(ValueError):
 
 
 def devices() -> list[Any]:
-    """Every OpenCL device, PoCL's first. Raises NoDeviceError."""
-    _give_caches_a_folder()
-    is_ours = os.environ.setdefault("POCL_DEVICES", _POCL_DEVICES) == _POCL_DEVICES
-    found = _found()
-    if is_ours and not any(device.platform.name == _POCL for device in found):
-        del os.environ["POCL_DEVICES"]  # a PoCL that knows other names
+    """Every OpenCL device, PoCL's first. Raises NoDeviceError, NoRoomError."""
+    folder = settle()
+    given = os.environ.get("POCL_DEVICES")
+    if given is None:
+        os.environ["POCL_DEVICES"] = _POCL_DEVICES
+    with left_clean(folder):
         found = _found()
-    if not found:
-        raise NoDeviceError(
-            "painting needs an OpenCL device, found none: pip install pocl-binary-distribution "
-            "(Linux x86-64), or install your system's PoCL or the OpenCL driver of your GPU"
-        )
+        if given is None and not any(device.platform.name == _POCL for device in found):
+            del os.environ["POCL_DEVICES"]  # a PoCL that knows other names
+            found = _found()
+        if not found:
+            raise NoDeviceError(_why_none(given))
     return found
+
+
+def _why_none(pocl_devices: str | None) -> str:
+    """What the user can do; a variable that hides the devices comes before any installation."""
+    if pocl_devices is not None:
+        del os.environ["POCL_DEVICES"]
+        known = _found()
+        os.environ["POCL_DEVICES"] = pocl_devices
+        if known:
+            return (
+                f"POCL_DEVICES={pocl_devices!r} names a device that PoCL does not know: unset it, or "
+                f"name those that it knows, such as {_POCL_DEVICES!r}"
+            )
+    set_by_user = [f"{name}={os.environ[name]!r}" for name in _LOADER if os.environ.get(name)]
+    if set_by_user:
+        return (
+            "painting needs an OpenCL device, found none where the environment says to look "
+            f"({', '.join(set_by_user)}): unset that"
+        )
+    return (
+        "painting needs an OpenCL device, found none: pip install pocl-binary-distribution "
+        "(Linux x86-64), or install your system's PoCL or the OpenCL driver of your GPU"
+    )
 
 
 def _found() -> list[Any]:
@@ -61,28 +84,6 @@ def _found() -> list[Any]:
         return []
     platforms = sorted(platforms, key=lambda platform: platform.name != _POCL)
     return [device for platform in platforms for device in _of(platform)]
-
-
-def _give_caches_a_folder() -> None:
-    """Where none can be written: PoCL shows no device then, and PyOpenCL cannot start a kernel."""
-    folders = {"XDG_CACHE_HOME": os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")}
-    if given := os.environ.get("POCL_CACHE_DIR"):
-        folders["POCL_CACHE_DIR"] = given
-    for variable, folder in folders.items():
-        if not _is_writable(folder):
-            # a name of its own: PoCL runs what it finds there, and others can write to /tmp
-            os.environ[variable] = own = tempfile.mkdtemp(prefix="makeup-video-")
-            atexit.register(shutil.rmtree, own, ignore_errors=True)
-
-
-def _is_writable(folder: str) -> bool:
-    if not os.path.isabs(folder):  # "~", of a user without a home
-        return False
-    try:
-        os.makedirs(folder, exist_ok=True)
-    except OSError:
-        return False
-    return os.access(folder, os.W_OK)
 
 
 def _of(platform: Any) -> list[Any]:
@@ -95,7 +96,7 @@ def _of(platform: Any) -> list[Any]:
 def pick(choice: str = "") -> Any:
     """The device of a number, counted from 0, or of a part of its name; "" is the first.
 
-    Raises NoDeviceError, UnknownDeviceError.
+    Raises NoDeviceError, NoRoomError, UnknownDeviceError.
     """
     found = devices()
     if choice.isdecimal():
@@ -125,8 +126,13 @@ class Device:
     """A device and its queue. Programs and kernels are built at first use and kept."""
 
     def __init__(self, choice: str = "") -> None:
-        """choice: as for pick. Raises NoDeviceError, UnknownDeviceError."""
+        """choice: as for pick. Raises NoDeviceError, NoRoomError, UnknownDeviceError."""
         device = pick(choice)
+        if device.platform.name == _POCL and not can_compile():
+            raise NoDeviceError(
+                "PoCL compiles the kernels that paint with the system's linker, and there is no ld on "
+                "the PATH: install it (Debian, Ubuntu: apt install gcc)"
+            )
         self.context = cl.Context([device])
         self.queue = cl.CommandQueue(self.context)
         # An ordinary processor works in our memory; others may work in a copy of it.
@@ -179,7 +185,8 @@ class Device:
             return cl.Program(self.context, source).build(options=options)
         except cl.RuntimeError:
             # LLVM deletes its temporary files when Ctrl-C comes, and fails for want of them; who is
-            # still here is to end in good order
+            # still here is to end in good order. Or the folder of the kernels was removed.
+            restore()
             return cl.Program(self.context, source).build(options=options)
 
     def memory(self, shape: tuple[int, ...], dtype: Any) -> "Memory":

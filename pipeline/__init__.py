@@ -29,6 +29,7 @@ from makeup_video.pipeline.errors import (
     PhotoError,
     StoppedError,
     StrictError,
+    TooLittleMemoryError,
     UsageError,
 )
 
@@ -55,6 +56,7 @@ __all__ = [
     "Settings",
     "StoppedError",
     "StrictError",
+    "TooLittleMemoryError",
     "UsageError",
     "apply_look",
     "estimate_look",
@@ -92,6 +94,8 @@ _LATER = {
     "Settings": "process",
     "process_video": "process",
     "Report": "report",
+}
+_LATER_WITH_NETS = {
     "FindFaces": "faces",
     "find_faces": "faces",
     "lip_mask": "faces",
@@ -103,6 +107,11 @@ _LATER = {
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LATER:
+    if name in _LATER_WITH_NETS:
+        from makeup_video.pipeline.memory import FIND_FACES, check_memory
+
+        check_memory(FIND_FACES)  # below that, their libraries crash while they are loaded
+    module = {**_LATER, **_LATER_WITH_NETS}.get(name)
+    if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
+    return getattr(import_module(f"{__name__}.{module}"), name)

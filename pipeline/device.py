@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from makeup_video.pipeline.errors import InstallError, UsageError
+from makeup_video.pipeline.errors import InstallError, OutputError, UsageError
 
 if TYPE_CHECKING:
     from makeup_video.kernels.program import Device
@@ -11,9 +11,11 @@ if TYPE_CHECKING:
 def open_device(choice: str = "") -> "Device":
     """The device of a number, counted from 0, or of a part of its name; "" is PoCL's processor.
 
-    Raises InstallError when there is none at all, UsageError when there is none of that name.
+    Raises InstallError when there is none at all, UsageError when there is none of that name,
+    OutputError when no folder has room for what it compiles.
     """
     # PyOpenCL takes a quarter of a second to load: not for those who only copy or inspect
+    from makeup_video.kernels.cache import NoRoomError
     from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError
 
     try:
@@ -22,3 +24,5 @@ def open_device(choice: str = "") -> "Device":
         raise InstallError(str(error)) from error
     except UnknownDeviceError as error:
         raise UsageError(str(error)) from error
+    except NoRoomError as error:
+        raise OutputError(str(error)) from error

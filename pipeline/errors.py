@@ -2,6 +2,7 @@
 
     MakeupVideoError                 exit code 1
     ├── InstallError   (RuntimeError)          1   a file of the package is missing or changed
+    ├── TooLittleMemoryError (MemoryError)     1   a limit on memory that the run cannot keep
     ├── UsageError     (ValueError)            2   options that do not fit together
     ├── LookError      (ValueError)            2   a look file that cannot be used
     ├── CatalogueError (ValueError)            2   a table of products that cannot be used
@@ -30,6 +31,10 @@ class MakeupVideoError(Exception):
 
 
 class InstallError(MakeupVideoError, RuntimeError):
+    pass
+
+
+class TooLittleMemoryError(MakeupVideoError, MemoryError):
     pass
 
 

@@ -7,6 +7,7 @@ import cv2
 from makeup_video.pipeline.face import FrameFaces
 from makeup_video.pipeline.faces import FindFaces, find_faces_in_frame
 from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.memory import FIND_FACES, SHOW_VIDEO, Need, check_memory
 from makeup_video.pipeline.report import Report
 from makeup_video.pipeline.runner import Stage
 from makeup_video.pipeline.smooth import SmoothAhead
@@ -34,14 +35,21 @@ class FaceRun:
     """Finds faces, steadies them in a video, and goes on with `rest` (FrameFaces -> Frame).
 
     rest() makes these stages, once the input is known to be there and before the output is begun.
+    video, picture: the memory of the whole run for one.
     """
 
-    def __init__(self, rest: Callable[[], Stages]) -> None:
-        self._rest = rest
+    def __init__(
+        self, rest: Callable[[], Stages], video: Need = SHOW_VIDEO, picture: Need = FIND_FACES
+    ) -> None:
+        self._rest, self._video, self._picture = rest, video, picture
         self._found: FindFaces | _FindOnce
 
     def __call__(self, source: VideoSource | None) -> Stages:
-        """For a video, or for a picture (None)."""
+        """For a video, or for a picture (None). Raises TooLittleMemoryError."""
+        if source is None:
+            check_memory(self._picture)
+        else:
+            check_memory(self._video, source.frame_px)
         rest = self._rest()
         if source is None:
             self._found = _FindOnce()

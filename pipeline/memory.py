@@ -1,19 +1,120 @@
-"""How much memory this process holds, and giving back what it no longer needs."""
+"""How much memory this process holds and may take, and giving back what it no longer needs."""
 
 import ctypes
 import gc
 import resource
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+
+from makeup_video.pipeline.errors import TooLittleMemoryError
+from makeup_video.pipeline.runner import cores
+
+_PROC = Path("/proc")
+_GROUPS = Path("/sys/fs/cgroup")
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """The memory of a job: MB at least, more for each core, for each Mpx of a frame, and for both.
+
+    address_mb: what it reserves, libraries and the stacks of threads too.  held_mb: what it fills, pages
+    of files not counted. Each is (at least, a core, a Mpx, a Mpx and core).
+    """
+
+    name: str
+    address_mb: tuple[int, int, int, int]
+    held_mb: tuple[int, int, int, int]
+
+
+# Fitted to the peaks of VmSize and RssAnon on 1 and 2 cores: frames of 64x64, 720p, 1080p and 2160p, a picture
+# of 1.2 Mpx; those who paint compile their kernels first, 70 MB of it. With a tenth less, codecs and ONNX Runtime fail somewhere within, and PoCL and the C
+# libraries' threads crash.
+COPY_VIDEO = Need("copying this video", (400, 40, 38, 42), (35, 0, 47, 28))
+SHOW_VIDEO = Need("looking for faces in this video", (605, 230, 55, 42), (100, 0, 58, 29))
+PAINT_VIDEO = Need("painting this video", (985, 200, 55, 42), (235, 0, 58, 29))
+FIND_FACES = Need("looking for faces", (660, 200, 0, 0), (80, 0, 0, 0))
+PAINT_PICTURE = Need("painting this picture", (775, 200, 0, 0), (215, 0, 0, 0))
+READ_PHOTO = Need("reading a look from a photo", (920, 285, 0, 0), (270, 0, 0, 0))
+_MEASURED_CORES = 2  # more are not known to need more
+
+
+def check_memory(need: Need, frame_px: int = 0) -> None:
+    """Raises TooLittleMemoryError when a limit on this process forbids the job.
+
+    frame_px: pixels of a frame of the video. Without limits, or where the system does not tell
+    them, nothing is raised.
+    """
+    count, mpx = min(cores(), _MEASURED_CORES), frame_px / 1e6
+    address, held = (
+        round((least + core * count + (per_px + both * count) * mpx) * 1e6)
+        for least, core, per_px, both in (need.address_mb, need.held_mb)
+    )
+    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if allowed != resource.RLIM_INFINITY and allowed < address:
+        raise TooLittleMemoryError(_line(need, address, "address space", allowed, "ulimit -v"))
+    group = group_limit_bytes()
+    if group is not None and group < held:
+        raise TooLittleMemoryError(
+            _line(need, held, "memory", group, "the limit of its control group or container")
+        )
+
+
+def _line(need: Need, wanted: int, what: str, allowed: int, limit: str) -> str:
+    return (
+        f"{need.name} needs about {wanted / 1e6:.0f} MB of {what}, and this process may take "
+        f"{allowed / 1e6:.0f} MB ({limit}): raise that limit"
+    )
+
+
+def group_limit_bytes() -> int | None:
+    """The most memory that the control group of this process may hold, or one above it.
+
+    None: no limit, none that the system tells, or one that swap space softens.
+    """
+    try:
+        lines = (_PROC / "self" / "cgroup").read_text(encoding="ascii").splitlines()
+        if any(swap.split()[1] != "0" for swap in _lines_of("meminfo", "SwapTotal:")):
+            return None
+    except (OSError, ValueError):
+        return None  # not Linux, or /proc is hidden
+    limits: list[int] = []
+    for line in lines:
+        _, controllers, path = line.split(":", 2)
+        if controllers == "":
+            limits += _limits(_GROUPS, path, "memory.max")
+        elif "memory" in controllers.split(","):
+            limits += _limits(_GROUPS / "memory", path, "memory.limit_in_bytes")
+    return min(limits, default=None)
+
+
+def _limits(root: Path, path: str, name: str) -> list[int]:
+    """Of a group and of those above it; in a container only the root may be seen."""
+    found = []
+    place = root / path.lstrip("/")
+    for folder in (place, *place.parents):
+        try:
+            text = (folder / name).read_text(encoding="ascii").strip()
+        except (OSError, ValueError):
+            text = ""
+        if text.isdecimal():  # "max" is no limit
+            found.append(int(text))
+        if folder == root:
+            break
+    return found
+
+
+def _lines_of(name: str, begins: str) -> list[str]:
+    text = (_PROC / name).read_text(encoding="ascii")
+    return [line for line in text.splitlines() if line.startswith(begins)]
 
 
 def peak_memory_bytes() -> int:
     """The most memory that this process ever held (its resident set)."""
     if sys.platform == "linux":
         # getrusage would count the parent's memory from before exec
-        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
-            if line.startswith("VmHWM:"):
-                return int(line.split()[1]) * 1024
+        for line in _lines_of("self/status", "VmHWM:"):
+            return int(line.split()[1]) * 1024
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else peak * 1024  # others count in kB
 

@@ -10,6 +10,7 @@ from makeup_video.pipeline.face_run import FaceRun, Stages
 from makeup_video.pipeline.face_tracks import sound_faces
 from makeup_video.pipeline.faces import find_faces_in_frame
 from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.memory import PAINT_PICTURE, PAINT_VIDEO
 from makeup_video.pipeline.mesh import BuildScene
 from makeup_video.pipeline.report import Report
 from makeup_video.pipeline.still import merge, to_frame
@@ -21,7 +22,7 @@ class PaintRun(FaceRun):
     """Finds faces and paints a look on them; `faces` and `device` as in Settings."""
 
     def __init__(self, look: Look, faces: str = "all", device: str = "") -> None:
-        super().__init__(self._painting)
+        super().__init__(self._painting, PAINT_VIDEO, PAINT_PICTURE)
         self._look, self._faces, self._device = look, faces, device
 
     def _painting(self) -> Stages:

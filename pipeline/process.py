@@ -24,7 +24,7 @@ from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.frame import HDR_TRANSFERS, Frame
 from makeup_video.pipeline.length import check_start
 from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.memory import peak_memory_bytes
+from makeup_video.pipeline.memory import COPY_VIDEO, FIND_FACES, check_memory, peak_memory_bytes
 from makeup_video.pipeline.mux import Muxer
 from makeup_video.pipeline.report import Report
 from makeup_video.pipeline.runner import Observe, Runner, Stage, cores
@@ -46,6 +46,7 @@ class Settings:
     bit_depth: 8, 10 or 12 bits a sample; None: those of the source, but 8 in H.264.  sdr: HDR becomes SDR.
     compare: show before and after beside each other.  device: the OpenCL device that paints, by its
     number or a part of its name, "" for the processor.  observe: told what each stage took for each item.
+    on_whole: called, by any thread, when the output is whole and about to get its name.
     """
 
     codec: str | None = None
@@ -62,6 +63,7 @@ class Settings:
     compare: bool = False
     device: str = ""
     observe: Observe | None = None
+    on_whole: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
@@ -111,7 +113,8 @@ def process_video(
     """
     look, settings = look or Look(), settings or Settings()
     if look.is_bare:
-        return run_stages(src, dst, lambda _: [], settings, on_progress)
+        return run_stages(src, dst, _copy, settings, on_progress)
+    check_memory(FIND_FACES)
     # the face nets and OpenCL take their time to load: only for those who paint
     from makeup_video.pipeline.face_run import one_opencv_thread
     from makeup_video.pipeline.paint import PaintRun
@@ -121,6 +124,13 @@ def process_video(
         report = run_stages(src, dst, run, settings, on_progress)
     run.count(report)
     return report
+
+
+def _copy(source: VideoSource | None) -> list[tuple[str, Stage]]:
+    """No stage between decoder and encoder."""
+    if source is not None:
+        check_memory(COPY_VIDEO, source.frame_px)
+    return []
 
 
 def run_stages(
@@ -149,6 +159,7 @@ def run_stages(
             compare=settings.compare,
             overwrite=settings.overwrite,
             strict=settings.strict,
+            on_whole=settings.on_whole,
         )
     else:
         source = open_video(path)
@@ -196,7 +207,7 @@ def _run(
     if depth is not None:
         pick_pix_fmt("yuv420p", codec, depth)  # refuses a depth before the output is begun
     bytes_in = source.container.size  # of the open file: nobody knows what has its name at the end
-    target = Target(output, source.path, overwrite=settings.overwrite)
+    target = Target(output, source.path, overwrite=settings.overwrite, on_whole=settings.on_whole)
     muxer = Muxer(target, container, strict=settings.strict)
     try:
         door = Door(codec, depth, sdr=settings.sdr)

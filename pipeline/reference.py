@@ -19,7 +19,7 @@ from makeup_video.pipeline.faces import find_faces, lip_mask
 from makeup_video.pipeline.finishes import FINISHES, nearest_finish
 from makeup_video.pipeline.light import light_of
 from makeup_video.pipeline.look import GraphicsParams, Look
-from makeup_video.pipeline.memory import give_back_memory
+from makeup_video.pipeline.memory import READ_PHOTO, check_memory, give_back_memory
 from makeup_video.pipeline.net import Net, read_array
 from makeup_video.pipeline.photo import read_photo
 from makeup_video.pipeline.reference_io import NUMBERS, numbers_told, read_crop
@@ -89,7 +89,8 @@ def look_from_photo(
     name: how messages call a photo that comes as bytes; a file has its own.  read: what decodes such a
     photo in place of `read_photo`, given the bytes and the name.
     face: None or "" for the only one, "largest", or one by its number, 0 being the largest face.
-    Raises PhotoError and InputError naming the file, UsageError for another `face`.
+    Raises PhotoError and InputError naming the file, UsageError for another `face`,
+    TooLittleMemoryError.
     """
     chosen = "" if face is None else str(face)
     is_number = chosen.isascii() and chosen.isdigit() and len(chosen) < 10
@@ -97,6 +98,7 @@ def look_from_photo(
         raise UsageError(
             f"--ref-face must be largest, or the number that inspect shows, got {face!r}"
         )
+    check_memory(READ_PHOTO)
     rgb8 = read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
     try:
         return estimate_look(rgb8, choose_face(find_faces(rgb8), chosen))

@@ -76,6 +76,7 @@ class Runner:
         names = [source[0], *(name for name, _ in stages), sink[0]]
         self.times = {name: StageTimes() for name in names}
         self.stopped = False
+        self._is_whole = False
         self._first_error: BaseException | None = None
         self._ended = threading.Condition()
         self._running = 0
@@ -84,10 +85,12 @@ class Runner:
         """Block until all is done; `on_tick(items that reached the sink)` is called meanwhile.
 
         Raises the first error of any actor, or StoppedError after Ctrl-C, when the sink has
-        finished what it had.
+        finished what it had. A Ctrl-C that comes when the sink is finishing a whole film stops nothing.
         """
-        threads = self._start()
+        threads: list[threading.Thread] = []
         try:
+            with interrupted_later():
+                threads = self._start()
             while not self._wait(tick_seconds):
                 if on_tick:
                     on_tick(self.times[self.sink[0]].items)
@@ -103,7 +106,7 @@ class Runner:
             thread.join()
         if self._first_error is not None:
             raise self._first_error
-        if self.stopped:
+        if self.stopped and not self._is_whole:
             raise StoppedError("stopped by the user")
 
     def _wait(self, seconds: float | None) -> bool:
@@ -194,8 +197,10 @@ class Runner:
             clock.times.items += 1
             del item
         if self._first_error is None:
+            stopped = self.stopped
             with clock:
-                sink.finish(self.stopped)
+                sink.finish(stopped)
+            self._is_whole = not stopped
 
 
 _END = object()

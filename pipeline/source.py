@@ -69,6 +69,11 @@ class VideoSource:
         fmt = self.video.codec_context.format
         return int(fmt.components[0].bits) if fmt else 8
 
+    @property
+    def frame_px(self) -> int:
+        context = self.video.codec_context
+        return int(context.width * context.height)
+
     def close(self) -> None:
         self.container.close()
 

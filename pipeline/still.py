@@ -36,6 +36,7 @@ _UPRIGHT_DEGREES = {1: 0, 2: 0, 3: 180, 4: 180, 5: 270, 6: 270, 7: 90, 8: 90}
 # APP1 segments of a JPEG say what they hold (XMP specification part 3, section 1.1.3)
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
 _MOST_BYTES = 1_000_000_000  # the largest picture has no more, even when nothing is compressed
+_NO_MEMORY = -4  # cv2.Error.StsNoMem
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
 
 
@@ -67,17 +68,18 @@ def process_picture(
     compare: bool = False,
     overwrite: bool = False,
     strict: bool = False,
+    on_whole: Callable[[], None] | None = None,
 ) -> Report:
     """Paint one picture. EXIF (with its orientation), XMP and ICC profile are kept.
 
-    compare: write it twice, as it was and painted, beside each other.
+    compare: write it twice, as it was and painted, beside each other.  on_whole: as in Settings.
     Raises DecodeError, OutputError, UsageError, StrictError.
     """
     if dst.suffix.lower() not in _WRITERS:
         raise UsageError(
             f"{src} is a picture: the output must end in .jpg, .png or .webp, got {dst}"
         )
-    target = Target(dst, src, overwrite=overwrite)
+    target = Target(dst, src, overwrite=overwrite, on_whole=on_whole)
     try:
         report = _process(src, target, paint, compare, strict)
         target.keep()
@@ -139,6 +141,8 @@ def _decode(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]
             np.frombuffer(data, np.uint8), flags=cv2.IMREAD_UNCHANGED
         )
     except cv2.error as error:
+        if error.code == _NO_MEMORY:
+            raise MemoryError(error.err) from error
         raise DecodeError(f"{path} cannot be decoded: {error.err}") from error
     if pixels is None or pixels.size == 0:
         raise DecodeError(f"{path} is damaged or cut short: no picture could be decoded")

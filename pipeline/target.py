@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import av
@@ -56,10 +57,19 @@ class Target:
 
     source: the file that is read, None when there is none, as with a camera.
     part: the name under which the output grows.  own_path: where to write it, as in PartFile.
+    on_whole: called when the part is whole and about to get the output's name.
     Raises UsageError or OutputError, one line each, before anything is written.
     """
 
-    def __init__(self, path: Path, source: Path | None, *, overwrite: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        source: Path | None,
+        *,
+        overwrite: bool,
+        on_whole: Callable[[], None] | None = None,
+    ) -> None:
+        self._on_whole = on_whole
         with write_errors(path):
             self.path = target_of(path)
             self.part = part_of(self.path)
@@ -75,6 +85,8 @@ class Target:
         Raises UsageError when something else has come to have that name and must not be overwritten.
         The part is then kept.
         """
+        if self._on_whole is not None:
+            self._on_whole()
         with write_errors(self.path):
             try:
                 self._file.rename(self.path, overwrite=self._overwrite)

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import tempfile
 
 import numpy as np
 import pyopencl as cl
@@ -175,27 +174,6 @@ def test_a_pocl_that_knows_other_names_is_asked_again_without_any(monkeypatch):
     assert "POCL_DEVICES" not in os.environ
 
 
-@pytest.mark.parametrize("variable", ["XDG_CACHE_HOME", "POCL_CACHE_DIR"])
-def test_caches_that_cannot_be_written_get_a_folder_for_this_process(
-    monkeypatch, tmp_path, variable
-):
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
-    monkeypatch.setenv(variable, str(tmp_path / "file" / "below"))
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    program.devices()
-    chosen = {name: os.environ[name] for name in ("XDG_CACHE_HOME", "POCL_CACHE_DIR")}
-    assert chosen.pop(variable).startswith(str(tmp_path / "makeup-video-"))
-    assert list(chosen.values()) == [str(tmp_path)]  # what can be written is left alone
-
-
-def test_a_user_without_a_home_gets_no_folder_of_that_name_here(monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    assert not program._is_writable("~/.cache")
-    assert list(tmp_path.iterdir()) == []
-
-
 def no_platform():
     raise cl.LogicError("clGetPlatformIDs failed: PLATFORM_NOT_FOUND_KHR")
 
@@ -206,6 +184,43 @@ def test_without_any_device_one_line_says_what_to_install(monkeypatch, platforms
     with pytest.raises(NoDeviceError, match="pip install pocl-binary-distribution") as caught:
         Device()
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "says"),
+    [
+        (
+            "POCL_DEVICES",
+            "junk",
+            "POCL_DEVICES='junk' names a device that PoCL does not know: unset",
+        ),
+        ("POCL_DEVICES", "", "POCL_DEVICES='' names a device"),
+        ("OCL_ICD_VENDORS", "{file}", "found none where the environment says to look (OCL_ICD_VEN"),
+    ],
+)
+def test_a_variable_that_hides_every_device_is_named(tmp_path, variable, value, says):
+    (tmp_path / "empty.icd").touch()
+    code = "from makeup_video.kernels.program import devices; devices()"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, variable: value.format(file=tmp_path / "empty.icd")},
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    last = done.stderr.splitlines()[-1]
+    assert "NoDeviceError: " in last and says in last and "pip install" not in last
+
+
+def test_without_a_linker_pocl_is_not_left_to_end_the_process(monkeypatch, tmp_path):
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(NoDeviceError, match="there is no ld on the PATH"):
+        Device()
+    compiled = tmp_path / "AB/CD/paint/8-1-1"
+    compiled.mkdir(parents=True)
+    (compiled / "paint.so").touch()
+    assert Device().queue is not None
 
 
 def test_a_build_that_ctrl_c_disturbed_is_tried_once_more(monkeypatch):

@@ -1,0 +1,101 @@
+"""A stop signal near the end of a run: the exit code, the last line and the files agree."""
+
+import subprocess
+import sys
+
+import pytest
+from media import decoded, make_clip
+from people import SAMPLES
+
+# The real command; a signal comes when `name` of `where` is called, and is heard before that goes on.
+HOOKED = """
+import importlib, os, signal, sys, time
+from makeup_video.cli import main
+
+where, name, moment, number = sys.argv[1:5]
+owner = importlib.import_module(where.split(":")[0])
+if ":" in where:
+    owner = getattr(owner, where.split(":")[1])
+original = getattr(owner, name)
+
+def stop():
+    os.kill(os.getpid(), getattr(signal, number))
+    time.sleep(0.5)
+
+def hooked(*words, **more):
+    if moment == "before":
+        stop()
+    done = original(*words, **more)
+    if moment == "after":
+        stop()
+    return done
+
+setattr(owner, name, hooked)
+sys.argv[1:] = sys.argv[5:]
+main.main()
+"""
+MUXER = "makeup_video.pipeline.mux:Muxer"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    make_clip(tmp_path / "in.mp4", audio="aac")
+    return tmp_path
+
+
+def run_hooked(where, name, moment, number, *words):
+    command = [sys.executable, "-c", HOOKED, where, name, moment, number, *words]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=120)
+    return done.returncode, done.stderr.splitlines()
+
+
+FILM = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--save-look", "l.json")
+
+
+@pytest.mark.parametrize(
+    ("where", "name", "moment", "number"),
+    [
+        (MUXER, "finish", "before", "SIGINT"),
+        ("os", "replace", "before", "SIGTERM"),  # of the output, and of each side file
+        ("os", "replace", "after", "SIGINT"),
+        (MUXER, "finish", "after", "SIGTERM"),
+        ("makeup_video.pipeline.process", "_report", "after", "SIGINT"),
+    ],
+)
+def test_an_output_that_is_whole_ends_with_0_and_all_its_files(folder, where, name, moment, number):
+    code, said = run_hooked(where, name, moment, number, *FILM)
+    assert (code, len(said)) == (0, 1) and said[0].startswith("out.mp4: 12 frames in")
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "in.mp4",
+        "l.json",
+        "out.mp4",
+        "r.json",
+    ]
+    assert len(decoded(folder / "out.mp4")) == 12
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_an_output_that_is_not_whole_ends_with_130_and_without_side_files(folder, number):
+    encoder = "makeup_video.pipeline.encode:VideoEncoder"
+    code, said = run_hooked(encoder, "__call__", "after", number, *FILM)
+    assert (code, said) == (130, ["stopped; out.part.mp4 holds what was done"])
+    assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.part.mp4"]
+
+
+@pytest.mark.parametrize("moment", ["before", "after"])
+def test_a_picture_too_is_whole_or_not_there(folder, moment):
+    words = (str(SAMPLES / "look.jpg"), "--look", "none", "-o", "out.png", "--report", "r.json")
+    code, said = run_hooked("os", "replace", moment, "SIGINT", *words)
+    assert (code, said[0].split(":")[0]) == (0, "out.png")
+    still = "makeup_video.pipeline.still"
+    code, said = run_hooked(still, "write_picture", moment, "SIGINT", *words, "-y")
+    assert (code, said) == (130, ["stopped"])
+    assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.png", "r.json"]
+
+
+def test_points_that_belong_to_a_whole_drawing_get_their_name(folder):
+    words = ("inspect", "in.mp4", "-o", "seen.mp4", "--json", "p.json")
+    code, said = run_hooked("os", "replace", "after", "SIGINT", *words)
+    assert code == 0 and said[-1].startswith("seen.mp4: ")
+    assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "p.json", "seen.mp4"]

@@ -1,0 +1,162 @@
+"""Kernels are kept where there is room for them, and nothing else is left there."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from makeup_video.kernels import cache
+from makeup_video.kernels.cache import NoRoomError, give_back, left_clean, settle
+
+DAY = 86400
+
+
+@pytest.fixture(autouse=True)
+def places(monkeypatch, tmp_path):
+    """The environment comes back, and temporary folders are made below tmp_path."""
+    monkeypatch.setenv("POCL_CACHE_DIR", "")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    yield
+    give_back()
+
+
+def own_folders(tmp_path):
+    return list((tmp_path / "temporary").glob("makeup-video-*"))
+
+
+def test_the_folder_is_the_one_that_pocl_would_take(monkeypatch, tmp_path):
+    assert settle() == tmp_path / "xdg/pocl/kcache"
+    assert os.environ["POCL_CACHE_DIR"] == str(tmp_path / "xdg/pocl/kcache")
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path / "given"))
+    assert settle() == tmp_path / "given"
+    assert own_folders(tmp_path) == []
+    assert list((tmp_path / "given").iterdir()) == []  # the trial leaves nothing
+
+
+@pytest.mark.parametrize("variable", ["XDG_CACHE_HOME", "POCL_CACHE_DIR"])
+def test_a_folder_that_cannot_be_made_is_replaced_for_this_process(monkeypatch, tmp_path, variable):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv(variable, str(tmp_path / "file" / "below"))
+    folder = settle()
+    assert own_folders(tmp_path) == [folder] and folder.stat().st_mode & 0o777 == 0o700
+    assert os.environ["POCL_CACHE_DIR"] == str(folder)
+    give_back()
+    assert own_folders(tmp_path) == []
+
+
+def test_a_user_without_a_home_gets_no_folder_of_that_name_here(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", "~/.cache")
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    assert [settle()] == own_folders(tmp_path)
+    assert list((tmp_path / "here").iterdir()) == []
+
+
+def full(folder):
+    raise OSError(28, "No space left on device", str(folder))
+
+
+def test_a_full_disk_is_found_out_before_pocl_does(monkeypatch, tmp_path):
+    allocate = cache._allocate
+    usual = tmp_path / "xdg/pocl/kcache"
+    monkeypatch.setattr(cache, "_allocate", lambda at: (full if at == usual else allocate)(at))
+    assert [settle()] == own_folders(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        SimpleNamespace(f_flag=getattr(os, "ST_NOEXEC", 0), f_files=0, f_favail=0),
+        SimpleNamespace(f_flag=0, f_files=1000, f_favail=3),
+    ],
+    ids=["may hold no programs", "no more files"],
+)
+def test_a_disk_that_pocl_would_fail_on_is_not_used(monkeypatch, tmp_path, state):
+    statvfs = os.statvfs
+    usual = tmp_path / "xdg/pocl/kcache"
+    monkeypatch.setattr(os, "statvfs", lambda at: state if at == usual else statvfs(at))
+    assert [settle()] == own_folders(tmp_path)
+
+
+def test_no_room_anywhere_is_one_line_that_names_all_places(monkeypatch, tmp_path):
+    monkeypatch.setattr(cache, "_allocate", full)
+    with pytest.raises(NoRoomError, match="No space left on device") as caught:
+        settle()
+    said = str(caught.value)
+    assert (
+        "\n" not in said and str(tmp_path / "xdg") in said and str(tmp_path / "temporary") in said
+    )
+    assert own_folders(tmp_path) == [] and os.environ["POCL_CACHE_DIR"] == ""
+
+
+def test_only_what_pocl_left_goes(tmp_path):
+    def made(name, text="", age=0):
+        (tmp_path / name).write_text(text)
+        os.utime(tmp_path / name, (time.time() - age,) * 2)
+
+    made("tempfile_before")  # 6 letters and more: not PoCL's
+    made("tempfile_other1")
+    made("tempfile_others")
+    made("tempfile_second")
+    made("tempfile_aaaaaa")  # of a run that begins at the same time
+    made("tempfile_bbbbbb.so.o", "x", 2 * DAY)
+    made("tempfile_cccccc", "", 2 * DAY)
+    made("notes", "", 2 * DAY)
+    with left_clean(tmp_path):
+        made("tempfile_dddddd")
+        made("tempfile_eeeeee.cl", "in use")
+        made("tempfile_ffffff", "in use")
+    kept = {path.name for path in tmp_path.iterdir() if path.is_file()}
+    assert kept == {
+        "tempfile_before", "tempfile_other1", "tempfile_others", "tempfile_second", "tempfile_aaaaaa",
+        "notes", "tempfile_eeeeee.cl", "tempfile_ffffff",
+    }  # fmt: skip
+
+
+def test_a_process_that_paints_leaves_only_kernels(tmp_path):
+    code = (
+        "import numpy as np; from makeup_video.kernels.program import Device\n"
+        "device = Device(); plane = np.zeros((1, 16), np.uint8)\n"
+        "program = device.build('__kernel void one(__global uchar *p) { p[0] = 1; }', 13)\n"
+        "with device.lend(plane) as buffers: device.launch(program.one, (16, 1), buffers)\n"
+        "assert plane[0, 0] == 1"
+    )
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "new")}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+    left = [path for path in (tmp_path / "new").rglob("*") if path.is_file()]
+    assert {path.name for path in left} == {"program.bc", "last_accessed", "one.so"}
+
+
+def test_kernels_are_built_though_their_folder_was_removed_meanwhile(tmp_path):
+    code = (
+        "import os, shutil; from makeup_video.kernels.program import Device\n"
+        "device = Device(); shutil.rmtree(os.environ['POCL_CACHE_DIR'])\n"
+        "device.build('__kernel void one(__global uchar *p) { p[0] = 1; }', 13)"
+    )
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "new")}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+    assert list((tmp_path / "new").rglob("program.bc"))
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may mount a small file system")
+@pytest.mark.parametrize(
+    "options", ["size=64k", "size=1m", "size=9m,noexec", "size=9m,nr_inodes=5"]
+)
+def test_a_really_small_disk_is_not_used(tmp_path, options):
+    small = tmp_path / "small"
+    small.mkdir()
+    words = ["mount", "-t", "tmpfs", "-o", options, "none", str(small)]
+    if subprocess.run(words, check=False).returncode:
+        pytest.skip("mounting is not allowed here; the tests above fake it")
+    try:
+        os.environ["POCL_CACHE_DIR"] = str(small)
+        assert [settle()] == own_folders(tmp_path)
+        assert list(Path(small).iterdir()) == []
+    finally:
+        subprocess.run(["umount", str(small)], check=True)
