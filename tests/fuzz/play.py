@@ -144,8 +144,9 @@ def _in_child(job: Callable[[], Any], place: Path, limits: Limits) -> NoReturn:
         resource.setrlimit(resource.RLIMIT_AS, (limits.address_mb << 20,) * 2)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30,) * 2)
-        faulthandler.enable(2)
-        faulthandler.dump_traceback_later(0.9 * limits.seconds, file=2)
+        log = os.dup(2)  # a command may close the other one to its libraries
+        faulthandler.enable(log)
+        faulthandler.dump_traceback_later(0.9 * limits.seconds, file=log)
         value = job()
         plain = asdict(value) if isinstance(value, Answer) else value
         (place.parent / "told").write_text(json.dumps(plain))
