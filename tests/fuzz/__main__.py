@@ -1,10 +1,10 @@
 """Feeds damaged files to makeup-video: `python -m tests.fuzz`, from the root of the repository.
 
-Without options these are the cases of CI: 400 videos, 400 photos and 200 texts from seed 1.
-Each runs in a process of its own with limits of time and memory. Wrong is: a crash, a hang, an error
-that is not one of ours in one line, a file left behind, a changed input, or an output that is not
-what its report says. The exit code is 1 when a case is wrong. What is wrong is printed with the
-command that repeats that case alone.
+Without options it plays the cases of CI: 400 videos, 400 photos and 200 texts, from seed 1. Each runs
+in a process of its own, with limits of time and memory. A case is wrong when it crashes, hangs, raises
+an error that is not ours or not one line, leaves a file behind, changes its input, or writes an output
+that is not what its report says. Every wrong case is printed with the command that repeats it alone,
+and the exit code is then 1.
 """
 
 import os

@@ -20,6 +20,7 @@ from fuzz import check, child
 from fuzz.case import Case
 from fuzz.child import FAULT, Answer
 
+IS_POSSIBLE = hasattr(os, "pidfd_open")  # Linux
 _OLD = b"an older output\n" * 9
 _SHOWN = 4000  # characters of what was printed, or of a traceback
 # Our own lines when all went well; --quiet keeps the others away.

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from fuzz import child
 from fuzz.case import make_case
-from fuzz.play import Limits, Result, play
+from fuzz.play import IS_POSSIBLE, Limits, Result, play
 from fuzz.seeds import KINDS, Seeds, make_seeds
 
 _SHARES = {"video": 0.4, "photo": 0.4, "text": 0.2}
@@ -40,8 +40,13 @@ class Job:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Exit code 1 when a case is wrong."""
+    """Returns the exit code: 1 when a case is wrong, 2 where cases cannot be run."""
     args = _parser().parse_args(arguments)
+    if not IS_POSSIBLE:
+        print(
+            "the fuzzer needs Linux: it forks a process for each case and watches it by its pidfd"
+        )
+        return 2
     seeds = _make_seeds(KINDS if args.kind == "all" else (args.kind,))
     jobs = list(_jobs(args, seeds))
     began = time.monotonic()

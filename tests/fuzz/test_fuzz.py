@@ -17,8 +17,10 @@ from fuzz.mutate import GENERAL
 from fuzz.mutate_films import OWN as OWN_FILMS
 from fuzz.mutate_photos import OWN as OWN_PHOTOS
 from fuzz.mutate_texts import mutate_catalogue, mutate_look
-from fuzz.play import Limits, Result, play
+from fuzz.play import IS_POSSIBLE, Limits, Result, play
 from fuzz.seeds import KINDS, make, make_seeds
+
+pytestmark = pytest.mark.skipif(not IS_POSSIBLE, reason="the fuzzer needs Linux")
 
 ROOT = Path(__file__).parents[2]
 CASE = Case(
