@@ -63,8 +63,8 @@ class Case:
         if self.action in ("photo", "bytes"):
             return ["estimate", self.input]
         if self.action == "look":
-            look = str(_SAMPLES / "portrait.jpg")
-            return [look, "--look", self.input, "-o", "out.png", "-q", "-y"]
+            portrait = str(_SAMPLES / "portrait.jpg")
+            return [portrait, "--look", self.input, "-o", "out.png", "-q", "-y"]
         if self.action == "catalogue":
             return ["estimate", str(_SAMPLES / "look.jpg"), "--catalogue", self.input]
         look = ["--color", "B4002E", "--parts", "lips,eyes"] if self.paints else ["--look", "none"]

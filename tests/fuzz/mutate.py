@@ -102,7 +102,7 @@ def mutate(
     told = []
     weight = max(1, len(GENERAL) // max(1, len(own)))
     for _ in range(r.choice((1, 1, 1, 2, 3))):
-        mutation = r.choice((*GENERAL, *(own * weight)))
+        mutation = r.choice((*GENERAL, *(tuple(own) * weight)))
         data = mutation(r, data)[:_MOST_BYTES] or b"\0"
         told.append(mutation.__name__)
     return data, f"{PurePath(name).suffix[1:]}: {', '.join(told)}"
