@@ -1,10 +1,10 @@
 """Feeds damaged files to makeup-video: `python -m tests.fuzz`, from the root of the repository.
 
-Without options it plays the cases of CI: 400 videos, 400 photos and 200 texts, from seed 1. Each runs
-in a process of its own, with limits of time and memory. A case is wrong when it crashes, hangs, raises
-an error that is not ours or not one line, leaves a file behind, changes its input, or writes an output
-that is not what its report says. Every wrong case is printed with the command that repeats it alone,
-and the exit code is then 1.
+Without options it plays the cases of CI: 400 videos, 400 photos and 200 texts, from seed 1. Each
+runs in a process of its own, with limits of time and memory. A case is wrong when it crashes,
+hangs, raises an error that is not ours or not one line, leaves a file behind, changes its input, or
+writes an output that is not what its report says. Every wrong case is printed with the command that
+repeats it alone, and the exit code is then 1.
 """
 
 import os

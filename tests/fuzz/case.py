@@ -1,4 +1,4 @@
-"""One case: a damaged file, and what is done with it. All of it follows from kind, seed and number."""
+"""One case: a damaged file, and what is done with it. All follows from kind, seed and number."""
 
 import shlex
 from collections.abc import Sequence

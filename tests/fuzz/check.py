@@ -99,7 +99,8 @@ def _faults(
                 if lost is None:
                     yield f"{kind} #{old.index} ({old.codec}): other packets than in the input"
     if not trimmed and missing > report["skipped_packets"]:
-        yield f"{missing} packets of copied tracks are missing, {report['skipped_packets']} reported"
+        told = report["skipped_packets"]
+        yield f"{missing} packets of copied tracks are missing, {told} reported"
 
 
 def _named(texts: Any) -> set[tuple[str, int]]:
@@ -148,7 +149,7 @@ def _payloads(track: Track) -> list[bytes]:
 
 
 def _without_adts(payload: bytes) -> bytes:
-    """AAC of a transport stream brings a header with every packet; other containers have one for all."""
+    """AAC of a transport stream has a header in every packet; elsewhere one stands for all."""
     if payload[:1] != b"\xff" or len(payload) < 2 or payload[1] < 0xF0:
         return payload
     return payload[7 if payload[1] & 1 else 9 :]

@@ -4,12 +4,16 @@ import gc
 import json
 import sys
 import traceback
+from collections.abc import Mapping
+from contextlib import chdir
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from fuzz.case import Case
+from fuzz.films import FILMS
 
 REPORT = "report.json"
 FAULT = "fault"  # the outcome that is always wrong
@@ -44,6 +48,21 @@ def warm_up() -> None:
     gc.freeze()  # children would copy the memory of every object that the collector looks at
 
 
+def compile_kernels(kind: str, files: Mapping[str, bytes]) -> None:
+    """Paint everybody there is once. What OpenCL compiles stays on disk: no case waits."""
+    faces = [name for name, film in FILMS.items() if film.has_face] if kind == "video" else []
+    faces += ["plain.png"] if kind == "photo" else []
+    for name in faces:
+        action, end = ("film", ".mkv") if kind == "video" else ("picture", ".png")
+        with TemporaryDirectory() as folder, chdir(folder):
+            case = Case(
+                kind=kind, seed="", number=0, name=name, data=files[name], told="", action=action,
+                output=f"out{end}", paints=True,
+            )  # fmt: skip
+            Path(case.input).write_bytes(case.data)
+            run(case)  # what is wrong here, a case will tell
+
+
 def run(case: Case) -> Answer:
     """By the public API, in the current folder. Whatever it raises is an answer."""
     from makeup_video.pipeline.errors import InstallError, MakeupVideoError
@@ -69,7 +88,7 @@ def run_command(case: Case) -> None:
 
 
 def answer_of_command(code: int, said: str, place: Path) -> Answer:
-    """The answer that a command gave by its exit code, what it printed, and its report in `place`."""
+    """The answer that a command gave: its exit code, what it printed, its report in `place`."""
     from makeup_video.pipeline import errors
 
     lines, file = said.splitlines(), place / REPORT

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import av
+import cv2
 import numpy as np
 from av.codec.context import Flags
 from av.stream import Disposition
 from av.subtitles.subtitle import SubtitleSet
 from media import add_video, encode_frames, picture, tone
+from people import portrait
 
 # The same bytes each time: no random identifiers, no dates.
 _BITEXACT = {"fflags": "+bitexact"}
@@ -26,6 +28,7 @@ _ASS_HEADER = (
     b"Style: Default,Arial,16\n[Events]\n"
     b"Format: Layer, Start, End, Style, Name, MarginL, MarginR, MarginV, Effect, Text\n"
 )
+_FACE_WH = 144, 168  # its face is 60 px wide
 _TITLES = ((20, 150, "One"), (190, 120, "Grüße — 你好"))  # ms, ms, text
 
 
@@ -34,7 +37,7 @@ class Film:
     """One seed: what its tracks are, in their order, and how they are written.
 
     tracks: "video", "title CODEC" or "sound CODEC", in the order of the file.  sound_first: the
-    packets of the sound come before those of the picture.
+    packets of the sound come before those of the picture.  has_face: it shows somebody to paint.
     """
 
     codec: str = "h264"
@@ -52,6 +55,7 @@ class Film:
     container: dict[str, str] = field(default_factory=dict)
     options: dict[str, str] = field(default_factory=dict)
     interlaced: bool = False
+    has_face: bool = False
     video: dict[str, Any] = field(default_factory=dict)
 
     def write(self, path: Path) -> None:
@@ -90,7 +94,8 @@ class Film:
 
     def _add_video(self, out: Any) -> Any:
         options = {**_ONE_THREAD.get(self.codec, {}), **self.options}
-        stream = add_video(out, self.codec, options=options, **self.video)
+        size = {"size_wh": _FACE_WH} if self.has_face else {}
+        stream = add_video(out, self.codec, options=options, **{**size, **self.video})
         context = stream.codec_context
         context.thread_count = 1
         context.flags |= Flags.bitexact
@@ -105,7 +110,7 @@ class Film:
         pts = list(self.pts)
         seconds = float((pts[-1] + 1) * (self.video.get("time_base") or Fraction(1, 30)))
         if track == "video":
-            encode_frames(out, stream, pts)
+            encode_frames(out, stream, pts, change=_face if self.has_face else None)
         elif track.startswith("sound"):
             tone(out, stream, seconds)
         else:
@@ -118,6 +123,15 @@ class Film:
         packet = av.Packet(_jpeg())
         packet.stream, packet.pts, packet.dts = stream, 0, 0
         return packet
+
+
+def _face(frame: av.VideoFrame, index: int) -> av.VideoFrame:
+    """A portrait in place of the picture, moved a little from frame to frame."""
+    small = cv2.resize(portrait(), _FACE_WH, interpolation=cv2.INTER_AREA)
+    moved = np.ascontiguousarray(np.roll(small, index, axis=1))
+    face = av.VideoFrame.from_ndarray(moved, format="rgb24").reformat(format=frame.format.name)
+    face.pts, face.time_base = frame.pts, frame.time_base
+    return face
 
 
 def _jpeg() -> bytes:
@@ -174,18 +188,22 @@ _TEN_BITS = {"pix_fmt": "yuv420p10le"}
 _LATE = {"time_base": Fraction(1, 600)}
 
 FILMS: dict[str, Film] = {
-    "h264_aac.mp4": Film(options=_B_FRAMES, tags={"title": "A film", "artist": "Somebody"}),
+    "h264_aac.mp4": Film(has_face=True, options=_B_FRAMES, tags={"title": "A film", "genre": "x"}),
     "sound_first.mp4": Film(tracks=("sound aac", "video"), sound_first=True),
     "late_edit.mp4": Film(options=_B_FRAMES, video=_LATE, pts=range(700, 900, 20)),
     "vfr_turned.mp4": Film(
-        video={**_LATE, "size_wh": (98, 66)}, pts=(0, 20, 30, 90, 130, 131, 200), rotation_degrees=90,
+        video={**_LATE, "size_wh": (98, 66)}, pts=(0, 20, 30, 90, 130, 131, 200),
+        rotation_degrees=90,
     ),
-    "hevc_10_bit.mp4": Film(codec="hevc", video=_TEN_BITS),
+    "hevc_10_bit.mp4": Film(has_face=True, codec="hevc", video=_TEN_BITS),
     "h264_10_bit.mp4": Film(video=_TEN_BITS, options={"g": "4"}),
     "fragments.mp4": Film(
-        options={"g": "4"}, container={"movflags": "frag_keyframe+empty_moov+default_base_moof"},
+        has_face=True, options={"g": "4"},
+        container={"movflags": "frag_keyframe+empty_moov+default_base_moof"},
     ),
-    "two_sounds.mp4": Film(tracks=("video", "sound aac", "sound ac3", "title mov_text")),
+    "two_sounds.mp4": Film(
+        has_face=True, tracks=("video", "sound aac", "sound ac3", "title mov_text")
+    ),
     "chapters.mp4": Film(
         chapters=True, tags={"title": "Parts", "own_tag": "x"},
         container={"movflags": "faststart+use_metadata_tags"},
@@ -201,18 +219,23 @@ FILMS: dict[str, Film] = {
         tracks=("video",), pts=range(4),
     ),
     "timecode.mov": Film(video_tags={"timecode": "10:00:00:00"}, tracks=("video", "sound alac")),
-    "qtrle_alpha.mov": Film(codec="qtrle", video={"pix_fmt": "argb"}, tracks=("video",), pts=range(3)),
+    "qtrle_alpha.mov": Film(
+        codec="qtrle", video={"pix_fmt": "argb"}, tracks=("video",), pts=range(3)
+    ),
     "ffv1.mkv": Film(
         codec="ffv1", video={"pix_fmt": "yuv422p10le"}, tracks=("video", "sound flac"), pts=range(6)
     ),
     "title_first.mkv": Film(tracks=("title subrip", "sound libopus", "video"), chapters=True),
     "ass_font.mkv": Film(
-        tracks=("video", "sound libmp3lame", "title ass"), attachment=True, options=_B_FRAMES
+        has_face=True, tracks=("video", "sound libmp3lame", "title ass"), attachment=True,
+        options=_B_FRAMES,
     ),
     "fields.mkv": Film(interlaced=True, options={"preset": "veryfast", "x264-params": "tff=1"}),
     "hevc_pcm.mkv": Film(codec="hevc", tracks=("video", "sound pcm_s24le"), layout="mono"),
     "two_videos.mkv": Film(tracks=("video", "sound ac3", "video"), pts=range(8)),
-    "vp9.webm": Film(codec="vp9", tracks=("video", "sound libopus"), options={"g": "5"}),
+    "vp9.webm": Film(
+        has_face=True, codec="vp9", tracks=("video", "sound libopus"), options={"g": "5"}
+    ),
     "vp9_alpha.webm": Film(codec="vp9", video={"pix_fmt": "yuva420p"}, tracks=("video",)),
     "webvtt.webm": Film(codec="vp9", tracks=("video", "sound libopus", "title webvtt")),
     "av1.webm": Film(codec="av1", tracks=("video",)),
@@ -221,7 +244,7 @@ FILMS: dict[str, Film] = {
         codec="mjpeg", video={"pix_fmt": "yuvj420p"}, tracks=("video", "sound pcm_s16le"),
     ),
     "h264_b.avi": Film(options=_B_FRAMES, tracks=("video", "sound ac3")),
-    "h264_aac.ts": Film(options={"g": "5"}),
+    "h264_aac.ts": Film(has_face=True, options={"g": "5"}),
     "two_sounds.ts": Film(tracks=("sound mp2", "video", "sound aac"), sound_first=True),
     "mpeg4.flv": Film(tracks=("video", "sound libmp3lame"), rate=44100),
     "sound_first.flv": Film(tracks=("sound aac", "video"), sound_first=True),

@@ -9,8 +9,8 @@ from fuzz.mutate import GENERAL
 
 _VALUES: tuple[Any, ...] = (
     None, True, False, -1, 2, 1e400, -1e400, float("nan"), 10**400, 10**5000, 1e308, 5e-324, -0.0,
-    255.0000001, "", "lid", "x" * 10000, [], {}, [[]], {"a": 1}, "\ud800", "\0", "é" * 50, "1", 0.5,
-    1, 256, -0.001,
+    255.0000001, "", "lid", "x" * 10000, [], {}, [[]], {"a": 1}, "\ud800", "\0", "é" * 50, "1",
+    0.5, 1, 256, -0.001,
 )  # fmt: skip
 _STRANGE = ("x", "Version", "", "lips ", "__class__", "red\n", "\x1b[31m", "\u202e")
 _KNOWN = ("strength", "zone", "intensity", "lips", "eyes", "version", "red", "gloss")

@@ -25,8 +25,8 @@ _OLD = b"an older output\n" * 9
 _SHOWN = 4000  # characters of what was printed, or of a traceback
 # Our own lines when all went well; --quiet keeps the others away.
 _OURS = re.compile(
-    r"changed: |left out: |the input is damaged: |no face was found|nothing was painted|faces under "
-    r"|in\.\w+: no makeup was found"
+    r"changed: |left out: |the input is damaged: |no face was found|nothing was painted"
+    r"|faces under |in\.\w+: no makeup was found"
 )
 
 
@@ -42,7 +42,10 @@ class Limits:
 
 @dataclass
 class Result:
-    """outcome: as Answer has it.  faults: what is wrong, one line each.  noise: what libraries printed."""
+    """outcome: as Answer has it.  faults: what is wrong, one line each.
+
+    noise: what libraries printed.
+    """
 
     outcome: str
     detail: str

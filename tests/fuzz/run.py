@@ -111,15 +111,21 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _make_seeds(kinds: Sequence[str]) -> dict[str, Seeds]:
-    """In a process of their own: encoders leave threads behind, and then no worker could fork."""
+    """In another process: codecs and OpenCL leave threads behind, and no worker could fork then."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context) as maker:
-        made = dict(zip(kinds, maker.map(make_seeds, kinds), strict=True))
+        made = dict(zip(kinds, maker.map(_prepare, kinds), strict=True))
     for kind, seeds in made.items():
         print(f"{kind}: {len(seeds.files)} whole files, mark {seeds.mark}")
         for name, reason in seeds.left_out.items():
             print(f"  left out {name}: {reason}")
     return made
+
+
+def _prepare(kind: str) -> Seeds:
+    seeds = make_seeds(kind)
+    child.compile_kernels(kind, seeds.files)
+    return seeds
 
 
 def _jobs(args: argparse.Namespace, seeds: dict[str, Seeds]) -> Iterator[Job]:

@@ -16,7 +16,7 @@ _WRITERS = {"video": films.WRITERS, "photo": photos.WRITERS, "text": texts.WRITE
 
 @dataclass(frozen=True)
 class Seeds:
-    """files: of one kind, what is in each by its name.  left_out: what could not be made, and why."""
+    """files: what is in each, by its name.  left_out: what could not be made, and why."""
 
     files: dict[str, bytes]
     left_out: dict[str, str]
@@ -31,7 +31,7 @@ class Seeds:
 
 
 def make_seeds(kind: str) -> Seeds:
-    """Every seed of a kind. What this build of FFmpeg or Pillow cannot write is left out by name."""
+    """Every seed of a kind. What this build of FFmpeg or Pillow cannot make is named instead."""
     os.environ.setdefault("SVT_LOG", "-1")  # the AV1 encoder prints on its own
     return make(_WRITERS[kind])
 
