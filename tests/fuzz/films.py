@@ -196,7 +196,7 @@ FILMS: dict[str, Film] = {
         rotation_degrees=90,
     ),
     "hevc_10_bit.mp4": Film(has_face=True, codec="hevc", video=_TEN_BITS),
-    "h264_10_bit.mp4": Film(video=_TEN_BITS, options={"g": "4"}),
+    "h264_10_bit.mp4": Film(has_face=True, video=_TEN_BITS, options={"g": "4"}),
     "fragments.mp4": Film(
         has_face=True, options={"g": "4"},
         container={"movflags": "frag_keyframe+empty_moov+default_base_moof"},
