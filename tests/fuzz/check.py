@@ -123,14 +123,16 @@ def _frame_faults(output: Path, track: Track, report: dict[str, Any]) -> Iterato
 
 def _lost(old: Track, new: Track, trimmed: bool) -> int | None:
     """How many packets did not arrive; None when others did, or in another order."""
-    was, now = _payloads(old), _payloads(new)
-    whole, there = b"".join(was), b"".join(now)
-    if there == whole or (trimmed and there in whole) or _is_ragged(old):
-        return 0  # PCM is shared out among packets in many ways
-    rest = iter(was)
-    if not all(payload in rest for payload in now):
-        return None
-    return len(was) - len(now)
+    was, there = _payloads(old), b"".join(_payloads(new))
+    if (trimmed and there in b"".join(was)) or _is_ragged(old):
+        return 0
+    at = missing = 0
+    for payload in was:  # byte by byte: PCM is shared out among packets in many ways
+        if there.startswith(payload, at):
+            at += len(payload)
+        else:
+            missing += 1
+    return missing if at == len(there) else None
 
 
 def _is_ragged(track: Track) -> bool:
