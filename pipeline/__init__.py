@@ -107,11 +107,11 @@ _LATER_WITH_NETS = {
 
 
 def __getattr__(name: str) -> Any:
-    if name in _LATER_WITH_NETS:
-        from makeup_video.pipeline.memory import FIND_FACES, check_memory
-
-        check_memory(FIND_FACES)  # below that, their libraries crash while they are loaded
     module = {**_LATER, **_LATER_WITH_NETS}.get(name)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from makeup_video.pipeline.memory import FIND_FACES, LOAD, check_memory
+
+    # with less, their libraries end the process while they are loaded, and say nothing
+    check_memory(FIND_FACES if name in _LATER_WITH_NETS else LOAD)
     return getattr(import_module(f"{__name__}.{module}"), name)

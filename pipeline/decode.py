@@ -16,6 +16,7 @@ from makeup_video.pipeline.trim import Trim
 
 _SEEK_BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
 _INTERLEAVE_SECONDS = 10  # no file stores sound further from its pictures than this
+_LONGEST_SECONDS = 2**52  # no clock counts so far; in milliseconds it still fits into 64 bits
 _SHORT_SECONDS = Fraction(1, 2)  # headers round; half a second missing is a file cut short
 
 
@@ -225,6 +226,10 @@ class Decoder:
         pts = picture.pts
         if self._guesses_wrong:
             pts = self._pts_from_dts(picture)
+        if pts is not None and abs(pts * self.source.time_base) > _LONGEST_SECONDS:
+            pts = None
+        if picture.duration * self.source.time_base > _LONGEST_SECONDS:
+            picture.duration = 0
         last = self._last_pts
         if pts is None or (last is not None and pts <= last):
             self.stats.mended_times += 1

@@ -1,10 +1,11 @@
 """Writes the output file: the new video, and everything else of the source as it was."""
 
 import contextlib
+import errno
 import threading
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
 import av
 from makeup_video.pipeline.codecs import MATROSKA
@@ -32,6 +33,10 @@ from makeup_video.pipeline.tracks import (
 from makeup_video.pipeline.written import SentTrack, missing_from, sent_track
 
 Convert = Callable[[Any], list[Any]]
+T = TypeVar("T")
+# What FFmpeg says of a packet's content in the system's words; its own error numbers lie far above.
+_OF_CONTENT = {errno.EINVAL, errno.ERANGE, errno.EDOM, errno.ENOSYS}
+_LAST_OF_THE_SYSTEM = 4096
 
 
 class Muxer:
@@ -225,20 +230,25 @@ class Muxer:
         stream, convert = entry
         if packet.stream.name == "mov_text" and packet.size <= 2:
             return  # an empty title that fills a gap; the muxer makes its own
-        try:
-            packets = convert(packet) if convert else [packet]
-        except (av.error.InvalidDataError, av.error.ArgumentError):
-            self.skipped_packets += 1  # one damaged packet is a moment of silence, not the end
-            return
+        packets = [packet]
+        if convert is not None:
+            packets = self._unless_damaged(convert, packet)
         self._mux_others(stream, packets)
 
     def _mux_others(self, stream: Any, packets: list[Any]) -> None:
         """Mux packets of a track that is not the video; those that the muxer refuses are counted."""
         for packet in packets:
-            try:
-                self._mux(stream, packet)
-            except (av.error.InvalidDataError, av.error.ArgumentError):
-                self.skipped_packets += 1
+            self._unless_damaged(self._mux, stream, packet)
+
+    def _unless_damaged(self, work: Callable[..., T], *arguments: Any) -> T | list[Any]:
+        """What `work` returns. A packet that it refuses is counted: a moment of silence, not the end."""
+        try:
+            return work(*arguments)
+        except av.FFmpegError as error:
+            if _is_of_the_system(error):
+                raise
+            self.skipped_packets += 1
+            return []
 
     def _mux(self, stream: Any, packet: Any) -> None:
         # Encoders of PyAV leave a packet's stream unset, which would mean the first track.
@@ -286,7 +296,7 @@ class Muxer:
         """Write the trailer; then give the file its name, unless the part is all there is."""
         with self._lock, write_errors(self.part):
             for converter in self._converters:
-                self._mux_others(converter.stream, converter.flush())
+                self._mux_others(converter.stream, self._unless_damaged(converter.flush))
             self._container.close()
             if not self._keep_pixel_aspect():
                 self.dropped.append("pixel aspect ratio: no room for it in the header")
@@ -323,3 +333,9 @@ class Muxer:
                 with contextlib.suppress(Exception):
                     self._container.close()
             self.target.discard()
+
+
+def _is_of_the_system(error: av.FFmpegError) -> bool:
+    """True for errors of disk and memory, False for what a damaged packet causes."""
+    number = error.errno or 0
+    return 0 < number < _LAST_OF_THE_SYSTEM and number not in _OF_CONTENT

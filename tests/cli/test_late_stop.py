@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from media import decoded, make_clip
@@ -23,6 +24,7 @@ def stop():
     time.sleep(0.5)
 
 def hooked(*words, **more):
+    open("hooked", "w").close()  # shows that this was called at all
     if moment == "before":
         stop()
     done = original(*words, **more)
@@ -35,6 +37,7 @@ sys.argv[1:] = sys.argv[5:]
 main.main()
 """
 MUXER = "makeup_video.pipeline.mux:Muxer"
+PART = "makeup_video.pipeline.part_file:PartFile"  # renames the output and each side file
 
 
 @pytest.fixture
@@ -47,6 +50,7 @@ def folder(tmp_path, monkeypatch):
 def run_hooked(where, name, moment, number, *words):
     command = [sys.executable, "-c", HOOKED, where, name, moment, number, *words]
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=120)
+    Path("hooked").unlink()
     return done.returncode, done.stderr.splitlines()
 
 
@@ -57,8 +61,8 @@ FILM = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--sa
     ("where", "name", "moment", "number"),
     [
         (MUXER, "finish", "before", "SIGINT"),
-        ("os", "replace", "before", "SIGTERM"),  # of the output, and of each side file
-        ("os", "replace", "after", "SIGINT"),
+        (PART, "rename", "before", "SIGTERM"),
+        (PART, "rename", "after", "SIGINT"),
         (MUXER, "finish", "after", "SIGTERM"),
         ("makeup_video.pipeline.process", "_report", "after", "SIGINT"),
     ],
@@ -86,16 +90,16 @@ def test_an_output_that_is_not_whole_ends_with_130_and_without_side_files(folder
 @pytest.mark.parametrize("moment", ["before", "after"])
 def test_a_picture_too_is_whole_or_not_there(folder, moment):
     words = (str(SAMPLES / "look.jpg"), "--look", "none", "-o", "out.png", "--report", "r.json")
-    code, said = run_hooked("os", "replace", moment, "SIGINT", *words)
+    code, said = run_hooked(PART, "rename", moment, "SIGINT", *words)
     assert (code, said[0].split(":")[0]) == (0, "out.png")
     still = "makeup_video.pipeline.still"
-    code, said = run_hooked(still, "write_picture", moment, "SIGINT", *words, "-y")
+    code, said = run_hooked(still, "_encoded", moment, "SIGINT", *words, "-y")
     assert (code, said) == (130, ["stopped"])
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.png", "r.json"]
 
 
 def test_points_that_belong_to_a_whole_drawing_get_their_name(folder):
     words = ("inspect", "in.mp4", "-o", "seen.mp4", "--json", "p.json")
-    code, said = run_hooked("os", "replace", "after", "SIGINT", *words)
+    code, said = run_hooked(PART, "rename", "after", "SIGINT", *words)
     assert code == 0 and said[-1].startswith("seen.mp4: ")
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "p.json", "seen.mp4"]

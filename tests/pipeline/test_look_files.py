@@ -52,7 +52,7 @@ def test_an_odd_file_is_one_short_line(tmp_path, content, words):
 @pytest.mark.parametrize(("content", "words"), [pair for pair in ODD if "twice" not in pair[1]])
 def test_the_same_from_a_page_is_the_same_line(content, words):
     with pytest.raises(LookError) as caught:
-        read_message(f'{{"type": "look", "look": {content}}}')
+        _ = read_message(f'{{"type": "look", "look": {content}}}').look
     said = str(caught.value)
     assert words in said and said.isprintable() and len(said) < 250
 

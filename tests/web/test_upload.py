@@ -224,6 +224,8 @@ def note_writing(event, args):
         path, mode, flags = args
         if path == os.devnull or isinstance(path, int):  # of the process that decodes, its pipes
             return
+        if "kcache" in str(path):  # whether there is room for compiled kernels, once a process
+            return
         if set(str(mode or "")) & set("wax+") or flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
             written.append(str(path))
 
