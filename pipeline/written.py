@@ -35,19 +35,29 @@ def missing_from(path: Path, container_format: str, sent: list[SentTrack]) -> st
         found = _tracks_in(path, container_format)
     except (av.FFmpegError, ValueError) as error:
         return f"it cannot be read back ({error})"
-    if container_format not in MATROSKA:
-        sent = [track for track in sent if track.packets]  # mp4 and mov leave empty tracks out
-    if len(found) < len(sent):
-        return f"it has {len(found)} tracks, {len(sent)} were sent"
-    for track, (kind, count) in zip(sent, found, strict=False):
-        if kind != track.kind:
-            return f"{track.name} was sent, its place holds {kind}"
-        if not _is_whole(track, count):
-            return f"{track.name} has {count} packets, {track.packets} were sent"
+    # Places in the file where the next track may be: some muxers leave out a track of which nothing
+    # was sent, others write an empty one.
+    places = {0}
+    for track in sent:
+        after = {at + 1 for at in places if at < len(found) and _is_whole(track, *found[at])}
+        if not track.packets:
+            after |= places
+        if not after:
+            return _difference(track, found[min(places)] if min(places) < len(found) else None)
+        places = after
     return None
 
 
-def _is_whole(track: SentTrack, count: int) -> bool:
+def _difference(track: SentTrack, found: tuple[str, int] | None) -> str:
+    kind, count = found or ("nothing", 0)
+    if kind != track.kind:
+        return f"{track.name} was sent, its place holds {kind}"
+    return f"{track.name} has {count} packets, {track.packets} were sent"
+
+
+def _is_whole(track: SentTrack, kind: str, count: int) -> bool:
+    if kind != track.kind:
+        return False
     if track.exact:
         return count == track.packets
     return count >= (min(1, track.packets) if track.codec in _REGROUPED else track.packets)
