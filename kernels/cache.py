@@ -11,6 +11,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Generator
+from functools import cache
 from pathlib import Path
 
 # Measured with PoCL 3.0 on a small tmpfs: painting a video failed with 1 MB and worked with 1.5 MB, 1.1 MB
@@ -61,17 +62,26 @@ def left_clean(folder: Path) -> Generator[None, None, None]:
     PoCL closes that file at once and never opens it again: should another process make its own
     within the block, that one may go too. Files that are in use have a suffix, and are younger.
     """
-    before = set(_temporary(folder))
+    before = _temporary(folder)
     try:
         yield
     finally:
-        aged = time.time() - _DAY_SECONDS
-        for path in _temporary(folder):
+        for name in _temporary(folder) - before:
+            path = folder / name
             with contextlib.suppress(OSError):
-                state = path.lstat()
-                is_new = path not in before and not path.suffix and state.st_size == 0
-                if is_new or state.st_mtime < aged:
+                if not path.suffix and path.lstat().st_size == 0:
                     path.unlink()
+        _sweep(folder)
+
+
+@cache
+def _sweep(folder: Path) -> None:
+    """Remove what killed runs left, once a process: there may be thousands of such files."""
+    aged = time.time() - _DAY_SECONDS
+    for name in _temporary(folder):
+        with contextlib.suppress(OSError):
+            if os.lstat(folder / name).st_mtime < aged:
+                (folder / name).unlink()
 
 
 def restore() -> None:
@@ -148,9 +158,9 @@ def _own_folder(place: str) -> tuple[Path | None, str | None]:
     return Path(folder), None
 
 
-def _temporary(folder: Path) -> list[Path]:
+def _temporary(folder: Path) -> set[str]:
+    """Names of PoCL's temporary files."""
     try:
-        with os.scandir(folder) as entries:
-            return [Path(entry.path) for entry in entries if _TEMPORARY.fullmatch(entry.name)]
+        return set(filter(_TEMPORARY.fullmatch, os.listdir(folder)))
     except OSError:
-        return []
+        return set()

@@ -1,15 +1,17 @@
 """The one place where a picture's layout may change: between the decoder and the first stage."""
 
 import re
+from typing import TYPE_CHECKING
 
 import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.kernels.colour import REFERENCE_WHITE
 from makeup_video.pipeline.codecs import VideoCodec, bits_of, pick_pix_fmt
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frame import HDR_TRANSFERS, _views
-from makeup_video.pipeline.sdr import ToSdr
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline.sdr import ToSdr
 
 # Layouts whose 16-bit words have room for more than the bits of a sample.
 _ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
@@ -32,7 +34,7 @@ class Door:
         self.mended = 0
         self._pix_fmt = ""
         self._seen: tuple[int, int, str] | None = None
-        self._to_sdr: ToSdr | None = None
+        self._to_sdr: "ToSdr | None" = None
 
     def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
         """Raises DecodeError when size or layout differ from the first picture's, UsageError for a
@@ -55,6 +57,8 @@ class Door:
     def _begin(self, picture: av.VideoFrame) -> None:
         self._pix_fmt = pick_pix_fmt(picture.format.name, self.codec, self.depth)
         if self.sdr and picture.color_trc in HDR_TRANSFERS:
+            from makeup_video.pipeline.sdr import ToSdr  # the few who ask for it load filters
+
             self._to_sdr = ToSdr(picture, self._pix_fmt)
         self._note(picture)
 
@@ -86,7 +90,7 @@ class Door:
         if self._to_sdr is not None:
             self.conversions.append(
                 f"HDR ({_TRANSFER_NAMES[int(picture.color_trc)]}, up to "
-                f"{self._to_sdr.peak * REFERENCE_WHITE:.0f} cd/m2) -> SDR by the tone curve of ITU-R "
+                f"{self._to_sdr.peak_nits:.0f} cd/m2) -> SDR by the tone curve of ITU-R "
                 "BT.2390"
             )
         picture = self._in_layout(picture)

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import av
 import numpy as np
-from makeup_video.kernels.colour import PRIMARIES
+from makeup_video.kernels.colour import PRIMARIES, REFERENCE_WHITE
 from makeup_video.pipeline.errors import OutputError
 from makeup_video.pipeline.hdr import light_levels
 from makeup_video.pipeline.tone_map import peak_of, sdr_table
@@ -22,18 +22,20 @@ class ToSdr:
     """Pictures like the first one -> SDR (BT.709, limited range, sRGB's curve) in another layout.
 
     picture: PQ or HLG; what it tells of its peak goes for all.  pix_fmt: of what comes out.
+    peak_nits: the brightest light that the film has room for, in cd/m2.
     Times, field order and rotation stay; HDR10's static metadata goes, since it is true no longer.
     Raises OutputError when there is no room for a temporary file.
     """
 
     def __init__(self, picture: av.VideoFrame, pix_fmt: str) -> None:
-        self.peak = peak_of(*light_levels(picture))
+        peak = peak_of(*light_levels(picture))
+        self.peak_nits = peak * REFERENCE_WHITE
         primaries = int(picture.color_primaries)
         table = sdr_table(
             _SIZE,
             int(picture.color_trc),
             primaries if primaries in PRIMARIES else _BT2020,
-            self.peak,
+            peak,
         )
         self._tick = picture.time_base or Fraction(1, 1000)
         path = _write(table)
