@@ -34,7 +34,7 @@ class Door:
         self.mended = 0
         self._pix_fmt = ""
         self._seen: tuple[int, int, str] | None = None
-        self._to_sdr: "ToSdr | None" = None
+        self._to_sdr: ToSdr | None = None
 
     def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
         """Raises DecodeError when size or layout differ from the first picture's, UsageError for a

@@ -254,7 +254,7 @@ class Muxer:
         # Encoders of PyAV leave a packet's stream unset, which would mean the first track.
         packet.stream = stream
         self._container.mux_one(packet)
-        if stream.index in self._sent:
+        if stream.index in self._sent and packet.size:  # FLAC ends with one that only says so
             self._sent[stream.index].packets += 1
 
     def _trim(self, packet: Any) -> bool:

@@ -4,6 +4,7 @@ Pillow reads it, because it knows ICC profiles, CMYK and AVIF, which OpenCV's re
 """
 
 import io
+import logging
 import os
 import struct
 import warnings
@@ -18,6 +19,7 @@ from makeup_video.pipeline.ordinary import open_ordinary
 from makeup_video.pipeline.picture_size import MOST_PX
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
+logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
 # Only formats of photos: others of Pillow's run programs (EPS) or open more files.
 _FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
 _KINDS = "JPEG, PNG, WebP, AVIF, TIFF or BMP"

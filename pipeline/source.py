@@ -27,6 +27,7 @@ _FURTHER = {
     "probesize": str(50 * 1_000_000),  # bytes, which it keeps in memory
 }
 _STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
+logging.getLogger("libav").addHandler(logging.NullHandler())  # else Python prints its warnings
 _FAKE_RATE = 240  # FFmpeg guesses rates like 1000 or 90000 for VFR files: no camera's
 
 
@@ -150,7 +151,6 @@ def late_tracks(container: Any) -> list[str]:
     mpegts, FLV and MPEG may announce a track anywhere. PyAV does not show it, and hands out none of
     its packets; only FFmpeg's own description of the file knows.
     """
-    logging.getLogger("libav").addHandler(logging.NullHandler())  # for what others log meanwhile
     level = av.logging.get_level()
     av.logging.set_level(av.logging.INFO)
     try:

@@ -2,6 +2,9 @@
 
 import io
 import os
+import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -109,3 +112,19 @@ def test_every_kind_of_photo_leaves_no_file_open(tmp_path):
 
 def open_files():
     return sorted(os.readlink(each) for each in Path("/proc/self/fd").iterdir() if each.exists())
+
+
+def test_what_pillow_logs_of_a_damaged_file_is_not_printed(tmp_path):
+    """A TIFF whose picture claims 31960 samples a pixel, which Pillow logs as an error."""
+    path = tmp_path / "in.tiff"
+    Image.new("RGB", (16, 16)).save(path)
+    data = bytearray(path.read_bytes())
+    at = data.index(struct.pack("<HH", 277, 3))  # SamplesPerPixel
+    struct.pack_into("<H", data, at + 8, 31960)
+    path.write_bytes(data)
+    program = (
+        "import sys; from makeup_video.pipeline.photo import read_photo; read_photo(sys.argv[1])"
+    )
+    command = [sys.executable, "-c", program, str(path)]  # pytest itself listens to the log here
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert "PhotoError" in done.stderr and "More samples per pixel" not in done.stderr

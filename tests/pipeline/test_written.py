@@ -124,3 +124,13 @@ def test_packets_for_the_first_track_alone_are_noticed(tmp_path, monkeypatch):
     with pytest.raises(OutputError):
         process_video(src, tmp_path / "out.mkv")
     assert not (tmp_path / "out.mkv").exists()
+
+
+def test_flac_whose_last_packet_is_empty_is_whole(tmp_path):
+    """Sound that Matroska refuses becomes FLAC, and that encoder ends with a packet of no bytes."""
+    src = make_clip(tmp_path / "in.mp4", audio="aac", frames=12)
+    data = src.read_bytes()
+    at = data.index(b"esds")
+    src.write_bytes(data[:at] + b"free" + data[at + 4 :])  # what says how the AAC is coded
+    report = process_video(src, tmp_path / "out.mkv")
+    assert report.converted == ["audio #1 (aac) -> flac"] and report.frames_out == 12
