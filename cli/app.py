@@ -16,9 +16,10 @@ _DEFAULT = "apply"
 _EPILOG = (
     "Without a command name, `apply` runs: makeup-video IN --color '#B4002E' -o OUT. "
     "A file that is named like a command is given as ./NAME. "
-    "Exit codes: 0 done; 1 the machine lacks something, or a fault of ours; 2 options or look file wrong, or the output exists; "
-    "3 the input or the photo cannot be read; 4 the output cannot be written; 5 done, but the input was "
-    "damaged; 6 --strict, and something could not be kept; 130 stopped by Ctrl-C before the output was whole."
+    "Exit codes: 0 done; 1 the machine lacks something, or a fault of ours; 2 options or look file "
+    "wrong, or the output exists; 3 the input or the photo cannot be read; 4 the output cannot be "
+    "written; 5 done, but the input was damaged; 6 --strict, and something could not be kept; "
+    "130 stopped by Ctrl-C before the output was whole."
 )
 
 

@@ -57,8 +57,11 @@ def main() -> None:
 
 
 def nothing_is_left_to_stop() -> None:
-    """The output is whole and gets its name now: a Ctrl-C that comes later comes too late, and the run ends
-    with the exit code and the files that it has without one. Any thread may say so."""
+    """The output is whole and gets its name now: a later Ctrl-C comes too late.
+
+    The run then ends with the exit code and the files that it would have without Ctrl-C. Any thread
+    may call this.
+    """
     _whole.append(1)
 
 

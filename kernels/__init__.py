@@ -2,6 +2,7 @@
 
 import os
 
-# Before PyOpenCL is imported: it would keep the few lines of Python that it makes for each kernel in an SQLite
-# file, which saves no time, and fail where that file is damaged or the disk is full.
+# This must be set before PyOpenCL is imported. PyOpenCL would keep the few lines of Python that it
+# makes for each kernel in an SQLite file. That saves no time, and fails where the file is damaged or
+# the disk is full.
 os.environ.setdefault("PYOPENCL_NO_CACHE", "1")

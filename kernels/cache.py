@@ -1,4 +1,4 @@
-"""The folder where PoCL keeps the kernels that it compiles: with room for them, and nothing left behind.
+"""The folder where PoCL keeps compiled kernels: it must have room, and nothing is left behind there.
 
 PoCL and LLVM end the process by SIGABRT when they cannot write there, so the room is tried first.
 """
@@ -14,12 +14,12 @@ from collections.abc import Generator
 from functools import cache
 from pathlib import Path
 
-# Measured with PoCL 3.0 on a small tmpfs: painting a video failed with 1 MB and worked with 1.5 MB, 1.1 MB
-# of it for a moment (a source with all built-in functions), 0.25 MB for good.
+# Measured with PoCL 3.0 on a small tmpfs: painting a video failed with 1 MB and worked with 1.5 MB.
+# 1.1 MB of it is taken for a moment (a source with all built-in functions), 0.25 MB for good.
 ROOM_BYTES = 4 << 20  # a few runs may begin at once
 _ROOM_FILES = 32  # one run makes 20 files and folders
 _DAY_SECONDS = 86400
-# What PoCL calls its temporary files; the one that it makes when it starts has no suffix, and stays.
+# Names of PoCL's temporary files. The one that PoCL makes when it starts has no suffix, and stays.
 _TEMPORARY = re.compile(r"tempfile_\w{6}(\.[\w.-]+)?")
 _own: list[str] = []  # folders that end with this process
 

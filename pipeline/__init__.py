@@ -80,7 +80,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.reference import estimate_look, look_from_photo
     from makeup_video.pipeline.report import Report
 
-# FFmpeg, ONNX Runtime, OpenCV and OpenCL take their time to import: only for those who ask for them.
+# FFmpeg, ONNX Runtime, OpenCV and OpenCL are slow to import: only those who need them wait.
 _LATER = {
     "Face": "face",
     "FrameFaces": "face",

@@ -21,7 +21,7 @@ COLUMNS = ("brand", "product", "shade", "hex")
 KIND_COLUMNS = ("category", "product_type", "type")  # what shops call it; each may be left out
 _MOST_BYTES = 200_000_000
 _MOST_LINES = 3_000_000  # of 60 bytes each, as catalogues have them
-# What a kind of product is for, as in lip_gloss, Lippenstift, eyeliner; and what is for neither region.
+# Which region a kind of product is for, as in lip_gloss, Lippenstift, eyeliner; and kinds for neither.
 _OF_REGION = {
     "lips": re.compile(r"(?<![a-z])lip"),
     "eyes": re.compile(r"(?<![a-z])eye(?![ _-]?(brow|lash))"),
@@ -102,7 +102,8 @@ class Catalogue:
 def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
     """The rows of a CSV file (UTF-8, at most 200 MB) with columns brand, product, shade, hex.
 
-    The columns category, product_type and type tell for which regions a product is; others are ignored.
+    The columns category, product_type and type tell which regions a product is for. Other columns
+    are ignored.
     Cells are separated by commas, or by semicolons where line 1 has no comma. Rows whose cells are
     all blank do not count. Raises CatalogueError naming file, line and fault.
     """

@@ -54,8 +54,9 @@ class Composite:
     """Paints `look` on every frame.
 
     device: as for open_device.  faces: all, largest, or a face's number.
-    painted_frames: how many frames had a face that was painted.  chosen_frames: how many had one that
-    was to be painted, be its lips and lids seen or not.  numbers: of all faces that came.
+    painted_frames: how many frames had a face that was painted.
+    chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
+    numbers: the numbers of all faces that came.
     level: as Budget has it, set between two frames. From 3 on large regions are painted at half size.
     Raises InstallError, UsageError for the device.
     """

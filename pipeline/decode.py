@@ -80,8 +80,8 @@ class Decoder:
         self._file_end_seconds = Fraction(0)
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Raises DecodeError when nothing could be decoded, or the picture's size changes, UsageError when
-        the film ends before `start_seconds`."""
+        """Raises DecodeError when nothing could be decoded or the picture's size changes, and
+        UsageError when the film ends before `start_seconds`."""
         if self.trim.start is not None:
             self._seek(self.trim.start)
         for packet in self._packets():
@@ -275,8 +275,10 @@ class Decoder:
             )
 
     def _check_start(self) -> None:
-        """Raises UsageError when all pictures lie before the trim's start: of some files the length is known
-        only now."""
+        """Raises UsageError when all pictures lie before the trim's start.
+
+        Some files do not tell their length before they have been read.
+        """
         start, source = self.trim.start, self.source
         if start is None or self._last_pts is None or self.stats.decode_errors:
             return

@@ -118,7 +118,7 @@ class Door:
 
 
 def _clip_to_depth(picture: av.VideoFrame) -> bool:
-    """Clip samples that say more than their bits can, as damaged streams have them; True if any did."""
+    """Clip samples beyond the picture's depth, as damaged streams have them; True if there were any."""
     if not _ROOMY.fullmatch(picture.format.name):
         return False
     largest = 2 ** bits_of(picture.format.name) - 1

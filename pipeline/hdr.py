@@ -71,7 +71,7 @@ def hdr_options(picture: av.VideoFrame, codec: str) -> tuple[str, list[str], lis
 
 
 def light_levels(picture: av.VideoFrame) -> tuple[float | None, float | None]:
-    """(brightest pixel of the film, peak of the display it was graded on) in cd/m2, None: not told."""
+    """(the film's brightest pixel, the peak of its mastering display) in cd/m2; None: not told."""
     light = side_data(picture, "CONTENT_LIGHT_LEVEL")
     display = side_data(picture, "MASTERING_DISPLAY_METADATA")
     brightest = None if light is None else float(struct.unpack("I", light[:4])[0])

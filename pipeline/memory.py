@@ -27,9 +27,10 @@ class Need:
     held_mb: tuple[int, int, int, int]
 
 
-# Fitted to the peaks of VmSize and RssAnon on 1 and 2 cores: frames of 64x64, 720p, 1080p and 2160p, a picture
-# of 1.2 Mpx; those who paint compile their kernels first, 70 MB of it. With a tenth less, codecs and ONNX Runtime fail somewhere within, and PoCL and the C
-# libraries' threads crash.
+# Fitted to the peaks of VmSize and RssAnon on 1 and 2 cores, for frames of 64x64, 720p, 1080p and
+# 2160p and a picture of 1.2 Mpx. Runs that paint compiled their kernels first, which takes 70 MB.
+# With a tenth less, codecs and ONNX Runtime fail at some point, and PoCL and the threads of C
+# libraries crash.
 LOAD = Need("loading its libraries", (180, 45, 0, 0), (40, 0, 0, 0))
 COPY_VIDEO = Need("copying this video", (400, 40, 38, 42), (35, 0, 47, 28))
 SHOW_VIDEO = Need("looking for faces in this video", (605, 230, 55, 42), (100, 0, 58, 29))

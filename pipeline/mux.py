@@ -241,7 +241,7 @@ class Muxer:
             self._unless_damaged(self._mux, stream, packet)
 
     def _unless_damaged(self, work: Callable[..., T], *arguments: Any) -> T | list[Any]:
-        """What `work` returns. A packet that it refuses is counted: a moment of silence, not the end."""
+        """What `work` returns. A packet that it refuses is counted, and the film goes on without."""
         try:
             return work(*arguments)
         except av.FFmpegError as error:

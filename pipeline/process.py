@@ -43,7 +43,8 @@ class Settings:
     start_seconds, end_seconds: the part to keep, counted from where the file begins.  threads: of decoder
     and encoder each, 0: what suits the cores there are.  strict: raise rather than drop or convert a track.
     faces: whom to paint: "all", "largest", or the number of one (as `inspect` shows it).
-    bit_depth: 8, 10 or 12 bits a sample; None: those of the source, but 8 in H.264.  sdr: HDR becomes SDR.
+    bit_depth: 8, 10 or 12 bits a sample; None: those of the source, but 8 in H.264.
+    sdr: turn HDR into SDR.
     compare: show before and after beside each other.  device: the OpenCL device that paints, by its
     number or a part of its name, "" for the processor.  observe: told what each stage took for each item.
     on_whole: called, by any thread, when the output is whole and about to get its name.

@@ -86,8 +86,8 @@ def look_from_photo(
 ) -> Look:
     """The same from a file, or from the bytes of one, as `read_photo` reads it.
 
-    name: how messages call a photo that comes as bytes; a file has its own.  read: what decodes such a
-    photo in place of `read_photo`, given the bytes and the name.
+    name: how messages call a photo that comes as bytes; a file has its own.
+    read: decodes such a photo in place of `read_photo`, given the bytes and the name.
     face: None or "" for the only one, "largest", or one by its number, 0 being the largest face.
     Raises PhotoError and InputError naming the file, UsageError for another `face`,
     TooLittleMemoryError.

@@ -1,4 +1,4 @@
-"""HDR picture -> SDR picture, every pixel of it, by FFmpeg's filters and our own table of colours."""
+"""HDR picture -> SDR picture, every pixel of it, by FFmpeg's filters and a table of our own."""
 
 import os
 import tempfile

@@ -138,7 +138,7 @@ def lacks_format(stream: Any) -> bool:
 
 
 def packets_of(container: Any, *streams: Any) -> Generator[Any, None, None]:
-    """The packets of these streams, or of all that were known when the file was opened, to the end."""
+    """All packets of these streams; without any, of all streams known since the file was opened."""
     try:
         yield from container.demux(streams or list(container.streams))
     except IndexError:

@@ -67,7 +67,7 @@ def _into_gamut(light: np.ndarray) -> np.ndarray:
 
 
 def sdr_table(size: int, transfer: int, primaries: int, peak: float) -> np.ndarray:
-    """(size**3, 3): `to_sdr` of an even grid over 0..1, red running fastest, as .cube files have it."""
+    """(size**3, 3): `to_sdr` of an even grid over 0..1, red running fastest, as in .cube files."""
     axis = np.linspace(0, 1, size)
     blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
     return to_sdr(np.stack([red, green, blue], -1), transfer, primaries, peak).reshape(-1, 3)

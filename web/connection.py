@@ -1,4 +1,4 @@
-"""uvicorn's two protocols with limits: on how long a peer may take, and on how much work it may make."""
+"""uvicorn's two protocols, with limits on how long a peer may take and how much work it may make."""
 
 import asyncio
 import time
@@ -9,15 +9,15 @@ from uvicorn._types import ASGIReceiveEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-# For a request's header, from the first moment of the connection or from the last answer. Each connection
-# that waits for one is one of the few that the server has.
+# How long a request's header may take, from the beginning of the connection or from the last answer.
+# A connection that waits for one is one of the few that the server has.
 _HEADER_SECONDS = 10.0
 # One message, and answers to pings that have not been read. The largest pictures have 10 MB with what was before.
 _MOST_BYTES = 32_000_000
-# What is read from a WebSocket at once: some looks, or hundreds of the smallest frames, which take 20 ms.
+# What is read from a WebSocket at once: some looks, or hundreds of the smallest frames (20 ms of work).
 _READ_BYTES = 4096
-# After each of them the socket rests nine times as long as reading took, so a flood of frames gets a tenth of a
-# core; and it brings no more than this, since hearing a long message takes longer than reading it.
+# After each reading the socket rests nine times as long as the reading took, so a flood of frames
+# gets a tenth of a core. Long messages cost more to handle than to read, hence the limit in bytes.
 _REST = 9.0
 _BYTES_A_SECOND = 2_000_000
 
@@ -44,8 +44,11 @@ class Requests(H11Protocol):
         self._stop_waiting()
 
     def _wait_or_not(self) -> None:
-        """A request that is being answered, and a WebSocket, have all the time they need. A timer that
-        runs is never set anew, so sending a byte now and then does not help."""
+        """Start or stop the timer.
+
+        A request that is being answered, and a WebSocket, have all the time they need. A running
+        timer is never set anew, so a byte now and then does not buy time.
+        """
         is_answering = self.cycle is not None and not self.cycle.response_complete
         is_web_socket = self.transport.get_protocol() is not self
         if is_answering or is_web_socket:
@@ -60,8 +63,11 @@ class Requests(H11Protocol):
 
 
 class Connection(WebSocketsSansIOProtocol):
-    """A WebSocket. One message at most waits in this process, a stalled socket goes when it must, and
-    a flood is read slowly: the rest of it waits with its sender."""
+    """A WebSocket of which one message at most waits in this process.
+
+    A stalled socket is cut off when it must be. A flood is read slowly: the rest of it waits with its
+    sender.
+    """
 
     _rests = False
 

@@ -46,7 +46,7 @@ class LookWanted:
         return Look.from_dict(self.values)
 
     def after(self, older: "LookWanted | None") -> "LookWanted":
-        """This look, which takes the place of an older one: what that one counted was heard, too."""
+        """This look in the place of an older one, whose count was heard, too."""
         if older is None or self.n is not None:
             return self
         return LookWanted(self.values, older.n, self.is_counted)
@@ -66,7 +66,10 @@ Wish = LookWanted | Compare | Shown
 
 
 def read_message(text: str) -> Wish:
-    """What a page says; a look is not read yet. Raises LookError or UsageError: one line, for the page."""
+    """What a page says; a look in it is not read yet.
+
+    Raises LookError or UsageError: one line, for the page.
+    """
     try:
         values = json.loads(text, parse_constant=_refuse, parse_int=whole_number)
     except (ValueError, RecursionError):

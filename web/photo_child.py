@@ -2,8 +2,8 @@
 
     python -m makeup_video.web.photo_child < (the name as JSON, a line end, the photo's file)
 
-Writes a line of JSON, and then the pixels: [height, width], or why the photo is refused as a text. It imports little, for
-the visitor waits while it starts: no face nets, no OpenCL, no video library.
+Writes a line of JSON: [height, width], then the pixels; or a text that says why the photo is refused.
+It imports little, since the visitor waits while it starts: no face nets, no OpenCL, no video library.
 """
 
 import json
@@ -15,13 +15,13 @@ from PIL import AvifImagePlugin, Image
 
 # What cameras call 24 megapixels is up to 24.4 million.
 MOST_PX = 25_000_000
-# Of address space, as the system counts. Pillow's WebP decoder reserves 8 bytes for each pixel of whatever size the
-# header claims, 2.1 GB at most, before anybody can ask for that size; no page of it is touched before it decodes.
+# Limits on address space. Pillow's WebP decoder reserves 8 bytes a pixel of whatever size the header
+# claims, 2.1 GB at most, before that size can be asked for. It touches none of it before it decodes.
 _OPENING_BYTES = 3_000_000_000
-_DECODING_BYTES = (
-    1_000_000_000  # the largest pictures need half of it: WebP with transparency, AVIF
-)
-_THREADS = 2  # of the AVIF decoder: with one for each core of a large machine their stacks alone exceed that
+# The largest pictures need half of this: WebP with transparency, AVIF.
+_DECODING_BYTES = 1_000_000_000
+# Threads of the AVIF decoder. With one for each core of a large machine their stacks alone exceed that.
+_THREADS = 2
 _PROCESSOR_SECONDS = 20
 
 
@@ -45,7 +45,7 @@ def main() -> None:
 
 
 def _limit(name: str, most: int) -> None:
-    """Where the system has such limits: all but Windows; macOS takes the one on memory and does not keep it."""
+    """Where the system has such limits: Windows has none, macOS does not keep the one on memory."""
     try:
         import resource
 

@@ -1,7 +1,7 @@
 """Photos of visitors are decoded in a process of their own, with limits on memory and time.
 
-Whatever a file does to a decoder then ends that process, and the picture goes on. A thread would not do: Pillow holds
-Python's lock now and then, and a large WebP stopped the picture for half a second.
+Whatever a file does to a decoder then ends that process, and the picture goes on. A thread would not
+do: Pillow holds Python's lock now and then, and a large WebP stopped the picture for half a second.
 """
 
 import json
@@ -17,13 +17,14 @@ _MODULE = "makeup_video.web.photo_child"
 
 
 def read_apart(photo: bytes, name: str) -> np.ndarray:
-    """(H, W, 3) uint8, as pipeline/photo.py has it; not to be written to.
+    """(H, W, 3) uint8, as `read_photo` returns it; read-only.
 
-    photo: a file's bytes, called `name` in messages. Raises PhotoError: one line for the visitor, also
-    when the process crashed or took too long.
+    photo: a file's bytes, called `name` in messages. Raises PhotoError: one line for the visitor,
+    also when the process crashed or took too long.
     """
-    # -P: what lies in the folder where the run was started is not imported. The name goes the photo's way, since
-    # other users of the machine see arguments. One thread of OpenBLAS: the others would only be started.
+    # -P: nothing is imported from the folder where the run was started. The name goes the same way
+    # as the photo, since other users of the machine see arguments. OpenBLAS gets one thread: the
+    # others would only cost time to start.
     command = [sys.executable, "-P", "-m", _MODULE]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     try:

@@ -24,8 +24,8 @@ from makeup_video.web.messages import (
 )
 from makeup_video.web.show import PhotoLook, Session, ShownPicture
 
-# Looks take turns, so many seconds apart: a page sends one for each refresh of its screen. Of those that come
-# quicker only the newest of each page is read and painted, which takes a tenth of a millisecond or so.
+# Looks are read at most so often; a page sends one for each refresh of its screen. Of looks that come
+# quicker, only the newest of each page is read and painted, which takes about 0.1 ms.
 LOOKS_SECONDS = 0.01
 IN_FLIGHT = 2  # one on the screen's side, one on its way: the picture never waits for an answer
 FIGURES_SECONDS = 0.5
