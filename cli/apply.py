@@ -78,7 +78,7 @@ def apply(
         bool, typer.Option("-y", "--yes", help="Overwrite what exists: OUT and side files.")
     ] = False,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Fail rather than drop or convert a track.")
+        bool, typer.Option("--strict", help="Fail rather than drop or convert anything unasked.")
     ] = False,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write counts and times as JSON.")

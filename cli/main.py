@@ -94,8 +94,11 @@ def _end(code: int) -> "NoReturn":
     # Python would wait for a thread, or pull its memory from under it. And when Ctrl-C came within `exec`,
     # as while dataclasses are made, it would end by the signal whatever the code is.
     if code == _STOPPED or threading.active_count() > 1:
+        # what Python's own exit would have removed
         if cache := sys.modules.get("makeup_video.kernels.cache"):
-            cache.give_back()  # what Python's own exit would have removed
+            cache.give_back()
+        if parts := sys.modules.get("makeup_video.pipeline.part_file"):
+            parts.remove_empty()
         with contextlib.suppress(OSError, ValueError, AttributeError):  # nobody listens any more
             sys.stdout.flush()
         os._exit(code)

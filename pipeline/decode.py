@@ -7,7 +7,7 @@ from typing import Any
 
 import av
 from makeup_video.pipeline.door import Door
-from makeup_video.pipeline.errors import DecodeError, UsageError
+from makeup_video.pipeline.errors import DecodeError, StrictError, UsageError
 from makeup_video.pipeline.frame import ColourTags, Frame
 from makeup_video.pipeline.length import beyond_end
 from makeup_video.pipeline.mux import Muxer
@@ -189,11 +189,13 @@ class Decoder:
         for picture, seconds in kept:
             if not self.stats.frames:
                 self._begin()
+            self.source.tags.complete(picture)
             is_damaged, mended = picture.is_corrupt, self.door.mended
             picture = self.door(picture)
             self.stats.corrupt_frames += is_damaged or self.door.mended > mended
             if not self.stats.frames:
                 self.muxer.dropped += self.door.dropped
+                self._refuse_changes()
             self.stats.frames += 1
             # The source's I/P/B choices must not become the encoder's.
             picture.pict_type = 0
@@ -201,6 +203,13 @@ class Decoder:
             self.media_seconds = seconds + max(1, picture.duration) * base
             turned = round(picture.rotation / 90) * 90 % 360
             yield Frame(picture, picture.pts, base, ColourTags.of(picture), turned)
+
+    def _refuse_changes(self) -> None:
+        if self.muxer.strict and self.door.unasked:
+            raise StrictError(
+                f"--strict: {self.door.codec.name} cannot keep the picture as it is: "
+                f"{'; '.join(self.door.unasked)}. Choose another codec, or leave --strict out."
+            )
 
     def _begin(self) -> None:
         """The first frame is known: everything else moves with it."""

@@ -23,13 +23,15 @@ class Door:
 
     A picture that already fits passes untouched, without a copy.
     depth: bits a sample, None: the codec's usual ones.  sdr: PQ and HLG become SDR.
-    `conversions` says what changed, `dropped` what is lost by it; `mended` counts the damaged
-    pictures with samples beyond their depth, which x264 and the kernels must never see.
+    `conversions` says what changed, `unasked` which of it neither depth nor sdr asked for, `dropped`
+    what is lost by it; `mended` counts the damaged pictures with samples beyond their depth, which
+    x264 and the kernels must never see.
     """
 
     def __init__(self, codec: VideoCodec, depth: int | None = None, *, sdr: bool = False) -> None:
         self.codec, self.depth, self.sdr = codec, depth, sdr
         self.conversions: list[str] = []
+        self.unasked: list[str] = []
         self.dropped: list[str] = []
         self.mended = 0
         self._pix_fmt = ""
@@ -87,6 +89,8 @@ class Door:
             )
         if name != self._pix_fmt:
             self.conversions.append(f"pixels {name} -> {self._pix_fmt}{self._why(picture)}")
+            if self.depth is None:
+                self.unasked.append(self.conversions[-1])
         if self._to_sdr is not None:
             self.conversions.append(
                 f"HDR ({_TRANSFER_NAMES[int(picture.color_trc)]}, up to "
@@ -99,6 +103,7 @@ class Door:
             self.conversions.append(
                 f"size {size[0]}x{size[1]} -> {padded[0]}x{padded[1]} (edge repeated)"
             )
+            self.unasked.append(self.conversions[-1])
 
     def _why(self, picture: av.VideoFrame) -> str:
         """Of a depth that nobody asked for, and of HDR in too few steps."""

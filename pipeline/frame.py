@@ -10,6 +10,7 @@ import av
 import numpy as np
 
 _HIGH_BITS = re.compile("p[024]1")  # p010le, p210le, p416le ...
+_UNSPECIFIED = 2  # of matrix, transfer and primaries
 HDR_TRANSFERS = (16, 18)  # PQ (SMPTE ST 2084) and HLG (ARIB STD-B67), as H.273 numbers them
 
 
@@ -36,6 +37,17 @@ class ColourTags:
             int(picture.color_trc),
             int(picture.color_primaries),
         )
+
+    def complete(self, picture: av.VideoFrame) -> None:
+        """Give a picture those of these tags that it does not have itself."""
+        if picture.colorspace == _UNSPECIFIED:
+            picture.colorspace = self.matrix
+        if picture.color_range == 0:
+            picture.color_range = self.range
+        if picture.color_trc == _UNSPECIFIED:
+            picture.color_trc = self.transfer
+        if picture.color_primaries == _UNSPECIFIED:
+            picture.color_primaries = self.primaries
 
     @property
     def is_hdr(self) -> bool:

@@ -20,11 +20,10 @@ from makeup_video.pipeline.matroska import set_display_size
 from makeup_video.pipeline.source import VideoSource, is_cover
 from makeup_video.pipeline.target import Target, write_errors
 from makeup_video.pipeline.tracks import (
-    MP4_TAGS,
-    OWN_TAGS,
     codec_name,
     copy_stream,
     is_implied,
+    is_odd,
     mystery,
     refusal,
     shown_wh,
@@ -62,6 +61,7 @@ class Muxer:
         self._video: Any = None
         self._video_number = 0
         self._sent: dict[int, SentTrack] = {}
+        self._covers: set[int] = set()
         self._shown_wh: tuple[int, int] | None = None
         self._streams: dict[int, tuple[Any, Convert | None]] = {}
         self._converters: list[AudioConverter] = []
@@ -122,8 +122,11 @@ class Muxer:
             return {"avoid_negative_ts": "disabled"}
         ticks = str(source.time_base.denominator)
         flags = "+faststart"
-        if set(source.container.metadata) - MP4_TAGS - OWN_TAGS:
-            flags += "+use_metadata_tags"
+        if odd := sorted(key for key in tags(source.container, self.format) if is_odd(key)):
+            if self.format == "mp4" and any(map(is_cover, source.container.streams)):
+                self.dropped.append(f"tags {', '.join(odd)}: mp4 holds them or cover art, not both")
+            else:
+                flags += "+use_metadata_tags"
         # Track and edit-list ticks both as fine as the source's, so that every time is exact.
         return {"movflags": flags, "video_track_timescale": ticks, "movie_timescale": ticks}
 
@@ -254,7 +257,9 @@ class Muxer:
         # Encoders of PyAV leave a packet's stream unset, which would mean the first track.
         packet.stream = stream
         self._container.mux_one(packet)
-        if stream.index in self._sent and packet.size:  # FLAC ends with one that only says so
+        if is_cover(stream):
+            self._covers.add(stream.index)
+        elif stream.index in self._sent and packet.size:  # FLAC ends with one that only says so
             self._sent[stream.index].packets += 1
 
     def _trim(self, packet: Any) -> bool:
@@ -311,7 +316,8 @@ class Muxer:
 
     def _check_written(self) -> None:
         """The last belt: a file that lost something does not get the output's name."""
-        missing = missing_from(self.target.own_path, self.format, list(self._sent.values()))
+        sent = list(self._sent.values())
+        missing = missing_from(self.target.own_path, self.format, sent, len(self._covers))
         if missing is not None:
             self.target.leave()
             self.is_finished = True

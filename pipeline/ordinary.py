@@ -34,11 +34,14 @@ def open_ordinary(path: str | os.PathLike[str], most_bytes: int) -> IO[bytes]:
 
 
 def read_ordinary(path: str | os.PathLike[str], most_bytes: int) -> bytes:
-    """All of it. Raises OSError as open_ordinary does."""
+    """All of it. Raises OSError as open_ordinary does, and when the file grows meanwhile."""
     with open_ordinary(path, most_bytes) as file:
-        data = file.read(most_bytes + 1)
-    if len(data) > most_bytes:  # it grew meanwhile
+        size = os.fstat(file.fileno()).st_size
+        data = file.read(min(size, most_bytes) + 1)  # Python takes memory for all that is asked for
+    if size > most_bytes:
         raise _too_large(most_bytes)
+    if len(data) > size:
+        raise OSError(errno.EBUSY, "another program is writing it")
     return data
 
 

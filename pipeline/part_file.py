@@ -1,5 +1,6 @@
 """The file in which an output grows: always a new one, locked, and never reached through a link."""
 
+import atexit
 import contextlib
 import os
 import stat
@@ -12,6 +13,7 @@ _NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0)
 _NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW | getattr(os, "O_BINARY", 0)
 _OLD = os.O_RDWR | _NO_FOLLOW | getattr(os, "O_NONBLOCK", 0)
 _OWN_FILES = Path("/proc/self/fd")  # Linux: the files that this process has open, by number
+_growing: dict[int, Path] = {}  # of this process, by descriptor
 _TRIES = 10  # somebody may put a file there whenever one is removed
 
 
@@ -32,6 +34,7 @@ class PartFile:
         self.own_path = _own_path(path, self._fd)
         self._is_open = True
         if os.name == "nt":  # has no such locks, and renames no file that is open
+            _growing.pop(self._fd, None)
             os.close(self._fd)
             self._fd = None
 
@@ -56,6 +59,7 @@ class PartFile:
         """Let the file be, and others use it. Harmless when it is closed."""
         self._is_open = False
         if self._fd is not None:
+            _growing.pop(self._fd, None)
             os.close(self._fd)
             self._fd = None
 
@@ -69,6 +73,17 @@ class PartFile:
 
     def _has_its_name(self) -> bool:
         return self._fd is None or _is_at(self.path, self._fd)
+
+
+def remove_empty() -> None:
+    """Remove parts that a Ctrl-C left open before anything was written, wherever it came."""
+    for fd, path in list(_growing.items()):
+        with contextlib.suppress(OSError):
+            if os.fstat(fd).st_size == 0 and _is_at(path, fd):
+                path.unlink()
+
+
+atexit.register(remove_empty)
 
 
 def check_part(path: Path, overwrite: bool) -> None:
@@ -90,12 +105,14 @@ def _opened(path: Path, overwrite: bool) -> int:
     for _ in range(_TRIES):
         try:
             fd = os.open(path, _NEW, 0o666)
+            _growing[fd] = path
         except FileExistsError:
             check_part(path, overwrite)
             _remove_old(path)
             continue
         if _lock(fd) and _is_at(path, fd):
             return fd
+        _growing.pop(fd, None)
         os.close(fd)
         break
     raise _busy(path)

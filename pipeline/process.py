@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from makeup_video.pipeline.codecs import (
+    bits_of,
     container_of,
     encoder_options,
     pick_codec,
@@ -201,10 +202,15 @@ def _run(
     context = source.video.codec_context
     container = container_of(output)
     is_hdr = context.color_trc in HDR_TRANSFERS
-    depth = settings.bit_depth or (8 if settings.sdr and is_hdr else None)
-    deep = (depth or source.bit_depth) > 8 or (is_hdr and not settings.sdr)
+    becomes_sdr = settings.sdr and is_hdr
+    deep = not becomes_sdr and (source.bit_depth > 8 or is_hdr)
+    if settings.bit_depth is not None:
+        deep = settings.bit_depth > 8
     codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)
     options = encoder_options(codec, settings.crf, settings.preset)
+    depth = settings.bit_depth
+    if depth is None and becomes_sdr:
+        depth = min(map(bits_of, codec.pix_fmts))  # 8 bits do, but ProRes has none
     if depth is not None:
         pick_pix_fmt("yuv420p", codec, depth)  # refuses a depth before the output is begun
     bytes_in = source.container.size  # of the open file: nobody knows what has its name at the end

@@ -12,6 +12,7 @@ from typing import Any
 import av
 from av.stream import Disposition
 from makeup_video.pipeline.errors import DecodeError, InputError
+from makeup_video.pipeline.frame import ColourTags
 
 # Real containers and bare streams only. A playlist (hls, concat, dash, sdp) would make FFmpeg
 # open other files or addresses that the user never named, which a protocol list alone allows.
@@ -38,6 +39,7 @@ class VideoSource:
     rate: frames per second for display and rate control, never for time.
     expected_frames: what the container claims, for progress; None when it does not say.
     has_alpha: the video carries transparency.
+    tags: what the container says of its colours, for frames that do not say it themselves.
     """
 
     path: Path
@@ -46,6 +48,7 @@ class VideoSource:
     rate: Fraction
     expected_frames: int | None
     has_alpha: bool
+    tags: ColourTags
 
     @property
     def time_base(self) -> Fraction:
@@ -198,7 +201,14 @@ def _describe(path: Path, container: Any) -> VideoSource:
     expected = video.frames or _frames_from_duration(container, video, rate)
     fmt = video.codec_context.format
     alpha = (fmt is not None and any(c.is_alpha for c in fmt.components)) or _alpha_mode(video)
-    return VideoSource(path, container, video, rate, expected, alpha)
+    context = video.codec_context
+    tags = ColourTags(
+        int(context.colorspace),
+        int(context.color_range),
+        int(context.color_trc),
+        int(context.color_primaries),
+    )
+    return VideoSource(path, container, video, rate, expected, alpha, tags)
 
 
 def _alpha_mode(video: Any) -> bool:

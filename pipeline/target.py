@@ -96,6 +96,14 @@ class Target:
                     f"{self.path} was made by another program during the run, and is left alone; "
                     f"what was written is {self.part}: rename it, or run again with -y"
                 ) from None
+            except OSError as error:
+                if isinstance(error, OutputError):  # the part is no longer ours
+                    raise
+                self.leave()
+                raise OutputError(
+                    f"{self.path} cannot take its name ({error.strerror}); what was written is "
+                    f"{self.part}: rename it"
+                ) from error
 
     def leave(self) -> None:
         """The part is all there is, and stays under its own name."""

@@ -50,6 +50,11 @@ def tags(holder: Any, container_format: str) -> dict[str, str]:
     return kept
 
 
+def is_odd(key: str) -> bool:
+    """True for a tag that only mp4's list of keys and values can hold, not its ordinary tags."""
+    return key.lower() not in MP4_TAGS
+
+
 def codec_name(stream: Any) -> str:
     """FFmpeg's name of a stream's codec; PyAV has none where FFmpeg has no decoder."""
     return str(getattr(stream, "name", None) or "unknown codec")
@@ -69,7 +74,7 @@ def mystery(stream: Any) -> str | None:
     if stream.type in ("data", "attachment"):
         return None
     if stream.codec_context is None:
-        return "FFmpeg has no decoder for it, and does not copy it without"
+        return "this build of FFmpeg has no decoder for it, so it cannot be copied either"
     if lacks_format(stream):
         return "it begins so late, or is so damaged, that its format is not known"
     return None

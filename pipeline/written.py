@@ -29,10 +29,15 @@ class SentTrack:
     packets: int = 0
 
 
-def missing_from(path: Path, container_format: str, sent: list[SentTrack]) -> str | None:
-    """What a closed file lacks of what was sent, in words; None when everything is there."""
+def missing_from(
+    path: Path, container_format: str, sent: list[SentTrack], covers: int = 0
+) -> str | None:
+    """What a closed file lacks of what was sent, in words; None when everything is there.
+
+    covers: how many pictures were sent to tracks for cover art.
+    """
     try:
-        found = _tracks_in(path, container_format)
+        found, found_covers = _tracks_in(path, container_format)
     except (av.FFmpegError, ValueError) as error:
         return f"it cannot be read back ({error})"
     # Places in the file where the next track may be: some muxers leave out a track of which nothing
@@ -45,6 +50,8 @@ def missing_from(path: Path, container_format: str, sent: list[SentTrack]) -> st
         if not after:
             return _difference(track, found[min(places)] if min(places) < len(found) else None)
         places = after
+    if found_covers < covers:
+        return f"it has {found_covers} pieces of cover art, {covers} were sent"
     return None
 
 
@@ -63,8 +70,8 @@ def _is_whole(track: SentTrack, kind: str, count: int) -> bool:
     return count >= (min(1, track.packets) if track.codec in _REGROUPED else track.packets)
 
 
-def _tracks_in(path: Path, container_format: str) -> list[tuple[str, int]]:
-    """(kind, packets) of each track, covers and attachments left out."""
+def _tracks_in(path: Path, container_format: str) -> tuple[list[tuple[str, int]], int]:
+    """(kind, packets) of each track but covers and attachments; and how many covers there are."""
     # Without its parsers FFmpeg hands out the packets as they are stored, and nothing is decoded.
     options = {"protocol_whitelist": "file", "fflags": "noparse+nofillin", "analyzeduration": "1"}
     with av.open(f"file:{path.absolute()}", container_options=options) as container:
@@ -74,7 +81,8 @@ def _tracks_in(path: Path, container_format: str) -> list[tuple[str, int]]:
             counts = Counter(p.stream.index for p in container.demux(tracks) if p.size)
         else:
             counts = Counter({stream.index: stream.frames for stream in tracks})
-        return [(stream.type, counts[stream.index]) for stream in tracks]
+        covers = sum(map(is_cover, container.streams))
+        return [(stream.type, counts[stream.index]) for stream in tracks], covers
 
 
 def sent_track(name: str, stream: Any, *, exact: bool = False) -> SentTrack:

@@ -1,6 +1,7 @@
 """Only ordinary files of a known size are read: nothing is waited for, and no memory fills up."""
 
 import os
+import tracemalloc
 
 import pytest
 from makeup_video.pipeline.ordinary import open_ordinary, read_ordinary
@@ -43,3 +44,14 @@ def test_a_file_that_grows_while_it_is_read_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "fdopen", grows)
     with pytest.raises(OSError, match="more than"):
         read_ordinary(tmp_path / "a", 10)
+
+
+def test_a_small_file_takes_no_memory_for_the_largest_that_is_allowed(tmp_path):
+    path = tmp_path / "small"
+    path.write_bytes(b"x" * 1000)
+    tracemalloc.start()
+    try:
+        assert len(read_ordinary(path, 1_000_000_000)) == 1000
+        assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    finally:
+        tracemalloc.stop()

@@ -132,3 +132,55 @@ def test_every_container_is_finished_through_the_parts_own_path(tmp_path, end):
     assert len(decoded(tmp_path / f"out{end}")) == report.frames_out == 12
     assert report.bytes_out == (tmp_path / f"out{end}").stat().st_size
     assert not [text for text in report.dropped if "aspect" in text]
+
+
+@pytest.mark.parametrize(("make", "name"), WRITERS)
+def test_a_folder_that_takes_the_outputs_place_is_one_line_and_the_part_stays(tmp_path, make, name):
+    with pytest.raises(OutputError, match=r"cannot take its name .* rename it"):
+        make(tmp_path, name, lambda: (tmp_path / name).mkdir(exist_ok=True), overwrite=True)
+    part = part_of(tmp_path / name)
+    assert part.stat().st_size > 0 and (tmp_path / name).is_dir()
+
+
+def test_parts_that_are_open_and_empty_are_removed_at_the_end_of_the_process(tmp_path):
+    empty, begun, left = (PartFile(tmp_path / name, overwrite=False) for name in "abc")
+    begun.own_path.write_bytes(b"something")
+    left.close()
+    part_file.remove_empty()
+    assert names(tmp_path) == ["b", "c"]
+    empty.close()
+    begun.close()
+
+
+STOPPED_WHILE_OPENING = """
+import os, signal, sys, time
+from makeup_video.cli import main
+from makeup_video.pipeline import part_file
+
+lock = part_file._lock
+
+def stopped(fd):
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(1)
+    return lock(fd)
+
+part_file._lock = stopped
+main.main()
+"""
+
+
+def test_a_ctrl_c_while_the_part_is_made_leaves_nothing(tmp_path):
+    make_clip(tmp_path / "in.mp4")
+    command = [
+        sys.executable,
+        "-c",
+        STOPPED_WHILE_OPENING,
+        "in.mp4",
+        "--look",
+        "none",
+        "-o",
+        "o.mp4",
+    ]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "stopped\n")
+    assert names(tmp_path) == ["in.mp4"]

@@ -1,0 +1,86 @@
+"""Colours that only the container declares: frames say nothing of them, and they must not get lost."""
+
+import av
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.pipeline import Settings, StrictError, process_video
+from makeup_video.pipeline.frame import ColourTags
+from media import add_video, decoded, encode_frames, make_clip, picture
+
+CODES = st.sampled_from([1, 2, 5, 6, 9])
+
+
+def declared(path, codec="hevc", **tags):
+    """A clip whose stream has no colour tags of its own, and whose container has these."""
+    with av.open(str(path), "w") as out:
+        stream = add_video(out, codec, pix_fmt="yuv420p10le")
+        stream.codec_context.open(strict=False)  # the encoder does not know of the tags
+        for name, value in tags.items():
+            setattr(stream.codec_context, name, value)
+        encode_frames(out, stream, range(8))
+    return path
+
+
+@pytest.mark.parametrize("begin", [".mp4", ".mkv", ".mov"])
+@pytest.mark.parametrize("end", [".mp4", ".mkv"])
+def test_hdr_that_the_container_declares_stays_hdr(tmp_path, begin, end):
+    src = declared(
+        tmp_path / f"in{begin}", colorspace=9, color_trc=16, color_primaries=9, color_range=1
+    )
+    assert decoded(src)[0].color_trc == 2  # else this film shows nothing
+    report = process_video(src, tmp_path / f"out{end}")
+    frame = decoded(tmp_path / f"out{end}")[0]
+    assert (frame.colorspace, frame.color_trc, frame.color_primaries) == (9, 16, 9)
+    assert report.codec == "hevc" and report.conversions == []
+
+
+def test_hdr_that_the_container_declares_becomes_sdr_by_the_curve(tmp_path):
+    src = declared(tmp_path / "in.mkv", colorspace=9, color_trc=18, color_primaries=9)
+    report = process_video(src, tmp_path / "out.mp4", None, Settings(sdr=True))
+    assert any("HLG" in text and "BT.2390" in text for text in report.conversions)
+    assert decoded(tmp_path / "out.mp4")[0].color_trc == 1
+
+
+@given(own=st.tuples(CODES, st.integers(0, 2), CODES, CODES),
+       said=st.tuples(CODES, st.integers(0, 2), CODES, CODES))  # fmt: skip
+def test_a_picture_keeps_its_own_tags_and_takes_those_that_it_lacks(own, said):
+    shown = picture(0, 16, 16)
+    shown.colorspace, shown.color_range, shown.color_trc, shown.color_primaries = own
+    ColourTags(*said).complete(shown)
+    got = ColourTags.of(shown)
+    unknown = (2, 0, 2, 2)
+    want = [b if a == none else a for a, b, none in zip(own, said, unknown, strict=True)]
+    assert (got.matrix, got.range, got.transfer, got.primaries) == tuple(want)
+
+
+def test_sdr_into_prores_has_its_ten_bits(tmp_path):
+    src = declared(tmp_path / "in.mkv", colorspace=9, color_trc=16, color_primaries=9)
+    process_video(src, tmp_path / "out.mov", None, Settings(sdr=True, codec="prores"))
+    frame = decoded(tmp_path / "out.mov")[0]
+    assert frame.format.name == "yuv422p10le" and frame.color_trc == 1
+
+
+@pytest.mark.parametrize(
+    ("pix_fmt", "size_wh", "settings", "is_kept"),
+    [
+        ("yuv420p10le", (96, 64), {"codec": "h264"}, False),
+        ("yuv420p10le", (96, 64), {"codec": "h264", "bit_depth": 8}, True),  # asked for
+        ("yuv420p10le", (96, 64), {"codec": "h264", "bit_depth": 10}, True),
+        ("yuv420p10le", (96, 64), {"codec": "hevc"}, True),
+        ("yuv444p12le", (96, 64), {"codec": "h264"}, False),
+        ("yuv420p", (97, 63), {"codec": "h264"}, False),
+        ("yuv420p", (97, 63), {"codec": "ffv1"}, True),
+    ],
+)
+def test_strict_refuses_changes_of_the_picture_that_nobody_asked_for(
+    tmp_path, pix_fmt, size_wh, settings, is_kept
+):
+    src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt, size_wh=size_wh)
+    strict = Settings(strict=True, **settings)
+    if is_kept:
+        assert process_video(src, tmp_path / "out.mkv", None, strict).frames_out == 12
+    else:
+        with pytest.raises(StrictError, match="cannot keep the picture as it is"):
+            process_video(src, tmp_path / "out.mkv", None, strict)
+        assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
