@@ -149,6 +149,7 @@ def _in_child(job: Callable[[], Any], place: Path, limits: Limits) -> NoReturn:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30,) * 2)
         log = os.dup(2)  # a command may close the other one to its libraries
+        signal.signal(signal.SIGSEGV, signal.SIG_DFL)  # PoCL's handler would go on after a crash
         faulthandler.enable(log)
         faulthandler.dump_traceback_later(0.9 * limits.seconds, file=log)
         value = job()
