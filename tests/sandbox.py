@@ -9,7 +9,9 @@ import ctypes
 import os
 import platform
 import struct
+import subprocess
 import sys
+from functools import cache
 
 # of linux/audit.h and the system call tables: (AUDIT_ARCH, socket, connect)
 _MACHINES = {"x86_64": (0xC000003E, 41, 42), "aarch64": (0xC00000B7, 198, 203)}
@@ -20,9 +22,13 @@ _ALLOW, _KILL = 0x7FFF0000, 0x80000000
 _INET, _INET6, _DATAGRAM = 2, 10, 2
 
 
+@cache
 def is_there() -> bool:
-    """True on a Linux that has such filters for this processor."""
-    return sys.platform == "linux" and platform.machine() in _MACHINES
+    """True on a Linux that has such filters for this processor, and lets us set them."""
+    if sys.platform != "linux" or platform.machine() not in _MACHINES:
+        return False
+    trial = [sys.executable, __file__, "quiet", sys.executable, "-c", ""]
+    return subprocess.run(trial, check=False, capture_output=True).returncode == 0
 
 
 def forbid_network(*, serves: bool = False) -> None:
