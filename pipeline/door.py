@@ -41,6 +41,7 @@ class Door:
     def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
         """Raises DecodeError when size or layout differ from the first picture's, UsageError for a
         depth that the codec lacks."""
+        self.mended += _clip_to_depth(picture)  # before anything converts it
         key = (picture.width, picture.height, picture.format.name)
         if self._seen is None:
             self._begin(picture)
@@ -50,7 +51,6 @@ class Door:
                 f"the picture changes from {_text(self._seen)} to {_text(key)} at pts {picture.pts}: "
                 "one output holds one size; cut the file there and run the parts"
             )
-        self.mended += _clip_to_depth(picture)
         picture = self._in_layout(picture)
         if self._padded_wh(picture) != (picture.width, picture.height):
             picture = _pad(picture, self._padded_wh(picture))

@@ -31,6 +31,7 @@ class ColourTags:
 
     @classmethod
     def of(cls, picture: av.VideoFrame) -> "ColourTags":
+        """Of a picture, or of a codec context, which has fields of the same names."""
         return cls(
             int(picture.colorspace),
             int(picture.color_range),

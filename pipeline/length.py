@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import av
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.source import VideoSource
+from makeup_video.pipeline.source import VideoSource, packets_of
 
 
 def check_start(source: VideoSource, start_seconds: Fraction | None) -> None:
@@ -45,7 +45,7 @@ def _has_packets_at(source: VideoSource, seconds: Fraction) -> bool:
         return any(
             packet.pts is not None
             and (packet.pts + (packet.duration or 0)) * packet.time_base > seconds
-            for packet in source.container.demux(source.video)
+            for packet in packets_of(source.container, source.video)
         )
     except av.FFmpegError:
         return True  # decoding will tell

@@ -22,7 +22,7 @@ from makeup_video.pipeline.decode import Decoder
 from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.encode import VideoEncoder
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.frame import HDR_TRANSFERS, Frame
+from makeup_video.pipeline.frame import Frame
 from makeup_video.pipeline.length import check_start
 from makeup_video.pipeline.look import Look
 from makeup_video.pipeline.memory import COPY_VIDEO, FIND_FACES, check_memory, peak_memory_bytes
@@ -199,11 +199,9 @@ def _run(
     settings: Settings,
     on_progress: Progress | None,
 ) -> Report:
-    context = source.video.codec_context
     container = container_of(output)
-    is_hdr = context.color_trc in HDR_TRANSFERS
-    becomes_sdr = settings.sdr and is_hdr
-    deep = not becomes_sdr and (source.bit_depth > 8 or is_hdr)
+    becomes_sdr = settings.sdr and source.tags.is_hdr
+    deep = not becomes_sdr and (source.bit_depth > 8 or source.tags.is_hdr)
     if settings.bit_depth is not None:
         deep = settings.bit_depth > 8
     codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)

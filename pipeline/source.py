@@ -201,13 +201,7 @@ def _describe(path: Path, container: Any) -> VideoSource:
     expected = video.frames or _frames_from_duration(container, video, rate)
     fmt = video.codec_context.format
     alpha = (fmt is not None and any(c.is_alpha for c in fmt.components)) or _alpha_mode(video)
-    context = video.codec_context
-    tags = ColourTags(
-        int(context.colorspace),
-        int(context.color_range),
-        int(context.color_trc),
-        int(context.color_primaries),
-    )
+    tags = ColourTags.of(video.codec_context)
     return VideoSource(path, container, video, rate, expected, alpha, tags)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import av
 import pytest
 from av.subtitles.subtitle import SubtitleSet
-from makeup_video.pipeline import Settings, StrictError, process_video
+from makeup_video.pipeline import Settings, StrictError, UsageError, process_video
 from media import ASS_HEADER, add_video, encode_frames, make_clip, packets_of, picture, tone
 
 ENDS = (".mp4", ".mov", ".mkv")
@@ -201,3 +201,9 @@ def test_strict_does_not_lose_a_track_that_appears_in_mid_file(tmp_path):
     with pytest.raises(StrictError, match="audio #1"):
         process_video(src, tmp_path / "out.mkv", None, Settings(preset="ultrafast", strict=True))
     assert [path.name for path in tmp_path.iterdir()] == ["in.ts"]
+
+
+def test_a_start_beyond_the_end_of_such_a_file_tells_its_length(tmp_path):
+    src = grown_in_mid_file(tmp_path / "in.ts")
+    with pytest.raises(UsageError, match="beyond the end"):
+        process_video(src, tmp_path / "out.mkv", None, Settings(start_seconds=Fraction(9999)))
