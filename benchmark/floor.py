@@ -15,10 +15,10 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from makeup_video.cli.measure_clip import frame_of, pictures
-from makeup_video.cli.measure_run import Clock, run_bare
-from makeup_video.pipeline.face_nets import FaceNets
-from makeup_video.pipeline.faces import FindFaces
+from makeup_video.benchmark.films import frame_of, pictures
+from makeup_video.benchmark.runs import Clock, run_bare
+from makeup_video.pipeline.faces.nets import FaceNets
+from makeup_video.pipeline.faces.tracker import FindFaces
 
 # Counted in kernels/paint.cl and its headers for SDR: 160 between codes and light, 90 for the surface and
 # what it mirrors, 70 for shimmer, 170 for the product. Roots and divisions count as one.

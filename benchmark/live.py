@@ -13,12 +13,11 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from makeup_video.cli.measure_clip import RATE, repeat_film
-from makeup_video.cli.measure_run import check_painted
-from makeup_video.cli.say import stderr_of_children
+from makeup_video.benchmark.films import RATE, repeat_film
+from makeup_video.benchmark.runs import check_painted
 
 if TYPE_CHECKING:
-    from makeup_video.cli.measure import Bench
+    from makeup_video.benchmark.harness import Bench
 
 WARM_SECONDS = 1.0  # from the first frame on, nothing is counted: caches are cold, threads start
 ENDS_SECONDS = 10.0  # at the beginning and at the end of the run
@@ -42,10 +41,10 @@ def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
     with TemporaryDirectory(dir=bench.folder) as name:
         folder = Path(name)
         bench.look.save(folder / "look.json")
-        command = [sys.executable, "-m", "makeup_video.cli.live_trial"]
+        command = [sys.executable, "-m", "makeup_video.benchmark.live_process"]
         command += [str(film), str(folder / "look.json"), str(folder)]
         said = subprocess.run(
-            command, check=True, stdout=subprocess.PIPE, stderr=stderr_of_children()
+            command, check=True, stdout=subprocess.PIPE, stderr=bench.child_stderr
         ).stdout
         tables = [np.load(folder / table) for table in (FRAMES, SAMPLES, VIEWED)]
     film.unlink()

@@ -1,7 +1,7 @@
 """A live run that is measured, in a process of its own: the parts of `makeup-video live` with a file as
 camera, the page's server, and one viewer.
 
-    python -m makeup_video.cli.live_trial FILM LOOK.json FOLDER
+    python -m makeup_video.benchmark.live_process FILM LOOK.json FOLDER
 
 Leaves frames.npy, samples.npy and viewed.npy in the folder, and says on stdout what else there is to know (JSON).
 """
@@ -19,17 +19,17 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from makeup_video.cli.measure_live import COLUMNS, SAMPLES
+from makeup_video.benchmark.live import COLUMNS, SAMPLES
 from makeup_video.pipeline import Look, OutputError, StoppedError
-from makeup_video.pipeline.camera import Camera, CameraSettings
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.faces import FindFaces
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.live import LiveRun
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.preview import PreviewJpeg
-from makeup_video.pipeline.smooth import SmoothLive
-from makeup_video.web.live_show import LiveShow
+from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.images.jpeg import PreviewJpeg
+from makeup_video.pipeline.live.run import LiveRun
+from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.smoothing.realtime import SmoothLive
+from makeup_video.web.live_session import LiveShow
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.server import Server
 from makeup_video.web.worker import Worker
@@ -134,7 +134,7 @@ def _watched(show: LiveShow, folder: Path) -> Generator[None, None, None]:
     worker = Worker()
     server = Server(show, worker, port=0, say=_say)
     address = server.start().rstrip("/")
-    command = [sys.executable, "-m", "makeup_video.cli.live_viewer"]
+    command = [sys.executable, "-m", "makeup_video.benchmark.live_viewer"]
     command += [address.replace("http", "ws", 1) + "/ws?session=live", address]
     viewer = subprocess.Popen([*command, str(folder / "viewed.npy")], stdout=subprocess.PIPE)
     try:
@@ -153,7 +153,7 @@ def _watched(show: LiveShow, folder: Path) -> Generator[None, None, None]:
 
 def _memory_and_cpu() -> tuple[float, float]:
     """MB in memory (NaN where the system does not tell), and CPU seconds so far."""
-    from makeup_video.cli.measure_run import memory_mb
+    from makeup_video.benchmark.runs import memory_mb
 
     held_mb = memory_mb("self")
     return math.nan if held_mb is None else held_mb, time.process_time()

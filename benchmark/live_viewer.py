@@ -1,6 +1,6 @@
 """A page without a screen, in a process of its own: takes every picture of a live run and notes when it came.
 
-    python -m makeup_video.cli.live_viewer WS_URL ORIGIN OUT.npy
+    python -m makeup_video.benchmark.live_viewer WS_URL ORIGIN OUT.npy
 
 Says "ready" once it watches. Acknowledges as a browser does; ends when the server says goodbye.
 """
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-# the head of a picture, as in web/show.py: its pts in microseconds comes first
+# the head of a picture, as in web/session.py: its pts in microseconds comes first
 _PTS_BYTES = 8
 
 

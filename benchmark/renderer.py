@@ -16,18 +16,18 @@ from unittest.mock import patch
 
 import av
 import numpy as np
-from makeup_video.cli.measure_clip import LIKE_A_FILM, frame_of, pictures, write_film
+from makeup_video.benchmark.films import LIKE_A_FILM, frame_of, pictures, write_film
 from makeup_video.kernels.program import Device
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.crop import compose
-from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
-from makeup_video.pipeline.face_run import one_opencv_thread
-from makeup_video.pipeline.faces import FindFaces
-from makeup_video.pipeline.finishes import product
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.smooth import SmoothAhead
+from makeup_video.pipeline.engine.machine import one_opencv_thread
+from makeup_video.pipeline.faces.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 
 WARM_FRAMES = 10  # not counted
 LARGER = 3  # times as wide and high is the frame that the same face is pasted into

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import av
-from makeup_video.cli.measure_clip import CODEC, CRF, LIKE_A_FILM, PRESET
-from makeup_video.cli.say import stderr_of_children
+from makeup_video.benchmark.films import CODEC, CRF, LIKE_A_FILM, PRESET
 from makeup_video.pipeline import InputError, Look, Report, Settings, process_video
-from makeup_video.pipeline.runner import Observe
+from makeup_video.pipeline.engine.runner import Observe
 
 SETTINGS = Settings(codec="h264", preset=PRESET, crf=CRF, overwrite=True)
 LEAST_PAINTED = 0.95  # of the frames: what paints nothing is quick
@@ -107,11 +106,13 @@ def run_command(
     words: tuple[str, ...] = (),
     environment: Mapping[str, str] | None = None,
     sample_seconds: float | None = None,
+    stderr: int | None = None,
 ) -> dict[str, Any]:
     """The real command in its own process: the values of its report, and start_seconds, from its start
     to the first packet written; with sample_seconds also memory: [[seconds, MB], ...].
 
-    worn: what is painted, such as ("--ref", "look.jpg").  words: more of its options.
+    worn: what is painted, such as ("--ref", "look.jpg").  words: more of its options.  stderr: as
+    of subprocess.Popen.
     """
     report = target.with_suffix(".json")
     command = [sys.executable, "-m", "makeup_video.cli", str(source), "-q", "-y", *words]
@@ -121,7 +122,7 @@ def run_command(
     process = subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
-        stderr=stderr_of_children(),
+        stderr=stderr,
         env={**os.environ, **(environment or {})},
     )
     memory = _memory_of(process, sample_seconds) if sample_seconds else []

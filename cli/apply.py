@@ -1,16 +1,13 @@
 """`makeup-video IN --color '#B4002E' -o OUT`: the main job."""
 
-import re
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.ending import tell, told_in_one_line
-from makeup_video.cli.look import (
+from makeup_video.cli.look_options import (
     Color,
     Faces,
     Finish,
@@ -23,10 +20,12 @@ from makeup_video.cli.look import (
     Strength,
     Zone,
     base_look,
+    parse_time,
 )
+from makeup_video.cli.outcome import tell, told_in_one_line
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline.side_file import JsonFile
+    from makeup_video.pipeline.media.sidecar import JsonFile
 
 
 def apply(
@@ -91,7 +90,7 @@ def apply(
     from makeup_video.cli.main import nothing_is_left_to_stop
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import Settings, process_video
-    from makeup_video.pipeline.choose import Choice, check_options, choose_look
+    from makeup_video.pipeline.look.options import Choice, check_options, choose_look
 
     with told_in_one_line(output, debug):
         settings = Settings(
@@ -130,18 +129,6 @@ def apply(
     tell(done, quiet)
 
 
-def parse_time(text: str, option: str) -> Fraction:
-    """Seconds, exact, from '12.5', '1:02.5' or '0:01:02.5'. Raises UsageError."""
-    from makeup_video.pipeline import UsageError
-
-    if not re.fullmatch(r"(\d{1,9}:){0,2}\d{1,9}(\.\d{1,9})?", text, re.ASCII):
-        raise UsageError(f"{option} must be seconds or [hh:]mm:ss[.fraction], got {text!r}")
-    values = [Fraction(part) for part in text.split(":")]
-    if any(value >= 60 for value in values[1:]):
-        raise UsageError(f"{option} has a part of 60 or more after a colon: {text!r}")
-    return sum((v * 60**i for i, v in enumerate(reversed(values))), Fraction(0))
-
-
 @contextmanager
 def _side_files(
     source: str,
@@ -153,9 +140,9 @@ def _side_files(
 ) -> "Generator[tuple[JsonFile | None, JsonFile | None], None, None]":
     """The report and the look, both checked, and OUT too, before either is begun; read: more of our
     inputs."""
-    from makeup_video.pipeline.side_file import LookFile, ReportFile
-    from makeup_video.pipeline.source import local_file
-    from makeup_video.pipeline.target import check_place, keep_apart
+    from makeup_video.pipeline.files.output_file import check_place, keep_apart
+    from makeup_video.pipeline.media.input_file import local_file
+    from makeup_video.pipeline.media.sidecar import LookFile, ReportFile
 
     check_place(output, local_file(source), overwrite=overwrite)
     for file in read:

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.ending import told_in_one_line
-from makeup_video.cli.page import PORT, page
-from makeup_video.cli.say import say
+from makeup_video.cli.console import say
+from makeup_video.cli.outcome import told_in_one_line
+from makeup_video.cli.serve_page import PORT, page
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
@@ -35,8 +35,8 @@ def demo(
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
 ) -> None:
     """Open a page: drop a photo, see its makeup as numbers and on a portrait, change it."""
-    from makeup_video.web.demo import DemoShow
-    from makeup_video.web.show import PhotoLook
+    from makeup_video.web.demo_session import DemoShow
+    from makeup_video.web.session import PhotoLook
     from makeup_video.web.worker import Worker
 
     with told_in_one_line(debug=debug):
@@ -78,6 +78,6 @@ def _look(ref: str | None, look: str | None) -> "Look":
 
 
 def _bytes(path: str) -> bytes:
-    from makeup_video.pipeline.source import local_file
+    from makeup_video.pipeline.media.input_file import local_file
 
     return local_file(path, "photo").read_bytes()

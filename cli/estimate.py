@@ -7,12 +7,12 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from makeup_video.cli.ending import told_in_one_line
-from makeup_video.cli.say import printable, put, say
+from makeup_video.cli.console import printable, put, say
+from makeup_video.cli.outcome import told_in_one_line
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import GraphicsParams
-    from makeup_video.pipeline.catalogue import Catalogue
+    from makeup_video.pipeline.look.catalogue import Catalogue
     from rich.console import Console
 
 _COLOURFUL = ("256", "truecolor")  # of 16 colours none is near enough to a lipstick's
@@ -41,9 +41,9 @@ def estimate(
     """Read the makeup of a photo: colours, finishes, the nearest products."""
     from makeup_video.cli.main import nothing_is_left_to_stop
     from makeup_video.pipeline import look_from_photo
-    from makeup_video.pipeline.catalogue import read_catalogue
-    from makeup_video.pipeline.finishes import REGIONS
-    from makeup_video.pipeline.side_file import LookFile
+    from makeup_video.pipeline.look.catalogue import read_catalogue
+    from makeup_video.pipeline.look.finishes import REGIONS
+    from makeup_video.pipeline.media.sidecar import LookFile
 
     with told_in_one_line(output, debug):
         shades = None if catalogue is None else read_catalogue(catalogue)
@@ -73,7 +73,7 @@ def _told(
     """All that is said of a region; None when it is bare."""
     from dataclasses import asdict
 
-    from makeup_video.pipeline.finishes import in_words
+    from makeup_video.pipeline.look.finishes import in_words
 
     if params is None:
         return None

@@ -3,8 +3,8 @@
 from typing import Annotated
 
 import typer
-from makeup_video.cli.apply import parse_time
-from makeup_video.cli.ending import tell, told_in_one_line
+from makeup_video.cli.look_options import parse_time
+from makeup_video.cli.outcome import tell, told_in_one_line
 
 
 def inspect(

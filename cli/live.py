@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.ending import told_in_one_line
-from makeup_video.cli.look import (
+from makeup_video.cli.console import say
+from makeup_video.cli.look_options import (
     Color,
     Faces,
     Finish,
@@ -23,16 +23,16 @@ from makeup_video.cli.look import (
     Zone,
     base_look,
 )
-from makeup_video.cli.page import PORT, page
+from makeup_video.cli.outcome import told_in_one_line
 from makeup_video.cli.progress import live_summary, show_live
-from makeup_video.cli.say import say
+from makeup_video.cli.serve_page import PORT, page
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
-    from makeup_video.pipeline.camera import Camera
-    from makeup_video.pipeline.choose import Choice
-    from makeup_video.pipeline.live import LiveRun
-    from makeup_video.pipeline.live_frame import LiveSink
+    from makeup_video.pipeline.live.interfaces import LiveSink
+    from makeup_video.pipeline.live.run import LiveRun
+    from makeup_video.pipeline.live.sources.camera import Camera
+    from makeup_video.pipeline.look.options import Choice
 
 _NOBODY = "--no-preview leaves nobody to see it: add -o OUT, --stream URL or --virtual-camera"
 
@@ -84,13 +84,13 @@ def live(
 ) -> None:
     """Paint a look on what a camera sees: in the browser, a recording, a stream, a virtual camera."""
     from makeup_video.pipeline import UsageError
-    from makeup_video.pipeline.camera import Camera, CameraSettings
-    from makeup_video.pipeline.choose import Choice
-    from makeup_video.pipeline.live import LiveRun
-    from makeup_video.pipeline.preview import PreviewJpeg
-    from makeup_video.web.live_show import LiveShow
+    from makeup_video.pipeline.images.jpeg import PreviewJpeg
+    from makeup_video.pipeline.live.run import LiveRun
+    from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+    from makeup_video.pipeline.look.options import Choice
+    from makeup_video.web.live_session import LiveShow
     from makeup_video.web.preview_sink import PreviewSink
-    from makeup_video.web.show import PhotoLook
+    from makeup_video.web.session import PhotoLook
     from makeup_video.web.worker import Worker
 
     with told_in_one_line(None, debug), ExitStack() as stack:
@@ -134,7 +134,7 @@ def _silent(line: str) -> None:
 def _look(chosen: "Choice", base: "Look | None", preview: bool) -> "Look":
     """What to paint at first. On the page it can still be chosen; elsewhere it must be said."""
     from makeup_video.pipeline import Look
-    from makeup_video.pipeline.choose import choose_look
+    from makeup_video.pipeline.look.options import choose_look
 
     if preview and base is None and chosen.color is None and chosen.finish is None:
         base = Look()
@@ -150,9 +150,9 @@ def _outputs(
     told: Callable[[str], None],
 ) -> "list[LiveSink]":
     """All that the pictures go to beside the page, checked before the first comes."""
-    from makeup_video.pipeline.live_output import Recording
-    from makeup_video.pipeline.live_stream import Stream
-    from makeup_video.pipeline.virtual_camera import VirtualCamera
+    from makeup_video.pipeline.live.sinks.recording import Recording
+    from makeup_video.pipeline.live.sinks.stream import Stream
+    from makeup_video.pipeline.live.sinks.virtual_camera import VirtualCamera
 
     sinks: list[LiveSink] = []
     if output is not None:

@@ -1,12 +1,27 @@
 """The options that several commands say a look with, and the look that they mean before colours and finishes."""
 
+import re
+from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.say import say
+from makeup_video.cli.console import say
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
+
+
+def parse_time(text: str, option: str) -> Fraction:
+    """Seconds, exact, from '12.5', '1:02.5' or '0:01:02.5'. Raises UsageError."""
+    from makeup_video.pipeline import UsageError
+
+    if not re.fullmatch(r"(\d{1,9}:){0,2}\d{1,9}(\.\d{1,9})?", text, re.ASCII):
+        raise UsageError(f"{option} must be seconds or [hh:]mm:ss[.fraction], got {text!r}")
+    values = [Fraction(part) for part in text.split(":")]
+    if any(value >= 60 for value in values[1:]):
+        raise UsageError(f"{option} has a part of 60 or more after a colon: {text!r}")
+    return sum((v * 60**i for i, v in enumerate(reversed(values))), Fraction(0))
+
 
 LookFile = Annotated[
     str | None, typer.Option(metavar="FILE", help="A look file (JSON), or 'none'.")
@@ -55,7 +70,7 @@ def base_look(
 def _look_of_photo(ref: str, face: str, color: str | None, quiet: bool) -> "Look":
     """The look of a photo, told in a line."""
     from makeup_video.pipeline import PhotoError, look_from_photo
-    from makeup_video.pipeline.finishes import look_in_words
+    from makeup_video.pipeline.look.finishes import look_in_words
 
     look = look_from_photo(ref, face)
     if look.is_bare and color is None:

@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 
-from makeup_video.cli.say import has_said, keep_stderr_to_ourselves, say
+from makeup_video.cli.console import has_said, keep_stderr_to_ourselves, say
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def _end(code: int) -> "NoReturn":
         # what Python's own exit would have removed
         if cache := sys.modules.get("makeup_video.kernels.cache"):
             cache.give_back()
-        if parts := sys.modules.get("makeup_video.pipeline.part_file"):
+        if parts := sys.modules.get("makeup_video.pipeline.files.part_file"):
             parts.remove_empty()
         with contextlib.suppress(OSError, ValueError, AttributeError):  # nobody listens any more
             sys.stdout.flush()

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from makeup_video.cli.say import say
+from makeup_video.cli.console import say
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Report
@@ -46,6 +46,6 @@ def tell(done: "Report", quiet: bool, more: str = "") -> None:
 
 
 def _part_of(output: Path) -> Path:
-    from makeup_video.pipeline.target import part_of, target_of
+    from makeup_video.pipeline.files.output_file import part_of, target_of
 
     return part_of(target_of(output))

@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from fractions import Fraction
 from typing import IO, TYPE_CHECKING, Any, cast
 
-from makeup_video.cli.say import say
+from makeup_video.cli.console import say
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline.live import LiveFigures
+    from makeup_video.pipeline.live.run import LiveFigures
     from rich.console import Console
 
 _PLAIN_SECONDS = 5.0  # between two plain lines: a log file should stay short

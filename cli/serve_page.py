@@ -8,10 +8,10 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from makeup_video.cli.say import say
+from makeup_video.cli.console import say
 
 if TYPE_CHECKING:
-    from makeup_video.web.show import Show
+    from makeup_video.web.session import Show
     from makeup_video.web.worker import Worker
 
 PORT = 8760
@@ -29,7 +29,7 @@ def page(
 ) -> Generator[str, None, None]:
     """Serves the page within the block; yields its address, which is told in a line and opened in the
     browser. Raises UsageError when it cannot be served there."""
-    from makeup_video.pipeline.runner import undisturbed
+    from makeup_video.pipeline.engine.signals import undisturbed
     from makeup_video.web.server import Server
 
     server = Server(show, worker, host, port, say=say)

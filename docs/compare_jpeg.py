@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 import simplejpeg
 from makeup_video.pipeline import ColourTags, Frame
-from makeup_video.pipeline.preview import PreviewJpeg
+from makeup_video.pipeline.images.jpeg import PreviewJpeg
 
 SAMPLE = Path(__file__).resolve().parent.parent / "samples" / "in.mp4"
 SIZES = ((1280, 720), (1920, 1080), (3840, 2160))

@@ -22,7 +22,7 @@ from typing import Any
 import av
 import numpy as np
 from makeup_video.pipeline import ColourTags, Frame
-from makeup_video.pipeline.preview import PreviewJpeg
+from makeup_video.pipeline.images.jpeg import PreviewJpeg
 
 PORT, SIZE_WH, CELL, BITS = 8931, (1280, 720), 32, 16
 RATE = 29  # not 30: every picture meets the screen's refresh in another phase

@@ -7,7 +7,7 @@ from typing import Any
 import contact_sheet as sheet
 import numpy as np
 from makeup_video.pipeline import FINISHES, GraphicsParams, Look, product
-from makeup_video.pipeline.look import ZONES
+from makeup_video.pipeline.look.look import ZONES
 
 PAGE = sheet.DOCS / "parameters.md"
 STEPS = 5

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 import performance_page as page
+from makeup_video.benchmark import harness as measure
+from makeup_video.benchmark.runs import run_bare, run_product
 from makeup_video.cli import bench as command
-from makeup_video.cli import measure
-from makeup_video.cli.measure_run import run_bare, run_product
 from makeup_video.pipeline import look_from_photo
 
 SAMPLES = page.DOCS.parent / "samples"

@@ -15,13 +15,13 @@ import contact_sheet as sheet
 import numpy as np
 import results_page as page
 import results_pictures as pictures
-from makeup_video.pipeline.finishes import REGIONS
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.training.reference.draw_products import SPLITS
 from makeup_video.training.reference.evaluate import COUNT, Measured, calm, held_out, measure
 from makeup_video.training.reference.people import People
+from makeup_video.training.reference.picture_metrics import Whole, whole_scores
 from makeup_video.training.reference.prepare import TONE_NAMES
-from makeup_video.training.reference.reading import Net, cost_of, file_of, nets_of
-from makeup_video.training.reference.scores import Whole, whole_scores
-from makeup_video.training.reference.shades import SPLITS
+from makeup_video.training.reference.read_look import Net, cost_of, file_of, nets_of
 from makeup_video.training.reference.triplets import EXTREMES, OfColour, halves, triplets
 
 SHIPPED = sheet.DOCS.parent / "pipeline" / "weights"

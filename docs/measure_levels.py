@@ -15,16 +15,16 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.cli.measure_clip import frame_of, make_clip, pictures
-from makeup_video.cli.measure_renderer import full_look
-from makeup_video.pipeline.budget import MOST
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.face import FrameFaces
-from makeup_video.pipeline.faces import FindFaces
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.smooth import SmoothLive
-from makeup_video.pipeline.topology import EYE, EYE_CORNERS, LIPS, RIGHT_EYE
+from makeup_video.benchmark.films import frame_of, make_clip, pictures
+from makeup_video.benchmark.renderer import full_look
+from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.topology import EYE, EYE_CORNERS, LIPS, RIGHT_EYE
+from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.frame_budget import MOST
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
 WARM_UP = 15  # frames that do not count
 STAGES = "faces", "smooth", "scene", "paint"

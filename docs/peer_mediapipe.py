@@ -46,7 +46,7 @@ LIDS = (
 )
 # in the environment of the product: CLIP, where to write, height, frames
 MAKE_FILM = (
-    "import sys; from pathlib import Path; from makeup_video.cli.measure_clip import make_clip; "
+    "import sys; from pathlib import Path; from makeup_video.benchmark.films import make_clip; "
     "clip, film, height, frames = sys.argv[1:]; "
     "print(make_clip(Path(clip), Path(film), int(height), int(frames)).told)"
 )

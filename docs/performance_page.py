@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from makeup_video.cli.bench_plot import legend_below, new_figure, save
-from makeup_video.cli.bench_tables import tables
+from makeup_video.benchmark.plots import legend_below, new_figure, save
+from makeup_video.benchmark.tables import tables
 
 DOCS = Path(__file__).parent
 PAGE = DOCS / "performance.md"

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import results_pictures as pictures
-from makeup_video.pipeline.reference_io import NUMBERS
+from makeup_video.pipeline.reference.crops import NUMBERS
+from makeup_video.training.reference.draw_products import COLOUR_SEEN, number_errors
 from makeup_video.training.reference.evaluate import (
     KNOWN,
     MEAN,
@@ -17,10 +18,9 @@ from makeup_video.training.reference.evaluate import (
     colour_error,
     gloss_rank,
 )
-from makeup_video.training.reference.reading import Cost
-from makeup_video.training.reference.render import TEST_QUALITY
-from makeup_video.training.reference.scores import FACE_PX
-from makeup_video.training.reference.shades import COLOUR_SEEN, number_errors
+from makeup_video.training.reference.picture_metrics import FACE_PX
+from makeup_video.training.reference.read_look import Cost
+from makeup_video.training.reference.rendered_crops import TEST_QUALITY
 
 PAGE = Path(__file__).parent / "results.md"
 JUDGEMENT = "## What still goes wrong"

@@ -8,17 +8,10 @@ from typing import TYPE_CHECKING
 import contact_sheet as sheet
 import cv2
 import numpy as np
-from makeup_video.pipeline import (
-    GraphicsParams,
-    Look,
-    Settings,
-    apply_look,
-    process_video,
-    product,
-)
+from makeup_video.pipeline import GraphicsParams, Look, Settings, apply_look, process_video, product
 
 if TYPE_CHECKING:
-    from makeup_video.training.reference.reading import Net
+    from makeup_video.training.reference.read_look import Net
     from makeup_video.training.reference.triplets import Triplet
 
 TEST_QUALITY = 90  # JPEG
@@ -91,7 +84,7 @@ def photo_of(look: Look, region: str) -> np.ndarray:
 
 def read_from(photo: np.ndarray, look: Look, nets: Mapping[str, "Net"]) -> Look:
     """Those parts of the photo's look that the true one has, in its zone."""
-    from makeup_video.training.reference.reading import estimate_look
+    from makeup_video.training.reference.read_look import estimate_look
     from makeup_video.training.reference.triplets import worn as regions_of
 
     chosen = {region: nets[region] for region in regions_of(look)}
@@ -131,7 +124,7 @@ def save_test_people(
 ) -> None:
     """The same grid of test people, with the moved mean colour: to look at only."""
     from makeup_video.training.reference.baselines import transfer_mean_colour
-    from makeup_video.training.reference.render import to_rgb8
+    from makeup_video.training.reference.rendered_crops import to_rgb8
     from makeup_video.training.reference.triplets import weight_of
 
     what, size_wh = _WHAT[region], _CELL_WH[region]

@@ -1,5 +1,5 @@
 /* Lips and lids of a face as surfaces, from its points, its lip mask and the frame around them.
- * Host side: surface.py. Numpy twins: pipeline/lips.py, eyes.py and shading.py, which say what each step is for.
+ * Host side: surface.py. Numpy twins: pipeline/render/regions/lips.py, eyes.py and shading.py, which say what each step is for.
  *
  * One work-group makes a region (the lips and both lids), step by step; a work-item makes eight pixels at once, which
  * PoCL would not find out by itself where neighbours are read.

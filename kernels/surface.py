@@ -1,4 +1,4 @@
-"""Host side of surface.cl. Its numpy twins are in pipeline/lips.py, eyes.py and shading.py."""
+"""Host side of surface.cl. Its numpy twins are in pipeline/render/regions/lips.py, eyes.py and shading.py."""
 
 import math
 import struct

@@ -27,6 +27,7 @@ from makeup_video.pipeline.errors import (
     MakeupVideoError,
     OutputError,
     PhotoError,
+    SeveralFacesError,
     StoppedError,
     StrictError,
     TooLittleMemoryError,
@@ -54,6 +55,7 @@ __all__ = [
     "PhotoError",
     "Report",
     "Settings",
+    "SeveralFacesError",
     "StoppedError",
     "StrictError",
     "TooLittleMemoryError",
@@ -69,40 +71,45 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
-    from makeup_video.pipeline.faces import FindFaces, find_faces, lip_mask
-    from makeup_video.pipeline.finishes import FINISHES, product
-    from makeup_video.pipeline.frame import ColourTags, Frame
-    from makeup_video.pipeline.inspect import inspect_video
-    from makeup_video.pipeline.look import GraphicsParams, Look
-    from makeup_video.pipeline.paint import apply_look
-    from makeup_video.pipeline.process import Settings, process_video
-    from makeup_video.pipeline.reference import estimate_look, look_from_photo
-    from makeup_video.pipeline.report import Report
+    from makeup_video.pipeline.faces.face import Face, FrameFaces, LipPatch
+    from makeup_video.pipeline.faces.find import find_faces
+    from makeup_video.pipeline.faces.lip_mask import lip_mask
+    from makeup_video.pipeline.faces.tracker import FindFaces
+    from makeup_video.pipeline.frames.colour_tags import ColourTags
+    from makeup_video.pipeline.frames.frame import Frame
+    from makeup_video.pipeline.look.finishes import FINISHES, product
+    from makeup_video.pipeline.look.look import Look
+    from makeup_video.pipeline.look.params import GraphicsParams
+    from makeup_video.pipeline.offline.inspect_faces import inspect_video
+    from makeup_video.pipeline.offline.process import process_video
+    from makeup_video.pipeline.offline.report import Report
+    from makeup_video.pipeline.offline.settings import Settings
+    from makeup_video.pipeline.reference.estimate import estimate_look, look_from_photo
+    from makeup_video.pipeline.render.apply_look import apply_look
 
 # FFmpeg, ONNX Runtime, OpenCV and OpenCL are slow to import: only those who need them wait.
 _LATER = {
-    "Face": "face",
-    "FrameFaces": "face",
-    "LipPatch": "face",
-    "FINISHES": "finishes",
-    "product": "finishes",
-    "ColourTags": "frame",
-    "Frame": "frame",
-    "GraphicsParams": "look",
-    "Look": "look",
-    "Settings": "process",
-    "process_video": "process",
-    "Report": "report",
+    "Face": "faces.face",
+    "FrameFaces": "faces.face",
+    "LipPatch": "faces.face",
+    "ColourTags": "frames.colour_tags",
+    "Frame": "frames.frame",
+    "FINISHES": "look.finishes",
+    "product": "look.finishes",
+    "Look": "look.look",
+    "GraphicsParams": "look.params",
+    "process_video": "offline.process",
+    "Report": "offline.report",
+    "Settings": "offline.settings",
 }
 _LATER_WITH_NETS = {
-    "FindFaces": "faces",
-    "find_faces": "faces",
-    "lip_mask": "faces",
-    "inspect_video": "inspect",
-    "apply_look": "paint",
-    "estimate_look": "reference",
-    "look_from_photo": "reference",
+    "FindFaces": "faces.tracker",
+    "find_faces": "faces.find",
+    "lip_mask": "faces.lip_mask",
+    "inspect_video": "offline.inspect_faces",
+    "apply_look": "render.apply_look",
+    "estimate_look": "reference.estimate",
+    "look_from_photo": "reference.estimate",
 }
 
 
@@ -110,7 +117,7 @@ def __getattr__(name: str) -> Any:
     module = {**_LATER, **_LATER_WITH_NETS}.get(name)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from makeup_video.pipeline.memory import FIND_FACES, LOAD, check_memory
+    from makeup_video.pipeline.engine.machine import FIND_FACES, LOAD, check_memory
 
     # with less, their libraries end the process while they are loaded, and say nothing
     check_memory(FIND_FACES if name in _LATER_WITH_NETS else LOAD)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import av
 import pytest
-from makeup_video.cli.measure_renderer import full_look
-from makeup_video.cli.measure_work import measure_work
-from makeup_video.pipeline.composite import Composite
+from makeup_video.benchmark.renderer import full_look
+from makeup_video.pipeline.render.composite import Composite
 from people import film
+from work import measure_work
 
-SAMPLE = Path(__file__).parents[2] / "samples" / "in.mp4"
+SAMPLE = Path(__file__).parents[1] / "samples" / "in.mp4"
 FRAMES = 40  # for one face, of which a few begin the film
 LIMITS = {
     "frames_converted": 0,  # no frame ever becomes RGB

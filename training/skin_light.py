@@ -1,6 +1,6 @@
-"""What skin looks like in white light: the two constants of pipeline/light_reading.py.
+"""What skin looks like in white light: the two constants of pipeline/render/skin_light.py.
 
-    python -m makeup_video.training.light shades.csv --faces portraits
+    python -m makeup_video.training.skin_light shades.csv --faces portraits
 
 shades.csv: foundation shades with a column `hex`, sRGB: how skin varies. portraits: a folder of
 pictures of people of every skin tone in soft, white light, and labels.npz with their names and
@@ -18,8 +18,9 @@ import cv2
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.light_reading import skin_of
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.render.skin_light import skin_of
 
 LIGHTNESSES = 30, 85  # CIE L*; beyond, shades are swatches of no skin
 BINS = 11

@@ -12,12 +12,12 @@ from makeup_video.pipeline.errors import (
     MakeupVideoError,
     UsageError,
 )
-from makeup_video.pipeline.finishes import look_in_words
-from makeup_video.pipeline.look import Look
-from makeup_video.web.guard import Guard
+from makeup_video.pipeline.look.finishes import look_in_words
+from makeup_video.pipeline.look.look import Look
 from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.rooms import Rooms
-from makeup_video.web.show import PhotoLook
+from makeup_video.web.same_origin import Guard
+from makeup_video.web.session import PhotoLook
 from makeup_video.web.upload import Uploads, file_name, read_body
 from makeup_video.web.viewers import Room, Viewer
 from makeup_video.web.worker import Worker

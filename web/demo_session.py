@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError
-from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.look.look import Look
 from makeup_video.web.portrait import Portrait
 from makeup_video.web.read_apart import read_apart
 from makeup_video.web.read_look import read_look
-from makeup_video.web.show import PhotoLook, Push, Session, ShownPicture
+from makeup_video.web.session import PhotoLook, Push, Session, ShownPicture
 from makeup_video.web.worker import Worker
 
 MOST_SESSIONS = 16

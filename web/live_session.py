@@ -5,17 +5,14 @@ from dataclasses import asdict
 from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
-from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.colour import coding_of
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.frames.transform import upright_rgb
+from makeup_video.pipeline.look.look import Look
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.read_look import read_look
-from makeup_video.web.show import PhotoLook, Push, Session
+from makeup_video.web.session import PhotoLook, Push, Session
 
 NAME = "live"
-_SMPTE_170M = 6  # the same numbers as BT.601's, and FFmpeg's converter knows one of the two
 
 
 class Figures(Protocol):
@@ -25,7 +22,7 @@ class Figures(Protocol):
 
 
 class Run(Protocol):
-    """What is asked of a live run (`pipeline/live.py`); all of it from other threads than its own."""
+    """What is asked of a live run (`pipeline/live/run.py`); all of it from other threads than its own."""
 
     compare: bool  # keep the planes as they came from the camera
 
@@ -67,7 +64,7 @@ class LiveSession:
 
     def whole_picture(self) -> np.ndarray | None:
         newest = self._sink.newest
-        return None if newest is None else _upright(newest.frame)
+        return None if newest is None else upright_rgb(newest.frame)
 
 
 class LiveShow:
@@ -87,14 +84,3 @@ class LiveShow:
 
     def find(self, name: str) -> LiveSession | None:
         return self._session
-
-
-def _upright(frame: Frame) -> np.ndarray:
-    """(H, W, 3) uint8 RGB, of the very codes that were painted: HDR stays as it is coded."""
-    coding = coding_of(frame)
-    picture = frame.picture.reformat(
-        format="rgb24",
-        src_colorspace=Colorspace.ITU601 if coding.matrix == _SMPTE_170M else coding.matrix,
-        src_color_range=ColorRange.JPEG if coding.full_range else ColorRange.MPEG,
-    )
-    return np.ascontiguousarray(np.rot90(picture.to_ndarray(), frame.rotation_degrees // 90))

@@ -18,14 +18,14 @@ server -> page
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from makeup_video.pipeline.errors import LookError, UsageError
-from makeup_video.pipeline.finishes import FINISHES, look_in_words
-from makeup_video.pipeline.look import ZONES, Look, whole_number
-from makeup_video.web.parameters import parameters
-from makeup_video.web.show import PHOTO_BYTES, PhotoLook, Session
+from makeup_video.pipeline.look.finishes import FINISHES, look_in_words
+from makeup_video.pipeline.look.look import ZONES, Look, whole_number
+from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
 
@@ -141,3 +141,40 @@ def _counted(values: Mapping[str, Any]) -> int | None:
 
 def _is_count(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < _LARGEST
+
+
+_LABELS = {
+    "red": "Red",
+    "green": "Green",
+    "blue": "Blue",
+    "opacity": "Coverage",
+    "gloss": "Gloss",
+    "gloss_roughness": "Softness of shine",
+    "reflection": "Reflection",
+    "edge_softness": "Soft edge",
+    "texture_keep": "Fine lines",
+    "undertone": "Own skin tone",
+    "gloss_detail": "Shine of the skin",
+    "fresnel": "Bright rims",
+    "environment_blur": "Blur of reflection",
+    "shimmer": "Sparkles",
+    "shimmer_size": "Size of sparkles",
+    "shimmer_tint": "Colour of sparkles",
+    "light_adaptation": "Takes on the light",
+}
+_MOST = 4.0  # a slider needs an end where a look has none: lacquer
+
+
+def parameters() -> list[dict[str, Any]]:
+    """All 17, in the order of a look file: name, low, high, step, label, help."""
+    return [
+        {
+            "name": spec.name,
+            "low": spec.metadata["low"],
+            "high": min(spec.metadata["high"], 255 if spec.metadata["high"] == 255 else _MOST),
+            "step": 1 if spec.metadata["high"] == 255 else 0.01,
+            "label": _LABELS[spec.name],
+            "help": spec.metadata["meaning"],
+        }
+        for spec in fields(GraphicsParams)
+    ]

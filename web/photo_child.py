@@ -10,7 +10,7 @@ import json
 import sys
 
 from makeup_video.pipeline.errors import MakeupVideoError
-from makeup_video.pipeline.photo import read_photo
+from makeup_video.pipeline.images.photo_file import read_photo
 from PIL import AvifImagePlugin, Image
 
 # What cameras call 24 megapixels is up to 24.4 million.

@@ -6,9 +6,9 @@ from functools import cached_property
 import cv2
 import numpy as np
 from makeup_video.pipeline.errors import PhotoError
-from makeup_video.pipeline.face import Face, resized
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.photo import read_photo
+from makeup_video.pipeline.faces.face import Face, resized
+from makeup_video.pipeline.images.photo_file import read_photo
+from makeup_video.pipeline.look.look import Look
 
 WHOLE_PX = 2400  # longer side; each session keeps one of these: 17 MB at most
 SHOWN_PX = 1200  # of the picture on the page

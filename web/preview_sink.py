@@ -4,9 +4,9 @@ from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
-from makeup_video.pipeline.frame import ColourTags
-from makeup_video.pipeline.live_frame import LivePicture
-from makeup_video.web.show import Push, ShownPicture
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.web.session import Push, ShownPicture
 
 _MICRO = Fraction(1, 1_000_000)
 # (planes, chroma, bit_depth, tags) -> a JPEG that a browser shows in right colours

@@ -1,7 +1,7 @@
 """The look in a photo that a page sent; the reasons why there is none are told to a visitor."""
 
 from makeup_video.pipeline.errors import PhotoError, SeveralFacesError
-from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.look.look import Look
 from makeup_video.web.read_apart import read_apart
 
 

@@ -4,7 +4,7 @@ import asyncio
 
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.web.messages import hello
-from makeup_video.web.show import Show
+from makeup_video.web.session import Show
 from makeup_video.web.viewers import Room, Viewer
 
 MOST_VIEWERS = 16

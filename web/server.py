@@ -12,7 +12,7 @@ from makeup_video.pipeline.errors import UsageError
 from makeup_video.web.app import Say, make_app
 from makeup_video.web.connection import Connection, Requests
 from makeup_video.web.rooms import Rooms
-from makeup_video.web.show import Show
+from makeup_video.web.session import Show
 from makeup_video.web.worker import Worker
 
 _MESSAGE_BYTES = 64 * 1024  # a look is 1 kB

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 import numpy as np
-from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.look.look import Look
 
 PHOTO_BYTES = 32_000_000  # the largest phone photos have 20 MB or so
 HEAD = struct.Struct("<QHHII")  # pts_us, rotation_degrees, flags (0), bytes of either JPEG

@@ -4,7 +4,7 @@ import asyncio
 import re
 from urllib.parse import unquote
 
-from makeup_video.web.show import PHOTO_BYTES
+from makeup_video.web.session import PHOTO_BYTES
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 
 from makeup_video.pipeline.errors import LookError, MakeupVideoError
-from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.look.look import Look
 from makeup_video.web.messages import (
     Compare,
     LookWanted,
@@ -22,7 +22,7 @@ from makeup_video.web.messages import (
     look_message,
     read_message,
 )
-from makeup_video.web.show import PhotoLook, Session, ShownPicture
+from makeup_video.web.session import PhotoLook, Session, ShownPicture
 
 # Looks are read at most so often; a page sends one for each refresh of its screen. Of looks that come
 # quicker, only the newest of each page is read and painted, which takes about 0.1 ms.

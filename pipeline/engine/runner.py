@@ -1,17 +1,17 @@
 """The threads of a film: one for the source, some for the stages, one for the sink."""
 
 import itertools
-import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Generator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
-from makeup_video.pipeline.channel import Channel, ChannelClosed
+from makeup_video.pipeline.engine.channel import Channel, ChannelClosed
+from makeup_video.pipeline.engine.machine import cores
+from makeup_video.pipeline.engine.signals import interrupted_later, undisturbed
 from makeup_video.pipeline.errors import StoppedError
 
 
@@ -46,6 +46,35 @@ class StageTimes:
     items: int = 0
     busy_seconds: float = 0.0
     cpu_seconds: float = 0.0
+
+
+_END = object()
+
+
+def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[str, Stage]]]:
+    """The stages in order, cut into as many runs as there are workers, of about the same length."""
+    count = min(workers, len(stages))
+    ends = [len(stages) * number // count for number in range(count + 1)] if count else []
+    return [stages[first:end] for first, end in itertools.pairwise(ends)]
+
+
+class Clock:
+    """Adds the time spent inside `with` to the times of one actor."""
+
+    def __init__(
+        self, times: StageTimes, observe: Callable[[float, float], None] | None = None
+    ) -> None:
+        self.times, self._observe = times, observe
+
+    def __enter__(self) -> None:
+        self._wall, self._cpu = time.perf_counter(), time.thread_time()
+
+    def __exit__(self, *exc: object) -> None:
+        wall, cpu = time.perf_counter() - self._wall, time.thread_time() - self._cpu
+        self.times.busy_seconds += wall
+        self.times.cpu_seconds += cpu
+        if self._observe:
+            self._observe(wall, cpu)
 
 
 class Runner:
@@ -201,77 +230,3 @@ class Runner:
             with clock:
                 sink.finish(stopped)
             self._is_whole = not stopped
-
-
-_END = object()
-
-
-def cores() -> int:
-    """How many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[str, Stage]]]:
-    """The stages in order, cut into as many runs as there are workers, of about the same length."""
-    count = min(workers, len(stages))
-    ends = [len(stages) * number // count for number in range(count + 1)] if count else []
-    return [stages[first:end] for first, end in itertools.pairwise(ends)]
-
-
-def stop_signals() -> list[signal.Signals]:
-    """Those that end a run: Ctrl-C, a supervisor's, a closed terminal's. What is ignored stays so: nohup."""
-    names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
-    there = [signal.Signals[name] for name in names if name in signal.Signals.__members__]
-    return [each for each in there if signal.getsignal(each) is not signal.SIG_IGN]
-
-
-@contextmanager
-def undisturbed() -> Generator[None, None, None]:
-    """A second Ctrl-C does not keep the sink from finishing what the first one ended."""
-    with _stop_signals_go_to(signal.SIG_IGN):
-        yield
-
-
-@contextmanager
-def interrupted_later() -> Generator[None, None, None]:
-    """A Ctrl-C within the block counts when it ends: what must be done as a whole is."""
-    came: list[int] = []
-    with _stop_signals_go_to(lambda *_: came.append(1)):
-        yield
-    if came:
-        raise KeyboardInterrupt
-
-
-@contextmanager
-def _stop_signals_go_to(handler: Any) -> Generator[None, None, None]:
-    """Within the block; only on the main thread, which alone hears them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {name: signal.signal(name, handler) for name in stop_signals()}
-    try:
-        yield
-    finally:
-        for name, was in before.items():
-            signal.signal(name, was)
-
-
-class Clock:
-    """Adds the time spent inside `with` to the times of one actor."""
-
-    def __init__(
-        self, times: StageTimes, observe: Callable[[float, float], None] | None = None
-    ) -> None:
-        self.times, self._observe = times, observe
-
-    def __enter__(self) -> None:
-        self._wall, self._cpu = time.perf_counter(), time.thread_time()
-
-    def __exit__(self, *exc: object) -> None:
-        wall, cpu = time.perf_counter() - self._wall, time.thread_time() - self._cpu
-        self.times.busy_seconds += wall
-        self.times.cpu_seconds += cpu
-        if self._observe:
-            self._observe(wall, cpu)

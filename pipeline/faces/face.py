@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.topology import EYE_CORNERS
+from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
 PATCH_SPAN = 1.15  # width of a lip patch, in IOD
@@ -113,3 +113,14 @@ def iod_px(face: Face) -> float:
     """Between the outer eye corners, 1 at least."""
     outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64).tolist()
     return max(math.dist(outer, other), 1.0)
+
+
+def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
+    """The faces whose numbers are all finite; one NaN would spoil a whole window."""
+    return tuple(face for face in item.faces if _is_finite(face))
+
+
+def _is_finite(face: Face) -> bool:
+    across, down = face.lips.to_px.tolist()
+    plain = face.score, face.mouth_visible, *across, *down
+    return math.isfinite(sum(plain) + float(face.points_px.sum() + face.lips.logits.sum()))

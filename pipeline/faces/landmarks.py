@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from makeup_video.pipeline.crop import Picture, compose
-from makeup_video.pipeline.face import MIN_FACE_PX, POINTS, Face, LipPatch
-from makeup_video.pipeline.face_nets import FaceNets, Mesh, View, lips_to_px
-from makeup_video.pipeline.motion import Motion, Still
-from makeup_video.pipeline.similarity import STAY, Similarity, distance, iod_of, middle_of
+from makeup_video.pipeline.faces.face import MIN_FACE_PX, POINTS, Face, LipPatch
+from makeup_video.pipeline.faces.nets import FaceNets, Mesh, View, lips_to_px
+from makeup_video.pipeline.faces.optical_flow import Motion, Still
+from makeup_video.pipeline.faces.similarity import STAY, Similarity, distance, iod_of, middle_of
+from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.frames.views import Picture
 
 DETECTOR_THRESHOLD = 0.35
 MAX_GUESSES = 64

@@ -8,15 +8,15 @@ upright face of the same size. docs/models.md tells what each net was taught.
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources.abc import Traversable
 from typing import NamedTuple
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine, Picture
-from makeup_video.pipeline.face import PATCH_SPAN, POINTS, LipPatch
-from makeup_video.pipeline.net import SHIPPED, Net, read_array
-from makeup_video.pipeline.similarity import (
+from makeup_video.pipeline.faces.face import PATCH_SPAN, POINTS, LipPatch
+from makeup_video.pipeline.faces.net import SHIPPED, Net, read_array
+from makeup_video.pipeline.faces.similarity import (
     BELOW_EYES,
     Similarity,
     distance,
@@ -24,7 +24,9 @@ from makeup_video.pipeline.similarity import (
     iod_of,
     middle_of,
 )
-from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
+from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS
+from makeup_video.pipeline.frames.sampling import Affine
+from makeup_video.pipeline.frames.views import Picture
 
 _RIMS = slice(16, 48)  # of EYE: two rings around the lids
 _LEAST_SHARE = 0.2  # of a new reading of what is not painted
@@ -280,3 +282,9 @@ def _told_around(cells: np.ndarray, row: int, column: int) -> np.ndarray:
     sure = 1 / (1 + np.exp(-cells[0, rows, columns]))
     mean: np.ndarray = (told * sure).sum((1, 2)) / sure.sum()
     return mean
+
+
+@cache
+def load_nets() -> FaceNets:
+    """The nets of this process, loaded at first use. Raises InstallError."""
+    return FaceNets()

@@ -8,15 +8,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import (
-    Affine,
-    FramePicture,
-    compose,
-    eight_bits,
-    pixel_places,
-    sample,
-)
-from makeup_video.pipeline.similarity import Similarity, middle_of
+from makeup_video.pipeline.faces.similarity import Similarity, middle_of
+from makeup_video.pipeline.frames.sampling import Affine, compose, eight_bits, pixel_places, sample
+from makeup_video.pipeline.frames.views import FramePicture
 
 _SIDE = 80  # px of the crop; with 64 blinks are followed worse, with 128 nothing is
 _SPAN = 1.6  # IOD: lips, eyes and all that is painted

@@ -1,24 +1,17 @@
-"""Frame -> FrameFaces: finds faces and follows them; and the same for one picture.
-
-A face is followed from where it was: the mesh net's crop lies where the last frame's points were.
-The detector looks at the whole picture only when nothing is followed, when a face was lost, after
-a cut, and now and then for new faces: by the seconds of the film, not by frames.
-"""
+"""Frame -> FrameFaces: finds faces and follows them from frame to frame."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache
 
-import cv2
-import numpy as np
-from makeup_video.pipeline.crop import FramePicture, Picture, RgbPicture, check_rgb8
-from makeup_video.pipeline.cut import CutDetector
-from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.face_nets import FaceNets
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.motion import MeasureMotion
-from makeup_video.pipeline.sighting import (
+from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.find import (
+    DETECTOR_SIDES_PX,
+    MAX_FACES,
+    TILTS_DEGREES,
+    largest_first,
+)
+from makeup_video.pipeline.faces.landmarks import (
     Sighting,
     carry,
     detect,
@@ -29,14 +22,15 @@ from makeup_video.pipeline.sighting import (
     sight_again,
     to_face,
 )
-from makeup_video.pipeline.similarity import Similarity, distance, iod_of, middle_of
+from makeup_video.pipeline.faces.nets import FaceNets, load_nets
+from makeup_video.pipeline.faces.optical_flow import MeasureMotion
+from makeup_video.pipeline.faces.similarity import Similarity, distance, iod_of, middle_of
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.scene_cut import CutDetector
+from makeup_video.pipeline.frames.views import FramePicture, Picture
 
-# For most faces, for crowds, and for one that fills the frame.
-DETECTOR_SIDES_PX = (256, 512, 128)
 BESIDE_SIDES_PX = (320,)  # for others beside a face that is followed: smaller ones than that
-TILTS_DEGREES = (-40, 40)  # the picture is turned by so much when no face was found
 STILL_WIDE_ENOUGH = 0.85  # of the least width: a followed face may be a little narrower
-MAX_FACES = 32  # bounds the time of a frame
 LOOK_SECONDS = 0.24  # between two looks for new faces
 SEARCH_SECONDS = 0.08  # the same while there is none at all, or one was lost a moment ago
 # The same two on a machine that is too slow: see FindFaces.level.
@@ -45,8 +39,6 @@ SLOW_LOOK_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
 REMEMBER_SECONDS = 2.0
 SETTLED_SECONDS = 0.5
 RETURN_REACH = 1.5  # IOD
-_ALIKE = 0.97  # of the width of the largest
-_INVISIBLE = 1 / 512  # half a code value of 8 bits
 
 
 @dataclass(slots=True)
@@ -130,7 +122,7 @@ class FindFaces:
                 self._look(picture, seconds, (side_px,), tilt_degrees)
         self._tracks = [t for t in self._tracks if t.is_followed or _is_fresh(t, seconds)]
         faces = [to_face(t.sighting, picture, t.track_id) for t in self._tracks if t.is_followed]
-        found = FrameFaces(frame, _largest_first(faces), cut)
+        found = FrameFaces(frame, largest_first(faces), cut)
         self.frames_with_face += bool(found.faces)
         return found
 
@@ -222,100 +214,6 @@ class FindFaces:
         else:
             self._tracks.append(_Track(self._next_id, found, seconds))
             self._next_id += 1
-
-
-def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
-    """The faces of an upright picture, largest first, those about as large from left to right; none
-    is ordinary.
-
-    rgb8: (H, W, 3) uint8, encoded R'G'B', any size. Faces less than 40 px wide are left out, and
-    so are those beyond the 32 surest. Raises ValueError for another shape or dtype.
-    """
-    return find_in(RgbPicture(rgb8), load_nets())[0]
-
-
-def find_faces_in_frame(frame: Frame, pixel_aspect: Fraction | float = 1) -> tuple[FrameFaces, int]:
-    """The same for a frame that stands alone, a picture; and how many faces were too small."""
-    faces, tiny_faces = find_in(FramePicture(frame, pixel_aspect), load_nets())
-    return FrameFaces(frame, faces), tiny_faces
-
-
-def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
-    """The same for any picture and with any nets."""
-    found: list[Sighting] = []
-    tiny: list[Sighting] = []
-    for tilt_degrees in (0, *TILTS_DEGREES):
-        for guess in detect(nets, picture, DETECTOR_SIDES_PX, tilt_degrees):
-            if len(found) >= MAX_FACES:
-                break
-            if any(is_same(guess, other.frame) for other in (*found, *tiny)):
-                continue
-            one = sight(nets, picture, guess, carefully=True)
-            if one and not any(is_same(one.frame, other.frame) for other in (*found, *tiny)):
-                (tiny if is_tiny(one.frame) else found).append(one)
-        if found or tiny:
-            break
-    faces = _in_order([to_face(one, picture, 0) for one in found])
-    # numbered by size: the same numbers however sure the nets are, and wherever it is stored
-    return tuple(replace(face, track_id=at) for at, face in enumerate(faces)), len(tiny)
-
-
-def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
-    """Weight of lipstick at every pixel: 1 on the lips, 0 beyond the feather.
-
-    rgb8 is (H, W, 3) uint8, encoded: the picture that `face` was found in. Returns (H, W) float32
-    in [0, 1]. The mouth opening is 0, so teeth keep their colour; so is a hand in front of the
-    lips. All zeros when the mouth is hidden (`mouth_visible`), and when the lips lie outside the
-    picture. Raises ValueError for another shape.
-    """
-    check_rgb8(rgb8)
-    size = np.array(rgb8.shape[1::-1])
-    mask = np.zeros(rgb8.shape[:2], np.float32)
-    h, w = face.lips.logits.shape
-    corners = face.lips.to_px @ np.array([[0, w, 0, w], [0, 0, h, h], [1, 1, 1, 1]])
-    x0, y0 = np.clip(np.floor(corners.min(1)) - 2, 0, size).astype(int)
-    x1, y1 = np.clip(np.ceil(corners.max(1)) + 2, 0, size).astype(int)
-    if x1 > x0 and y1 > y0:
-        mask[y0:y1, x0:x1] = lip_mask_window(face, (x0, y0), (int(x1 - x0), int(y1 - y0)))
-    return mask
-
-
-def lip_mask_window(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> np.ndarray:
-    """The same in a window of the picture that begins at origin_xy: (H, W) float32 in [0, 1]."""
-    to_window = face.lips.to_px.copy()
-    to_window[:, 2] -= origin_xy
-    # logits are spread rather than weights: where they cross zero is the border at any scale
-    logits = cv2.warpAffine(
-        face.lips.logits, to_window, size_wh, flags=cv2.INTER_CUBIC,
-        borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
-    )  # fmt: skip
-    weight: np.ndarray = 1 / (1 + np.exp(-logits.clip(-30, 30)))
-    weight *= face.mouth_weight
-    weight[weight < _INVISIBLE] = 0
-    return weight.astype(np.float32, copy=False)
-
-
-@cache
-def load_nets() -> FaceNets:
-    """The nets of this process, loaded at first use. Raises InstallError."""
-    return FaceNets()
-
-
-def _largest_first(faces: list[Face]) -> tuple[Face, ...]:
-    if len(faces) > 1:
-        faces = sorted(faces, key=lambda face: -face.area_px2)
-    return tuple(faces)
-
-
-def _in_order(faces: list[Face]) -> tuple[Face, ...]:
-    """Largest first. Of faces about as large as each other, which one measures larger changes with a
-    picture's least detail: those go from left to right, and from top to bottom."""
-    rest, ordered = _largest_first(faces), []
-    while rest:
-        alike = [face for face in rest if face.area_px2 > _ALIKE**2 * rest[0].area_px2]
-        ordered += sorted(alike, key=lambda face: float(face.points_px[:, :2].mean(0) @ (3, 1)))
-        rest = rest[len(alike) :]
-    return tuple(ordered)
 
 
 def _is_fresh(track: _Track, seconds: float) -> bool:

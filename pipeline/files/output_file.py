@@ -8,7 +8,7 @@ from pathlib import Path
 
 import av
 from makeup_video.pipeline.errors import OutputError, UsageError
-from makeup_video.pipeline.part_file import PartFile, check_part
+from makeup_video.pipeline.files.part_file import PartFile, check_part
 
 _DISK_ADVICE = {
     errno.ENOSPC: "free some space, or choose another disk",

@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 
 from makeup_video.pipeline.errors import OutputError, UsageError
-from makeup_video.pipeline.rename import rename_new
+from makeup_video.pipeline.files.rename import rename_new
 
 _NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0)
 _NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW | getattr(os, "O_BINARY", 0)

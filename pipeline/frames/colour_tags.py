@@ -3,17 +3,58 @@
 The maths is in kernels/colour.py, beside its OpenCL twin: kernels may not import from here.
 """
 
+from dataclasses import dataclass
+
+import av
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, PRIMARIES, SRGB, Coding
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.frame import ColourTags, Frame
 
 _SAME = {10: 9}  # BT.2020 constant luminance -> BT.2020: no encoder we know of writes it
 _FULL = 2
+_UNSPECIFIED = 2  # of matrix, transfer and primaries
+HDR_TRANSFERS = (16, 18)  # PQ (SMPTE ST 2084) and HLG (ARIB STD-B67), as H.273 numbers them
 
 
-def coding_of(frame: Frame) -> Coding:
-    """The coding of a frame's codes. Raises UsageError as `resolve` does."""
-    return resolve(frame.tags, frame.width_px, frame.height_px, frame.bit_depth)
+@dataclass(frozen=True, slots=True)
+class ColourTags:
+    """How the numbers of a frame mean colour: code points of ITU-T H.273, as FFmpeg has them.
+
+    matrix: 1 BT.709, 5 and 6 BT.601, 9 BT.2020, 2 unspecified.
+    range: 1 limited ("MPEG", 16..235), 2 full ("JPEG", 0..255), 0 unspecified.
+    transfer: 1 BT.709, 13 sRGB (IEC 61966-2-1), 16 PQ, 18 HLG, 2 unspecified.
+    primaries: 1 BT.709, 9 BT.2020, 12 Display P3, 2 unspecified.
+    """
+
+    matrix: int = 2
+    range: int = 0
+    transfer: int = 2
+    primaries: int = 2
+
+    @classmethod
+    def of(cls, picture: av.VideoFrame) -> "ColourTags":
+        """Of a picture, or of a codec context, which has fields of the same names."""
+        return cls(
+            int(picture.colorspace),
+            int(picture.color_range),
+            int(picture.color_trc),
+            int(picture.color_primaries),
+        )
+
+    def complete(self, picture: av.VideoFrame) -> None:
+        """Give a picture those of these tags that it does not have itself."""
+        if picture.colorspace == _UNSPECIFIED:
+            picture.colorspace = self.matrix
+        if picture.color_range == 0:
+            picture.color_range = self.range
+        if picture.color_trc == _UNSPECIFIED:
+            picture.color_trc = self.transfer
+        if picture.color_primaries == _UNSPECIFIED:
+            picture.color_primaries = self.primaries
+
+    @property
+    def is_hdr(self) -> bool:
+        """True for the transfer functions PQ and HLG."""
+        return self.transfer in HDR_TRANSFERS
 
 
 def resolve(tags: ColourTags, width_px: int, height_px: int, bit_depth: int) -> Coding:

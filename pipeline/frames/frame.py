@@ -8,52 +8,10 @@ from typing import NamedTuple
 
 import av
 import numpy as np
+from makeup_video.kernels.colour import Coding
+from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
 
 _HIGH_BITS = re.compile("p[024]1")  # p010le, p210le, p416le ...
-_UNSPECIFIED = 2  # of matrix, transfer and primaries
-HDR_TRANSFERS = (16, 18)  # PQ (SMPTE ST 2084) and HLG (ARIB STD-B67), as H.273 numbers them
-
-
-@dataclass(frozen=True, slots=True)
-class ColourTags:
-    """How the numbers of a frame mean colour: code points of ITU-T H.273, as FFmpeg has them.
-
-    matrix: 1 BT.709, 5 and 6 BT.601, 9 BT.2020, 2 unspecified.
-    range: 1 limited ("MPEG", 16..235), 2 full ("JPEG", 0..255), 0 unspecified.
-    transfer: 1 BT.709, 13 sRGB (IEC 61966-2-1), 16 PQ, 18 HLG, 2 unspecified.
-    primaries: 1 BT.709, 9 BT.2020, 12 Display P3, 2 unspecified.
-    """
-
-    matrix: int = 2
-    range: int = 0
-    transfer: int = 2
-    primaries: int = 2
-
-    @classmethod
-    def of(cls, picture: av.VideoFrame) -> "ColourTags":
-        """Of a picture, or of a codec context, which has fields of the same names."""
-        return cls(
-            int(picture.colorspace),
-            int(picture.color_range),
-            int(picture.color_trc),
-            int(picture.color_primaries),
-        )
-
-    def complete(self, picture: av.VideoFrame) -> None:
-        """Give a picture those of these tags that it does not have itself."""
-        if picture.colorspace == _UNSPECIFIED:
-            picture.colorspace = self.matrix
-        if picture.color_range == 0:
-            picture.color_range = self.range
-        if picture.color_trc == _UNSPECIFIED:
-            picture.color_trc = self.transfer
-        if picture.color_primaries == _UNSPECIFIED:
-            picture.color_primaries = self.primaries
-
-    @property
-    def is_hdr(self) -> bool:
-        """True for the transfer functions PQ and HLG."""
-        return self.transfer in HDR_TRANSFERS
 
 
 class _Layout(NamedTuple):
@@ -128,7 +86,7 @@ class Frame:
     def planes(self) -> tuple[np.ndarray, ...]:
         """Read-only views, luma first: (H, W) uint8 or uint16; NV12's chroma is (H/2, W/2, 2)."""
         if self._planes is None:
-            self._planes = _views(self.picture, self.bit_depth)
+            self._planes = plane_views(self.picture, self.bit_depth)
             for plane in self._planes:
                 plane.flags.writeable = False
         return self._planes
@@ -141,7 +99,7 @@ class Frame:
         """
         self.picture.make_writable()
         self._planes = None
-        return _views(self.picture, self.bit_depth)
+        return plane_views(self.picture, self.bit_depth)
 
     def __repr__(self) -> str:
         return (
@@ -150,7 +108,12 @@ class Frame:
         )
 
 
-def _views(picture: av.VideoFrame, bit_depth: int) -> tuple[np.ndarray, ...]:
+def coding_of(frame: Frame) -> Coding:
+    """The coding of a frame's codes. Raises UsageError as `resolve` does."""
+    return resolve(frame.tags, frame.width_px, frame.height_px, frame.bit_depth)
+
+
+def plane_views(picture: av.VideoFrame, bit_depth: int) -> tuple[np.ndarray, ...]:
     dtype = np.dtype(np.uint8 if bit_depth <= 8 else np.uint16)
     interleaved = picture.format.name in ("nv12", "nv16")
     views = []

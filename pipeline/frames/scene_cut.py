@@ -4,7 +4,7 @@ import math
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import halved
+from makeup_video.pipeline.frames.sampling import halved
 
 _GRID_WH = (32, 18)
 # So many samples of each cell are averaged at least, so that grain does not look like another scene:

@@ -12,10 +12,9 @@ import cv2
 import numpy as np
 import simplejpeg
 from makeup_video.kernels.colour import SRGB, Coding, matrices
-from makeup_video.pipeline.colour import resolve
-from makeup_video.pipeline.crop import halved
-from makeup_video.pipeline.frame import ColourTags
-from makeup_video.pipeline.preview_hdr import standard
+from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
+from makeup_video.pipeline.frames.sampling import halved
+from makeup_video.pipeline.images.hdr_preview import standard
 
 QUALITY = 85
 # Longer sides are halved: nobody's page is wider, and 2160p costs three times as much whole.

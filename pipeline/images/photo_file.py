@@ -15,8 +15,8 @@ from typing import IO, Any
 
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
-from makeup_video.pipeline.ordinary import open_ordinary
-from makeup_video.pipeline.picture_size import MOST_PX
+from makeup_video.pipeline.files.ordinary import open_ordinary
+from makeup_video.pipeline.images.picture_size import MOST_PX
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
@@ -129,7 +129,7 @@ def _opened(photo: str | os.PathLike[str] | bytes, name: str) -> _Photo:
         if not photo:
             raise InputError(f"{name} is empty (0 bytes): give a photo file")
         return _Photo(io.BytesIO(photo), name)
-    from makeup_video.pipeline.source import local_file  # brings FFmpeg along
+    from makeup_video.pipeline.media.input_file import local_file
 
     path = local_file(photo, "photo")
     try:
@@ -257,7 +257,7 @@ def _unknown(file: _Photo) -> str:
 def _is_video(file: _Photo, head: bytes) -> bool:
     if file.path is None:
         return head[4:8] == b"ftyp" or head[8:] == b"AVI " or head.startswith(_MOVING)
-    from makeup_video.pipeline.source import open_video
+    from makeup_video.pipeline.media.input_file import open_video
 
     try:
         open_video(file.path).close()

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Protocol
 
 import numpy as np
-from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.frames.frame import Frame
 
 # A live frame's pts is when it arrived, in these ticks of time.monotonic(): how late a picture is can be told
 # anywhere, and a recording's times are those of the wall clock.

@@ -10,18 +10,18 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from makeup_video.pipeline.budget import Budget
-from makeup_video.pipeline.composite import Composite
+from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.errors import MakeupVideoError
-from makeup_video.pipeline.face_run import one_opencv_thread
-from makeup_video.pipeline.faces import FindFaces
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.live_frame import LivePicture, LiveSink, LiveSource
-from makeup_video.pipeline.live_runner import LiveRunner
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.smooth import SmoothLive
-from makeup_video.pipeline.warm_up import warm_up
+from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.frame_budget import Budget
+from makeup_video.pipeline.live.interfaces import LivePicture, LiveSink, LiveSource
+from makeup_video.pipeline.live.runner import LiveRunner
+from makeup_video.pipeline.live.warm_up import warm_up
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
 _FIGURES_SECONDS = 2.0  # what the figures look back on
 _REPEAT_SECONDS = 60.0  # before the same line is said again

@@ -9,11 +9,11 @@ from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
 
-from makeup_video.pipeline.channel import ChannelClosed, NewestChannel
+from makeup_video.pipeline.engine.channel import ChannelClosed, NewestChannel
+from makeup_video.pipeline.engine.signals import interrupted_later, undisturbed
 from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.live_frame import LivePicture, LiveSink, LiveSource
-from makeup_video.pipeline.runner import interrupted_later, undisturbed
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.interfaces import LivePicture, LiveSink, LiveSource
 
 # A stream whose other end is gone must not keep us; a recording is whole long before.
 _FINISH_SECONDS = 10.0

@@ -7,16 +7,19 @@ compiled before, and 45, 20, 8, 10 and 10 ms where it had.
 from fractions import Fraction
 
 import av
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.crop import FramePicture
-from makeup_video.pipeline.face import FrameFaces
-from makeup_video.pipeline.faces import BESIDE_SIDES_PX, DETECTOR_SIDES_PX, load_nets
-from makeup_video.pipeline.finishes import product
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.sighting import Sighting, detect, to_face
-from makeup_video.pipeline.similarity import Similarity
+from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.find import DETECTOR_SIDES_PX
+from makeup_video.pipeline.faces.landmarks import Sighting, detect, to_face
+from makeup_video.pipeline.faces.nets import load_nets
+from makeup_video.pipeline.faces.similarity import Similarity
+from makeup_video.pipeline.faces.tracker import BESIDE_SIDES_PX
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.views import FramePicture
+from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
 
 _SIZE_WH = 640, 360
 _IOD_PX = 80.0

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from makeup_video.pipeline.choose import rgb_of_hex
-from makeup_video.pipeline.colour_difference import ciede2000, lab_of
 from makeup_video.pipeline.errors import CatalogueError
-from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.ordinary import open_ordinary
+from makeup_video.pipeline.files.ordinary import open_ordinary
+from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.params import rgb_of_hex
 
 COLUMNS = ("brand", "product", "shade", "hex")
 KIND_COLUMNS = ("category", "product_type", "type")  # what shops call it; each may be left out

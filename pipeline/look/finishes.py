@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.look import GraphicsParams, Look
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.params import GraphicsParams
 
 REGIONS = ("lips", "eyes")
 

@@ -1,13 +1,13 @@
 """Puts a look together from what a user chose: a look file, a colour, a finish, parts, dials."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from makeup_video.pipeline.errors import LookError, UsageError
-from makeup_video.pipeline.finishes import FINISHES, REGIONS, product
-from makeup_video.pipeline.look import GraphicsParams, Look
+from makeup_video.pipeline.look.finishes import FINISHES, REGIONS, product
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.params import GraphicsParams, rgb_of_hex
 
 DEFAULT_FINISH = "satin"
 _NOTHING = (
@@ -79,17 +79,6 @@ def parse_color(text: str) -> tuple[int, int, int]:
             f"--color must be 3 or 6 hex digits such as '#B4002E' (quote the #), got {text!r}"
         )
     return rgb
-
-
-def rgb_of_hex(text: str) -> tuple[int, int, int] | None:
-    """The same; None when it is no colour."""
-    if not re.fullmatch(r"#?([0-9a-fA-F]{3}|[0-9a-fA-F]{6})", text):
-        return None
-    digits = text.removeprefix("#")
-    if len(digits) == 3:
-        digits = "".join(2 * digit for digit in digits)
-    red, green, blue = bytes.fromhex(digits)
-    return red, green, blue
 
 
 def parse_parts(text: str) -> tuple[str, ...]:

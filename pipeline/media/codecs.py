@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import av
-from av.codec.codec import find_best_pix_fmt_of_list
 from makeup_video.pipeline.errors import UsageError
 
 CONTAINERS = {
@@ -16,6 +15,7 @@ CONTAINERS = {
     ".webm": "webm",
 }
 MATROSKA = ("matroska", "webm")  # one format, two names
+
 # HEVC in mp4 and mov has two names. Apple's players take the one that puts the parameter sets into
 # the header alone; FFmpeg writes the other, "hev1".
 APPLE_HEVC = "hvc1"
@@ -146,28 +146,6 @@ def encoder_options(codec: VideoCodec, crf: int | None, preset: str | None) -> d
         raise UsageError(f"--preset must be {text} for {codec.name}, got {preset!r}")
     default_crf = codec.crf[2] if codec.crf else 0
     return codec.options(default_crf if crf is None else crf, preset or codec.preset)
-
-
-def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> str:
-    """The layout that the codec takes and that loses least of the source's.
-
-    depth: bits a sample; None: the codec's usual ones. Raises UsageError for a depth that it lacks.
-    """
-    wanted = depth or codec.depth
-    fitting = [name for name in codec.pix_fmts if wanted in (None, bits_of(name))]
-    if not fitting:
-        depths = sorted({bits_of(name) for name in codec.pix_fmts})
-        raise UsageError(
-            f"--bit-depth must be {' or '.join(map(str, depths))} for {codec.name}, got {depth}"
-        )
-    if source in fitting:
-        return source
-    if source.startswith("gray"):
-        source = source.replace("gray", "yuv420p", 1)  # FFmpeg would choose full-range 4:4:4
-    has_alpha = any(c.is_alpha for c in av.VideoFormat(source).components)
-    best, _loss = find_best_pix_fmt_of_list(fitting, source, has_alpha)
-    assert best is not None
-    return best.name
 
 
 def bits_of(pix_fmt: str) -> int:

@@ -6,13 +6,14 @@ from fractions import Fraction
 from typing import Any
 
 import av
-from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.errors import DecodeError, StrictError, UsageError
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.length import beyond_end
-from makeup_video.pipeline.mux import Muxer
-from makeup_video.pipeline.source import VideoSource, is_cover, late_tracks, packets_of
-from makeup_video.pipeline.trim import Trim
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.media.duration import beyond_end
+from makeup_video.pipeline.media.input_file import VideoSource, is_cover, late_tracks, packets_of
+from makeup_video.pipeline.media.mux import Muxer
+from makeup_video.pipeline.media.pixel_format import Door
+from makeup_video.pipeline.media.trim import Trim
 
 _SEEK_BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
 _INTERLEAVE_SECONDS = 10  # no file stores sound further from its pictures than this

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import av
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.source import VideoSource, packets_of
+from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 
 
 def check_start(source: VideoSource, start_seconds: Fraction | None) -> None:

@@ -9,12 +9,12 @@ from typing import Any
 
 import av
 from av.codec.context import Flags
-from makeup_video.pipeline.codecs import MATROSKA, VideoCodec
 from makeup_video.pipeline.errors import EncodeError, UsageError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.hdr import hdr_options, side_data
-from makeup_video.pipeline.mux import Muxer
-from makeup_video.pipeline.source import VideoSource
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.media.codecs import MATROSKA, VideoCodec
+from makeup_video.pipeline.media.hdr import hdr_options, side_data
+from makeup_video.pipeline.media.input_file import VideoSource
+from makeup_video.pipeline.media.mux import Muxer
 
 _STOP_SECONDS = 0.5  # after Ctrl-C, the most that emptying the encoder may take
 _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is shown first

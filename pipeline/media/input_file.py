@@ -12,7 +12,7 @@ from typing import Any
 import av
 from av.stream import Disposition
 from makeup_video.pipeline.errors import DecodeError, InputError
-from makeup_video.pipeline.frame import ColourTags
+from makeup_video.pipeline.frames.colour_tags import ColourTags
 
 # Real containers and bare streams only. A playlist (hls, concat, dash, sdp) would make FFmpeg
 # open other files or addresses that the user never named, which a protocol list alone allows.

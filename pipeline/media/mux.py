@@ -8,18 +8,12 @@ from fractions import Fraction
 from typing import Any, TypeVar
 
 import av
-from makeup_video.pipeline.codecs import MATROSKA
-from makeup_video.pipeline.convert import (
-    AudioConverter,
-    SubtitleConverter,
-    audio_codec_for,
-    subtitle_codec_for,
-)
 from makeup_video.pipeline.errors import OutputError, StrictError
-from makeup_video.pipeline.matroska import set_display_size
-from makeup_video.pipeline.source import VideoSource, is_cover
-from makeup_video.pipeline.target import Target, write_errors
-from makeup_video.pipeline.tracks import (
+from makeup_video.pipeline.files.output_file import Target, write_errors
+from makeup_video.pipeline.media.codecs import MATROSKA
+from makeup_video.pipeline.media.input_file import VideoSource, is_cover
+from makeup_video.pipeline.media.matroska import set_display_size
+from makeup_video.pipeline.media.streams import (
     codec_name,
     copy_stream,
     is_implied,
@@ -29,7 +23,13 @@ from makeup_video.pipeline.tracks import (
     shown_wh,
     tags,
 )
-from makeup_video.pipeline.written import SentTrack, missing_from, sent_track
+from makeup_video.pipeline.media.transcode import (
+    AudioConverter,
+    SubtitleConverter,
+    audio_codec_for,
+    subtitle_codec_for,
+)
+from makeup_video.pipeline.media.verify import SentTrack, missing_from, sent_track
 
 Convert = Callable[[Any], list[Any]]
 T = TypeVar("T")

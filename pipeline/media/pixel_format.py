@@ -5,13 +5,38 @@ from typing import TYPE_CHECKING
 
 import av
 import numpy as np
+from av.codec.codec import find_best_pix_fmt_of_list
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.codecs import VideoCodec, bits_of, pick_pix_fmt
-from makeup_video.pipeline.errors import DecodeError
-from makeup_video.pipeline.frame import HDR_TRANSFERS, _views
+from makeup_video.pipeline.errors import DecodeError, UsageError
+from makeup_video.pipeline.frames.colour_tags import HDR_TRANSFERS
+from makeup_video.pipeline.frames.frame import plane_views
+from makeup_video.pipeline.media.codecs import VideoCodec, bits_of
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline.sdr import ToSdr
+    from makeup_video.pipeline.media.to_sdr import ToSdr
+
+
+def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> str:
+    """The layout that the codec takes and that loses least of the source's.
+
+    depth: bits a sample; None: the codec's usual ones. Raises UsageError for a depth that it lacks.
+    """
+    wanted = depth or codec.depth
+    fitting = [name for name in codec.pix_fmts if wanted in (None, bits_of(name))]
+    if not fitting:
+        depths = sorted({bits_of(name) for name in codec.pix_fmts})
+        raise UsageError(
+            f"--bit-depth must be {' or '.join(map(str, depths))} for {codec.name}, got {depth}"
+        )
+    if source in fitting:
+        return source
+    if source.startswith("gray"):
+        source = source.replace("gray", "yuv420p", 1)  # FFmpeg would choose full-range 4:4:4
+    has_alpha = any(c.is_alpha for c in av.VideoFormat(source).components)
+    best, _loss = find_best_pix_fmt_of_list(fitting, source, has_alpha)
+    assert best is not None
+    return best.name
+
 
 # Layouts whose 16-bit words have room for more than the bits of a sample.
 _ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
@@ -59,7 +84,7 @@ class Door:
     def _begin(self, picture: av.VideoFrame) -> None:
         self._pix_fmt = pick_pix_fmt(picture.format.name, self.codec, self.depth)
         if self.sdr and picture.color_trc in HDR_TRANSFERS:
-            from makeup_video.pipeline.sdr import ToSdr  # the few who ask for it load filters
+            from makeup_video.pipeline.media.to_sdr import ToSdr
 
             self._to_sdr = ToSdr(picture, self._pix_fmt)
         self._note(picture)
@@ -127,10 +152,10 @@ def _clip_to_depth(picture: av.VideoFrame) -> bool:
     if not _ROOMY.fullmatch(picture.format.name):
         return False
     largest = 2 ** bits_of(picture.format.name) - 1
-    if all(plane.max() <= largest for plane in _views(picture, 16)):
+    if all(plane.max() <= largest for plane in plane_views(picture, 16)):
         return False
     picture.make_writable()  # the decoder may still predict from this memory
-    for plane in _views(picture, 16):
+    for plane in plane_views(picture, 16):
         np.minimum(plane, largest, out=plane)
     return True
 
@@ -167,7 +192,7 @@ def _pad(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:
     # pixel it made is overwritten.
     out = picture.reformat(width=size_wh[0], height=size_wh[1])
     depth = picture.format.components[0].bits
-    for old, new in zip(_views(picture, depth), _views(out, depth), strict=True):
+    for old, new in zip(plane_views(picture, depth), plane_views(out, depth), strict=True):
         rows = np.minimum(np.arange(new.shape[0]), old.shape[0] - 1)
         columns = np.minimum(np.arange(new.shape[1]), old.shape[1] - 1)
         new[:] = old[rows[:, None], columns]

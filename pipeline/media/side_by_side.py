@@ -7,8 +7,8 @@ from typing import Any
 import av
 import numpy as np
 from av.video.reformatter import Interpolation
-from makeup_video.pipeline.frame import Frame, _views
-from makeup_video.pipeline.hdr import side_data
+from makeup_video.pipeline.frames.frame import Frame, plane_views
+from makeup_video.pipeline.media.hdr import side_data
 
 # Counter-clockwise degrees to upright -> (axis along which the halves lie in the stored picture,
 # whether the one that the viewer sees on the left comes first).
@@ -35,7 +35,7 @@ class Compare:
         frame: Frame = item if isinstance(item, Frame) else item.frame
         axis, before_first = _layout(frame)
         both = _room_for_two(frame, axis)
-        halves = [np.array_split(plane, 2, axis) for plane in _views(both, frame.bit_depth)]
+        halves = [np.array_split(plane, 2, axis) for plane in plane_views(both, frame.bit_depth)]
         # copied at once: painting changes this very memory
         _fill([pair[not before_first] for pair in halves], frame)
         painted = self.paint(item)

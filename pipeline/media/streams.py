@@ -5,8 +5,8 @@ from typing import Any
 
 import av
 from av.stream import Discard
-from makeup_video.pipeline.codecs import APPLE_HEVC
-from makeup_video.pipeline.source import VideoSource, is_cover, lacks_format
+from makeup_video.pipeline.media.codecs import APPLE_HEVC
+from makeup_video.pipeline.media.input_file import VideoSource, is_cover, lacks_format
 
 # Facts about the old file, untrue of the new one; muxers write their own.
 OWN_TAGS = {"major_brand", "minor_version", "compatible_brands", "encoder", "duration", "bps"}

@@ -8,8 +8,8 @@ import av
 import numpy as np
 from makeup_video.kernels.colour import PRIMARIES, REFERENCE_WHITE
 from makeup_video.pipeline.errors import OutputError
-from makeup_video.pipeline.hdr import light_levels
-from makeup_video.pipeline.tone_map import peak_of, sdr_table
+from makeup_video.pipeline.media.hdr import light_levels
+from makeup_video.pipeline.media.tone_map import peak_of, sdr_table
 
 # Of the table, each way. At 33 a hundredth of all colours is off by 6 codes of 255, at 65 by 3.
 _SIZE = 65

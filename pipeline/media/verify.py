@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import av
-from makeup_video.pipeline.codecs import MATROSKA
-from makeup_video.pipeline.source import is_cover
+from makeup_video.pipeline.media.codecs import MATROSKA
+from makeup_video.pipeline.media.input_file import is_cover
 
 # Of these the muxers of mp4 and mov put several packets into one sample.
 _REGROUPED = {"eac3", "truehd", "mlp"}

@@ -4,17 +4,16 @@ Points of lips green, of eyes yellow, others white; lips tinted by their mask; n
 mouth score above each face as the viewer sees it, or as near to that as the picture's edge allows.
 """
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.face import POINTS, Face, FrameFaces
-from makeup_video.pipeline.faces import lip_mask_window
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.side_file import SideFile
-from makeup_video.pipeline.topology import EYE, LIPS, RIGHT_EYE
+from makeup_video.pipeline.faces.face import POINTS, Face, FrameFaces
+from makeup_video.pipeline.faces.lip_mask import lip_mask_window
+from makeup_video.pipeline.faces.topology import EYE, LIPS, RIGHT_EYE
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.offline.points_file import PointsFile
 
 # Y', Cb, Cr as 8-bit limited-range codes: only a drawing, right enough in every matrix
 _WHITE, _GREEN, _YELLOW = (235, 128, 128), (150, 44, 21), (210, 16, 146)
@@ -40,34 +39,6 @@ class DrawFaces:
                 _draw_points(planes, item.frame, face, self._colours)
                 _draw_label(planes, item.frame, face)
         return item.frame
-
-
-class PointsFile(SideFile):
-    """{"frames": [{pts, seconds, faces: [...]}, ...]}, written one frame a line as they come."""
-
-    what = "the points file"
-    begins = '{"unit": "px of the stored picture; x, y, z", "frames": [\n'
-    ends = "\n]}\n"
-
-    def write(self, item: FrameFaces) -> None:
-        """Raises OutputError when the file cannot be written."""
-        frame = item.frame
-        line = {
-            "pts": frame.pts,
-            "seconds": frame.seconds,
-            "cut": item.cut,
-            "faces": [_as_json(face) for face in item.faces],
-        }
-        self.append((",\n" if self.is_begun else "") + json.dumps(line))
-
-
-def _as_json(face: Face) -> dict[str, Any]:
-    return {
-        "id": face.track_id,
-        "score": round(face.score, 4),
-        "mouth_visible": round(face.mouth_visible, 4),
-        "points_px": np.round(face.points_px.astype(float), 2).tolist(),
-    }
 
 
 def _codes(frame: Frame, colours: Any) -> np.ndarray:

@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from makeup_video.pipeline.face import MIN_FACE_PX
+from makeup_video.pipeline.faces.face import MIN_FACE_PX
 
 
 @dataclass(slots=True)

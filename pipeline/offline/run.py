@@ -1,138 +1,33 @@
 """Puts the pipeline together for a file: source -> stages -> sink, and the report of it."""
 
 import os
-import re
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from makeup_video.pipeline.codecs import (
-    bits_of,
-    container_of,
-    encoder_options,
-    pick_codec,
-    pick_pix_fmt,
-)
-from makeup_video.pipeline.compare import Compare
-from makeup_video.pipeline.decode import Decoder
-from makeup_video.pipeline.door import Door
-from makeup_video.pipeline.encode import VideoEncoder
+from makeup_video.pipeline.engine.machine import cores, peak_memory_bytes
+from makeup_video.pipeline.engine.runner import Runner, Stage
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.length import check_start
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.memory import COPY_VIDEO, FIND_FACES, check_memory, peak_memory_bytes
-from makeup_video.pipeline.mux import Muxer
-from makeup_video.pipeline.report import Report
-from makeup_video.pipeline.runner import Observe, Runner, Stage, cores
-from makeup_video.pipeline.source import VideoSource, local_file, open_video
-from makeup_video.pipeline.still import is_picture, process_picture
-from makeup_video.pipeline.target import Target
+from makeup_video.pipeline.files.output_file import Target
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.images.picture_file import is_picture
+from makeup_video.pipeline.media.codecs import bits_of, container_of, encoder_options, pick_codec
+from makeup_video.pipeline.media.decode import Decoder
+from makeup_video.pipeline.media.duration import check_start
+from makeup_video.pipeline.media.encode import VideoEncoder
+from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
+from makeup_video.pipeline.media.mux import Muxer
+from makeup_video.pipeline.media.pixel_format import Door, pick_pix_fmt
+from makeup_video.pipeline.media.side_by_side import Compare
+from makeup_video.pipeline.offline.picture import process_picture
+from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.settings import Settings
 
 Progress = Callable[[int, int | None, Fraction], None]
-BIT_DEPTHS = (8, 10, 12)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
-    """How to write the output. None: the default that suits source and container.
-
-    start_seconds, end_seconds: the part to keep, counted from where the file begins.  threads: of decoder
-    and encoder each, 0: what suits the cores there are.  strict: raise rather than drop or convert a track.
-    faces: whom to paint: "all", "largest", or the number of one (as `inspect` shows it).
-    bit_depth: 8, 10 or 12 bits a sample; None: those of the source, but 8 in H.264.
-    sdr: turn HDR into SDR.
-    compare: show before and after beside each other.  device: the OpenCL device that paints, by its
-    number or a part of its name, "" for the processor.  observe: told what each stage took for each item.
-    on_whole: called, by any thread, when the output is whole and about to get its name.
-    """
-
-    codec: str | None = None
-    crf: int | None = None
-    preset: str | None = None
-    start_seconds: Fraction | None = None
-    end_seconds: Fraction | None = None
-    overwrite: bool = False
-    strict: bool = False
-    bit_depth: int | None = None
-    sdr: bool = False
-    threads: int = 0
-    faces: str = "all"
-    compare: bool = False
-    device: str = ""
-    observe: Observe | None = None
-    on_whole: Callable[[], None] | None = None
-
-    def __post_init__(self) -> None:
-        if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
-            raise UsageError(
-                f"--faces must be all, largest, or the number that inspect shows, got {self.faces!r}"
-            )
-        if self.bit_depth not in (None, *BIT_DEPTHS):
-            raise UsageError(
-                f"--bit-depth must be one of {', '.join(map(str, BIT_DEPTHS))}, got {self.bit_depth}"
-            )
-        start, end = self.start_seconds or Fraction(0), self.end_seconds
-        if start < 0 or (end is not None and end <= start):
-            raise UsageError(
-                f"--start must be at least 0 and --end later than it, got {float(start):g} s to "
-                f"{'the end' if end is None else f'{float(end):g} s'}"
-            )
-
-    def of_videos(self) -> list[str]:
-        """The options given that mean nothing to a picture."""
-        plain = Settings()
-        return [flag for flag, name in _OF_VIDEOS if getattr(self, name) != getattr(plain, name)]
-
-
-_OF_VIDEOS = (
-    ("--codec", "codec"),
-    ("--crf", "crf"),
-    ("--preset", "preset"),
-    ("--start", "start_seconds"),
-    ("--end", "end_seconds"),
-    ("--bit-depth", "bit_depth"),
-    ("--sdr", "sdr"),
-    ("threads", "threads"),
-)
-
-
-def process_video(
-    src: str | os.PathLike[str],
-    dst: str | os.PathLike[str],
-    look: Look | None = None,
-    settings: Settings | None = None,
-    on_progress: Progress | None = None,
-) -> Report:
-    """Paint `look` (None: nothing) on every frame of src and write dst. Pictures work too.
-
-    on_progress(frames done, frames expected or None, frames per second of the source) is called a
-    few times a second.  Raises one of `errors`; dst then does not exist, or is what it was.
-    """
-    look, settings = look or Look(), settings or Settings()
-    if look.is_bare:
-        return run_stages(src, dst, _copy, settings, on_progress)
-    check_memory(FIND_FACES)
-    # the face nets and OpenCL take their time to load: only for those who paint
-    from makeup_video.pipeline.face_run import one_opencv_thread
-    from makeup_video.pipeline.paint import PaintRun
-
-    run = PaintRun(look, settings.faces, settings.device)
-    with one_opencv_thread():
-        report = run_stages(src, dst, run, settings, on_progress)
-    run.count(report)
-    return report
-
-
-def _copy(source: VideoSource | None) -> list[tuple[str, Stage]]:
-    """No stage between decoder and encoder."""
-    if source is not None:
-        check_memory(COPY_VIDEO, source.frame_px)
-    return []
 
 
 def run_stages(

@@ -1,34 +1,28 @@
 """The stages of every run that looks for faces, and what such a run counts."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
-import cv2
-from makeup_video.pipeline.face import FrameFaces
-from makeup_video.pipeline.faces import FindFaces, find_faces_in_frame
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.memory import FIND_FACES, SHOW_VIDEO, Need, check_memory
-from makeup_video.pipeline.report import Report
-from makeup_video.pipeline.runner import Stage
-from makeup_video.pipeline.smooth import SmoothAhead
-from makeup_video.pipeline.source import VideoSource
+from makeup_video.pipeline.engine.machine import (
+    FIND_FACES,
+    PAINT_PICTURE,
+    PAINT_VIDEO,
+    SHOW_VIDEO,
+    Need,
+    check_memory,
+)
+from makeup_video.pipeline.engine.runner import Stage
+from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.find import find_faces_in_frame
+from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.media.input_file import VideoSource
+from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 
 Stages = list[tuple[str, Stage]]
-
-
-@contextmanager
-def one_opencv_thread() -> Iterator[None]:
-    """OpenCV works on the thread that calls it, until the block ends.
-
-    Pictures of lips and eyes are too small to share: waking OpenCV's own threads for them costs
-    0.7 ms of CPU time a frame and makes no run shorter.
-    """
-    before = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(before)
 
 
 class FaceRun:
@@ -73,3 +67,48 @@ class _FindOnce:
         item, self.tiny_faces = find_faces_in_frame(frame)
         self.faces, self.frames_with_face = len(item.faces), int(bool(item.faces))
         return item
+
+
+_MOST_NUMBERS = 10
+
+
+class PaintRun(FaceRun):
+    """Finds faces and paints a look on them; `faces` and `device` as in Settings."""
+
+    def __init__(self, look: Look, faces: str = "all", device: str = "") -> None:
+        super().__init__(self._painting, PAINT_VIDEO, PAINT_PICTURE)
+        self._look, self._faces, self._device = look, faces, device
+
+    def _painting(self) -> Stages:
+        self._composite = Composite(self._look, self._device, self._faces)
+        return [("scene", BuildScene(self._device)), ("composite", self._composite)]
+
+    def count(self, report: Report) -> None:
+        super().count(report)
+        report.painted_frames = self._composite.painted_frames
+        if not report.painted_frames and report.frames_with_face:
+            report.why_unpainted = self._why_unpainted(report.turn_first)
+
+    def _why_unpainted(self, turn_first: str) -> str:
+        """Why no face that was found is painted."""
+        composite, whom = self._composite, self._faces
+        if not composite.chosen_frames and whom.isdigit():
+            return f"--faces {whom}, but {_numbered(sorted(composite.numbers))}"
+        hidden = [
+            part
+            for part, params in (("mouth", self._look.lips), ("eyes", self._look.eyes))
+            if params is not None and params.is_worn
+        ]
+        if not hidden:
+            return "the look neither covers, nor shines, nor mirrors"
+        return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
+
+
+def _numbered(numbers: list[int]) -> str:
+    """Which faces there were, at most ten of them by number."""
+    texts = [str(number) for number in numbers]
+    if len(texts) > _MOST_NUMBERS:
+        texts[_MOST_NUMBERS:] = [f"{len(texts) - _MOST_NUMBERS} more"]
+    if len(texts) < 2:
+        return f"the only face seen was {''.join(texts)}" if texts else "no face was seen for long"
+    return f"the faces seen were {', '.join(texts[:-1])} and {texts[-1]}"

@@ -9,14 +9,15 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.crop import sample
-from makeup_video.pipeline.face import Face, FrameFaces, iod_px, moved
-from makeup_video.pipeline.look import ZONES, GraphicsParams, Look
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.scene import SceneLight
-from makeup_video.pipeline.still import merge, to_frame
-from makeup_video.pipeline.topology import LIPS
+from makeup_video.pipeline.faces.face import Face, FrameFaces, iod_px, moved
+from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.frames.rgb import merge, to_frame
+from makeup_video.pipeline.frames.sampling import sample
+from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.scene import SceneLight
 
 IOD_PX = 140  # the outer eye corners in the cut: enough to tell a mean colour by
 COVER = 0.95  # what is under a product of opacity 1 still shows in its texture

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
-from makeup_video.pipeline.crop import Affine, RgbPicture, Window, compose, pixel_places
-from makeup_video.pipeline.face import PATCH_SPAN, Face
-from makeup_video.pipeline.flat_lids import FLAT_WH, flat_lids
-from makeup_video.pipeline.scene import SceneLight
-from makeup_video.pipeline.topology import EYE_CORNERS
+from makeup_video.pipeline.faces.face import PATCH_SPAN, Face
+from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.frames.sampling import Affine, compose, pixel_places
+from makeup_video.pipeline.frames.views import RgbPicture, Window
+from makeup_video.pipeline.reference.flat_lids import FLAT_WH, flat_lids
+from makeup_video.pipeline.render.scene import SceneLight
 
 # The paper's g, in the order of the net's output.
 NUMBERS = ("opacity", "red", "green", "blue", "gloss", "gloss_roughness", "reflection")

@@ -7,10 +7,11 @@ on finding them. Here a row is a height between lash line, crease and brow, as e
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine
-from makeup_video.pipeline.eyes import LEFT, SIZE_WH, STEP, lid_curves
-from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.frames.sampling import Affine
+from makeup_video.pipeline.render.grid import Grid
+from makeup_video.pipeline.render.regions.eyes import LEFT, SIZE_WH, STEP
+from makeup_video.pipeline.render.regions.eyes_reference import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside
 _ABOVE = 46  # rows from above the brow to the lash line

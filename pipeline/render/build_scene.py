@@ -6,15 +6,14 @@ from functools import cache
 import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.surface import Surface
-from makeup_video.pipeline.colour import coding_of
-from makeup_video.pipeline.device import open_device
-from makeup_video.pipeline.eyes import LID_RINGS, eye_places, eye_regions_of
-from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.light import EstimateLight
-from makeup_video.pipeline.lips import LIP_RINGS, lip_place, lip_region_of
-from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.shading import light_planes
+from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.frames.frame import Frame, coding_of
+from makeup_video.pipeline.render.luminance import light_planes
+from makeup_video.pipeline.render.opencl import open_device
+from makeup_video.pipeline.render.regions.eyes import LID_RINGS, eye_places, eye_regions_of
+from makeup_video.pipeline.render.regions.lips import LIP_RINGS, lip_place, lip_region_of
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.scene_light import EstimateLight
 
 # A region's mean light follows as slowly as the light on the face does: so a shadow that passes
 # is seen on the product at once, as on the skin.

@@ -3,32 +3,26 @@
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
-import cv2
 import numpy as np
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.kernels.paint import Canvas, Surface
 from makeup_video.kernels.planes import Window
-from makeup_video.pipeline.device import open_device
-from makeup_video.pipeline.eyes import EyeRegion
-from makeup_video.pipeline.face import iod_px
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.half_size import LARGE_PX, HalfSize, half_of, half_size
-from makeup_video.pipeline.lips import LipRegion
-from makeup_video.pipeline.lit_product import Place, film_matrices, material
-from makeup_video.pipeline.look import GraphicsParams, Look
-from makeup_video.pipeline.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.faces.face import iod_px
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.render.environment import environment_of
+from makeup_video.pipeline.render.half_resolution import LARGE_PX, HalfSize, half_of, half_size
+from makeup_video.pipeline.render.opencl import open_device
+from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.regions.eyes import EyeRegion
+from makeup_video.pipeline.render.regions.lips import LipRegion
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
-_ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
-_VEIL = 0.7  # of the room's mean light: what a reflection does not show
 _MUCH_LARGER = 1.3  # areas
 _STAYS_SMALL = 0.8  # the same, of what is painted at half size
-_NO_ROOM = np.zeros((3, ENVIRONMENT_PX, ENVIRONMENT_PX), np.float32)
-_EVEN = np.full(ENVIRONMENT_PX, 1 / ENVIRONMENT_PX, np.float32)
-
 # Regions of a face that wear one product, the product, and how much of it.
 _Part = tuple[tuple[Lit[LipRegion] | Lit[EyeRegion], ...], GraphicsParams, float]
 
@@ -175,7 +169,7 @@ def _half(job: _Job, frame: Frame, zone: str) -> Iterator[_Job]:
 def _jobs(item: FrameScene, scene: FaceScene, part: _Part, zone: str) -> Iterator[_Job]:
     """The regions of a part that lie on the frame."""
     regions, params, amount = part
-    frame, environment = item.frame, _environment(scene.light, params, item.coding)
+    frame, environment = item.frame, environment_of(scene.light, params, item.coding)
     size, block, skin_px = (frame.width_px, frame.height_px), frame.chroma, iod_px(scene.face)
     for lit in regions:
         low_xy, high_xy = lit.region.reach(params.edge_softness, zone)
@@ -233,40 +227,3 @@ def _shade_of_lids(light: SceneLight, mean: float) -> float:
     if light.skin <= 0:
         return 1.0
     return min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
-
-
-def _environment(light: SceneLight, params: GraphicsParams, coding: Coding) -> np.ndarray:
-    """(3, 16, 16) float32: what the product mirrors, as blurred as it is told to be.
-
-    What is as dark as the room's own average adds little: gloss shows windows and lamps, and an
-    even room would only lay a veil over the colour.
-    """
-    if not params.reflection:
-        return _NO_ROOM
-    blur = _blur(0.6 + 4 * params.environment_blur)
-    columns, means = _room_columns(0.6 + 4 * params.environment_blur, coding.primaries)
-    blurred = blur @ (light.environment.reshape(ENVIRONMENT_PX, -1) @ columns)
-    blurred -= (_EVEN @ blurred) @ means
-    bright: np.ndarray = np.maximum(blurred, 0, out=blurred)
-    return bright.reshape(ENVIRONMENT_PX, 3, ENVIRONMENT_PX).swapaxes(0, 1)
-
-
-@lru_cache
-def _room_columns(sigma: float, primaries: int) -> tuple[np.ndarray, np.ndarray]:
-    """(48, 48) float32, of a row of texels of three colours each: the three colours' rows, blurred, with
-    less colour, in the primaries that products are mixed in; and of such rows, what is taken off them."""
-    colours = _ROOM_COLOUR * np.eye(3) + (1 - _ROOM_COLOUR) / 3
-    colours = np.reshape(film_matrices(primaries)[0], (3, 3)) @ colours
-    columns = np.einsum("ix,jc->xcji", _blur(sigma), colours)
-    means = np.kron(np.eye(3), np.full((ENVIRONMENT_PX,) * 2, _VEIL / ENVIRONMENT_PX))
-    side = 3 * ENVIRONMENT_PX
-    return columns.reshape(side, side).astype(np.float32), means.astype(np.float32)
-
-
-@lru_cache
-def _blur(sigma: float) -> np.ndarray:
-    """(16, 16) float32: times the rows of an environment, these blurred; the border is repeated."""
-    rows = np.eye(ENVIRONMENT_PX, dtype=np.float32)
-    taps = cv2.getGaussianKernel(2 * math.ceil(4 * sigma) + 1, sigma, cv2.CV_32F)
-    border = cv2.BORDER_REPLICATE
-    return cv2.sepFilter2D(rows, -1, np.ones(1, np.float32), taps, borderType=border)

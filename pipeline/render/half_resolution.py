@@ -11,12 +11,12 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from makeup_video.kernels.planes import Window
-from makeup_video.pipeline.crop import Affine, compose
-from makeup_video.pipeline.eyes import EyeRegion
-from makeup_video.pipeline.face import moved
-from makeup_video.pipeline.lips import LipRegion
-from makeup_video.pipeline.scene import Lit
-from makeup_video.pipeline.shading import Grid
+from makeup_video.pipeline.faces.face import moved
+from makeup_video.pipeline.frames.sampling import Affine, compose
+from makeup_video.pipeline.render.grid import Grid
+from makeup_video.pipeline.render.regions.eyes import EyeRegion
+from makeup_video.pipeline.render.regions.lips import LipRegion
+from makeup_video.pipeline.render.scene import Lit
 
 # Luma px of all windows of a frame. Below, less than a sixth of painting is saved, and it is seen more.
 LARGE_PX = 30_000

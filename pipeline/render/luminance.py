@@ -2,64 +2,16 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, to_xyz
 from makeup_video.kernels.surface import LightPlanes, Place, Stretch, light_table, to_steps
-from makeup_video.pipeline.crop import Affine, halved, pixel_places, samples_at, step_px
-from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.sampling import halved, samples_at
+from makeup_video.pipeline.render.grid import Grid
 
 _AROUND = 0.08  # of what the points cover: farther away light counts for nothing
-
-Box = tuple[int, int, int, int]  # x, y, width, height; empty: 0, 0, 0, 0
-
-
-def box_of(seen: np.ndarray) -> Box:
-    """Of what is True of (H, W) bool."""
-    x, y, wide, high = cv2.boundingRect(seen.view(np.uint8))
-    return x, y, wide, high
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Grid:
-    """Places on a frame, a small picture of rows and columns.
-
-    to_px: (2, 3) float64, from the grid's pixels (x, y, 1) to the frame's. size_wh: its size.
-    """
-
-    to_px: Affine
-    size_wh: tuple[int, int]
-
-    @classmethod
-    def at(cls, to_px: tuple[float, ...], hw: tuple[int, ...]) -> "Grid":
-        """to_px: by rows."""
-        return cls(np.array((to_px[:3], to_px[3:])), (hw[1], hw[0]))
-
-    def places(self) -> np.ndarray:
-        """(2, N) float32, x and y in the frame, row by row."""
-        at: np.ndarray = self.to_px.astype(np.float32) @ pixel_places(self.size_wh)
-        return at
-
-    def box_px(self, box: Box, more: int) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame around a box of the grid.
-
-        more: pixels of the grid on each side. For an empty box the highest lie below 0.
-        """
-        x, y, wide, high = box
-        if not wide:
-            return np.zeros(2), np.full(2, -1.0)
-        left, right, top, bottom = x - more, x + wide - 1 + more, y - more, y + high - 1 + more
-        ends = []
-        for across, down, start in self.to_px.tolist():
-            columns, rows = (across * left, across * right), (down * top, down * bottom)
-            ends.append((start + min(columns) + min(rows), start + max(columns) + max(rows)))
-        low, high = np.array(ends).T
-        return low, high
-
-    def step_px(self) -> float:
-        return step_px(self.to_px)
 
 
 def light_planes(
@@ -167,12 +119,3 @@ def broad(
         (blurred[..., at] + faint * np.float32(mean)) / (blurred[..., at + 1] + faint)
         for at in range(0, len(layers), 2)
     ], mean
-
-
-def slopes_along(heights: np.ndarray, step: float) -> np.ndarray:
-    """(..., N) -> (..., N): their slope, as np.gradient has it, for points `step` apart."""
-    slopes = np.empty_like(heights)
-    slopes[..., 1:-1] = (heights[..., 2:] - heights[..., :-2]) * (0.5 / step)
-    slopes[..., 0] = (heights[..., 1] - heights[..., 0]) * (1 / step)
-    slopes[..., -1] = (heights[..., -1] - heights[..., -2]) * (1 / step)
-    return slopes

@@ -10,8 +10,8 @@ from functools import lru_cache
 import numpy as np
 from makeup_video.kernels.colour import HLG, PQ, Coding, from_srgb_primaries, product_linear, to_xyz
 from makeup_video.kernels.material import ENVIRONMENT_PX, LEAST_ROOM, Material
-from makeup_video.pipeline.look import GraphicsParams
-from makeup_video.pipeline.scene import SceneLight
+from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.render.scene import SceneLight
 
 _SDR_CEILING, _HDR_CEILING = 1.0, 4.0  # in units of diffuse white
 _DARK = 0.004  # of diffuse white: a fifth of a code of 8 bits counts for little below this
@@ -23,8 +23,6 @@ _SPARKLE = 1.8
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
 _SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
-
-
 _LUMINANCE: tuple[float, ...] = tuple(to_xyz(1)[1].tolist())
 
 

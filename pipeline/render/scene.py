@@ -6,10 +6,10 @@ from typing import Generic, TypeVar
 import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.material import ENVIRONMENT_PX
-from makeup_video.pipeline.eyes import EyeRegion
-from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.lips import LipRegion
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.render.regions.eyes import EyeRegion
+from makeup_video.pipeline.render.regions.lips import LipRegion
 
 Region = TypeVar("Region", LipRegion, EyeRegion)
 

@@ -5,12 +5,17 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.colour import coding_of
-from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.face_tracks import Clock
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.light_reading import Optics, log_mean, optics_of, read_face, read_room
-from makeup_video.pipeline.scene import SceneLight
+from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.frames.clock import Clock
+from makeup_video.pipeline.frames.frame import Frame, coding_of
+from makeup_video.pipeline.render.scene import SceneLight
+from makeup_video.pipeline.render.skin_light import (
+    Optics,
+    log_mean,
+    optics_of,
+    read_face,
+    read_room,
+)
 
 LOOK_SECONDS = 0.2  # between two readings of a face or of the room; the smoothing fills in
 SMOOTH_SECONDS = 0.5  # time constant: a hand's shadow hardly counts, a lamp switched on soon does

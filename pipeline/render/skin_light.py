@@ -23,9 +23,8 @@ from makeup_video.kernels.colour import (
     to_xyz,
 )
 from makeup_video.kernels.material import ENVIRONMENT_PX
-from makeup_video.pipeline.colour import coding_of
-from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.frames.frame import Frame, coding_of
 
 STRENGTHS = 0.15, 2.0
 _TINT = 0.8  # largest log of a channel of the light's colour: 2.2 times
@@ -34,7 +33,7 @@ _DIM = 0.01  # skin darker than this has a doubtful colour
 _CLIPPED = 0.9  # of SDR: a channel of typical skin from here on is clipped in parts
 _GREY = 0.06  # channels of skin that differ by less, for their height, have no colour
 
-# Log linear light in sRGB's primaries. `python -m makeup_video.training.light` fits both: the
+# Log linear light in sRGB's primaries. `python -m makeup_video.training.skin_light` fits both: the
 # covariance on 625 foundation shades (pudding, MIT), each lightness counting the same, the mean on
 # portraits in soft light, each lightness counting the same.
 SKIN_MEAN = np.array([-0.646, -1.382, -1.897])

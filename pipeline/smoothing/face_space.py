@@ -8,8 +8,8 @@ import math
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.face import POINTS, Face, LipPatch
-from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS, RIGHT_EYE
+from makeup_video.pipeline.faces.face import POINTS, Face, LipPatch
+from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS, RIGHT_EYE
 
 # Points that speech and blinks move least: eye corners, the bridge and wings of the nose, brows,
 # and the upper half of the oval. Many of them, so that their own noise averages out.
@@ -30,32 +30,17 @@ _KEY_POINTS = [LIPS, EYE[:_LIDS], RIGHT_EYE[:_LIDS], _REST[::5]]
 _KEYS = (2 * np.concatenate(_KEY_POINTS)[:, None] + [0, 1]).ravel()  # columns of `values`
 _KEY_COUNTS = [len(points) for points in _KEY_POINTS]
 _REGION_OF_POINT = np.full(POINTS, 3)
+
+
 for _region, _points in enumerate((LIPS, EYE, RIGHT_EYE)):
     _REGION_OF_POINT[_points] = _region
+
+
 REGION_OF_COLUMN = np.concatenate([np.repeat(_REGION_OF_POINT, 2), _REGION_OF_POINT])  # of `values`
 _EVERY = 8  # along each side of the patch; its logits are smoother than that
 # A crop that strays from the track's window by more than this part of its size begins a new one.
 _STRAY = 0.08
 _SAME_PX = 0.01  # closer than this, a crop is the window: no interpolation
-
-
-def fit_similarity(from_xy: np.ndarray, to_xy: np.ndarray) -> np.ndarray:
-    """The turn, scale and shift that bring from_xy onto to_xy with the least squared error.
-
-    Both (..., K, 2). Returns (..., 2, 3) float64, for `M[:, :2] @ xy + M[:, 2]`. No reflection;
-    when all of from_xy is one point, a shift. The closed form of Umeyama (1991), which in the
-    plane is a division of complex numbers.
-    """
-    a, b = _complex(from_xy), _complex(to_xy)
-    a_mean, b_mean = a.mean(-1), b.mean(-1)
-    a = (a - a_mean[..., None]).conj()
-    spread = (a * a.conj()).real.sum(-1)
-    one_point = spread <= 0
-    factor = (a * (b - b_mean[..., None])).sum(-1) / np.where(one_point, 1.0, spread)
-    factor = np.where(one_point, 1.0, factor)
-    shift = b_mean - factor * a_mean
-    rows = [factor.real, -factor.imag, shift.real, factor.imag, factor.real, shift.imag]
-    return np.stack(rows, -1).reshape(*factor.shape, 2, 3)
 
 
 class Readings:
@@ -83,7 +68,7 @@ class FaceSpace:
     """Face <-> Readings, for one track. Points in a plane are complex numbers here."""
 
     def __init__(self, face: Face) -> None:
-        stable = _complex(face.points_px.take(STABLE, 0))
+        stable = as_complex(face.points_px.take(STABLE, 0))
         self._origin = complex(stable.mean())
         stable -= self._origin
         # A face of no extent still gets finite readings.
@@ -104,7 +89,7 @@ class FaceSpace:
 
     def split(self, face: Face, into: Readings, at: int) -> None:
         """Write the face to place `at`; the other places hold the same track's."""
-        points = _complex(face.points_px)
+        points = as_complex(face.points_px)
         stable = points.take(STABLE)
         middle = complex(stable.sum()) / len(STABLE)
         factor = complex(self._fit @ (stable - middle))
@@ -222,7 +207,7 @@ def _parts(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values[: 2 * POINTS].view(np.complex64), values[2 * POINTS :]
 
 
-def _complex(xy: np.ndarray) -> np.ndarray:
+def as_complex(xy: np.ndarray) -> np.ndarray:
     """(..., 2 or more) to (...) complex128, x + iy; float32 would lose pixels' fractions."""
     out = np.empty(xy.shape[:-1], np.complex128)
     out.real, out.imag = xy[..., 0], xy[..., 1]

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.cli import measure_clip as measure
+from makeup_video.benchmark import films as measure
 from makeup_video.pipeline import InputError
-from makeup_video.pipeline.faces import find_faces_in_frame
+from makeup_video.pipeline.faces.find import find_faces_in_frame
 from media import decoded, make_clip, packets_of, times_of
 from people import SAMPLES, clip, film, grey
 

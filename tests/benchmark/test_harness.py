@@ -5,8 +5,22 @@ from collections import Counter
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.cli import measure, measure_clip, measure_floor, measure_run, measure_stages
-from makeup_video.cli.measure_run import Run
+from makeup_video.benchmark import (
+    films as measure_clip,
+)
+from makeup_video.benchmark import (
+    floor as measure_floor,
+)
+from makeup_video.benchmark import (
+    harness as measure,
+)
+from makeup_video.benchmark import (
+    runs as measure_run,
+)
+from makeup_video.benchmark import (
+    stages as measure_stages,
+)
+from makeup_video.benchmark.runs import Run
 from makeup_video.pipeline import InputError, Look, UsageError, product
 from people import SAMPLES, clip, film, grey
 

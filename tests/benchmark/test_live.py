@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
+from makeup_video.benchmark.live import COLUMNS, WARM_SECONDS, figures
+from makeup_video.benchmark.tables import tables
 from makeup_video.cli.app import app
-from makeup_video.cli.bench_tables import tables
-from makeup_video.cli.measure_live import COLUMNS, WARM_SECONDS, figures
 from people import SAMPLES, film, grey
 from typer.testing import CliRunner
 

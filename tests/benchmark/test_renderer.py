@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from makeup_video.cli import measure_clip
-from makeup_video.cli import measure_renderer as measure
+from makeup_video.benchmark import films as measure_clip
+from makeup_video.benchmark import renderer as measure
 from media import decoded
 from people import SAMPLES
 

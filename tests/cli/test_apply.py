@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
-from makeup_video.pipeline import Look, look_from_photo, product, reference
+from makeup_video.pipeline import Look, look_from_photo, product
+from makeup_video.pipeline.reference import estimate as reference
 from media import decoded, make_clip
 from people import SAMPLES, clip, film, portrait
 from typer.testing import CliRunner
@@ -243,7 +244,7 @@ def test_the_photo_is_never_overwritten(folder, reads, out, more):
 
 def test_help_names_every_finish_and_zone():
     from makeup_video.pipeline import FINISHES
-    from makeup_video.pipeline.look import ZONES
+    from makeup_video.pipeline.look.look import ZONES
 
     said = " ".join(run("apply", "--help").output.split())
     assert all(name in said for name in (*FINISHES, *ZONES))

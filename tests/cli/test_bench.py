@@ -7,8 +7,9 @@ import cv2
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from makeup_video.benchmark import harness as measure
+from makeup_video.benchmark import plots as bench_plot
 from makeup_video.cli import bench as command
-from makeup_video.cli import bench_plot, measure
 from makeup_video.cli.app import app
 from makeup_video.pipeline import UsageError
 from people import SAMPLES, film, grey
@@ -58,7 +59,7 @@ def test_json_holds_every_number(results):
 
 
 def test_people_get_every_number_as_tables(results):
-    from makeup_video.cli.bench_tables import tables
+    from makeup_video.benchmark.tables import tables
 
     more = {
         "faces": {"height_px": 720, "further_face_cpu_ms": 2.5,

@@ -1,7 +1,7 @@
 """Lines for people: whatever is in a name, a terminal shows it and does not obey it."""
 
 import pytest
-from makeup_video.cli.say import printable, say
+from makeup_video.cli.console import printable, say
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
-from makeup_video.pipeline import GraphicsParams, Look, look_from_photo, product, reference
-from makeup_video.pipeline.finishes import in_words
+from makeup_video.pipeline import GraphicsParams, Look, look_from_photo, product
+from makeup_video.pipeline.look.finishes import in_words
+from makeup_video.pipeline.reference import estimate as reference
 from people import SAMPLES, face_of, grey, portrait, put
 from typer.testing import CliRunner
 

@@ -36,8 +36,8 @@ setattr(owner, name, hooked)
 sys.argv[1:] = sys.argv[5:]
 main.main()
 """
-MUXER = "makeup_video.pipeline.mux:Muxer"
-PART = "makeup_video.pipeline.part_file:PartFile"  # renames the output and each side file
+MUXER = "makeup_video.pipeline.media.mux:Muxer"
+PART = "makeup_video.pipeline.files.part_file:PartFile"  # renames the output and each side file
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ FILM = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--sa
         (PART, "rename", "before", "SIGTERM"),
         (PART, "rename", "after", "SIGINT"),
         (MUXER, "finish", "after", "SIGTERM"),
-        ("makeup_video.pipeline.process", "_report", "after", "SIGINT"),
+        ("makeup_video.pipeline.offline.run", "_report", "after", "SIGINT"),
     ],
 )
 def test_an_output_that_is_whole_ends_with_0_and_all_its_files(folder, where, name, moment, number):
@@ -81,7 +81,7 @@ def test_an_output_that_is_whole_ends_with_0_and_all_its_files(folder, where, na
 
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_an_output_that_is_not_whole_ends_with_130_and_without_side_files(folder, number):
-    encoder = "makeup_video.pipeline.encode:VideoEncoder"
+    encoder = "makeup_video.pipeline.media.encode:VideoEncoder"
     code, said = run_hooked(encoder, "__call__", "after", number, *FILM)
     assert (code, said) == (130, ["stopped; out.part.mp4 holds what was done"])
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.part.mp4"]
@@ -92,8 +92,8 @@ def test_a_picture_too_is_whole_or_not_there(folder, moment):
     words = (str(SAMPLES / "look.jpg"), "--look", "none", "-o", "out.png", "--report", "r.json")
     code, said = run_hooked(PART, "rename", moment, "SIGINT", *words)
     assert (code, said[0].split(":")[0]) == (0, "out.png")
-    still = "makeup_video.pipeline.still"
-    code, said = run_hooked(still, "_encoded", moment, "SIGINT", *words, "-y")
+    still = "makeup_video.pipeline.offline.picture"
+    code, said = run_hooked(still, "encode_picture", moment, "SIGINT", *words, "-y")
     assert (code, said) == (130, ["stopped"])
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.png", "r.json"]
 

@@ -13,11 +13,11 @@ import av
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
-from makeup_video.cli.page import has_screen, is_loopback
+from makeup_video.cli.console import say
 from makeup_video.cli.progress import live_summary, live_text, show_live
-from makeup_video.cli.say import say
+from makeup_video.cli.serve_page import has_screen, is_loopback
 from makeup_video.pipeline import Look, product
-from makeup_video.pipeline.live import LiveFigures, SinkFigures
+from makeup_video.pipeline.live.run import LiveFigures, SinkFigures
 from media import decoded, times_of
 from people import SAMPLES, clip, film
 from typer.testing import CliRunner
@@ -219,7 +219,7 @@ def test_a_stream_that_refuses_throughout_is_told_and_ends_the_command_with_4(fo
 
 def test_a_sink_that_fails_on_the_way_ends_the_command_with_its_code(folder, monkeypatch):
     from makeup_video.pipeline import EncodeError
-    from makeup_video.pipeline.live_output import Recording
+    from makeup_video.pipeline.live.sinks.recording import Recording
 
     def fail(self, picture):
         raise EncodeError("the encoder broke")

@@ -132,7 +132,7 @@ def test_with_debug_libraries_are_heard(folder):
 
 
 def test_onnx_runtime_keeps_nothing_and_tells_nobody(folder):
-    code = "import os; import makeup_video.pipeline.net; print(os.environ['ORT_DISABLE_TELEMETRY'])"
+    code = "import os; import makeup_video.pipeline.faces.net; print(os.environ['ORT_DISABLE_TELEMETRY'])"
     environment = {**os.environ, "XDG_CACHE_HOME": str(folder / "cache"), "HOME": str(folder)}
     environment.pop("ORT_DISABLE_TELEMETRY", None)
     told = subprocess.check_output([sys.executable, "-c", code], env=environment, text=True)

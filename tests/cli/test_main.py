@@ -11,7 +11,8 @@ import sys
 import time
 
 import pytest
-from makeup_video.cli import main, say
+from makeup_video.cli import console as say
+from makeup_video.cli import main
 from makeup_video.cli.app import app
 from media import damage, decoded, make_clip
 from typer.testing import CliRunner

@@ -14,7 +14,8 @@ from pathlib import Path
 # Before anything is imported: a fork keeps only the thread that forks, so there must be no other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
-sys.path.insert(0, str(Path(__file__).parents[1]))  # where pytest finds its helpers, too
+tests = Path(__file__).parents[1]
+sys.path[:0] = [str(tests), str(tests / "support")]  # where pytest finds its helpers, too
 
 from fuzz.run import main
 

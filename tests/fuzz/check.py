@@ -8,7 +8,7 @@ from typing import Any
 
 import av
 import cv2
-from makeup_video.pipeline.source import is_cover, open_video
+from makeup_video.pipeline.media.input_file import is_cover, open_video
 
 _NAMED = re.compile(r"(audio|subtitle|video|attachment|data) #(\d+)\b")
 # What is stored: not what FFmpeg's parsers make of it once more, nor only what players show of it.

@@ -150,7 +150,7 @@ def _look(case: Case) -> Answer:
 
 
 def _catalogue(case: Case) -> Answer:
-    from makeup_video.pipeline.catalogue import read_catalogue
+    from makeup_video.pipeline.look.catalogue import read_catalogue
 
     if not read_catalogue(case.input).nearest(_LIPS_RGB):
         return Answer(FAULT, "a catalogue was read, and nothing in it is nearest")

@@ -21,8 +21,8 @@ from makeup_video.kernels.material import (
     skin_at,
     sparkles,
 )
-from makeup_video.pipeline.lit_product import Place, material
-from makeup_video.pipeline.scene import white_light
+from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.scene import white_light
 
 FACING = Place(np.eye(2), 100.0)
 DARK_ROOM = np.zeros((3, 16, 16))

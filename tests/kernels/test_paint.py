@@ -25,8 +25,8 @@ from makeup_video.kernels.material import made_up, skin_at
 from makeup_video.kernels.paint import Canvas, on_window, paint_twin, surface_twin
 from makeup_video.kernels.planes import Window
 from makeup_video.kernels.program import Device
-from makeup_video.pipeline.lit_product import Place, material
-from makeup_video.pipeline.scene import white_light
+from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.scene import white_light
 
 SIZE = (37, 9)
 PQ_BRIGHTEST = 10000 / 203 * 1.01  # of white, ITU-R BT.2408

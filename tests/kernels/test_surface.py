@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import LAYOUTS, close_up, true_face
 from makeup_video.kernels.colour import HLG, PQ
-from makeup_video.pipeline.colour import coding_of
-from makeup_video.pipeline.crop import compose
-from makeup_video.pipeline.eyes import eye_regions
-from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.lips import lip_region
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.shading import luminances
+from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame, coding_of
+from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.luminance import luminances
+from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
+from makeup_video.pipeline.render.regions.lips_reference import lip_region
 from people import frame_of
 
 SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import av
 import numpy as np
-from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.topology import LIPS
+from makeup_video.pipeline.faces.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
 
-_FILE = np.load(Path(__file__).parents[1] / "samples" / "in_points.npz")
+_FILE = np.load(Path(__file__).parents[2] / "samples" / "in_points.npz")
 HEAD_PX = _FILE["points"] * float(_FILE["unit"])  # (300, 478, 2), 30 frames a second
 IOD_PX = float(np.linalg.norm(HEAD_PX[0, 33] - HEAD_PX[0, 263]))  # outer eye corners
 UPPER_LID, LOWER_LID = 159, 145

@@ -14,16 +14,18 @@ from makeup_video.kernels.material import Material
 from makeup_video.kernels.paint import Canvas, Surface
 from makeup_video.kernels.planes import Window
 from makeup_video.kernels.program import Device
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.eyes import EyeRegion
-from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.lips import LipRegion
-from makeup_video.pipeline.lit_product import Place
-from makeup_video.pipeline.look import GraphicsParams, Look
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.scene import FrameScene, SceneLight, white_light
-from makeup_video.pipeline.topology import LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.product_material import Place
+from makeup_video.pipeline.render.regions.eyes import EyeRegion
+from makeup_video.pipeline.render.regions.lips import LipRegion
+from makeup_video.pipeline.render.scene import FrameScene, SceneLight, white_light
 from people import clip, clip_points, frame_of
 
 LAYOUTS = (

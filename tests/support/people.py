@@ -9,10 +9,11 @@ import av
 import cv2
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.frame import ColourTags, Frame
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
 from media import add_video
 
-SAMPLES = Path(__file__).parent.parent / "samples"
+SAMPLES = Path(__file__).parents[2] / "samples"
 TICK = Fraction(1, 30)
 
 

@@ -11,7 +11,7 @@ import httpx
 import numpy as np
 from makeup_video.pipeline import Look, product
 from makeup_video.web.server import Server
-from makeup_video.web.show import HEAD, ShownPicture
+from makeup_video.web.session import HEAD, ShownPicture
 from makeup_video.web.worker import Worker
 from websockets.sync.client import connect
 

@@ -18,13 +18,13 @@ import av
 import cv2
 import numpy as np
 import pyopencl as cl
-from makeup_video.cli.measure_clip import frame_of
-from makeup_video.pipeline.face_run import one_opencv_thread
-from makeup_video.pipeline.faces import load_nets
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.net import Net
-from makeup_video.pipeline.paint import PaintRun
-from makeup_video.pipeline.source import local_file, open_video
+from makeup_video.benchmark.films import frame_of
+from makeup_video.pipeline.engine.machine import one_opencv_thread
+from makeup_video.pipeline.faces.net import Net
+from makeup_video.pipeline.faces.nets import load_nets
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.media.input_file import local_file, open_video
+from makeup_video.pipeline.offline.stages import PaintRun
 
 # OpenCV's functions that make pictures of pictures.
 _MAKERS = ("remap", "warpAffine", "resize", "transform", "merge", "split", "cvtColor",

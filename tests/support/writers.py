@@ -3,11 +3,11 @@
 import cv2
 import numpy as np
 from makeup_video.pipeline import Settings
-from makeup_video.pipeline.camera_door import CameraDoor
-from makeup_video.pipeline.live_frame import LivePicture
-from makeup_video.pipeline.live_output import Recording
-from makeup_video.pipeline.process import run_stages
-from makeup_video.pipeline.side_file import ReportFile
+from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.pipeline.live.sinks.recording import Recording
+from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.media.sidecar import ReportFile
+from makeup_video.pipeline.offline.run import run_stages
 from media import make_clip, picture
 
 

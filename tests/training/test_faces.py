@@ -2,8 +2,17 @@
 
 import numpy as np
 import pytest
-from makeup_video.pipeline.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
-from makeup_video.training.faces import crops, lipevidence, lipoutlines, prepare
+from makeup_video.pipeline.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
+from makeup_video.training.faces import (
+    crops,
+    prepare,
+)
+from makeup_video.training.faces import (
+    lip_evidence as lipevidence,
+)
+from makeup_video.training.faces import (
+    lip_outlines as lipoutlines,
+)
 
 RNG = np.random.default_rng(0)
 
@@ -83,7 +92,9 @@ def test_lists_of_points_have_no_doubles():
 
 
 def test_detector_targets_decode_to_the_same_faces():
-    detect = pytest.importorskip("makeup_video.training.faces.detect", reason="needs PyTorch")
+    detect = pytest.importorskip(
+        "makeup_video.training.faces.train_detector", reason="needs PyTorch"
+    )
     faces = np.array([[60.0, 80.0, 30.0, 0.2], [190.0, 170.0, 12.0, -0.4]], np.float32)
     heat, values = detect.targets(faces)
     cells = np.concatenate([np.log((heat + 1e-3) / (1 - heat + 1e-3))[None], values[:5]])
@@ -97,7 +108,9 @@ def test_detector_targets_decode_to_the_same_faces():
 
 
 def test_mistakes_of_the_detector_are_told_from_the_face_itself():
-    score = pytest.importorskip("makeup_video.training.faces.score", reason="needs PyTorch")
+    score = pytest.importorskip(
+        "makeup_video.training.faces.train_face_score", reason="needs PyTorch"
+    )
     middle, unit = np.array([200.0, 150.0]), 60.0
 
     def guess(x: float, y: float, size: float) -> np.ndarray:
@@ -112,7 +125,7 @@ def test_mistakes_of_the_detector_are_told_from_the_face_itself():
 
 def test_a_rounded_convolution_tells_about_what_it_was_and_only_256_values():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
-    from makeup_video.training.faces.rounded import rounded, roundings
+    from makeup_video.training.faces.fake_quantise import rounded, roundings
 
     torch = model.torch
     torch.manual_seed(0)
@@ -133,7 +146,8 @@ def test_a_rounded_convolution_tells_about_what_it_was_and_only_256_values():
 
 def test_laid_out_for_integers_a_net_tells_the_same():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
-    from makeup_video.training.faces import integers, rounded
+    from makeup_video.training.faces import export_int8 as integers
+    from makeup_video.training.faces import fake_quantise as rounded
 
     torch = model.torch
     torch.manual_seed(1)
@@ -155,7 +169,15 @@ def test_laid_out_for_integers_a_net_tells_the_same():
 
 def test_parts_that_are_kept_stay_float_and_fitted_ranges_tell_more_nearly_the_same():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
-    from makeup_video.training.faces import integers, quantise, rounded
+    from makeup_video.training.faces import (
+        export_int8 as integers,
+    )
+    from makeup_video.training.faces import (
+        fake_quantise as rounded,
+    )
+    from makeup_video.training.faces import (
+        train_quantised as quantise,
+    )
 
     torch = model.torch
     torch.manual_seed(2)

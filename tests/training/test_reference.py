@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.face import Face, moved
-from makeup_video.pipeline.faces import find_faces
-from makeup_video.pipeline.finishes import FINISHES, REGIONS, nearest_finish
-from makeup_video.pipeline.reference_io import (
+from makeup_video.pipeline.faces.face import Face, moved
+from makeup_video.pipeline.faces.find import find_faces
+from makeup_video.pipeline.look.finishes import FINISHES, REGIONS, nearest_finish
+from makeup_video.pipeline.reference.crops import (
     CROPS,
     NUMBERS,
     divide_light,
@@ -21,8 +21,16 @@ from makeup_video.pipeline.reference_io import (
     to_targets,
     window_of,
 )
-from makeup_video.pipeline.scene import white_light
-from makeup_video.training.reference import prepare, render, shades
+from makeup_video.pipeline.render.scene import white_light
+from makeup_video.training.reference import (
+    draw_products as shades,
+)
+from makeup_video.training.reference import (
+    prepare,
+)
+from makeup_video.training.reference import (
+    rendered_crops as render,
+)
 from makeup_video.training.reference.people import People
 from people import portrait
 
@@ -325,8 +333,8 @@ def test_a_number_that_fell_below_none_for_every_crop_still_learns():
 
 def test_dense_layers_are_taught_before_the_convolutions_which_do_not_speak_yet():
     torch = pytest.importorskip("torch")
-    from makeup_video.training.reference.colours_first import mirrored, teach
     from makeup_video.training.reference.model import ReferenceNet
+    from makeup_video.training.reference.train_head import mirrored, teach
 
     torch.manual_seed(0)
     net = ReferenceNet("lite0", torch.full((7,), 0.5), "eyes", shrink=2).eval()

@@ -2,7 +2,7 @@
 
 import numpy as np
 from makeup_video.kernels.colour import to_xyz
-from makeup_video.training import light
+from makeup_video.training import skin_light as light
 
 RNG = np.random.default_rng(0)
 

@@ -6,14 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.faces import find_faces
-from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.reference_io import to_targets
-from makeup_video.training.reference import reading, shades, triplets
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.find import find_faces
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.reference.crops import to_targets
+from makeup_video.training.reference import draw_products as shades
+from makeup_video.training.reference import read_look as reading
+from makeup_video.training.reference import triplets
 from makeup_video.training.reference.baselines import transfer_mean_colour
-from makeup_video.training.reference.render import to_rgb8
-from makeup_video.training.reference.scores import ciede2000, face_of, face_window
+from makeup_video.training.reference.picture_metrics import ciede2000, face_of, face_window
+from makeup_video.training.reference.rendered_crops import to_rgb8
 from people import portrait
 
 RED = np.array([0.95, 190, 10, 30, 0.3, 0.5, 0.05])
@@ -133,7 +135,7 @@ def test_the_face_fills_the_square_that_whole_scores_see():
 
 def test_whole_scores_are_0_for_the_same_and_grow():
     pytest.importorskip("pytorch_msssim")
-    from makeup_video.training.reference.scores import whole_scores
+    from makeup_video.training.reference.picture_metrics import whole_scores
 
     truth = face_of(portrait(), face_window(face()))
     noise = np.random.default_rng(0).normal(0, 1, truth.shape)

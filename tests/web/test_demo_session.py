@@ -18,9 +18,9 @@ from makeup_video.pipeline import (
     find_faces,
     lip_mask,
 )
-from makeup_video.web import demo
+from makeup_video.web import demo_session as demo
 from makeup_video.web.app import PAGE
-from makeup_video.web.demo import MOST_SESSIONS, DemoShow
+from makeup_video.web.demo_session import MOST_SESSIONS, DemoShow
 from makeup_video.web.portrait import SHOWN_PX, WHOLE_PX, Portrait
 from makeup_video.web.worker import Worker
 from people import SAMPLES, clip, grey, portrait

@@ -8,9 +8,9 @@ import httpx
 import numpy as np
 import pytest
 from makeup_video.pipeline import UsageError
-from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
-from makeup_video.pipeline.preview import PreviewJpeg
-from makeup_video.web.live_show import LiveShow
+from makeup_video.pipeline.images.jpeg import PreviewJpeg
+from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
+from makeup_video.web.live_session import LiveShow
 from makeup_video.web.preview_sink import PreviewSink
 from people import clip, frame_of
 from shows import BLUE, RED, Page, serving

@@ -3,7 +3,7 @@
 from dataclasses import fields
 
 from makeup_video.pipeline import FINISHES, GraphicsParams
-from makeup_video.web.parameters import parameters
+from makeup_video.web.messages import parameters
 
 
 def test_all_numbers_of_a_product_are_there_in_the_order_of_a_look_file():

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, MakeupVideoError, product
 from makeup_video.web.messages import Compare, LookWanted, Shown, hello, read_message
-from makeup_video.web.show import HEAD, PHOTO_BYTES, PhotoLook, ShownPicture
+from makeup_video.web.session import HEAD, PHOTO_BYTES, PhotoLook, ShownPicture
 from shows import BLUE, StandIn
 
 

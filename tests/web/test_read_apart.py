@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.pipeline import PhotoError
-from makeup_video.pipeline.photo import read_photo
+from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.web import photo_child, read_apart
 from makeup_video.web.read_look import read_look
 from people import SAMPLES

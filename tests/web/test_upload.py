@@ -11,10 +11,11 @@ from dataclasses import replace
 
 import cv2
 import pytest
-from makeup_video.pipeline import Look, PhotoError, look_from_photo, reference
+from makeup_video.pipeline import Look, PhotoError, look_from_photo
+from makeup_video.pipeline.reference import estimate as reference
 from makeup_video.web import upload
 from makeup_video.web.read_look import read_look
-from makeup_video.web.show import PHOTO_BYTES
+from makeup_video.web.session import PHOTO_BYTES
 from people import SAMPLES, grey
 from shows import BLUE, RED, Page, StandIn, noise, serving
 

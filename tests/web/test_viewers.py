@@ -7,7 +7,7 @@ from dataclasses import replace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look
-from makeup_video.web.show import PhotoLook
+from makeup_video.web.session import PhotoLook
 from makeup_video.web.viewers import LOOKS_SECONDS, Room, Viewer
 from shows import BLUE, RED, StandIn
 

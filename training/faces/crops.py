@@ -6,8 +6,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
-from makeup_video.training.faces.photo import Occluder, harsh, photograph, restyle
+from makeup_video.pipeline.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.training.faces.augment import Occluder, harsh, photograph, restyle
 from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
 
 MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild"), 1.4  # as lipmasks.py makes them

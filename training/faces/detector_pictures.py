@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 import skimage.data
+from makeup_video.training.faces.augment import Occluder, photograph
 from makeup_video.training.faces.crops import Faces
-from makeup_video.training.faces.photo import Occluder, photograph
-from makeup_video.training.faces.props import blot_out, cover, decoy
+from makeup_video.training.faces.occluders import blot_out, cover, decoy
 
 SCENE = 256  # px
 STRIDE = 8  # px per cell of the detector's output

@@ -15,15 +15,18 @@ import av
 import cv2
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.crop import RgbPicture
-from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.face_nets import FaceNets
-from makeup_video.pipeline.faces import FindFaces, find_in, lip_mask
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.net import SHIPPED
-from makeup_video.pipeline.smooth import SmoothAhead
-from makeup_video.pipeline.topology import EYE_CORNERS, LIPS, LIPS_INNER, LIPS_OUTER
-from makeup_video.training.faces.topology import EYES_68, MOUTH_68, POINTS_68
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.find import find_in
+from makeup_video.pipeline.faces.lip_mask import lip_mask
+from makeup_video.pipeline.faces.net import SHIPPED
+from makeup_video.pipeline.faces.nets import FaceNets
+from makeup_video.pipeline.faces.topology import EYE_CORNERS, LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.views import RgbPicture
+from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
+from makeup_video.training.faces.topology68 import EYES_68, MOUTH_68, POINTS_68
 
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "portrait.jpg"
 NOISE_SIGMA, STILL_FRAMES = 4.0, 90  # code values; frames

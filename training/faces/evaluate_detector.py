@@ -1,6 +1,6 @@
 """Measure the detector on held-out faces: what it misses, what it makes up, how far it is off.
 
-    python -m makeup_video.training.faces.score_detector --weights runs/detector.pt
+    python -m makeup_video.training.faces.evaluate_detector --weights runs/detector.pt
 
 "plain" and "turned" are the pictures as they are; all else is drawn, with the tricks of training
 but other faces and another seed. A face counts as found within half an inter-ocular distance of
@@ -15,16 +15,16 @@ import cv2
 import numpy as np
 import torch
 from makeup_video.training.faces.crops import Faces
-from makeup_video.training.faces.detect import decode, letterbox, load_average
-from makeup_video.training.faces.model import normalise
-from makeup_video.training.faces.props import cover
-from makeup_video.training.faces.scenes import (
+from makeup_video.training.faces.detector_pictures import (
     FACE_CENTRE,
     NOSE_TIP,
     SCENE,
     Scenes,
     ill_exposed,
 )
+from makeup_video.training.faces.model import normalise
+from makeup_video.training.faces.occluders import cover
+from makeup_video.training.faces.train_detector import decode, letterbox, load_average
 
 THRESHOLDS = (0.3, 0.35, 0.45)
 TURNED = 0.16  # IOD that the tip of the nose lies beside the middle of the face

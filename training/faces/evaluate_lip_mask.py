@@ -1,6 +1,6 @@
 """Measure lip masks on the mouths outlined by hand: held-out faces, so no net trained on them.
 
-    python -m makeup_video.training.faces.lipcheck --weights runs/lips.pt --masks runs/lipmasks.npz
+    python -m makeup_video.training.faces.evaluate_lip_mask --weights runs/lips.pt --masks runs/lipmasks.npz
 
 Offsets of borders are in % of IOD, positive where too much is painted. How lipmasks.py makes
 masks was fitted on these mouths: its own masks of them are cross-validated, a net's figures
@@ -17,8 +17,8 @@ import torch
 from makeup_video.training.faces.crops import SPECS, CropSpec
 from makeup_video.training.faces.export import from_checkpoint
 from makeup_video.training.faces.infer import from_onnx, take
-from makeup_video.training.faces.lipevidence import MASK_SPEC
-from makeup_video.training.faces.lipoutlines import Mouth, mouth_window, read_mouths
+from makeup_video.training.faces.lip_evidence import MASK_SPEC
+from makeup_video.training.faces.lip_outlines import Mouth, mouth_window, read_mouths
 
 SIZE_WH, SPAN = (500, 360), 1.4  # of the pictures compared; IOD
 UNIT = SIZE_WH[0] / SPAN  # px per IOD

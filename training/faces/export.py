@@ -17,12 +17,12 @@ import onnxruntime
 import torch
 from makeup_video.training.faces.checkpoint import averaged_weights
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
-from makeup_video.training.faces.detect import Detector
+from makeup_video.training.faces.detector_pictures import SCENE, Scenes
+from makeup_video.training.faces.export_int8 import Integers, chosen, to_integers
+from makeup_video.training.faces.fake_quantise import KEPT, rounded, roundings
 from makeup_video.training.faces.infer import Net, from_onnx
-from makeup_video.training.faces.integers import Integers, chosen, to_integers
 from makeup_video.training.faces.model import build, normalise
-from makeup_video.training.faces.rounded import KEPT, rounded, roundings
-from makeup_video.training.faces.scenes import SCENE, Scenes
+from makeup_video.training.faces.train_detector import Detector
 from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
 from onnxruntime.quantization.shape_inference import quant_pre_process
 from torch import Tensor, nn

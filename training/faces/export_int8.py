@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import onnx
 import torch
-from makeup_video.training.faces.model import OPENING_MARGIN, LipNet
-from makeup_video.training.faces.rounded import (
+from makeup_video.training.faces.fake_quantise import (
     STEPS,
     WEIGHT_STEPS,
     Round,
@@ -19,6 +18,7 @@ from makeup_video.training.faces.rounded import (
     RoundedLinear,
     RoundedWeights,
 )
+from makeup_video.training.faces.model import OPENING_MARGIN, LipNet
 from onnx import helper, numpy_helper
 from torch import Tensor, nn
 

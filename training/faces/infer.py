@@ -1,4 +1,4 @@
-"""One net on one crop, outside of training. The whole chain is in pipeline/face_nets.py."""
+"""One net on one crop, outside of training. The whole chain is in pipeline/faces/nets.py."""
 
 from collections.abc import Callable
 from pathlib import Path

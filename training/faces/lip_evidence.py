@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.topology import LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.training.faces.crops import SPECS, CropSpec
 from makeup_video.training.faces.infer import Net, take
 

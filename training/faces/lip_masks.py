@@ -1,7 +1,7 @@
 """Lip masks for training: what the outlines drawn by hand say, carried over to every face.
 
-    python -m makeup_video.training.faces.lipmasks                        # for a first net
-    python -m makeup_video.training.faces.lipmasks --net runs/lips.onnx   # for one that is better
+    python -m makeup_video.training.faces.lip_masks                        # for a first net
+    python -m makeup_video.training.faces.lip_masks --net runs/lips.onnx   # for one that is better
 
 The teacher's contours are not the vermilion border, and a face's own colours are not sure of
 it either, nor is a net that was trained on such masks. lipevidence.py gathers what they say of
@@ -20,8 +20,8 @@ import numpy as np
 import onnxruntime
 import torch
 from makeup_video.training.faces.infer import take
-from makeup_video.training.faces.lipevidence import MASK_SPEC, average_of, features, to_mask_px
-from makeup_video.training.faces.lipoutlines import Mouth, mouth_window, read_mouths
+from makeup_video.training.faces.lip_evidence import MASK_SPEC, average_of, features, to_mask_px
+from makeup_video.training.faces.lip_outlines import Mouth, mouth_window, read_mouths
 from torch import Tensor, nn
 
 FOLDERS = ("portraits", "talking", "wild")

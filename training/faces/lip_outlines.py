@@ -11,7 +11,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.topology import LIPS
+from makeup_video.pipeline.faces.topology import LIPS
 
 CONTOURS = Path(__file__).with_name("lip_contours.json")
 FINER = 4  # outlines are drawn this much larger, then averaged

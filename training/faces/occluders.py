@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from makeup_video.training.faces.photo import light
+from makeup_video.training.faces.augment import light
 
 Colour = np.ndarray  # (3,) encoded RGB, 0 to 255
 REACH = 3.0  # IOD around the origin that a prop may cover

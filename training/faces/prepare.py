@@ -13,9 +13,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.face_frame import fit_similarity
-from makeup_video.pipeline.topology import EYE_CORNERS
-from makeup_video.training.faces.topology import mirror_permutation
+from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.training.faces.similarity_fit import fit_similarity
+from makeup_video.training.faces.topology68 import mirror_permutation
 
 FOLDERS = ("portraits", "wild", "talking", "covered")
 MAX_SPREAD = 2.0  # % of IOD that the three labelling passes may disagree by

@@ -1,4 +1,4 @@
-"""The 68-point scheme, and left and right; lips and eyes are in pipeline/topology.py."""
+"""The 68-point scheme, and left and right; lips and eyes are in pipeline/faces/topology.py."""
 
 import numpy as np
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS
+from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.crops import SPECS, Batch, Cropper, Faces
 from makeup_video.training.faces.model import build, normalise

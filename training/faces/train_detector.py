@@ -1,6 +1,6 @@
 """Train the detector: where faces are, how large, how turned.
 
-python -m makeup_video.training.faces.detect --data runs/faces.npz --samples 6e5
+python -m makeup_video.training.faces.train_detector --data runs/faces.npz --samples 6e5
 """
 
 import argparse
@@ -11,12 +11,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.pipeline.face_nets import decode_cells
+from makeup_video.pipeline.faces.nets import decode_cells
 from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.crops import Faces
+from makeup_video.training.faces.detector_pictures import FACE_CENTRE, SCENE, STRIDE, Scenes
 from makeup_video.training.faces.model import Conv, Join, Residual, normalise, stage
-from makeup_video.training.faces.props import blot_out
-from makeup_video.training.faces.scenes import FACE_CENTRE, SCENE, STRIDE, Scenes
+from makeup_video.training.faces.occluders import blot_out
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 

@@ -1,6 +1,6 @@
 """Teach the mesh net's face score what only looks like a face.
 
-    python -m makeup_video.training.faces.score --checkpoints runs --weights runs/weights
+    python -m makeup_video.training.faces.train_face_score --checkpoints runs --weights runs/weights
 
 The points' training shows the net few crops without a face, and easy ones. What it meets in use
 are the detector's mistakes: shoes, patterns, a chin taken for a small face. So these are gathered
@@ -16,14 +16,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+from makeup_video.training.faces.augment import photograph
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
-from makeup_video.training.faces.detect import decode
+from makeup_video.training.faces.detector_pictures import FACE_CENTRE, backdrops
 from makeup_video.training.faces.export import load
 from makeup_video.training.faces.infer import Net, from_onnx, place, take, window
 from makeup_video.training.faces.model import PointNet, normalise
-from makeup_video.training.faces.photo import photograph
 from makeup_video.training.faces.prepare import frames_of
-from makeup_video.training.faces.scenes import FACE_CENTRE, backdrops
+from makeup_video.training.faces.train_detector import decode
 from torch import Tensor, nn
 
 SPEC = SPECS["mesh"]

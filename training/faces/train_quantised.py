@@ -1,6 +1,6 @@
 """Let a trained net go on learning with rounded weights and activations, so that int8 loses nothing.
 
-    python -m makeup_video.training.faces.quantise lips --checkpoints runs --samples 1e5
+    python -m makeup_video.training.faces.train_quantised lips --checkpoints runs --samples 1e5
 
 Its teacher is the net it was: what that tells of a clean crop it must tell of the same crop with a
 camera's noise on it. So rounding does not make what it tells shake more. Writes NET_int8.pt.
@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 import torch
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
+from makeup_video.training.faces.detector_pictures import Scenes
 from makeup_video.training.faces.export import load
+from makeup_video.training.faces.fake_quantise import KEPT, STEPS, rounded, roundings
 from makeup_video.training.faces.model import normalise
-from makeup_video.training.faces.rounded import KEPT, STEPS, rounded, roundings
-from makeup_video.training.faces.scenes import Scenes
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 

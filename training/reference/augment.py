@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from makeup_video.training.faces.photo import grain, light, motion_blur
+from makeup_video.training.faces.augment import grain, light, motion_blur
 
 _DISPLAY = 1 / 2.2  # encoded values go about with this power of light
 

@@ -1,6 +1,6 @@
 """Draws products: numbers as real ones have them, and any numbers at all.
 
-    python -m makeup_video.training.reference.shades lips --shades lip_shades.csv --plot shades.png
+    python -m makeup_video.training.reference.draw_products lips --shades lip_shades.csv --plot shades.png
 
 A shade table is a CSV with the columns brand, product, shade, hex and finish. Its colours are web
 swatches and its finishes words, so what is fitted is how products vary, not single ones.
@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from makeup_video.pipeline.finishes import FINISHES, REGIONS, nearest_finish
-from makeup_video.pipeline.look import ZONES, GraphicsParams, Look
-from makeup_video.pipeline.reference_io import NUMBERS
+from makeup_video.pipeline.look.finishes import FINISHES, REGIONS, nearest_finish
+from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.reference.crops import NUMBERS
 
 COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
 COLOUR_SEEN = 0.4  # opacity from which a product's colour can be told

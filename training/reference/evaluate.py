@@ -15,13 +15,28 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.reference_io import NUMBERS
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.reference.crops import NUMBERS
+from makeup_video.pipeline.render.composite import Composite
 from makeup_video.training.reference.baselines import transfer_mean_colour
+from makeup_video.training.reference.draw_products import (
+    COLOUR,
+    COLOUR_SEEN,
+    SPLITS,
+    RealProducts,
+    errors_in_words,
+    read_products,
+)
 from makeup_video.training.reference.people import People
-from makeup_video.training.reference.reading import (
+from makeup_video.training.reference.picture_metrics import (
+    WHOLE,
+    Whole,
+    ciede2000,
+    face_of,
+    face_window,
+)
+from makeup_video.training.reference.read_look import (
     Net,
     Seen,
     cut,
@@ -30,22 +45,7 @@ from makeup_video.training.reference.reading import (
     net_of,
     see,
 )
-from makeup_video.training.reference.render import Draws, paint, to_rgb8
-from makeup_video.training.reference.scores import (
-    WHOLE,
-    Whole,
-    ciede2000,
-    face_of,
-    face_window,
-)
-from makeup_video.training.reference.shades import (
-    COLOUR,
-    COLOUR_SEEN,
-    SPLITS,
-    RealProducts,
-    errors_in_words,
-    read_products,
-)
+from makeup_video.training.reference.rendered_crops import Draws, paint, to_rgb8
 from makeup_video.training.reference.triplets import (
     Triplet,
     halves,

@@ -3,7 +3,7 @@
     python -m makeup_video.training.reference.export runs/lips-lite0.pt runs/eyes-lite0.pt \\
         --out pipeline/weights --expected tests/training/reference_targets.json
 
-A net takes uint8 RGB crops (N, H, W, 3), as pipeline/reference_io.py cuts them, and gives targets
+A net takes uint8 RGB crops (N, H, W, 3), as pipeline/reference/crops.py cuts them, and gives targets
 (N, 7).
 """
 
@@ -17,7 +17,7 @@ from makeup_video.training.faces.checkpoint import averaged_weights
 from makeup_video.training.faces.export import Exported, list_hashes, quantize, to_onnx
 from makeup_video.training.reference.fixed_crops import fixed_crops
 from makeup_video.training.reference.model import ReferenceNet
-from makeup_video.training.reference.render import renderer
+from makeup_video.training.reference.rendered_crops import renderer
 
 CALIBRATION = 256  # crops
 

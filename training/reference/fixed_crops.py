@@ -1,7 +1,7 @@
 """Crops that are always the same: PyTorch and the shipped nets must tell the same of them."""
 
 import numpy as np
-from makeup_video.pipeline.reference_io import CROPS
+from makeup_video.pipeline.reference.crops import CROPS
 
 
 def fixed_crops(region: str) -> np.ndarray:

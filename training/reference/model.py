@@ -8,7 +8,7 @@ lie flat in their crop, a zone always in the same squares; two dense layers make
 import math
 
 import torch
-from makeup_video.pipeline.reference_io import CROPS
+from makeup_video.pipeline.reference.crops import CROPS
 from torch import Tensor, nn
 
 # Widths and depths are scaled by these.

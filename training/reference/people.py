@@ -5,8 +5,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.face import Face, LipPatch
-from makeup_video.training.reference.shades import SPLITS
+from makeup_video.pipeline.faces.face import Face, LipPatch
+from makeup_video.training.reference.draw_products import SPLITS
 
 MOST_OFTEN = 10.0  # times the median: a few people of a rare tone must not be all there is
 

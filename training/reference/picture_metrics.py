@@ -5,8 +5,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.crop import Affine
-from makeup_video.pipeline.face import Face
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.frames.sampling import Affine
 from skimage.color import deltaE_ciede2000, rgb2lab
 
 FACE_PX = 256  # side of what L1, MS-SSIM and LPIPS see

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.eyes import eye_regions
-from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.faces import find_faces, lip_mask
-from makeup_video.pipeline.finishes import REGIONS
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.find import find_faces
+from makeup_video.pipeline.faces.lip_mask import lip_mask
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
 from makeup_video.training.faces.evaluate import skin_tone
 
 # As in faces/prepare.py the last pictures of each source are held out: half to watch the training

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import onnxruntime
-from makeup_video.pipeline.crop import RgbPicture
-from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.faces import find_faces
-from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.reference import photo_light, product_with
-from makeup_video.pipeline.reference_io import CROPS, numbers_told, read_crop
-from makeup_video.pipeline.scene import SceneLight
-from makeup_video.pipeline.second_look import second_look
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.find import find_faces
+from makeup_video.pipeline.frames.views import RgbPicture
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.reference.correct_colour import second_look
+from makeup_video.pipeline.reference.crops import CROPS, numbers_told, read_crop
+from makeup_video.pipeline.reference.estimate import photo_light, product_with
+from makeup_video.pipeline.render.scene import SceneLight
 
 Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) targets
 _TIMED = 30  # runs

@@ -1,6 +1,6 @@
 """Renders crops of people who wear drawn products, with R itself, as the reference net sees them.
 
-    python -m makeup_video.training.reference.render lips --data runs/reference.npz \\
+    python -m makeup_video.training.reference.rendered_crops lips --data runs/reference.npz \\
         --shades lip_shades.csv --sheet runs/lips.png
 
 R works on a small 4:4:4 frame around the region. Light is read from the whole portrait, once for
@@ -19,27 +19,27 @@ import av
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import matrices
-from makeup_video.pipeline.colour import coding_of
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.crop import Affine, RgbPicture, Window, sample
-from makeup_video.pipeline.face import FrameFaces, moved
-from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.light import light_of
-from makeup_video.pipeline.look import ZONES, Look
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.reference_io import CROPS, crop_of, places_of, shifted, window_of
-from makeup_video.pipeline.scene import FrameScene, SceneLight
-from makeup_video.pipeline.still import PICTURE_TAGS, PICTURE_TICK
-from makeup_video.training.reference.camera import camera, jpeg, lighting
-from makeup_video.training.reference.people import People
-from makeup_video.training.reference.shades import (
+from makeup_video.pipeline.faces.face import FrameFaces, moved
+from makeup_video.pipeline.frames.frame import Frame, coding_of
+from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, PICTURE_TICK
+from makeup_video.pipeline.frames.sampling import Affine, sample
+from makeup_video.pipeline.frames.views import RgbPicture, Window
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.reference.crops import CROPS, crop_of, places_of, shifted, window_of
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.scene import FrameScene, SceneLight
+from makeup_video.pipeline.render.scene_light import light_of
+from makeup_video.training.reference.augment import camera, jpeg, lighting
+from makeup_video.training.reference.draw_products import (
     Mixture,
     RealProducts,
     draw_settings,
     look_of,
     read_products,
 )
+from makeup_video.training.reference.people import People
 
 MARGIN = 0.12  # of a crop's size, around it: what a misplaced crop shows
 DETAIL = 0.9, 1.7  # px of the picture for one of the crop

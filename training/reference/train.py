@@ -15,18 +15,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.reference_io import NUMBERS, from_targets, to_targets
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.reference.crops import NUMBERS, from_targets, to_targets
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.model import normalise
-from makeup_video.training.reference.model import SIZES, ReferenceNet
-from makeup_video.training.reference.render import renderer
-from makeup_video.training.reference.shades import (
+from makeup_video.training.reference.draw_products import (
     COLOUR_SEEN,
     Mixture,
     errors_in_words,
     read_products,
 )
+from makeup_video.training.reference.model import SIZES, ReferenceNet
+from makeup_video.training.reference.rendered_crops import renderer
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset, get_worker_info
 

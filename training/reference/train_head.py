@@ -1,6 +1,6 @@
 """Teach a net's dense layers the colours of its crops, before the convolutions learn the rest.
 
-    python -m makeup_video.training.reference.colours_first eyes --shades eyeshadow_shades.csv --out runs/first
+    python -m makeup_video.training.reference.train_head eyes --shades eyeshadow_shades.csv --out runs/first
     python -m makeup_video.training.reference.train eyes --shades eyeshadow_shades.csv --start runs/first/eyes-lite0.pt
 
 A minute of this takes the place of an hour: what the layers see of a crop is some hundred numbers.
@@ -12,10 +12,10 @@ from pathlib import Path
 
 import cv2
 import torch
-from makeup_video.pipeline.reference_io import CROPS, to_targets
+from makeup_video.pipeline.reference.crops import CROPS, to_targets
 from makeup_video.training.faces.model import normalise
 from makeup_video.training.reference.model import HEAD, HIDDEN, LEAK, ReferenceNet
-from makeup_video.training.reference.render import renderer
+from makeup_video.training.reference.rendered_crops import renderer
 from makeup_video.training.reference.train import (
     beginning,
     error_of,

@@ -7,17 +7,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.eyes import eye_regions
-from makeup_video.pipeline.face import Face, FrameFaces
-from makeup_video.pipeline.finishes import REGIONS
-from makeup_video.pipeline.lips import lip_region
-from makeup_video.pipeline.look import ZONES, Look
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.reference_io import NUMBERS
-from makeup_video.training.reference.camera import jpeg
+from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.reference.crops import NUMBERS
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
+from makeup_video.pipeline.render.regions.lips_reference import lip_region
+from makeup_video.training.reference.augment import jpeg
+from makeup_video.training.reference.draw_products import draw_settings, look_of
 from makeup_video.training.reference.people import People
-from makeup_video.training.reference.render import (
+from makeup_video.training.reference.rendered_crops import (
     TEST_QUALITY,
     Draws,
     Shot,
@@ -25,7 +26,6 @@ from makeup_video.training.reference.render import (
     paint,
     to_codes,
 )
-from makeup_video.training.reference.shades import draw_settings, look_of
 
 LEAST_PX = 20  # eyes almost shut and lips that are a thin line are left out
 _HALF = 0.5  # weight and edge of what counts as painted

@@ -6,10 +6,10 @@ from typing import Any
 
 import av
 from av.codec.context import Flags
-from makeup_video.pipeline.encode import describe_pictures
 from makeup_video.pipeline.errors import EncodeError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
+from makeup_video.pipeline.media.encode import describe_pictures
 
 
 class LiveEncoder:

@@ -7,14 +7,21 @@ from pathlib import Path
 from typing import Any
 
 import av
-from makeup_video.pipeline.codecs import MATROSKA, container_of, encoder_options, pick_codec
-from makeup_video.pipeline.door import Door
-from makeup_video.pipeline.encode import name_codec
 from makeup_video.pipeline.errors import OutputError
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.live_encode import LiveEncoder
-from makeup_video.pipeline.live_frame import LivePicture
-from makeup_video.pipeline.target import Target, check_place, part_of, target_of, write_errors
+from makeup_video.pipeline.files.output_file import (
+    Target,
+    check_place,
+    part_of,
+    target_of,
+    write_errors,
+)
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.pipeline.live.sinks.encoder import LiveEncoder
+from makeup_video.pipeline.media.codecs import MATROSKA, container_of, encoder_options, pick_codec
+from makeup_video.pipeline.media.encode import name_codec
+from makeup_video.pipeline.media.pixel_format import Door
 
 _PRESETS = {"h264": "superfast", "hevc": "ultrafast", "av1": "12", "vp9": "8"}
 

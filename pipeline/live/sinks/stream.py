@@ -2,9 +2,6 @@
 
 import contextlib
 import os
-import select
-import shutil
-import subprocess
 import time
 from collections.abc import Callable
 from fractions import Fraction
@@ -12,14 +9,19 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import av
-from makeup_video.pipeline.camera_door import copied, upright
 from makeup_video.pipeline.errors import EncodeError, OutputError, UsageError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.live_encode import LiveEncoder
-from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.transform import copied, upright
+from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
+from makeup_video.pipeline.live.sinks.encoder import LiveEncoder
+from makeup_video.pipeline.live.sinks.srt_relay import (
+    TIMEOUT_SECONDS,
+    SrtRelay,
+    needs_relay,
+    relay_program,
+)
 
 _FORMATS = {"rtmp": "flv", "rtmps": "flv", "srt": "mpegts", "udp": "mpegts"}
-_TIMEOUT_SECONDS = 5
 _KEY_SECONDS = 2
 _LONGEST_PAUSE_SECONDS = 30.0
 _STEADY_SECONDS = 10  # a connection that held for so long was a good one
@@ -54,7 +56,7 @@ class Stream:
     ) -> None:
         self.name, self._format = _checked(url)
         self._url, self._say = url, say
-        self._relay_program = _relay_program(self.name) if _is_unknown(url) else None
+        self._relay_program = relay_program(self.name) if needs_relay(url) else None
         self._rate = Fraction(rate).limit_denominator(1001)
         self._bit_rate = bit_rate
         self._line: _Line | None = None
@@ -108,7 +110,7 @@ class Stream:
 
     def _connect(self, frame: Frame) -> "_Line":
         bit_rate = self._bit_rate or bit_rate_for(frame.width_px * frame.height_px)
-        relay = self._relay_program and _Relay(self._relay_program, self._url)
+        relay = self._relay_program and SrtRelay(self._relay_program, self._url)
         return _Line(self._url, self._format, relay or None, frame, self._rate, bit_rate)
 
     def _failed(self, error: Exception) -> None:
@@ -139,7 +141,7 @@ class _Line:
         self,
         url: str,
         format_name: str,
-        relay: "_Relay | None",
+        relay: "SrtRelay | None",
         frame: Frame,
         rate: Fraction,
         bit_rate: int,
@@ -180,7 +182,7 @@ class _Line:
         """False while nobody can tell: a relay takes everything until it gives up connecting."""
         if self._relay is None or self._relay.has_sent_all:
             return True
-        return self.seconds > _TIMEOUT_SECONDS
+        return self.seconds > TIMEOUT_SECONDS
 
     def send(self, frame: Frame) -> None:
         picture = upright(frame)
@@ -202,12 +204,12 @@ class _Line:
             self._relay.close()
 
 
-def _container(url: str, format_name: str, relay: "_Relay | None") -> Any:
+def _container(url: str, format_name: str, relay: "SrtRelay | None") -> Any:
     if relay is not None:
         return av.open(relay, "w", format=format_name)
     if format_name == "flv":
         # PyAV hands no options to the connection of an output; FFmpeg's tee does
-        micros = _TIMEOUT_SECONDS * 1_000_000
+        micros = TIMEOUT_SECONDS * 1_000_000
         options = f"f=flv:onfail=abort:rw_timeout={micros}:flvflags=no_duration_filesize"
         return av.open(f"[{options}]{_escaped(url)}", "w", format="tee")
     joined = "&" if "?" in url else "?"
@@ -218,46 +220,6 @@ def _container(url: str, format_name: str, relay: "_Relay | None") -> Any:
 def _escaped(url: str) -> str:
     """As FFmpeg's tee reads an address: what has a meaning there, after a backslash."""
     return "".join(f"\\{letter}" if letter in "\\'|[] " else letter for letter in url)
-
-
-class _Relay:
-    """A file to write MPEG-TS to, which an `ffmpeg` on this machine sends on: PyAV's has no SRT."""
-
-    name = "relay"
-
-    def __init__(self, program: str, url: str) -> None:
-        command = [program, "-nostdin", "-loglevel", "quiet"]
-        # it looks at so many microseconds before it sends anything; 5 seconds, if nothing is said
-        command += ["-analyzeduration", "500000", "-f", "mpegts", "-i", "pipe:0"]
-        command += ["-c", "copy", "-f", "mpegts", url]
-        self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        assert self._process.stdin is not None
-        self._pipe = self._process.stdin.fileno()
-        self.has_sent_all = False
-        self._waits = os.name == "posix"  # elsewhere a pipe cannot be waited for
-        if self._waits:
-            os.set_blocking(self._pipe, False)
-
-    def write(self, data: bytes) -> int:
-        """Raises OSError when the relay has ended, or takes nothing for some seconds."""
-        rest = memoryview(data)
-        while rest:
-            if self._waits and not select.select([], [self._pipe], [], float(_TIMEOUT_SECONDS))[1]:
-                raise TimeoutError(110, "nothing is taken any more")
-            with contextlib.suppress(BlockingIOError):
-                rest = rest[os.write(self._pipe, rest) :]
-        return len(data)
-
-    def close(self) -> None:
-        with contextlib.suppress(OSError):
-            self._process.stdin and self._process.stdin.close()
-        try:
-            self.has_sent_all = self._process.wait(1) == 0
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
 
 
 def _checked(url: str) -> tuple[str, str]:
@@ -277,31 +239,3 @@ def _checked(url: str) -> tuple[str, str]:
             f"the {scheme}:// address of the stream names no host: give {scheme}://HOST/..."
         )
     return f"{scheme}://{f'[{host}]' if ':' in host else host}", _FORMATS[scheme]
-
-
-def _is_unknown(url: str) -> bool:
-    """True when FFmpeg as PyAV brings it does not know the protocol; nothing is connected for that."""
-    scheme = urlsplit(url).scheme.lower()
-    if scheme != "srt":
-        return False  # the others are always there
-    try:
-        av.open(f"{scheme}:").close()
-    except av.error.ProtocolNotFoundError:
-        return True
-    except (av.FFmpegError, OSError):
-        return False
-    return False
-
-
-def _relay_program(name: str) -> str:
-    """An `ffmpeg` that knows SRT. Raises UsageError when there is none."""
-    program = shutil.which("ffmpeg")
-    if program:
-        asked = subprocess.run(
-            [program, "-hide_banner", "-protocols"], capture_output=True, text=True, check=False
-        )
-        if "srt" in asked.stdout.split():
-            return program
-    raise UsageError(
-        f"{name} needs an ffmpeg with SRT on the PATH (apt install ffmpeg): install one, or use rtmp://"
-    )

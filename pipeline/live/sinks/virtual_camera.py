@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.camera_door import upright
-from makeup_video.pipeline.colour import resolve
 from makeup_video.pipeline.errors import OutputError, UsageError
-from makeup_video.pipeline.frame import Frame, _views
-from makeup_video.pipeline.live_frame import LivePicture
+from makeup_video.pipeline.frames.colour_tags import resolve
+from makeup_video.pipeline.frames.frame import Frame, plane_views
+from makeup_video.pipeline.frames.transform import upright
+from makeup_video.pipeline.live.interfaces import LivePicture
 
 _HELP = (
     "on Linux load v4l2loopback (sudo modprobe v4l2loopback exclusive_caps=1), on macOS and Windows "
@@ -93,7 +93,7 @@ def as_webcam(frame: Frame) -> tuple[np.ndarray, ...]:
             src_color_range=ColorRange.JPEG if coding.full_range else ColorRange.MPEG,
             dst_color_range=ColorRange.MPEG,
         )
-    return _views(picture, 8)
+    return plane_views(picture, 8)
 
 
 def _one_line(error: Exception) -> str:

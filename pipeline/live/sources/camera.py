@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from makeup_video.pipeline.camera_device import DeviceCamera, Wish
-from makeup_video.pipeline.camera_file import FileCamera
 from makeup_video.pipeline.errors import InputError, UsageError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.source import local_file, open_video
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.sources.device import DeviceCamera, Wish
+from makeup_video.pipeline.live.sources.file import FileCamera
+from makeup_video.pipeline.media.input_file import local_file, open_video
 
 PIXELS = ("mjpeg", "yuyv422")
 

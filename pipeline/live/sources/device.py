@@ -12,10 +12,10 @@ from typing import Any
 
 import av
 from av.device import enumerate_input_devices
-from makeup_video.pipeline.camera_door import CameraDoor
-from makeup_video.pipeline.camera_stamp import Freshness
 from makeup_video.pipeline.errors import InputError, MakeupVideoError
-from makeup_video.pipeline.frame import Frame
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.sources.freshness import Freshness
+from makeup_video.pipeline.live.sources.normalise import CameraDoor
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
 _RETRY_SECONDS = 1.0

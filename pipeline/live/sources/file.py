@@ -6,11 +6,11 @@ from threading import Event
 from typing import Any
 
 import av
-from makeup_video.pipeline.camera_door import CameraDoor
+from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.errors import DecodeError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.runner import cores
-from makeup_video.pipeline.source import VideoSource, open_video, packets_of
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.media.input_file import VideoSource, open_video, packets_of
 
 _GAP_SECONDS = 10.0  # a longer way from one frame to the next is a fault in the file's clock
 _LATE_FRAMES = 3  # more than these are left out, as a camera would

@@ -4,18 +4,18 @@ from dataclasses import replace
 from fractions import Fraction
 
 import av
-import numpy as np
 from av.video.reformatter import ColorRange
-from makeup_video.pipeline.codecs import CODECS
-from makeup_video.pipeline.door import Door
 from makeup_video.pipeline.errors import DecodeError
-from makeup_video.pipeline.frame import ColourTags, Frame, _views
-from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.transform import FULL_RANGE, fitted, squared
+from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
+from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.pixel_format import Door
 
 # One layout for every sink: 4:2:0 is what browsers, players, receivers and programs that read cameras take,
 # and to convert once here costs less than once a sink. Numbers keep their matrix and range.
 _LIVE = replace(CODECS["h264"], name="live", pix_fmts=("yuv420p",))
-_FULL = 2
 # DV, HDV and anamorphic film have 8:15 to 2; others are rubbish
 _ASPECTS = Fraction(1, 4), Fraction(4)
 
@@ -73,9 +73,9 @@ class CameraDoor:
         size, span = (picture.width, picture.height), int(picture.color_range)
         if self.size_wh is None:
             self.size_wh, self._range = size, span
-        if (self._range == _FULL) != (span == _FULL):
+        if (self._range == FULL_RANGE) != (span == FULL_RANGE):
             wanted = ColorRange(self._range or ColorRange.MPEG)
-            source = ColorRange.JPEG if span == _FULL else ColorRange.MPEG
+            source = ColorRange.JPEG if span == FULL_RANGE else ColorRange.MPEG
             changed = picture.reformat(src_color_range=source, dst_color_range=wanted)
             changed.color_range = wanted
             picture = changed
@@ -91,62 +91,3 @@ def _say_what_cameras_leave_out(picture: av.VideoFrame) -> None:
         picture.color_primaries = 1
     if picture.color_trc == 2:
         picture.color_trc = 1
-
-
-def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
-    """The same in square pixels, the shorter side of a pixel stretched; 4:2:0. The same object when they
-    are square."""
-    if aspect == 1:
-        return picture
-    wider, higher = max(aspect, Fraction(1)), max(1 / aspect, Fraction(1))
-    width = round(picture.width * wider / 2) * 2
-    height = round(picture.height * higher / 2) * 2
-    out = picture.reformat(width=width, height=height)  # keeps side data, which turns a recording
-    return with_tags(out, picture)
-
-
-def fitted(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:
-    """A copy of 4:2:0 of that size: as large as it fits, with black bars, its shape kept."""
-    (wide, high), scale = size_wh, min(size_wh[0] / picture.width, size_wh[1] / picture.height)
-    inner_wh = [max(2, round(side * scale / 2) * 2) for side in (picture.width, picture.height)]
-    inner_wh = [min(inner_wh[0], wide), min(inner_wh[1], high)]
-    small = picture.reformat(width=inner_wh[0], height=inner_wh[1])
-    out = av.VideoFrame(wide, high, picture.format.name)
-    full = picture.color_range == _FULL
-    left, top = ((outer - inner) // 4 * 2 for outer, inner in zip(size_wh, inner_wh, strict=True))
-    for index, (new, old) in enumerate(zip(_views(out, 8), _views(small, 8), strict=True)):
-        new[:] = 128 if index else (0 if full else 16)
-        step = 2 if index else 1
-        rows, columns = old.shape
-        new[top // step : top // step + rows, left // step : left // step + columns] = old
-    return with_tags(out, picture)
-
-
-def upright(frame: Frame) -> av.VideoFrame:
-    """The picture as it is to be looked at, for what cannot carry a rotation; the same object when
-    there is none. 4:2:0 of 8 bits."""
-    turns = frame.rotation_degrees // 90
-    if not turns:
-        return frame.picture
-    size = frame.width_px, frame.height_px
-    out = av.VideoFrame(*(size if turns == 2 else size[::-1]), frame.pix_fmt)
-    for new, old in zip(_views(out, 8), frame.planes, strict=True):
-        new[:] = np.rot90(old, turns)
-    return with_tags(out, frame.picture)
-
-
-def copied(picture: av.VideoFrame) -> av.VideoFrame:
-    """The same picture in memory of its own; 4:2:0 of 8 bits."""
-    out = av.VideoFrame(picture.width, picture.height, picture.format.name)
-    for new, old in zip(_views(out, 8), _views(picture, 8), strict=True):
-        new[:] = old
-    return with_tags(out, picture)
-
-
-def with_tags(out: av.VideoFrame, picture: av.VideoFrame) -> av.VideoFrame:
-    """`out`, with the time and the meaning of the numbers that `picture` has."""
-    out.colorspace, out.color_range = picture.colorspace, picture.color_range
-    out.color_primaries, out.color_trc = picture.color_primaries, picture.color_trc
-    if picture.pts is not None:
-        out.pts, out.time_base = picture.pts, picture.time_base
-    return out

@@ -14,9 +14,10 @@ from typing import ClassVar
 import cv2
 import numpy as np
 from makeup_video.kernels.surface import LID_HW, FaceSurfaces, Place
-from makeup_video.pipeline.face import Face
-from makeup_video.pipeline.shading import Grid, box_of, broad, slopes_along
-from makeup_video.pipeline.topology import EYE, RIGHT_EYE
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
+from makeup_video.pipeline.render.grid import Grid, box_of
+from makeup_video.pipeline.render.luminance import broad
 
 SIZE_WH = LID_HW[::-1]
 _SHADING_SIGMA = 1.8  # px of the grid: what is finer is texture
@@ -28,14 +29,13 @@ _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
 _FAINTEST = 1 / 512
-_CURVES = np.stack([_LASHES, _CREASE, _BROW])
+CURVES = np.stack([_LASHES, _CREASE, _BROW])
 _CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
 _NARROWEST_PX = 4
 # The same from the inner to the outer corner, as points of the face: of both eyes, (6, 9).
-LID_RINGS = np.concatenate([eye[_CURVES[:, ::-1]] for eye in (EYE, RIGHT_EYE)])
-_COLUMNS = np.arange(SIZE_WH[0])
-_ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
-_OUT = LEFT + STEP * _COLUMNS
+LID_RINGS = np.concatenate([eye[CURVES[:, ::-1]] for eye in (EYE, RIGHT_EYE)])
+COLUMNS = np.arange(SIZE_WH[0])
+OUTWARDS = LEFT + STEP * COLUMNS
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +55,24 @@ ZONES = {
 }
 
 
+class ZoneWeights:
+    """Weights of zones on all eyes of a face: made for all at once, and kept."""
+
+    def __init__(self, up: np.ndarray) -> None:
+        """up: (E, 28, 40)."""
+        self._up = up
+        self._found: dict[tuple[Zone, float], np.ndarray] = {}
+
+    def weights(self, zone: Zone, softness: float) -> np.ndarray:
+        """(E, 28, 40) float32: see zone_weight."""
+        key = zone, softness
+        if key not in self._found:
+            wide = 0.5 + softness
+            self._found[key] = _ramp(self._up, zone.up, wide)
+            self._found[key] *= _across(zone, wide)
+        return self._found[key]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class EyeRegion:
     """One eye's lid, ready to be painted; (28, 40) float32 on its grid.
@@ -69,7 +87,7 @@ class EyeRegion:
     lash_px: np.ndarray
     out: np.ndarray
     normals: np.ndarray
-    zones: "_Zones"
+    zones: "ZoneWeights"
     number: int
     spared: ClassVar[float] = 0.2  # lashes, brows, liner: see `material`
 
@@ -108,28 +126,10 @@ class EyeRegion:
         return light, mean
 
 
-class _Zones:
-    """Weights of zones on all eyes of a face: made for all at once, and kept."""
-
-    def __init__(self, up: np.ndarray) -> None:
-        """up: (E, 28, 40)."""
-        self._up = up
-        self._found: dict[tuple[Zone, float], np.ndarray] = {}
-
-    def weights(self, zone: Zone, softness: float) -> np.ndarray:
-        """(E, 28, 40) float32: see zone_weight."""
-        key = zone, softness
-        if key not in self._found:
-            wide = 0.5 + softness
-            self._found[key] = _ramp(self._up, zone.up, wide)
-            self._found[key] *= _across(zone, wide)
-        return self._found[key]
-
-
 @lru_cache
 def _across(zone: Zone, wide: float) -> np.ndarray:
     """(40,) float32: a zone's weight by column."""
-    return _ramp(_OUT, zone.out, wide).astype(np.float32)
+    return _ramp(OUTWARDS, zone.out, wide).astype(np.float32)
 
 
 def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: float) -> np.ndarray:
@@ -160,72 +160,13 @@ def eye_places(face: Face) -> list[Place | None]:
 
 def eye_regions_of(places: list[Place | None], made: FaceSurfaces) -> list[EyeRegion | None]:
     """The lids that kernels/surface.cl made."""
-    zones = _Zones(made.lids[:, 0])
+    zones = ZoneWeights(made.lids[:, 0])
     return [
-        EyeRegion(Grid.at(place.to_px, LID_HW), lid[0], lid[1], _OUT, lid[3:], zones, number)
+        EyeRegion(Grid.at(place.to_px, LID_HW), lid[0], lid[1], OUTWARDS, lid[3:], zones, number)
         if place
         else None
         for number, (place, lid) in enumerate(zip(places, made.lids, strict=True))
     ]
-
-
-def eye_regions(face: Face) -> list[EyeRegion]:
-    """The lids of both eyes that are seen, in numpy: the twin of kernels/surface.cl."""
-    seen = [eye for eye in _eyes(face) if eye is not None]
-    if not seen:
-        return []
-    # both eyes in one go: (E, ...)
-    y, depth = _curves(np.stack([points for _, points in seen]))
-    lash, crease, brow = (height[:, None] for height in _apart(y))
-    over = (lash - _ROWS) / (lash - crease)
-    height = np.where(over < 1, over, 1 + (crease - _ROWS) / (crease - brow))
-    slope = slopes_along(lash, 1)
-    steps_px = np.array([grid.step_px() for grid, _ in seen], np.float32)[:, None, None]
-    lash_px = (lash - _ROWS) * (steps_px / np.sqrt(1 + slope * slope))
-    normals = _normals(y, depth, height)
-    zones = _Zones(height)
-    return [
-        EyeRegion(grid, height[number], lash_px[number], _OUT, normals[number], zones, number)
-        for number, (grid, _) in enumerate(seen)
-    ]
-
-
-def lid_curves(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
-    """For both eyes, each with its grid: lash line, crease and brow, (3, 40) rows of the grid by column.
-
-    None for an eye that is too narrow to be seen.
-    """
-    curves: list[tuple[Grid, np.ndarray] | None] = []
-    for eye in _eyes(face):
-        if eye is None:
-            curves.append(None)
-        else:
-            grid, points = eye
-            curves.append((grid, np.concatenate(_apart(_curves(points[None])[0]))))
-    return curves
-
-
-def _eyes(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
-    """The grids of both eyes, and their points (48, 3) there; None for one that is too narrow."""
-    eyes: list[tuple[Grid, np.ndarray] | None] = []
-    for place, points in zip(eye_places(face), (EYE, RIGHT_EYE), strict=True):
-        if place is None:
-            eyes.append(None)
-            continue
-        grid, points_px = Grid.at(place.to_px, LID_HW), face.points_px[points]
-        there = np.empty(points_px.shape)
-        step = grid.step_px()
-        there[:, :2] = (points_px[:, :2] - grid.to_px[:, 2]) @ (grid.to_px[:, :2] / step**2)
-        there[:, 2] = points_px[:, 2] / step
-        eyes.append((grid, there))
-    return eyes
-
-
-def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(E, 3, columns) -> rows of lash line, crease and brow, (E, columns), a row apart at least."""
-    lash = y[:, 0]
-    crease = np.minimum(y[:, 1], lash - 1)
-    return lash, crease, np.minimum(y[:, 2], crease - 1)
 
 
 def _eye_place(
@@ -244,41 +185,3 @@ def _eye_place(
         down * STEP, y * STEP, (y0 + y1) / 2 + down * LEFT + y * _TOP,
     )  # fmt: skip
     return Place(to_px, to_px)
-
-
-def _curves(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(E, 48, 3) on the grid -> heights and depths (E, 3, columns) of lash line, crease and brow."""
-    smooth = (_SMOOTH @ points[:, _CURVES])[:, :, ::-1]
-    x = np.maximum.accumulate(smooth[..., 0], axis=2).reshape(-1, len(_SMOOTH))
-    yz = (smooth[..., 1] + 1j * smooth[..., 2]).reshape(-1, len(_SMOOTH))  # np.interp takes both
-    curves = np.stack([np.interp(_COLUMNS, *curve) for curve in zip(x, yz, strict=True)])
-    curves = curves.reshape(len(points), 3, -1)
-    return curves.real.astype(np.float32), curves.imag.astype(np.float32)
-
-
-def _normals(y: np.ndarray, depth: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is towards the viewer."""
-    falls = np.clip((depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1), -2, 2)
-    below, above = falls[:, 0, None], falls[:, 1, None]
-    gy = below + (above - below) * np.clip(height - 0.5, 0, 1)
-    gy += 0.8 * np.clip(0.5 - height, -0.5, 0.5)  # a lid lies on a ball
-    gx = np.clip(slopes_along(depth[:, 1, None], 1), -2, 2)
-    shrink = 1 / np.sqrt(1 + gx * gx + gy * gy)
-    return np.stack([gx * shrink, gy * shrink], axis=1)
-
-
-def _catmull_rom(count: int, between: int) -> np.ndarray:
-    """(M, count): from points to a smooth curve through them (Catmull and Rom, 1974)."""
-    rows = []
-    for at in np.linspace(0, count - 1, (count - 1) * between + 1):
-        i = min(int(at), count - 2)
-        t = at - i
-        taps = 0.5 * np.array([-t + 2*t**2 - t**3, 2 - 5*t**2 + 3*t**3, t + 4*t**2 - 3*t**3, -(t**2) + t**3])  # fmt: skip
-        row = np.zeros(count)
-        for offset, tap in zip(range(-1, 3), taps, strict=True):
-            row[min(max(i + offset, 0), count - 1)] += tap
-        rows.append(row)
-    return np.stack(rows)
-
-
-_SMOOTH = _catmull_rom(9, 4)

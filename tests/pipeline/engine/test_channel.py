@@ -4,7 +4,7 @@ import time
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.channel import Channel, ChannelClosed, NewestChannel
+from makeup_video.pipeline.engine.channel import Channel, ChannelClosed, NewestChannel
 
 
 @given(items=st.lists(st.integers(), max_size=60), capacity=st.integers(1, 8))

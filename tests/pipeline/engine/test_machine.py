@@ -2,12 +2,12 @@ import subprocess
 import sys
 
 import numpy as np
-from makeup_video.pipeline.memory import give_back_memory, peak_memory_bytes
+from makeup_video.pipeline.engine.machine import give_back_memory, peak_memory_bytes
 
 _FREED = """
 from pathlib import Path
 import numpy as np
-from makeup_video.pipeline.memory import give_back_memory
+from makeup_video.pipeline.engine.machine import give_back_memory
 
 def held():
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096

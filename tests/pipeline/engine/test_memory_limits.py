@@ -3,9 +3,9 @@
 import resource
 
 import pytest
-from makeup_video.pipeline import MakeupVideoError, memory
-from makeup_video.pipeline.errors import TooLittleMemoryError
-from makeup_video.pipeline.memory import (
+from makeup_video.pipeline import MakeupVideoError
+from makeup_video.pipeline.engine import machine as memory
+from makeup_video.pipeline.engine.machine import (
     COPY_VIDEO,
     FIND_FACES,
     PAINT_PICTURE,
@@ -15,6 +15,7 @@ from makeup_video.pipeline.memory import (
     check_memory,
     group_limit_bytes,
 )
+from makeup_video.pipeline.errors import TooLittleMemoryError
 
 NEEDS = [COPY_VIDEO, FIND_FACES, PAINT_PICTURE, PAINT_VIDEO, READ_PHOTO, SHOW_VIDEO]
 

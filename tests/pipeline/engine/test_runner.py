@@ -8,8 +8,9 @@ import weakref
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from makeup_video.pipeline.engine.runner import Runner
+from makeup_video.pipeline.engine.signals import interrupted_later, stop_signals, undisturbed
 from makeup_video.pipeline.errors import StoppedError
-from makeup_video.pipeline.runner import Runner, interrupted_later, stop_signals, undisturbed
 
 
 class List:

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from makeup_video.pipeline.face import LipPatch
-from makeup_video.pipeline.face_frame import fit_similarity
-from makeup_video.pipeline.face_nets import View
-from makeup_video.pipeline.sighting import Sighting, _is_odd, _step_of
-from makeup_video.pipeline.similarity import Similarity
+from makeup_video.pipeline.faces.face import LipPatch
+from makeup_video.pipeline.faces.landmarks import Sighting, _is_odd, _step_of
+from makeup_video.pipeline.faces.nets import View
+from makeup_video.pipeline.faces.similarity import Similarity
+from makeup_video.training.faces.similarity_fit import fit_similarity
 
 MIDDLES = hnp.arrays(np.float64, (5, 2), elements=st.floats(-4000, 4000))
 

@@ -4,8 +4,16 @@ import json
 
 import numpy as np
 import pytest
-from makeup_video.pipeline import InstallError, net
-from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, LIPS, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
+from makeup_video.pipeline import InstallError
+from makeup_video.pipeline.faces import net
+from makeup_video.pipeline.faces.topology import (
+    EYE,
+    EYE_CONTOUR,
+    LIPS,
+    LIPS_INNER,
+    LIPS_OUTER,
+    RIGHT_EYE,
+)
 
 
 @pytest.fixture

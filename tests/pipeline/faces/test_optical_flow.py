@@ -3,10 +3,11 @@
 import cv2
 import numpy as np
 import pytest
-from makeup_video.pipeline.crop import FramePicture, compose
-from makeup_video.pipeline.motion import MeasureMotion
-from makeup_video.pipeline.similarity import Similarity, iod_of
-from makeup_video.pipeline.topology import LIPS
+from makeup_video.pipeline.faces.optical_flow import MeasureMotion
+from makeup_video.pipeline.faces.similarity import Similarity, iod_of
+from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.frames.views import FramePicture
 from people import clip, clip_points, frame_of, portrait
 
 FRAME = Similarity(119.3 - 4.2j, 262.6 + 190.6j)  # of the portrait's face

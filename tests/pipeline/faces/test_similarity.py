@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline.similarity import (
+from makeup_video.pipeline.faces.similarity import (
     STAY,
     Similarity,
     distance,

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from makeup_video.pipeline import FindFaces, faces
-from makeup_video.pipeline.face_nets import FaceNets
-from makeup_video.pipeline.topology import EYE_CORNERS
+from makeup_video.pipeline import FindFaces
+from makeup_video.pipeline.faces import find as faces
+from makeup_video.pipeline.faces.nets import FaceNets
+from makeup_video.pipeline.faces.topology import EYE_CORNERS
 from people import clip, clip_points, face_of, frame_of, grey, put
 
 

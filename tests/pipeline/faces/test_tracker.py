@@ -10,8 +10,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from makeup_video.pipeline import Face, FindFaces, find_faces, lip_mask
-from makeup_video.pipeline.faces import find_faces_in_frame, lip_mask_window
-from makeup_video.pipeline.topology import EYE_CONTOUR, EYE_CORNERS, LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.faces.find import find_faces_in_frame
+from makeup_video.pipeline.faces.lip_mask import lip_mask_window
+from makeup_video.pipeline.faces.topology import (
+    EYE_CONTOUR,
+    EYE_CORNERS,
+    LIPS,
+    LIPS_INNER,
+    LIPS_OUTER,
+)
 from people import TICK, clip, clip_points, face_of, frame_of, grey, portrait, put
 
 

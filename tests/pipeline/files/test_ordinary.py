@@ -4,7 +4,7 @@ import os
 import tracemalloc
 
 import pytest
-from makeup_video.pipeline.ordinary import open_ordinary, read_ordinary
+from makeup_video.pipeline.files.ordinary import open_ordinary, read_ordinary
 
 
 def test_a_file_within_the_limit_is_read_whole(tmp_path):

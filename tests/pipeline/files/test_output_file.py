@@ -5,7 +5,7 @@ import os
 
 import pytest
 from makeup_video.pipeline import OutputError, Settings, UsageError, process_video
-from makeup_video.pipeline.target import Target, part_of, write_errors
+from makeup_video.pipeline.files.output_file import Target, part_of, write_errors
 from media import decoded, make_clip
 
 

@@ -6,9 +6,10 @@ import sys
 from fractions import Fraction
 
 import pytest
-from makeup_video.pipeline import OutputError, UsageError, part_file, process_video
-from makeup_video.pipeline.part_file import PartFile
-from makeup_video.pipeline.target import Target, part_of
+from makeup_video.pipeline import OutputError, UsageError, process_video
+from makeup_video.pipeline.files import part_file
+from makeup_video.pipeline.files.output_file import Target, part_of
+from makeup_video.pipeline.files.part_file import PartFile
 from media import decoded, make_clip
 from writers import WRITERS, make_picture
 
@@ -84,7 +85,7 @@ def test_without_proc_the_part_is_written_by_its_name(tmp_path, monkeypatch, mak
 HOLDS = """
 import sys
 from pathlib import Path
-from makeup_video.pipeline.part_file import PartFile
+from makeup_video.pipeline.files.part_file import PartFile
 part = PartFile(Path(sys.argv[1]), overwrite=True)
 print("holds", flush=True)
 sys.stdin.read()
@@ -155,7 +156,7 @@ def test_parts_that_are_open_and_empty_are_removed_at_the_end_of_the_process(tmp
 STOPPED_WHILE_OPENING = """
 import os, signal, sys, time
 from makeup_video.cli import main
-from makeup_video.pipeline import part_file
+from makeup_video.pipeline.files import part_file
 
 lock = part_file._lock
 

@@ -5,8 +5,9 @@ import errno
 import os
 
 import pytest
-from makeup_video.pipeline import Settings, UsageError, process_video, rename
-from makeup_video.pipeline.rename import rename_new
+from makeup_video.pipeline import Settings, UsageError, process_video
+from makeup_video.pipeline.files import rename
+from makeup_video.pipeline.files.rename import rename_new
 from media import decoded, make_clip
 from writers import WRITERS
 

@@ -5,7 +5,7 @@ import pytest
 from heads import frame
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline.face_tracks import GAP_SECONDS, Clock, EvenTimes
+from makeup_video.pipeline.frames.clock import GAP_SECONDS, Clock, EvenTimes
 
 
 @given(st.lists(st.integers(-(10**6), 10**6), max_size=40))

@@ -3,8 +3,8 @@
 import pytest
 from makeup_video.kernels.colour import Coding
 from makeup_video.pipeline import UsageError
-from makeup_video.pipeline.colour import coding_of, resolve
-from makeup_video.pipeline.frame import ColourTags
+from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
+from makeup_video.pipeline.frames.frame import coding_of
 from people import frame_of, portrait
 
 

@@ -5,14 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.crop import (
-    FramePicture,
-    RgbPicture,
-    compose,
-    halved,
-    sample,
-    to_rgb_matrix,
-)
+from makeup_video.pipeline.frames.sampling import compose, halved, sample, to_rgb_matrix
+from makeup_video.pipeline.frames.views import FramePicture, RgbPicture
 from people import frame_of, portrait
 
 FACE = np.array([[1.9, 0.4, 120.0], [-0.4, 1.9, 190.0]])  # a turned window over the face

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from makeup_video.pipeline.cut import CutDetector
+from makeup_video.pipeline.frames.scene_cut import CutDetector
 from people import clip, portrait
 
 

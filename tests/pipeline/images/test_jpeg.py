@@ -19,8 +19,8 @@ from makeup_video.kernels.colour import (
     to_linear,
 )
 from makeup_video.pipeline import UsageError
-from makeup_video.pipeline.frame import ColourTags
-from makeup_video.pipeline.preview import PreviewJpeg
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.images.jpeg import PreviewJpeg
 
 LAYOUTS = [(1, 1), (2, 1), (2, 2), (1, 2), (4, 1), (4, 4)]
 

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear, to_xyz
-from makeup_video.pipeline import InputError, MakeupVideoError, PhotoError, photo
-from makeup_video.pipeline.photo import LARGE_PX, read_photo
+from makeup_video.pipeline import InputError, MakeupVideoError, PhotoError
+from makeup_video.pipeline.images import photo_file as photo
+from makeup_video.pipeline.images.photo_file import LARGE_PX, read_photo
 from media import make_clip
 from people import portrait
 from PIL import GifImagePlugin, Image, TiffImagePlugin

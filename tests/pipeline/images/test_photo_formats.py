@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from makeup_video.pipeline import InputError, PhotoError, photo
-from makeup_video.pipeline.photo import read_photo
+from makeup_video.pipeline import InputError, PhotoError
+from makeup_video.pipeline.images import photo_file as photo
+from makeup_video.pipeline.images.photo_file import read_photo
 from media import make_clip
 from PIL import ExifTags, Image, TiffImagePlugin
 from PIL.TiffImagePlugin import IFDRational
@@ -90,7 +91,7 @@ def test_a_photo_that_is_gone_before_it_is_opened_is_one_line(tmp_path, monkeypa
         path.unlink()
         return path
 
-    monkeypatch.setattr("makeup_video.pipeline.source.local_file", found)
+    monkeypatch.setattr("makeup_video.pipeline.media.input_file.local_file", found)
     with pytest.raises(InputError, match=r"in\.png cannot be read: No such file"):
         read_photo(path)
 
@@ -122,9 +123,7 @@ def test_what_pillow_logs_of_a_damaged_file_is_not_printed(tmp_path):
     at = data.index(struct.pack("<HH", 277, 3))  # SamplesPerPixel
     struct.pack_into("<H", data, at + 8, 31960)
     path.write_bytes(data)
-    program = (
-        "import sys; from makeup_video.pipeline.photo import read_photo; read_photo(sys.argv[1])"
-    )
+    program = "import sys; from makeup_video.pipeline.images.photo_file import read_photo; read_photo(sys.argv[1])"
     command = [sys.executable, "-c", program, str(path)]  # pytest itself listens to the log here
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert "PhotoError" in done.stderr and "More samples per pixel" not in done.stderr

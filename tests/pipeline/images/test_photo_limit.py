@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.pipeline import PhotoError
-from makeup_video.pipeline.photo import read_photo
+from makeup_video.pipeline.images.photo_file import read_photo
 
 
 def test_who_asks_for_fewer_pixels_refuses_larger_photos_before_any_is_decoded():

@@ -12,12 +12,12 @@ from makeup_video.pipeline import (
     Look,
     OutputError,
     Settings,
-    picture_size,
     process_video,
     product,
 )
-from makeup_video.pipeline.still import read_picture
-from makeup_video.pipeline.target import part_of
+from makeup_video.pipeline.files.output_file import part_of
+from makeup_video.pipeline.images import picture_size
+from makeup_video.pipeline.images.picture_file import read_picture
 
 LOOK = Look(lips=product((180, 0, 46), "satin"))
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import budget as rule
-from makeup_video.pipeline.budget import Budget
+from makeup_video.pipeline.live import frame_budget as rule
+from makeup_video.pipeline.live.frame_budget import Budget
 
 TICK = 1 / 30
 COSTS = (1.0, 0.85, 0.65, 0.55)  # what a frame takes at each level, of what it takes at level 0

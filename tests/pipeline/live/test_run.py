@@ -4,12 +4,13 @@ import threading
 
 import numpy as np
 import pytest
-from makeup_video.pipeline import Look, live, product
-from makeup_video.pipeline.budget import TOLD, Budget
+from makeup_video.pipeline import Look, product
 from makeup_video.pipeline.errors import StoppedError
-from makeup_video.pipeline.live import LiveRun
-from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
-from makeup_video.pipeline.mesh import BuildScene
+from makeup_video.pipeline.live import run as live
+from makeup_video.pipeline.live.frame_budget import TOLD, Budget
+from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
+from makeup_video.pipeline.live.run import LiveRun
+from makeup_video.pipeline.render.build_scene import BuildScene
 from people import clip, clip_points, frame_of
 
 RED, BLUE = (Look(lips=product(rgb, "matte")) for rgb in ((200, 0, 30), (20, 40, 200)))

@@ -4,11 +4,12 @@ from fractions import Fraction
 
 import av
 import pytest
-from makeup_video.pipeline import live_runner
 from makeup_video.pipeline.errors import EncodeError, InputError, OutputError, StoppedError
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.live_frame import LIVE_TIME_BASE, LivePicture
-from makeup_video.pipeline.live_runner import LiveRunner
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live import runner as live_runner
+from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
+from makeup_video.pipeline.live.runner import LiveRunner
 
 
 def frame(number):

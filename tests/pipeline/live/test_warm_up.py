@@ -1,10 +1,10 @@
 import pyopencl as cl
 import pytest
 from makeup_video.pipeline import FindFaces, Look, product
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.net import Net
-from makeup_video.pipeline.warm_up import warm_up
+from makeup_video.pipeline.faces.net import Net
+from makeup_video.pipeline.live.warm_up import warm_up
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
 from people import clip, frame_of
 
 

@@ -5,9 +5,9 @@ import os
 import numpy as np
 import pytest
 from makeup_video.pipeline import CatalogueError
-from makeup_video.pipeline import catalogue as catalogue_module
-from makeup_video.pipeline.catalogue import Catalogue, Shade, read_catalogue
-from makeup_video.pipeline.colour_difference import ciede2000, lab_of
+from makeup_video.pipeline.look import catalogue as catalogue_module
+from makeup_video.pipeline.look.catalogue import Catalogue, Shade, read_catalogue
+from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
 
 GOOD = 'brand,product,shade,hex\nA,Matte,"Red, dark",#B4002E\nB,Gloss,Pink,f9a\n'
 SHADES = (

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from makeup_video.pipeline.colour_difference import ciede2000, lab_of
+from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
 from skimage.color import deltaE_ciede2000, rgb2lab
 
 # L1 a1 b1 L2 a2 b2 and the difference: Sharma, Wu, Dalal 2005, table 1.

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import FINISHES, GraphicsParams, LookError, UsageError, product
-from makeup_video.pipeline.finishes import REGIONS
+from makeup_video.pipeline.look.finishes import REGIONS
 
 CODES = st.tuples(*[st.integers(0, 255)] * 3)
 NAMES = st.sampled_from(list(FINISHES))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, LookError
-from makeup_video.pipeline.look import whole_number
+from makeup_video.pipeline.look.look import whole_number
 from makeup_video.web.messages import read_message
 
 LIPS = '"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss_roughness": 0.4, "reflection": 0'

@@ -6,14 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import FINISHES, GraphicsParams, Look, UsageError, product
-from makeup_video.pipeline.choose import (
+from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.look.options import (
     DEFAULT_FINISH,
     Choice,
     choose_look,
     parse_color,
     parse_parts,
 )
-from makeup_video.pipeline.look import ZONES
 
 REGIONS = ("lips", "eyes")
 UNIT = st.floats(0, 1)

@@ -5,8 +5,8 @@ import io
 import av
 import pytest
 from makeup_video.pipeline import OutputError, Settings, StrictError, process_video
-from makeup_video.pipeline.mux import Muxer
-from makeup_video.pipeline.source import is_cover
+from makeup_video.pipeline.media.input_file import is_cover
+from makeup_video.pipeline.media.mux import Muxer
 from media import add_video, encode_frames
 from PIL import Image
 

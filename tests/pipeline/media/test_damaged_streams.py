@@ -7,7 +7,7 @@ from fractions import Fraction
 import av
 import pytest
 from makeup_video.pipeline import OutputError, process_video
-from makeup_video.pipeline.mux import Muxer
+from makeup_video.pipeline.media.mux import Muxer
 from media import make_clip, packets_of, picture, times_of
 
 FRAMES = 12

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import Settings, StrictError, process_video
-from makeup_video.pipeline.frame import ColourTags
+from makeup_video.pipeline.frames.colour_tags import ColourTags
 from media import add_video, decoded, encode_frames, make_clip, picture
 
 CODES = st.sampled_from([1, 2, 5, 6, 9])

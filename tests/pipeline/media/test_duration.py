@@ -5,9 +5,10 @@ from fractions import Fraction
 
 import av
 import pytest
-from makeup_video.pipeline import DecodeError, Settings, UsageError, process, process_video
-from makeup_video.pipeline.length import check_start
-from makeup_video.pipeline.source import open_video
+from makeup_video.pipeline import DecodeError, Settings, UsageError, process_video
+from makeup_video.pipeline.media.duration import check_start
+from makeup_video.pipeline.media.input_file import open_video
+from makeup_video.pipeline.offline import run as process
 from media import add_video, decoded, encode_frames, make_clip, tone
 
 CODECS = {".webm": "vp9", ".flv": "h264", ".ts": "h264", ".avi": "mpeg4", ".mkv": "h264"}

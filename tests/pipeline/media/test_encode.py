@@ -6,13 +6,8 @@ from fractions import Fraction
 import av
 import pytest
 from makeup_video.pipeline import EncodeError, Settings, UsageError, process_video
-from makeup_video.pipeline.codecs import (
-    CODECS,
-    bits_of,
-    encoder_options,
-    pick_codec,
-    pick_pix_fmt,
-)
+from makeup_video.pipeline.media.codecs import CODECS, bits_of, encoder_options, pick_codec
+from makeup_video.pipeline.media.pixel_format import pick_pix_fmt
 from media import add_video, decoded, encode_frames, make_clip
 
 MASTER = (

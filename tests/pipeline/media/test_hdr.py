@@ -2,7 +2,7 @@
 
 import struct
 
-from makeup_video.pipeline.hdr import mastering_text
+from makeup_video.pipeline.media.hdr import mastering_text
 
 
 def testmastering_text_is_what_x265_reads():

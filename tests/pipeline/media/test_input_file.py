@@ -5,7 +5,7 @@ from fractions import Fraction
 import av
 import pytest
 from makeup_video.pipeline import InputError
-from makeup_video.pipeline.source import local_file, open_video
+from makeup_video.pipeline.media.input_file import local_file, open_video
 from media import add_video, encode_frames, make_clip
 
 

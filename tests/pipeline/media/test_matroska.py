@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Settings, process_video
-from makeup_video.pipeline.matroska import set_display_size
+from makeup_video.pipeline.media.matroska import set_display_size
 from media import decoded, make_clip, packets_of, times_of
 
 

@@ -8,8 +8,8 @@ import pytest
 from av.stream import Disposition
 from av.subtitles.subtitle import SubtitleSet
 from makeup_video.pipeline import Settings, StrictError, process_video
-from makeup_video.pipeline.mux import Muxer
-from makeup_video.pipeline.target import Target
+from makeup_video.pipeline.files.output_file import Target
+from makeup_video.pipeline.media.mux import Muxer
 from media import (
     ASS_HEADER,
     add_video,

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError
-from makeup_video.pipeline.codecs import CODECS, bits_of
-from makeup_video.pipeline.door import Door
-from makeup_video.pipeline.frame import _views
+from makeup_video.pipeline.frames.frame import plane_views
+from makeup_video.pipeline.media.codecs import CODECS, bits_of
+from makeup_video.pipeline.media.pixel_format import Door
 from media import picture
 
 
@@ -28,7 +28,7 @@ def test_padding_repeats_the_edge_and_keeps_every_pixel(width, height, pix_fmt):
     shown.pts = 7
     depth = bits_of(pix_fmt)
     out = Door(CODECS["h264"], depth)(shown)
-    for old, new in zip(_views(shown, depth), _views(out, depth), strict=True):
+    for old, new in zip(plane_views(shown, depth), plane_views(out, depth), strict=True):
         rows, columns = old.shape[:2]
         assert 0 <= new.shape[0] - rows <= 1 and 0 <= new.shape[1] - columns <= 1
         np.testing.assert_array_equal(new[:rows, :columns], old)
@@ -44,14 +44,14 @@ def test_a_full_range_layout_keeps_its_numbers(pix_fmt, codec):
     shown = picture(2, 64, 48, pix_fmt)
     out = Door(CODECS[codec])(shown)
     assert out.color_range == 2 and not out.format.name.startswith("yuvj")
-    for old, new in zip(_views(shown, 8), _views(out, 8), strict=True):
+    for old, new in zip(plane_views(shown, 8), plane_views(out, 8), strict=True):
         np.testing.assert_array_equal(new, old)
 
 
 def test_a_deeper_layout_keeps_its_numbers_scaled():
     shown = picture(2, 64, 48, "yuv422p10le")
     out = Door(CODECS["vp9"])(shown)
-    for old, new in zip(_views(shown, 10), _views(out, 8), strict=True):
+    for old, new in zip(plane_views(shown, 10), plane_views(out, 8), strict=True):
         assert np.abs(new.astype(float) - old / 4).max() <= 1  # rounding, or a dither
 
 
@@ -59,9 +59,9 @@ def test_rgb_becomes_bt709_and_is_tagged_so():
     shown = picture(2, 64, 48, "gbrp")
     out = Door(CODECS["h264"])(shown)
     assert (out.format.name, out.colorspace, out.color_range) == ("yuv444p", 1, 1)
-    green, blue, red = (plane.astype(float) for plane in _views(shown, 8))
+    green, blue, red = (plane.astype(float) for plane in plane_views(shown, 8))
     want = 16 + 219 / 255 * (0.2126 * red + 0.7152 * green + 0.0722 * blue)
-    assert np.abs(_views(out, 8)[0] - want).max() < 1.5
+    assert np.abs(plane_views(out, 8)[0] - want).max() < 1.5
 
 
 @pytest.mark.parametrize("change", [(64, 50, "yuv420p"), (66, 48, "yuv420p"), (64, 48, "yuv422p")])

@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, Settings, process_video, product
-from makeup_video.pipeline.codecs import CODECS
-from makeup_video.pipeline.compare import Compare, side_by_side
-from makeup_video.pipeline.frame import ColourTags, Frame, _views
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame, plane_views
+from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.side_by_side import Compare, side_by_side
 from media import add_video, decoded, encode_frames, make_clip, picture, times_of
 from people import clip, film
 
@@ -34,7 +35,7 @@ def frame_of(pix_fmt, width, height, rotation_degrees=0, index=1):
 
 def copies(picture):
     depth = picture.format.components[0].bits
-    return [plane.copy() for plane in _views(picture, depth)]
+    return [plane.copy() for plane in plane_views(picture, depth)]
 
 
 def assert_halves(frame, before, after, rotation_degrees):

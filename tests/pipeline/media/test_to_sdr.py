@@ -16,11 +16,11 @@ from makeup_video.kernels.colour import (
     rounded,
 )
 from makeup_video.pipeline import OutputError, Settings, UsageError, process_video
-from makeup_video.pipeline.codecs import CODECS
-from makeup_video.pipeline.door import Door
-from makeup_video.pipeline.frame import _views
-from makeup_video.pipeline.sdr import ToSdr
-from makeup_video.pipeline.tone_map import to_sdr
+from makeup_video.pipeline.frames.frame import plane_views
+from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.pixel_format import Door
+from makeup_video.pipeline.media.to_sdr import ToSdr
+from makeup_video.pipeline.media.tone_map import to_sdr
 from media import decoded, make_clip, picture, times_of
 
 PEAK = 1000 / 203
@@ -31,7 +31,7 @@ def hdr_picture(rgb, transfer, pix_fmt="yuv444p10le", *, full_range=False):
     coding = Coding(9, full_range, transfer, 9, 10)
     codes = rounded(encode(rgb @ from_srgb_primaries(9).T, coding), coding)
     shown = picture(0, rgb.shape[1], rgb.shape[0], pix_fmt)
-    for plane, values in zip(_views(shown, 10), np.moveaxis(codes, 2, 0), strict=True):
+    for plane, values in zip(plane_views(shown, 10), np.moveaxis(codes, 2, 0), strict=True):
         plane[:] = values[: plane.shape[0], : plane.shape[1]]
     shown.colorspace, shown.color_primaries, shown.color_trc = 9, 9, transfer
     shown.color_range = 2 if full_range else 1
@@ -49,7 +49,7 @@ def test_pixels_are_what_the_curve_makes_of_them(transfer, full_range):
     seen = np.clip(codes @ to_rgb[:, :3].T + to_rgb[:, 3], 0, 1)
     plain = matrices(Coding(1, False, SRGB, 1, 8))[1]
     want = to_sdr(seen, transfer, 9, PEAK) @ plain[:, :3].T + plain[:, 3]
-    got = np.stack([plane.astype(float) for plane in _views(out, 8)], -1)
+    got = np.stack([plane.astype(float) for plane in plane_views(out, 8)], -1)
     # a table of 65 steps each way, 10 bits in between, and a dither
     assert np.abs(got - want).mean() < 0.8 and np.percentile(np.abs(got - want), 99) <= 4
 
@@ -171,18 +171,18 @@ def test_a_depth_that_the_codec_lacks_is_refused_before_anything_is_written(tmp_
 )
 def test_samples_beyond_their_depth_are_clipped_and_counted(pix_fmt, largest):
     shown = picture(3, 64, 48, pix_fmt)
-    before = [plane.copy() for plane in _views(shown, 16)]
+    before = [plane.copy() for plane in plane_views(shown, 16)]
     door = Door(CODECS["ffv1"])
     assert door(shown) is shown and door.mended == 0
     for number in range(len(before)):
         odd = picture(3, 64, 48, pix_fmt)
-        _views(odd, 16)[number][5, 3:9] = 60000
+        plane_views(odd, 16)[number][5, 3:9] = 60000
         out = door(odd)
         assert door.mended == number + 1
         before[number][5, 3:9] = largest
-        for plane, want in zip(_views(out, 16), before, strict=True):
+        for plane, want in zip(plane_views(out, 16), before, strict=True):
             np.testing.assert_array_equal(plane, want)
-        before[number][5, 3:9] = _views(shown, 16)[number][5, 3:9]
+        before[number][5, 3:9] = plane_views(shown, 16)[number][5, 3:9]
 
 
 def test_a_film_with_such_samples_is_painted_and_counts_as_damaged(tmp_path):
@@ -193,11 +193,11 @@ def test_a_film_with_such_samples_is_painted_and_counts_as_damaged(tmp_path):
         for index in range(6):
             shown = picture(index, 64, 48, "yuv420p10le")
             if index in (2, 4):
-                _views(shown, 16)[index // 2 - 1][::5] = 65535
+                plane_views(shown, 16)[index // 2 - 1][::5] = 65535
             shown.pts = index
             out.mux(stream.encode(shown))
     report = process_video(src, tmp_path / "out.mkv", None, Settings(codec="h264", bit_depth=10))
     assert (report.frames_out, report.corrupt_frames, report.damaged) == (6, 2, True)
     report = process_video(src, tmp_path / "lossless.mkv", None, Settings(codec="ffv1"))
     for frame in decoded(tmp_path / "lossless.mkv"):
-        assert all(plane.max() <= 1023 for plane in _views(frame, 16))
+        assert all(plane.max() <= 1023 for plane in plane_views(frame, 16))

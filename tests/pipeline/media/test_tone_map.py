@@ -4,15 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.kernels.colour import (
-    HLG,
-    PQ,
-    SRGB,
-    from_srgb_primaries,
-    to_encoded,
-    to_linear,
-)
-from makeup_video.pipeline.tone_map import peak_of, sdr_table, to_sdr, tone_curve
+from makeup_video.kernels.colour import HLG, PQ, SRGB, from_srgb_primaries, to_encoded, to_linear
+from makeup_video.pipeline.media.tone_map import peak_of, sdr_table, to_sdr, tone_curve
 
 PEAKS = st.floats(0.5, 10000 / 203)
 

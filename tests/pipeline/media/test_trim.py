@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError, Settings, process_video
-from makeup_video.pipeline.trim import Trim
+from makeup_video.pipeline.media.trim import Trim
 from media import add_video, decoded, encode_frames, make_clip, packets_of, times_of, tone
 
 TICK = Fraction(1, 1000)

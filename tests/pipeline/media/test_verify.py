@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import OutputError, process_video
-from makeup_video.pipeline.codecs import container_of
-from makeup_video.pipeline.mux import Muxer
-from makeup_video.pipeline.written import SentTrack, missing_from
+from makeup_video.pipeline.media.codecs import container_of
+from makeup_video.pipeline.media.mux import Muxer
+from makeup_video.pipeline.media.verify import SentTrack, missing_from
 from media import add_video, encode_frames, make_clip, tone
 
 ENDS = [".mp4", ".mov", ".mkv", ".webm"]

@@ -3,9 +3,10 @@
 import os
 
 import pytest
-from makeup_video.pipeline import InputError, process
-from makeup_video.pipeline.process import process_video
-from makeup_video.pipeline.target import Target
+from makeup_video.pipeline import InputError
+from makeup_video.pipeline.files.output_file import Target
+from makeup_video.pipeline.offline import run as process
+from makeup_video.pipeline.offline.process import process_video
 from media import decoded, make_clip
 from writers import make_picture, run
 

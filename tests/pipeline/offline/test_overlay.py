@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from makeup_video.pipeline import FrameFaces, OutputError, StoppedError, UsageError
-from makeup_video.pipeline.faces import find_faces_in_frame
-from makeup_video.pipeline.overlay import DrawFaces, PointsFile
+from makeup_video.pipeline.faces.find import find_faces_in_frame
+from makeup_video.pipeline.offline.overlay import DrawFaces
+from makeup_video.pipeline.offline.points_file import PointsFile
 from people import frame_of, grey, portrait
 
 

@@ -8,7 +8,8 @@ import av
 import numpy as np
 import pytest
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
-from makeup_video.pipeline import Settings, UsageError, process, process_video
+from makeup_video.pipeline import Settings, UsageError, process_video
+from makeup_video.pipeline.offline import run as process
 from media import add_video, decoded, encode_frames, make_clip, packets_of, picture, times_of
 
 HALF_TICK_MKV = Fraction(1, 2000)

@@ -3,9 +3,10 @@
 import cv2
 import pytest
 from makeup_video.pipeline import InputError, OutputError, UsageError
-from makeup_video.pipeline.face_run import FaceRun, one_opencv_thread
-from makeup_video.pipeline.process import run_stages
-from makeup_video.pipeline.report import Report
+from makeup_video.pipeline.engine.machine import one_opencv_thread
+from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.run import run_stages
+from makeup_video.pipeline.offline.stages import FaceRun
 from people import SAMPLES, clip, face_of, film, frame_of, grey, put
 
 

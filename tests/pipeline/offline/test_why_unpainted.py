@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.pipeline import Look, Settings, process_video, product
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.paint import PaintRun
-from makeup_video.pipeline.report import Report
+from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.stages import PaintRun
+from makeup_video.pipeline.render.composite import Composite
 from media import make_clip
 from people import SAMPLES, clip, face_of, film, grey, put
 

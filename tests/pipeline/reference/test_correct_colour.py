@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, apply_look, find_faces, product
-from makeup_video.pipeline.reference import photo_light
-from makeup_video.pipeline.second_look import SHEER, second_look
+from makeup_video.pipeline.reference.correct_colour import SHEER, second_look
+from makeup_video.pipeline.reference.estimate import photo_light
 from people import portrait
 
 CODES = st.integers(0, 255)

@@ -22,24 +22,26 @@ from makeup_video.pipeline import (
     look_from_photo,
     product,
 )
-from makeup_video.pipeline.colour_difference import ciede2000, lab_of
-from makeup_video.pipeline.finishes import in_words
-from makeup_video.pipeline.net import read_array
-from makeup_video.pipeline.reference import (
-    BARE_GLOSS,
-    BARE_OPACITY,
-    BARE_REFLECTION,
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
+from makeup_video.pipeline.look.finishes import in_words
+from makeup_video.pipeline.reference.checks import (
     MAX_TURN_DEGREES,
     MIN_WIDTH_PX,
-    MOST_GLOSS,
-    MOST_REFLECTION,
     check_face,
     choose_face,
-    product_of,
     turn_degrees,
     width_px,
 )
-from makeup_video.pipeline.reference_io import NUMBERS, from_targets, to_targets
+from makeup_video.pipeline.reference.crops import NUMBERS, from_targets, to_targets
+from makeup_video.pipeline.reference.estimate import (
+    BARE_GLOSS,
+    BARE_OPACITY,
+    BARE_REFLECTION,
+    MOST_GLOSS,
+    MOST_REFLECTION,
+    product_of,
+)
 from people import SAMPLES, clip, face_of, grey, portrait, put
 
 SEVEN = st.tuples(

@@ -5,8 +5,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import close_up, true_face
-from makeup_video.pipeline.flat_lids import FLAT_WH, flat_lids
-from makeup_video.pipeline.topology import EYE, RIGHT_EYE
+from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
+from makeup_video.pipeline.reference.flat_lids import FLAT_WH, flat_lids
 
 AS_IS = np.eye(2, 3)
 LASH_ROW = 45

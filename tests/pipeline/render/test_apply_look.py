@@ -17,7 +17,7 @@ from makeup_video.pipeline import (
     process_video,
     product,
 )
-from makeup_video.pipeline.still import read_picture
+from makeup_video.pipeline.images.picture_file import read_picture
 from media import decoded, make_clip
 from people import SAMPLES, clip, clip_points, face_of, film, grey, portrait, put
 
@@ -190,7 +190,7 @@ def test_a_device_that_is_not_there_is_said_before_the_work(tmp_path, monkeypatc
 def test_the_public_names_bring_their_libraries_only_when_used():
     code = (
         "import sys; from makeup_video.pipeline import FINISHES, Look, product\n"
-        "from makeup_video.pipeline.choose import Choice, choose_look\n"
+        "from makeup_video.pipeline.look.options import Choice, choose_look\n"
         "look = choose_look(Choice(color='B02', finish='gloss'))\n"
         "assert look == Look(lips=product((187, 0, 34), 'gloss'))\n"
         "heavy = {'cv2', 'onnxruntime', 'pyopencl'} & set(sys.modules)\n"

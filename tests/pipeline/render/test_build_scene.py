@@ -8,8 +8,8 @@ import pytest
 from makeup import close_up, scene_of, true_face
 from makeup_video.kernels.colour import decode
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.face import FrameFaces
-from makeup_video.pipeline.mesh import BuildScene
+from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.render.build_scene import BuildScene
 from people import TICK, frame_of
 
 RGB8, POINTS = close_up()

@@ -14,12 +14,12 @@ from makeup import (
     scene_of,
     true_face,
 )
-from makeup_video.pipeline.composite import Composite
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.scene import white_light
-from makeup_video.pipeline.topology import LIPS_OUTER
+from makeup_video.pipeline.faces.topology import LIPS_OUTER
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.scene import white_light
 from people import frame_of
 
 LIPS = Look(lips=product())

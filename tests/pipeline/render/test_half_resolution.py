@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from makeup import LAYOUTS, close_up, product, scene_of, tagged, true_face, weights_of
 from makeup_video.kernels.planes import Window
-from makeup_video.pipeline import composite as composite_module
-from makeup_video.pipeline.composite import Composite
-from makeup_video.pipeline.frame import Frame
-from makeup_video.pipeline.half_size import HalfSize, half_size
-from makeup_video.pipeline.look import Look
-from makeup_video.pipeline.scene import white_light
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.render import composite as composite_module
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.half_resolution import HalfSize, half_size
+from makeup_video.pipeline.render.scene import white_light
 from people import frame_of
 
 BOTH = Look(

@@ -45,15 +45,17 @@ from makeup_video.kernels.colour import (
 )
 from makeup_video.kernels.material import made_up, skin_at
 from makeup_video.kernels.paint import on_window
-from makeup_video.pipeline.faces import FindFaces, find_faces_in_frame
-from makeup_video.pipeline.finishes import product as finished
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.lit_product import Place, material
-from makeup_video.pipeline.look import ZONES, Look
-from makeup_video.pipeline.mesh import BuildScene
-from makeup_video.pipeline.scene import white_light
-from makeup_video.pipeline.smooth import SmoothAhead
-from makeup_video.pipeline.topology import EYE_CONTOUR, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
+from makeup_video.pipeline.faces.find import find_faces_in_frame
+from makeup_video.pipeline.faces.topology import EYE_CONTOUR, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
+from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.finishes import product as finished
+from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.scene import white_light
+from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from people import SAMPLES, TICK, frame_of
 from skimage.color import deltaE_ciede2000, xyz2lab
 
@@ -201,7 +203,7 @@ def test_even_frames_of_any_code_and_transfer_are_painted_without_nan(look, ligh
 _PAINT_ONCE = """
 import hashlib
 from makeup import close_up_scene, paint_planes, product
-from makeup_video.pipeline.look import Look
+from makeup_video.pipeline.look.look import Look
 shiny = product(gloss=2, reflection=0.5, shimmer=1, gloss_detail=0.3)
 planes = paint_planes(close_up_scene("yuv420p"), Look(lips=shiny, eyes=shiny, zone="full"))
 print(hashlib.sha256(b"".join(plane.tobytes() for plane in planes)).hexdigest())
@@ -209,7 +211,7 @@ print(hashlib.sha256(b"".join(plane.tobytes() for plane in planes)).hexdigest())
 
 
 def test_any_number_of_threads_gives_the_same_bytes():
-    here = Path(__file__).parents[1]
+    here = Path(__file__).parents[2] / "support"
     printed = set()
     for threads in ("1", "2", ""):
         environment = dict(os.environ)
@@ -244,8 +246,6 @@ SAME_PICTURE = [
     for full in (False, True)
     for depth in (8, 10)
 ]
-
-
 SURFACE = flat_surface((12, 9), 0.257)  # luminance of the picture's skin
 
 

@@ -5,7 +5,7 @@ import pytest
 from makeup_video.kernels import program
 from makeup_video.kernels.cache import NoRoomError
 from makeup_video.pipeline import InstallError, OutputError, UsageError
-from makeup_video.pipeline.device import open_device
+from makeup_video.pipeline.render.opencl import open_device
 
 
 def test_the_default_device_opens():

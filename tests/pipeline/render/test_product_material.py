@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import codings, lights, params, places, product
 from makeup_video.kernels.colour import HLG, PQ, Coding, product_linear
-from makeup_video.pipeline.lit_product import Place, material
-from makeup_video.pipeline.scene import SceneLight, white_light
+from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.scene import SceneLight, white_light
 
 FACING = Place(np.eye(2), 200.0)
 

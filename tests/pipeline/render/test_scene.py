@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from makeup_video.pipeline.scene import SceneLight, white_light
+from makeup_video.pipeline.render.scene import SceneLight, white_light
 
 
 def test_white_light_is_white_and_comes_from_the_viewer_s_side():

@@ -21,12 +21,12 @@ from makeup_video.kernels.colour import (
     to_linear,
 )
 from makeup_video.pipeline import find_faces
-from makeup_video.pipeline.colour import resolve
-from makeup_video.pipeline.crop import FramePicture
-from makeup_video.pipeline.face import Face, FrameFaces, LipPatch
-from makeup_video.pipeline.frame import ColourTags, Frame
-from makeup_video.pipeline.light import EstimateLight, light_of
-from makeup_video.pipeline.light_reading import SKIN_POINTS, STRENGTHS, TRIANGLES
+from makeup_video.pipeline.faces.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.views import FramePicture
+from makeup_video.pipeline.render.scene_light import EstimateLight, light_of
+from makeup_video.pipeline.render.skin_light import SKIN_POINTS, STRENGTHS, TRIANGLES
 from people import frame_of, portrait
 
 NO_LIPS = LipPatch(np.zeros((80, 112), np.float32), np.eye(2, 3))

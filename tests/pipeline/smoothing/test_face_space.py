@@ -3,8 +3,9 @@ import pytest
 from heads import HEAD_PX, face
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.face import POINTS
-from makeup_video.pipeline.face_frame import (
+from makeup_video.pipeline.faces.face import POINTS
+from makeup_video.pipeline.faces.topology import EYE, LIPS
+from makeup_video.pipeline.smoothing.face_space import (
     REGION_OF_COLUMN,
     REGIONS,
     RIGHT_EYE,
@@ -13,9 +14,8 @@ from makeup_video.pipeline.face_frame import (
     Readings,
     _compose,
     _inverse,
-    fit_similarity,
 )
-from makeup_video.pipeline.topology import EYE, LIPS
+from makeup_video.training.faces.similarity_fit import fit_similarity
 
 finite = st.floats(-1e3, 1e3)
 

@@ -3,8 +3,9 @@ import pytest
 from heads import HEAD_PX, IOD_PX, face, lip_logits
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.face_frame import POSE_REGION, FaceSpace, Readings
-from makeup_video.pipeline.local_fit import HEARD_MOMENTS, NoiseLevel, local_linear_taps
+from makeup_video.pipeline.smoothing.face_space import POSE_REGION, FaceSpace, Readings
+from makeup_video.pipeline.smoothing.local_linear import local_linear_taps
+from makeup_video.pipeline.smoothing.noise_level import HEARD_MOMENTS, NoiseLevel
 
 SMALL = lip_logits((8, 10))
 

@@ -17,10 +17,11 @@ from heads import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.face import FrameFaces
-from makeup_video.pipeline.runner import Runner
-from makeup_video.pipeline.smooth import SmoothAhead, SmoothLive
-from makeup_video.pipeline.topology import LIPS
+from makeup_video.pipeline.engine.runner import Runner
+from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
+from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
 STAGES = [SmoothAhead, SmoothLive]
 SMALL = lip_logits((8, 10))  # a patch of any size will do, and a small one is quick

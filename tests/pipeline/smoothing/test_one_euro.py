@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from makeup_video.pipeline.one_euro import OneEuro
+from makeup_video.pipeline.smoothing.one_euro import OneEuro
 
 STARTS, COUNTS = np.array([0, 3]), np.array([3.0, 2.0])
 NOISE = np.array([1e-4, 1e-4])

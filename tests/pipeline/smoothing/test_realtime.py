@@ -5,10 +5,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from heads import HEAD_PX, IOD_PX, face, frame, xy_px
-from makeup_video.pipeline.face import FrameFaces
-from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
-from makeup_video.pipeline.smooth import SmoothAhead, SmoothLive
-from makeup_video.pipeline.topology import LIPS
+from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
+from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
+from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
 _LIPS_APART = 13, 14  # inner rims in the middle
 

@@ -7,13 +7,14 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
+import media
 import numpy as np
 import pytest
 from makeup_video.pipeline import EncodeError, OutputError, UsageError
-from makeup_video.pipeline.camera import Camera, CameraSettings
-from makeup_video.pipeline.camera_door import CameraDoor
-from makeup_video.pipeline.live_frame import LivePicture
-from makeup_video.pipeline.live_output import Recording
+from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.pipeline.live.sinks.recording import Recording
+from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.normalise import CameraDoor
 from media import decoded, make_clip, picture, times_of
 
 UNEVEN = [0, 33, 70, 71, 500, 9000]  # milliseconds
@@ -132,8 +133,8 @@ import resource, signal, sys
 sys.path[:0] = sys.argv[2:]
 resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-from test_live_output import live
-from makeup_video.pipeline.live_output import Recording
+from test_recording import live
+from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline import OutputError
 recording = Recording(sys.argv[1], crf=5)
 try:
@@ -158,7 +159,7 @@ def test_a_full_disk_is_one_line_and_what_was_recorded_plays(tmp_path, end):
     """A limit on the file's size stands for the disk; the kernel's answer is much the same."""
     path, here = tmp_path / f"out{end}", Path(__file__).parent
     said = subprocess.run(
-        [sys.executable, "-c", FULL_DISK, str(path), str(here), str(here.parent)],
+        [sys.executable, "-c", FULL_DISK, str(path), str(here), str(Path(media.__file__).parent)],
         capture_output=True, text=True, timeout=60, check=True,
     ).stdout  # fmt: skip
     part = tmp_path / f"out.part{end}"

@@ -10,10 +10,12 @@ import time
 import av
 import numpy as np
 import pytest
-from makeup_video.pipeline import EncodeError, OutputError, UsageError, live_stream
-from makeup_video.pipeline.camera_door import CameraDoor
-from makeup_video.pipeline.live_frame import LivePicture
-from makeup_video.pipeline.live_stream import Stream, bit_rate_for
+from makeup_video.pipeline import EncodeError, OutputError, UsageError
+from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.pipeline.live.sinks import srt_relay
+from makeup_video.pipeline.live.sinks import stream as live_stream
+from makeup_video.pipeline.live.sinks.stream import Stream, bit_rate_for
+from makeup_video.pipeline.live.sources.normalise import CameraDoor
 from media import picture
 
 SECRET = "s3cr3t-key"
@@ -295,7 +297,7 @@ def test_a_relay_that_was_not_connected_by_the_end_has_sent_nothing(program):
 
 
 def test_srt_without_such_a_program_says_what_to_do(monkeypatch):
-    monkeypatch.setattr(live_stream.shutil, "which", lambda name: None)
+    monkeypatch.setattr(srt_relay.shutil, "which", lambda name: None)
     with pytest.raises(UsageError, match=r"srt://host needs an ffmpeg with SRT on the PATH"):
         Stream(f"srt://host:1?passphrase={SECRET}", say=pytest.fail)
 

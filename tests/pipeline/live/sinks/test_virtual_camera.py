@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from makeup_video.pipeline import OutputError, UsageError
-from makeup_video.pipeline.camera_door import CameraDoor
-from makeup_video.pipeline.live_frame import LivePicture
-from makeup_video.pipeline.virtual_camera import VirtualCamera
+from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.pipeline.live.sinks.virtual_camera import VirtualCamera
+from makeup_video.pipeline.live.sources.normalise import CameraDoor
 from media import picture
 
 RED = (180, 40, 90)

@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import DecodeError, InputError, UsageError, camera_device, camera_file
-from makeup_video.pipeline.camera import Camera, CameraSettings
-from makeup_video.pipeline.camera_device import attempts
-from makeup_video.pipeline.camera_door import CameraDoor, upright
-from makeup_video.pipeline.camera_file import Timeline
-from makeup_video.pipeline.camera_stamp import Freshness
-from makeup_video.pipeline.frame import _views
-from makeup_video.pipeline.live_frame import LIVE_TIME_BASE
+from makeup_video.pipeline import DecodeError, InputError, UsageError
+from makeup_video.pipeline.frames.frame import plane_views
+from makeup_video.pipeline.frames.transform import upright
+from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
+from makeup_video.pipeline.live.sources import device as camera_device
+from makeup_video.pipeline.live.sources import file as camera_file
+from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.device import attempts
+from makeup_video.pipeline.live.sources.file import Timeline
+from makeup_video.pipeline.live.sources.freshness import Freshness
+from makeup_video.pipeline.live.sources.normalise import CameraDoor
 from media import damage, make_clip, picture
 
 # -- what the door makes of pictures -----------------------------------------------------------------
@@ -37,7 +40,7 @@ def test_a_camera_s_picture_is_420_with_its_own_numbers_and_true_tags(pix_fmt, m
     frame = CameraDoor(is_device=True)(shown, 12.5)
     assert (frame.pix_fmt, frame.tags.matrix, frame.tags.range) == ("yuv420p", matrix, span)
     assert (frame.tags.primaries, frame.tags.transfer) == (1, 1)
-    np.testing.assert_array_equal(frame.planes[0], _views(luma, 8)[0])
+    np.testing.assert_array_equal(frame.planes[0], plane_views(luma, 8)[0])
     assert (frame.pts, frame.time_base) == (12_500_000, LIVE_TIME_BASE)
     assert (frame.picture.pts, frame.picture.time_base) == (12_500_000, LIVE_TIME_BASE)
 
@@ -67,7 +70,7 @@ def test_square_pixels_keep_what_the_picture_means():
     shown = picture(0, 64, 48, "yuvj420p")
     shown.color_range, shown.colorspace = 2, 5
     shown.color_primaries = shown.color_trc = 6
-    _views(shown, 8)[0][:] = 255
+    plane_views(shown, 8)[0][:] = 255
     frame = CameraDoor(is_device=False, pixel_aspect=Fraction(2))(shown, 0.0)
     assert frame.tags == CameraDoor(is_device=False)(shown, 0.0).tags
     assert frame.width_px == 128
@@ -90,7 +93,7 @@ def test_another_size_is_fitted_into_the_first_with_its_shape_kept(size):
     door = CameraDoor(is_device=True)
     door(picture(0, 64, 48), 0.0)
     other = picture(0, *size)
-    for index, plane in enumerate(_views(other, 8)):
+    for index, plane in enumerate(plane_views(other, 8)):
         plane[:] = 90 if index else 200
     frame = door(other, 1.0)
     assert (frame.width_px, frame.height_px) == (64, 48)
@@ -105,7 +108,7 @@ def test_another_range_is_brought_to_that_of_the_first():
     door = CameraDoor(is_device=True)
     door(picture(0, 64, 48, "yuvj420p"), 0.0)
     other = picture(0, 64, 48, "yuv420p")
-    _views(other, 8)[0][:] = 235
+    plane_views(other, 8)[0][:] = 235
     frame = door(other, 1.0)
     assert frame.tags.range == 2 and (frame.planes[0] == 255).all()
 
@@ -116,7 +119,7 @@ def test_upright_turns_the_planes_counter_clockwise(degrees):
     frame.rotation_degrees = degrees
     turned = upright(frame)
     assert turned.pts == frame.pts and (turned is frame.picture) == (degrees == 0)
-    for new, old in zip(_views(turned, 8), frame.planes, strict=True):
+    for new, old in zip(plane_views(turned, 8), frame.planes, strict=True):
         np.testing.assert_array_equal(new, np.rot90(old, degrees // 90))
 
 

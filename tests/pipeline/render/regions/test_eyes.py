@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import close_up, inside, true_face
-from makeup_video.pipeline.eyes import ZONES as ZONE_OF
-from makeup_video.pipeline.eyes import eye_regions
-from makeup_video.pipeline.look import ZONES
-from makeup_video.pipeline.topology import EYE, EYE_CONTOUR, RIGHT_EYE
+from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, RIGHT_EYE
+from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.render.regions.eyes import ZONES as ZONE_OF
+from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
 
 HW = (220, 200)
 

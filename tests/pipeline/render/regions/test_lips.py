@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import close_up, inside, true_face
-from makeup_video.pipeline.crop import compose
-from makeup_video.pipeline.face import MIN_FACE_PX
-from makeup_video.pipeline.lips import lip_region
-from makeup_video.pipeline.topology import LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.faces.face import MIN_FACE_PX
+from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.render.regions.lips_reference import lip_region
 
 HW = (220, 200)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import heads
 import numpy as np
 from makeup import close_up, true_face
-from makeup_video.pipeline.lips import lip_region
+from makeup_video.pipeline.render.regions.lips_reference import lip_region
 
 
 def test_where_the_lips_meet_the_light_follows_the_mouth_without_steps():

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from heads import HEAD_PX, face
-from makeup_video.pipeline.eyes import ZONES, eye_regions
-from makeup_video.pipeline.lips import lip_region
+from makeup_video.pipeline.render.regions.eyes import ZONES
+from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
+from makeup_video.pipeline.render.regions.lips_reference import lip_region
 
 
 def seen(region, softness, zone):

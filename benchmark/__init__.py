@@ -1,0 +1,1 @@
+"""What the product costs, measured beside the bare codec."""

@@ -1,0 +1,119 @@
+"""One film: bare codec, --look none and the whole product in turn; start and memory."""
+
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from makeup_video.benchmark.films import RATE, Clip, first_frames
+from makeup_video.benchmark.harness import BARE_THREADS, Bench, beside, in_turn, middle, own_threads
+from makeup_video.benchmark.runs import Run, first_time, run_bare, run_command, run_product
+from makeup_video.benchmark.stages import Observed, bottleneck, fills
+from makeup_video.pipeline import Report, Settings, process_video
+
+_CHOOSING = 150  # frames, while the best threads are looked for
+_DEFAULT_RUNS = 2  # with the default preset and quality: they only tell times real time
+_START_SECONDS, _STARTS = 2, 3
+
+
+def compare(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
+    """Bare loops, `--look none` and the whole product in turn (A B C D, B C D A, ...).
+
+    bare: the loop with its best threads, which is the limit.  codec: with the product's own, so that the CPU
+    time that the product takes more is all that is not codec.
+    Ratios are those of medians; their spread is that of the rounds, and tells how quiet the machine was.
+    """
+    bare_file, our_file = bench.folder / "bare.mp4", bench.folder / "ours.mp4"
+    bench.told(f"{name}: the bare loop's best threads")
+    by_threads = _bare_by_threads(bench, clip)
+    best = max(by_threads, key=lambda threads: by_threads[threads])
+    # what is loaded and compiled once is told apart: see own_process
+    run_product(bench.folder / "short.mp4", our_file, bench.look)
+    observed, reports = Observed(), []
+
+    def whole() -> Run:
+        observed.start()
+        run, report = run_product(clip.path, our_file, bench.look, observe=observed)
+        reports.append(report)
+        return run
+
+    runs = in_turn(
+        bench,
+        name,
+        {
+            "bare": lambda: run_bare(clip.path, bare_file, best),
+            "codec": lambda: run_bare(clip.path, bare_file, own_threads()),
+            "none": lambda: run_product(clip.path, our_file, None)[0],
+            "product": whole,
+        },
+        bench.rounds,
+    )
+    bench.told(f"{name}: the default preset")
+    times = [_times_real_time(bench, clip) for _ in range(min(_DEFAULT_RUNS, bench.rounds))]
+    stages, channels = observed.table(clip.frames), fills(report.channels for report in reports)
+    return {
+        "film": clip.told,
+        "bare": {**middle(runs["bare"]), "threads": list(best)},
+        "bare_by_threads": {f"{a}+{b}": fps for (a, b), fps in by_threads.items()},
+        "codec": {**middle(runs["codec"]), "threads": list(own_threads())},
+        "none": {**middle(runs["none"]), **beside(runs["none"], runs["bare"], runs["codec"])},
+        "product": {
+            **middle(runs["product"]),
+            **beside(runs["product"], runs["bare"], runs["codec"]),
+        },
+        "painted_share": min(_painted(report) for report in reports),
+        "default_times_real_time": median(times),
+        "stages": stages,
+        "channels": channels,
+        "bottleneck": bottleneck(channels, stages),
+    }
+
+
+def _painted(report: Report) -> float:
+    return (report.painted_frames or 0) / report.frames_out
+
+
+def _times_real_time(bench: Bench, clip: Clip) -> float:
+    settings = Settings(overwrite=True)
+    report = process_video(clip.path, bench.folder / "default.mp4", bench.look, settings)
+    return report.frames_per_second / RATE
+
+
+def _bare_by_threads(bench: Bench, clip: Clip) -> dict[tuple[int, int], float]:
+    """Frames/s of the bare loop by its threads; two passes over all, the better one counts."""
+    short, target = bench.folder / "short.mp4", bench.folder / "bare.mp4"
+    first_frames(clip.path, short, _CHOOSING)
+    run_bare(short, target, BARE_THREADS[0])  # warms the file cache, not counted
+    passes = [{t: run_bare(short, target, t).fps for t in BARE_THREADS} for _ in range(2)]
+    return {threads: max(done[threads] for done in passes) for threads in BARE_THREADS}
+
+
+def own_process(bench: Bench, clip: Clip, name: str) -> dict[str, float]:
+    """What only the real command in its own process shows: peak memory, and how long it takes to start.
+
+    first: where our kernels were never compiled; warm: the median of some later starts.
+    """
+    bench.told(f"{name}: start and memory")
+    target = bench.folder / "own.mp4"
+    short = ("--end", str(_START_SECONDS))
+
+    def start(environment: dict[str, str]) -> float:
+        done = run_command(
+            clip.path,
+            target,
+            bench.worn,
+            words=short,
+            environment=environment,
+            stderr=bench.child_stderr,
+        )
+        return float(done["start_seconds"])
+
+    with TemporaryDirectory(dir=bench.folder) as caches:
+        kept = first_time(Path(caches))
+        first, *warm = [start(kept) for _ in range(1 + _STARTS)]
+    whole = run_command(clip.path, target, bench.worn, stderr=bench.child_stderr)
+    return {
+        "first_start_seconds": first,
+        "start_seconds": median(warm),
+        "peak_memory_mb": whole["peak_memory_bytes"] / 1e6,
+    }

@@ -1,0 +1,31 @@
+"""makeup-video: paint the makeup of a reference photo on every frame of a video.
+
+The public names are those of `makeup_video.pipeline`; each is loaded when it is first asked for.
+"""
+
+TYPE_CHECKING = False  # type checkers take it for true; `typing` takes 2 ms to import
+if TYPE_CHECKING:
+    from makeup_video.pipeline import *
+
+    __version__: str
+
+
+def __getattr__(name: str) -> object:
+    # Both modules are imported late, or every start of the command would wait for them.
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("makeup-video")
+    if name == "__all__" or not name.startswith("_"):
+        from importlib import import_module
+
+        public = import_module("makeup_video.pipeline")
+        if name in ("__all__", *public.__all__):
+            return getattr(public, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    from importlib import import_module
+
+    return sorted(["__version__", *import_module("makeup_video.pipeline").__all__])

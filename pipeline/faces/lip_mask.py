@@ -1,0 +1,43 @@
+"""The weight of lipstick at every pixel of a picture, from a face's lip patch."""
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.frames.views import check_rgb8
+
+_INVISIBLE = 1 / 512  # half a code value of 8 bits
+
+
+def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
+    """Weight of lipstick at every pixel: 1 on the lips, 0 beyond the feather.
+
+    rgb8 is (H, W, 3) uint8, encoded: the picture that `face` was found in. Returns (H, W) float32
+    in [0, 1]. The mouth opening is 0, so teeth keep their colour; so is a hand in front of the
+    lips. All zeros when the mouth is hidden (`mouth_visible`), and when the lips lie outside the
+    picture. Raises ValueError for another shape.
+    """
+    check_rgb8(rgb8)
+    size = np.array(rgb8.shape[1::-1])
+    mask = np.zeros(rgb8.shape[:2], np.float32)
+    h, w = face.lips.logits.shape
+    corners = face.lips.to_px @ np.array([[0, w, 0, w], [0, 0, h, h], [1, 1, 1, 1]])
+    x0, y0 = np.clip(np.floor(corners.min(1)) - 2, 0, size).astype(int)
+    x1, y1 = np.clip(np.ceil(corners.max(1)) + 2, 0, size).astype(int)
+    if x1 > x0 and y1 > y0:
+        mask[y0:y1, x0:x1] = lip_mask_window(face, (x0, y0), (int(x1 - x0), int(y1 - y0)))
+    return mask
+
+
+def lip_mask_window(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> np.ndarray:
+    """The same in a window of the picture that begins at origin_xy: (H, W) float32 in [0, 1]."""
+    to_window = face.lips.to_px.copy()
+    to_window[:, 2] -= origin_xy
+    # logits are spread rather than weights: where they cross zero is the border at any scale
+    logits = cv2.warpAffine(
+        face.lips.logits, to_window, size_wh, flags=cv2.INTER_CUBIC,
+        borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
+    )  # fmt: skip
+    weight: np.ndarray = 1 / (1 + np.exp(-logits.clip(-30, 30)))
+    weight *= face.mouth_weight
+    weight[weight < _INVISIBLE] = 0
+    return weight.astype(np.float32, copy=False)

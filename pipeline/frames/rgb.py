@@ -1,0 +1,47 @@
+"""An RGB picture in memory as a Frame, and the pixels that changed brought back."""
+
+from fractions import Fraction
+
+import av
+import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+
+PICTURE_TICK = Fraction(1, 1)
+# How a picture's frame means colour: BT.709, full range, the transfer of sRGB.
+PICTURE_TAGS = ColourTags(1, 2, 13, 1)
+
+
+def to_frame(stored: np.ndarray, rotation_degrees: int = 0) -> Frame:
+    """The stored pixels as an 8-bit 4:4:4 full-range BT.709 frame with the transfer of sRGB."""
+    eight = stored if stored.dtype == np.uint8 else (stored / 257 + 0.5).astype(np.uint8)
+    bgr = np.repeat(eight[..., :1], 3, axis=2) if eight.shape[2] < 3 else eight[..., :3]
+    picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(bgr), format="bgr24").reformat(
+        format="yuv444p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.JPEG
+    )
+    picture.pts = 0
+    return Frame(picture, 0, PICTURE_TICK, PICTURE_TAGS, rotation_degrees)
+
+
+def merge(stored: np.ndarray, frame: Frame, before: list[np.ndarray]) -> np.ndarray:
+    """The stored pixels, with those that differ from `before` converted back from the frame."""
+    changed = np.zeros(stored.shape[:2], bool)
+    for old, new in zip(before, frame.planes, strict=True):
+        changed |= old != new
+    if not changed.any():
+        return stored
+    bgr = frame.picture.reformat(
+        format="bgr24", src_colorspace=Colorspace.ITU709, src_color_range=ColorRange.JPEG
+    ).to_ndarray()
+    out = stored if stored.shape[2] >= 3 else with_colour(stored)
+    scale = 1 if out.dtype == np.uint8 else 257
+    out = out.copy()
+    out[..., :3][changed] = bgr[changed].astype(out.dtype) * scale
+    return out
+
+
+def with_colour(grey: np.ndarray) -> np.ndarray:
+    """(H, W, 1 or 2) -> BGR or BGRA."""
+    colour = np.repeat(grey[..., :1], 3, axis=2)
+    return np.concatenate([colour, grey[..., 1:]], axis=2)

@@ -1,0 +1,83 @@
+"""Copies of FFmpeg's frames in another size or turn, with time and colour tags carried over."""
+
+from fractions import Fraction
+
+import av
+import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.frames.frame import Frame, coding_of, plane_views
+
+FULL_RANGE = 2
+_SMPTE_170M = 6  # the same numbers as BT.601's, and FFmpeg's converter knows one of the two
+
+
+def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
+    """The same in square pixels, the shorter side of a pixel stretched; 4:2:0. The same object when they
+    are square."""
+    if aspect == 1:
+        return picture
+    wider, higher = max(aspect, Fraction(1)), max(1 / aspect, Fraction(1))
+    width = round(picture.width * wider / 2) * 2
+    height = round(picture.height * higher / 2) * 2
+    out = picture.reformat(width=width, height=height)  # keeps side data, which turns a recording
+    return with_tags(out, picture)
+
+
+def fitted(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:
+    """A copy of 4:2:0 of that size: as large as it fits, with black bars, its shape kept."""
+    (wide, high), scale = size_wh, min(size_wh[0] / picture.width, size_wh[1] / picture.height)
+    inner_wh = [max(2, round(side * scale / 2) * 2) for side in (picture.width, picture.height)]
+    inner_wh = [min(inner_wh[0], wide), min(inner_wh[1], high)]
+    small = picture.reformat(width=inner_wh[0], height=inner_wh[1])
+    out = av.VideoFrame(wide, high, picture.format.name)
+    full = picture.color_range == FULL_RANGE
+    left, top = ((outer - inner) // 4 * 2 for outer, inner in zip(size_wh, inner_wh, strict=True))
+    for index, (new, old) in enumerate(
+        zip(plane_views(out, 8), plane_views(small, 8), strict=True)
+    ):
+        new[:] = 128 if index else (0 if full else 16)
+        step = 2 if index else 1
+        rows, columns = old.shape
+        new[top // step : top // step + rows, left // step : left // step + columns] = old
+    return with_tags(out, picture)
+
+
+def upright(frame: Frame) -> av.VideoFrame:
+    """The picture as it is to be looked at, for what cannot carry a rotation; the same object when
+    there is none. 4:2:0 of 8 bits."""
+    turns = frame.rotation_degrees // 90
+    if not turns:
+        return frame.picture
+    size = frame.width_px, frame.height_px
+    out = av.VideoFrame(*(size if turns == 2 else size[::-1]), frame.pix_fmt)
+    for new, old in zip(plane_views(out, 8), frame.planes, strict=True):
+        new[:] = np.rot90(old, turns)
+    return with_tags(out, frame.picture)
+
+
+def copied(picture: av.VideoFrame) -> av.VideoFrame:
+    """The same picture in memory of its own; 4:2:0 of 8 bits."""
+    out = av.VideoFrame(picture.width, picture.height, picture.format.name)
+    for new, old in zip(plane_views(out, 8), plane_views(picture, 8), strict=True):
+        new[:] = old
+    return with_tags(out, picture)
+
+
+def with_tags(out: av.VideoFrame, picture: av.VideoFrame) -> av.VideoFrame:
+    """`out`, with the time and the meaning of the numbers that `picture` has."""
+    out.colorspace, out.color_range = picture.colorspace, picture.color_range
+    out.color_primaries, out.color_trc = picture.color_primaries, picture.color_trc
+    if picture.pts is not None:
+        out.pts, out.time_base = picture.pts, picture.time_base
+    return out
+
+
+def upright_rgb(frame: Frame) -> np.ndarray:
+    """(H, W, 3) uint8 RGB, of the very codes that were painted: HDR stays as it is coded."""
+    coding = coding_of(frame)
+    picture = frame.picture.reformat(
+        format="rgb24",
+        src_colorspace=Colorspace.ITU601 if coding.matrix == _SMPTE_170M else coding.matrix,
+        src_color_range=ColorRange.JPEG if coding.full_range else ColorRange.MPEG,
+    )
+    return np.ascontiguousarray(np.rot90(picture.to_ndarray(), frame.rotation_degrees // 90))

@@ -1,0 +1,45 @@
+"""process_video: paints a look on a video or a picture."""
+
+import os
+
+from makeup_video.pipeline.engine.machine import COPY_VIDEO, FIND_FACES, check_memory
+from makeup_video.pipeline.engine.runner import Stage
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.media.input_file import VideoSource
+from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.run import Progress, run_stages
+from makeup_video.pipeline.offline.settings import Settings
+
+
+def process_video(
+    src: str | os.PathLike[str],
+    dst: str | os.PathLike[str],
+    look: Look | None = None,
+    settings: Settings | None = None,
+    on_progress: Progress | None = None,
+) -> Report:
+    """Paint `look` (None: nothing) on every frame of src and write dst. Pictures work too.
+
+    on_progress(frames done, frames expected or None, frames per second of the source) is called a
+    few times a second.  Raises one of `errors`; dst then does not exist, or is what it was.
+    """
+    look, settings = look or Look(), settings or Settings()
+    if look.is_bare:
+        return run_stages(src, dst, _copy, settings, on_progress)
+    check_memory(FIND_FACES)
+    # the face nets and OpenCL take their time to load: only for those who paint
+    from makeup_video.pipeline.engine.machine import one_opencv_thread
+    from makeup_video.pipeline.offline.stages import PaintRun
+
+    run = PaintRun(look, settings.faces, settings.device)
+    with one_opencv_thread():
+        report = run_stages(src, dst, run, settings, on_progress)
+    run.count(report)
+    return report
+
+
+def _copy(source: VideoSource | None) -> list[tuple[str, Stage]]:
+    """No stage between decoder and encoder."""
+    if source is not None:
+        check_memory(COPY_VIDEO, source.frame_px)
+    return []

@@ -1,0 +1,75 @@
+"""How the output of an offline run is written."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from makeup_video.pipeline.engine.runner import Observe
+from makeup_video.pipeline.errors import UsageError
+
+BIT_DEPTHS = (8, 10, 12)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How to write the output. None: the default that suits source and container.
+
+    start_seconds, end_seconds: the part to keep, counted from where the file begins.  threads: of decoder
+    and encoder each, 0: what suits the cores there are.  strict: raise rather than drop or convert a track.
+    faces: whom to paint: "all", "largest", or the number of one (as `inspect` shows it).
+    bit_depth: 8, 10 or 12 bits a sample; None: those of the source, but 8 in H.264.
+    sdr: turn HDR into SDR.
+    compare: show before and after beside each other.  device: the OpenCL device that paints, by its
+    number or a part of its name, "" for the processor.  observe: told what each stage took for each item.
+    on_whole: called, by any thread, when the output is whole and about to get its name.
+    """
+
+    codec: str | None = None
+    crf: int | None = None
+    preset: str | None = None
+    start_seconds: Fraction | None = None
+    end_seconds: Fraction | None = None
+    overwrite: bool = False
+    strict: bool = False
+    bit_depth: int | None = None
+    sdr: bool = False
+    threads: int = 0
+    faces: str = "all"
+    compare: bool = False
+    device: str = ""
+    observe: Observe | None = None
+    on_whole: Callable[[], None] | None = None
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
+            raise UsageError(
+                f"--faces must be all, largest, or the number that inspect shows, got {self.faces!r}"
+            )
+        if self.bit_depth not in (None, *BIT_DEPTHS):
+            raise UsageError(
+                f"--bit-depth must be one of {', '.join(map(str, BIT_DEPTHS))}, got {self.bit_depth}"
+            )
+        start, end = self.start_seconds or Fraction(0), self.end_seconds
+        if start < 0 or (end is not None and end <= start):
+            raise UsageError(
+                f"--start must be at least 0 and --end later than it, got {float(start):g} s to "
+                f"{'the end' if end is None else f'{float(end):g} s'}"
+            )
+
+    def of_videos(self) -> list[str]:
+        """The options given that mean nothing to a picture."""
+        plain = Settings()
+        return [flag for flag, name in _OF_VIDEOS if getattr(self, name) != getattr(plain, name)]
+
+
+_OF_VIDEOS = (
+    ("--codec", "codec"),
+    ("--crf", "crf"),
+    ("--preset", "preset"),
+    ("--start", "start_seconds"),
+    ("--end", "end_seconds"),
+    ("--bit-depth", "bit_depth"),
+    ("--sdr", "sdr"),
+    ("threads", "threads"),
+)

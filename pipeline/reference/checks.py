@@ -1,0 +1,140 @@
+"""Whether a look can be read from a face in a photo, and which face is meant."""
+
+import math
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+from makeup_video.pipeline.errors import PhotoError, SeveralFacesError
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.lip_mask import lip_mask
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.faces.topology import EYE_CORNERS, FACE_OVAL, LIPS
+
+MIN_WIDTH_PX = 100  # of the face
+MAX_TURN_DEGREES = 40
+# Others are somebody in the background when they are narrower than this part of the largest face.
+BYSTANDER = 0.4
+# A face whose red, green and blue differ less than this (8-bit codes, on average) is a grey one.
+GREY_CODES = 4.0
+
+# The median of a face's brightest channel: below, what a camera adds outweighs what it saw. Of portraits in
+# poor light it is 45 and more.
+DARK_CODES = 25
+# Where two channels end at white, the hue is lost. Of ordinary lips that is 0.04 at most, shine included.
+LOST_CODE, MOST_LOST = 254, 0.2
+# So many of a region's points lie in the picture when no more than its rim is cut off.
+_NEARLY_ALL = 0.9
+
+
+def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
+    """The one that is meant, of faces that are sorted by size; `chosen` as in look_from_photo.
+
+    Much smaller ones in the background are nobody's. Raises PhotoError.
+    """
+    if not faces:
+        raise PhotoError(
+            "no face was found: give a photo that shows one upright and from the front, larger or "
+            "brighter"
+        )
+    if chosen.isdigit():
+        for face in faces:
+            if face.track_id == int(chosen):
+                return face
+        raise PhotoError(f"there is no face {chosen}; there are {_list(faces)}: choose one of them")
+    rivals = [one for one in faces if width_px(one) > BYSTANDER * width_px(faces[0])]
+    if len(rivals) > 1 and chosen != "largest":
+        raise SeveralFacesError(
+            f"one face was expected, {len(rivals)} were found: choose with --ref-face NUMBER or "
+            f"--ref-face largest; there are {_list(rivals)}"
+        )
+    return faces[0]
+
+
+def check_face(rgb8: np.ndarray, face: Face) -> None:
+    """Raises PhotoError when makeup cannot be read from this face."""
+    if width_px(face) < MIN_WIDTH_PX:
+        raise PhotoError(
+            f"the face is {width_px(face):.0f} px wide, and at least {MIN_WIDTH_PX} px are needed: "
+            "give a larger photo, or one from closer"
+        )
+    if (turn := turn_degrees(face)) > MAX_TURN_DEGREES:
+        raise PhotoError(
+            f"the face is turned by {turn:.0f} degrees, and at most {MAX_TURN_DEGREES} are read: "
+            "give a photo that shows it more from the front"
+        )
+    if face.mouth_weight < 1 or not is_inside(rgb8, face, LIPS):
+        raise PhotoError(
+            "the mouth is covered, cut off, or cannot be seen well: give a photo that shows the lips"
+        )
+    if np.median(_sample(rgb8, face).max(1)) < DARK_CODES:
+        raise PhotoError("the face is too dark to tell its colours: give a brighter photo")
+    if _colourfulness(rgb8, face) < GREY_CODES:
+        raise PhotoError("the photo is grey, without colours: give a colour photo")
+    if _lost_share(rgb8, face) > MOST_LOST:
+        raise PhotoError(
+            "the lips are overexposed, and their colour is lost: give a photo with less light on them"
+        )
+
+
+def width_px(face: Face) -> float:
+    """Of the face, upright: between the outermost points of its oval, along the eyes."""
+    across = face.points_px[EYE_CORNERS[1], :2] - face.points_px[EYE_CORNERS[0], :2]
+    along = face.points_px[FACE_OVAL, :2] @ across / max(math.hypot(*across.tolist()), 1e-9)
+    return float(np.ptp(along))
+
+
+def turn_degrees(face: Face) -> float:
+    """How far a head is turned from the viewer, to a side, up or down; tilting it is no turn.
+
+    By the rotation that brings the mean face closest to its points (Kabsch 1976): the angle
+    between where the nose points and the viewer.
+    """
+    mean = _mean_face()
+    points = face.points_px.astype(np.float64)
+    u, _, vt = np.linalg.svd((mean - mean.mean(0)).T @ (points - points.mean(0)))
+    sign = np.sign(np.linalg.det(u @ vt))
+    forward = u[2] @ np.diag([1, 1, sign]) @ vt
+    return math.degrees(math.acos(min(max(float(forward[2]), -1.0), 1.0)))
+
+
+def is_inside(rgb8: np.ndarray, face: Face, points: Sequence[int] | np.ndarray) -> bool:
+    """Nearly all of these points lie in the picture."""
+    xy = face.points_px[np.asarray(points), :2]
+    inside = ((xy > -0.5) & (xy < np.array(rgb8.shape[1::-1]) - 0.5)).all(1)
+    return bool(inside.mean() > _NEARLY_ALL)
+
+
+@cache
+def _mean_face() -> np.ndarray:
+    return read_array("mean_face.npy").astype(np.float64)
+
+
+def _sample(rgb8: np.ndarray, face: Face) -> np.ndarray:
+    """(N, 3) some thousand pixels of the box around a face."""
+    size = np.array(rgb8.shape[1::-1])
+    low = np.clip(face.points_px[:, :2].min(0), 0, size - 1).astype(int)
+    high = np.clip(face.points_px[:, :2].max(0), low + 1, size).astype(int)
+    part = rgb8[low[1] : high[1], low[0] : high[0]]
+    step = max(1, min(part.shape[:2]) // 64)
+    return part[::step, ::step].reshape(-1, 3)
+
+
+def _colourfulness(rgb8: np.ndarray, face: Face) -> float:
+    """How far a pixel's largest channel lies above its smallest, on average over the face's box."""
+    return float(np.ptp(_sample(rgb8, face).astype(np.float64), axis=1).mean())
+
+
+def _lost_share(rgb8: np.ndarray, face: Face) -> float:
+    """How much of the lips has two or three channels at white."""
+    lips = rgb8[lip_mask(rgb8, face) > 0.5]
+    return float(((lips >= LOST_CODE).sum(1) >= 2).mean()) if len(lips) else 0.0
+
+
+def _list(faces: Sequence[Face]) -> str:
+    """'0 at (120, 300), 210 px wide; ...'."""
+    told = []
+    for face in faces:
+        x, y = face.points_px[:, :2].mean(0)
+        told.append(f"{face.track_id} at ({x:.0f}, {y:.0f}), {width_px(face):.0f} px wide")
+    return "; ".join(told)

@@ -1,0 +1,105 @@
+"""Which room may use which: imports run down the list, never sideways and never up."""
+
+import ast
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+# A room imports only from lines below its own. Those in one line do not know each other.
+TOP = (("cli", "training"), ("benchmark",), ("web",), ("pipeline",), ("kernels",))
+PIPELINE = (
+    ("offline", "live", "reference"),
+    ("images", "render", "smoothing"),
+    ("faces", "media"),
+    ("engine", "frames", "look"),
+    ("files",),
+    ("errors",),
+)
+USE_KERNELS = ("frames", "look", "media", "images", "render", "reference")
+# A library is imported in these places alone.
+ONLY_IN = {
+    "pyopencl": ("kernels",),
+    "onnxruntime": ("pipeline/faces/net.py", "benchmark", "training"),
+    "av": (
+        "pipeline/files",
+        "pipeline/frames",
+        "pipeline/media",
+        "pipeline/live",
+        "benchmark",
+        "training",
+    ),
+    "PIL": ("pipeline/images", "web/photo_child.py", "training"),
+    "simplejpeg": ("pipeline/images",),
+    "typer": ("cli",),
+    "rich": ("cli", "benchmark"),
+    "starlette": ("web",),
+    "uvicorn": ("web",),
+    "torch": ("training",),
+}
+
+
+@cache
+def imports(folder):
+    """(path, whole name of what is imported), at any depth of every file."""
+    found = []
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        place = path.relative_to(ROOT).as_posix()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found += [(place, alias.name) for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                assert node.level == 0, f"{place} imports relatively"
+                found += [(place, f"{node.module}.{alias.name}") for alias in node.names]
+    return found
+
+
+def floors(lines):
+    return {name: number for number, line in enumerate(lines) for name in line}
+
+
+FOLDERS = tuple(floors(TOP))
+ROOMS = tuple(name for name in floors(PIPELINE) if name != "errors")
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_top_level_imports_run_down(folder):
+    floor = floors(TOP)
+    for place, name in imports(folder):
+        if name.startswith("makeup_video.") and (other := name.split(".")[1]) != folder:
+            assert floor[other] > floor[folder], f"{place} imports {name}"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_imports_in_the_pipeline_run_down(room):
+    floor = floors(PIPELINE)
+    for place, name in imports(f"pipeline/{room}"):
+        _, *rest = name.split(".") if name.startswith("makeup_video.") else ("",)
+        if rest[:1] == ["kernels"]:
+            assert room in USE_KERNELS, f"{place} imports {name}"
+        elif rest[:1] == ["pipeline"] and rest[1] != room:
+            assert rest[1] in floor, f"{place} imports the public face: name the module"
+            assert floor[rest[1]] > floor[room], f"{place} imports {name}"
+
+
+def test_every_room_has_a_floor():
+    rooms = {path.parent.name for path in (ROOT / "pipeline").glob("*/__init__.py")}
+    assert rooms == set(ROOMS)
+    assert {path.name for path in (ROOT / "pipeline").glob("*.py")} == {"__init__.py", "errors.py"}
+
+
+@pytest.mark.parametrize("library", ONLY_IN)
+def test_a_library_stays_in_its_rooms(library):
+    for folder in FOLDERS:
+        for place, name in imports(folder):
+            if name.split(".")[0] == library:
+                assert place.startswith(ONLY_IN[library]), f"{place} imports {library}"
+
+
+def test_no_private_name_crosses_a_file():
+    for folder in FOLDERS:
+        for place, name in imports(folder):
+            if name.startswith("makeup_video."):
+                assert not name.rsplit(".", 1)[1].startswith("_"), f"{place} imports {name}"
