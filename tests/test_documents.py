@@ -16,7 +16,7 @@ MAKERS = ("make_parameters", "make_sheets")
 
 @pytest.fixture(autouse=True)
 def _scripts_import_each_other(monkeypatch):
-    monkeypatch.syspath_prepend(str(DOCS))
+    monkeypatch.syspath_prepend(str(DOCS / "make"))
 
 
 @pytest.fixture(params=MAKERS)
@@ -26,7 +26,7 @@ def maker(request):
 
 def test_pages_are_what_the_code_writes(maker):
     page = maker.PAGE.read_text(encoding="utf-8")
-    again = f"run python docs/{maker.__name__}.py"
+    again = f"run python docs/make/{maker.__name__}.py"
     if maker.__name__ == "make_parameters":
         assert page == maker.text(), again
     else:  # what follows its last heading is written by people

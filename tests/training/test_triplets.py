@@ -215,7 +215,7 @@ def test_the_page_shows_misses_first_and_keeps_what_people_wrote(monkeypatch, tm
     pytest.importorskip("torch")
     from makeup_video.training.reference import evaluate
 
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "docs"))
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "docs" / "make"))
     page = import_module("results_page")
     nets = {"ours": {region: knowing(RED) for region in REGIONS}}
     main = {worn: evaluate.measure(made(worn), nets) for worn in (*REGIONS, "lips and eyes")}

@@ -3,7 +3,7 @@
     python -m makeup_video.training.reference.evaluate lips runs/lips-lite0.pt --shades lip_shades.csv
 
 What counts is what a net is for: the estimated look and the true one, painted on another bare
-person, and compared there. docs/make_results.py measures all of it and writes it down.
+person, and compared there. docs/make/make_results.py measures all of it and writes it down.
 """
 
 import argparse

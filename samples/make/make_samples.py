@@ -3,7 +3,7 @@ points in_points.npz, portrait.jpg (a bare portrait), look.jpg (the same, made u
 the portrait that `makeup-video demo` brings along, a frame of the clip.
 
     pip install -e .[samples]
-    python samples/make_samples.py
+    python samples/make/make_samples.py
 
 Both pictures are public domain and come with scikit-image and matplotlib; see README.md.
 """
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from picture import Image, build_layers, to_canvas
 from sound import RATE, voice
 
-HERE = Path(__file__).parent
+SAMPLES = Path(__file__).parents[1]
 SIZE = (1280, 720)  # of the video, pixels
 POSE, POSE_BOX = (
     266,
@@ -178,10 +178,10 @@ def make_demo_portrait(video: Path, path: Path) -> None:
 
 def main() -> None:
     started = time.perf_counter()
-    make_portrait(HERE / "portrait.jpg")
-    make_look(HERE / "portrait.jpg", HERE / "look.jpg")
-    make_video(HERE / "in.mp4", HERE / "in_points.npz")
-    make_demo_portrait(HERE / "in.mp4", HERE.parent / "web" / "page" / "portrait.jpg")
+    make_portrait(SAMPLES / "portrait.jpg")
+    make_look(SAMPLES / "portrait.jpg", SAMPLES / "look.jpg")
+    make_video(SAMPLES / "in.mp4", SAMPLES / "in_points.npz")
+    make_demo_portrait(SAMPLES / "in.mp4", SAMPLES.parent / "web" / "page" / "portrait.jpg")
     seconds = time.perf_counter() - started
     print(
         f"in.mp4, in_points.npz, look.jpg and the portraits made in {seconds:.0f} s",

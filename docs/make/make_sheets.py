@@ -1,4 +1,4 @@
-"""Writes docs/sheets.md and its pictures: python docs/make_sheets.py
+"""Writes docs/sheets.md and its pictures: python docs/make/make_sheets.py
 
 What is written in the page under JUDGEMENT stays.
 """
@@ -84,7 +84,7 @@ def text() -> str:
     """The page, down to the judgement."""
     return f"""# Sheets: looks on faces
 
-Made by `python docs/make_sheets.py` (it needs the extra `samples`). Nothing is retouched: each cell is a part of a
+Made by `python docs/make/make_sheets.py` (it needs the extra `samples`). Nothing is retouched: each cell is a part of a
 picture that `apply_look` painted. The faces are those of the samples; `samples/README.md` says where they are from.
 What the parameters do one by one: [parameters.md](parameters.md).
 

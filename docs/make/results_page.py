@@ -22,7 +22,7 @@ from makeup_video.training.reference.picture_metrics import FACE_PX
 from makeup_video.training.reference.read_look import Cost
 from makeup_video.training.reference.rendered_crops import TEST_QUALITY
 
-PAGE = Path(__file__).parent / "results.md"
+PAGE = Path(__file__).parents[1] / "results.md"
 JUDGEMENT = "## What still goes wrong"
 # What we set out to reach: CIEDE2000 median and 90th percentile, of 255, rank correlation
 REACH_CIEDE = {"lips": (2.5, 6.0), "eyes": (3.0, 7.0)}
@@ -186,7 +186,7 @@ def text(results: Results) -> str:
 def _beginning(results: Results) -> str:
     return f"""# Results: how well a look is read from one photo
 
-Made by `python docs/make_results.py`, which measures everything on this page. The people and the products are unseen:
+Made by `python docs/make/make_results.py`, which measures everything on this page. The people and the products are unseen:
 no net was trained on them. Looks are painted by the renderer with all of its 17 numbers, those that no net tells too; photos
 are saved as JPEG {TEST_QUALITY}, and from such a photo alone a look is read, as the product does it: find the face, read the
 light, cut the crop, seven numbers, the renderer's other settings from the nearest finish. People are drawn so that

@@ -40,7 +40,7 @@ class Pose:
 
 def load_points() -> NDArray[np.float32]:
     """The checked face points in canvas pixels, (478, 3) float32, z away from the camera."""
-    path = Path(__file__).with_name("astronaut_points.json")
+    path = Path(__file__).parents[1] / "astronaut_points.json"
     return to_canvas(np.array(json.loads(path.read_text())["points"]))
 
 

@@ -1,6 +1,6 @@
 """Measures what each level of a slow machine saves, and what it spoils: the table of docs/live.md.
 
-    python docs/measure_levels.py samples/in.mp4 talk.mp4
+    python docs/make/measure_levels.py samples/in.mp4 talk.mp4
 
 All levels run in turn on every frame, in one thread, without codec: processor time of the stages, and how
 far the smoothed lips and eyes, and the painted picture, are off those of level 0. Prints a Markdown table.

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline import Face, Look, apply_look, find_faces
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1]
 SAMPLES = DOCS.parent / "samples"
 PICTURES = "pictures"  # in DOCS
 JPEG = [

@@ -1,6 +1,6 @@
 """Make look.jpg: the bare portrait, wearing a look that the product painted on it.
 
-python samples/look.py
+python samples/make/look.py
 """
 
 from pathlib import Path
@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 from makeup_video.pipeline import Look, apply_look, product
 
-HERE = Path(__file__).parent
+SAMPLES = Path(__file__).parents[1]
 LOOK = Look(
     lips=product((122, 12, 66), "satin"),
     eyes=product((24, 84, 150), "satin", "eyes"),
@@ -24,4 +24,4 @@ def make_look(portrait: Path, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    make_look(HERE / "portrait.jpg", HERE / "look.jpg")
+    make_look(SAMPLES / "portrait.jpg", SAMPLES / "look.jpg")

@@ -1,6 +1,6 @@
 """Measures the reference nets and writes docs/results.md and its pictures.
 
-    python docs/make_results.py --data runs/reference.npz --lip-shades lip_shades.csv \\
+    python docs/make/make_results.py --data runs/reference.npz --lip-shades lip_shades.csv \\
         --eye-shades eyeshadow_shades.csv
 
 It needs the extra `train`. What is written in the page under JUDGEMENT stays.

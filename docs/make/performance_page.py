@@ -8,7 +8,7 @@ from typing import Any
 from makeup_video.benchmark.plots import legend_below, new_figure, save
 from makeup_video.benchmark.tables import tables
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1]
 PAGE = DOCS / "performance.md"
 FOLDER = DOCS / "pictures"
 PICTURES = tuple(f"performance_{name}.png" for name in ("resolution", "faces", "length"))

@@ -4,7 +4,7 @@ It paints lips and eye-shadow in one loop and encodes as our bench does, in turn
 and with our product on the same film:
 
     python3.11 -m venv peer && peer/bin/pip install mediapipe==0.10.21 av
-    peer/bin/python docs/peer_mediapipe.py --product .venv/bin/makeup-video [CLIP]
+    peer/bin/python docs/make/peer_mediapipe.py --product .venv/bin/makeup-video [CLIP]
 
 MediaPipe 0.10.21 is the last one that has these models inside. It needs Python 3.12 or older and another
 numpy and OpenCV than makeup-video, hence the environment of its own. Its models are loaded before the clock
@@ -28,7 +28,7 @@ import cv2
 import mediapipe as mp
 import numpy as np
 
-SAMPLES = Path(__file__).resolve().parent.parent / "samples"
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 CODEC, OPTIONS = "libx264", {"preset": "veryfast", "crf": "20"}
 THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))  # of decoder and encoder; 0 is FFmpeg's own choice
 STRENGTH = 0.6

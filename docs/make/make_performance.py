@@ -1,6 +1,6 @@
 """Measures how fast the product is, and writes the tables and plots of docs/performance.md.
 
-    python docs/make_performance.py --clip talk.mp4 --hour --peer peer/bin/python
+    python docs/make/make_performance.py --clip talk.mp4 --hour --peer peer/bin/python
 
 It takes the better part of an hour, two with --hour, on a machine that does nothing else. Parts can be measured
 one by one (--parts faces length) and are kept in --results; the page is written from all that is there. What
@@ -80,9 +80,14 @@ class Measuring:
         return [measure.over_length(self.bench(), self.options.long_height, m) for m in minutes]
 
     def peer(self) -> str:
-        """What docs/peer_mediapipe.py prints, in its own environment."""
+        """What docs/make/peer_mediapipe.py prints, in its own environment."""
         product = Path(sys.executable).with_name("makeup-video")
-        words = [self.options.peer, page.DOCS / "peer_mediapipe.py", "--product", product]
+        words = [
+            self.options.peer,
+            Path(__file__).with_name("peer_mediapipe.py"),
+            "--product",
+            product,
+        ]
         done = subprocess.run([str(word) for word in words], check=True, capture_output=True)
         return done.stdout.decode()
 

@@ -1,6 +1,6 @@
 """Take the README's picture of the page: `makeup-video live` on the sample film, with the look of the sample photo.
 
-python docs/make_live_picture.py     (needs Chromium, and the extra "test")
+python docs/make/make_live_picture.py     (needs Chromium, and the extra "test")
 """
 
 import re

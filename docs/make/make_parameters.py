@@ -1,4 +1,4 @@
-"""Writes docs/parameters.md and its pictures from the code: python docs/make_parameters.py"""
+"""Writes docs/parameters.md and its pictures from the code: python docs/make/make_parameters.py"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
@@ -159,7 +159,7 @@ def text() -> str:
     )
     return f"""# Parameters of a look
 
-Made by `python docs/make_parameters.py` from the code; change it there.
+Made by `python docs/make/make_parameters.py` from the code; change it there.
 
 A product is {len(specs)} numbers for each region, lips or eyes. The seven without a default say what product it is;
 the others, how it is laid on and what it does in the light.

@@ -1,6 +1,6 @@
 """Draw the strip at the top of the README: the reference photo, and frames of the sample before and after.
 
-python docs/make_strip.py
+python docs/make/make_strip.py
 """
 
 import tempfile
