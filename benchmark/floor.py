@@ -16,7 +16,7 @@ from unittest.mock import patch
 
 import numpy as np
 from makeup_video.benchmark.films import frame_of, pictures
-from makeup_video.benchmark.runs import Clock, run_bare
+from makeup_video.benchmark.runs import RunTimer, run_bare
 from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.faces.tracker import FindFaces
 
@@ -61,7 +61,7 @@ def floor_of(clip: Path, folder: Path, painted_px: int) -> dict[str, float]:
 
 
 def _decode_ms(clip: Path) -> float:
-    clock, frames = Clock(), 0
+    clock, frames = RunTimer(), 0
     for _ in pictures(clip):
         frames += 1
     return clock.run(frames).cpu_ms_per_frame

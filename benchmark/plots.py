@@ -13,7 +13,7 @@ _NAMES = {"bare": "bare decode+encode", "none": "--look none", "product": "whole
 _DPI = 90
 
 
-def check_place(target: str) -> None:
+def check_plot_path(target: str) -> None:
     """Before anything is measured. Raises UsageError, OutputError, InstallError."""
     path = Path(target)
     if path.suffix.lower() != ".png":

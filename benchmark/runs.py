@@ -40,7 +40,7 @@ class Run:
         return 1000 * self.cpu_seconds / self.frames
 
 
-class Clock:
+class RunTimer:
     """Wall and CPU time since it was made."""
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ def run_bare(source: Path, target: Path, threads: tuple[int, int]) -> Run:
 
     threads: of the decoder and of the encoder, 0 is FFmpeg's own choice.
     """
-    clock, frames = Clock(), 0
+    clock, frames = RunTimer(), 0
     with av.open(str(source)) as box, av.open(str(target), "w") as out:
         video = box.streams.video[0]
         video.thread_type, video.thread_count = "AUTO", threads[0]
@@ -80,7 +80,7 @@ def run_product(
 ) -> tuple[Run, Report]:
     """The product in this process; None is `--look none`. Raises InputError when it had too few
     faces to paint."""
-    clock = Clock()
+    clock = RunTimer()
     report = process_video(source, target, look, replace(settings, observe=observe))
     run = clock.run(report.frames_out)
     if look is not None:

@@ -56,9 +56,9 @@ def bench(
         if live and (faces or threads or plot is not None):
             raise UsageError("--live is measured alone: leave out --faces, --threads and --plot")
         if plot is not None:
-            from makeup_video.benchmark.plots import check_place, draw
+            from makeup_video.benchmark.plots import check_plot_path, draw
 
-            check_place(plot)
+            check_plot_path(plot)
         with (
             tempfile.TemporaryDirectory(prefix="makeup-video-bench-") as name,
             show_steps() as told,

@@ -7,7 +7,7 @@ import numpy as np
 import pyopencl as cl
 from makeup_video.kernels.colour import Coding, coding_argument, decode, encode, rounded
 from makeup_video.kernels.material import ENVIRONMENT_PX, Material, bilinear, made_up, skin_at
-from makeup_video.kernels.planes import Window, fold, spread
+from makeup_video.kernels.planes import Rect, fold, spread
 from makeup_video.kernels.program import RUN, Device
 
 _STEP = 64  # rows and columns of a canvas, so that its pixels are whole pieces of _PIECE runs
@@ -19,7 +19,7 @@ _ROOM = 3 * ENVIRONMENT_PX**2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surface:
+class PaintedRegion:
     """A region of a frame, and the product on it.
 
     window: its pixels.  weight: of the product, (h, w) float32, 0..1, one of those that `Canvas.place` gave.
@@ -31,7 +31,7 @@ class Surface:
     environment: (3, 16, 16) float32, linear.
     """
 
-    window: Window
+    window: Rect
     weight: np.ndarray
     shading: np.ndarray
     normals: np.ndarray
@@ -58,7 +58,7 @@ class Canvas:
         self._told: Coding | None = None
 
     def place(
-        self, windows: Sequence[Window], block: tuple[int, int], sample: np.dtype
+        self, windows: Sequence[Rect], block: tuple[int, int], sample: np.dtype
     ) -> list[np.ndarray]:
         """Makes room for the windows of a frame: the weight of each, (h, w) float32, 0, to be filled.
 
@@ -95,7 +95,7 @@ class Canvas:
         self._told = None
 
     def paint(
-        self, planes: tuple[np.ndarray, ...], surfaces: Sequence[Surface], coding: Coding
+        self, planes: tuple[np.ndarray, ...], surfaces: Sequence[PaintedRegion], coding: Coding
     ) -> None:
         """Paint the surfaces on the planes: their windows are those that were placed, and do not overlap."""
         runs = self._find_runs(self._kind[0][1])
@@ -115,7 +115,7 @@ class Canvas:
         self._runs.array[: len(found)] = found
         return len(found)
 
-    def _describe(self, surfaces: Sequence[Surface]) -> None:
+    def _describe(self, surfaces: Sequence[PaintedRegion]) -> None:
         count = sum(3 * surface.shading.size + _ROOM for surface in surfaces)
         if count > self._maps.array.size or len(surfaces) > len(self._records.array):
             self._maps = self.device.memory((2 * count,), np.float32)
@@ -133,7 +133,7 @@ class Canvas:
             rows[first_row // down :] = number
             at = end
 
-    def _record(self, number: int, surface: Surface, first_row: int, grid: int) -> None:
+    def _record(self, number: int, surface: PaintedRegion, first_row: int, grid: int) -> None:
         """The struct `paint_region` of paint.cl."""
         record, window = self._records.array[number], surface.window
         high, wide = surface.shading.shape
@@ -145,7 +145,7 @@ class Canvas:
         )  # fmt: skip
 
     def _copy(
-        self, planes: tuple[np.ndarray, ...], surfaces: Sequence[Surface], back: bool
+        self, planes: tuple[np.ndarray, ...], surfaces: Sequence[PaintedRegion], back: bool
     ) -> None:
         """The windows from the planes, or back to them."""
         block = self._kind[0]
@@ -201,7 +201,7 @@ class Canvas:
 
 def paint_twin(
     planes: tuple[np.ndarray, ...],
-    surfaces: Sequence[Surface],
+    surfaces: Sequence[PaintedRegion],
     coding: Coding,
     block: tuple[int, int],
 ) -> tuple[np.ndarray, ...]:
@@ -216,7 +216,7 @@ def paint_twin(
 
 
 def surface_twin(
-    luma: np.ndarray, chroma: np.ndarray, surface: Surface, coding: Coding
+    luma: np.ndarray, chroma: np.ndarray, surface: PaintedRegion, coding: Coding
 ) -> tuple[np.ndarray, np.ndarray]:
     """Codes (h, w), and of chroma (2, h, w), as each luma pixel sees it -> the new luma codes, and by how
     much chroma changes (2, h, w)."""
@@ -236,7 +236,7 @@ def _whole(length: int) -> int:
     return -(-length // _STEP) * _STEP
 
 
-def on_window(surface: Surface) -> np.ndarray:
+def on_window(surface: PaintedRegion) -> np.ndarray:
     """(3, h, w): shading and normals at each pixel of the window."""
     grid = np.concatenate([surface.shading[None], surface.normals]).astype(np.float64)
     x, y = _mapped(surface.to_grid, surface.weight.shape)

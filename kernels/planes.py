@@ -1,4 +1,4 @@
-"""Windows on planes; and in numpy, chroma as every luma pixel sees it, and its change brought back."""
+"""Rectangles of planes; and in numpy, chroma as every luma pixel sees it, and its change brought back."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class Rect:
     """A rectangle of luma pixels that begins and, but for the plane's edge, ends on whole blocks.
 
     A block is a chroma sample and the luma pixels that it covers: `chroma` across and down.
@@ -24,7 +24,7 @@ class Window:
         high_xy: np.ndarray,
         size_wh: tuple[int, int],
         chroma: tuple[int, int],
-    ) -> "Window | None":
+    ) -> "Rect | None":
         """The smallest window of a plane that holds low_xy..high_xy (px); None when all is outside."""
         (width, height), (across, down) = size_wh, chroma
         x0 = max(int(np.floor(low_xy[0])), 0) // across * across
@@ -33,7 +33,7 @@ class Window:
         y1 = min(-(-(int(np.ceil(high_xy[1])) + 1) // down) * down, height)
         return cls(x0, y0, x1 - x0, y1 - y0) if x1 > x0 and y1 > y0 else None
 
-    def overlaps(self, other: "Window") -> bool:
+    def overlaps(self, other: "Rect") -> bool:
         return (
             self.x < other.x + other.width
             and other.x < self.x + self.width

@@ -34,7 +34,7 @@ Stretch = tuple[float, float, float, float]  # px of a frame -> of a plane: of x
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class GridPlace:
     """A grid on the frame, and the space that its region is measured in.
 
     to_px: px of the grid -> px of the frame.  own_to_px: the region's own px -> px of the frame.
@@ -76,7 +76,7 @@ class FaceSurfaces:
     means: list[float]
 
 
-class Surface:
+class SurfaceKernel:
     """The kernel, for one face after the other; threads wait for each other."""
 
     def __init__(self, device: Device, rings: np.ndarray) -> None:
@@ -92,7 +92,7 @@ class Surface:
 
     def __call__(
         self,
-        places: Sequence[Place | None],
+        places: Sequence[GridPlace | None],
         points_px: np.ndarray,
         logits: np.ndarray,
         light: LightPlanes,
@@ -112,7 +112,7 @@ class Surface:
 
     def _fill(
         self,
-        places: Sequence[Place | None],
+        places: Sequence[GridPlace | None],
         points_px: np.ndarray,
         logits: np.ndarray,
         light: LightPlanes,
@@ -179,7 +179,7 @@ def to_steps(coding: Coding, has_colour: bool) -> np.ndarray:
     return steps
 
 
-def _place(place: Place, light: LightPlanes) -> Sequence[float]:
+def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:
     """A place as surface.cl takes it."""
     a, b, left, c, d, top = place.own_to_px
     size = a * d - b * c

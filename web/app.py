@@ -16,7 +16,7 @@ from makeup_video.pipeline.look.finishes import look_in_words
 from makeup_video.pipeline.look.look import Look
 from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.rooms import Rooms
-from makeup_video.web.same_origin import Guard
+from makeup_video.web.same_origin import SameOrigin
 from makeup_video.web.session import PhotoLook
 from makeup_video.web.upload import Uploads, file_name, read_body
 from makeup_video.web.viewers import Room, Viewer
@@ -45,7 +45,7 @@ Say = Callable[[str], None]
 
 def make_app(rooms: Rooms, worker: Worker, host: str, port: int, say: Say) -> ASGIApp:
     """What uvicorn serves. host: as given to --host; port: where it listens; say: of faults of ours."""
-    doors = Doors(rooms, worker)
+    doors = Endpoints(rooms, worker)
     routes = [
         Route("/", doors.page, methods=["GET"]),
         Route("/static/{name}", doors.static, methods=["GET"]),
@@ -65,10 +65,10 @@ def make_app(rooms: Rooms, worker: Worker, host: str, port: int, say: Say) -> AS
         exception_handlers={HTTPException: _http_error, MakeupVideoError: _told, Exception: fault},
     )
     app.router.redirect_slashes = False
-    return Guard(app, host, port)
+    return SameOrigin(app, host, port)
 
 
-class Doors:
+class Endpoints:
     def __init__(self, rooms: Rooms, worker: Worker) -> None:
         self._rooms, self._worker, self._uploads = rooms, worker, Uploads()
 

@@ -62,10 +62,10 @@ class Shown:
     pts_us: int
 
 
-Wish = LookWanted | Compare | Shown
+PageMessage = LookWanted | Compare | Shown
 
 
-def read_message(text: str) -> Wish:
+def read_message(text: str) -> PageMessage:
     """What a page says; a look in it is not read yet.
 
     Raises LookError or UsageError: one line, for the page.

@@ -25,7 +25,7 @@ _SAFE = {
 }
 
 
-class Guard:
+class SameOrigin:
     """Refuses other sites' requests (403) and names that are not ours (421); sets headers on all answers.
 
     host: as given to --host; a name that people reach the server by is allowed. port: ours.

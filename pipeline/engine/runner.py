@@ -58,7 +58,7 @@ def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[st
     return [stages[first:end] for first, end in itertools.pairwise(ends)]
 
 
-class Clock:
+class Stopwatch:
     """Adds the time spent inside `with` to the times of one actor."""
 
     def __init__(
@@ -178,8 +178,8 @@ class Runner:
         for channel in self.channels:
             channel.cancel()
 
-    def _clock(self, name: str) -> "Clock":
-        return Clock(self.times[name], self._observe and partial(self._observe, name))
+    def _clock(self, name: str) -> "Stopwatch":
+        return Stopwatch(self.times[name], self._observe and partial(self._observe, name))
 
     def _run_source(self) -> None:
         name, items = self.source
@@ -207,7 +207,7 @@ class Runner:
         out.close()
 
     @staticmethod
-    def _pass(item: Any, steps: list[tuple["Clock", Stage]], out: Channel[Any]) -> None:
+    def _pass(item: Any, steps: list[tuple["Stopwatch", Stage]], out: Channel[Any]) -> None:
         """Through the stages and out, or as far as a stage that keeps it for now."""
         for clock, stage in steps:
             with clock:

@@ -10,7 +10,14 @@ from fractions import Fraction
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
-from makeup_video.pipeline.faces.landmarks import Sighting, detect, is_same, is_tiny, sight, to_face
+from makeup_video.pipeline.faces.landmarks import (
+    FaceLandmarks,
+    detect,
+    is_same,
+    is_tiny,
+    locate,
+    to_face,
+)
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import FramePicture, Picture, RgbPicture
@@ -40,15 +47,15 @@ def find_faces_in_frame(frame: Frame, pixel_aspect: Fraction | float = 1) -> tup
 
 def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
     """The same for any picture and with any nets."""
-    found: list[Sighting] = []
-    tiny: list[Sighting] = []
+    found: list[FaceLandmarks] = []
+    tiny: list[FaceLandmarks] = []
     for tilt_degrees in (0, *TILTS_DEGREES):
         for guess in detect(nets, picture, DETECTOR_SIDES_PX, tilt_degrees):
             if len(found) >= MAX_FACES:
                 break
             if any(is_same(guess, other.frame) for other in (*found, *tiny)):
                 continue
-            one = sight(nets, picture, guess, carefully=True)
+            one = locate(nets, picture, guess, carefully=True)
             if one and not any(is_same(one.frame, other.frame) for other in (*found, *tiny)):
                 (tiny if is_tiny(one.frame) else found).append(one)
         if found or tiny:

@@ -41,7 +41,7 @@ _AGREE, _AGREE_STILL = 0.035, 0.05
 
 
 @dataclass(slots=True)
-class Sighting:
+class FaceLandmarks:
     """What the nets tell of one face, in upright px of a Picture; places are complex, x + iy."""
 
     xy: np.ndarray  # (478,) complex128
@@ -77,9 +77,9 @@ def detect(
     return [frame for _, frame in found[:MAX_GUESSES]]
 
 
-def sight(
+def locate(
     nets: FaceNets, picture: Picture, guess: Similarity, carefully: bool = False
-) -> Sighting | None:
+) -> FaceLandmarks | None:
     """The face at a detector's guess; None when there is none after all.
 
     carefully: the mean of several looks, for a picture that stands alone.
@@ -103,12 +103,16 @@ def sight(
         view = nets.view(xy)
         close = nets.look_closer(picture, view, both_ways=carefully)
         xy[nets.close_points] = close.xy
-    return Sighting(xy, z, (face, mouth), nets.face_frame(xy), close.lips, view, close.middles)
+    return FaceLandmarks(xy, z, (face, mouth), nets.face_frame(xy), close.lips, view, close.middles)
 
 
-def sight_again(
-    nets: FaceNets, picture: Picture, before: Sighting, seconds: float, doubtfully: bool = False
-) -> Sighting | None:
+def relocate(
+    nets: FaceNets,
+    picture: Picture,
+    before: FaceLandmarks,
+    seconds: float,
+    doubtfully: bool = False,
+) -> FaceLandmarks | None:
     """The same face a frame later, at `seconds` of the film; None when it is gone.
 
     Lips and eyes are read in every frame, where the face's motion leads to. The mesh net sees to
@@ -126,10 +130,10 @@ def sight_again(
 def _follow(
     nets: FaceNets,
     picture: Picture,
-    before: Sighting,
+    before: FaceLandmarks,
     mesh_seconds: float | None,
     doubtfully: bool,
-) -> Sighting | None:
+) -> FaceLandmarks | None:
     """mesh_seconds: the time, when the mesh net is to look; None: the rest is carried along."""
     view = _expected(before)
     if mesh_seconds is None:
@@ -153,12 +157,12 @@ def _follow(
     if mesh_seconds is not None:
         frame = step.after(before.frame).towards(nets.face_frame(xy), _CORRECTION)
     moved = distance(before.frame, frame)
-    return Sighting(
+    return FaceLandmarks(
         xy, z, scores, frame, close.lips, view, close.middles, meshed_seconds, step, moved
     )
 
 
-def carry(nets: FaceNets, before: Sighting, motion: Motion) -> Sighting | None:
+def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmarks | None:
     """The same face a frame later, by its measured motion alone; None when the nets had better look."""
     close = motion.of(before.xy[nets.close_points])
     middles = nets.middles(close)
@@ -174,7 +178,7 @@ def carry(nets: FaceNets, before: Sighting, motion: Motion) -> Sighting | None:
     view = before.view if before.view.strayed(view) < _AT_REST else view
     to_px = lips_to_px(view)
     logits = motion.carried(before.lips.logits, before.lips.to_px, to_px)
-    found = Sighting(
+    found = FaceLandmarks(
         xy, before.z, before.scores, frame, LipPatch(logits, to_px), view, middles,
         before.meshed_seconds, step, moved,
     )  # fmt: skip
@@ -189,7 +193,7 @@ def _step_of(before: Sequence[complex], now: Sequence[complex]) -> Similarity:
     return Similarity(turn, new_left - turn * left)
 
 
-def _is_odd(before: Sighting, found: Sighting) -> bool:
+def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
     """Lips that jump about the face, or vanish: something is in front of them, it may be. And a face at
     rest that is somewhere else at once, in a film that jerks: lips and eyes were looked for in vain."""
     jump = abs(found.middles[0] - found.step.of(before.middles[0]))
@@ -198,12 +202,12 @@ def _is_odd(before: Sighting, found: Sighting) -> bool:
     return before.moved < _AT_REST and found.moved > _JERK
 
 
-def expected_frame(before: Sighting) -> Similarity:
+def expected_frame(before: FaceLandmarks) -> Similarity:
     """The face frame in the next picture, as far as can be foretold."""
     return before.step.after(before.frame) if before.moved > _AT_REST else before.frame
 
 
-def _expected(before: Sighting) -> View:
+def _expected(before: FaceLandmarks) -> View:
     """Where to look for a face in the next frame."""
     step = before.step if before.moved > _AT_REST else STAY  # what moves moves on
     lips, left, right = (step.of(middle) for middle in before.middles[:3])
@@ -232,7 +236,7 @@ def _mesh_again(
     return mesh, is_where_expected
 
 
-def to_face(sighting: Sighting, picture: Picture, track_id: int) -> Face:
+def to_face(sighting: FaceLandmarks, picture: Picture, track_id: int) -> Face:
     """Upright px -> a Face in px of the stored picture."""
     to_stored = picture.to_stored
     (a, b, _), (c, d, _) = to_stored.tolist()

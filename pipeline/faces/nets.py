@@ -39,7 +39,7 @@ _CLOSE = 0.9  # IOD: two faces are no closer than this
 
 
 @dataclass(frozen=True, slots=True)
-class _Window:
+class _NetInput:
     """What a net looks at."""
 
     size_wh: tuple[int, int]  # px
@@ -59,9 +59,9 @@ class _Window:
         ]
 
 
-_MESH = _Window((96, 96), 2.56)
-_LIPS = _Window((112, 80), PATCH_SPAN)
-_EYE = _Window((64, 48), 0.72)
+_MESH = _NetInput((96, 96), 2.56)
+_LIPS = _NetInput((112, 80), PATCH_SPAN)
+_EYE = _NetInput((64, 48), 0.72)
 
 
 class View(NamedTuple):

@@ -12,14 +12,14 @@ from makeup_video.pipeline.faces.find import (
     largest_first,
 )
 from makeup_video.pipeline.faces.landmarks import (
-    Sighting,
+    FaceLandmarks,
     carry,
     detect,
     expected_frame,
     is_same,
     is_tiny,
-    sight,
-    sight_again,
+    locate,
+    relocate,
     to_face,
 )
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
@@ -46,7 +46,7 @@ class _Track:
     """A face that is followed, or was a moment ago."""
 
     track_id: int
-    sighting: Sighting
+    sighting: FaceLandmarks
     last_seen_seconds: float
     is_followed: bool = True
     # Where it would be looked for after a loss. Who walks in front makes a face seem to shrink
@@ -58,7 +58,7 @@ class _Track:
     def __post_init__(self) -> None:
         self.place, self.place_seconds = self.sighting.frame, self.last_seen_seconds
 
-    def see(self, sighting: Sighting, seconds: float) -> None:
+    def see(self, sighting: FaceLandmarks, seconds: float) -> None:
         """Take what was found now."""
         self.sighting, self.last_seen_seconds, self.is_followed = sighting, seconds, True
         ratio = iod_of(sighting.frame) / iod_of(self.place)
@@ -139,7 +139,7 @@ class FindFaces:
         for track in followed:
             found = None if doubtfully else self._carried(picture, track)
             if found is None:
-                found = sight_again(self.nets, picture, track.sighting, seconds, doubtfully)
+                found = relocate(self.nets, picture, track.sighting, seconds, doubtfully)
                 self._remember(picture, track, found)
             if found is None:
                 track.is_followed = False
@@ -156,7 +156,7 @@ class FindFaces:
                 kept.append(track)
         return len(kept) < len(followed)
 
-    def _carried(self, picture: FramePicture, track: _Track) -> Sighting | None:
+    def _carried(self, picture: FramePicture, track: _Track) -> FaceLandmarks | None:
         """A face by its measured motion; None when it is the nets' turn, or that is not sure."""
         before = track.sighting
         if before.still is None or not self._is_between(track, self._frames):
@@ -164,7 +164,7 @@ class FindFaces:
         motion = self._motion(before.still, self._motion.still(picture, expected_frame(before)))
         return None if motion is None else carry(self.nets, before, motion)
 
-    def _remember(self, picture: FramePicture, track: _Track, found: Sighting | None) -> None:
+    def _remember(self, picture: FramePicture, track: _Track, found: FaceLandmarks | None) -> None:
         """Keep what is seen, when the next frame's motion is measured against it."""
         if found is not None and self._is_between(track, self._frames + 1):
             found.still = self._motion.still(picture, found.frame)
@@ -196,7 +196,7 @@ class FindFaces:
                 break
             if any(is_same(guess, track.sighting.frame) for track in known):
                 continue
-            found = sight(self.nets, picture, guess)
+            found = locate(self.nets, picture, guess)
             if found is None or any(is_same(found.frame, t.sighting.frame) for t in known):
                 continue
             if is_tiny(found.frame):
@@ -204,7 +204,7 @@ class FindFaces:
                 continue
             self._start(found, seconds)
 
-    def _start(self, found: Sighting, seconds: float) -> None:
+    def _start(self, found: FaceLandmarks, seconds: float) -> None:
         """Follow a face: one that was lost a moment ago, or a new one."""
         size = iod_of(found.frame)
         lost = [t for t in self._tracks if not t.is_followed and 0.5 < size / iod_of(t.place) < 2]

@@ -43,7 +43,7 @@ def keep_apart(output: Path, read: Path) -> None:
 
 
 def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
-    """Raises what Target would, before anything else is done. It is checked again when it is opened."""
+    """Raises what OutputFile would, before anything else is done. It is checked again when it is opened."""
     if not output:
         raise UsageError("the name of the output is empty: give one")
     with write_errors(Path(output)):
@@ -52,7 +52,7 @@ def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
         _check_part(part_of(path), source, overwrite)
 
 
-class Target:
+class OutputFile:
     """The place of one output. While it is open no other run can take the same place.
 
     source: the file that is read, None when there is none, as with a camera.

@@ -7,7 +7,7 @@ _STEP_SHARE = 0.1  # of the newest step in the usual one
 _LEAST_STEP = 0.8  # of the usual one; at less, what comes in pairs is left less even
 
 
-class Clock:
+class MediaClock:
     """Seconds since the first frame that never stand still or go back."""
 
     def __init__(self) -> None:

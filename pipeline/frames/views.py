@@ -25,8 +25,8 @@ from makeup_video.pipeline.frames.sampling import (
     warp,
 )
 
-Window = tuple[Affine, tuple[int, int]]  # crop px -> upright px, and the crop's width and height
-Windows = tuple[np.ndarray, tuple[int, int]]  # several of one size: (K, 2, 3), and that size
+Crop = tuple[Affine, tuple[int, int]]  # crop px -> upright px, and the crop's width and height
+Crops = tuple[np.ndarray, tuple[int, int]]  # several of one size: (K, 2, 3), and that size
 
 
 class Picture(Protocol):
@@ -40,7 +40,7 @@ class Picture(Protocol):
         """(H, W, 3) uint8 RGB, encoded; to_px maps the crop's pixels to upright pixels."""
         ...
 
-    def crops(self, windows: Sequence[Windows]) -> list[np.ndarray]:
+    def crops(self, windows: Sequence[Crops]) -> list[np.ndarray]:
         """Several crops of about the same scale that lie close together, for less work: (K, H, W, 3)
         for each size."""
         ...
@@ -72,7 +72,7 @@ class RgbPicture:
     def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
         return sample(self.rgb8, to_px, size_wh)
 
-    def crops(self, windows: Sequence[Windows]) -> list[np.ndarray]:
+    def crops(self, windows: Sequence[Crops]) -> list[np.ndarray]:
         return [
             np.stack([sample(self.rgb8, to_px, size) for to_px in maps]) for maps, size in windows
         ]
@@ -97,7 +97,7 @@ class FramePicture:
         rgb8, (at,) = self._near(to_px[None], [size_wh])
         return warp(rgb8, at, size_wh)
 
-    def crops(self, windows: Sequence[Windows]) -> list[np.ndarray]:
+    def crops(self, windows: Sequence[Crops]) -> list[np.ndarray]:
         # Every call into OpenCV costs as much as a thousand pixels: so all crops are one list of
         # places, sampled at once.
         sizes = [size for maps, size in windows for _ in maps]

@@ -9,7 +9,7 @@ from fractions import Fraction
 import av
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.find import DETECTOR_SIDES_PX
-from makeup_video.pipeline.faces.landmarks import Sighting, detect, to_face
+from makeup_video.pipeline.faces.landmarks import FaceLandmarks, detect, to_face
 from makeup_video.pipeline.faces.nets import load_nets
 from makeup_video.pipeline.faces.similarity import Similarity
 from makeup_video.pipeline.faces.tracker import BESIDE_SIDES_PX
@@ -37,7 +37,7 @@ def warm_up(build: BuildScene, paint: Composite) -> None:
     xy = where.of(mean[:, 0] + 1j * mean[:, 1])
     view = nets.view(xy)
     close = nets.look_closer(picture, view)
-    seen = Sighting(xy, _IOD_PX * mean[:, 2], (1, 1), where, close.lips, view, close.middles)
+    seen = FaceLandmarks(xy, _IOD_PX * mean[:, 2], (1, 1), where, close.lips, view, close.middles)
     faces = (to_face(seen, picture, 0),)
     look = Look(product((180, 0, 46), "shimmer"), product((60, 80, 150), "shimmer", "eyes"))
     paint.rehearse(build(FrameFaces(frame, faces)), look)

@@ -12,7 +12,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.duration import beyond_end
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover, late_tracks, packets_of
 from makeup_video.pipeline.media.mux import Muxer
-from makeup_video.pipeline.media.pixel_format import Door
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 from makeup_video.pipeline.media.trim import Trim
 
 _SEEK_BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
@@ -53,7 +53,7 @@ class Decoder:
     def __init__(
         self,
         source: VideoSource,
-        door: Door,
+        door: ConvertPixelFormat,
         muxer: Muxer,
         *,
         start_seconds: Fraction | None = None,

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import av
 from makeup_video.pipeline.errors import OutputError, StrictError
-from makeup_video.pipeline.files.output_file import Target, write_errors
+from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.media.codecs import MATROSKA
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover
 from makeup_video.pipeline.media.matroska import set_display_size
@@ -29,7 +29,7 @@ from makeup_video.pipeline.media.transcode import (
     audio_codec_for,
     subtitle_codec_for,
 )
-from makeup_video.pipeline.media.verify import SentTrack, missing_from, sent_track
+from makeup_video.pipeline.media.verify import SentStream, missing_from, sent_stream
 
 Convert = Callable[[Any], list[Any]]
 T = TypeVar("T")
@@ -46,7 +46,7 @@ class Muxer:
     skipped_packets: damaged ones of other tracks, which no muxer or decoder takes.
     """
 
-    def __init__(self, target: Target, container_format: str, *, strict: bool = False) -> None:
+    def __init__(self, target: OutputFile, container_format: str, *, strict: bool = False) -> None:
         self.target, self.part = target, target.part
         self.format, self.strict = container_format, strict
         self.dropped: list[str] = []
@@ -60,7 +60,7 @@ class Muxer:
         self._container: Any = None
         self._video: Any = None
         self._video_number = 0
-        self._sent: dict[int, SentTrack] = {}
+        self._sent: dict[int, SentStream] = {}
         self._covers: set[int] = set()
         self._shown_wh: tuple[int, int] | None = None
         self._streams: dict[int, tuple[Any, Convert | None]] = {}
@@ -85,7 +85,7 @@ class Muxer:
             for stream in source.container.streams:
                 if stream.index == source.video.index:
                     self._video = video = add_video(self._container)
-                    self._sent[video.index] = sent_track("the painted video", video, exact=True)
+                    self._sent[video.index] = sent_stream("the painted video", video, exact=True)
                     video.metadata.update(tags(source.video, self.format))
                     video.disposition = source.video.disposition
                     self._shown_wh = shown_wh(video, source)
@@ -153,7 +153,7 @@ class Muxer:
         out.metadata.update(tags(stream, self.format))
         out.disposition = stream.disposition
         if stream.type != "attachment" and not is_cover(stream):
-            self._sent[out.index] = sent_track(name, out)
+            self._sent[out.index] = sent_stream(name, out)
 
     def _add_converted(self, stream: Any, name: str) -> Any | None:
         if stream.codec_context is None or is_cover(stream):

@@ -43,7 +43,7 @@ _ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
 _TRANSFER_NAMES = {16: "PQ", 18: "HLG"}
 
 
-class Door:
+class ConvertPixelFormat:
     """Brings every picture into the one layout that the encoder takes, and checks that it stays.
 
     A picture that already fits passes untouched, without a copy.

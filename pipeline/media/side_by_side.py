@@ -20,7 +20,7 @@ _EXIF_LAYOUTS = {
 }  # fmt: skip
 
 
-class Compare:
+class SideBySide:
     """Any stage that ends in a Frame -> the same, twice as wide: as it came in, and as it went out.
 
     As the viewer sees it the untouched picture is on the left; a film that is stored lying on its

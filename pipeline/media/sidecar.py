@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import IO, Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import OutputError, StoppedError, UsageError
-from makeup_video.pipeline.files.output_file import Target, part_of, target_of, write_errors
+from makeup_video.pipeline.files.output_file import OutputFile, part_of, target_of, write_errors
 from makeup_video.pipeline.media.input_file import local_file
 
 
-class SideFile:
+class Sidecar:
     """Checked before the work, grown as NAME.part.EXT, renamed when the run has ended well.
 
     After Ctrl-C the part stays, whole as JSON, if anything was written to it; after an error it is
@@ -46,7 +46,7 @@ class SideFile:
                     f"{self.what} {path} is one of this run's own files, or would grow there: "
                     "choose another name"
                 )
-        self._target = Target(self.path, source, overwrite=overwrite)
+        self._target = OutputFile(self.path, source, overwrite=overwrite)
         self._file: IO[str] | None = None
 
     def __enter__(self) -> Self:
@@ -85,7 +85,7 @@ class SideFile:
             raise
 
 
-class JsonFile(SideFile):
+class JsonFile(Sidecar):
     """One JSON object, written at once."""
 
     def write(self, values: dict[str, Any]) -> None:

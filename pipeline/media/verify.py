@@ -14,7 +14,7 @@ _REGROUPED = {"eac3", "truehd", "mlp"}
 
 
 @dataclass(slots=True)
-class SentTrack:
+class SentStream:
     """One track of an output, in the order of the file, and how many packets were sent to it.
 
     name: for messages.  kind: FFmpeg's "video", "audio", "subtitle" or "data".  codec: its name.
@@ -30,7 +30,7 @@ class SentTrack:
 
 
 def missing_from(
-    path: Path, container_format: str, sent: list[SentTrack], covers: int = 0
+    path: Path, container_format: str, sent: list[SentStream], covers: int = 0
 ) -> str | None:
     """What a closed file lacks of what was sent, in words; None when everything is there.
 
@@ -55,14 +55,14 @@ def missing_from(
     return None
 
 
-def _difference(track: SentTrack, found: tuple[str, int] | None) -> str:
+def _difference(track: SentStream, found: tuple[str, int] | None) -> str:
     kind, count = found or ("nothing", 0)
     if kind != track.kind:
         return f"{track.name} was sent, its place holds {kind}"
     return f"{track.name} has {count} packets, {track.packets} were sent"
 
 
-def _is_whole(track: SentTrack, kind: str, count: int) -> bool:
+def _is_whole(track: SentStream, kind: str, count: int) -> bool:
     if kind != track.kind:
         return False
     if track.exact:
@@ -85,6 +85,6 @@ def _tracks_in(path: Path, container_format: str) -> tuple[list[tuple[str, int]]
         return [(stream.type, counts[stream.index]) for stream in tracks], covers
 
 
-def sent_track(name: str, stream: Any, *, exact: bool = False) -> SentTrack:
+def sent_stream(name: str, stream: Any, *, exact: bool = False) -> SentStream:
     """A track of which nothing has been sent yet; stream: the output's."""
-    return SentTrack(name, stream.type, str(getattr(stream, "name", None)), exact)
+    return SentStream(name, stream.type, str(getattr(stream, "name", None)), exact)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from makeup_video.pipeline.errors import StrictError, UsageError
-from makeup_video.pipeline.files.output_file import Target, write_errors
+from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.rgb import merge, to_frame, with_colour
 from makeup_video.pipeline.images.exif import orientation, rotation_degrees
@@ -44,7 +44,7 @@ def process_picture(
         raise UsageError(
             f"{src} is a picture: the output must end in .jpg, .png or .webp, got {dst}"
         )
-    target = Target(dst, src, overwrite=overwrite, on_whole=on_whole)
+    target = OutputFile(dst, src, overwrite=overwrite, on_whole=on_whole)
     try:
         report = _process(src, target, paint, compare, strict)
         target.keep()
@@ -56,7 +56,7 @@ def process_picture(
 
 
 def _process(
-    src: Path, target: Target, paint: Callable[[Frame], Frame], compare: bool, strict: bool
+    src: Path, target: OutputFile, paint: Callable[[Frame], Frame], compare: bool, strict: bool
 ) -> Report:
     suffix = target.part.suffix.lower()
     data = read_bytes(src)

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
-from makeup_video.pipeline.media.sidecar import SideFile
+from makeup_video.pipeline.media.sidecar import Sidecar
 
 
-class PointsFile(SideFile):
+class PointsFile(Sidecar):
     """{"frames": [{pts, seconds, faces: [...]}, ...]}, written one frame a line as they come."""
 
     what = "the points file"

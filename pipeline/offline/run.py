@@ -12,7 +12,7 @@ from typing import Any, cast
 from makeup_video.pipeline.engine.machine import cores, peak_memory_bytes
 from makeup_video.pipeline.engine.runner import Runner, Stage
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.files.output_file import Target
+from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.media.codecs import bits_of, container_of, encoder_options, pick_codec
@@ -21,8 +21,8 @@ from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.mux import Muxer
-from makeup_video.pipeline.media.pixel_format import Door, pick_pix_fmt
-from makeup_video.pipeline.media.side_by_side import Compare
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, pick_pix_fmt
+from makeup_video.pipeline.media.side_by_side import SideBySide
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
@@ -84,7 +84,7 @@ def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
 def _compared(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
     """The last stage is the one that changes the picture; without any, both halves are the same."""
     *others, (name, last) = stages or [("compare", lambda frame: frame)]
-    return [*others, (name, Compare(last))]
+    return [*others, (name, SideBySide(last))]
 
 
 def _run(
@@ -107,10 +107,12 @@ def _run(
     if depth is not None:
         pick_pix_fmt("yuv420p", codec, depth)  # refuses a depth before the output is begun
     bytes_in = source.container.size  # of the open file: nobody knows what has its name at the end
-    target = Target(output, source.path, overwrite=settings.overwrite, on_whole=settings.on_whole)
+    target = OutputFile(
+        output, source.path, overwrite=settings.overwrite, on_whole=settings.on_whole
+    )
     muxer = Muxer(target, container, strict=settings.strict)
     try:
-        door = Door(codec, depth, sdr=settings.sdr)
+        door = ConvertPixelFormat(codec, depth, sdr=settings.sdr)
         decoder = Decoder(
             source,
             door,

@@ -9,7 +9,7 @@ from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
 from makeup_video.pipeline.faces.face import PATCH_SPAN, Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 from makeup_video.pipeline.frames.sampling import Affine, compose, pixel_places
-from makeup_video.pipeline.frames.views import RgbPicture, Window
+from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.reference.flat_lids import FLAT_WH, flat_lids
 from makeup_video.pipeline.render.scene import SceneLight
 
@@ -37,7 +37,7 @@ CROPS = {
 }
 
 
-def window_of(face: Face, region: str) -> Window:
+def window_of(face: Face, region: str) -> Crop:
     """The part of a picture around a region, "lips" or "eyes", upright on the face.
 
     Scale and turn are those of the face's lip patch, for the eyes too.
@@ -80,7 +80,7 @@ def read_crop(picture: RgbPicture, face: Face, region: str, light: SceneLight) -
     return crop_of(picture.crop(*window_of(face, region)), places, light)
 
 
-def shifted(window: Window, turn: float, scale: float, shift_xy: np.ndarray) -> Affine:
+def shifted(window: Crop, turn: float, scale: float, shift_xy: np.ndarray) -> Affine:
     """A window's map when it is turned (radians), scaled and shifted (its own px) about its middle."""
     to_px, (w, h) = window
     c, s = scale * np.cos(turn), scale * np.sin(turn)

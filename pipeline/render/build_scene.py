@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.surface import Surface
+from makeup_video.kernels.surface import SurfaceKernel
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.luminance import light_planes
@@ -91,13 +91,13 @@ class BuildScene:
 
 
 @cache
-def _shared_surface(device: str) -> Surface:
+def _shared_surface(device: str) -> SurfaceKernel:
     """One for all threads: pictures that stand alone, and rendered ones, build a scene each."""
     return _surface(device)
 
 
-def _surface(device: str) -> Surface:
+def _surface(device: str) -> SurfaceKernel:
     rings = np.zeros((len(LIP_RINGS) + len(LID_RINGS), LIP_RINGS.shape[1]), np.int32)
     rings[: len(LIP_RINGS)] = LIP_RINGS
     rings[len(LIP_RINGS) :, : LID_RINGS.shape[1]] = LID_RINGS
-    return Surface(open_device(device), rings)
+    return SurfaceKernel(open_device(device), rings)

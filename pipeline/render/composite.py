@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.paint import Canvas, Surface
-from makeup_video.kernels.planes import Window
+from makeup_video.kernels.paint import Canvas, PaintedRegion
+from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
@@ -15,7 +15,7 @@ from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.environment import environment_of
 from makeup_video.pipeline.render.half_resolution import LARGE_PX, HalfSize, half_of, half_size
 from makeup_video.pipeline.render.opencl import open_device
-from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.regions.eyes import EyeRegion
 from makeup_video.pipeline.render.regions.lips import LipRegion
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
@@ -31,7 +31,7 @@ _Part = tuple[tuple[Lit[LipRegion] | Lit[EyeRegion], ...], GraphicsParams, float
 class _Job:
     """A region to be painted: the product and how much of it, under which light, where.
 
-    shade: as for material.  environment: as for Surface.  skin_px: as for Place.
+    shade: as for material.  environment: as for PaintedRegion.  skin_px: as for SkinAxes.
     """
 
     lit: Lit[LipRegion] | Lit[EyeRegion]
@@ -41,7 +41,7 @@ class _Job:
     shade: float
     environment: np.ndarray
     skin_px: float
-    window: Window
+    window: Rect
 
 
 class Composite:
@@ -161,7 +161,7 @@ def _half(job: _Job, frame: Frame, zone: str) -> Iterator[_Job]:
     """The same on the picture at half size."""
     lit = half_of(job.lit)
     reach = lit.region.reach(job.params.edge_softness, zone)
-    window = Window.around(*reach, half_size((frame.width_px, frame.height_px)), frame.chroma)
+    window = Rect.around(*reach, half_size((frame.width_px, frame.height_px)), frame.chroma)
     if window is not None:
         yield replace(job, lit=lit, skin_px=job.skin_px / 2, window=window)
 
@@ -173,7 +173,7 @@ def _jobs(item: FrameScene, scene: FaceScene, part: _Part, zone: str) -> Iterato
     size, block, skin_px = (frame.width_px, frame.height_px), frame.chroma, iod_px(scene.face)
     for lit in regions:
         low_xy, high_xy = lit.region.reach(params.edge_softness, zone)
-        window = Window.around(low_xy, high_xy, size, block)
+        window = Rect.around(low_xy, high_xy, size, block)
         if window is not None:
             shade = 1.0
             if isinstance(lit.region, EyeRegion):
@@ -193,7 +193,7 @@ def _apart(jobs: Iterable[_Job]) -> Iterator[list[_Job]]:
         yield together
 
 
-def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> Surface:
+def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> PaintedRegion:
     region = job.lit.region
     (a, b, c), (d, e, f) = region.grid.to_px.tolist()
     c, f = c - job.window.x, f - job.window.y
@@ -211,9 +211,9 @@ def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> Surface:
     # the region's own axes, in units of the eyes' distance
     units = [along / job.skin_px] * 3 + [across / job.skin_px] * 3
     to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]
-    place = Place(turn, job.skin_px)
+    place = SkinAxes(turn, job.skin_px)
     product = material(job.params, job.amount, job.light, place, coding, region.spared, job.shade)
-    return Surface(
+    return PaintedRegion(
         job.window, weight, job.lit.shading, region.normals, to_grid, job.lit.mean, to_skin,
         job.environment, product,
     )  # fmt: skip

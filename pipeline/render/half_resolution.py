@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from makeup_video.kernels.planes import Window
+from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.faces.face import moved
 from makeup_video.pipeline.frames.sampling import Affine, compose
 from makeup_video.pipeline.render.grid import Grid
@@ -43,7 +43,7 @@ class HalfSize:
     def paint(
         self,
         planes: tuple[np.ndarray, ...],
-        windows: Sequence[Window],
+        windows: Sequence[Rect],
         block: tuple[int, int],
         max_code: int,
         paint: Callable[[tuple[np.ndarray, ...]], None],
@@ -75,15 +75,15 @@ def half_size(size_wh: tuple[int, int]) -> tuple[int, int]:
     return -(-size_wh[0] // 2), -(-size_wh[1] // 2)
 
 
-def _doubled(window: Window, planes: tuple[np.ndarray, ...]) -> Window:
+def _doubled(window: Rect, planes: tuple[np.ndarray, ...]) -> Rect:
     """The same in the picture itself, without what an odd size lacks."""
     high, wide = planes[0].shape
     x, y = 2 * window.x, 2 * window.y
-    return Window(x, y, min(2 * window.width, wide - x), min(2 * window.height, high - y))
+    return Rect(x, y, min(2 * window.width, wide - x), min(2 * window.height, high - y))
 
 
 def _parts(
-    planes: tuple[np.ndarray, ...], window: Window, block: tuple[int, int]
+    planes: tuple[np.ndarray, ...], window: Rect, block: tuple[int, int]
 ) -> list[np.ndarray]:
     """Views of a window on every plane; NV12 keeps both colours in one."""
     across, down = block

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, to_xyz
-from makeup_video.kernels.surface import LightPlanes, Place, Stretch, light_table, to_steps
+from makeup_video.kernels.surface import GridPlace, LightPlanes, Stretch, light_table, to_steps
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.sampling import halved, samples_at
 from makeup_video.pipeline.render.grid import Grid
@@ -15,7 +15,7 @@ _AROUND = 0.08  # of what the points cover: farther away light counts for nothin
 
 
 def light_planes(
-    frame: Frame, coding: Coding, places: Sequence[Place], points_px: list[list[float]]
+    frame: Frame, coding: Coding, places: Sequence[GridPlace], points_px: list[list[float]]
 ) -> LightPlanes:
     """What is to be seen of a frame on some grids, as far as it counts: around points (x, y, z).
 

@@ -27,7 +27,7 @@ _LUMINANCE: tuple[float, ...] = tuple(to_xyz(1)[1].tolist())
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SkinAxes:
     """How a region lies in the frame.
 
     turn: (2, 2) unit columns, the directions of the region's x and y axes in the frame.
@@ -43,7 +43,7 @@ def material(
     params: GraphicsParams,
     amount: float,
     light: SceneLight,
-    place: Place,
+    place: SkinAxes,
     coding: Coding,
     spared: float = 0.0,
     shade: float = 1.0,
@@ -139,7 +139,7 @@ def _lit(product: float, gain: float, ceiling: float) -> float:
     return below + room * above / (room + above)
 
 
-def _cells(params: GraphicsParams, place: Place) -> tuple[float, float, float]:
+def _cells(params: GraphicsParams, place: SkinAxes) -> tuple[float, float, float]:
     """Of shimmer: size of a cell, radius of a sparkle in cells, how far pixels resolve it (0..1).
 
     Sparkles of less than a pixel would flicker: they fade, and grow to a pixel before.
@@ -149,7 +149,7 @@ def _cells(params: GraphicsParams, place: Place) -> tuple[float, float, float]:
     return cell, min(max(_SPOT, 0.75 / cell_px), 0.3), min(max(cell_px - 1.0, 0.0), 1.0)
 
 
-def _half_way(light: SceneLight, place: Place) -> tuple[float, float, float]:
+def _half_way(light: SceneLight, place: SkinAxes) -> tuple[float, float, float]:
     """Unit vector between the light and the viewer, in the region's axes, z to the viewer."""
     (a, b), (c, d) = place.turn
     right, down, away = light.direction.tolist()

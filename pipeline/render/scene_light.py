@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
-from makeup_video.pipeline.frames.clock import Clock
+from makeup_video.pipeline.frames.clock import MediaClock
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.scene import SceneLight
 from makeup_video.pipeline.render.skin_light import (
@@ -53,7 +53,7 @@ class EstimateLight:
     """
 
     def __init__(self) -> None:
-        self._clock = Clock()
+        self._clock = MediaClock()
         self._room: _Room | None = None
         self._tracks: dict[int, _Track] = {}
 

@@ -52,10 +52,10 @@ class SmoothAhead:
             )
         self.window_seconds, self.ahead_frames = window_seconds, ahead_frames
         size = 2 * ahead_frames + 1
-        self._tracks = Tracks(lambda face: _Window(face, size), gap_seconds)
+        self._tracks = Tracks(lambda face: _TimeWindow(face, size), gap_seconds)
         # The frame, its time, and for each face where it is remembered. A held frame keeps its
         # tracks, so a track that has ended still smooths the frames it was in.
-        self._held: deque[tuple[FrameFaces, float, list[tuple[_Window, int]]]] = deque()
+        self._held: deque[tuple[FrameFaces, float, list[tuple[_TimeWindow, int]]]] = deque()
 
     def __call__(self, item: FrameFaces) -> FrameFaces | None:
         now = self._tracks.at(item)
@@ -83,7 +83,7 @@ class SmoothAhead:
         return with_faces(item, faces)
 
 
-class _Window:
+class _TimeWindow:
     """The last moments of one face, in a ring: as many as a window can hold."""
 
     def __init__(self, face: Face, size: int) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
 
 from makeup_video.pipeline.faces.face import Face, FrameFaces
-from makeup_video.pipeline.frames.clock import Clock
+from makeup_video.pipeline.frames.clock import MediaClock
 from makeup_video.pipeline.smoothing.face_space import FaceSpace
 
 
@@ -26,7 +26,7 @@ class Tracks(Generic[T]):
         if not gap_seconds > 0:
             raise ValueError(f"gap_seconds must be more than 0, got {gap_seconds}")
         self._begin, self.gap_seconds = begin, gap_seconds
-        self._clock = Clock()
+        self._clock = MediaClock()
         self._tracks: dict[int, T] = {}
 
     def at(self, item: FrameFaces) -> float:

@@ -21,10 +21,10 @@ from makeup_video.kernels.material import (
     skin_at,
     sparkles,
 )
-from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import white_light
 
-FACING = Place(np.eye(2), 100.0)
+FACING = SkinAxes(np.eye(2), 100.0)
 DARK_ROOM = np.zeros((3, 16, 16))
 
 

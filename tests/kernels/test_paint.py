@@ -23,14 +23,14 @@ from makeup import (
 from makeup_video.kernels.colour import HLG, PQ, SRGB, Coding, decode, matrices, to_xyz
 from makeup_video.kernels.material import made_up, skin_at
 from makeup_video.kernels.paint import Canvas, on_window, paint_twin, surface_twin
-from makeup_video.kernels.planes import Window
+from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
-from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import white_light
 
 SIZE = (37, 9)
 PQ_BRIGHTEST = 10000 / 203 * 1.01  # of white, ITU-R BT.2408
-FACING = Place(np.eye(2), 100.0)
+FACING = SkinAxes(np.eye(2), 100.0)
 cases = st.tuples(
     params(),
     st.floats(0, 1),
@@ -174,7 +174,7 @@ def test_windows_of_any_layout_are_painted_together_as_the_twin_paints_them(case
     surfaces, y = [], 0
     for number, (width, height) in enumerate(sizes):
         surface = any_surface(number, (width, height), FACING, 0.5)
-        window = Window(4 * number, y, width, height)
+        window = Rect(4 * number, y, width, height)
         surfaces.append(replace(surface, window=window, material=replace(lit, shimmer=0)))
         y += -(-height // 4) * 4
     planes = planes_around(
@@ -195,7 +195,7 @@ def test_windows_of_any_layout_are_painted_together_as_the_twin_paints_them(case
 def test_rows_of_a_plane_may_have_gaps_which_are_left_alone():
     whole = [np.full((14, 50), 7, np.uint8) for _ in range(3)]
     planes = tuple(plane[1:-1, 2:-3] for plane in whole)
-    surface = replace(flat_surface((20, 6), 0.2), window=Window(10, 4, 20, 6))
+    surface = replace(flat_surface((20, 6), 0.2), window=Rect(10, 4, 20, 6))
     lit = material(product(), 1, white_light(), FACING, Coding())
     paint_on(planes, [replace(surface, material=lit)], Coding(), (1, 1))
     for plane in whole:
@@ -237,7 +237,7 @@ def test_more_regions_than_there_was_room_for_find_room():
     surfaces = []
     for number in range(40):
         lit = material(product(red=6 * number), 1, white_light(), FACING, coding)
-        window = Window(0, 4 * number, *size)
+        window = Rect(0, 4 * number, *size)
         surfaces.append(replace(flat_surface(size, 0.2), window=window, material=lit))
     planes = tuple(np.full((160, 9), 120, np.uint8) for _ in range(3))
     want = paint_twin(planes, surfaces, coding, (1, 1))

@@ -1,10 +1,10 @@
-"""Windows on planes, chroma spread over pixels and its change folded back."""
+"""Rectangles of planes, chroma spread over pixels and its change folded back."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.kernels.planes import Window, fold, spread
+from makeup_video.kernels.planes import Rect, fold, spread
 
 SUBSAMPLINGS = [(1, 1), (2, 1), (2, 2), (4, 1), (1, 2)]
 WINDOW_SIZES = st.tuples(st.integers(1, 13), st.integers(1, 11))
@@ -28,7 +28,7 @@ def planes_of(size_wh, chroma, interleaved=False):
 )
 def test_a_window_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
     low, high = np.minimum(ends[:2], ends[2:]), np.maximum(ends[:2], ends[2:])
-    window = Window.around(low, high, size, chroma)
+    window = Rect.around(low, high, size, chroma)
     is_inside = [
         (x, y) for y in range(size[1]) for x in range(size[0])
         if low[0] <= x <= high[0] and low[1] <= y <= high[1]
@@ -51,7 +51,7 @@ def test_a_window_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
     st.lists(st.tuples(*[st.integers(0, 9)] * 2, *[st.integers(1, 6)] * 2), min_size=2, max_size=2)
 )
 def test_windows_that_share_a_pixel_overlap(boxes):
-    one, other = (Window(*box) for box in boxes)
+    one, other = (Rect(*box) for box in boxes)
     seen = np.zeros((2, 16, 16), bool)
     for layer, window in zip(seen, (one, other), strict=True):
         layer[window.y : window.y + window.height, window.x : window.x + window.width] = True
@@ -60,14 +60,14 @@ def test_windows_that_share_a_pixel_overlap(boxes):
 
 @pytest.mark.parametrize("ends", [((-9, -9), (-3, 5)), ((20, 2), (30, 5)), ((2, 40), (5, 50))])
 def test_there_is_no_window_where_all_is_outside(ends):
-    assert Window.around(np.array(ends[0]), np.array(ends[1]), (16, 9), (2, 2)) is None
+    assert Rect.around(np.array(ends[0]), np.array(ends[1]), (16, 9), (2, 2)) is None
 
 
 @pytest.mark.parametrize("chroma", SUBSAMPLINGS)
 @pytest.mark.parametrize("interleaved", [False, True])
 def test_views_are_of_the_very_planes(chroma, interleaved):
     planes = planes_of((15, 9), chroma, interleaved)
-    window = Window.around(np.array([5, 3]), np.array([30, 30]), (15, 9), chroma)
+    window = Rect.around(np.array([5, 3]), np.array([30, 30]), (15, 9), chroma)
     window.luma(planes)[:] = 7
     for number, part in enumerate(window.chroma(planes, chroma)):
         part[:] = 8 + number

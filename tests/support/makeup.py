@@ -11,8 +11,8 @@ import numpy as np
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, SRGB, Coding
 from makeup_video.kernels.material import Material
-from makeup_video.kernels.paint import Canvas, Surface
-from makeup_video.kernels.planes import Window
+from makeup_video.kernels.paint import Canvas, PaintedRegion
+from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
@@ -22,7 +22,7 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.product_material import Place
+from makeup_video.pipeline.render.product_material import SkinAxes
 from makeup_video.pipeline.render.regions.eyes import EyeRegion
 from makeup_video.pipeline.render.regions.lips import LipRegion
 from makeup_video.pipeline.render.scene import FrameScene, SceneLight, white_light
@@ -94,9 +94,9 @@ def codings(transfers=(SRGB, PQ, HLG), depths=(8, 10)):
     )  # fmt: skip
 
 
-def place_of(angle: float, skin_px: float) -> Place:
+def place_of(angle: float, skin_px: float) -> SkinAxes:
     turn = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-    return Place(np.array(turn), skin_px)
+    return SkinAxes(np.array(turn), skin_px)
 
 
 def places():
@@ -104,7 +104,9 @@ def places():
     return st.builds(place_of, st.floats(-3.2, 3.2), st.floats(4, 1500))
 
 
-def any_surface(seed: int, size_wh: tuple[int, int], place: Place, brightest: float) -> Surface:
+def any_surface(
+    seed: int, size_wh: tuple[int, int], place: SkinAxes, brightest: float
+) -> PaintedRegion:
     """Every kind of pixel: no weight, little and all; black and bright; normals too steep."""
     rng = np.random.default_rng(seed)
     w, h = size_wh
@@ -118,26 +120,26 @@ def any_surface(seed: int, size_wh: tuple[int, int], place: Place, brightest: fl
     step = np.array([[1, 0], [0, 1]]) / place.skin_px
     to_patch = np.column_stack([step @ np.array(place.turn), rng.uniform(-1, 1, 2)])
     room = rng.uniform(0, brightest, (3, 16, 16)).astype(np.float32)
-    return Surface(
-        Window(0, 0, w, h), weight.astype(np.float32), coarse.astype(np.float32), normals,
+    return PaintedRegion(
+        Rect(0, 0, w, h), weight.astype(np.float32), coarse.astype(np.float32), normals,
         to_grid, mean, to_patch.ravel().tolist(), room, NOTHING,
     )  # fmt: skip
 
 
-def flat_surface(size_wh: tuple[int, int], luminance: float, weight: float = 1.0) -> Surface:
+def flat_surface(size_wh: tuple[int, int], luminance: float, weight: float = 1.0) -> PaintedRegion:
     """An even patch that faces the viewer, in a dark room."""
     w, h = size_wh
     grid = np.zeros((3, 2, 2), np.float32)
     grid[0] = luminance
-    return Surface(
-        Window(0, 0, w, h), np.full((h, w), weight, np.float32), grid[0], grid[1:],
+    return PaintedRegion(
+        Rect(0, 0, w, h), np.full((h, w), weight, np.float32), grid[0], grid[1:],
         (0.01, 0, 0, 0, 0.01, 0), luminance, (0.01, 0, 0, 0, 0.01, 0),
         np.zeros((3, 16, 16), np.float32), NOTHING,
     )  # fmt: skip
 
 
 def paint_codes(
-    luma: np.ndarray, chroma: np.ndarray, surface: Surface, lit: Material, coding: Coding
+    luma: np.ndarray, chroma: np.ndarray, surface: PaintedRegion, lit: Material, coding: Coding
 ) -> np.ndarray:
     """What the kernels make of codes (h, w) and (2, h, w), 4:4:4: (3, h, w) integers."""
     planes = luma.copy(), *chroma.astype(luma.dtype)
@@ -145,7 +147,7 @@ def paint_codes(
     return np.stack(planes).astype(int)
 
 
-def paint_on(planes, surfaces: list[Surface], coding: Coding, block: tuple[int, int]) -> None:
+def paint_on(planes, surfaces: list[PaintedRegion], coding: Coding, block: tuple[int, int]) -> None:
     """The surfaces on any planes, in place."""
     weights = canvas().place([one.window for one in surfaces], block, planes[0].dtype)
     for weight, one in zip(weights, surfaces, strict=True):

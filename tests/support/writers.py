@@ -5,7 +5,7 @@ import numpy as np
 from makeup_video.pipeline import Settings
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.recording import Recording
-from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from makeup_video.pipeline.media.sidecar import ReportFile
 from makeup_video.pipeline.offline.run import run_stages
 from media import make_clip, picture
@@ -33,7 +33,7 @@ def run(src, dst, during, overwrite=False):
 
 
 def make_recording(folder, name, during=lambda: None, *, overwrite=False):
-    recording, door = Recording(folder / name, overwrite=overwrite), CameraDoor(is_device=True)
+    recording, door = Recording(folder / name, overwrite=overwrite), NormaliseCamera(is_device=True)
     for index in range(3):
         recording(LivePicture(door(picture(index, 96, 64), 5.0 + index / 25)))
     during()

@@ -23,7 +23,7 @@ from makeup_video.pipeline.faces.face import FrameFaces, moved
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, PICTURE_TICK
 from makeup_video.pipeline.frames.sampling import Affine, sample
-from makeup_video.pipeline.frames.views import RgbPicture, Window
+from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.look.finishes import REGIONS
 from makeup_video.pipeline.look.look import ZONES, Look
 from makeup_video.pipeline.reference.crops import CROPS, crop_of, places_of, shifted, window_of
@@ -90,7 +90,7 @@ class Shot:
 
     codes: np.ndarray
     scene: FrameScene
-    window: Window | None = None
+    window: Crop | None = None
     places: np.ndarray | None = None
 
     @property
@@ -138,7 +138,7 @@ class Renderer:
         scene = BuildScene().under(lights, FrameFaces(frame_of(codes), (face,)))
         return Shot(codes, scene, window_of(face, self.region), places_of(face, self.region))
 
-    def _cut(self, window: Window) -> tuple[Affine, tuple[int, int]]:
+    def _cut(self, window: Crop) -> tuple[Affine, tuple[int, int]]:
         """The part of a picture around a crop: picture px -> its px, and its size."""
         to_px, (w, h) = window
         more = MARGIN * w
@@ -175,7 +175,7 @@ class Renderer:
         strength = light.strength * np.exp(self.rng.normal(0, LIGHT_ERROR[0]))
         return replace(light, colour=colour, strength=float(strength))
 
-    def _misplaced(self, window: Window) -> Affine:
+    def _misplaced(self, window: Crop) -> Affine:
         turn, log_scale, off = JITTER
         squeeze = np.exp(-abs(self.rng.normal(0, SQUEEZE)))
         w, h = window[1]

@@ -9,7 +9,7 @@ from typing import Any
 import av
 from makeup_video.pipeline.errors import OutputError
 from makeup_video.pipeline.files.output_file import (
-    Target,
+    OutputFile,
     check_place,
     part_of,
     target_of,
@@ -21,7 +21,7 @@ from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.encoder import LiveEncoder
 from makeup_video.pipeline.media.codecs import MATROSKA, container_of, encoder_options, pick_codec
 from makeup_video.pipeline.media.encode import name_codec
-from makeup_video.pipeline.media.pixel_format import Door
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
 _PRESETS = {"h264": "superfast", "hevc": "ultrafast", "av1": "12", "vp9": "8"}
 
@@ -64,12 +64,12 @@ class Recording:
             os.environ.setdefault("SVT_LOG", "-1")
             self._options["svtav1-params"] = "pred-struct=1"  # no frame before its time
         self._rate = Fraction(rate).limit_denominator(1001)
-        self._door = Door(self._codec)
+        self._door = ConvertPixelFormat(self._codec)
         check_place(os.fspath(path), source, overwrite=overwrite)
         self._path, self._source, self._overwrite = Path(path), source, overwrite
         self._part = part_of(target_of(self._path))
         # comes with the first picture: a run that never begins leaves nothing behind
-        self._target: Target | None = None
+        self._target: OutputFile | None = None
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
         self.sent = 0
@@ -103,7 +103,7 @@ class Recording:
     def _write(self, frame: Frame) -> None:
         with write_errors(self._part):
             if self._encoder is None:
-                self._target = Target(self._path, self._source, overwrite=self._overwrite)
+                self._target = OutputFile(self._path, self._source, overwrite=self._overwrite)
                 self._encoder = self._open(self._target.own_path, frame)
             self._mux(self._encoder(frame.picture))
         self.sent += 1

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError, UsageError
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.live.sources.device import DeviceCamera, Wish
+from makeup_video.pipeline.live.sources.device import CameraRequest, DeviceCamera
 from makeup_video.pipeline.live.sources.file import FileCamera
 from makeup_video.pipeline.media.input_file import local_file, open_video
 
@@ -56,7 +56,7 @@ class Camera:
         if self.path is not None:
             self._source = FileCamera(open_video(self.path), loop=settings.loop)
         else:
-            wish = Wish(settings.size, settings.rate, settings.pixels)
+            wish = CameraRequest(settings.size, settings.rate, settings.pixels)
             self._source = DeviceCamera(_device_of(settings.name), wish, say)
 
     def frames(self) -> Generator[Frame, None, None]:

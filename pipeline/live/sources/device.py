@@ -15,7 +15,7 @@ from av.device import enumerate_input_devices
 from makeup_video.pipeline.errors import InputError, MakeupVideoError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.freshness import Freshness
-from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
 _RETRY_SECONDS = 1.0
@@ -28,7 +28,7 @@ _HELP = {
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class CameraRequest:
     """What is asked of a camera; None: what it likes best.  pixels: "mjpeg" or "yuyv422"."""
 
     size: str | None
@@ -36,7 +36,7 @@ class Wish:
     pixels: str | None
 
 
-def open_device(name: str, system: str, options: dict[str, str]) -> Any:
+def open_camera(name: str, system: str, options: dict[str, str]) -> Any:
     """The one place where a device is opened: FFmpeg's container, whose packets are the pictures."""
     if system == "dshow" and not name.startswith("video="):
         name = f"video={name}"
@@ -44,7 +44,7 @@ def open_device(name: str, system: str, options: dict[str, str]) -> Any:
 
 
 def devices_found() -> list[str]:
-    """The cameras that the system knows, as `open_device` wants them named."""
+    """The cameras that the system knows, as `open_camera` wants them named."""
     if sys.platform.startswith("linux"):
         paths = [path for path in Path("/dev").glob("video*") if path.name[5:].isdecimal()]
         return [str(path) for path in sorted(paths, key=lambda path: int(path.name[5:]))]
@@ -57,7 +57,7 @@ def devices_found() -> list[str]:
     return [each.name for each in found if "video" in each.media_types]
 
 
-def attempts(wish: Wish, system: str) -> list[dict[str, str]]:
+def attempts(wish: CameraRequest, system: str) -> list[dict[str, str]]:
     """Options for opening, the best first. MJPEG reaches 720p at 30 a second on USB 2, where YUYV gives
     10; the last attempt asks for nothing."""
     common = {"fflags": "nobuffer"}  # or what FFmpeg reads to look at it comes out again, old
@@ -87,13 +87,13 @@ class DeviceCamera:
     Raises InputError when there is no such camera.
     """
 
-    def __init__(self, name: str | None, wish: Wish, say: Callable[[str], None]) -> None:
+    def __init__(self, name: str | None, wish: CameraRequest, say: Callable[[str], None]) -> None:
         self._asked, self._wish, self._say = name, wish, say
         self.rate = Fraction(wish.rate or 30)
         self.name = name or ""
         self.dropped = self.damaged = 0
         self.notice = ""
-        self._door = CameraDoor(is_device=True)
+        self._door = NormaliseCamera(is_device=True)
         self._closing = Event()
         self._news = Condition()
         self._newest: Frame | None = None
@@ -251,7 +251,7 @@ class DeviceCamera:
         for name in names:
             for options in attempts(self._wish, _system()):
                 try:
-                    container = open_device(name, _system(), options)
+                    container = open_camera(name, _system(), options)
                 except (av.FFmpegError, OSError, ValueError) as error:
                     number = getattr(error, "errno", None) or 0
                     reason = _HELP.get(number) or getattr(error, "strerror", None) or str(error)

@@ -9,7 +9,7 @@ import av
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from makeup_video.pipeline.media.input_file import VideoSource, open_video, packets_of
 
 _GAP_SECONDS = 10.0  # a longer way from one frame to the next is a fault in the file's clock
@@ -62,7 +62,7 @@ class FileCamera:
         self.name = source.path.name
         self.dropped = self.damaged = 0
         self.notice = ""
-        self._door = CameraDoor(is_device=False, pixel_aspect=source.video.sample_aspect_ratio)
+        self._door = NormaliseCamera(is_device=False, pixel_aspect=source.video.sample_aspect_ratio)
         self._closing = Event()
         self._timeline = Timeline(float(1 / source.rate))
         self._began = 0.0

@@ -11,7 +11,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.transform import FULL_RANGE, fitted, squared
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
 from makeup_video.pipeline.media.codecs import CODECS
-from makeup_video.pipeline.media.pixel_format import Door
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
 # One layout for every sink: 4:2:0 is what browsers, players, receivers and programs that read cameras take,
 # and to convert once here costs less than once a sink. Numbers keep their matrix and range.
@@ -20,7 +20,7 @@ _LIVE = replace(CODECS["h264"], name="live", pix_fmts=("yuv420p",))
 _ASPECTS = Fraction(1, 4), Fraction(4)
 
 
-class CameraDoor:
+class NormaliseCamera:
     """Makes live frames of what a camera or a file gives.
 
     is_device: the pictures are a camera's. What those leave unsaid of their colours is what the USB Video
@@ -36,7 +36,7 @@ class CameraDoor:
         self._is_device = is_device
         aspect = Fraction(pixel_aspect or 1)
         self._aspect = aspect if _ASPECTS[0] <= aspect <= _ASPECTS[1] else Fraction(1)
-        self._door = Door(_LIVE)
+        self._door = ConvertPixelFormat(_LIVE)
         self._seen: tuple[int, int, str] | None = None
         self._last_us = -1
         self.size_wh: tuple[int, int] | None = None
@@ -48,7 +48,7 @@ class CameraDoor:
         Raises DecodeError for pictures that cannot be converted."""
         seen = (picture.width, picture.height, picture.format.name)
         if seen != self._seen:
-            self._door, self._seen = Door(_LIVE), seen
+            self._door, self._seen = ConvertPixelFormat(_LIVE), seen
         turned = round(picture.rotation / 90) * 90 % 360
         picture = squared(self._converted(picture), self._aspect)
         if self._is_device:

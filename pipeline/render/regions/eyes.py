@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.kernels.surface import LID_HW, FaceSurfaces, Place
+from makeup_video.kernels.surface import LID_HW, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
 from makeup_video.pipeline.render.grid import Grid, box_of
@@ -151,14 +151,14 @@ def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: floa
     return weight
 
 
-def eye_places(face: Face) -> list[Place | None]:
+def eye_places(face: Face) -> list[GridPlace | None]:
     """Where the grids of both eyes lie; None for one too narrow to be seen (a face from the side)."""
     forehead, chin, left, left_inner, right, right_inner = face.points_px[_CORNERS, :2].tolist()
     up = forehead[0] - chin[0], forehead[1] - chin[1]
     return [_eye_place(left, left_inner, up), _eye_place(right, right_inner, up)]
 
 
-def eye_regions_of(places: list[Place | None], made: FaceSurfaces) -> list[EyeRegion | None]:
+def eye_regions_of(places: list[GridPlace | None], made: FaceSurfaces) -> list[EyeRegion | None]:
     """The lids that kernels/surface.cl made."""
     zones = ZoneWeights(made.lids[:, 0])
     return [
@@ -171,7 +171,7 @@ def eye_regions_of(places: list[Place | None], made: FaceSurfaces) -> list[EyeRe
 
 def _eye_place(
     outer_xy: list[float], inner_xy: list[float], up_xy: tuple[float, float]
-) -> Place | None:
+) -> GridPlace | None:
     """None when it is too narrow."""
     (x0, y0), (x1, y1) = outer_xy, inner_xy
     right, down = x0 - x1, y0 - y1
@@ -184,4 +184,4 @@ def _eye_place(
         right * STEP, x * STEP, (x0 + x1) / 2 + right * LEFT + x * _TOP,
         down * STEP, y * STEP, (y0 + y1) / 2 + down * LEFT + y * _TOP,
     )  # fmt: skip
-    return Place(to_px, to_px)
+    return GridPlace(to_px, to_px)

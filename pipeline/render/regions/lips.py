@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.kernels.surface import LIPS_HW, FaceSurfaces, Place
+from makeup_video.kernels.surface import LIPS_HW, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.frames.sampling import step_px
@@ -116,7 +116,7 @@ class LipRegion:
         return below + self.upper * (above - below), mean
 
 
-def lip_place(face: Face) -> Place | None:
+def lip_place(face: Face) -> GridPlace | None:
     """Where the lips' coarse grid and patch lie; None when the mouth is hidden."""
     if face.mouth_weight <= 0:
         return None
@@ -126,10 +126,10 @@ def lip_place(face: Face) -> Place | None:
         COARSE * a, COARSE * b, left + middle * (a + b),
         COARSE * c, COARSE * d, top + middle * (c + d),
     )  # fmt: skip
-    return Place(coarse, (a, b, left, c, d, top))
+    return GridPlace(coarse, (a, b, left, c, d, top))
 
 
-def lip_region_of(face: Face, place: Place, made: FaceSurfaces) -> LipRegion:
+def lip_region_of(face: Face, place: GridPlace, made: FaceSurfaces) -> LipRegion:
     """The lips that kernels/surface.cl made."""
     grid = Grid.at(place.to_px, LIPS_HW)
     return LipRegion(face, grid, made.odds, made.rim, made.lips[1:3], made.lips[3])

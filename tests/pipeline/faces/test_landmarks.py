@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from makeup_video.pipeline.faces.face import LipPatch
-from makeup_video.pipeline.faces.landmarks import Sighting, _is_odd, _step_of
+from makeup_video.pipeline.faces.landmarks import FaceLandmarks, _is_odd, _step_of
 from makeup_video.pipeline.faces.nets import View
 from makeup_video.pipeline.faces.similarity import Similarity
 from makeup_video.training.faces.similarity_fit import fit_similarity
@@ -26,12 +26,12 @@ def test_a_step_is_the_similarity_between_the_rims(before, now):
     np.testing.assert_allclose(got, want, rtol=1e-6, atol=1e-4)
 
 
-def sighting(moved: float, lips_at: complex = 0j, painted: int = 100) -> Sighting:
+def sighting(moved: float, lips_at: complex = 0j, painted: int = 100) -> FaceLandmarks:
     logits = np.full((20, 20), -1.0, np.float32)
     logits.ravel()[:painted] = 1
     frame, centres = Similarity(100 + 0j, 0j), (lips_at, -30 - 40j, 30 - 40j)
     middles = [*centres, -30 - 40j, 30 - 40j]
-    return Sighting(np.zeros(478, complex), np.zeros(478), (1.0, 1.0), frame,
+    return FaceLandmarks(np.zeros(478, complex), np.zeros(478), (1.0, 1.0), frame,
                     LipPatch(logits, np.eye(2, 3)), View(frame, centres), middles, moved=moved)  # fmt: skip
 
 

@@ -5,7 +5,7 @@ import os
 
 import pytest
 from makeup_video.pipeline import OutputError, Settings, UsageError, process_video
-from makeup_video.pipeline.files.output_file import Target, part_of, write_errors
+from makeup_video.pipeline.files.output_file import OutputFile, part_of, write_errors
 from media import decoded, make_clip
 
 
@@ -19,12 +19,12 @@ def names(folder):
 
 
 def test_the_part_becomes_the_output_or_stays_or_goes(tmp_path, source):
-    target = Target(tmp_path / "a.mp4", source, overwrite=False)
+    target = OutputFile(tmp_path / "a.mp4", source, overwrite=False)
     target.part.write_text("whole")
     target.keep()
-    target = Target(tmp_path / "b.mp4", source, overwrite=False)
+    target = OutputFile(tmp_path / "b.mp4", source, overwrite=False)
     target.leave()
-    target = Target(tmp_path / "c.mp4", source, overwrite=False)
+    target = OutputFile(tmp_path / "c.mp4", source, overwrite=False)
     target.discard()
     assert names(tmp_path) == ["a.mp4", "b.part.mp4", "in.mp4"]
     assert (tmp_path / "a.mp4").read_text() == "whole"
@@ -50,11 +50,11 @@ def test_a_part_from_an_earlier_run_is_only_overwritten_when_told(tmp_path, sour
 
 
 def test_two_runs_cannot_write_the_same_output(tmp_path, source):
-    first = Target(tmp_path / "out.mp4", source, overwrite=True)
+    first = OutputFile(tmp_path / "out.mp4", source, overwrite=True)
     with pytest.raises(UsageError, match="another run is writing"):
-        Target(tmp_path / "out.mp4", source, overwrite=True)
+        OutputFile(tmp_path / "out.mp4", source, overwrite=True)
     first.discard()
-    Target(tmp_path / "out.mp4", source, overwrite=True).discard()
+    OutputFile(tmp_path / "out.mp4", source, overwrite=True).discard()
 
 
 def test_a_link_is_written_through(tmp_path, source):

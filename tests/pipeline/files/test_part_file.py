@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 from makeup_video.pipeline import OutputError, UsageError, process_video
 from makeup_video.pipeline.files import part_file
-from makeup_video.pipeline.files.output_file import Target, part_of
+from makeup_video.pipeline.files.output_file import OutputFile, part_of
 from makeup_video.pipeline.files.part_file import PartFile
 from media import decoded, make_clip
 from writers import WRITERS, make_picture
@@ -51,8 +51,8 @@ def test_a_link_that_takes_the_place_of_the_part_later_is_never_written_to(
             part.unlink()
             part.symlink_to(victim)
 
-    original = Target.__init__
-    monkeypatch.setattr(Target, "__init__", attacked)
+    original = OutputFile.__init__
+    monkeypatch.setattr(OutputFile, "__init__", attacked)
     with pytest.raises(OutputError, match="replaced by another program"):
         make(tmp_path, name, overwrite=True)
     assert victim.read_text() == "precious" and not (tmp_path / name).exists()

@@ -28,7 +28,7 @@ def test_a_start_beyond_the_end_is_refused_before_the_output_is_begun(
     tmp_path, monkeypatch, end, seconds
 ):
     src = film(tmp_path, end)
-    monkeypatch.setattr(process, "Target", lambda *_, **__: pytest.fail("begun"))
+    monkeypatch.setattr(process, "OutputFile", lambda *_, **__: pytest.fail("begun"))
     with pytest.raises(UsageError) as caught:
         process_video(src, tmp_path / "out.mkv", None, start(seconds))
     said = f"--start {float(seconds):g} s is beyond the end: {src} is 1.0"

@@ -8,7 +8,7 @@ import pytest
 from av.stream import Disposition
 from av.subtitles.subtitle import SubtitleSet
 from makeup_video.pipeline import Settings, StrictError, process_video
-from makeup_video.pipeline.files.output_file import Target
+from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.media.mux import Muxer
 from media import (
     ASS_HEADER,
@@ -346,7 +346,7 @@ def test_packets_before_the_header_are_not_lost(tmp_path):
 
 def test_an_aborted_output_leaves_nothing(tmp_path):
     source = make_clip(tmp_path / "in.mp4")
-    muxer = Muxer(Target(tmp_path / "out.mp4", source, overwrite=False), "mp4")
+    muxer = Muxer(OutputFile(tmp_path / "out.mp4", source, overwrite=False), "mp4")
     assert (tmp_path / "out.part.mp4").exists()
     muxer.abort()
     assert list(tmp_path.iterdir()) == [source]

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError
 from makeup_video.pipeline.frames.frame import plane_views
 from makeup_video.pipeline.media.codecs import CODECS, bits_of
-from makeup_video.pipeline.media.pixel_format import Door
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 from media import picture
 
 
@@ -15,7 +15,7 @@ from media import picture
 def test_a_picture_that_fits_passes_as_the_same_object(name):
     codec = CODECS[name]
     for pix_fmt in codec.pix_fmts:
-        shown, door = picture(0, 64, 48, pix_fmt), Door(codec, bits_of(pix_fmt))
+        shown, door = picture(0, 64, 48, pix_fmt), ConvertPixelFormat(codec, bits_of(pix_fmt))
         assert door(shown) is shown
         assert door.conversions == door.dropped == []
 
@@ -27,7 +27,7 @@ def test_padding_repeats_the_edge_and_keeps_every_pixel(width, height, pix_fmt):
     shown = picture(1, width, height, pix_fmt)
     shown.pts = 7
     depth = bits_of(pix_fmt)
-    out = Door(CODECS["h264"], depth)(shown)
+    out = ConvertPixelFormat(CODECS["h264"], depth)(shown)
     for old, new in zip(plane_views(shown, depth), plane_views(out, depth), strict=True):
         rows, columns = old.shape[:2]
         assert 0 <= new.shape[0] - rows <= 1 and 0 <= new.shape[1] - columns <= 1
@@ -42,7 +42,7 @@ def test_padding_repeats_the_edge_and_keeps_every_pixel(width, height, pix_fmt):
 @pytest.mark.parametrize(("pix_fmt", "codec"), [("yuvj420p", "vp9"), ("yuvj444p", "ffv1")])
 def test_a_full_range_layout_keeps_its_numbers(pix_fmt, codec):
     shown = picture(2, 64, 48, pix_fmt)
-    out = Door(CODECS[codec])(shown)
+    out = ConvertPixelFormat(CODECS[codec])(shown)
     assert out.color_range == 2 and not out.format.name.startswith("yuvj")
     for old, new in zip(plane_views(shown, 8), plane_views(out, 8), strict=True):
         np.testing.assert_array_equal(new, old)
@@ -50,14 +50,14 @@ def test_a_full_range_layout_keeps_its_numbers(pix_fmt, codec):
 
 def test_a_deeper_layout_keeps_its_numbers_scaled():
     shown = picture(2, 64, 48, "yuv422p10le")
-    out = Door(CODECS["vp9"])(shown)
+    out = ConvertPixelFormat(CODECS["vp9"])(shown)
     for old, new in zip(plane_views(shown, 10), plane_views(out, 8), strict=True):
         assert np.abs(new.astype(float) - old / 4).max() <= 1  # rounding, or a dither
 
 
 def test_rgb_becomes_bt709_and_is_tagged_so():
     shown = picture(2, 64, 48, "gbrp")
-    out = Door(CODECS["h264"])(shown)
+    out = ConvertPixelFormat(CODECS["h264"])(shown)
     assert (out.format.name, out.colorspace, out.color_range) == ("yuv444p", 1, 1)
     green, blue, red = (plane.astype(float) for plane in plane_views(shown, 8))
     want = 16 + 219 / 255 * (0.2126 * red + 0.7152 * green + 0.0722 * blue)
@@ -66,7 +66,7 @@ def test_rgb_becomes_bt709_and_is_tagged_so():
 
 @pytest.mark.parametrize("change", [(64, 50, "yuv420p"), (66, 48, "yuv420p"), (64, 48, "yuv422p")])
 def test_a_change_of_size_or_layout_names_both_and_the_place(change):
-    door = Door(CODECS["h264"])
+    door = ConvertPixelFormat(CODECS["h264"])
     door(picture(0, 64, 48))
     other = picture(1, *change)
     other.pts = 4711

@@ -13,7 +13,7 @@ from makeup_video.pipeline import Look, Settings, process_video, product
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, plane_views
 from makeup_video.pipeline.media.codecs import CODECS
-from makeup_video.pipeline.media.side_by_side import Compare, side_by_side
+from makeup_video.pipeline.media.side_by_side import SideBySide, side_by_side
 from media import add_video, decoded, encode_frames, make_clip, picture, times_of
 from people import clip, film
 
@@ -59,7 +59,7 @@ def assert_halves(frame, before, after, rotation_degrees):
 def test_both_halves_are_exact_in_every_layout_and_rotation(pix_fmt, rotation_degrees):
     frame = frame_of(pix_fmt, 48, 32, rotation_degrees)
     before = copies(frame.picture)
-    out = Compare(invert)(frame)
+    out = SideBySide(invert)(frame)
     after = copies(frame.picture)
     assert_halves(out, before, after, rotation_degrees)
     wide = rotation_degrees in (0, 180)
@@ -74,12 +74,12 @@ def test_both_halves_are_exact_in_every_layout_and_rotation(pix_fmt, rotation_de
 def test_odd_sizes_grow_to_whole_chroma_samples_and_lose_no_pixel(width, height, turned, pix_fmt):
     frame = frame_of(pix_fmt, width, height, turned)
     before = copies(frame.picture)
-    out = Compare(invert)(frame)
+    out = SideBySide(invert)(frame)
     assert_halves(out, before, copies(frame.picture), turned)
 
 
 def test_the_edge_is_what_odd_sizes_grow_by():
-    out = Compare(invert)(frame_of("yuv420p", 5, 3))
+    out = SideBySide(invert)(frame_of("yuv420p", 5, 3))
     luma = out.planes[0]
     assert luma.shape == (4, 12)
     np.testing.assert_array_equal(luma[:, 5], luma[:, 4])
@@ -139,7 +139,7 @@ def test_mirrored_films_have_the_untouched_half_on_the_viewers_left_too(tmp_path
     src = decoded(tmp_path / "in.mp4")[0]
     frame = Frame(src, 0, Fraction(1, 30), ColourTags(1, 1, 1, 1), src.rotation % 360)
     before = show(copies(src)[0])
-    both = show(Compare(invert)(frame).planes[0])
+    both = show(SideBySide(invert)(frame).planes[0])
     np.testing.assert_array_equal(both, np.concatenate([before, 255 - before], 1))
 
 

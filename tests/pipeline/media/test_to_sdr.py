@@ -18,7 +18,7 @@ from makeup_video.kernels.colour import (
 from makeup_video.pipeline import OutputError, Settings, UsageError, process_video
 from makeup_video.pipeline.frames.frame import plane_views
 from makeup_video.pipeline.media.codecs import CODECS
-from makeup_video.pipeline.media.pixel_format import Door
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 from makeup_video.pipeline.media.to_sdr import ToSdr
 from makeup_video.pipeline.media.tone_map import to_sdr
 from media import decoded, make_clip, picture, times_of
@@ -172,7 +172,7 @@ def test_a_depth_that_the_codec_lacks_is_refused_before_anything_is_written(tmp_
 def test_samples_beyond_their_depth_are_clipped_and_counted(pix_fmt, largest):
     shown = picture(3, 64, 48, pix_fmt)
     before = [plane.copy() for plane in plane_views(shown, 16)]
-    door = Door(CODECS["ffv1"])
+    door = ConvertPixelFormat(CODECS["ffv1"])
     assert door(shown) is shown and door.mended == 0
     for number in range(len(before)):
         odd = picture(3, 64, 48, pix_fmt)

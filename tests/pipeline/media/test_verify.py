@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline import OutputError, process_video
 from makeup_video.pipeline.media.codecs import container_of
 from makeup_video.pipeline.media.mux import Muxer
-from makeup_video.pipeline.media.verify import SentTrack, missing_from
+from makeup_video.pipeline.media.verify import SentStream, missing_from
 from media import add_video, encode_frames, make_clip, tone
 
 ENDS = [".mp4", ".mov", ".mkv", ".webm"]
@@ -23,7 +23,7 @@ def sent_to(path):
     """The tracks of a whole file, as its muxer would have counted them."""
     with av.open(str(path), options={"fflags": "noparse+nofillin"}) as container:
         tracks = [
-            SentTrack(f"{s.type} #{s.index}", s.type, s.name, exact=s.type == "video")
+            SentStream(f"{s.type} #{s.index}", s.type, s.name, exact=s.type == "video")
             for s in container.streams
         ]
         for packet in container.demux():
@@ -61,7 +61,7 @@ def test_a_video_with_too_many_packets_is_noticed(tmp_path, end):
 def test_a_missing_track_and_a_track_in_another_ones_place_are_noticed(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
     sent = sent_to(path)
-    more = [*sent, SentTrack("subtitle #2", "subtitle", "subrip", packets=1)]
+    more = [*sent, SentStream("subtitle #2", "subtitle", "subrip", packets=1)]
     assert missing_from(path, container_of(path), more) == (
         "subtitle #2 was sent, its place holds nothing"
     )
@@ -74,7 +74,7 @@ def test_a_track_of_which_nothing_was_sent_may_be_there_or_not(tmp_path, end):
     sent = sent_to(path)
     for at in range(len(sent) + 1):
         for kind in ("subtitle", "audio", "video"):
-            empty = SentTrack(f"{kind} #9", kind, "none")
+            empty = SentStream(f"{kind} #9", kind, "none")
             more = [*sent[:at], empty, *sent[at:]]
             assert missing_from(path, container_of(path), more) is None
     sent[1].packets = 0  # the file holds packets of it all the same: empty titles, as mp4 has them
@@ -85,7 +85,7 @@ def test_a_track_of_which_nothing_was_sent_may_be_there_or_not(tmp_path, end):
 def test_a_file_that_is_no_video_is_told_and_never_raises(tmp_path_factory, at, data):
     path = tmp_path_factory.mktemp("odd") / "in.mp4"
     path.write_bytes(bytes(at) + data)
-    assert missing_from(path, "mp4", [SentTrack("video #0", "video", "h264", packets=1)])
+    assert missing_from(path, "mp4", [SentStream("video #0", "video", "h264", packets=1)])
 
 
 @pytest.mark.parametrize("end", ENDS)

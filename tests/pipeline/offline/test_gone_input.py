@@ -4,7 +4,7 @@ import os
 
 import pytest
 from makeup_video.pipeline import InputError
-from makeup_video.pipeline.files.output_file import Target
+from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.offline import run as process
 from makeup_video.pipeline.offline.process import process_video
 from media import decoded, make_clip
@@ -62,7 +62,7 @@ def test_an_output_that_exists_is_replaced_when_the_input_is_gone(tmp_path, sour
     out = tmp_path / "out.mp4"
     out.write_text("old")
     source.unlink()
-    target = Target(out, source, overwrite=True)
+    target = OutputFile(out, source, overwrite=True)
     target.own_path.write_text("new")
     target.keep()
     assert out.read_text() == "new"

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from makeup import LAYOUTS, close_up, product, scene_of, tagged, true_face, weights_of
-from makeup_video.kernels.planes import Window
+from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render import composite as composite_module
@@ -111,7 +111,7 @@ def test_codes_stay_within_their_bits():
         for plane in small:
             plane[:] = 1023
 
-    window = Window(0, 0, *half_size((7, 9)))
+    window = Rect(0, 0, *half_size((7, 9)))
     HalfSize().paint(planes, [window], (1, 1), 1023, paint)
     for plane in planes:
         assert (plane == 1023).all()
@@ -123,7 +123,7 @@ def test_what_is_not_painted_keeps_its_bytes():
         rng.integers(0, 256, shape, np.uint8) for shape in ((41, 33), (21, 17), (21, 17))
     )
     before = [plane.copy() for plane in planes]
-    HalfSize().paint(planes, [Window(4, 2, 8, 12)], (2, 2), 255, lambda small: None)
+    HalfSize().paint(planes, [Rect(4, 2, 8, 12)], (2, 2), 255, lambda small: None)
     for plane, old in zip(planes, before, strict=True):
         np.testing.assert_array_equal(plane, old)
 

@@ -53,14 +53,14 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.finishes import product as finished
 from makeup_video.pipeline.look.look import ZONES, Look
 from makeup_video.pipeline.render.build_scene import BuildScene
-from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import white_light
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from people import SAMPLES, TICK, frame_of
 from skimage.color import deltaE_ciede2000, xyz2lab
 
 BOTH = Look(lips=product(), eyes=product(red=0, green=90, blue=40))
-FACING = Place(np.eye(2), 100.0)
+FACING = SkinAxes(np.eye(2), 100.0)
 some = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 looks = st.builds(
     Look, params(), params(), st.floats(0, 1), st.sampled_from(ZONES), st.floats(0, 1)

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import codings, lights, params, places, product
 from makeup_video.kernels.colour import HLG, PQ, Coding, product_linear
-from makeup_video.pipeline.render.product_material import Place, material
+from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import SceneLight, white_light
 
-FACING = Place(np.eye(2), 200.0)
+FACING = SkinAxes(np.eye(2), 200.0)
 
 
 def lit(light=None, amount=1.0, place=FACING, coding=None, **given_params):
@@ -59,7 +59,7 @@ def test_shimmer_fades_with_a_product_that_is_hardly_there():
 
 
 def test_sparkles_finer_than_a_pixel_are_not_drawn():
-    small, large = (lit(shimmer=1, place=Place(np.eye(2), px)) for px in (30.0, 900.0))
+    small, large = (lit(shimmer=1, place=SkinAxes(np.eye(2), px)) for px in (30.0, 900.0))
     assert sum(small.sparkle) == 0 and sum(large.sparkle) > 0
 
 
@@ -79,7 +79,7 @@ def test_a_highlight_lies_between_light_and_viewer_in_the_region_s_own_axes():
     left = lamp(direction=(-0.6, 0, -0.8))
     x, y, z = lit(left).half_way
     assert x < -0.2 and abs(y) < 1e-6 and z > 0.8
-    upside_down = Place(-np.eye(2), 200.0)
+    upside_down = SkinAxes(-np.eye(2), 200.0)
     assert lit(left, place=upside_down).half_way[:2] == pytest.approx((-x, -y))
 
 

@@ -14,7 +14,7 @@ from makeup_video.pipeline import EncodeError, OutputError, UsageError
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
-from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from media import decoded, make_clip, picture, times_of
 
 UNEVEN = [0, 33, 70, 71, 500, 9000]  # milliseconds
@@ -22,7 +22,7 @@ UNEVEN = [0, 33, 70, 71, 500, 9000]  # milliseconds
 
 def live(milliseconds, pix_fmt="yuv420p", size_wh=(96, 64)):
     """Live pictures that came at these times after some hour of a machine's clock."""
-    door = CameraDoor(is_device=True)
+    door = NormaliseCamera(is_device=True)
     for index, at in enumerate(milliseconds):
         yield LivePicture(door(picture(index, *size_wh, pix_fmt), 55555.123 + at / 1000))
 

@@ -15,14 +15,14 @@ from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks import srt_relay
 from makeup_video.pipeline.live.sinks import stream as live_stream
 from makeup_video.pipeline.live.sinks.stream import Stream, bit_rate_for
-from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from media import picture
 
 SECRET = "s3cr3t-key"
 
 
 def live(milliseconds, size_wh=(96, 64), degrees=0):
-    door = CameraDoor(is_device=True)
+    door = NormaliseCamera(is_device=True)
     for index, at in enumerate(milliseconds):
         frame = door(picture(index, *size_wh, "yuvj422p"), 55555.123 + at / 1000)
         frame.rotation_degrees = degrees

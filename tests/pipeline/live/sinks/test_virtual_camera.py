@@ -8,7 +8,7 @@ import pytest
 from makeup_video.pipeline import OutputError, UsageError
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.virtual_camera import VirtualCamera
-from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from media import picture
 
 RED = (180, 40, 90)
@@ -28,7 +28,7 @@ def codes(rgb, matrix, full):
 
 def shown(matrix=6, full=False, size_wh=(64, 48), degrees=0):
     one = picture(0, *size_wh)
-    frame = CameraDoor(is_device=False)(one, 1.0)
+    frame = NormaliseCamera(is_device=False)(one, 1.0)
     for plane, code in zip(frame.writable_planes(), codes(RED, matrix, full), strict=True):
         plane[:] = round(code)
     frame.tags = type(frame.tags)(matrix, 2 if full else 1)

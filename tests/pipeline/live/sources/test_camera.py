@@ -21,7 +21,7 @@ from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
 from makeup_video.pipeline.live.sources.device import attempts
 from makeup_video.pipeline.live.sources.file import Timeline
 from makeup_video.pipeline.live.sources.freshness import Freshness
-from makeup_video.pipeline.live.sources.normalise import CameraDoor
+from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from media import damage, make_clip, picture
 
 # -- what the door makes of pictures -----------------------------------------------------------------
@@ -37,7 +37,7 @@ def test_a_camera_s_picture_is_420_with_its_own_numbers_and_true_tags(pix_fmt, m
                           dst_color_range=span)  # fmt: skip
     shown.color_range = 2 if span == 2 else 0
     shown.colorspace = 5 if span == 2 else 2  # as FFmpeg's decoders say it
-    frame = CameraDoor(is_device=True)(shown, 12.5)
+    frame = NormaliseCamera(is_device=True)(shown, 12.5)
     assert (frame.pix_fmt, frame.tags.matrix, frame.tags.range) == ("yuv420p", matrix, span)
     assert (frame.tags.primaries, frame.tags.transfer) == (1, 1)
     np.testing.assert_array_equal(frame.planes[0], plane_views(luma, 8)[0])
@@ -46,12 +46,12 @@ def test_a_camera_s_picture_is_420_with_its_own_numbers_and_true_tags(pix_fmt, m
 
 
 def test_a_file_s_missing_tags_stay_missing():
-    frame = CameraDoor(is_device=False)(picture(0, 64, 48), 0.0)
+    frame = NormaliseCamera(is_device=False)(picture(0, 64, 48), 0.0)
     assert (frame.tags.matrix, frame.tags.range, frame.tags.primaries) == (2, 0, 2)
 
 
 def test_odd_sizes_become_even():
-    frame = CameraDoor(is_device=True)(picture(0, 65, 47, "yuv422p"), 0.0)
+    frame = NormaliseCamera(is_device=True)(picture(0, 65, 47, "yuv422p"), 0.0)
     assert (frame.width_px, frame.height_px) == (66, 48)
 
 
@@ -71,8 +71,8 @@ def test_square_pixels_keep_what_the_picture_means():
     shown.color_range, shown.colorspace = 2, 5
     shown.color_primaries = shown.color_trc = 6
     plane_views(shown, 8)[0][:] = 255
-    frame = CameraDoor(is_device=False, pixel_aspect=Fraction(2))(shown, 0.0)
-    assert frame.tags == CameraDoor(is_device=False)(shown, 0.0).tags
+    frame = NormaliseCamera(is_device=False, pixel_aspect=Fraction(2))(shown, 0.0)
+    assert frame.tags == NormaliseCamera(is_device=False)(shown, 0.0).tags
     assert frame.width_px == 128
     assert frame.planes[0].min() == 255
 
@@ -83,14 +83,14 @@ def test_a_name_too_long_for_any_file_is_refused_in_one_line():
 
 
 def test_times_increase_strictly_even_where_two_pictures_come_at_once():
-    door = CameraDoor(is_device=True)
+    door = NormaliseCamera(is_device=True)
     pts = [door(picture(i, 16, 16), at).pts for i, at in enumerate((0.0, 0.0, 1.0, 0.5))]
     assert pts == [0, 1, 1_000_000, 1_000_001]
 
 
 @pytest.mark.parametrize("size", [(64, 64), (32, 16), (200, 48), (63, 31)])
 def test_another_size_is_fitted_into_the_first_with_its_shape_kept(size):
-    door = CameraDoor(is_device=True)
+    door = NormaliseCamera(is_device=True)
     door(picture(0, 64, 48), 0.0)
     other = picture(0, *size)
     for index, plane in enumerate(plane_views(other, 8)):
@@ -105,7 +105,7 @@ def test_another_size_is_fitted_into_the_first_with_its_shape_kept(size):
 
 
 def test_another_range_is_brought_to_that_of_the_first():
-    door = CameraDoor(is_device=True)
+    door = NormaliseCamera(is_device=True)
     door(picture(0, 64, 48, "yuvj420p"), 0.0)
     other = picture(0, 64, 48, "yuv420p")
     plane_views(other, 8)[0][:] = 235
@@ -115,7 +115,7 @@ def test_another_range_is_brought_to_that_of_the_first():
 
 @pytest.mark.parametrize("degrees", [0, 90, 180, 270])
 def test_upright_turns_the_planes_counter_clockwise(degrees):
-    frame = CameraDoor(is_device=True)(picture(5, 64, 48), 3.0)
+    frame = NormaliseCamera(is_device=True)(picture(5, 64, 48), 3.0)
     frame.rotation_degrees = degrees
     turned = upright(frame)
     assert turned.pts == frame.pts and (turned is frame.picture) == (degrees == 0)
@@ -295,11 +295,11 @@ def test_no_camera_at_all_says_what_was_looked_for(monkeypatch):
 
 
 def test_mjpeg_is_tried_before_raw_pixels_and_then_anything():
-    wish = camera_device.Wish("1280x720", 30, None)
+    wish = camera_device.CameraRequest("1280x720", 30, None)
     tried = attempts(wish, "v4l2")
     assert [one.get("input_format") for one in tried] == ["mjpeg", "yuyv422", None, None, None]
     assert tried[0]["video_size"] == "1280x720" and set(tried[-1]) == {"fflags"}
-    raw = attempts(camera_device.Wish(None, None, "yuyv422"), "v4l2")
+    raw = attempts(camera_device.CameraRequest(None, None, "yuyv422"), "v4l2")
     assert [one.get("input_format") for one in raw] == ["yuyv422", "mjpeg", None]
     assert attempts(wish, "dshow")[0]["vcodec"] == "mjpeg"
     assert attempts(wish, "avfoundation")[0]["framerate"] == "30"
@@ -364,14 +364,14 @@ def plug(monkeypatch):
     def setup(*devices):
         rest = list(devices)
 
-        def open_device(name, system, options):
+        def open_camera(name, system, options):
             opened.append((name, options))
             one = rest.pop(0) if rest else OSError(19, "No such device")
             if isinstance(one, Exception):
                 raise one
             return one
 
-        monkeypatch.setattr(camera_device, "open_device", open_device)
+        monkeypatch.setattr(camera_device, "open_camera", open_camera)
         return opened
 
     return setup
@@ -486,7 +486,7 @@ def test_a_camera_whose_pictures_cannot_be_used_ends_the_run(tmp_path, plug, mon
     def refuse(self, picture):
         raise DecodeError("no")
 
-    monkeypatch.setattr(CameraDoor, "_converted", refuse)
+    monkeypatch.setattr(NormaliseCamera, "_converted", refuse)
     plug(FakeDevice(mjpeg(tmp_path), unplugged))
     camera = Camera(settings(), pytest.fail)
     with pytest.raises(DecodeError, match="no"):
