@@ -28,8 +28,18 @@ def told_in_one_line(output: str | None = None, debug: bool = False) -> Generato
     except MakeupVideoError as error:
         if debug:
             traceback.print_exc()
-        say(f"{type(error).__name__}: {error}")
+        say(f"{type(error).__name__}: {error.spelled(option_of_command)}")
         raise typer.Exit(error.exit_code) from None
+
+
+# Options whose names differ from those of Python by more than a hyphen.
+_NAMES = {"start_seconds": "--start", "end_seconds": "--end", "overwrite": "-y"}
+
+
+def option_of_command(name: str, value: str | None) -> str:
+    """An option as it is typed: `bit_depth`, "8" -> `--bit-depth 8`; a flag that is to be set has no value."""
+    flag = _NAMES.get(name, "--" + name.replace("_", "-"))
+    return flag if value in (None, "True") else f"{flag} {value}"
 
 
 def tell(done: "Report", quiet: bool, more: str = "") -> None:

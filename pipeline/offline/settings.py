@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from makeup_video.pipeline.engine.runner import Observe
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import UsageError, option
 
 BIT_DEPTHS = (8, 10, 12)
 
@@ -44,16 +44,19 @@ class Settings:
     def __post_init__(self) -> None:
         if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
             raise UsageError(
-                f"--faces must be all, largest, or the number that inspect shows, got {self.faces!r}"
+                f"{option('faces')} must be all, largest, or the number that inspect shows, got "
+                f"{self.faces!r}"
             )
         if self.bit_depth not in (None, *BIT_DEPTHS):
             raise UsageError(
-                f"--bit-depth must be one of {', '.join(map(str, BIT_DEPTHS))}, got {self.bit_depth}"
+                f"{option('bit_depth')} must be one of {', '.join(map(str, BIT_DEPTHS))}, got "
+                f"{self.bit_depth}"
             )
         start, end = self.start_seconds or Fraction(0), self.end_seconds
         if start < 0 or (end is not None and end <= start):
             raise UsageError(
-                f"--start must be at least 0 and --end later than it, got {float(start):g} s to "
+                f"{option('start_seconds')} must be at least 0 and {option('end_seconds')} later than "
+                f"it, got {float(start):g} s to "
                 f"{'the end' if end is None else f'{float(end):g} s'}"
             )
 

@@ -348,7 +348,7 @@ def test_trimming_counts_from_where_the_file_begins(tmp_path):
 
 @pytest.mark.parametrize("span", [(-1, None), (2, 1), (1, 1)])
 def test_impossible_trims_are_refused(span):
-    with pytest.raises(UsageError, match="--start"):
+    with pytest.raises(UsageError, match="start_seconds must be"):
         Settings(start_seconds=Fraction(span[0]), end_seconds=span[1])
 
 

@@ -167,7 +167,7 @@ def test_without_a_face_nothing_is_painted_and_that_is_said(tmp_path, name):
 
 @pytest.mark.parametrize("faces", ["", "none", "-1", "1.5", "ALL", "1,2", "\uff11"])
 def test_whom_to_paint_is_all_the_largest_or_a_number(faces):
-    with pytest.raises(UsageError, match="--faces must be all, largest, or the number"):
+    with pytest.raises(UsageError, match="faces must be all, largest, or the number"):
         Settings(faces=faces)
 
 
