@@ -139,7 +139,7 @@ def test_a_byte_order_mark_is_no_fault(tmp_path):
 
 
 def test_the_example_of_the_documentation_reads():
-    import makeup_video.pipeline.look as module
+    import makeup_video.pipeline.look.look as module
 
     text = module.__doc__.split("\n\n")[1]
     assert Look.from_dict(json.loads(text)).lips.red == 180
