@@ -30,14 +30,14 @@ _LIT = np.concatenate(
 
 
 class BuildScene:
-    """Keeps, for each track, the light of its regions.
+    """FrameFaces -> FrameScene; keeps, for each track, the light of its regions.
 
-    device: as for open_device.  waits_for_nobody: with kernels of its own, which a thread of less
-    priority cannot hold.  Raises InstallError, UsageError for the device.
+    device: as for open_device.  exclusive: with kernel objects of its own, so that a thread of lower
+    priority cannot block this one.  Raises InstallError, UsageError for the device.
     """
 
-    def __init__(self, device: str = "", *, waits_for_nobody: bool = False) -> None:
-        self._surface = _surface(device) if waits_for_nobody else _shared_surface(device)
+    def __init__(self, device: str = "", *, exclusive: bool = False) -> None:
+        self._surface = _surface(device) if exclusive else _shared_surface(device)
         self._light = EstimateLight()
         self._means: dict[tuple[int, str], tuple[float, float]] = {}
 
@@ -98,7 +98,7 @@ class BuildScene:
         """The mean light of a region, smoothed by the frames' time."""
         before, at = self._means.get(key, (mean, seconds))
         since = seconds - at
-        # no time since: a second face of one number
+        # no time has passed: a second face with the same id
         share = 1 - math.exp(-since / _SETTLE_SECONDS) if 0 < since < _FORGET_SECONDS else 1.0
         smooth = before + share * (mean - before)
         self._means[key] = smooth, seconds
@@ -107,7 +107,7 @@ class BuildScene:
 
 @cache
 def _shared_surface(device: str) -> SurfaceKernel:
-    """One for all threads: pictures that stand alone, and rendered ones, build a scene each."""
+    """One kernel for all threads: single pictures build a scene each."""
     return _surface(device)
 
 

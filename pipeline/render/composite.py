@@ -20,8 +20,8 @@ from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.regions import PAINTED
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 
-_MUCH_LARGER = 1.3  # areas
-_STAYS_SMALL = 0.8  # the same, of what is painted at half size
+_MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup over
+_STAYS_SMALL = 0.8  # share of LARGE_PX down to which painting stays at half size
 # The surfaces of a face that wear one layer of the look, and how much of its product is shown.
 _Part = tuple[tuple[Lit, ...], Layer, float]
 
@@ -51,7 +51,7 @@ class Composite:
     device: as for open_device.  faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
-    numbers: the numbers of all faces that came.
+    numbers: the ids of all faces seen.
     level: as Budget has it, set between two frames. From 3 on large regions are painted at half size.
     Raises InstallError, UsageError for the device.
     """
@@ -75,17 +75,17 @@ class Composite:
         chosen = self._chosen(item.faces)
         self.numbers.update(scene.face.track_id for scene in item.faces)
         self.chosen_frames += bool(chosen)
-        # the look is asked for once: another thread may set one while this frame is painted
-        self.painted_frames += self._wear(item, chosen, self.look)
+        # read once: another thread may set a new look while this frame is painted
+        self.painted_frames += self._paint_faces(item, chosen, self.look)
         return item.frame
 
     def rehearse(self, item: FrameScene, look: Look) -> None:
-        """Paint a look on all faces of a frame that nobody sees: kernels are loaded then, which takes 30 ms, and 300
-        where they were never compiled, and not while somebody waits."""
-        self._wear(item, item.faces, look)
+        """Paint once off screen, so that kernels are ready before the first frame: loading them takes
+        30 ms, and compiling them 300."""
+        self._paint_faces(item, item.faces, look)
 
-    def _wear(self, item: FrameScene, faces: tuple[FaceScene, ...], look: Look) -> bool:
-        """False when there was nothing to paint."""
+    def _paint_faces(self, item: FrameScene, faces: tuple[FaceScene, ...], look: Look) -> bool:
+        """Paint a look on some faces; False when there was nothing to paint."""
         chosen = [(scene, self._parts(scene, look)) for scene in faces]
         chosen = [(scene, parts) for scene, parts in chosen if parts]
         if not chosen or len(item.frame.planes) < 2:  # a grey frame holds no colour
@@ -95,7 +95,7 @@ class Composite:
             job for scene, parts in chosen for part in parts for job in _jobs(item, scene, part)
         ]
         area_px = sum(job.window.width * job.window.height for job in jobs)
-        # once small, it stays so while a face hardly changes: glitter would look now so, now so
+        # hysteresis: otherwise the glitter would flicker between the two sizes
         least_px = _STAYS_SMALL * LARGE_PX if self._is_small else LARGE_PX
         self._is_small = self.level >= 3 and area_px >= least_px
         if self._is_small:
@@ -113,8 +113,8 @@ class Composite:
         return tuple(scene for scene in faces if str(scene.face.track_id) == self._faces)
 
     def _largest(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
-        """One at most. Of two of about a size the makeup would go to and fro: so it stays on a face
-        until that is gone or another is much larger."""
+        """The largest face, or none. Between two faces of about the same size the makeup would jump
+        back and forth, so it stays on one until that face is gone or another is much larger."""
         stays = [scene for scene in faces if scene.face.track_id == self._largest_id]
         if not stays or faces[0].face.area_px2 > _MUCH_LARGER * stays[0].face.area_px2:
             stays = list(faces[:1])
@@ -155,7 +155,7 @@ class Composite:
 
 
 def _half(job: _Job, frame: Frame) -> Iterator[_Job]:
-    """The same on the picture at half size."""
+    """A job on the picture at half size; none when nothing of it lies there."""
     lit = half_of(job.lit)
     reach = lit.surface.reach(job.params.edge_softness, job.shape)
     window = Rect.around(*reach, half_size((frame.width_px, frame.height_px)), frame.chroma)
@@ -180,7 +180,7 @@ def _jobs(item: FrameScene, scene: FaceScene, part: _Part) -> Iterator[_Job]:
 
 
 def _apart(jobs: Iterable[_Job]) -> Iterator[list[_Job]]:
-    """In their order, as many at once as have windows that do not overlap."""
+    """The jobs in order, in groups whose rectangles do not overlap."""
     together: list[_Job] = []
     for job in jobs:
         if any(job.window.overlaps(other.window) for other in together):
