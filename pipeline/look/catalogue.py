@@ -80,8 +80,8 @@ class Catalogue:
     ) -> list[tuple[float, Shade]]:
         """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best first.
 
-        region: leave out what is known to be for something else.
-        Of several that are equally near, those that come first in the catalogue.
+        region: shades that are known to be for other regions are left out. Equally near shades come
+        in the order of the catalogue.
         """
         fit = np.ones(len(self), bool) if region is None else self._fits[region]
         count = min(count, int(fit.sum()))
@@ -90,7 +90,7 @@ class Catalogue:
         wanted = lab_of(np.array(rgb, np.float64))
         off = np.concatenate([ciede2000(block, wanted) for block in self._lab])
         off[~fit] = np.inf
-        # all that are as near as the last one told: argpartition alone would choose among equals
+        # all that are as near as the last one: argpartition alone would choose among equals
         near = np.flatnonzero(off <= off[np.argpartition(off, count - 1)[count - 1]])
         near = near[np.argsort(off[near], kind="stable")][:count]
         return [(float(off[index]), self.at(index)) for index in near.tolist()]
@@ -166,7 +166,7 @@ def _shade(cells: list[str], regions: tuple[str, ...], where: str) -> Shade:
 
 @lru_cache(maxsize=1000)
 def _regions_of(kind: str) -> tuple[str, ...]:
-    """For which regions a kind of product is, in lower case; all when that tells of none."""
+    """The regions that a kind of product, in lower case, is for; all when its words name none."""
     named = tuple(name for name in REGIONS if _OF_REGION[name].search(kind))
     return named or (() if _OF_NONE.search(kind) else tuple(REGIONS))
 

@@ -30,16 +30,16 @@ def nearest_finish(
     region: str = "lips",
     shimmers: bool = True,
 ) -> str:
-    """The finish whose numbers are closest; shimmers: among those that shimmer, too."""
-    here = opacity, math.sqrt(gloss), gloss_roughness, math.sqrt(reflection)
+    """The finish whose numbers are closest; shimmers: False leaves out those that shimmer."""
+    wanted = opacity, math.sqrt(gloss), gloss_roughness, math.sqrt(reflection)
 
-    def off(name: str) -> float:
-        one = FINISHES[name][region]
-        there = one["opacity"], math.sqrt(one["gloss"]), one["gloss_roughness"]
-        return math.dist(here, (*there, math.sqrt(one["reflection"])))
+    def distance(name: str) -> float:
+        row = FINISHES[name][region]
+        numbers = row["opacity"], math.sqrt(row["gloss"]), row["gloss_roughness"]
+        return math.dist(wanted, (*numbers, math.sqrt(row["reflection"])))
 
     names = [name for name in FINISHES if shimmers or not FINISHES[name][region]["shimmer"]]
-    return min(names, key=off)
+    return min(names, key=distance)
 
 
 def in_words(params: GraphicsParams, region: str = "lips") -> str:
@@ -51,7 +51,7 @@ def in_words(params: GraphicsParams, region: str = "lips") -> str:
 
 
 def look_in_words(look: Look) -> str:
-    """All of it: "lips #B4002E, glossy, opaque; eyes bare"."""
+    """A look in one line: "lips #B4002E, glossy, opaque; eyes bare"."""
     worn = look.products
     return "; ".join(
         f"{name} {worn[name].hex}, {in_words(worn[name], name)}" if name in worn else f"{name} bare"
