@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
@@ -92,15 +93,14 @@ def with_faces(item: FrameFaces, faces: tuple[Face, ...]) -> FrameFaces:
     return FrameFaces(item.frame, faces, item.cut)
 
 
-def moved(face: Face, to_new: np.ndarray) -> Face:
+def moved(face: Face, to_new: AffineArray) -> Face:
     """A face in a picture that was scaled and cut: to_new, (2, 3), maps old px (x, y, 1) to new ones."""
     scale = abs(np.linalg.det(to_new[:, :2])) ** 0.5
     points = np.empty_like(face.points_px)
     points[:, :2] = face.points_px[:, :2] @ to_new[:, :2].T + to_new[:, 2]
     points[:, 2] = face.points_px[:, 2] * scale
-    to_px = to_new[:, :2] @ face.lips.to_px
-    to_px[:, 2] += to_new[:, 2]
-    return replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
+    lips = replace(face.lips, to_px=compose(to_new, face.lips.to_px))
+    return replace(face, points_px=points, lips=lips)
 
 
 def resized(face: Face, across: float, down: float) -> Face:

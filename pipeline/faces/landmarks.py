@@ -9,7 +9,7 @@ from makeup_video.pipeline.faces.face import MIN_FACE_PX, POINTS, Face, LipPatch
 from makeup_video.pipeline.faces.nets import FaceNets, Mesh, View, lips_to_px
 from makeup_video.pipeline.faces.optical_flow import Motion, Still
 from makeup_video.pipeline.faces.similarity import STAY, Similarity, distance, iod_of, middle_of
-from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.views import Picture
 
 DETECTOR_THRESHOLD = 0.35

@@ -25,7 +25,7 @@ from makeup_video.pipeline.faces.similarity import (
     middle_of,
 )
 from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS
-from makeup_video.pipeline.frames.sampling import Affine
+from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.frames.views import Picture
 
 _RIMS = slice(16, 48)  # of EYE: two rings around the lids
@@ -80,7 +80,7 @@ class View(NamedTuple):
         return max(furthest / iod_of(self.frame), distance(self.frame, other.frame))
 
 
-def lips_to_px(view: View) -> Affine:
+def lips_to_px(view: View) -> AffineArray:
     """Where the lip patch of a view lies: (2, 3), its px to upright px."""
     return np.array(_LIPS.to_px(view.frame, view.centres[0]))
 
@@ -240,7 +240,7 @@ def _complex(offsets: np.ndarray) -> np.ndarray:
     return xy
 
 
-def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Affine]]:
+def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, AffineArray]]:
     """(6, rows, columns) of the detector -> (logit, face frame) in px of its picture, surest first.
 
     Per cell: the logit of a face, dx and dy to its middle in cells, the logarithm of its IOD in
@@ -250,7 +250,7 @@ def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Affin
     rows, columns = np.nonzero(logit > math.log(threshold / (1 - threshold)))
     peak = cv2.dilate(logit, _AROUND)
     there = [(float(logit[at]), *at) for at in zip(rows.tolist(), columns.tolist(), strict=True)]
-    found: list[tuple[float, Affine]] = []
+    found: list[tuple[float, AffineArray]] = []
     for told, row, column in sorted(there, key=lambda each: -each[0]):
         if told < peak[row, column]:
             continue

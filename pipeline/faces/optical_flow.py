@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.similarity import Similarity, middle_of
-from makeup_video.pipeline.frames.sampling import Affine, compose, eight_bits, pixel_places, sample
+from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
+from makeup_video.pipeline.frames.sampling import eight_bits, pixel_places, sample
 from makeup_video.pipeline.frames.views import FramePicture
 
 _SIDE = 80  # px of the crop; with 64 blinks are followed worse, with 128 nothing is
@@ -32,7 +33,7 @@ class Still:
     """A face's luma at one moment. luma8: (80, 80) uint8. to_px: (2, 3), its px to upright px."""
 
     luma8: np.ndarray
-    to_px: Affine
+    to_px: AffineArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,24 +46,24 @@ class Motion:
 
     def of(self, xy: np.ndarray) -> np.ndarray:
         """(K,) complex, upright px, before -> where they are now."""
-        at = _inverse(self.before.to_px) @ np.stack([xy.real, xy.imag, np.ones(len(xy))])
+        at = invert(self.before.to_px) @ np.stack([xy.real, xy.imag, np.ones(len(xy))])
         x, y = at.astype(np.float32)[:, None]
         at += self._flow_at(x, y)[0].T
         real, imag = self.now.to_px[:, :2] @ at + self.now.to_px[:, 2:]
         there: np.ndarray = real + 1j * imag
         return there
 
-    def carried(self, patch: np.ndarray, to_px: Affine, to_px_now: Affine) -> np.ndarray:
+    def carried(self, patch: np.ndarray, to_px: AffineArray, to_px_now: AffineArray) -> np.ndarray:
         """(H, W) float32 that lay at to_px before, as it lies at to_px_now: its own px to upright px."""
         high, wide = patch.shape
-        to_crop = compose(_inverse(self.before.to_px), to_px)
+        to_crop = compose(invert(self.before.to_px), to_px)
         flow = cv2.warpAffine(
             self.flow, to_crop, (wide, high), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_REPLICATE,
         )  # fmt: skip
         # Each px of the patch is led to where it is now, (x, y); and whoever is there came from about
         # as far to the other side, for flow is smooth.
-        now_to_patch = compose(_inverse(to_px_now), self.now.to_px)
+        now_to_patch = compose(invert(to_px_now), self.now.to_px)
         places = pixel_places((wide, high))
         there = compose(now_to_patch, to_crop).astype(np.float32) @ places
         there += now_to_patch[:, :2].astype(np.float32) @ flow.reshape(-1, 2).T
@@ -114,8 +115,3 @@ class MeasureMotion:
 def _likeness(a: np.ndarray, b: np.ndarray) -> float:
     """Their correlation, -1 to 1; that of an even picture is 1."""
     return float(cv2.matchTemplate(a, b, cv2.TM_CCOEFF_NORMED)[0, 0])
-
-
-def _inverse(to_px: Affine) -> Affine:
-    back: Affine = cv2.invertAffineTransform(to_px)
-    return back

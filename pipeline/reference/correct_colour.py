@@ -7,10 +7,10 @@ does change what already wears it; how much, follows from its opacity.
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces, iod_px, moved
 from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.frames.affine import invert
 from makeup_video.pipeline.frames.rgb import merge, to_frame
 from makeup_video.pipeline.frames.sampling import sample
 from makeup_video.pipeline.look.look import ZONES, Look
@@ -58,7 +58,7 @@ def _around_lips(rgb8: np.ndarray, face: Face) -> tuple[np.ndarray, Face]:
     low, high = lips.min(0) - _MARGIN * iod, lips.max(0) + _MARGIN * iod
     to_cut = np.array([[scale, 0, -scale * low[0]], [0, scale, -scale * low[1]]])
     wide, tall = np.ceil((high - low) * scale).astype(int).tolist()
-    return sample(rgb8, cv2.invertAffineTransform(to_cut), (wide, tall)), moved(face, to_cut)
+    return sample(rgb8, invert(to_cut), (wide, tall)), moved(face, to_cut)
 
 
 def _painted(

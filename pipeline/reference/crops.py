@@ -8,7 +8,8 @@ import numpy as np
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
 from makeup_video.pipeline.faces.face import PATCH_SPAN, Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
-from makeup_video.pipeline.frames.sampling import Affine, compose, pixel_places
+from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
+from makeup_video.pipeline.frames.sampling import pixel_places
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.reference.flat_lids import FLAT_WH, flat_lids
 from makeup_video.pipeline.render.scene import SceneLight
@@ -61,7 +62,7 @@ def places_of(face: Face, region: str) -> np.ndarray | None:
     None when the eyes are not seen. Lips are shown as they are, lids laid flat.
     """
     if region == "eyes":
-        return flat_lids(face, cv2.invertAffineTransform(window_of(face, region)[0]))
+        return flat_lids(face, invert(window_of(face, region)[0]))
     return pixel_places(CROPS[region].size_wh)[:2].reshape(2, *CROPS[region].size_wh[::-1])
 
 
@@ -80,7 +81,7 @@ def read_crop(picture: RgbPicture, face: Face, region: str, light: SceneLight) -
     return crop_of(picture.crop(*window_of(face, region)), places, light)
 
 
-def shifted(window: Crop, turn: float, scale: float, shift_xy: np.ndarray) -> Affine:
+def shifted(window: Crop, turn: float, scale: float, shift_xy: np.ndarray) -> AffineArray:
     """A window's map when it is turned (radians), scaled and shifted (its own px) about its middle."""
     to_px, (w, h) = window
     c, s = scale * np.cos(turn), scale * np.sin(turn)

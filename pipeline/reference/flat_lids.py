@@ -8,7 +8,7 @@ on finding them. Here a row is a height between lash line, crease and brow, as e
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.frames.sampling import Affine
+from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.grid import Grid
 from makeup_video.pipeline.render.regions.eyes import LEFT, SIZE_WH, STEP
 from makeup_video.pipeline.render.regions.eyes_reference import lid_curves
@@ -20,7 +20,7 @@ _LOWEST = 0.5  # below the lash line, in widths of the eye
 _OUT = (-0.72, 0.92)  # of the first and the last column: inner corner -0.5, outer corner 0.5
 
 
-def flat_lids(face: Face, to_window: Affine) -> np.ndarray | None:
+def flat_lids(face: Face, to_window: AffineArray) -> np.ndarray | None:
     """(2, 64, 160) float32, x and y in a window of the picture; to_window maps px of the picture there.
 
     An eye that is not seen is replaced by the mirror image of the other; None when neither is.

@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.frames.sampling import Affine
+from makeup_video.pipeline.frames.affine import AffineArray
 from skimage.color import deltaE_ciede2000, rgb2lab
 
 FACE_PX = 256  # side of what L1, MS-SSIM and LPIPS see
@@ -21,7 +21,7 @@ def ciede2000(a: np.ndarray, b: np.ndarray, where: np.ndarray) -> float:
     return float(deltaE_ciede2000(rgb2lab(a[where]), rgb2lab(b[where])).mean())
 
 
-def face_window(face: Face) -> Affine:
+def face_window(face: Face) -> AffineArray:
     """A square around the face: px of a picture of 256 px -> px of its picture."""
     low, high = face.points_px[:, :2].min(0), face.points_px[:, :2].max(0)
     step = float((high - low).max()) * _ROOM / FACE_PX
@@ -29,7 +29,7 @@ def face_window(face: Face) -> Affine:
     return np.array([[step, 0, corner[0]], [0, step, corner[1]]])
 
 
-def face_of(rgb8: np.ndarray, window: Affine) -> np.ndarray:
+def face_of(rgb8: np.ndarray, window: AffineArray) -> np.ndarray:
     """(256, 256, 3) uint8 that a window shows; what lies outside the picture repeats its border."""
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     size_wh = FACE_PX, FACE_PX

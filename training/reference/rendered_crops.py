@@ -20,9 +20,10 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import matrices
 from makeup_video.pipeline.faces.face import FrameFaces, moved
+from makeup_video.pipeline.frames.affine import AffineArray, invert
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, PICTURE_TICK
-from makeup_video.pipeline.frames.sampling import Affine, sample
+from makeup_video.pipeline.frames.sampling import sample
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.look.finishes import REGIONS
 from makeup_video.pipeline.look.look import ZONES, Look
@@ -126,11 +127,11 @@ class Renderer:
         size_wh = rgb8.shape[1] // 2, rgb8.shape[0] // 2
         whole = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA)
         to_cut, cut_wh = self._cut(window_of(face, self.region))
-        cut = sample(rgb8, cv2.invertAffineTransform(to_cut), cut_wh)
+        cut = sample(rgb8, invert(to_cut), cut_wh)
         if self.varied:
             gain = lighting(self.rng, size_wh)
             whole = _exposed(whole, gain)
-            to_gain = cv2.invertAffineTransform(to_cut) * 0.5
+            to_gain = invert(to_cut) * 0.5
             to_gain[:, 2] -= 0.25
             cut = _exposed(cut, sample(gain, to_gain, cut_wh))
         lights = light_of(FrameFaces(frame_of(to_codes(whole)), (moved(face, half),)))
@@ -138,7 +139,7 @@ class Renderer:
         scene = BuildScene().under(lights, FrameFaces(frame_of(codes), (face,)))
         return Shot(codes, scene, window_of(face, self.region), places_of(face, self.region))
 
-    def _cut(self, window: Crop) -> tuple[Affine, tuple[int, int]]:
+    def _cut(self, window: Crop) -> tuple[AffineArray, tuple[int, int]]:
         """The part of a picture around a crop: picture px -> its px, and its size."""
         to_px, (w, h) = window
         more = MARGIN * w
@@ -175,7 +176,7 @@ class Renderer:
         strength = light.strength * np.exp(self.rng.normal(0, LIGHT_ERROR[0]))
         return replace(light, colour=colour, strength=float(strength))
 
-    def _misplaced(self, window: Crop) -> Affine:
+    def _misplaced(self, window: Crop) -> AffineArray:
         turn, log_scale, off = JITTER
         squeeze = np.exp(-abs(self.rng.normal(0, SQUEEZE)))
         w, h = window[1]

@@ -6,7 +6,7 @@ import pytest
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
 from makeup_video.pipeline.faces.similarity import Similarity, iod_of
 from makeup_video.pipeline.faces.topology import LIPS
-from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.views import FramePicture
 from people import clip, clip_points, frame_of, portrait
 
