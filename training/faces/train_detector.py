@@ -81,7 +81,8 @@ def detector_loss(out: Tensor, heat: Tensor, values: Tensor) -> Tensor:
 
 def decode(out: np.ndarray, scale: float, threshold: float = 0.35) -> list[np.ndarray]:
     """(6, C, C) -> face frames (2, 3) in image px, best first. scale: image px per input px."""
-    return [(frame * scale).astype(np.float32) for _, frame in decode_cells(out, threshold)]
+    poses = [pose for _, pose in decode_cells(out, threshold)]
+    return [(pose.array() * scale).astype(np.float32) for pose in poses]
 
 
 def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:
