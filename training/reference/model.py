@@ -89,7 +89,7 @@ class ReferenceNet(nn.Module):
         self.blocks = nn.Sequential(*blocks)
         self.top = Conv(inputs, HEAD, 1)
         self.drop = nn.Dropout(0.1)
-        wide = 3 * math.prod(side // self.square for side in CROPS[region].size_wh)
+        wide = 3 * math.prod(side // self.square for side in CROPS[region].input_wh)
         layers: list[nn.Module] = []
         for hidden in HIDDEN[region]:
             layers += [nn.Linear(wide, hidden), nn.GELU()]

@@ -12,8 +12,8 @@ from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.look.finishes import REGIONS
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.reference.correct_colour import second_look
-from makeup_video.pipeline.reference.crops import CROPS, numbers_told, read_crop
+from makeup_video.pipeline.reference.correct_colour import correct_colour
+from makeup_video.pipeline.reference.crops import CROPS, read_input, read_numbers
 from makeup_video.pipeline.reference.estimate import photo_light, product_with
 from makeup_video.pipeline.render.scene import SceneLight
 
@@ -78,7 +78,7 @@ def nets_of(folder: Path) -> dict[str, Net]:
 
 
 def cost_of(path: Path, region: str) -> Cost:
-    w, h = CROPS[region].size_wh
+    w, h = CROPS[region].input_wh
     crop, ms = np.full((1, h, w, 3), 128, np.uint8), {}
     for threads in (1, 2):
         net, took = net_of(path, threads), []
@@ -101,7 +101,7 @@ def _checkpoint_bytes(path: Path) -> int:
 def cut(rgb8: np.ndarray, face: Face, light: SceneLight) -> Seen:
     """The crops of a face whose points and light are known."""
     picture = RgbPicture(rgb8)
-    crops = {region: read_crop(picture, face, region, light) for region in CROPS}
+    crops = {region: read_input(picture, face, region, light) for region in CROPS}
     found = {region: crop for region, crop in crops.items() if crop is not None}
     return Seen(rgb8, face, light, found)
 
@@ -117,11 +117,11 @@ def see(rgb8: np.ndarray) -> Seen | None:
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     """What the nets tell, as the product takes it: its settings, its second look at the lips."""
     regions = nets.keys() & seen.crops.keys()
-    told = {region: numbers_told(nets[region], seen.crops[region]) for region in regions}
+    told = {region: read_numbers(nets[region], seen.crops[region]) for region in regions}
     look = look_with(told, zone)
     if look.lips is None:
         return look
-    return replace(look, lips=second_look(seen.rgb8, seen.face, seen.light, look.lips))
+    return replace(look, lips=correct_colour(seen.rgb8, seen.face, seen.light, look.lips))
 
 
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:

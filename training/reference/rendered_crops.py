@@ -20,14 +20,14 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import matrices
 from makeup_video.pipeline.faces.face import FrameFaces, moved
-from makeup_video.pipeline.frames.affine import AffineArray, invert
+from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, PICTURE_TICK
 from makeup_video.pipeline.frames.sampling import sample
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.look.finishes import REGIONS
 from makeup_video.pipeline.look.look import ZONES, Look
-from makeup_video.pipeline.reference.crops import CROPS, crop_of, places_of, shifted, window_of
+from makeup_video.pipeline.reference.crops import CROPS, crop_around, input_places, net_input
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.scene import FrameScene, SceneLight
@@ -126,7 +126,7 @@ class Renderer:
         half = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # enough to read light from
         size_wh = rgb8.shape[1] // 2, rgb8.shape[0] // 2
         whole = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA)
-        to_cut, cut_wh = self._cut(window_of(face, self.region))
+        to_cut, cut_wh = self._cut(crop_around(face, self.region))
         cut = sample(rgb8, invert(to_cut), cut_wh)
         if self.varied:
             gain = lighting(self.rng, size_wh)
@@ -137,7 +137,7 @@ class Renderer:
         lights = light_of(FrameFaces(frame_of(to_codes(whole)), (moved(face, half),)))
         face, codes = moved(face, to_cut), to_codes(cut)
         scene = BuildScene().under(lights, FrameFaces(frame_of(codes), (face,)))
-        return Shot(codes, scene, window_of(face, self.region), places_of(face, self.region))
+        return Shot(codes, scene, crop_around(face, self.region), input_places(face, self.region))
 
     def _cut(self, window: Crop) -> tuple[AffineArray, tuple[int, int]]:
         """The part of a picture around a crop: picture px -> its px, and its size."""
@@ -168,7 +168,7 @@ class Renderer:
             to_px = self._misplaced(shot.window)
         else:
             rgb8 = jpeg(rgb8, TEST_QUALITY)
-        crop = crop_of(RgbPicture(rgb8).crop(to_px, size_wh), shot.places, light)
+        crop = net_input(RgbPicture(rgb8).crop(to_px, size_wh), shot.places, light)
         return crop[:, ::-1] if self.varied and self.rng.random() < 0.5 else crop
 
     def _misread(self, light: SceneLight) -> SceneLight:
@@ -206,13 +206,21 @@ class Renderer:
 
     def batches(self, n: int, mix: int = 8) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Crops (n, H, W, 3) and numbers (n, 7); one person's crops go into several batches."""
-        stream, (w, h) = self.stream(), CROPS[self.region].size_wh
+        stream, (w, h) = self.stream(), CROPS[self.region].input_wh
         crops, values = np.empty((n * mix, h, w, 3), np.uint8), np.empty((n * mix, 7))
         while True:
             for at, (crop, numbers, _) in zip(range(n * mix), stream, strict=False):
                 crops[at], values[at] = crop, numbers
             for part in self.rng.permutation(n * mix).reshape(mix, n):
                 yield crops[part], values[part]
+
+
+def shifted(crop: Crop, turn: float, scale: float, shift_xy: np.ndarray) -> AffineArray:
+    """The map of a crop that is turned (radians), scaled and shifted (crop px) about its centre."""
+    to_px, (w, h) = crop
+    c, s = scale * np.cos(turn), scale * np.sin(turn)
+    linear, middle = np.array([[c, -s], [s, c]]), np.array([(w - 1) / 2, (h - 1) / 2])
+    return compose(to_px, np.column_stack([linear, middle + shift_xy - linear @ middle]))
 
 
 def _exposed(rgb8: np.ndarray, gain: np.ndarray) -> np.ndarray:

@@ -43,7 +43,7 @@ def drawn(options: argparse.Namespace, net: ReferenceNet) -> tuple[Tensor, Tenso
 
 def mirrored(squares: Tensor, region: str, square: int) -> Tensor:
     """(N, S): the squares of the mirrored crops."""
-    across, down = (side // square for side in CROPS[region].size_wh)
+    across, down = (side // square for side in CROPS[region].input_wh)
     return squares.view(-1, 3, down, across).flip(3).flatten(1)
 
 

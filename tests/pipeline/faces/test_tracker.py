@@ -257,7 +257,7 @@ def test_the_mask_covers_the_lips_and_little_else(at):
     assert mask[away].max() == 0
 
 
-def test_a_window_of_the_mask_is_that_part_of_it():
+def test_a_part_of_the_mask_is_that_part_of_the_whole():
     (face,) = find_faces(portrait())
     whole = lip_mask(portrait(), face)
     x, y = face.points_px[LIPS, :2].mean(0).astype(int) - 40
