@@ -333,7 +333,7 @@ def test_a_number_that_fell_below_none_for_every_crop_still_learns():
 def test_dense_layers_are_taught_before_the_convolutions_which_do_not_speak_yet():
     torch = pytest.importorskip("torch")
     from makeup_video.training.reference.model import ReferenceNet
-    from makeup_video.training.reference.train_head import mirrored, teach
+    from makeup_video.training.reference.train_head import mirrored, train_layers
 
     torch.manual_seed(0)
     net = ReferenceNet("lite0", torch.full((7,), 0.5), "eyes", shrink=2).eval()
@@ -343,7 +343,7 @@ def test_dense_layers_are_taught_before_the_convolutions_which_do_not_speak_yet(
     assert torch.allclose(turned, net.squares(crops.flip(3)), atol=1e-5)
     targets = 0.5 + 0.25 * crops.mean((1, 2, 3))[:, None].expand(-1, 7) * 20
     before = (net(crops[:16]) - targets[:16]).square().mean()
-    teach(net, squares, targets, "eyes", epochs=8)
+    train_layers(net, squares, targets, "eyes", epochs=8)
     taught = net.eval()(crops[:16])
     assert (taught - targets[:16]).square().mean() < before
     assert torch.allclose(taught, torch.relu(net.head(torch.cat(
