@@ -20,7 +20,7 @@ RNG = np.random.default_rng(0)
 def test_fit_similarity_finds_the_similarity_that_was_applied():
     mean = RNG.normal(size=(478, 2)).astype(np.float32)
     linear = 40 * np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
-    frame = prepare.frames_of((mean @ linear.T + [100, 60])[None], mean)[0]
+    frame = prepare.poses_of((mean @ linear.T + [100, 60])[None], mean)[0]
     assert np.allclose(frame[:, :2], linear, atol=1e-3)
     assert np.allclose(frame[:, 2], [100, 60], atol=1e-3)
 
@@ -28,8 +28,8 @@ def test_fit_similarity_finds_the_similarity_that_was_applied():
 def test_face_frame_undoes_the_fit():
     mean = RNG.normal(size=(478, 3)).astype(np.float32)
     points = mean * 30 + [200, 150, 0]
-    frames = prepare.frames_of(points[None, :, :2], mean[:, :2])
-    back = prepare.to_face_frame(points[None], frames)[0]
+    frames = prepare.poses_of(points[None, :, :2], mean[:, :2])
+    back = prepare.to_own_coordinates(points[None], frames)[0]
     assert np.allclose(back[:, :2], mean[:, :2], atol=1e-4)
     assert np.allclose(back[:, 2], mean[:, 2] - mean[:, 2].mean(), atol=1e-4)
 

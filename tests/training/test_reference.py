@@ -259,7 +259,7 @@ def test_a_black_and_white_portrait_is_nobody_to_paint(tmp_path):
     for name, rgb8, is_packed in (("colour", portrait(), True), ("grey", grey, False)):
         path = tmp_path / f"{name}.png"
         cv2.imwrite(str(path), rgb8[..., ::-1])
-        assert (prepare.look_at(path) is not None) == is_packed
+        assert (prepare.entry_of(path) is not None) == is_packed
 
 
 def test_every_source_of_people_is_split_by_its_order():

@@ -98,8 +98,8 @@ def colour_error(true: np.ndarray, estimated: np.ndarray) -> float:
 
 def gloss_rank(true: np.ndarray, estimated: np.ndarray) -> float:
     """Spearman's rank correlation between true and read gloss."""
-    at = NUMBERS.index("gloss")
-    return float(spearmanr(true[:, at], estimated[:, at]).statistic)
+    gloss = NUMBERS.index("gloss")
+    return float(spearmanr(true[:, gloss], estimated[:, gloss]).statistic)
 
 
 def held_out(path: Path, region: str) -> RealProducts:

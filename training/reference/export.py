@@ -38,8 +38,8 @@ def targets_of(module: Exported, region: str) -> list[list[float]]:
 
 def calibration(options: argparse.Namespace, region: str) -> np.ndarray:
     """Crops as in training, for the ranges of int8."""
-    one = renderer(options.data, options.int8, region, "train", seed=7)
-    return next(one.batches(CALIBRATION, mix=1))[0]
+    source = renderer(options.data, options.int8, region, "train", seed=7)
+    return next(source.batches(CALIBRATION, mix=1))[0]
 
 
 def main() -> None:

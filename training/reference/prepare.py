@@ -134,8 +134,10 @@ def entry_of(path: Path) -> dict[str, np.ndarray] | None:
 
 def pack(found: list[dict[str, np.ndarray]], split: np.ndarray) -> dict[str, np.ndarray]:
     """One array per column; the pictures are one array of the bytes of their files."""
-    packed = {key: np.stack([one[key] for one in found]) for key in found[0] if key != "picture"}
-    pictures = [one["picture"] for one in found]
+    packed = {
+        key: np.stack([entry[key] for entry in found]) for key in found[0] if key != "picture"
+    }
+    pictures = [entry["picture"] for entry in found]
     scores = made_up(packed["colours"])
     return {
         **packed, "split": split,
@@ -168,9 +170,9 @@ def main() -> None:
     labels = np.load(options.portraits / "labels.npz")
     chosen = np.arange(0, len(labels["name"]), options.every)
     seen = [entry_of(options.portraits / name) for name in labels["name"][chosen]]
-    found = [one for one in seen if one is not None]
+    found = [entry for entry in seen if entry is not None]
     source = labels["source"] if "source" in labels else np.full(len(labels["name"]), "")
-    split = split_of(source[chosen])[[one is not None for one in seen]]
+    split = split_of(source[chosen])[[entry is not None for entry in seen]]
     packed = pack(found, split)
     print(f"{len(found)} of {len(chosen)} portraits have one face that can be painted")
     report(packed)

@@ -250,8 +250,8 @@ def main() -> None:
     options = parser.parse_args()
     os.environ.setdefault("POCL_MAX_PTHREAD_COUNT", "1")
     cv2.setNumThreads(1)
-    one = renderer(options.data, options.shades, options.region, "train", seed=0)
-    stream, count = one.stream(), 600
+    source = renderer(options.data, options.shades, options.region, "train", seed=0)
+    stream, count = source.stream(), 600
     crops = [next(stream)[0] for _ in range(96)]
     began, worked = time.time(), time.process_time()
     for _ in range(count):

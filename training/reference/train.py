@@ -52,8 +52,8 @@ class Stream(IterableDataset):
         cv2.setNumThreads(1)
         options, worker = self.options, get_worker_info()
         seed = self.seed * 64 + (worker.id if worker else 0)
-        one = renderer(options.data, options.shades, options.region, "train", seed)
-        for rgb8, values in one.batches(options.batch):
+        source = renderer(options.data, options.shades, options.region, "train", seed)
+        for rgb8, values in source.batches(options.batch):
             yield torch.from_numpy(rgb8), torch.from_numpy(to_targets(values)).float()
 
 
@@ -89,8 +89,8 @@ def error_of(estimated: Tensor, targets: Tensor) -> Tensor:
 
 def held_out(options: argparse.Namespace) -> tuple[Tensor, Tensor]:
     """Varied crops of people and products of the validation split, always the same."""
-    one = renderer(options.data, options.shades, options.region, "validation", seed=1)
-    rgb8, values = next(one.batches(options.held_out, mix=1))
+    source = renderer(options.data, options.shades, options.region, "validation", seed=1)
+    rgb8, values = next(source.batches(options.held_out, mix=1))
     return torch.from_numpy(rgb8), torch.from_numpy(to_targets(values)).float()
 
 

@@ -31,9 +31,9 @@ BATCH, RATE, DECAY = 128, 1e-3, 0.05
 
 def drawn(options: argparse.Namespace, net: ReferenceNet) -> tuple[Tensor, Tensor]:
     """Colours (N, S) of the squares of new crops, and targets (N, 7)."""
-    one = renderer(options.data, options.shades, options.region, "train", seed=21)
+    source = renderer(options.data, options.shades, options.region, "train", seed=21)
     squares, targets = [], []
-    batches = one.batches(64)
+    batches = source.batches(64)
     for _ in range(int(options.crops) // 64):
         rgb8, values = next(batches)
         squares.append(net.squares(normalise(torch.from_numpy(rgb8))))
