@@ -1,4 +1,7 @@
-"""Trains and evaluates the nets. No part of the product imports it, and it alone imports PyTorch."""
+"""Trains and evaluates the nets.
+
+No part of the product imports it, and it alone imports PyTorch.
+"""
 
 import os
 

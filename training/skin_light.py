@@ -3,9 +3,9 @@
     python -m makeup_video.training.skin_light shades.csv --faces portraits
 
 shades.csv: foundation shades with a column `hex`, sRGB. They show how skin varies.
-portraits: a folder of pictures of people of every skin tone in soft, white light, and labels.npz with
-their names and points. They show the average skin in a picture, which is darker and paler than a
-swatch. Every lightness has the same weight, else dark skin would hardly count.
+portraits: a folder of pictures of people of every skin tone in soft, white light, and labels.npz
+with their names and points. They show the average skin in a picture, which is darker and paler than
+a swatch. Every lightness has the same weight, else dark skin would hardly count.
 """
 
 import argparse
@@ -44,7 +44,10 @@ def lightness(log_linear: np.ndarray) -> np.ndarray:
 
 
 def fit_covariance(log_linear: np.ndarray) -> np.ndarray:
-    """Covariance (3, 3) of shades, without the tenth that is furthest off; lightnesses weigh the same."""
+    """Covariance (3, 3) of shades, without the tenth that is furthest off.
+
+    Lightnesses weigh the same.
+    """
     low, high = LIGHTNESSES
     light = lightness(log_linear)
     within = (light >= low) & (light < high)

@@ -11,8 +11,8 @@ from makeup_video.pipeline.frames.frame import Frame
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
 PATCH_SPAN = 1.15  # width of a lip patch, in IOD
 MIN_FACE_PX = 40  # width; smaller faces are not painted
-# mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score under
-# 0.1, mouths over 0.9.
+# mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score
+# under 0.1, mouths over 0.9.
 _MOUTH_SEEN = 0.2, 0.5
 
 
@@ -41,7 +41,8 @@ class Face:
 
     points_px: (478, 3) float32: x, y in pixels of the stored picture (pixel centres at whole
     numbers), z in the same unit, smaller is nearer; MediaPipe's Face Mesh order.
-    score: the probability that this is a face. mouth_visible: the probability that its mouth is seen.
+    score: the probability that this is a face. mouth_visible: the probability that its mouth is
+    seen.
     track_id: the number of the face, the same in all frames; in a single picture 0, 1, ... by size,
     the largest first, equally large ones from left to right.
     lips: where lipstick goes in this very picture.
@@ -120,7 +121,7 @@ def iod_px(face: Face) -> float:
 
 
 def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
-    """The faces whose numbers are all finite: one NaN would spoil every frame it is smoothed with."""
+    """The faces whose numbers are all finite: one NaN would spoil all that it is smoothed with."""
     return tuple(face for face in item.faces if _is_finite(face))
 
 

@@ -1,4 +1,4 @@
-"""The landmarks of one face in one picture: located from a detection, followed into the next frame."""
+"""The landmarks of one face: located from a detection, and followed into the next frame."""
 
 import math
 from collections.abc import Sequence
@@ -19,8 +19,8 @@ MAX_DETECTIONS = 64
 # already followed may look doubtful for a moment.
 _A_FACE, _STILL_A_FACE = 0.85, 0.4
 _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
-# Least scores after each pass of the mesh net from a detection, below which there is no further pass.
-# A detection may be off by half a face, so the score means nothing before the second pass.
+# Least scores after each pass of the mesh net from a detection, below which there is no further
+# pass. A detection may be off by half a face, so the score means nothing before the second pass.
 _LEAST_SCORES, _LEAST_SCORES_CAREFULLY = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
 # How far a face moves between two frames: IOD, log scale or radians, whichever is largest.
 _MOVED_FAR = 0.12  # more: the mesh net reads the face once more, at its new pose
@@ -29,8 +29,8 @@ _JERK = 0.05  # more than a resting face moves in its first frame of motion
 _FAST = 0.08  # more: the mesh net reads every frame
 # Between two runs of the mesh net; at more the smoothed lips of a still face shake.
 MESH_SECONDS = 0.09
-# IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of the
-# lip and eye nets lie in the wrong place.
+# IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of
+# the lip and eye nets lie in the wrong place.
 _STRAYED = 0.2
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
 _SHRUNK = 0.3  # log scale in MESH_SECONDS: more than any face changes
@@ -81,8 +81,8 @@ def detect(
 ) -> list[Similarity]:
     """Poses of faces that the detector finds at any of these input sizes, surest first.
 
-    sides_px: longer sides of the detector's input; none is larger than the picture. Several poses may
-    be of one face. There are at most MAX_DETECTIONS, to bound the time of a frame.
+    sides_px: longer sides of the detector's input; none is larger than the picture. Several poses
+    may be of one face. There are at most MAX_DETECTIONS, to bound the time of a frame.
     """
     longer_px = math.ceil(max(picture.width_px, picture.height_px))
     detections: list[tuple[float, Similarity]] = []
@@ -130,9 +130,9 @@ def relocate(
 ) -> FaceLandmarks | None:
     """The same face a frame later, at `seconds` of the film; None when it is gone.
 
-    The lip and eye nets read every frame, at the place that the face's motion leads to. The mesh net
-    runs now and then: it reads the other points, and checks that this still is a face. In between, the
-    other points move along. doubtfully: check the mirrored crop, too.
+    The lip and eye nets read every frame, at the place that the face's motion leads to. The mesh
+    net runs now and then: it reads the other points, and checks that this still is a face. In
+    between, the other points move along. doubtfully: check the mirrored crop, too.
     """
     age = seconds - before.meshed_seconds
     is_due = doubtfully or before.moved > _FAST or not 0 <= age < MESH_SECONDS
@@ -143,7 +143,10 @@ def relocate(
 
 
 def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmarks | None:
-    """The same face a frame later, moved by its measured motion; None when the nets must read it."""
+    """The same face a frame later, moved by its measured motion.
+
+    None when the nets must read it.
+    """
     part_xy = motion.move(before.xy[nets.part_points])
     centres = nets.part_centres(part_xy)
     step = _step_between(before.centres, centres)
@@ -215,8 +218,8 @@ def _step_between(before: Sequence[complex], now: Sequence[complex]) -> Similari
 def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
     """Whether the lips jumped or vanished, or a resting face moved at once.
 
-    Something may be in front of the lips. Or the film skipped a frame, and lips and eyes were read in
-    the wrong place.
+    Something may be in front of the lips. Or the film skipped a frame, and lips and eyes were read
+    in the wrong place.
     """
     jump = abs(found.centres[0] - found.step.apply(before.centres[0]))
     if jump > _LIPS_JUMP * iod_of(found.pose) or found.painted_px < before.painted_px / 2:

@@ -11,10 +11,10 @@ _INVISIBLE = 1 / 512  # half a code value of 8 bits
 def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
     """The weight of lipstick at every pixel: 1 on the lips, 0 beyond their soft edge.
 
-    rgb8: (H, W, 3) uint8, encoded R'G'B', the picture that `face` was found in.
-    Returns (H, W) float32 in [0, 1]. The mouth opening is 0, so teeth keep their colour, and so is a
-    hand in front of the lips. All is 0 when the mouth is hidden (`mouth_visible`), and when the lips
-    lie outside the picture. Raises ValueError for another shape or dtype.
+    rgb8: (H, W, 3) uint8, encoded R'G'B', the picture that `face` was found in. Returns (H, W)
+    float32 in [0, 1]. The mouth opening is 0, so teeth keep their colour, and so is a hand in front
+    of the lips. All is 0 when the mouth is hidden (`mouth_visible`), and when the lips lie outside
+    the picture. Raises ValueError for another shape or dtype.
     """
     check_rgb8(rgb8)
     size = np.array(rgb8.shape[1::-1])

@@ -57,6 +57,9 @@ def read(name: str, folder: Traversable = SHIPPED) -> bytes:
 
 
 def read_array(name: str, folder: Traversable = SHIPPED) -> np.ndarray:
-    """The array of an .npy weights file, checked against its hash. Raises InstallError as `read` does."""
+    """The array of an .npy weights file, checked against its hash.
+
+    Raises InstallError as `read` does.
+    """
     array: np.ndarray = np.load(io.BytesIO(read(name, folder)), allow_pickle=False)
     return array

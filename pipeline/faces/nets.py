@@ -1,9 +1,9 @@
-"""The four nets: the detector finds faces; the mesh, lips and eye nets read the points of each face.
+"""The four nets: the detector finds faces; the mesh, lip and eye nets read their points.
 
 All geometry is in upright px of a Picture, and points are complex numbers, x + iy. The *pose* of a
-face is the similarity that lays the mean face, whose outer eye corners are 1 apart (the inter-ocular
-distance, IOD), over the face. Every crop is turned and scaled by the pose, so the nets always see an
-upright face of the same size. docs/models.md describes how each net was trained.
+face is the similarity that lays the mean face, whose outer eye corners are 1 apart (the
+inter-ocular distance, IOD), over the face. Every crop is turned and scaled by the pose, so the nets
+always see an upright face of the same size. docs/models.md describes how each net was trained.
 """
 
 import math
@@ -64,7 +64,8 @@ _EYE = _NetInput((64, 48), 0.72)
 class CropLayout(NamedTuple):
     """Where the crops of a face lie, in upright px.
 
-    pose: turn and scale of all crops. centres: of the crops of the lips, the left and the right eye.
+    pose: turn and scale of all crops. centres: of the crops of the lips, the left and the right
+    eye.
     """
 
     pose: Similarity
@@ -210,9 +211,9 @@ class FaceNets:
     def merge_mesh(self, xy: np.ndarray, z: np.ndarray, mesh: Mesh, strayed_px: float) -> bool:
         """Moves the points, in place, to those of the mesh.
 
-        Lips and eyes are moved only where they strayed by more than strayed_px. The rest is moved by
-        a share of the difference where that is small: it is noise, and would jolt the face's pose.
-        Returns True when lips or eyes had strayed.
+        Lips and eyes are moved only where they strayed by more than strayed_px. The rest is moved
+        by a share of the difference where that is small: it is noise, and would jolt the face's
+        pose. Returns True when lips or eyes had strayed.
         """
         rest, parts = self.rest_points, self.part_points
         off = (mesh.xy - xy)[rest]
@@ -248,8 +249,8 @@ def _complex(offsets: np.ndarray) -> np.ndarray:
 def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Similarity]]:
     """(6, rows, columns) of the detector -> (logit, pose) in px of its input, surest first.
 
-    Of each cell: the logit of a face, dx and dy to the centre of the face in cells, the logarithm of
-    its IOD in cells, cosine and sine of its turn. threshold: the least probability of a face.
+    Of each cell: the logit of a face, dx and dy to the centre of the face in cells, the logarithm
+    of its IOD in cells, cosine and sine of its turn. threshold: the least probability of a face.
     """
     logits = cells[0]
     rows, columns = np.nonzero(logits > math.log(threshold / (1 - threshold)))
@@ -270,7 +271,7 @@ def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Simil
 
 
 def _cell_values(cells: np.ndarray, row: int, column: int) -> np.ndarray:
-    """(5,) values of a cell; for a large face, the mean over its neighbours, weighted by probability.
+    """(5,) values of a cell; for a large face, the mean with its neighbours by probability.
 
     The neighbours of a small face's cell may belong to another face, so they do not count.
     """

@@ -1,7 +1,7 @@
 """Measures how a face moved between two frames from its luma: cheaper than running the nets again.
 
-Dense inverse search (Kroeger et al., "Fast Optical Flow using Dense Inverse Search", ECCV 2016) on a
-small upright crop takes a sixth of the work of the nets; docs/live.md has what is lost.
+Dense inverse search (Kroeger et al., "Fast Optical Flow using Dense Inverse Search", ECCV 2016) on
+a small upright crop takes a sixth of the work of the nets; docs/live.md has what is lost.
 """
 
 from dataclasses import dataclass
@@ -74,8 +74,8 @@ class Motion:
             self.flow, to_crop, (wide, high), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_REPLICATE,
         )  # fmt: skip
-        # The flow leads each pixel of the patch to where it is now. The flow is smooth, so what lies
-        # at a pixel now came from about as far on the opposite side.
+        # The flow leads each pixel of the patch to where it is now. The flow is smooth, so what
+        # lies at a pixel now came from about as far on the opposite side.
         now_to_patch = compose(invert(now_to_px), self.now.to_px)
         places = pixel_places((wide, high))
         moved = compose(now_to_patch, to_crop).astype(np.float32) @ places

@@ -1,4 +1,7 @@
-"""Which of MediaPipe's 478 points are lips, eyes and oval; left and right are those of the picture."""
+"""Which of MediaPipe's 478 points are lips, eyes and oval.
+
+Left and right are those of the picture.
+"""
 
 import numpy as np
 

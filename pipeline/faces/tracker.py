@@ -41,7 +41,8 @@ DETECT_SECONDS = 0.24  # between two detections of new faces
 SEARCH_SECONDS = 0.08  # the same while no face is followed, or one was lost a moment ago
 # The same two on a machine that is too slow: see FindFaces.level.
 SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
-# A face that reappears near its place within this time keeps its number, even if it is another person.
+# A face that reappears near its place within this time keeps its number, even if it is another
+# person.
 REMEMBER_SECONDS = 2.0
 SETTLED_SECONDS = 0.5  # how long a face must keep a new size before the track takes it over
 RETURN_REACH = 1.5  # how far off it may reappear, as of `distance`
@@ -89,8 +90,8 @@ class FindFaces:
 
     pixel_aspect: the stream's sample aspect ratio.
     level: of the live frame budget, set between two frames. From level 1 on the detector runs less
-    often. From level 2 on the nets read each face in every second frame; in between, the face moves by
-    its measured motion, where that is reliable.
+    often. From level 2 on the nets read each face in every second frame; in between, the face moves
+    by its measured motion, where that is reliable.
     tiny_faces: how many faces were left out because they are too small, counted at each detection.
     frames_with_face: how many frames had a face. faces: how many tracks there were.
     """
@@ -192,7 +193,7 @@ class FindFaces:
         return not 0 <= seconds - self._last_detection_seconds < wait - 1e-6
 
     def _search(self, picture: Picture, seconds: float) -> None:
-        """The detection that is due: beside followed faces, else at another size or tilt each time."""
+        """Detect beside followed faces, else with the next input size and tilt."""
         self._detections += 1
         if self._followed():
             self._detect(picture, seconds, BESIDE_SIDES_PX)

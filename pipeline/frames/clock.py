@@ -31,9 +31,9 @@ class MediaClock:
 class EvenTimes:
     """Arrival times whose shortest steps are stretched to most of the usual step.
 
-    A camera takes its pictures evenly, but a busy machine may receive two at once. With the times as
-    they arrive, the second picture would seem to hold enormous noise, and hardly count. The steps
-    that follow are shortened by the time added.
+    A camera takes its pictures evenly, but a busy machine may receive two at once. With the times
+    as they arrive, the second picture would seem to hold enormous noise, and hardly count. The
+    steps that follow are shortened by the time added.
     """
 
     def __init__(self) -> None:

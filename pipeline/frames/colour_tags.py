@@ -61,8 +61,8 @@ class ColourTags:
 def resolve(tags: ColourTags, width_px: int, height_px: int, bit_depth: int) -> Coding:
     """The coding that the tags mean, with every missing tag filled in.
 
-    Matrix: BT.2020 for BT.2020 primaries, PQ and HLG; else by size, as players do: BT.709 from 1280 px
-    of width or 577 lines on, BT.601 below.
+    Matrix: BT.2020 for BT.2020 primaries, PQ and HLG; else by size, as players do: BT.709 from 1280
+    px of width or 577 lines on, BT.601 below.
     Range: limited.
     Transfer: everything but PQ and HLG counts as sRGB.
     Primaries: BT.2020 with its matrix, else BT.709.

@@ -64,7 +64,8 @@ class Frame:
             )
         if _HIGH_BITS.match(self.pix_fmt) or self.pix_fmt in ("nv21", "nv42"):
             raise ValueError(
-                f"a frame cannot be {self.pix_fmt}: its samples lie in the high bits, or Cr before Cb"
+                f"a frame cannot be {self.pix_fmt}: its samples lie in the high bits, "
+                "or Cr before Cb"
             )
         if self.rotation_degrees not in (0, 90, 180, 270):
             raise ValueError(
@@ -117,7 +118,10 @@ def coding_of(frame: Frame) -> Coding:
 
 
 def plane_views(picture: av.VideoFrame, bit_depth: int) -> tuple[np.ndarray, ...]:
-    """Writable views of a picture's planes, without the padding of their lines; see Frame.planes."""
+    """Writable views of a picture's planes, without the padding of their lines.
+
+    See Frame.planes.
+    """
     dtype = np.dtype(np.uint8 if bit_depth <= 8 else np.uint16)
     interleaved = picture.format.name in ("nv12", "nv16")
     views = []

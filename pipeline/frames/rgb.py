@@ -28,7 +28,7 @@ def to_frame(stored: np.ndarray, rotation_degrees: int = 0) -> Frame:
 
 
 def merge(stored: np.ndarray, frame: Frame, before: list[np.ndarray]) -> np.ndarray:
-    """The stored pixels; those that differ between `before` and the frame are converted back from it.
+    """The stored pixels, with those that painting changed converted back from the frame.
 
     stored: as for to_frame. before: the frame's planes before painting. The very same array when
     nothing changed.

@@ -1,7 +1,7 @@
 """Reads samples from planes: crops under any affine map, and single points.
 
-Only the pixels under a crop are read. A crop may be turned, and may reach beyond the plane, where the
-border is repeated.
+Only the pixels under a crop are read. A crop may be turned, and may reach beyond the plane, where
+the border is repeated.
 """
 
 from collections.abc import Sequence

@@ -7,8 +7,8 @@ import numpy as np
 from makeup_video.pipeline.frames.sampling import halved
 
 _GRID_WH = (32, 18)
-# At least so many samples are averaged for each cell, so that grain does not look like another scene.
-# They come from few whole rows, because memory is read 64 px at a time.
+# At least so many samples are averaged for each cell, so that grain does not look like another
+# scene. They come from few whole rows, because memory is read 64 px at a time.
 _SAMPLES = 128
 # Correlation of neighbouring frames: pans and waving hands stay above 0.8, other scenes below 0.4.
 _SAME_SCENE = 0.5
@@ -19,8 +19,8 @@ _FLAT = 3.0
 class CutDetector:
     """Compares each frame's luma, on a coarse grid, with the last frame that was not flat.
 
-    The correlation does not depend on brightness and contrast, and flat frames are skipped. So flashes
-    and fades are no cuts, unless another scene follows.
+    The correlation does not depend on brightness and contrast, and flat frames are skipped. So
+    flashes and fades are no cuts, unless another scene follows.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class CutDetector:
 
 
 def _few_rows(luma: np.ndarray) -> np.ndarray:
-    """The rows that the grid is averaged from: the least power of two a cell with enough samples."""
+    """The rows to average: the least power of two for each cell that gives enough samples."""
     rows, (h, w) = 1, luma.shape
     while rows * w < _SAMPLES * _GRID_WH[0] and rows * _GRID_WH[1] * 2 <= h:
         rows *= 2

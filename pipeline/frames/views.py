@@ -123,7 +123,7 @@ class FramePicture:
     def _rgb_around(
         self, to_px: np.ndarray, sizes: Sequence[tuple[int, int]]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The part of the picture under crops (K, 2, 3), (H, W, 3), and the maps crop px -> part px.
+        """The part (H, W, 3) of the picture under crops (K, 2, 3), and the maps crop px -> part px.
 
         The part is converted to RGB once for all crops: the closer they lie, the smaller it is.
         """

@@ -20,8 +20,8 @@ GREY_CODES = 4.0
 # Least median of a face's brightest channel: below it, the camera's noise outweighs the signal. In
 # portraits in poor light it is 45 or more.
 DARK_CODES = 25
-# Where two channels clip at white, the hue is lost. In ordinary lips that share is 0.04 at most, shine
-# included.
+# Where two channels clip at white, the hue is lost. In ordinary lips that share is 0.04 at most,
+# shine included.
 LOST_CODE, MOST_LOST = 254, 0.2
 # Least share of a region's points in the picture, so that at most the region's rim is cut off.
 _NEARLY_ALL = 0.9
@@ -30,8 +30,8 @@ _NEARLY_ALL = 0.9
 def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
     """The face to read, of faces sorted by size. Raises PhotoError.
 
-    chosen: "largest", the number of a face, or "" for the only one, as in look_from_photo. Much smaller
-    faces in the background do not count.
+    chosen: "largest", the number of a face, or "" for the only one, as in look_from_photo. Much
+    smaller faces in the background do not count.
     """
     if not faces:
         raise PhotoError(
@@ -79,7 +79,7 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
 
 
 def width_px(face: Face) -> float:
-    """The width of the face: between the outermost points of its oval, along the line of the eyes."""
+    """The width of the face: between the outermost points of its oval, along the eyes."""
     across = face.points_px[EYE_CORNERS[1], :2] - face.points_px[EYE_CORNERS[0], :2]
     along = face.points_px[FACE_OVAL, :2] @ across / max(math.hypot(*across.tolist()), 1e-9)
     return float(np.ptp(along))

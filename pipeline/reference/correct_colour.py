@@ -1,8 +1,8 @@
 """Corrects the colour of a lipstick read from a photo by painting it on the same photo once more.
 
-An opaque lipstick painted over itself should change nothing. What it changes is an error of the net,
-in the light and with the camera of this photo. A sheer lipstick does change lips that already wear it;
-how much follows from its opacity.
+An opaque lipstick painted over itself should change nothing. What it changes is an error of the
+net, in the light and with the camera of this photo. A sheer lipstick does change lips that already
+wear it; how much follows from its opacity.
 """
 
 from dataclasses import replace
@@ -22,8 +22,8 @@ from makeup_video.pipeline.render.scene import SceneLight
 IOD_PX = 140  # distance of the outer eye corners in the crop: enough for a mean colour
 COVER = 0.95  # how much opacity 1 hides: what is under it still shows in the texture
 GAIN = 0.8  # share of the correction that is applied: the other numbers have errors too
-# Below the first opacity nothing is corrected, above the second everything: a photo of a sheer lipstick
-# shows more of the lips than of the lipstick.
+# Below the first opacity nothing is corrected, above the second everything: a photo of a sheer
+# lipstick shows more of the lips than of the lipstick.
 SHEER, OPAQUE = 0.45, 0.75
 BARE_LIPS = np.array([178.5, 119.9, 107.1])  # R'G'B' codes in neutral light: what shows through
 _MARGIN = 0.15  # around the lips, of the distance of the eye corners
@@ -65,7 +65,7 @@ def _crop_lips(rgb8: np.ndarray, face: Face) -> tuple[np.ndarray, Face]:
 def _paint(
     rgb8: np.ndarray, face: Face, light: SceneLight, lips: GraphicsParams
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The picture with the lipstick on, (H, W, 3) uint8, and where it covers the lips, (H, W) bool."""
+    """The picture with the lipstick on, (H, W, 3) uint8, and where it covers, (H, W) bool."""
     stored = np.ascontiguousarray(rgb8[..., ::-1])
     frame = to_frame(stored)
     before = [plane.copy() for plane in frame.planes]

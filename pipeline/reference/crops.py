@@ -84,7 +84,10 @@ def net_input(crop: np.ndarray, places: np.ndarray, light: SceneLight) -> np.nda
 def read_input(
     picture: RgbPicture, face: Face, region: str, light: SceneLight
 ) -> np.ndarray | None:
-    """The input of a region's net from a picture, (H, W, 3) uint8; None when the eyes are not seen."""
+    """The input of a region's net from a picture, (H, W, 3) uint8.
+
+    None when the eyes are not seen.
+    """
     places = input_places(face, region)
     if places is None:
         return None
@@ -94,8 +97,8 @@ def read_input(
 def divide_light(rgb8: np.ndarray, light: SceneLight) -> np.ndarray:
     """(..., 3) uint8 as it would appear in neutral light of full strength; too bright is white.
 
-    rgb8, in and out: R'G'B' as sRGB encodes it. So a product shows its own colour, whatever the light
-    of the photo.
+    rgb8, in and out: R'G'B' as sRGB encodes it. So a product shows its own colour, whatever the
+    light of the photo.
     """
     gain = np.maximum(light.colour.astype(np.float64) * light.strength, _DARKEST)
     codes = np.repeat(np.arange(256)[:, None] / 255, 3, axis=1)

@@ -1,8 +1,8 @@
 """Reads a look from a photo: photo -> face -> crops of lips and eyes -> seven numbers each -> Look.
 
-The crops are sampled, and the light on the face is divided out, exactly as in training (crops.py). The
-other ten settings of a product are those of the finish nearest to the seven numbers. The colour of a
-lipstick is corrected at the end (correct_colour.py).
+The crops are sampled, and the light on the face is divided out, exactly as in training (crops.py).
+The other ten settings of a product are those of the finish nearest to the seven numbers. The colour
+of a lipstick is corrected at the end (correct_colour.py).
 """
 
 import math
@@ -31,13 +31,13 @@ from makeup_video.pipeline.render.scene import SceneLight
 from makeup_video.pipeline.render.scene_light import light_of
 
 THREADS = 2  # of each net; a photo is read once, before the film needs the cores
-# More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips would
-# come out frosted.
+# More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips
+# would come out frosted.
 MOST_GLOSS, MOST_REFLECTION = 3.0, 0.35
 # Below all three a region is bare: so little makeup cannot be distinguished from skin.
 BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.2, 0.4, 0.2
-# Light is read from a copy whose outer eye corners are this far apart, as in training, and that has no
-# more pixels than this. With the eyes 20 px apart, the light is still the same within 1 %.
+# Light is read from a copy whose outer eye corners are this far apart, as in training, and that has
+# no more pixels than this. With the eyes 20 px apart, the light is still the same within 1 %.
 _LIGHT_IOD_PX, _LIGHT_PX = 69, 1_000_000
 
 
@@ -47,12 +47,13 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
     face: whose makeup, as `find_faces` found the face in this very picture; None: the only face.
     Colours are those of the product in neutral light, whatever the light of the photo. Eyes beyond
-    the border of the picture are bare. zone, intensity and strength are a Look's defaults, because a
-    photo does not show them.
+    the border of the picture are bare. zone, intensity and strength are a Look's defaults, because
+    a photo does not show them.
 
-    Raises PhotoError with the reason when no look can be read: no face, several faces and none chosen,
-    a face that is too small, turned too far, too dark or grey, a mouth that is covered, overexposed
-    lips. Raises ValueError for another shape or dtype, InstallError when the nets are missing.
+    Raises PhotoError with the reason when no look can be read: no face, several faces and none
+    chosen, a face that is too small, turned too far, too dark or grey, a mouth that is covered,
+    overexposed lips. Raises ValueError for another shape or dtype, InstallError when the nets are
+    missing.
     """
     check_rgb8(rgb8)
     face = choose_face(find_faces(rgb8)) if face is None else face
@@ -77,8 +78,8 @@ def look_from_photo(
 
     face: None or "" for the only face, "largest", or the number of a face, 0 being the largest.
     name: what messages call a photo that comes as bytes; a file has its own name.
-    read: decodes a photo that comes as bytes in place of `read_photo`, given the bytes and the name.
-    Raises PhotoError and InputError, which name the file, UsageError for another `face`, and
+    read: decodes a photo that comes as bytes in place of `read_photo`, given the bytes and the
+    name. Raises PhotoError and InputError, which name the file, UsageError for another `face`, and
     TooLittleMemoryError.
     """
     chosen = "" if face is None else str(face)

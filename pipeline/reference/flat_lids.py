@@ -1,9 +1,9 @@
 """Lays both lids flat, as the input of the reference net: every zone always has the same place.
 
-Lids are thin, and their height differs from face to face: in a plain crop a net spends its capacity on
-finding them. Here a row is a height between lash line, crease and brow, as in the eye-shadow's zones
-(render/regions/eyes.py), and a column a place between the corners. The eye and some skin follow below
-the lash line.
+Lids are thin, and their height differs from face to face: in a plain crop a net spends its capacity
+on finding them. Here a row is a height between lash line, crease and brow, as in the eye-shadow's
+zones (render/regions/eyes.py), and a column a place between the corners. The eye and some skin
+follow below the lash line.
 """
 
 import cv2
@@ -24,8 +24,8 @@ _OUT = (-0.72, 0.92)  # place of the first and the last column: inner corner -0.
 def flat_lids(face: Face, to_crop: AffineArray) -> np.ndarray | None:
     """Where in a crop each pixel of the flat lids lies: (2, 64, 160) float32, x and y.
 
-    to_crop: (2, 3), picture px -> crop px. An eye that cannot be seen is replaced by the mirror image
-    of the other; None when neither can.
+    to_crop: (2, 3), picture px -> crop px. An eye that cannot be seen is replaced by the mirror
+    image of the other; None when neither can.
     """
     places = [None if eye is None else _places(*eye) for eye in lid_curves(face)]
     seen = [eye for eye in places if eye is not None]
@@ -38,7 +38,10 @@ def flat_lids(face: Face, to_crop: AffineArray) -> np.ndarray | None:
 
 
 def _places(grid: Grid, curves: np.ndarray) -> np.ndarray:
-    """(2, 64, 80) px of the picture, for one eye. curves: lash line, crease and brow on its grid."""
+    """(2, 64, 80) px of the picture, for one eye.
+
+    curves: lash line, crease and brow on its grid.
+    """
     columns = np.linspace((_OUT[0] - LEFT) / STEP, (_OUT[1] - LEFT) / STEP, FLAT_WH[0] // 2)
     lash, crease, brow = (np.interp(columns, np.arange(SIZE_WH[0]), curve) for curve in curves)
     up = np.linspace(_HIGHEST, 0, _ABOVE)[:, None]

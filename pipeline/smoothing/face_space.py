@@ -12,17 +12,17 @@ from makeup_video.pipeline.faces.face import POINTS, Face, LipPatch
 from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import Affine
 
-# Points that speech and blinks move least: eye corners, the bridge and wings of the nose, brows, and
-# the upper half of the oval. There are many, so that their own noise averages out.
+# Points that speech and blinks move least: eye corners, the bridge and wings of the nose, brows,
+# and the upper half of the oval. There are many, so that their own noise averages out.
 STABLE = np.array([
     33, 133, 362, 263, 168, 6, 197, 195, 5, 4, 129, 358,
     70, 63, 105, 66, 107, 336, 296, 334, 293, 300,
     10, 338, 297, 332, 284, 251, 389, 356, 454, 234, 127, 162, 21, 54, 103, 67, 109,
 ])  # fmt: skip
 
-# What two moments of a face are compared by, and what each is smoothed by, apart from the others. Of
-# the eyes only the lids are compared: the rings around the lids hardly move in a blink and would hide
-# it. Of the rest every fifth point is enough.
+# What two moments of a face are compared by, and what each is smoothed by, apart from the others.
+# Of the eyes only the lids are compared: the rings around the lids hardly move in a blink and would
+# hide it. Of the rest every fifth point is enough.
 REGIONS = ("lips", "left lids", "right lids", "rest", "pose", "patch")
 LIPS_REGION, POSE_REGION, PATCH_REGION = 0, 4, 5
 _REST = np.setdiff1d(np.arange(POINTS), np.concatenate([LIPS, EYE, RIGHT_EYE]))
@@ -43,8 +43,8 @@ _SAME_PX = 0.01  # a crop less off than this counts as the track's crop: no inte
 class Readings:
     """Faces of one track at several moments, as numbers that may be averaged.
 
-    values: (N, 478 * 3) float32, x and y of one point after the other in the face's own coordinates,
-    then z of all points.
+    values: (N, 478 * 3) float32, x and y of one point after the other in the face's own
+    coordinates, then z of all points.
     pose: (N, 4) float64, x, y, log scale and turn of those coordinates.
     patches: (N, H, W) float32, the logits in the track's crop.
     keys: (N, K) float64, what moments are compared by.
@@ -146,7 +146,7 @@ class FaceSpace:
         return cmath.rect(scale, turn), self._origin + self._unit * complex(x, y)
 
     def _lips_to_px(self, xy: np.ndarray, pose: list[float]) -> Affine:
-        """From lip coordinates to px: their origin is the mean of the lips, they turn with the face."""
+        """From lip coordinates, which have the mean of the lips as origin, to px."""
         factor, middle = self._to_px(pose)
         middle += factor * complex(xy.take(LIPS).sum()) / len(LIPS)
         return Affine(factor.real, -factor.imag, middle.real, factor.imag, factor.real, middle.imag)
@@ -196,7 +196,10 @@ def _xy_and_z(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _warp(logits: np.ndarray, to_source: Affine) -> np.ndarray:
-    """(H, W) float32 with each pixel taken at to_source; the border is repeated beyond the edges."""
+    """(H, W) float32 with each pixel taken at to_source.
+
+    The border is repeated beyond the edges.
+    """
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     size_wh = logits.shape[1], logits.shape[0]
     return cv2.warpAffine(

@@ -16,8 +16,8 @@ _FALL = 0.7
 # e to this power is no weight at all; smaller weights would be denormal numbers, which are slow.
 _NO_WEIGHT = -40.0
 
-# At rest, and at steady speed. Lids have no steady speed: a line through both sides of a blink would
-# only make the blink shallower.
+# At rest, and at steady speed. Lids have no steady speed: a line through both sides of a blink
+# would only make the blink shallower.
 _MAY_MOVE = np.array([[1, 1, 1, 1, 1, 1], [1, 0, 0, 1, 1, 1]])[..., None]
 
 
@@ -27,10 +27,10 @@ def local_linear_taps(
     """How much each moment counts for the smoothed value at moment `now`, per region.
 
     apart: (regions, N, N), see Readings. from_now: N seconds, NaN for a moment that does not count.
-    Returns (regions, N) float64 whose rows sum to 1. They give the value at `now` of the straight line
-    fitted by weighted least squares, so steady motion has no lag, even in a one-sided window (Fan,
-    1993). The weights fall with time, and with the distance from what `now` alone predicts: the
-    bilateral filter (Tomasi & Manduchi, 1998) about a moving centre.
+    Returns (regions, N) float64 whose rows sum to 1. They give the value at `now` of the straight
+    line fitted by weighted least squares, so steady motion has no lag, even in a one-sided window
+    (Fan, 1993). The weights fall with time, and with the distance from what `now` alone predicts:
+    the bilateral filter (Tomasi & Manduchi, 1998) about a moving centre.
     """
     steps, by_time, near = [], [], []
     for seconds in from_now:

@@ -1,7 +1,7 @@
-"""Smooths faces with a look ahead, for files, so that a still face in a noisy film does not shimmer.
+"""Smooths faces with frames ahead, for files: a still face in a noisy film does not shimmer.
 
-Time is that of the frames (pts * time_base), never a count of frames. The pose and each region of the
-shape are smoothed apart, and only as far as differences look like noise.
+Time is that of the frames (pts * time_base), never a count of frames. The pose and each region of
+the shape are smoothed apart, and only as far as differences look like noise.
 """
 
 import math
@@ -22,8 +22,8 @@ from makeup_video.pipeline.smoothing.local_linear import local_linear_taps
 from makeup_video.pipeline.smoothing.noise_level import NOISE_MOMENTS, NoiseLevel
 from makeup_video.pipeline.smoothing.tracks import Tracks
 
-# Of score and mouth_visible, which must follow within a frame or two: standard deviation of the weight
-# by time here, time constant of the live filter.
+# Of score and mouth_visible, which must follow within a frame or two: standard deviation of the
+# weight by time here, time constant of the live filter.
 SCORE_SECONDS = 0.025
 # (regions, columns) values flattened -> each column from the region that it belongs to.
 _OWN = REGION_OF_COLUMN * len(REGION_OF_COLUMN) + np.arange(len(REGION_OF_COLUMN))
@@ -32,10 +32,11 @@ _OWN = REGION_OF_COLUMN * len(REGION_OF_COLUMN) + np.arange(len(REGION_OF_COLUMN
 class SmoothAhead:
     """FrameFaces -> FrameFaces, a few frames later, without lag.
 
-    The time window reaches `window_seconds` to both sides, but never more than `ahead_frames` frames.
-    Those frames are held in memory (12 MB each at 2160p, 25 MB with 10 bits), and a hardware decoder
-    has only so many pictures to lend. Four frames make nine moments, so noise falls to a third; a
-    quarter would take twice the memory. Faces with numbers that are not finite are left out.
+    The time window reaches `window_seconds` to both sides, but never more than `ahead_frames`
+    frames. Those frames are held in memory (12 MB each at 2160p, 25 MB with 10 bits), and a
+    hardware decoder has only so many pictures to lend. Four frames make nine moments, so noise
+    falls to a third; a quarter would take twice the memory. Faces with numbers that are not finite
+    are left out.
     """
 
     def __init__(
@@ -52,8 +53,8 @@ class SmoothAhead:
         self.window_seconds, self.ahead_frames = window_seconds, ahead_frames
         size = 2 * ahead_frames + 1
         self._tracks = Tracks(lambda face: _TimeWindow(face, size), gap_seconds)
-        # The frame, its time, and the track and index of each face. A held frame keeps its tracks, so
-        # a track that has ended still smooths the frames that it was in.
+        # The frame, its time, and the track and index of each face. A held frame keeps its tracks,
+        # so a track that has ended still smooths the frames that it was in.
         self._held: deque[tuple[FrameFaces, float, list[tuple[_TimeWindow, int]]]] = deque()
 
     def __call__(self, item: FrameFaces) -> FrameFaces | None:

@@ -25,8 +25,8 @@ class NoiseLevel:
     """The variance of a track's readings, per region.
 
     Five consecutive moments are compared with the cubic nearest to them: what is left is noise, and
-    very little motion (second differences were tried, and took a shaking head for noise). The median
-    over the last estimates ignores blinks and syllables.
+    very little motion (second differences were tried, and took a shaking head for noise). The
+    median over the last estimates ignores blinks and syllables.
     """
 
     def __init__(self) -> None:

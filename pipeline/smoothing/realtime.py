@@ -58,7 +58,8 @@ class _Filter:
     ) -> None:
         self.space = FaceSpace(face)
         self.last_seconds = -math.inf
-        # The last reading is the smoothed one: its patch moves to a new crop together with the others.
+        # The last reading is the smoothed one: its patch moves to a new crop together with the
+        # others.
         self._readings = Readings(self.space, NOISE_MOMENTS + 1)
         self._seconds = [0.0] * NOISE_MOMENTS
         self._scores = np.zeros(2)  # score, mouth_visible

@@ -8,7 +8,7 @@ from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 
 def rate_at(step: int, steps: int, highest: float, warm_up: int) -> float:
-    """The learning rate: rises for warm_up steps, stays, and falls to almost 0 from 60 % of them on."""
+    """The learning rate: rises for warm_up steps, stays, and falls to almost 0 after 60 %."""
     return highest * min(1, (step + 1) / warm_up, 2.5 * (1 - step / steps) + 0.005)
 
 
@@ -44,7 +44,10 @@ class Checkpoint:
         self.average.n_averaged.zero_()
 
     def learn(self, loss: Tensor, rate: float, clip: float) -> None:
-        """One step of the optimizer, with the running average. clip: the largest norm of the gradient."""
+        """One step of the optimizer, with the running average.
+
+        clip: the largest norm of the gradient.
+        """
         for group in self.optimizer.param_groups:
             group["lr"] = rate
         self.optimizer.zero_grad(set_to_none=True)
@@ -63,8 +66,13 @@ class Checkpoint:
 
     def save(self, config: tuple[str, int]) -> None:
         """Write the file. config: the net's name, and the number of its points or numbers."""
-        state = {"net": self.net.state_dict(), "average": self.average.state_dict(),
-                 "optimizer": self.optimizer.state_dict(), "step": self.step, "config": config}  # fmt: skip
+        state = {
+            "net": self.net.state_dict(),
+            "average": self.average.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "step": self.step,
+            "config": config,
+        }
         torch.save(state, self.path.with_suffix(".part"))
         self.path.with_suffix(".part").rename(self.path)
 

@@ -1,4 +1,4 @@
-"""Draws endless training crops: turned in depth, misplaced as by a tracker, badly lit, half hidden."""
+"""Draws training crops: turned in depth, misplaced as by a tracker, badly lit, half hidden."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -110,7 +110,7 @@ class Faces:
 
 
 def look_up(grids: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Bilinear samples (N, K) of depth grids (N, G, G) at (N, K, 2), IOD in the face's coordinates."""
+    """Bilinear samples (N, K) of depth grids (N, G, G) at points (N, K, 2) in IOD."""
     cells = grids.shape[1]
     place = ((at / DEPTH_REACH + 1) / 2 * (cells - 1)).clip(0, cells - 1.001)
     low = place.astype(int)
@@ -156,7 +156,7 @@ class Cropper:
         self.coarse = coarse.reshape(-1, 2).astype(np.float32)  # crop px
 
     def geometry(self, index: np.ndarray) -> dict[str, np.ndarray]:
-        """The source of each crop's pixels (px of the picture), and the targets of its points (IOD)."""
+        """The source of each crop's pixels in picture px, and the targets of its points in IOD."""
         rng, faces, spec, n = self.rng, self.faces, self.spec, len(index)
         wide = rng.random(n) < (
             0.25 if self.augment else 0
@@ -187,8 +187,13 @@ class Cropper:
         c, s = np.cos(turn) * np.exp(log_scale), np.sin(turn) * np.exp(log_scale)
         tilt = np.stack([c, -s, s, c], -1).reshape(n, 2, 2)  # face's coordinates -> crop
         target = turned[:, spec.points]
-        target = np.concatenate([(target[..., :2] - centre[:, None]) @ tilt.transpose(0, 2, 1),
-                                 target[..., 2:] * np.exp(log_scale)[:, None, None]], 2)  # fmt: skip
+        target = np.concatenate(
+            [
+                (target[..., :2] - centre[:, None]) @ tilt.transpose(0, 2, 1),
+                target[..., 2:] * np.exp(log_scale)[:, None, None],
+            ],
+            2,
+        )
 
         size = np.array(spec.size_wh, np.float32)
         offset = (self.coarse - (size - 1) / 2) * (spec.span / size[0])  # IOD

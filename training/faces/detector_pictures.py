@@ -1,4 +1,4 @@
-"""Draws training pictures for the detector: faces of any size anywhere, and scenes without a face."""
+"""Draws training pictures for the detector: faces of any size, and scenes without a face."""
 
 import cv2
 import numpy as np
@@ -236,7 +236,10 @@ class Scenes:
 
 
 def ill_exposed(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """The picture at night, overexposed, in fog, under a coloured lamp, or grey. (H, W, 3) uint8."""
+    """The picture at night, overexposed, in fog, under a coloured lamp, or grey.
+
+    (H, W, 3) uint8.
+    """
     picture, kind = rgb8.astype(np.float32), rng.random()
     if kind < 0.3:
         picture *= rng.uniform(0.1, 0.4)

@@ -2,8 +2,8 @@
 
     python -m makeup_video.training.faces.evaluate --faces DIR [--weights runs/weights]
 
-DIR/check and DIR/lipmasks_check are for evaluation alone: nothing is trained or chosen on them. Every
-figure starts from the whole picture, with the product's own detector.
+DIR/check and DIR/lipmasks_check are for evaluation alone: nothing is trained or chosen on them.
+Every figure starts from the whole picture, with the product's own detector.
 """
 
 import argparse
@@ -127,7 +127,7 @@ def measure_masks(folder: Path, nets: FaceNets) -> None:
 
 
 def measure_stillness(nets: FaceNets) -> None:
-    """Measures the jitter of a still face at 720p under noise, and the cost of following the face."""
+    """Measures the jitter of a still face at 720p under noise, and the cost of following it."""
     portrait = cv2.resize(cv2.imread(str(SAMPLE)), (512, 600), interpolation=cv2.INTER_AREA)
     ground = np.full((720, 1280, 3), 110, np.uint8)
     ground[60:660, 384:896] = portrait

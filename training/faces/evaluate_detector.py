@@ -2,9 +2,9 @@
 
     python -m makeup_video.training.faces.evaluate_detector --weights runs/detector.pt
 
-"plain" and "turned" are unchanged pictures. The other scenes are drawn as in training, but with other
-faces and another seed. A face counts as found within half an inter-ocular distance of its place and a
-factor of 1.5 of its size; every other detection is false.
+"plain" and "turned" are unchanged pictures. The other scenes are drawn as in training, but with
+other faces and another seed. A face counts as found within half an inter-ocular distance of its
+place and a factor of 1.5 of its size; every other detection is false.
 """
 
 import argparse
@@ -40,7 +40,7 @@ class Trials(Scenes):
         return self._one(self.rng.uniform(80, 150), self.rng.uniform(0.35, 0.65, 2))
 
     def cut(self) -> Drawn:
-        """One face, IOD 50 to 130 px, its centre within 8 % of a border: half of the face is cut off."""
+        """One face, IOD 50 to 130 px, centre within 8 % of a border: half of it is cut off."""
         centre = self.rng.uniform(0.2, 0.8, 2)
         centre[self.rng.integers(2)] = self.rng.choice([self.rng.uniform(0.01, 0.08), 0.95])
         return self._one(self.rng.uniform(50, 130), centre)
@@ -110,7 +110,7 @@ def read(poses: list[np.ndarray]) -> np.ndarray:
 
 
 def match(found: np.ndarray, faces: np.ndarray) -> tuple[list[list[float]], int]:
-    """Errors of each found face (centre in IOD, log size, turn in degrees), and the false detections."""
+    """Errors of found faces (centre in IOD, log size, turn in degrees), and false detections."""
     errors, left = [], list(found)
     for face in faces:
         for at, one in enumerate(left):
@@ -161,8 +161,15 @@ def main() -> None:
         print(f"{path}: recall and false detections per picture at", *THRESHOLDS,
               f"| centre (IOD), log size, turn (degrees) at {THRESHOLDS[1]}")  # fmt: skip
         for name, drawn in groups.items():
-            print(f"{name:8} {len(drawn):4} ", score(lambda x, net=net: net(
-                normalise(torch.from_numpy(x)).to(memory_format=torch.channels_last)).numpy(), drawn))  # fmt: skip
+            print(
+                f"{name:8} {len(drawn):4} ",
+                score(
+                    lambda x, net=net: net(
+                        normalise(torch.from_numpy(x)).to(memory_format=torch.channels_last)
+                    ).numpy(),
+                    drawn,
+                ),
+            )
 
 
 if __name__ == "__main__":

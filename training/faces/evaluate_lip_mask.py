@@ -1,10 +1,11 @@
 """Evaluates lip masks on mouths outlined by hand, of held-out faces that no net trained on.
 
-    python -m makeup_video.training.faces.evaluate_lip_mask --weights runs/lips.pt --masks runs/lipmasks.npz
+    python -m makeup_video.training.faces.evaluate_lip_mask \\
+        --weights runs/lips.pt --masks runs/lipmasks.npz
 
-Offsets of borders are in % of IOD, positive where too much is painted. The labeller of
-lip_masks.py was fitted to these mouths. Its own masks of them are cross-validated, but the figures of
-a net trained on its masks are slightly flattered.
+Offsets of borders are in % of IOD, positive where too much is painted. The labeller of lip_masks.py
+was fitted to these mouths. Its own masks of them are cross-validated, but the figures of a net
+trained on its masks are slightly flattered.
 """
 
 import argparse
@@ -66,7 +67,10 @@ def offsets(painted: np.ndarray, mouth: Mouth) -> np.ndarray:
 
 
 def magnify(values: np.ndarray, placed: np.ndarray, spec: CropSpec) -> np.ndarray:
-    """The values of a crop on the (360, 500) grid. placed: (2, 3), IOD of the crop -> IOD of the grid."""
+    """The values of a crop on the (360, 500) grid.
+
+    placed: (2, 3), IOD of the crop -> IOD of the grid.
+    """
     size = np.array(values.shape[::-1])
     linear = placed[:, :2] * (spec.span / size[0] * UNIT)
     offset = placed[:, 2] * UNIT + (np.array(SIZE_WH) - 1) / 2 - linear @ ((size - 1) / 2)

@@ -29,8 +29,8 @@ from torch import Tensor, nn
 
 # Weights are stored as float16: the outputs change by a tenth of a pixel of the crop at most.
 TOLERANCE = 2e-3
-# A sum half-way between two integers may be rounded either way, and the outputs then differ by as much
-# as rounding changes them: on average by less than this share of the largest value.
+# A sum half-way between two integers may be rounded either way, and the outputs then differ by as
+# much as rounding changes them: on average by less than this share of the largest value.
 INTEGERS_TOLERANCE = 1e-2
 OUTPUTS = {
     "mesh": ["points", "scores"],

@@ -1,8 +1,8 @@
-"""Writes a rounded net as ONNX that ONNX Runtime computes in integers: QDQ, int8 weights, int32 sums.
+"""Writes a rounded net as ONNX in integers for ONNX Runtime: QDQ, int8 weights, int32 sums.
 
-Its outputs are those of the rounded net, but its layout is faster: the runtime gathers the integers of
-a convolution pixel by pixel, in pieces of 16 bytes at best, so few pixels of many channels are much
-cheaper than many pixels of few channels.
+Its outputs are those of the rounded net, but its layout is faster: the runtime gathers the integers
+of a convolution pixel by pixel, in pieces of 16 bytes at best, so few pixels of many channels are
+much cheaper than many pixels of few channels.
 """
 
 from pathlib import Path
@@ -93,8 +93,8 @@ class FirstConv(nn.Module):
 class Paint(nn.Module):
     """The last convolution of a lip net, 1 x 1, over SPAN px of a row at once.
 
-    Outputs: the whole mouth, then the opposite of the opening; of each, the upper row of 2 * SPAN px,
-    then the lower row.
+    Outputs: the whole mouth, then the opposite of the opening; of each, the upper row of 2 * SPAN
+    px, then the lower row.
     """
 
     def __init__(self, conv: PlainConv, before: Round) -> None:
@@ -271,7 +271,7 @@ def _round_flat(graph: _Graph, gemm: onnx.NodeProto) -> None:
 
 
 def _write_weights(graph: _Graph, node: onnx.NodeProto) -> None:
-    """Writes weights (O, ...) as int8 with one step for each output, the bias in steps of the sums."""
+    """Writes weights (O, ...) as int8, one step for each output, the bias in steps of the sums."""
     weight, bias = (graph.values[name] for name in node.input[1:])
     step = (np.abs(weight).reshape(len(weight), -1).max(1) / WEIGHT_STEPS).astype(np.float32)
     step[step == 0] = 1

@@ -12,8 +12,8 @@ from torch import Tensor, nn
 # 7-bit weights: processors without VNNI add two 8-bit products in 16 bits, which could overflow.
 WEIGHT_STEPS = 63
 STEPS = 255
-# Parts that stay float. Rounding the last stage of the mesh net moves the points by as much as rounding
-# all stages before it, and that stage is an eighth of the work.
+# Parts that stay float. Rounding the last stage of the mesh net moves the points by as much as
+# rounding all stages before it, and that stage is an eighth of the work.
 KEPT = {"mesh": ("stages.4", "points")}
 
 

@@ -1,4 +1,4 @@
-"""Features of lipstick at a pixel: from the teacher's contours, the face's own colours, and a net."""
+"""Features of lipstick at a pixel: the teacher's contours, the face's own colours, a net."""
 
 import cv2
 import numpy as np

@@ -155,8 +155,8 @@ def main() -> None:
             out |= {f"{name}_masks": np.stack(masks), f"{name}_windows": np.stack(windows),
                     f"{name}_sure": np.array(sure)}  # fmt: skip
             print(name, len(masks), "masks, mean certainty", np.mean(sure), flush=True)
-    # The outlined mouths get masks from labellers fitted to others, so that evaluate_lip_mask.py can
-    # evaluate them.
+    # The outlined mouths get masks from labellers fitted to others, so that evaluate_lip_mask.py
+    # can evaluate them.
     for i, (mouth, blind) in enumerate(zip(mouths, cross_validated(seen, mouths), strict=True)):
         out[f"{mouth.folder}_masks"][mouth.index] = label(blind, seen[i], crops[i])[0]
     np.savez(options.out, **out)

@@ -5,8 +5,9 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-# Log-odds by which a px must lie outside the mouth opening to be painted. Chosen on the mouths outlined
-# by hand: of 0, 0.5 and 1, this margin halves the painted part of the teeth and takes little of the lips.
+# Log-odds by which a px must lie outside the mouth opening to be painted. Chosen on the mouths
+# outlined by hand: of 0, 0.5 and 1, this margin halves the painted part of the teeth and takes
+# little of the lips.
 OPENING_MARGIN = 0.5
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
@@ -95,8 +96,9 @@ class PointNet(nn.Module):
 class LipNet(PointNet):
     """A PointNet with a third output: log-odds of lipstick (N, H, W).
 
-    In training that output is (N, 2, H, W), from which the log-odds follow: the whole mouth (lips and
-    all that shows between them) against skin, and the opening between the lips against all else.
+    In training that output is (N, 2, H, W), from which the log-odds follow: the whole mouth (lips
+    and all that shows between them) against skin, and the opening between the lips against all
+    else.
     """
 
     def __init__(self, size_wh: tuple[int, int], channels: tuple[int, ...], *rest: Any) -> None:
@@ -133,7 +135,7 @@ def lipstick_logits(logits: Tensor) -> Tensor:
 
 
 class Lipstick(nn.Module):
-    """Mouth and opening in cells of 2 x 2 px, (N, 8, H/2, W/2) -> log-odds of lipstick (N, H, W)."""
+    """Mouth and opening in 2 x 2 cells, (N, 8, H/2, W/2) -> log-odds of lipstick (N, H, W)."""
 
     def forward(self, cells: Tensor) -> Tensor:
         return nn.functional.pixel_shuffle(lipstick_logits(cells), 2)[:, 0]

@@ -1,8 +1,8 @@
 """Draws things in front of a face, and things that only look like a face.
 
-All are drawn in face units (IOD), with the origin between the eyes, x to the right and y down, so that
-a mask lies over a mouth. Without a face under them, the same hands, ovals and scrambled faces are what
-the detector must not take for a face.
+All are drawn in face units (IOD), with the origin between the eyes, x to the right and y down, so
+that a mask lies over a mouth. Without a face under them, the same hands, ovals and scrambled faces
+are what the detector must not take for a face.
 """
 
 from collections.abc import Callable

@@ -45,7 +45,10 @@ def poses_of(points: np.ndarray, mean: np.ndarray) -> np.ndarray:
 
 
 def to_own_coordinates(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Points (N, K, 3) in image px -> the face's own coordinates in IOD; z is scaled, too, and centred."""
+    """Points (N, K, 3) in image px -> the face's own coordinates in IOD.
+
+    Z is scaled, too, and centred.
+    """
     inverse = np.linalg.inv(poses[:, :, :2])
     xy = (points[..., :2] - poses[:, None, :, 2]) @ inverse.transpose(0, 2, 1)
     z = points[..., 2] / np.sqrt(np.linalg.det(poses[:, :, :2]))[:, None]
@@ -67,7 +70,7 @@ def mean_face(points: np.ndarray) -> np.ndarray:
 
 
 def depth_grids(face_points: np.ndarray) -> np.ndarray:
-    """Points (N, 478, 3) in own coordinates -> depth (N, 33, 33), smoothly continued off the face."""
+    """Points (N, 478, 3) in IOD -> depth (N, 33, 33), smoothly continued off the face."""
     size = DEPTH_CELLS
     cells = np.rint((face_points[..., :2] / DEPTH_REACH + 1) / 2 * (size - 1)).astype(int)
     cells = cells.clip(0, size - 1)

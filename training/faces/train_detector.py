@@ -52,7 +52,7 @@ class Detector(nn.Module):
 
 
 def targets(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces (F, 4) -> heat (C, C) in [0, 1], and (6, C, C): five values and the weight of each cell."""
+    """Faces (F, 4) -> heat (C, C) in [0, 1], and (6, C, C): five values and a weight a cell."""
     heat = np.zeros((CELLS, CELLS), np.float32)
     values = np.zeros((6, CELLS, CELLS), np.float32)
     y, x = np.mgrid[:CELLS, :CELLS].astype(np.float32)
@@ -97,7 +97,7 @@ def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:
 
 @torch.no_grad()
 def hide_strangers(faces: Faces, net: nn.Module) -> int:
-    """Paint over, in place, what a net takes for further faces in these pictures; returns their number.
+    """Paint over, in place, what a net takes for further faces; returns their number.
 
     Only one face of a picture is labelled: the net would learn others as background.
     """
@@ -193,7 +193,7 @@ def main() -> None:
 
 
 def train(run: Checkpoint, faces: Faces, options: argparse.Namespace) -> None:
-    """Train at a constant rate, which falls to almost 0 over the last 40 % of the samples or time."""
+    """Train at a constant rate, which falls to almost 0 over the last 40 % of samples or time."""
     steps, began = int(options.samples / BATCH), time.time()
     stream = Stream(faces, seed=run.step)
     loader = iter(DataLoader(stream, None, num_workers=1, prefetch_factor=8))

@@ -2,10 +2,10 @@
 
     python -m makeup_video.training.faces.train_face_score --checkpoints runs --weights runs/weights
 
-The training of the points shows the net few crops without a face, and easy ones. In use it meets the
-false detections: shoes, patterns, a chin taken for a small face. So this training gathers false
-detections, the crops where the mesh net goes on from these, parts of faces, and faces that lie or are
-upside down. Only the layer of the score learns; the points do not change.
+The training of the points shows the net few crops without a face, and easy ones. In use it meets
+the false detections: shoes, patterns, a chin taken for a small face. So this training gathers false
+detections, the crops where the mesh net goes on from these, parts of faces, and faces that lie or
+are upside down. Only the layer of the score learns; the points do not change.
 """
 
 import argparse
@@ -75,7 +75,7 @@ class NoFaces:
         return take(picture, moved, SPEC)
 
     def _tilted(self, picture: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """A crop of the face, lying or upside down: such a face is found by the frame's rotation only."""
+        """A crop of the face, lying or upside down: only a frame's rotation should find it."""
         turn = self.rng.uniform(1.4, 2 * np.pi - 1.4)
         c, s = np.cos(turn), np.sin(turn)
         moved = np.column_stack([pose[:, :2] @ [[c, -s], [s, c]], pose @ [*FACE_CENTRE, 1]])

@@ -2,8 +2,8 @@
 
     python -m makeup_video.training.faces.train_quantised lips --checkpoints runs --samples 1e5
 
-The teacher is the float net: on a crop with camera noise, the rounded net must output what the teacher
-outputs on the clean crop. So rounding adds no jitter. Writes NET_int8.pt.
+The teacher is the float net: on a crop with camera noise, the rounded net must output what the
+teacher outputs on the clean crop. So rounding adds no jitter. Writes NET_int8.pt.
 
 `--samples 0 --fit 2` trains nothing, but searches twice for the ranges with the least difference to
 the teacher.
@@ -88,7 +88,7 @@ def difference(name: str, ours: Outputs, wanted: Outputs) -> Tensor:
 
 @torch.no_grad()
 def fit_ranges(name: str, teacher: nn.Module, net: nn.Module, rgb8: Tensor) -> None:
-    """Narrows each range while that brings the outputs for rgb8 (N, H, W, 3) closer to the teacher's.
+    """Narrows each range while the outputs for rgb8 (N, H, W, 3) come closer to the teacher's.
 
     Few values lie far out, and values that a ReLU after a sum cuts off need not be exact.
     """
@@ -107,7 +107,7 @@ def fit_ranges(name: str, teacher: nn.Module, net: nn.Module, rgb8: Tensor) -> N
 
 
 def prepare(net: nn.Module) -> None:
-    """Sets a net to learn with its outputs in use: no dropout, lipstick instead of its two parts."""
+    """Sets a net to learn with its final outputs: no dropout, lipstick instead of its parts."""
     net.train()
     net.training = False
     for part in net.modules():

@@ -11,8 +11,8 @@ def transfer_mean_colour(
 ) -> np.ndarray:
     """The source with the mean Lab of the reference in its region; its own detail is kept.
 
-    reference, source: (H, W, 3) uint8, sRGB-encoded. worn, weight: (H, W) in [0, 1], the
-    region in the reference and in the source. Unchanged when the reference does not show the region.
+    reference, source: (H, W, 3) uint8, sRGB-encoded. worn, weight: (H, W) in [0, 1], the region in
+    the reference and in the source. Unchanged when the reference does not show the region.
     """
     inside = weight > 0
     if not inside.any() or worn.sum() == 0:

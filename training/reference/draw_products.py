@@ -1,6 +1,7 @@
 """Draws products: with numbers of real products, and with any numbers.
 
-    python -m makeup_video.training.reference.draw_products lips --shades lip_shades.csv --plot shades.png
+    python -m makeup_video.training.reference.draw_products lips \\
+        --shades lip_shades.csv --plot shades.png
 
 A shade table is a CSV with the columns brand, product, shade, hex and finish. Its colours are web
 swatches and its finishes words, so the fit describes how products vary, not single products.
@@ -28,7 +29,8 @@ _WORDS = {"glitter": "shimmer", "retro matte": "matte", "lustre": "satin"}
 # Numbers bounded on both sides are normal as log-odds, numbers that are often 0 as square roots.
 _ODDS = np.array([True, True, True, True, False, True, False])
 _EDGE = 0.5 / 256  # closer to an end counts as this close
-# How much products of one finish differ, one sigma, in that space; for colours, the error of swatches.
+# How much products of one finish differ, one sigma, in that space; for colours, the error of
+# swatches.
 _SPREAD = np.array([0.5, 0.15, 0.15, 0.15, 0.2, 0.5, 0.12])
 UNIFORM, BARE = 0.4, 0.08  # shares of the mixture; the rest is like real products
 _SETTING_SPREAD = 0.1  # of the other settings around those of a finish
@@ -85,7 +87,10 @@ class Mixture:
     """Draws products like real ones, products of any numbers, and a few that are not worn."""
 
     def __init__(self, values: np.ndarray, uniform: float = UNIFORM, bare: float = BARE) -> None:
-        """values: (N, 7) to fit the normal distribution to. uniform, bare: shares of any numbers, and of none."""
+        """values: (N, 7) to fit the normal distribution to.
+
+        uniform, bare: shares of any numbers, and of none.
+        """
         normal = to_normal(values)
         self.mean = normal.mean(0)
         covariance = np.cov(normal.T) + np.diag(_SPREAD**2)

@@ -1,6 +1,7 @@
 """Evaluates reference nets on people and products that they never saw.
 
-    python -m makeup_video.training.reference.evaluate lips runs/lips-lite0.pt --shades lip_shades.csv
+    python -m makeup_video.training.reference.evaluate lips runs/lips-lite0.pt \\
+        --shades lip_shades.csv
 
 The estimated look and the true look are painted on another bare person and compared there.
 docs/make/make_results.py measures everything and writes it to docs/results.md.
@@ -66,8 +67,8 @@ MEASURES = ("CIEDE2000", *WHOLE)
 class Measured:
     """What was measured.
 
-    numbers: by name and region, (N, 7): TRUE numbers of the look, those that each set of nets reads,
-    and KNOWN, which the first set reads with the points and light of the bare portrait.
+    numbers: by name and region, (N, 7): TRUE numbers of the look, those that each set of nets
+    reads, and KNOWN, which the first set reads with the points and light of the bare portrait.
 
     scores: by method (a set of nets, TRUE, MEAN, SOURCE), (N, 4) MEASURES.
     person, tone: (N,) of the wearers.
@@ -207,7 +208,8 @@ def main() -> None:
     true, estimated = found.pair("estimated", options.region)
     print("mean errors:", errors_in_words(true, estimated))
     print(
-        f"colour {colour_error(true, estimated):.1f}; gloss: rank correlation {gloss_rank(true, estimated):.3f}"
+        f"colour {colour_error(true, estimated):.1f}; "
+        f"gloss: rank correlation {gloss_rank(true, estimated):.3f}"
     )
     print(f"CIEDE2000 to the true look, {len(found.tone)} times, {found.unread} without a face")
     for method in found.scores:
@@ -215,7 +217,7 @@ def main() -> None:
 
 
 def calm() -> None:
-    """Sets one thread for each library: pictures are small, and threads would wait for each other."""
+    """Sets one thread for each library: pictures are small, and threads would only wait."""
     os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"
     cv2.setNumThreads(1)
     torch.set_num_threads(1)

@@ -3,7 +3,8 @@
     python -m makeup_video.training.reference.export runs/lips-lite0.pt runs/eyes-lite0.pt \\
         --out pipeline/weights --expected tests/training/reference_targets.json
 
-A net takes uint8 RGB crops (N, H, W, 3), as of pipeline/reference/crops.py, and gives targets (N, 7).
+A net takes uint8 RGB crops (N, H, W, 3), as of pipeline/reference/crops.py, and gives targets
+(N, 7).
 """
 
 import argparse

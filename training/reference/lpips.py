@@ -13,7 +13,8 @@ from torch import Tensor, nn
 
 # Of inputs in -1..1, so that AlexNet gets ImageNet's mean and deviation.
 _SHIFT, _SCALE = (-0.030, -0.088, -0.188), (0.458, 0.448, 0.450)
-# Index into AlexNet's features, inputs, outputs, kernel, stride, padding; pools before the 2nd and 3rd
+# Index into AlexNet's features, inputs, outputs, kernel, stride, padding; pools before the 2nd and
+# 3rd
 _CONVS = (
     (0, 3, 64, 11, 4, 2), (3, 64, 192, 5, 1, 2), (6, 192, 384, 3, 1, 1),
     (8, 384, 256, 3, 1, 1), (10, 256, 256, 3, 1, 1),

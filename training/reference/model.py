@@ -1,8 +1,9 @@
 """EfficientNet-lite with a small head: a crop -> targets, the scaled numbers of a product.
 
-Beside the pooled features, the head gets the colours of the crop, averaged over squares: batch norms
-pass on colour only relative to the rest of the batch, and colour is what the net must read. Lids lie
-flat in their crop, a zone always in the same squares, so two dense layers learn a lot from these.
+Beside the pooled features, the head gets the colours of the crop, averaged over squares: batch
+norms pass on colour only relative to the rest of the batch, and colour is what the net must read.
+Lids lie flat in their crop, a zone always in the same squares, so two dense layers learn a lot from
+these.
 """
 
 import math
@@ -105,7 +106,7 @@ class ReferenceNet(nn.Module):
             self.head.bias.copy_(mean)
 
     def squares(self, x: Tensor) -> Tensor:
-        """(N, S) colours of the squares of crops, as the layers between them and the head take them."""
+        """(N, S) colours of the squares of crops, as the dense layers take them."""
         colours = nn.functional.avg_pool2d(x, self.square).flatten(1)
         return SPREAD * colours if len(self.colours) else colours
 

@@ -2,9 +2,10 @@
 
     python -m makeup_video.training.reference.prepare --portraits DIR --out runs/reference.npz
 
-DIR holds pictures and labels.npz with their names and, where there are several, sources. Painting the
-packed portraits needs no net. Many people in portraits wear light makeup. So the colour of lips and
-lids is predicted from that of the skin, and portraits furthest from the prediction are not painted.
+DIR holds pictures and labels.npz with their names and, where there are several, sources. Painting
+the packed portraits needs no net. Many people in portraits wear light makeup. So the colour of lips
+and lids is predicted from that of the skin, and portraits furthest from the prediction are not
+painted.
 """
 
 import argparse
@@ -43,7 +44,10 @@ def lab_of(rgb8: np.ndarray) -> np.ndarray:
 
 
 def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
-    """(10,) Lab of skin, lips and lids, and the shine of the lips; None when a part cannot be seen."""
+    """(10,) Lab of skin, lips and lids, and the shine of the lips.
+
+    None when a part cannot be seen.
+    """
     height, width = rgb8.shape[:2]
     at = np.rint(face.points_px[list(CHEEKS), :2]).astype(int)
     if (at < 4).any() or (at >= (width - 4, height - 4)).any():
@@ -67,7 +71,8 @@ def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
 def beyond_skin(part: np.ndarray, skin: np.ndarray) -> np.ndarray:
     """(N, 3) differences between Lab of a part and its prediction from Lab of the skin.
 
-    The prediction is linear, fitted to the two thirds that lie closest to it: the others wear makeup.
+    The prediction is linear, fitted to the two thirds that lie closest to it: the others wear
+    makeup.
     """
     known = np.column_stack([np.ones(len(skin)), skin])
     near = np.ones(len(part), bool)
@@ -128,7 +133,8 @@ def entry_of(path: Path) -> dict[str, np.ndarray] | None:
     return {
         "picture": data, "points": faces[0].points_px,
         "logits": faces[0].lips.logits.astype(np.float16), "to_px": faces[0].lips.to_px,
-        "colours": colours, "tone": np.searchsorted(TONES_DEGREES, skin_tone(rgb8, faces[0].points_px)),
+        "colours": colours,
+        "tone": np.searchsorted(TONES_DEGREES, skin_tone(rgb8, faces[0].points_px)),
     }  # fmt: skip
 
 

@@ -103,7 +103,10 @@ class Shot:
 
 
 def paint(composite: Composite, shot: Shot, look: Look) -> np.ndarray:
-    """The shot with a look on, (H, W, 3) uint8; nothing outside the makeup differs between looks."""
+    """The shot with a look on, (H, W, 3) uint8.
+
+    Nothing outside the makeup differs between looks.
+    """
     composite.set_look(look)
     frame = composite(replace(shot.scene, frame=frame_of(shot.codes)))
     return to_rgb8(cv2.merge(frame.planes))
@@ -143,7 +146,7 @@ class Renderer:
         return Shot(codes, scene, crop_around(face, self.region), input_places(face, self.region))
 
     def _part(self, crop: Crop) -> tuple[AffineArray, tuple[int, int]]:
-        """The part of a picture around a crop: the map picture px -> part px, and the part's size."""
+        """The part of a picture around a crop: the map picture px -> part px, and its size."""
         to_px, (w, h) = crop
         more = MARGIN * w
         ends = to_px @ np.array([
@@ -198,7 +201,7 @@ class Renderer:
         return ZONES[self.rng.integers(len(ZONES))] if self.region == "eyes" else ZONES[0]
 
     def stream(self, looks: int = LOOKS) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
-        """Endless inputs (H, W, 3), the numbers (7,) of the product, and the person who wears it."""
+        """Endless inputs (H, W, 3), numbers (7,) of the product, and the person who wears it."""
         while True:
             person = int(self.rng.choice(len(self.people), p=self.people.share))
             shot = self.shoot(person)
@@ -233,7 +236,7 @@ def _exposed(rgb8: np.ndarray, gain: np.ndarray) -> np.ndarray:
 def renderer(
     data: Path, shades: Path, region: str, split: str, seed: int, varied: bool = True
 ) -> Renderer:
-    """The renderer of a split: products of a mixture for training, else products never trained on."""
+    """The renderer of a split: of a mixture for training, else of products never trained on."""
     products = read_products(shades, region)
     chosen: dict[str, Callable[[np.ndarray], Draws]] = {"train": Mixture}
     index = {"train": 0, "validation": 1, "test": 2}[split]

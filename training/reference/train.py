@@ -67,8 +67,9 @@ def weight_of(targets: Tensor) -> Tensor:
 def painted(targets: Tensor) -> Tensor:
     """Targets (N, 7) -> (N, 4, 3) encoded colours of lips or lids that wear the product.
 
-    Opacity mixes roots of light, which are about encoded values. A single photo hardly distinguishes a
-    sheer strong colour from a thick pale one. On a face both look alike, so the loss compares the look.
+    Opacity mixes roots of light, which are about encoded values. A single photo hardly
+    distinguishes a sheer strong colour from a thick pale one. On a face both look alike, so the
+    loss compares the look.
     """
     opacity = targets[:, :1, None]
     return opacity * targets[:, None, 1:4] + (1 - opacity) * BARE
@@ -107,8 +108,9 @@ def validate(net: nn.Module, crops: tuple[Tensor, Tensor]) -> str:
     estimated = estimates(net, rgb8)
     off = 255 * (painted(estimated) - painted(targets)).abs().mean((1, 2))
     return (
-        f"loss {error_of(estimated, targets):.4f}; worn {off.median():.2f}, 90 % {off.quantile(0.9):.2f}"
-        f"; {errors_in_words(from_targets(targets.numpy()), from_targets(estimated.numpy()))}"
+        f"loss {error_of(estimated, targets):.4f}; "
+        f"worn {off.median():.2f}, 90 % {off.quantile(0.9):.2f}; "
+        f"{errors_in_words(from_targets(targets.numpy()), from_targets(estimated.numpy()))}"
     )
 
 

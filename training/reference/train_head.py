@@ -1,7 +1,9 @@
 """Trains the dense layers of a net on the colours of crops, before the convolutions learn the rest.
 
-    python -m makeup_video.training.reference.train_head eyes --shades eyeshadow_shades.csv --out runs/first
-    python -m makeup_video.training.reference.train eyes --shades eyeshadow_shades.csv --start runs/first/eyes-lite0.pt
+    python -m makeup_video.training.reference.train_head eyes \\
+        --shades eyeshadow_shades.csv --out runs/first
+    python -m makeup_video.training.reference.train eyes \\
+        --shades eyeshadow_shades.csv --start runs/first/eyes-lite0.pt
 
 A minute of this replaces an hour of training: the layers take only some hundred numbers of a crop.
 """
@@ -50,7 +52,10 @@ def mirrored(squares: Tensor, region: str, square: int) -> Tensor:
 def train_layers(
     net: ReferenceNet, squares: Tensor, targets: Tensor, region: str, epochs: int
 ) -> None:
-    """Trains the layers and their part of the head; the head's weights of the convolutions become 0."""
+    """Trains the layers and their part of the head.
+
+    The head's weights of the convolutions become 0.
+    """
     head = nn.Linear(net.head.in_features - HEAD, net.head.out_features)
     nn.init.normal_(head.weight, 0, 0.003)
     head.bias.data.copy_(targets.mean(0))
