@@ -85,9 +85,9 @@ class Faces:
             chosen = packed[f"{name}_validation"] == validation
             columns = (masks[f"{name}_{key}"][chosen] for key in ("masks", "windows", "sure"))
             faces = np.flatnonzero(self.folder == name)
-            for face, mask, window, sure in zip(faces, *columns, strict=True):
+            for face, mask, to_px, sure in zip(faces, *columns, strict=True):
                 if sure > MASK_CERTAINTY:
-                    self.masks[int(face)] = mask, window
+                    self.masks[int(face)] = mask, to_px
 
     def _rarity(self) -> np.ndarray:
         """Sampling weights that even out how light the cheeks are (at most 3 to 1)."""
@@ -218,10 +218,10 @@ class Cropper:
         w, h = self.spec.size_wh
         if face not in self.faces.masks:
             return sure_places(at, (w, h), w / self.spec.span)
-        mask, window = self.faces.masks[face]
+        mask, to_px = self.faces.masks[face]
         rows, columns = mask.shape[:2]
-        inverse = np.linalg.inv(window[:, :2]) * (columns / MASK_SPAN)
-        place = (source - window[:, 2]) @ inverse.T + [(columns - 1) / 2, (rows - 1) / 2]
+        inverse = np.linalg.inv(to_px[:, :2]) * (columns / MASK_SPAN)
+        place = (source - to_px[:, 2]) @ inverse.T + [(columns - 1) / 2, (rows - 1) / 2]
         grid = stretch(place.astype(np.float32).reshape(h // 8 + 1, w // 8 + 1, 2), (w, h))
         drawn = cv2.remap(mask, grid, None, cv2.INTER_LINEAR)
         return np.dstack([drawn, np.full((h, w), 255, np.uint8)])
