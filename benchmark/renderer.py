@@ -21,8 +21,8 @@ from makeup_video.kernels.program import Device
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.faces.face import Face, FrameFaces, LipPatch
 from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.sampling import compose
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.build_scene import BuildScene

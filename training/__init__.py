@@ -1,6 +1,9 @@
-"""How the nets are trained: not part of what runs, and the one place that imports PyTorch."""
+"""Trains and evaluates the nets.
+
+No part of the product imports it, and it alone imports PyTorch.
+"""
 
 import os
 
-# As in makeup_video.pipeline: before ONNX Runtime is first imported, or it reports to Microsoft.
+# As in makeup_video.pipeline: set before ONNX Runtime is imported, else it reports to Microsoft.
 os.environ["ORT_DISABLE_TELEMETRY"] = "1"

@@ -1,11 +1,11 @@
-"""What skin looks like in white light: the two constants of pipeline/render/skin_light.py.
+"""Fits the two constants of pipeline/render/skin_light.py: skin colour in white light.
 
     python -m makeup_video.training.skin_light shades.csv --faces portraits
 
-shades.csv: foundation shades with a column `hex`, sRGB: how skin varies. portraits: a folder of
-pictures of people of every skin tone in soft, white light, and labels.npz with their names and
-points: what it is like on average on a picture, which is darker and paler than a swatch. Every
-lightness counts the same, or dark skin would be rare.
+shades.csv: foundation shades with a column `hex`, sRGB. They show how skin varies.
+portraits: a folder of pictures of people of every skin tone in soft, white light, and labels.npz
+with their names and points. They show the average skin in a picture, which is darker and paler than
+a swatch. Every lightness has the same weight, else dark skin would hardly count.
 """
 
 import argparse
@@ -22,15 +22,15 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.skin_light import skin_of
 
-LIGHTNESSES = 30, 85  # CIE L*; beyond, shades are swatches of no skin
+LIGHTNESSES = 30, 85  # CIE L*; swatches beyond are not of skin
 BINS = 11
-KEPT = 0.9  # of the shades: the others are mistakes of shops' pictures
-FEWEST = 10  # faces of one lightness
+KEPT = 0.9  # share of the shades; the others are errors in shops' pictures
+FEWEST = 10  # least number of faces of one lightness
 FACES = 800
 
 
 def shades(path: Path) -> np.ndarray:
-    """Log linear light (N, 3) of a list of shades."""
+    """Log linear light (N, 3) of the shades in a CSV file."""
     with path.open() as file:
         codes = [row["hex"].lstrip("#") for row in csv.DictReader(file)]
     encoded = np.array([list(bytes.fromhex(code)) for code in codes]) / 255
@@ -44,7 +44,10 @@ def lightness(log_linear: np.ndarray) -> np.ndarray:
 
 
 def fit_covariance(log_linear: np.ndarray) -> np.ndarray:
-    """(3, 3) of shades, each lightness counting the same, without the tenth that is furthest off."""
+    """Covariance (3, 3) of shades, without the tenth that is furthest off.
+
+    Lightnesses weigh the same.
+    """
     low, high = LIGHTNESSES
     light = lightness(log_linear)
     within = (light >= low) & (light < high)
@@ -77,7 +80,7 @@ def faces(folder: Path) -> np.ndarray:
 
 
 def fit_mean(log_linear: np.ndarray) -> np.ndarray:
-    """(3,) of faces, the mean of the means by lightness."""
+    """Mean (3,) of faces: the mean of the means of each lightness."""
     bins = (lightness(log_linear) // 5).astype(int)
     means = [log_linear[bins == b].mean(0) for b in np.unique(bins) if (bins == b).sum() >= FEWEST]
     return np.mean(means, 0)

@@ -1,16 +1,18 @@
-"""What is known of the faces of one frame."""
+"""Face, its lip patch, and the faces of one frame."""
 
 import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
 PATCH_SPAN = 1.15  # width of a lip patch, in IOD
 MIN_FACE_PX = 40  # width; smaller faces are not painted
-# Of mouth_visible: nothing is painted below, all above. Medical masks score under 0.1, mouths over 0.9.
+# mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score
+# under 0.1, mouths over 0.9.
 _MOUTH_SEEN = 0.2, 0.5
 
 
@@ -19,7 +21,7 @@ class LipPatch:
     """Where lipstick goes, on a small crop around the lips that is turned with the face.
 
     logits: (80, 112) float32, log-odds of lipstick at each pixel of the crop.
-    to_px: (2, 3) float64, from the crop's pixels (x, y, 1) to the picture's.
+    to_px: (2, 3) float64, crop px (x, y, 1) -> picture px.
     """
 
     logits: np.ndarray
@@ -39,10 +41,11 @@ class Face:
 
     points_px: (478, 3) float32: x, y in pixels of the stored picture (pixel centres at whole
     numbers), z in the same unit, smaller is nearer; MediaPipe's Face Mesh order.
-    score: how sure it is that this is a face, 0 to 1. mouth_visible: the same of its mouth.
-    track_id: the same number for the same face in all frames; in a single picture 0, 1, ... by size,
-    the largest first; those about as large from left to right.
-    lips: where lipstick goes, as seen in this very picture.
+    score: the probability that this is a face. mouth_visible: the probability that its mouth is
+    seen.
+    track_id: the number of the face, the same in all frames; in a single picture 0, 1, ... by size,
+    the largest first, equally large ones from left to right.
+    lips: where lipstick goes in this very picture.
     """
 
     points_px: np.ndarray
@@ -57,13 +60,13 @@ class Face:
 
     @property
     def mouth_weight(self) -> float:
-        """How much of the lips is painted: 0 when something hides the mouth, 1 when it is seen."""
+        """The share of lipstick to paint: 0 when something hides the mouth, 1 when it is seen."""
         hidden, seen = _MOUTH_SEEN
         return min(max((self.mouth_visible - hidden) / (seen - hidden), 0.0), 1.0)
 
     @property
     def area_px2(self) -> float:
-        """Of the box around its points."""
+        """The area of the box around the points."""
         x, y, _ = self.points_px.T
         return float(x.max() - x.min()) * float(y.max() - y.min())
 
@@ -77,9 +80,9 @@ class Face:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameFaces:
-    """A frame and the faces in it, largest first; none is ordinary.
+    """A frame and the faces in it, largest first; a frame may have no face.
 
-    cut: the scene changed at this frame; nothing before it says anything about it.
+    cut: the scene changed at this frame, so what was known of faces before ends here.
     """
 
     frame: Frame
@@ -92,35 +95,37 @@ def with_faces(item: FrameFaces, faces: tuple[Face, ...]) -> FrameFaces:
     return FrameFaces(item.frame, faces, item.cut)
 
 
-def moved(face: Face, to_new: np.ndarray) -> Face:
-    """A face in a picture that was scaled and cut: to_new, (2, 3), maps old px (x, y, 1) to new ones."""
+def moved(face: Face, to_new: AffineArray) -> Face:
+    """The face in a picture that was scaled and cropped.
+
+    to_new: (2, 3), px (x, y, 1) of the old picture -> px of the new one.
+    """
     scale = abs(np.linalg.det(to_new[:, :2])) ** 0.5
     points = np.empty_like(face.points_px)
     points[:, :2] = face.points_px[:, :2] @ to_new[:, :2].T + to_new[:, 2]
     points[:, 2] = face.points_px[:, 2] * scale
-    to_px = to_new[:, :2] @ face.lips.to_px
-    to_px[:, 2] += to_new[:, 2]
-    return replace(face, points_px=points, lips=replace(face.lips, to_px=to_px))
+    lips = replace(face.lips, to_px=compose(to_new, face.lips.to_px))
+    return replace(face, points_px=points, lips=lips)
 
 
 def resized(face: Face, across: float, down: float) -> Face:
-    """A face in a picture that was scaled as a whole; pixel centres lie at whole numbers."""
+    """The face in a picture that was scaled as a whole; pixel centres lie at whole numbers."""
     to_new = [[across, 0, 0.5 * across - 0.5], [0, down, 0.5 * down - 0.5]]
     return moved(face, np.array(to_new))
 
 
 def iod_px(face: Face) -> float:
-    """Between the outer eye corners, 1 at least."""
+    """The distance of the outer eye corners in px, at least 1."""
     outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64).tolist()
     return max(math.dist(outer, other), 1.0)
 
 
 def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
-    """The faces whose numbers are all finite; one NaN would spoil a whole window."""
+    """The faces whose numbers are all finite: one NaN would spoil all that it is smoothed with."""
     return tuple(face for face in item.faces if _is_finite(face))
 
 
 def _is_finite(face: Face) -> bool:
     across, down = face.lips.to_px.tolist()
-    plain = face.score, face.mouth_visible, *across, *down
-    return math.isfinite(sum(plain) + float(face.points_px.sum() + face.lips.logits.sum()))
+    numbers = face.score, face.mouth_visible, *across, *down
+    return math.isfinite(sum(numbers) + float(face.points_px.sum() + face.lips.logits.sum()))

@@ -1,4 +1,4 @@
-"""The weight of lipstick at every pixel of a picture, from a face's lip patch."""
+"""The lip mask: the weight of lipstick at every pixel of a picture, from a face's lip patch."""
 
 import cv2
 import numpy as np
@@ -9,12 +9,12 @@ _INVISIBLE = 1 / 512  # half a code value of 8 bits
 
 
 def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
-    """Weight of lipstick at every pixel: 1 on the lips, 0 beyond the feather.
+    """The weight of lipstick at every pixel: 1 on the lips, 0 beyond their soft edge.
 
-    rgb8 is (H, W, 3) uint8, encoded: the picture that `face` was found in. Returns (H, W) float32
-    in [0, 1]. The mouth opening is 0, so teeth keep their colour; so is a hand in front of the
-    lips. All zeros when the mouth is hidden (`mouth_visible`), and when the lips lie outside the
-    picture. Raises ValueError for another shape.
+    rgb8: (H, W, 3) uint8, encoded R'G'B', the picture that `face` was found in. Returns (H, W)
+    float32 in [0, 1]. The mouth opening is 0, so teeth keep their colour, and so is a hand in front
+    of the lips. All is 0 when the mouth is hidden (`mouth_visible`), and when the lips lie outside
+    the picture. Raises ValueError for another shape or dtype.
     """
     check_rgb8(rgb8)
     size = np.array(rgb8.shape[1::-1])
@@ -24,17 +24,17 @@ def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
     x0, y0 = np.clip(np.floor(corners.min(1)) - 2, 0, size).astype(int)
     x1, y1 = np.clip(np.ceil(corners.max(1)) + 2, 0, size).astype(int)
     if x1 > x0 and y1 > y0:
-        mask[y0:y1, x0:x1] = lip_mask_window(face, (x0, y0), (int(x1 - x0), int(y1 - y0)))
+        mask[y0:y1, x0:x1] = lip_mask_part(face, (x0, y0), (int(x1 - x0), int(y1 - y0)))
     return mask
 
 
-def lip_mask_window(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> np.ndarray:
-    """The same in a window of the picture that begins at origin_xy: (H, W) float32 in [0, 1]."""
-    to_window = face.lips.to_px.copy()
-    to_window[:, 2] -= origin_xy
-    # logits are spread rather than weights: where they cross zero is the border at any scale
+def lip_mask_part(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> np.ndarray:
+    """The lip mask in a part of the picture that begins at origin_xy: (H, W) float32 in [0, 1]."""
+    to_part = face.lips.to_px.copy()
+    to_part[:, 2] -= origin_xy
+    # Logits are interpolated rather than weights: their zero crossing is the border at any scale.
     logits = cv2.warpAffine(
-        face.lips.logits, to_window, size_wh, flags=cv2.INTER_CUBIC,
+        face.lips.logits, to_part, size_wh, flags=cv2.INTER_CUBIC,
         borderMode=cv2.BORDER_CONSTANT, borderValue=-30,
     )  # fmt: skip
     weight: np.ndarray = 1 / (1 + np.exp(-logits.clip(-30, 30)))

@@ -1,4 +1,4 @@
-"""Our nets' weights: read from the package, checked by hash, run by ONNX Runtime."""
+"""Runs a net on ONNX Runtime, with weights from the package that are checked by hash."""
 
 import hashlib
 import io
@@ -15,13 +15,16 @@ SHIPPED = files("makeup_video.pipeline") / "weights"
 
 
 class Net:
-    """One net: uint8 RGB crops (N, H, W, 3) -> its outputs, float32. Raises InstallError."""
+    """One net: crops (N, H, W, 3) uint8 R'G'B' -> its outputs by name, float32.
+
+    Raises InstallError when its weights are missing or damaged.
+    """
 
     def __init__(self, name: str, folder: Traversable = SHIPPED, threads: int = 1) -> None:
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         options.inter_op_num_threads = 1
-        # a thread that spins while it waits takes the codec's core
+        # A thread that spins while it waits would take the codec's core.
         options.add_session_config_entry("session.intra_op.allow_spinning", "0")
         self._session = onnxruntime.InferenceSession(
             read(f"{name}.onnx", folder), options, providers=["CPUExecutionProvider"]
@@ -34,7 +37,10 @@ class Net:
 
 
 def read(name: str, folder: Traversable = SHIPPED) -> bytes:
-    """A file of weights, as its hash says it should be. Raises InstallError."""
+    """The bytes of a weights file, checked against its hash.
+
+    Raises InstallError when it is missing, or not the file that was shipped.
+    """
     try:
         data = (folder / name).read_bytes()
         wanted = json.loads((folder / "sha256.json").read_text(encoding="ascii"))[name]
@@ -51,6 +57,9 @@ def read(name: str, folder: Traversable = SHIPPED) -> bytes:
 
 
 def read_array(name: str, folder: Traversable = SHIPPED) -> np.ndarray:
-    """An .npy file of weights. Raises InstallError."""
+    """The array of an .npy weights file, checked against its hash.
+
+    Raises InstallError as `read` does.
+    """
     array: np.ndarray = np.load(io.BytesIO(read(name, folder)), allow_pickle=False)
     return array

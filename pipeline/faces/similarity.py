@@ -1,7 +1,7 @@
-"""Turns, scales and shifts of the plane in plain complex numbers, x + iy.
+"""Similarities of the plane as complex numbers, x + iy, and the pose of a face.
 
-A few of them are reckoned for every face of every frame, where each numpy call on a matrix of six
-numbers takes longer than all that is reckoned here together.
+A few similarities are computed for every face of every frame. On matrices of six numbers, a single
+numpy call would take longer than all of this arithmetic.
 """
 
 import cmath
@@ -9,27 +9,42 @@ import math
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from makeup_video.pipeline.frames.affine import AffineArray
 
-Places = TypeVar("Places", complex, np.ndarray)
+Points = TypeVar("Points", complex, np.ndarray)
+BELOW_EYES = (
+    0.42  # IOD: how far the centre of a face lies below the midpoint of its outer eye corners
+)
 
 
 class Similarity(NamedTuple):
-    """z -> turn * z + shift: without reflection."""
+    """z -> turn * z + shift: turn, scale and shift, without reflection."""
 
     turn: complex = 1 + 0j
     shift: complex = 0j
 
-    def of(self, places: Places) -> Places:
-        """Where places lie after it."""
-        moved: Places = self.turn * places + self.shift
+    @classmethod
+    def from_array(cls, array: AffineArray) -> "Similarity":
+        """The map of a (2, 3) array that is a similarity."""
+        (a, _, x), (c, _, y) = array.tolist()
+        return cls(complex(a, c), complex(x, y))
+
+    def array(self) -> AffineArray:
+        """(2, 3) float64, for OpenCV."""
+        turn, shift = self
+        return np.array([[turn.real, -turn.imag, shift.real], [turn.imag, turn.real, shift.imag]])
+
+    def apply(self, points: Points) -> Points:
+        """Where the map leads points."""
+        moved: Points = self.turn * points + self.shift
         return moved
 
     def after(self, first: "Similarity") -> "Similarity":
-        """The map that does `first`, then this."""
-        return Similarity(self.turn * first.turn, self.of(first.shift))
+        """The map that does `first`, then this one."""
+        return Similarity(self.turn * first.turn, self.apply(first.shift))
 
     def towards(self, other: "Similarity", share: float) -> "Similarity":
-        """A part of the way to another."""
+        """A map part of the way to another: this one for share 0, the other for share 1."""
         return Similarity(
             self.turn + share * (other.turn - self.turn),
             self.shift + share * (other.shift - self.shift),
@@ -38,30 +53,22 @@ class Similarity(NamedTuple):
 
 STAY = Similarity()
 
-
-def from_matrix(matrix: np.ndarray) -> Similarity:
-    """Of a (2, 3) matrix that is a similarity."""
-    (a, _, x), (c, _, y) = matrix.tolist()
-    return Similarity(complex(a, c), complex(x, y))
+# The pose of a face is the similarity that lays the mean face, whose outer eye corners are 1 apart,
+# over the face.
 
 
-# -- Face frames: they lay the mean face, whose outer eye corners are 1 apart, over a face.
-
-BELOW_EYES = 0.42  # IOD: the middle of a face is so far below the middle of the eyes
-
-
-def middle_of(frame: Similarity) -> complex:
-    """px: the middle of a face."""
-    return frame.of(complex(0, BELOW_EYES))
+def middle_of(pose: Similarity) -> complex:
+    """The centre of the face, px."""
+    return pose.apply(complex(0, BELOW_EYES))
 
 
-def iod_of(frame: Similarity) -> float:
-    """The inter-ocular distance in px."""
-    return abs(frame.turn)
+def iod_of(pose: Similarity) -> float:
+    """The inter-ocular distance (IOD), px."""
+    return abs(pose.turn)
 
 
 def distance(a: Similarity, b: Similarity) -> float:
-    """The largest of shift (IOD), log scale and turn (radians) between two face frames."""
+    """How far two poses differ: the largest of shift (IOD), log scale and turn (radians)."""
     ratio = b.turn / a.turn
     shift = abs(middle_of(a) - middle_of(b)) / iod_of(a)
     return max(shift, abs(math.log(max(abs(ratio), 1e-6))), abs(cmath.phase(ratio)))

@@ -1,8 +1,11 @@
-"""Which of MediaPipe's 478 points are what: lips, eyes, oval, left and right of the picture."""
+"""Which of MediaPipe's 478 points are lips, eyes and oval.
+
+Left and right are those of the picture.
+"""
 
 import numpy as np
 
-EYE_CORNERS = (33, 263)  # the outer ones: their distance is the inter-ocular distance (IOD)
+EYE_CORNERS = (33, 263)  # the outer corners: their distance is the inter-ocular distance (IOD)
 
 # Closed contours, in order.
 LIPS_OUTER = np.array([61, 146, 91, 181, 84, 17, 314, 405, 321, 375,
@@ -30,7 +33,7 @@ EYE = np.concatenate([EYE_CONTOUR, [
     468, 469, 470, 471, 472,
 ]])  # fmt: skip
 
-# EYE, mirrored: the eye at the right.
+# The same of the eye at the right: EYE, mirrored.
 RIGHT_EYE = np.array([
     263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466,
     359, 255, 339, 254, 253, 252, 256, 341, 463, 467, 260, 259, 257, 258, 286, 414,

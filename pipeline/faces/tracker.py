@@ -1,4 +1,9 @@
-"""Frame -> FrameFaces: finds faces and follows them from frame to frame."""
+"""Frame -> FrameFaces: finds faces and follows them from frame to frame.
+
+A face is followed from where it was: the crops of the nets lie where the points of the last frame
+were. The detector searches the whole picture only when no face is followed, when a face was lost,
+after a cut, and now and then for new faces: by the seconds of the film, not by frames.
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -15,7 +20,7 @@ from makeup_video.pipeline.faces.landmarks import (
     FaceLandmarks,
     carry,
     detect,
-    expected_frame,
+    expected_pose,
     is_same,
     is_tiny,
     locate,
@@ -29,61 +34,66 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.scene_cut import CutDetector
 from makeup_video.pipeline.frames.views import FramePicture, Picture
 
-BESIDE_SIDES_PX = (320,)  # for others beside a face that is followed: smaller ones than that
+# The detector's input while a face is followed: other faces are smaller.
+BESIDE_SIDES_PX = (320,)
 STILL_WIDE_ENOUGH = 0.85  # of the least width: a followed face may be a little narrower
-LOOK_SECONDS = 0.24  # between two looks for new faces
-SEARCH_SECONDS = 0.08  # the same while there is none at all, or one was lost a moment ago
+DETECT_SECONDS = 0.24  # between two detections of new faces
+SEARCH_SECONDS = 0.08  # the same while no face is followed, or one was lost a moment ago
 # The same two on a machine that is too slow: see FindFaces.level.
-SLOW_LOOK_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
-# A face that returns near its place within this keeps its number; so does whoever comes instead.
+SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
+# A face that reappears near its place within this time keeps its number, even if it is another
+# person.
 REMEMBER_SECONDS = 2.0
-SETTLED_SECONDS = 0.5
-RETURN_REACH = 1.5  # IOD
+SETTLED_SECONDS = 0.5  # how long a face must keep a new size before the track takes it over
+RETURN_REACH = 1.5  # how far off it may reappear, as of `distance`
 
 
 @dataclass(slots=True)
 class _Track:
-    """A face that is followed, or was a moment ago."""
+    """A face that is followed, or was lost a moment ago.
+
+    settled_pose: where the face is expected to reappear after a loss. A person who walks in front
+    makes a face seem to shrink before it is lost, so a new size must last before it counts.
+    """
 
     track_id: int
-    sighting: FaceLandmarks
-    last_seen_seconds: float
+    landmarks: FaceLandmarks
+    last_seconds: float
     is_followed: bool = True
-    # Where it would be looked for after a loss. Who walks in front makes a face seem to shrink
-    # before it is lost, so a new size must last for a while before it counts.
-    place: Similarity = field(init=False)
-    place_seconds: float = field(init=False)
+    settled_pose: Similarity = field(init=False)
+    settled_seconds: float = field(init=False)
     speed: complex = 0j  # px a second
 
     def __post_init__(self) -> None:
-        self.place, self.place_seconds = self.sighting.frame, self.last_seen_seconds
+        self.settled_pose, self.settled_seconds = self.landmarks.pose, self.last_seconds
 
-    def see(self, sighting: FaceLandmarks, seconds: float) -> None:
-        """Take what was found now."""
-        self.sighting, self.last_seen_seconds, self.is_followed = sighting, seconds, True
-        ratio = iod_of(sighting.frame) / iod_of(self.place)
-        since = seconds - self.place_seconds
+    def update(self, landmarks: FaceLandmarks, seconds: float) -> None:
+        """Take over the landmarks found now."""
+        self.landmarks, self.last_seconds, self.is_followed = landmarks, seconds, True
+        ratio = iod_of(landmarks.pose) / iod_of(self.settled_pose)
+        since = seconds - self.settled_seconds
         if 0.87 < ratio < 1.15 or not 0 <= since < SETTLED_SECONDS:
-            moved = middle_of(sighting.frame) - middle_of(self.place)
+            moved = middle_of(landmarks.pose) - middle_of(self.settled_pose)
             speed = moved / since if 0 < since < SETTLED_SECONDS else 0j
             self.speed += 0.5 * (speed - self.speed)
-            self.place, self.place_seconds = sighting.frame, seconds
+            self.settled_pose, self.settled_seconds = landmarks.pose, seconds
 
-    def off(self, frame: Similarity, seconds: float) -> float:
+    def distance_to(self, pose: Similarity, seconds: float) -> float:
         """How far a face is from where this one was, or would be by now: see `distance`."""
-        gone = self.speed * (seconds - self.place_seconds)
-        there = Similarity(self.place.turn, self.place.shift + gone)
-        return min(distance(frame, self.place), distance(frame, there))
+        turn, shift = self.settled_pose
+        moved = Similarity(turn, shift + self.speed * (seconds - self.settled_seconds))
+        return min(distance(pose, self.settled_pose), distance(pose, moved))
 
 
 class FindFaces:
-    """Frame -> FrameFaces; keeps what it follows from frame to frame.
+    """Frame -> FrameFaces; follows faces from frame to frame.
 
-    pixel_aspect: the stream's sample aspect ratio. tiny_faces: how many faces were left alone
-    because they are too small, counted once a look. frames_with_face, faces: how many so far.
-    level: as Budget has it, set between two frames. From 1 on new faces are looked for less often;
-    from 2 on the nets read each face in every second frame, and in between it is carried along by
-    its measured motion, where that is sure.
+    pixel_aspect: the stream's sample aspect ratio.
+    level: of the live frame budget, set between two frames. From level 1 on the detector runs less
+    often. From level 2 on the nets read each face in every second frame; in between, the face moves
+    by its measured motion, where that is reliable.
+    tiny_faces: how many faces were left out because they are too small, counted at each detection.
+    frames_with_face: how many frames had a face. faces: how many tracks there were.
     """
 
     def __init__(self, pixel_aspect: Fraction | float = 1, nets: FaceNets | None = None) -> None:
@@ -95,8 +105,8 @@ class FindFaces:
         self._is_cut = CutDetector()
         self._tracks: list[_Track] = []
         self._next_id = 0
-        self._last_look_seconds = -math.inf
-        self._looks = -1
+        self._last_detection_seconds = -math.inf
+        self._detections = -1
         self._frames = 0
         self._motion = MeasureMotion()
 
@@ -107,114 +117,126 @@ class FindFaces:
         cut = self._is_cut(frame.planes[0], frame.bit_depth)
         if cut:
             self._tracks.clear()
-        is_time = self._is_time_to_look(seconds)
-        lost = self._follow(picture, seconds, doubtfully=is_time and self._looks % 2 == 0)
+        is_due = self._detection_is_due(seconds)
+        lost = self._follow(picture, seconds, doubtfully=is_due and self._detections % 2 == 0)
         if cut or lost:
-            self._look(picture, seconds, DETECTOR_SIDES_PX)
-        elif is_time:
-            self._looks += 1
-            if self._followed():
-                self._look(picture, seconds, BESIDE_SIDES_PX)
-            else:
-                side_px = DETECTOR_SIDES_PX[self._looks % len(DETECTOR_SIDES_PX)]
-                tilts = (0, 0, *TILTS_DEGREES)
-                tilt_degrees = tilts[self._looks // len(DETECTOR_SIDES_PX) % len(tilts)]
-                self._look(picture, seconds, (side_px,), tilt_degrees)
+            self._detect(picture, seconds, DETECTOR_SIDES_PX)
+        elif is_due:
+            self._search(picture, seconds)
         self._tracks = [t for t in self._tracks if t.is_followed or _is_fresh(t, seconds)]
-        faces = [to_face(t.sighting, picture, t.track_id) for t in self._tracks if t.is_followed]
+        faces = [to_face(t.landmarks, picture, t.track_id) for t in self._tracks if t.is_followed]
         found = FrameFaces(frame, largest_first(faces), cut)
         self.frames_with_face += bool(found.faces)
         return found
 
     @property
     def faces(self) -> int:
+        """How many tracks there were so far."""
         return self._next_id
 
     def _followed(self) -> list[_Track]:
         return [track for track in self._tracks if track.is_followed]
 
     def _follow(self, picture: FramePicture, seconds: float, doubtfully: bool) -> bool:
-        """Find every followed face again; True when one was lost."""
+        """Relocate every followed face; True when one was lost."""
         followed = self._followed()
         for track in followed:
             found = None if doubtfully else self._carried(picture, track)
             if found is None:
-                found = relocate(self.nets, picture, track.sighting, seconds, doubtfully)
-                self._remember(picture, track, found)
+                found = relocate(self.nets, picture, track.landmarks, seconds, doubtfully)
+                self._keep_luma(picture, track, found)
             if found is None:
                 track.is_followed = False
             else:
-                track.see(found, seconds)
-            if found and is_tiny(found.frame, STILL_WIDE_ENOUGH):
+                track.update(found, seconds)
+            if found and is_tiny(found.pose, STILL_WIDE_ENOUGH):
                 track.is_followed = False
                 self.tiny_faces += 1
         kept: list[_Track] = []
         for track in sorted(self._followed(), key=lambda t: t.track_id):
-            if any(is_same(track.sighting.frame, other.sighting.frame) for other in kept):
-                track.is_followed = False  # it slid onto a face that an older track follows
+            if any(is_same(track.landmarks.pose, other.landmarks.pose) for other in kept):
+                track.is_followed = False  # it drifted onto the face of an older track
             else:
                 kept.append(track)
         return len(kept) < len(followed)
 
     def _carried(self, picture: FramePicture, track: _Track) -> FaceLandmarks | None:
-        """A face by its measured motion; None when it is the nets' turn, or that is not sure."""
-        before = track.sighting
-        if before.still is None or not self._is_between(track, self._frames):
+        """The face by its measured motion; None when the nets must read it."""
+        before = track.landmarks
+        if before.luma is None or not self._is_between(track, self._frames):
             return None
-        motion = self._motion(before.still, self._motion.still(picture, expected_frame(before)))
+        motion = self._motion(before.luma, self._motion.crop(picture, expected_pose(before)))
         return None if motion is None else carry(self.nets, before, motion)
 
-    def _remember(self, picture: FramePicture, track: _Track, found: FaceLandmarks | None) -> None:
-        """Keep what is seen, when the next frame's motion is measured against it."""
+    def _keep_luma(self, picture: FramePicture, track: _Track, found: FaceLandmarks | None) -> None:
+        """Keep the luma of the face, if the motion to the next frame will be measured."""
         if found is not None and self._is_between(track, self._frames + 1):
-            found.still = self._motion.still(picture, found.frame)
+            found.luma = self._motion.crop(picture, found.pose)
 
-    def _is_between(self, track: _Track, frame: int) -> bool:
-        """Of two faces one is read in even frames, the other in odd ones."""
-        return self.level >= 2 and (frame + track.track_id) % 2 == 1
+    def _is_between(self, track: _Track, index: int) -> bool:
+        """True when a track is not read in the frame of this index.
 
-    def _is_time_to_look(self, seconds: float) -> bool:
+        Even tracks are read in even frames, odd tracks in odd ones, so that no frame takes longer.
+        """
+        return self.level >= 2 and (index + track.track_id) % 2 == 1
+
+    def _detection_is_due(self, seconds: float) -> bool:
         missing = any(
-            not t.is_followed and seconds - t.last_seen_seconds < SETTLED_SECONDS
-            for t in self._tracks
+            not t.is_followed and seconds - t.last_seconds < SETTLED_SECONDS for t in self._tracks
         )
-        look, search = LOOK_SECONDS, SEARCH_SECONDS
+        wait, search = DETECT_SECONDS, SEARCH_SECONDS
         if self.level >= 1:
-            look, search = SLOW_LOOK_SECONDS, SLOW_SEARCH_SECONDS
-        wait = look if self._followed() and not missing else search
-        # a clock that jumps back (a stream that starts again) must not blind us
-        return not 0 <= seconds - self._last_look_seconds < wait - 1e-6
+            wait, search = SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS
+        if missing or not self._followed():
+            wait = search
+        # A clock that jumps back (a stream that starts again) must not stop detection.
+        return not 0 <= seconds - self._last_detection_seconds < wait - 1e-6
 
-    def _look(
+    def _search(self, picture: Picture, seconds: float) -> None:
+        """Detect beside followed faces, else with the next input size and tilt."""
+        self._detections += 1
+        if self._followed():
+            self._detect(picture, seconds, BESIDE_SIDES_PX)
+            return
+        side_px = DETECTOR_SIDES_PX[self._detections % len(DETECTOR_SIDES_PX)]
+        tilts = (0, 0, *TILTS_DEGREES)
+        tilt_degrees = tilts[self._detections // len(DETECTOR_SIDES_PX) % len(tilts)]
+        self._detect(picture, seconds, (side_px,), tilt_degrees)
+
+    def _detect(
         self, picture: Picture, seconds: float, sides_px: tuple[int, ...], tilt_degrees: float = 0
     ) -> None:
-        """Start to follow what the detector finds and nobody follows yet."""
-        self._last_look_seconds = seconds
-        for guess in detect(self.nets, picture, sides_px, tilt_degrees):
-            known = self._followed()
-            if len(known) >= MAX_FACES:
+        """Start to follow the faces that the detector finds and no track follows yet."""
+        self._last_detection_seconds = seconds
+        for detection in detect(self.nets, picture, sides_px, tilt_degrees):
+            followed = self._followed()
+            if len(followed) >= MAX_FACES:
                 break
-            if any(is_same(guess, track.sighting.frame) for track in known):
+            if any(is_same(detection, track.landmarks.pose) for track in followed):
                 continue
-            found = locate(self.nets, picture, guess)
-            if found is None or any(is_same(found.frame, t.sighting.frame) for t in known):
+            found = locate(self.nets, picture, detection)
+            if found is None or any(is_same(found.pose, t.landmarks.pose) for t in followed):
                 continue
-            if is_tiny(found.frame):
+            if is_tiny(found.pose):
                 self.tiny_faces += 1
                 continue
             self._start(found, seconds)
 
     def _start(self, found: FaceLandmarks, seconds: float) -> None:
-        """Follow a face: one that was lost a moment ago, or a new one."""
-        size = iod_of(found.frame)
-        lost = [t for t in self._tracks if not t.is_followed and 0.5 < size / iod_of(t.place) < 2]
-        nearest = min(lost, key=lambda track: track.off(found.frame, seconds), default=None)
-        if nearest is not None and nearest.off(found.frame, seconds) < RETURN_REACH:
-            nearest.see(found, seconds)
+        """Follow a face on the track of one that was lost a moment ago, or on a new track."""
+        size = iod_of(found.pose)
+        lost = [
+            track
+            for track in self._tracks
+            if not track.is_followed and 0.5 < size / iod_of(track.settled_pose) < 2
+        ]
+        nearest = min(lost, key=lambda track: track.distance_to(found.pose, seconds), default=None)
+        if nearest is not None and nearest.distance_to(found.pose, seconds) < RETURN_REACH:
+            nearest.update(found, seconds)
         else:
             self._tracks.append(_Track(self._next_id, found, seconds))
             self._next_id += 1
 
 
 def _is_fresh(track: _Track, seconds: float) -> bool:
-    return 0 <= seconds - track.last_seen_seconds < REMEMBER_SECONDS
+    return 0 <= seconds - track.last_seconds < REMEMBER_SECONDS

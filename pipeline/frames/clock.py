@@ -1,22 +1,23 @@
-"""Time as the frames tell it: seconds that never stand still, and arrival times made even."""
+"""Clocks that run on frame times: media time that always advances, and evened arrival times."""
 
 from makeup_video.pipeline.frames.frame import Frame
 
-GAP_SECONDS = 0.15  # a face that was away for longer is a new one: four frames at 30 fps
-_STEP_SHARE = 0.1  # of the newest step in the usual one
-_LEAST_STEP = 0.8  # of the usual one; at less, what comes in pairs is left less even
+# A face that was absent for longer is smoothed as a new one: four frames at 30 fps.
+GAP_SECONDS = 0.15
+_STEP_SHARE = 0.1  # of the newest step in the usual step
+_LEAST_STEP = 0.8  # of the usual step; a smaller share leaves frames that come in pairs less even
 
 
 class MediaClock:
-    """Seconds since the first frame that never stand still or go back."""
+    """Seconds since the first frame; they always advance, whatever the frames' timestamps do."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
-        self._last: float | None = None  # None, not falsehood: the first pts is often 0
+        self._last: float | None = None  # compare with None: the first time is often 0
         self._usual_step = 1 / 30
 
     def tick(self, frame: Frame) -> float:
-        """The time of this frame. A repeated or earlier one counts as one usual step."""
+        """The time of this frame. A repeated or earlier timestamp counts as one usual step."""
         now = frame.seconds
         if self._last is not None:
             step = now - self._last
@@ -28,25 +29,26 @@ class MediaClock:
 
 
 class EvenTimes:
-    """Arrival times with the shortest steps made longer, to most of the usual one.
+    """Arrival times whose shortest steps are stretched to most of the usual step.
 
-    A camera takes its pictures evenly, but a busy machine may be handed two at once. As times stand, the
-    second would show enormous noise, and hardly count. What was added is taken off the steps after it.
+    A camera takes its pictures evenly, but a busy machine may receive two at once. With the times
+    as they arrive, the second picture would seem to hold enormous noise, and hardly count. The
+    steps that follow are shortened by the time added.
     """
 
     def __init__(self) -> None:
         self._arrived: float | None = None
-        self._told = 0.0
+        self._evened = 0.0
         self._usual_step = 0.0
 
     def __call__(self, seconds: float) -> float:
-        """seconds: each more than the last."""
+        """The evened time. seconds: later than in the call before."""
         if self._arrived is not None:
             step = seconds - self._arrived
-            share = _STEP_SHARE if step < GAP_SECONDS else 1  # a pause tells of no usual step
+            share = _STEP_SHARE if step < GAP_SECONDS else 1  # a pause is no usual step
             self._usual_step += share * ((step if step < GAP_SECONDS else 0) - self._usual_step)
-            self._told = max(seconds, self._told + _LEAST_STEP * self._usual_step)
+            self._evened = max(seconds, self._evened + _LEAST_STEP * self._usual_step)
         else:
-            self._told = seconds
+            self._evened = seconds
         self._arrived = seconds
-        return self._told
+        return self._evened

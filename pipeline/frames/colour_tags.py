@@ -1,6 +1,6 @@
-"""Frame -> Coding: what its colour tags mean, and what players make of those that are missing.
+"""Colour tags of a frame, and the Coding that they mean, with missing tags filled in.
 
-The maths is in kernels/colour.py, beside its OpenCL twin: kernels may not import from here.
+The maths is in kernels/colour.py, beside its OpenCL twin.
 """
 
 from dataclasses import dataclass
@@ -9,15 +9,16 @@ import av
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, PRIMARIES, SRGB, Coding
 from makeup_video.pipeline.errors import UsageError
 
-_SAME = {10: 9}  # BT.2020 constant luminance -> BT.2020: no encoder we know of writes it
-_FULL = 2
+FULL_RANGE = 2
 _UNSPECIFIED = 2  # of matrix, transfer and primaries
+# BT.2020 constant luminance counts as BT.2020: no encoder that we know of writes it.
+_SAME = {10: 9}
 HDR_TRANSFERS = (16, 18)  # PQ (SMPTE ST 2084) and HLG (ARIB STD-B67), as H.273 numbers them
 
 
 @dataclass(frozen=True, slots=True)
 class ColourTags:
-    """How the numbers of a frame mean colour: code points of ITU-T H.273, as FFmpeg has them.
+    """How the codes of a frame mean colour: code points of ITU-T H.273, as in FFmpeg.
 
     matrix: 1 BT.709, 5 and 6 BT.601, 9 BT.2020, 2 unspecified.
     range: 1 limited ("MPEG", 16..235), 2 full ("JPEG", 0..255), 0 unspecified.
@@ -32,7 +33,7 @@ class ColourTags:
 
     @classmethod
     def of(cls, picture: av.VideoFrame) -> "ColourTags":
-        """Of a picture, or of a codec context, which has fields of the same names."""
+        """The tags of a picture, or of a codec context, whose fields have the same names."""
         return cls(
             int(picture.colorspace),
             int(picture.color_range),
@@ -41,7 +42,7 @@ class ColourTags:
         )
 
     def complete(self, picture: av.VideoFrame) -> None:
-        """Give a picture those of these tags that it does not have itself."""
+        """Set on a picture those of these tags that it lacks."""
         if picture.colorspace == _UNSPECIFIED:
             picture.colorspace = self.matrix
         if picture.color_range == 0:
@@ -58,16 +59,19 @@ class ColourTags:
 
 
 def resolve(tags: ColourTags, width_px: int, height_px: int, bit_depth: int) -> Coding:
-    """Close every gap in the tags.
+    """The coding that the tags mean, with every missing tag filled in.
 
-    Matrix: BT.2020 for BT.2020 primaries, PQ and HLG; else by size, as players do: BT.709 from
-    1280 px of width or from 577 lines on, BT.601 below. Range: limited. Transfer: anything that is
-    neither PQ nor HLG counts as sRGB. Primaries: BT.2020 with its matrix, else BT.709.
-    Raises UsageError for Y'CbCr that is no linear mix of R'G'B' (ICtCp, YCgCo).
+    Matrix: BT.2020 for BT.2020 primaries, PQ and HLG; else by size, as players do: BT.709 from 1280
+    px of width or 577 lines on, BT.601 below.
+    Range: limited.
+    Transfer: everything but PQ and HLG counts as sRGB.
+    Primaries: BT.2020 with its matrix, else BT.709.
+
+    Raises UsageError for matrices that cannot be painted on (ICtCp, YCgCo).
     """
     hdr = tags.transfer in (PQ, HLG)
     matrix = _SAME.get(tags.matrix, tags.matrix)
-    if matrix == 2:
+    if matrix == _UNSPECIFIED:
         wide = hdr or tags.primaries == 9
         matrix = 9 if wide else 1 if width_px >= 1280 or height_px > 576 else 6
     if matrix not in LUMA_WEIGHTS:
@@ -78,4 +82,6 @@ def resolve(tags: ColourTags, width_px: int, height_px: int, bit_depth: int) -> 
     primaries = tags.primaries
     if primaries not in PRIMARIES:
         primaries = 9 if matrix == 9 else 1
-    return Coding(matrix, tags.range == _FULL, tags.transfer if hdr else SRGB, primaries, bit_depth)
+    return Coding(
+        matrix, tags.range == FULL_RANGE, tags.transfer if hdr else SRGB, primaries, bit_depth
+    )

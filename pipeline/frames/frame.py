@@ -1,4 +1,4 @@
-"""The types that cross channels."""
+"""A decoded video frame: its planes, time and colour tags."""
 
 import re
 from dataclasses import dataclass, field
@@ -15,8 +15,11 @@ _HIGH_BITS = re.compile("p[024]1")  # p010le, p210le, p416le ...
 
 
 class _Layout(NamedTuple):
-    """What FFmpeg's name of a layout says. It is asked once: all that is asked of a PyAV format costs a
-    new object, and several stages ask of every frame."""
+    """What FFmpeg's name of a pixel format means.
+
+    Looked up once a format: every attribute of a PyAV format costs a new object, and several stages
+    need one for every frame.
+    """
 
     bit_depth: int
     chroma: tuple[int, int]
@@ -25,20 +28,20 @@ class _Layout(NamedTuple):
 @lru_cache
 def _layout_of(pix_fmt: str) -> _Layout:
     fmt = av.VideoFormat(pix_fmt)
-    # 64 divides by every factor there is, so the quotient is the factor itself
+    # 64 is a multiple of every factor there is, so the quotient is the factor itself
     chroma = 64 // fmt.chroma_width(64), 64 // fmt.chroma_height(64)
     return _Layout(fmt.components[0].bits, chroma)
 
 
 @dataclass(slots=True)
 class Frame:
-    """One decoded picture as Y'CbCr planes, with its time and what its numbers mean.
+    """One decoded picture as Y'CbCr planes, with its time and colour tags.
 
     picture: the FFmpeg frame that owns the memory; the planes are views of it.
-    pix_fmt: FFmpeg's name of the layout, such as yuv420p or yuv420p10le.
+    pix_fmt: FFmpeg's name of the pixel format, such as yuv420p or yuv420p10le.
     pts: presentation time in ticks of `time_base` (seconds per tick); the origin is the source's.
-    rotation_degrees: counter-clockwise turn (0, 90, 180 or 270) that makes the picture upright.
-    The stored picture is never turned: only face finding looks at this.
+    rotation_degrees: counter-clockwise turn (0, 90, 180 or 270) that makes the picture upright. The
+    stored picture is never turned: only face finding reads the rotation.
     """
 
     picture: av.VideoFrame
@@ -61,7 +64,8 @@ class Frame:
             )
         if _HIGH_BITS.match(self.pix_fmt) or self.pix_fmt in ("nv21", "nv42"):
             raise ValueError(
-                f"a frame cannot be {self.pix_fmt}: its samples lie in the high bits, or Cr before Cb"
+                f"a frame cannot be {self.pix_fmt}: its samples lie in the high bits, "
+                "or Cr before Cb"
             )
         if self.rotation_degrees not in (0, 90, 180, 270):
             raise ValueError(
@@ -70,7 +74,7 @@ class Frame:
 
     @property
     def seconds(self) -> float:
-        """The presentation time; the same as float(pts * time_base), for less work."""
+        """The presentation time: float(pts * time_base), without the cost of a Fraction."""
         return self.pts * self.time_base.numerator / self.time_base.denominator
 
     @property
@@ -92,10 +96,10 @@ class Frame:
         return self._planes
 
     def writable_planes(self) -> tuple[np.ndarray, ...]:
-        """The planes for painting. Call it only when something will be painted.
+        """The planes for painting. Call this only when something will be painted.
 
-        The decoder may still predict from this memory; FFmpeg copies it here if so (0.2 ms at
-        1080p). Painting without that changes later frames.
+        The decoder may still predict later frames from this memory. FFmpeg then copies it here
+        (0.2 ms at 1080p), else painting would change those frames.
         """
         self.picture.make_writable()
         self._planes = None
@@ -109,20 +113,24 @@ class Frame:
 
 
 def coding_of(frame: Frame) -> Coding:
-    """The coding of a frame's codes. Raises UsageError as `resolve` does."""
+    """The coding of a frame. Raises UsageError as `resolve` does."""
     return resolve(frame.tags, frame.width_px, frame.height_px, frame.bit_depth)
 
 
 def plane_views(picture: av.VideoFrame, bit_depth: int) -> tuple[np.ndarray, ...]:
+    """Writable views of a picture's planes, without the padding of their lines.
+
+    See Frame.planes.
+    """
     dtype = np.dtype(np.uint8 if bit_depth <= 8 else np.uint16)
     interleaved = picture.format.name in ("nv12", "nv16")
     views = []
     for index, plane in enumerate(picture.planes):
-        line = np.frombuffer(memoryview(plane), dtype).reshape(
+        lines = np.frombuffer(memoryview(plane), dtype).reshape(
             plane.height, plane.line_size // dtype.itemsize
         )
         if interleaved and index == 1:
-            views.append(line[:, : plane.width * 2].reshape(plane.height, plane.width, 2))
+            views.append(lines[:, : plane.width * 2].reshape(plane.height, plane.width, 2))
         else:
-            views.append(line[:, : plane.width])
+            views.append(lines[:, : plane.width])
     return tuple(views)

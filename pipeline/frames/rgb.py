@@ -1,4 +1,4 @@
-"""An RGB picture in memory as a Frame, and the pixels that changed brought back."""
+"""Converts an RGB picture in memory to a Frame, and its changed pixels back."""
 
 from fractions import Fraction
 
@@ -9,12 +9,15 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 
 PICTURE_TICK = Fraction(1, 1)
-# How a picture's frame means colour: BT.709, full range, the transfer of sRGB.
+# BT.709, full range, the transfer of sRGB.
 PICTURE_TAGS = ColourTags(1, 2, 13, 1)
 
 
 def to_frame(stored: np.ndarray, rotation_degrees: int = 0) -> Frame:
-    """The stored pixels as an 8-bit 4:4:4 full-range BT.709 frame with the transfer of sRGB."""
+    """The stored pixels as an 8-bit 4:4:4 frame, tagged PICTURE_TAGS.
+
+    stored: (H, W, 1 to 4) uint8 or uint16: grey, grey and alpha, BGR or BGRA; alpha is left out.
+    """
     eight = stored if stored.dtype == np.uint8 else (stored / 257 + 0.5).astype(np.uint8)
     bgr = np.repeat(eight[..., :1], 3, axis=2) if eight.shape[2] < 3 else eight[..., :3]
     picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(bgr), format="bgr24").reformat(
@@ -25,7 +28,11 @@ def to_frame(stored: np.ndarray, rotation_degrees: int = 0) -> Frame:
 
 
 def merge(stored: np.ndarray, frame: Frame, before: list[np.ndarray]) -> np.ndarray:
-    """The stored pixels, with those that differ from `before` converted back from the frame."""
+    """The stored pixels, with those that painting changed converted back from the frame.
+
+    stored: as for to_frame. before: the frame's planes before painting. The very same array when
+    nothing changed.
+    """
     changed = np.zeros(stored.shape[:2], bool)
     for old, new in zip(before, frame.planes, strict=True):
         changed |= old != new
@@ -42,6 +49,6 @@ def merge(stored: np.ndarray, frame: Frame, before: list[np.ndarray]) -> np.ndar
 
 
 def with_colour(grey: np.ndarray) -> np.ndarray:
-    """(H, W, 1 or 2) -> BGR or BGRA."""
+    """Grey (H, W, 1 or 2) -> BGR or BGRA (H, W, 3 or 4)."""
     colour = np.repeat(grey[..., :1], 3, axis=2)
     return np.concatenate([colour, grey[..., 1:]], axis=2)

@@ -1,6 +1,6 @@
-"""Small upright RGB crops straight from a frame's planes: what the face nets look at.
+"""Reads samples from planes: crops under any affine map, and single points.
 
-Only the window's own pixels are read. It may be turned, and may reach beyond the picture, where
+Only the pixels under a crop are read. A crop may be turned, and may reach beyond the plane, where
 the border is repeated.
 """
 
@@ -10,15 +10,14 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
-
-Affine = np.ndarray  # (2, 3) float64: (x, y, 1) -> (x, y)
 
 
 def samples_at(frame: Frame, places: np.ndarray, step: float) -> list[np.ndarray]:
-    """Y', Cb and Cr of a frame as it is stored, each (1, N) codes; of a grey frame Y' alone.
+    """Y', Cb and Cr of a stored frame, each (1, N) codes; for a grey frame, Y' alone.
 
-    places, step: as for sample_at, in luma pixels.
+    places, step: as for sample_at, in luma px.
     """
     rows = [sample_at(frame.planes[0], places, step)]
     to_chroma = _to_chroma(*frame.chroma)
@@ -26,13 +25,13 @@ def samples_at(frame: Frame, places: np.ndarray, step: float) -> list[np.ndarray
     places = places * scale[:, None] + to_chroma[:, 2:].astype(np.float32)
     for plane in frame.planes[1:3]:
         sampled = sample_at(plane, places, step * float(scale.prod() ** 0.5))
-        rows += [sampled] if sampled.ndim == 2 else cv2.split(sampled)  # NV12: both in one
+        rows += [sampled] if sampled.ndim == 2 else cv2.split(sampled)  # NV12: one plane holds both
     return rows
 
 
 @lru_cache
-def _to_chroma(across: int, down: int) -> Affine:
-    """Luma px -> chroma px, for chroma sited in the middle of its luma."""
+def _to_chroma(across: int, down: int) -> AffineArray:
+    """Luma px -> chroma px, for chroma sited at the centre of its luma samples."""
     return np.array([[1 / across, 0, 0.5 / across - 0.5], [0, 1 / down, 0.5 / down - 0.5]])
 
 
@@ -44,10 +43,11 @@ def pixel_places(size_wh: tuple[int, int]) -> np.ndarray:
     return np.stack([x, y, np.ones_like(x)])
 
 
-def sample(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
-    """Bilinear samples of (H, W) or (H, W, C); where the crop shrinks, averages of 2x2, 4x4, ...
+def sample(plane: np.ndarray, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
+    """A crop of a plane (H, W) or (H, W, C), by bilinear samples.
 
-    to_px maps the crop's pixels to the plane's; the border is repeated beyond it.
+    Where the crop shrinks the plane, the samples are of averages of 2x2, 4x4, ... px.
+    to_px: (2, 3), crop px -> plane px. Beyond the plane the border is repeated.
     """
     factor = shrink_factor(step_px(to_px))
     if factor > 1:
@@ -58,9 +58,9 @@ def sample(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.nda
 
 
 def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
-    """The same at any places (2, N) float32, x and y, of which neighbours are `step` px apart.
+    """Samples as `sample` takes them, at any points: (1, N) or (1, N, C).
 
-    Returns (1, N) or (1, N, C).
+    places: (2, N) float32, x and y in px. step: px between neighbouring points.
     """
     factor = shrink_factor(step)
     if factor > 1:
@@ -71,12 +71,14 @@ def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
     return remap(plane, places)
 
 
-def warp(plane: np.ndarray, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
+def warp(plane: np.ndarray, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
+    """Bilinear samples of a plane under a map crop px -> plane px; the border is repeated."""
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return cv2.warpAffine(plane, to_px, size_wh, flags=flags, borderMode=cv2.BORDER_REPLICATE)
 
 
 def remap(plane: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Bilinear samples of a plane at points (2, N) float32, x and y; the border is repeated."""
     return cv2.remap(
         plane, places[:1], places[1:], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
@@ -85,7 +87,10 @@ def remap(plane: np.ndarray, places: np.ndarray) -> np.ndarray:
 def reach_of(
     maps: list[list[list[float]]], sizes: Sequence[tuple[int, int]]
 ) -> list[tuple[float, float]]:
-    """The least and the most x, and y, of all pixels of these windows."""
+    """(lowest, highest) x and y in the plane of all pixels of these crops.
+
+    maps: one map a crop, crop px -> plane px, as nested lists (2, 3).
+    """
     reach = []
     for axis in (0, 1):
         lows, highs = [], []
@@ -98,18 +103,19 @@ def reach_of(
     return reach
 
 
-def step_px(to_px: Affine) -> float:
-    """How many px of the plane lie between two of the crop."""
+def step_px(to_px: AffineArray) -> float:
+    """How many px of the plane lie between neighbouring pixels of a crop."""
     return step_of(to_px.tolist())
 
 
 def step_of(to_px: list[list[float]]) -> float:
+    """The same of a map as nested lists (2, 3)."""
     (a, b, _), (c, d, _) = to_px
     return float(abs(a * d - b * c) ** 0.5)
 
 
 def shrink_factor(step: float) -> int:
-    """A power of two that leaves at most 2 px between samples."""
+    """The least power of two by which to shrink a plane, to leave at most 2 px between samples."""
     factor = 1
     while step > 2 * factor:
         factor *= 2
@@ -117,7 +123,7 @@ def shrink_factor(step: float) -> int:
 
 
 class _Box(NamedTuple):
-    """A part of a plane: from low to high."""
+    """A part of a plane in px: low is inside, high is not."""
 
     low_x: int
     low_y: int
@@ -125,31 +131,31 @@ class _Box(NamedTuple):
     high_y: int
 
     def for_chroma(self, across: int, down: int) -> "_Box":
-        """The same part of a chroma plane; low is a multiple of both."""
+        """The same part of a chroma plane; low must be a multiple of both factors."""
         low_x, low_y, high_x, high_y = self
         return _Box(low_x // across, low_y // down, -(-high_x // across), -(-high_y // down))
 
 
 def part_around(reach: list[tuple[float, float]], plane: np.ndarray, multiple: int) -> _Box:
-    """What of a plane lies within reach (of x, of y) and a little around it.
+    """The part of a plane within reach (of x, of y) and a little around it.
 
-    From multiple to multiple: so averages do not swim with the window.
+    Its edges lie at multiples of `multiple`, so that averages do not change when a crop moves.
     """
     low, high = [], []
     for (first, last), length in zip(reach, plane.shape[1::-1], strict=True):
         low.append(min(max(int(first) - 2 * multiple, 0), length - 1) // multiple * multiple)
         needed = max(int(last) + 2 * multiple + 2, low[-1] + 1) - low[-1]
-        there = max((length - low[-1]) // multiple * multiple, 1)
-        high.append(low[-1] + min(-(-needed // multiple) * multiple, there))
+        available = max((length - low[-1]) // multiple * multiple, 1)
+        high.append(low[-1] + min(-(-needed // multiple) * multiple, available))
     return _Box(*low, *high)
 
 
 def shrunk(
     plane: np.ndarray, box: _Box, factor: int, every_row: bool = False
-) -> tuple[np.ndarray, Affine]:
-    """A part of a plane, averaged, and the map to it.
+) -> tuple[np.ndarray, AffineArray]:
+    """A part of a plane, averaged `factor` to 1, and the map plane px -> part px.
 
-    Of what shrinks by more than 2 every second row is read, but where every_row is: memory is slow.
+    For a factor above 2 only every second row is read, because memory is slow; every_row reads all.
     """
     left, top, right, bottom = box
     wide, tall, skip = right - left, bottom - top, 2 if factor > 2 and not every_row else 1
@@ -158,7 +164,7 @@ def shrunk(
     if part.shape[1::-1] != size:
         part = cv2.resize(part, size)
     x_scale, y_scale = size[0] / wide, size[1] / tall
-    first = top + (1 - skip) / 2  # the rows that are read lie higher than those that are not
+    first = top + (1 - skip) / 2  # the rows that are read lie above the skipped ones
     to_part = np.array([
         [x_scale, 0, (0.5 - left) * x_scale - 0.5],
         [0, y_scale, (0.5 - first) * y_scale - 0.5],
@@ -167,10 +173,10 @@ def shrunk(
 
 
 def halved(plane: np.ndarray, factor: int = 2) -> np.ndarray:
-    """(H, W) or (H, W, C) averaged 2x2, without the last row or column of an odd number, until it
-    is smaller by `factor`, a power of two.
+    """A plane (H, W) or (H, W, C), averaged 2x2 until it is smaller by `factor`, a power of two.
 
-    OpenCV is quick at exactly this: to average by 4 it takes six times as long as for this twice.
+    The last row or column of an odd number is left out. OpenCV is quick at exactly 2x2: averaging
+    4x4 at once takes six times as long as 2x2 twice.
     """
     while factor > 1:
         h, w = plane.shape[:2]
@@ -180,38 +186,8 @@ def halved(plane: np.ndarray, factor: int = 2) -> np.ndarray:
     return plane
 
 
-def compose(second: Affine, first: Affine) -> Affine:
-    """The map that does `first`, then `second`; `first` may be several, (..., 2, 3)."""
-    both: Affine = second[:, :2] @ first
-    both[..., 2] += second[:, 2]
-    return both
-
-
 def eight_bits(plane: np.ndarray, frame: Frame) -> np.ndarray:
-    """Codes of a frame as those of 8 bits."""
+    """Codes of a frame, scaled to 8 bits."""
     if plane.dtype == np.uint8:
         return plane
     return cv2.convertScaleAbs(plane, alpha=2.0 ** (8 - frame.bit_depth))
-
-
-@lru_cache
-def to_rgb_matrix(matrix: int, range_: int) -> np.ndarray:
-    """(3, 4) from 8-bit Y'CbCr codes to R'G'B' codes 0..255 (ITU-T H.273, equations 32 to 43).
-
-    Unspecified matrices count as BT.709 and an unspecified range as limited, which is what a net
-    can tell no difference of.
-    """
-    kr, kb = {5: (0.299, 0.114), 6: (0.299, 0.114), 9: (0.2627, 0.0593), 10: (0.2627, 0.0593)}.get(
-        matrix, (0.2126, 0.0722)
-    )
-    full = range_ == 2
-    scale, lift = (1.0, 0.0) if full else (255 / 219, 16.0)
-    chroma = 2.0 if full else 2 * 255 / 224
-    kg = 1 - kr - kb
-    red, blue = chroma * (1 - kr), chroma * (1 - kb)
-    weights = np.array([
-        [scale, 0, red],
-        [scale, -blue * kb / kg, -red * kr / kg],
-        [scale, blue, 0],
-    ])  # fmt: skip
-    return np.column_stack([weights, -weights @ [lift, 128, 128]])

@@ -1,30 +1,32 @@
-"""Copies of FFmpeg's frames in another size or turn, with time and colour tags carried over."""
+"""Resized, turned and plain copies of FFmpeg's frames, with their time and colour tags."""
 
 from fractions import Fraction
 
 import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame, coding_of, plane_views
 
-FULL_RANGE = 2
-_SMPTE_170M = 6  # the same numbers as BT.601's, and FFmpeg's converter knows one of the two
+_SMPTE_170M = 6  # the same matrix as BT.601, the only one of the two that FFmpeg's converter knows
 
 
 def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
-    """The same in square pixels, the shorter side of a pixel stretched; 4:2:0. The same object when they
-    are square."""
+    """A 4:2:0 copy with square pixels: the shorter side of the pixels is stretched.
+
+    The picture itself when its pixels are square.
+    """
     if aspect == 1:
         return picture
     wider, higher = max(aspect, Fraction(1)), max(1 / aspect, Fraction(1))
     width = round(picture.width * wider / 2) * 2
     height = round(picture.height * higher / 2) * 2
-    out = picture.reformat(width=width, height=height)  # keeps side data, which turns a recording
+    out = picture.reformat(width=width, height=height)  # keeps side data, which holds the rotation
     return with_tags(out, picture)
 
 
 def fitted(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:
-    """A copy of 4:2:0 of that size: as large as it fits, with black bars, its shape kept."""
+    """A 4:2:0 copy of that size: as large as fits with its aspect ratio, with black bars."""
     (wide, high), scale = size_wh, min(size_wh[0] / picture.width, size_wh[1] / picture.height)
     inner_wh = [max(2, round(side * scale / 2) * 2) for side in (picture.width, picture.height)]
     inner_wh = [min(inner_wh[0], wide), min(inner_wh[1], high)]
@@ -43,8 +45,10 @@ def fitted(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:
 
 
 def upright(frame: Frame) -> av.VideoFrame:
-    """The picture as it is to be looked at, for what cannot carry a rotation; the same object when
-    there is none. 4:2:0 of 8 bits."""
+    """An upright copy, for outputs that cannot carry a rotation; 8-bit 4:2:0.
+
+    The frame's own picture when it has no rotation.
+    """
     turns = frame.rotation_degrees // 90
     if not turns:
         return frame.picture
@@ -56,7 +60,7 @@ def upright(frame: Frame) -> av.VideoFrame:
 
 
 def copied(picture: av.VideoFrame) -> av.VideoFrame:
-    """The same picture in memory of its own; 4:2:0 of 8 bits."""
+    """A copy in its own memory; 8-bit 4:2:0."""
     out = av.VideoFrame(picture.width, picture.height, picture.format.name)
     for new, old in zip(plane_views(out, 8), plane_views(picture, 8), strict=True):
         new[:] = old
@@ -64,7 +68,7 @@ def copied(picture: av.VideoFrame) -> av.VideoFrame:
 
 
 def with_tags(out: av.VideoFrame, picture: av.VideoFrame) -> av.VideoFrame:
-    """`out`, with the time and the meaning of the numbers that `picture` has."""
+    """`out`, with the time and the colour tags of `picture`."""
     out.colorspace, out.color_range = picture.colorspace, picture.color_range
     out.color_primaries, out.color_trc = picture.color_primaries, picture.color_trc
     if picture.pts is not None:
@@ -73,7 +77,7 @@ def with_tags(out: av.VideoFrame, picture: av.VideoFrame) -> av.VideoFrame:
 
 
 def upright_rgb(frame: Frame) -> np.ndarray:
-    """(H, W, 3) uint8 RGB, of the very codes that were painted: HDR stays as it is coded."""
+    """(H, W, 3) uint8 R'G'B' of the upright frame. HDR is not tone-mapped."""
     coding = coding_of(frame)
     picture = frame.picture.reformat(
         format="rgb24",

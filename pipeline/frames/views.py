@@ -1,4 +1,4 @@
-"""Pictures seen upright with square pixels, however they are stored: what the nets look at."""
+"""Upright views with square pixels of pictures stored in any way: what the nets read."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -7,10 +7,12 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+from makeup_video.kernels.colour import Coding, matrices
+from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.frames.affine import AffineArray, compose
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags, resolve
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.sampling import (
-    Affine,
-    compose,
     eight_bits,
     halved,
     part_around,
@@ -21,37 +23,36 @@ from makeup_video.pipeline.frames.sampling import (
     shrink_factor,
     shrunk,
     step_of,
-    to_rgb_matrix,
     warp,
 )
 
-Crop = tuple[Affine, tuple[int, int]]  # crop px -> upright px, and the crop's width and height
-Crops = tuple[np.ndarray, tuple[int, int]]  # several of one size: (K, 2, 3), and that size
+Crop = tuple[AffineArray, tuple[int, int]]  # crop px -> upright px, and (width, height)
+Crops = tuple[np.ndarray, tuple[int, int]]  # crops of one size: maps (K, 2, 3), (width, height)
 
 
 class Picture(Protocol):
-    """An upright picture with square pixels, however it is stored."""
+    """An upright view with square pixels of a stored picture."""
 
     width_px: float
     height_px: float
-    to_stored: Affine  # upright px -> stored px
+    to_stored: AffineArray  # upright px -> stored px
 
-    def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
-        """(H, W, 3) uint8 RGB, encoded; to_px maps the crop's pixels to upright pixels."""
+    def crop(self, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
+        """(H, W, 3) uint8, encoded R'G'B'. to_px: (2, 3), crop px -> upright px."""
         ...
 
-    def crops(self, windows: Sequence[Crops]) -> list[np.ndarray]:
-        """Several crops of about the same scale that lie close together, for less work: (K, H, W, 3)
-        for each size."""
+    def crops(self, groups: Sequence[Crops]) -> list[np.ndarray]:
+        """(K, H, W, 3) of each group: less work than one by one for crops of about the same scale
+        that lie close together."""
         ...
 
     def whole(self, size_wh: tuple[int, int]) -> np.ndarray:
-        """All of it, (H, W, 3), at a size of about its shape."""
+        """The whole picture, (H, W, 3), at a size of about its aspect ratio."""
         ...
 
 
 def check_rgb8(rgb8: np.ndarray) -> None:
-    """Raises ValueError for what is no (H, W, 3) uint8 picture."""
+    """Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture."""
     shape: tuple[int, ...] = getattr(rgb8, "shape", ())
     dtype = getattr(rgb8, "dtype", type(rgb8).__name__)
     if len(shape) != 3 or shape[2] != 3 or dtype != np.uint8 or 0 in shape:
@@ -61,20 +62,20 @@ def check_rgb8(rgb8: np.ndarray) -> None:
 
 
 class RgbPicture:
-    """A picture that is stored as (H, W, 3) uint8 RGB and is upright already."""
+    """A picture stored upright, as (H, W, 3) uint8 R'G'B'."""
 
     def __init__(self, rgb8: np.ndarray) -> None:
         check_rgb8(rgb8)
-        self.rgb8 = np.ascontiguousarray(rgb8)  # once, or OpenCV copies it for every crop
+        self.rgb8 = np.ascontiguousarray(rgb8)  # once here, else OpenCV copies it for every crop
         self.height_px, self.width_px = rgb8.shape[:2]
         self.to_stored = np.eye(2, 3)
 
-    def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
+    def crop(self, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
         return sample(self.rgb8, to_px, size_wh)
 
-    def crops(self, windows: Sequence[Crops]) -> list[np.ndarray]:
+    def crops(self, groups: Sequence[Crops]) -> list[np.ndarray]:
         return [
-            np.stack([sample(self.rgb8, to_px, size) for to_px in maps]) for maps, size in windows
+            np.stack([sample(self.rgb8, to_px, size) for to_px in maps]) for maps, size in groups
         ]
 
     def whole(self, size_wh: tuple[int, int]) -> np.ndarray:
@@ -82,36 +83,36 @@ class RgbPicture:
 
 
 class FramePicture:
-    """A frame's planes, seen upright.
+    """An upright view of a frame's planes.
 
-    pixel_aspect: width of a stored pixel by its height (the sample aspect ratio).
+    pixel_aspect: width of a stored pixel divided by its height (the sample aspect ratio).
     """
 
     def __init__(self, frame: Frame, pixel_aspect: Fraction | float = 1) -> None:
         self.frame = frame
         key = frame.width_px, frame.height_px, float(pixel_aspect) or 1.0, frame.rotation_degrees
         self.to_stored, self.width_px, self.height_px = _upright(*key)
-        self._to_rgb = to_rgb_matrix(frame.tags.matrix, frame.tags.range)
+        self._to_rgb = _to_rgb_matrix(frame.tags, frame.width_px, frame.height_px)
 
-    def crop(self, to_px: Affine, size_wh: tuple[int, int]) -> np.ndarray:
-        rgb8, (at,) = self._near(to_px[None], [size_wh])
-        return warp(rgb8, at, size_wh)
+    def crop(self, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
+        rgb8, (to_part,) = self._rgb_around(to_px[None], [size_wh])
+        return warp(rgb8, to_part, size_wh)
 
-    def crops(self, windows: Sequence[Crops]) -> list[np.ndarray]:
-        # Every call into OpenCV costs as much as a thousand pixels: so all crops are one list of
-        # places, sampled at once.
-        sizes = [size for maps, size in windows for _ in maps]
-        rgb8, at = self._near(np.concatenate([maps for maps, _ in windows]), sizes)
-        # it takes less than half as long for four channels as for three
+    def crops(self, groups: Sequence[Crops]) -> list[np.ndarray]:
+        # A call into OpenCV costs as much as a thousand pixels, so the pixels of all crops are one
+        # list of points that is sampled at once.
+        sizes = [size for maps, size in groups for _ in maps]
+        rgb8, to_part = self._rgb_around(np.concatenate([maps for maps, _ in groups]), sizes)
+        # remap takes less than half as long for four channels as for three
         rgb8 = cv2.cvtColor(rgb8, cv2.COLOR_RGB2RGBA)
-        found = remap(rgb8, _places(at.astype(np.float32), sizes))
-        found = cv2.cvtColor(found, cv2.COLOR_RGBA2RGB)[0]
-        parts, first = [], 0
-        for maps, (w, h) in windows:
+        samples = remap(rgb8, _places(to_part.astype(np.float32), sizes))
+        samples = cv2.cvtColor(samples, cv2.COLOR_RGBA2RGB)[0]
+        crops, first = [], 0
+        for maps, (w, h) in groups:
             end = first + len(maps) * w * h
-            parts.append(found[first:end].reshape(len(maps), h, w, 3))
+            crops.append(samples[first:end].reshape(len(maps), h, w, 3))
             first = end
-        return parts
+        return crops
 
     def whole(self, size_wh: tuple[int, int]) -> np.ndarray:
         turned, planes = self.frame.rotation_degrees, self.frame.planes
@@ -119,12 +120,12 @@ class FramePicture:
         luma, *chroma = (_squeezed(plane, size) for plane in planes[:3])
         return np.rot90(self._rgb(luma, chroma), turned // 90)
 
-    def _near(
+    def _rgb_around(
         self, to_px: np.ndarray, sizes: Sequence[tuple[int, int]]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What windows (K, 2, 3) show and a little more, (H, W, 3), and the maps from them to it.
+        """The part (H, W, 3) of the picture under crops (K, 2, 3), and the maps crop px -> part px.
 
-        Colours are mixed here, once for what all windows show: the nearer they are, the less that is.
+        The part is converted to RGB once for all crops: the closer they lie, the smaller it is.
         """
         maps, planes = compose(self.to_stored, to_px), self.frame.planes
         plain = maps.tolist()
@@ -138,7 +139,7 @@ class FramePicture:
         return self._rgb(luma, chroma), compose(to_part, maps)
 
     def _rgb(self, luma: np.ndarray, chroma: list[np.ndarray]) -> np.ndarray:
-        """(H, W, 3) uint8 of samples (H, W) of the planes; NV12 keeps both of chroma in one."""
+        """(H, W, 3) uint8 from samples (H, W) of the planes; NV12 has one (H, W, 2) for chroma."""
         if chroma and chroma[0].ndim == 3:
             chroma = list(cv2.split(chroma[0]))
         planes = [eight_bits(plane, self.frame) for plane in (luma, *chroma)]
@@ -148,12 +149,25 @@ class FramePicture:
 
 
 @lru_cache
+def _to_rgb_matrix(tags: ColourTags, width_px: int, height_px: int) -> np.ndarray:
+    """(3, 4) from 8-bit Y'CbCr codes to R'G'B' codes 0..255.
+
+    Tags that cannot be painted on (ICtCp, YCgCo) count as BT.709: the faces are still found.
+    """
+    try:
+        coding = resolve(tags, width_px, height_px, 8)
+    except UsageError:
+        coding = Coding(full_range=tags.range == FULL_RANGE)
+    return 255 * matrices(coding)[0]
+
+
+@lru_cache
 def _upright(
     width_px: int, height_px: int, pixel_aspect: float, rotation_degrees: int
-) -> tuple[Affine, float, float]:
+) -> tuple[AffineArray, float, float]:
     """Upright px -> stored px, and the upright picture's width and height."""
     wide, high = width_px * pixel_aspect, float(height_px)
-    # where upright pixels lie in the picture with square pixels, not yet turned
+    # upright px -> px of the picture as stored, but with square pixels
     turned = {
         0: [[1, 0, 0], [0, 1, 0]],
         90: [[0, -1, wide - 1], [1, 0, 0]],
@@ -166,18 +180,21 @@ def _upright(
 
 
 def _places(maps: np.ndarray, sizes: Sequence[tuple[int, int]]) -> np.ndarray:
-    """Where the maps (K, 2, 3) float32 lead the pixels of windows: (2, N), one after the other."""
+    """Where maps (K, 2, 3) float32 lead the pixels of their crops: (2, N), crop after crop."""
     places = np.empty((2, sum(w * h for w, h in sizes)), np.float32)
     first = 0
-    for at, (w, h) in zip(maps, sizes, strict=True):
-        np.matmul(at, pixel_places((w, h)), out=places[:, first : first + w * h])
+    for to_px, (w, h) in zip(maps, sizes, strict=True):
+        np.matmul(to_px, pixel_places((w, h)), out=places[:, first : first + w * h])
         first += w * h
     return places
 
 
 def _squeezed(plane: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
-    """All of a plane (H, W) or (H, W, C) at a size of about its shape; at most four rows are read
-    for one, but all columns, for the smallest face is hardly larger than one of these."""
+    """All of a plane (H, W) or (H, W, C), resized to a size of about its aspect ratio.
+
+    At most four rows are read for each row of the result. All columns are read: the smallest face
+    is hardly larger than one pixel of the result.
+    """
     h, w = plane.shape[:2]
     factor = shrink_factor(min(w / size_wh[0], h / size_wh[1]))
     skip = max(1, factor // 4)

@@ -36,10 +36,10 @@ def warm_up(build: BuildScene, paint: Composite) -> None:
     where = Similarity(_IOD_PX + 0j, complex(_SIZE_WH[0] / 2, _SIZE_WH[1] / 2))
     nets.read_mesh(picture, where)
     mean = nets.mean_face
-    xy = where.of(mean[:, 0] + 1j * mean[:, 1])
-    view = nets.view(xy)
-    close = nets.look_closer(picture, view)
-    seen = FaceLandmarks(xy, _IOD_PX * mean[:, 2], (1, 1), where, close.lips, view, close.middles)
+    xy = where.apply(mean[:, 0] + 1j * mean[:, 1])
+    layout = nets.crop_layout(xy)
+    parts = nets.read_parts(picture, layout)
+    seen = FaceLandmarks(xy, _IOD_PX * mean[:, 2], (1, 1), where, parts.lips, layout, parts.centres)
     faces = (to_face(seen, picture, 0),)
     products: dict[str, Any] = {
         name: product(info.first_rgb, "shimmer", name) for name, info in REGIONS.items()

@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import POINTS, Face, FrameFaces
-from makeup_video.pipeline.faces.lip_mask import lip_mask_window
+from makeup_video.pipeline.faces.lip_mask import lip_mask_part
 from makeup_video.pipeline.faces.topology import EYE, LIPS, RIGHT_EYE
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.offline.points_file import PointsFile
@@ -88,7 +88,7 @@ def _tint(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> None:
     if (high <= low).any():
         return
     w, h = int(high[0] - low[0]), int(high[1] - low[1])
-    weight = lip_mask_window(face, (int(low[0]), int(low[1])), (w, h)) * _TINT_OPACITY
+    weight = lip_mask_part(face, (int(low[0]), int(low[1])), (w, h)) * _TINT_OPACITY
     codes = _codes(frame, _TINT).tolist()
     _mix(planes[0][low[1] : high[1], low[0] : high[0]], weight, codes[0])
     across, down = frame.chroma

@@ -1,4 +1,4 @@
-"""Whether a look can be read from a face in a photo, and which face is meant."""
+"""Chooses the face in a photo, and checks that a look can be read from it."""
 
 import math
 from collections.abc import Sequence
@@ -13,24 +13,25 @@ from makeup_video.pipeline.faces.topology import EYE_CORNERS, FACE_OVAL, LIPS
 
 MIN_WIDTH_PX = 100  # of the face
 MAX_TURN_DEGREES = 40
-# Others are somebody in the background when they are narrower than this part of the largest face.
+# A face narrower than this share of the largest face is a person in the background.
 BYSTANDER = 0.4
-# A face whose red, green and blue differ less than this (8-bit codes, on average) is a grey one.
+# A face whose red, green and blue differ by less than this (8-bit codes, on average) is grey.
 GREY_CODES = 4.0
-
-# The median of a face's brightest channel: below, what a camera adds outweighs what it saw. Of portraits in
-# poor light it is 45 and more.
+# Least median of a face's brightest channel: below it, the camera's noise outweighs the signal. In
+# portraits in poor light it is 45 or more.
 DARK_CODES = 25
-# Where two channels end at white, the hue is lost. Of ordinary lips that is 0.04 at most, shine included.
+# Where two channels clip at white, the hue is lost. In ordinary lips that share is 0.04 at most,
+# shine included.
 LOST_CODE, MOST_LOST = 254, 0.2
-# So many of a region's points lie in the picture when no more than its rim is cut off.
+# Least share of a region's points in the picture, so that at most the region's rim is cut off.
 _NEARLY_ALL = 0.9
 
 
 def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
-    """The one that is meant, of faces that are sorted by size; `chosen` as in look_from_photo.
+    """The face to read, of faces sorted by size. Raises PhotoError.
 
-    Much smaller ones in the background are nobody's. Raises PhotoError.
+    chosen: "largest", the number of a face, or "" for the only one, as in look_from_photo. Much
+    smaller faces in the background do not count.
     """
     if not faces:
         raise PhotoError(
@@ -42,7 +43,7 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
             if face.track_id == int(chosen):
                 return face
         raise PhotoError(f"there is no face {chosen}; there are {_list(faces)}: choose one of them")
-    rivals = [one for one in faces if width_px(one) > BYSTANDER * width_px(faces[0])]
+    rivals = [face for face in faces if width_px(face) > BYSTANDER * width_px(faces[0])]
     if len(rivals) > 1 and chosen != "largest":
         raise SeveralFacesError(
             f"one face was expected, {len(rivals)} were found: choose with --ref-face NUMBER or "
@@ -78,17 +79,16 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
 
 
 def width_px(face: Face) -> float:
-    """Of the face, upright: between the outermost points of its oval, along the eyes."""
+    """The width of the face: between the outermost points of its oval, along the eyes."""
     across = face.points_px[EYE_CORNERS[1], :2] - face.points_px[EYE_CORNERS[0], :2]
     along = face.points_px[FACE_OVAL, :2] @ across / max(math.hypot(*across.tolist()), 1e-9)
     return float(np.ptp(along))
 
 
 def turn_degrees(face: Face) -> float:
-    """How far a head is turned from the viewer, to a side, up or down; tilting it is no turn.
+    """The angle between the direction of the nose and the viewer; a tilt of the head is no turn.
 
-    By the rotation that brings the mean face closest to its points (Kabsch 1976): the angle
-    between where the nose points and the viewer.
+    From the rotation that brings the mean face closest to the points (Kabsch 1976).
     """
     mean = _mean_face()
     points = face.points_px.astype(np.float64)
@@ -99,7 +99,7 @@ def turn_degrees(face: Face) -> float:
 
 
 def is_inside(rgb8: np.ndarray, face: Face, points: Sequence[int] | np.ndarray) -> bool:
-    """Nearly all of these points lie in the picture."""
+    """True when nearly all of these points of the face lie in the picture."""
     xy = face.points_px[np.asarray(points), :2]
     inside = ((xy > -0.5) & (xy < np.array(rgb8.shape[1::-1]) - 0.5)).all(1)
     return bool(inside.mean() > _NEARLY_ALL)
@@ -111,7 +111,7 @@ def _mean_face() -> np.ndarray:
 
 
 def _sample(rgb8: np.ndarray, face: Face) -> np.ndarray:
-    """(N, 3) some thousand pixels of the box around a face."""
+    """(N, 3) uint8, some thousand pixels of the box around a face."""
     size = np.array(rgb8.shape[1::-1])
     low = np.clip(face.points_px[:, :2].min(0), 0, size - 1).astype(int)
     high = np.clip(face.points_px[:, :2].max(0), low + 1, size).astype(int)
@@ -121,20 +121,20 @@ def _sample(rgb8: np.ndarray, face: Face) -> np.ndarray:
 
 
 def _colourfulness(rgb8: np.ndarray, face: Face) -> float:
-    """How far a pixel's largest channel lies above its smallest, on average over the face's box."""
+    """The mean difference between the largest and the smallest channel of the pixels of a face."""
     return float(np.ptp(_sample(rgb8, face).astype(np.float64), axis=1).mean())
 
 
 def _lost_share(rgb8: np.ndarray, face: Face) -> float:
-    """How much of the lips has two or three channels at white."""
+    """The share of the lips whose hue is lost: two or three channels are at white."""
     lips = rgb8[lip_mask(rgb8, face) > 0.5]
     return float(((lips >= LOST_CODE).sum(1) >= 2).mean()) if len(lips) else 0.0
 
 
 def _list(faces: Sequence[Face]) -> str:
     """'0 at (120, 300), 210 px wide; ...'."""
-    told = []
+    entries = []
     for face in faces:
         x, y = face.points_px[:, :2].mean(0)
-        told.append(f"{face.track_id} at ({x:.0f}, {y:.0f}), {width_px(face):.0f} px wide")
-    return "; ".join(told)
+        entries.append(f"{face.track_id} at ({x:.0f}, {y:.0f}), {width_px(face):.0f} px wide")
+    return "; ".join(entries)

@@ -1,16 +1,16 @@
-"""A lipstick that was read is painted once more on its own photo, and its colour corrected.
+"""Corrects the colour of a lipstick read from a photo by painting it on the same photo once more.
 
-What covers the lips hides what is under it: painted where it already is, it should change nothing.
-What it changes is an error of the net, in this very light and with this very camera. A sheer product
-does change what already wears it; how much, follows from its opacity.
+An opaque lipstick painted over itself should change nothing. What it changes is an error of the
+net, in the light and with the camera of this photo. A sheer lipstick does change lips that already
+wear it; how much follows from its opacity.
 """
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces, iod_px, moved
 from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.frames.affine import invert
 from makeup_video.pipeline.frames.rgb import merge, to_frame
 from makeup_video.pipeline.frames.sampling import sample
 from makeup_video.pipeline.look.look import Look
@@ -19,52 +19,53 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.scene import SceneLight
 
-IOD_PX = 140  # the outer eye corners in the cut: enough to tell a mean colour by
-COVER = 0.95  # what is under a product of opacity 1 still shows in its texture
-GAIN = 0.8  # of the correction: the other numbers err too
-# Of less opacity nothing is corrected, of more all: the photo tells more of the lips than of the product.
+IOD_PX = 140  # distance of the outer eye corners in the crop: enough for a mean colour
+COVER = 0.95  # how much opacity 1 hides: what is under it still shows in the texture
+GAIN = 0.8  # share of the correction that is applied: the other numbers have errors too
+# Below the first opacity nothing is corrected, above the second everything: a photo of a sheer
+# lipstick shows more of the lips than of the lipstick.
 SHEER, OPAQUE = 0.45, 0.75
-BARE_LIPS = np.array([178.5, 119.9, 107.1])  # R'G'B' codes, in neutral light: what shows through
+BARE_LIPS = np.array([178.5, 119.9, 107.1])  # R'G'B' codes in neutral light: what shows through
 _MARGIN = 0.15  # around the lips, of the distance of the eye corners
-_CERTAIN, _LEAST_PX = 0.9, 30  # weight of the px that count, and how many there must be
+_CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least number of such px
 
 
-def second_look(
+def correct_colour(
     rgb8: np.ndarray, face: Face, light: SceneLight, lips: GraphicsParams
 ) -> GraphicsParams:
-    """The same lipstick with its colour corrected.
+    """The lipstick with its colour corrected.
 
-    rgb8: (H, W, 3) uint8, R'G'B' as sRGB encodes it, the photo that lips was read from.
+    rgb8: (H, W, 3) uint8, R'G'B' as sRGB encodes it, the photo that `lips` was read from.
     """
     share = GAIN * _smoothstep((lips.opacity - SHEER) / (OPAQUE - SHEER))
     if not share:
         return lips
-    cut, placed = _around_lips(rgb8, face)
-    again, inside = _painted(cut, placed, light, lips)
+    crop, crop_face = _crop_lips(rgb8, face)
+    painted, inside = _paint(crop, crop_face, light, lips)
     if inside.sum() < _LEAST_PX:
         return lips
     colour = np.array([lips.red, lips.green, lips.blue])
     through = lips.opacity * (1 - COVER * lips.opacity) * (colour - BARE_LIPS)
-    off = np.median(cut[inside], axis=0) + through - np.median(again[inside], axis=0)
+    off = np.median(crop[inside], axis=0) + through - np.median(painted[inside], axis=0)
     red, green, blue = np.clip(colour + share * off / lips.opacity, 0, 255).round(3).tolist()
     return replace(lips, red=red, green=green, blue=blue)
 
 
-def _around_lips(rgb8: np.ndarray, face: Face) -> tuple[np.ndarray, Face]:
-    """The part of a photo around the lips, (h, w, 3), and the face in it."""
+def _crop_lips(rgb8: np.ndarray, face: Face) -> tuple[np.ndarray, Face]:
+    """The part of a photo around the lips, (h, w, 3) uint8, and the face in px of it."""
     iod = iod_px(face)
     scale = min(1.0, IOD_PX / iod)
     lips = face.points_px[LIPS, :2].astype(np.float64)
     low, high = lips.min(0) - _MARGIN * iod, lips.max(0) + _MARGIN * iod
-    to_cut = np.array([[scale, 0, -scale * low[0]], [0, scale, -scale * low[1]]])
+    to_crop = np.array([[scale, 0, -scale * low[0]], [0, scale, -scale * low[1]]])
     wide, tall = np.ceil((high - low) * scale).astype(int).tolist()
-    return sample(rgb8, cv2.invertAffineTransform(to_cut), (wide, tall)), moved(face, to_cut)
+    return sample(rgb8, invert(to_crop), (wide, tall)), moved(face, to_crop)
 
 
-def _painted(
+def _paint(
     rgb8: np.ndarray, face: Face, light: SceneLight, lips: GraphicsParams
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The picture with the lipstick on, alike, and where it surely is, (H, W) bool."""
+    """The picture with the lipstick on, (H, W, 3) uint8, and where it covers, (H, W) bool."""
     stored = np.ascontiguousarray(rgb8[..., ::-1])
     frame = to_frame(stored)
     before = [plane.copy() for plane in frame.planes]

@@ -1,8 +1,8 @@
 """Reads a look from a photo: photo -> face -> crops of lips and eyes -> seven numbers each -> Look.
 
-The crops are cut, and the light on the face is divided out of them, exactly as for the pictures
-that the nets were trained on (`reference_io`). The renderer's other ten settings are those of the
-finish that the seven numbers come nearest to. A lipstick's colour gets a second look.
+The crops are sampled, and the light on the face is divided out, exactly as in training (crops.py).
+The other ten settings of a product are those of the finish nearest to the seven numbers. The colour
+of a lipstick is corrected at the end (correct_colour.py).
 """
 
 import math
@@ -25,35 +25,35 @@ from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.checks import check_face, choose_face, is_inside
-from makeup_video.pipeline.reference.correct_colour import second_look
-from makeup_video.pipeline.reference.crops import NUMBERS, numbers_told, read_crop
+from makeup_video.pipeline.reference.correct_colour import correct_colour
+from makeup_video.pipeline.reference.crops import NUMBERS, read_input, read_numbers
 from makeup_video.pipeline.render.scene import SceneLight
 from makeup_video.pipeline.render.scene_light import light_of
 
 THREADS = 2  # of each net; a photo is read once, before the film needs the cores
-# More shine than this is hardly worn: pale lips in bright photos are taken for it, and come out frosted.
+# More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips
+# would come out frosted.
 MOST_GLOSS, MOST_REFLECTION = 3.0, 0.35
-# Below all three a region is bare: so little could not be told from skin.
+# Below all three a region is bare: so little makeup cannot be distinguished from skin.
 BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.2, 0.4, 0.2
-
-# Light is read from a copy where the outer eye corners are this far apart, as in training, and
-# that is no larger than this: where the eyes are 20 px apart, the light is still the same within 1 %.
+# Light is read from a copy whose outer eye corners are this far apart, as in training, and that has
+# no more pixels than this. With the eyes 20 px apart, the light is still the same within 1 %.
 _LIGHT_IOD_PX, _LIGHT_PX = 69, 1_000_000
 
 
 def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
-    """The makeup that somebody wears in a photo; a region without any is None.
+    """The makeup worn in a photo; a region without makeup is None.
 
     rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
-    face: whose makeup, as `find_faces` found it in this very picture; None: the one there is.
+    face: whose makeup, as `find_faces` found the face in this very picture; None: the only face.
     Colours are those of the product in neutral light, whatever the light of the photo. Eyes beyond
-    the border of the picture are bare. zone, intensity and strength are a Look's defaults, for a
-    photo does not tell them.
+    the border of the picture are bare. zone, intensity and strength are a Look's defaults, because
+    a photo does not show them.
 
-    Raises PhotoError when no look can be read, and says why: no face, several faces and none
+    Raises PhotoError with the reason when no look can be read: no face, several faces and none
     chosen, a face that is too small, turned too far, too dark or grey, a mouth that is covered,
-    overexposed lips. ValueError
-    for another shape or dtype, InstallError when the nets are missing.
+    overexposed lips. Raises ValueError for another shape or dtype, InstallError when the nets are
+    missing.
     """
     check_rgb8(rgb8)
     face = choose_face(find_faces(rgb8)) if face is None else face
@@ -62,7 +62,7 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     lips = _read(rgb8, face, light, "lips")
     has_eyes = is_inside(rgb8, face, [*EYE, *RIGHT_EYE])
     return Look(
-        lips=lips and second_look(rgb8, face, light, lips),
+        lips=lips and correct_colour(rgb8, face, light, lips),
         eyes=_read(rgb8, face, light, "eyes") if has_eyes else None,
     )
 
@@ -74,12 +74,12 @@ def look_from_photo(
     name: str = "the photo",
     read: Callable[[bytes, str], np.ndarray] | None = None,
 ) -> Look:
-    """The same from a file, or from the bytes of one, as `read_photo` reads it.
+    """The makeup worn in a photo file, or in the bytes of one, as `read_photo` reads it.
 
-    name: how messages call a photo that comes as bytes; a file has its own.
-    read: decodes such a photo in place of `read_photo`, given the bytes and the name.
-    face: None or "" for the only one, "largest", or one by its number, 0 being the largest face.
-    Raises PhotoError and InputError naming the file, UsageError for another `face`,
+    face: None or "" for the only face, "largest", or the number of a face, 0 being the largest.
+    name: what messages call a photo that comes as bytes; a file has its own name.
+    read: decodes a photo that comes as bytes in place of `read_photo`, given the bytes and the
+    name. Raises PhotoError and InputError, which name the file, UsageError for another `face`, and
     TooLittleMemoryError.
     """
     chosen = "" if face is None else str(face)
@@ -95,13 +95,13 @@ def look_from_photo(
     except PhotoError as error:
         raise type(error)(f"{name if isinstance(photo, bytes) else photo}: {error}") from None
     finally:
-        # what is painted next does not need these nets, nor their 80 MB; loading them takes 0.1 s
+        # Painting does not need these nets, nor their 80 MB; loading them again takes 0.1 s.
         _net.cache_clear()
         give_back_memory()
 
 
 def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
-    """The light on a face, read from all of the photo."""
+    """The light on a face, read from the whole photo."""
     h, w = rgb8.shape[:2]
     scale = min(1.0, _LIGHT_IOD_PX / iod_px(face), math.sqrt(_LIGHT_PX / (h * w)))
     size_wh = max(1, round(scale * w)), max(1, round(scale * h))
@@ -111,7 +111,7 @@ def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
 
 
 def product_of(numbers: np.ndarray, region: str) -> GraphicsParams | None:
-    """The net's seven numbers, as in a look -> the product; None when it is nothing to speak of."""
+    """Seven numbers of a look -> the product; None when it would hardly show."""
     product = product_with(numbers, region)
     is_bare = (
         product.opacity < BARE_OPACITY
@@ -122,23 +122,27 @@ def product_of(numbers: np.ndarray, region: str) -> GraphicsParams | None:
 
 
 def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
-    """(7,) numbers, and settings of the nearest finish that does not shimmer: the numbers do not tell
-    shimmer, and sparkles that nobody wears look worse than some that are missing."""
-    # a look is read by people: no more digits than the net can tell
+    """Seven numbers of a look -> the product, with the settings of the nearest finish.
+
+    The finish never shimmers: the numbers do not cover shimmer, and sparkles that nobody wears look
+    worse than missing ones.
+    """
+    # People read look files: write no more digits than the net can resolve.
     rounded = np.round(np.asarray(numbers, np.float64), 3)
     g = dict(zip(NUMBERS, rounded.tolist(), strict=True))
     g["gloss"] = min(g["gloss"], MOST_GLOSS)
     g["reflection"] = min(g["reflection"], MOST_REFLECTION)
-    four = g["opacity"], g["gloss"], g["gloss_roughness"], g["reflection"]
-    finish = nearest_finish(*four, region, shimmers=False)
+    shine = g["opacity"], g["gloss"], g["gloss_roughness"], g["reflection"]
+    finish = nearest_finish(*shine, region, shimmers=False)
     return GraphicsParams(**{**FINISHES[finish][region], **g})
 
 
 def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> GraphicsParams | None:
-    crop = read_crop(RgbPicture(rgb8), face, region, light)
-    if crop is None:
+    """The product of a region; None when it is bare, or its eyes cannot be seen."""
+    read = read_input(RgbPicture(rgb8), face, region, light)
+    if read is None:
         return None
-    return product_of(numbers_told(lambda rgb8: _net(region)(rgb8)["targets"], crop), region)
+    return product_of(read_numbers(lambda rgb8: _net(region)(rgb8)["targets"], read), region)
 
 
 @cache

@@ -1,29 +1,31 @@
-"""Both lids laid flat, as the reference net sees them: every zone always has the same place.
+"""Lays both lids flat, as the input of the reference net: every zone always has the same place.
 
-Lids are thin, and how high they are differs from face to face: in a plain crop a net spends itself
-on finding them. Here a row is a height between lash line, crease and brow, as eye-shadow knows it
-(eyes.py), a column a place between the corners; below the lash line follow the eye and some skin.
+Lids are thin, and their height differs from face to face: in a plain crop a net spends its capacity
+on finding them. Here a row is a height between lash line, crease and brow, as in the eye-shadow's
+zones (render/regions/eyes.py), and a column a place between the corners. The eye and some skin
+follow below the lash line.
 """
 
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.frames.sampling import Affine
+from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.grid import Grid
 from makeup_video.pipeline.render.regions.eyes import LEFT, SIZE_WH, STEP
 from makeup_video.pipeline.render.regions.eyes_reference import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside
 _ABOVE = 46  # rows from above the brow to the lash line
-_HIGHEST = 2.2  # lash line 0, crease 1, brow 2
-_LOWEST = 0.5  # below the lash line, in widths of the eye
-_OUT = (-0.72, 0.92)  # of the first and the last column: inner corner -0.5, outer corner 0.5
+_HIGHEST = 2.2  # height of the first row: lash line 0, crease 1, brow 2
+_LOWEST = 0.5  # of the last row below the lash line, in widths of the eye
+_OUT = (-0.72, 0.92)  # place of the first and the last column: inner corner -0.5, outer corner 0.5
 
 
-def flat_lids(face: Face, to_window: Affine) -> np.ndarray | None:
-    """(2, 64, 160) float32, x and y in a window of the picture; to_window maps px of the picture there.
+def flat_lids(face: Face, to_crop: AffineArray) -> np.ndarray | None:
+    """Where in a crop each pixel of the flat lids lies: (2, 64, 160) float32, x and y.
 
-    An eye that is not seen is replaced by the mirror image of the other; None when neither is.
+    to_crop: (2, 3), picture px -> crop px. An eye that cannot be seen is replaced by the mirror
+    image of the other; None when neither can.
     """
     places = [None if eye is None else _places(*eye) for eye in lid_curves(face)]
     seen = [eye for eye in places if eye is not None]
@@ -31,18 +33,21 @@ def flat_lids(face: Face, to_window: Affine) -> np.ndarray | None:
         return None
     left, right = (seen[0] if eye is None else eye for eye in places)
     both = np.concatenate([left[:, :, ::-1], right], axis=2)
-    in_window: np.ndarray = cv2.transform(both.transpose(1, 2, 0), to_window)
-    return in_window.transpose(2, 0, 1).astype(np.float32)
+    in_crop: np.ndarray = cv2.transform(both.transpose(1, 2, 0), to_crop)
+    return in_crop.transpose(2, 0, 1).astype(np.float32)
 
 
 def _places(grid: Grid, curves: np.ndarray) -> np.ndarray:
-    """(2, 64, 80) px of the picture, for one eye."""
+    """(2, 64, 80) px of the picture, for one eye.
+
+    curves: lash line, crease and brow on its grid.
+    """
     columns = np.linspace((_OUT[0] - LEFT) / STEP, (_OUT[1] - LEFT) / STEP, FLAT_WH[0] // 2)
     lash, crease, brow = (np.interp(columns, np.arange(SIZE_WH[0]), curve) for curve in curves)
     up = np.linspace(_HIGHEST, 0, _ABOVE)[:, None]
     above = np.where(up < 1, lash - up * (lash - crease), crease - (up - 1) * (crease - brow))
     down = np.linspace(0, _LOWEST / STEP, FLAT_WH[1] - _ABOVE + 1)[1:, None]
     y = np.concatenate([above, lash + down])
-    at = np.stack([np.broadcast_to(columns, y.shape), y, np.ones_like(y)])
-    placed: np.ndarray = np.einsum("ij,jhw->ihw", grid.to_px, at)
-    return placed
+    on_grid = np.stack([np.broadcast_to(columns, y.shape), y, np.ones_like(y)])
+    places: np.ndarray = np.einsum("ij,jhw->ihw", grid.to_px, on_grid)
+    return places

@@ -3,11 +3,13 @@
 import math
 from collections.abc import Mapping
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.surface import FaceSurfaces, GridPlace, SurfaceKernel
 from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.faces.track_memory import TrackMemory
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.luminance import light_planes
 from makeup_video.pipeline.render.opencl import open_device
@@ -29,6 +31,13 @@ _LIT = np.concatenate(
 )
 
 
+class _Mean(NamedTuple):
+    """The mean light of one region of a face, smoothed."""
+
+    value: float
+    last_seconds: float
+
+
 class BuildScene:
     """FrameFaces -> FrameScene; keeps, for each track, the light of its regions.
 
@@ -39,7 +48,7 @@ class BuildScene:
     def __init__(self, device: str = "", *, exclusive: bool = False) -> None:
         self._surface = _surface(device) if exclusive else _shared_surface(device)
         self._light = EstimateLight()
-        self._means: dict[tuple[int, str], tuple[float, float]] = {}
+        self._means: TrackMemory[tuple[int, str], _Mean] = TrackMemory(_FORGET_SECONDS)
 
     def __call__(self, item: FrameFaces) -> FrameScene:
         return self.under(self._light(item), item)
@@ -55,11 +64,7 @@ class BuildScene:
             self._face(frame, coding, face, light, seconds)
             for face, light in zip(item.faces, lights, strict=True)
         )
-        self._means = {
-            key: value
-            for key, value in self._means.items()
-            if abs(seconds - value[1]) < _FORGET_SECONDS
-        }
+        self._means.forget(seconds)
         return FrameScene(frame, coding, faces)
 
     def _face(
@@ -96,12 +101,12 @@ class BuildScene:
 
     def _smooth(self, key: tuple[int, str], mean: float, seconds: float) -> float:
         """The mean light of a region, smoothed by the frames' time."""
-        before, at = self._means.get(key, (mean, seconds))
-        since = seconds - at
+        before, last_seconds = self._means.get(key, _Mean(mean, seconds))
+        since = seconds - last_seconds
         # no time has passed: a second face with the same id
         share = 1 - math.exp(-since / _SETTLE_SECONDS) if 0 < since < _FORGET_SECONDS else 1.0
         smooth = before + share * (mean - before)
-        self._means[key] = smooth, seconds
+        self._means[key] = _Mean(smooth, seconds)
         return smooth
 
 

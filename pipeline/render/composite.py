@@ -10,6 +10,7 @@ from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.paint import Canvas, PaintedRegion
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.faces.face import iod_px
+from makeup_video.pipeline.frames.affine import Affine
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import GraphicsParams
@@ -193,19 +194,10 @@ def _apart(jobs: Iterable[_Job]) -> Iterator[list[_Job]]:
 
 def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> PaintedRegion:
     surface = job.lit.surface
-    (a, b, c), (d, e, f) = surface.grid.to_px.tolist()
-    c, f = c - job.window.x, f - job.window.y
-    along, across = math.hypot(a, d), math.hypot(b, e)  # px of a step on the grid
-    turn = (a / along, b / across), (d / along, e / across)
-    size = a * e - b * d
-    to_grid = (
-        e / size,
-        -b / size,
-        (b * f - e * c) / size,
-        -d / size,
-        a / size,
-        (d * c - a * f) / size,
-    )
+    a, b, x, c, d, y = Affine.from_array(surface.grid.to_px)
+    along, across = math.hypot(a, c), math.hypot(b, d)  # px of a step on the grid
+    turn = (a / along, b / across), (c / along, d / across)
+    to_grid = Affine(a, b, x - job.window.x, c, d, y - job.window.y).inverse()
     # the surface's own axes, in units of the eyes' distance
     units = [along / job.skin_px] * 3 + [across / job.skin_px] * 3
     to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]

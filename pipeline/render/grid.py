@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.frames.sampling import Affine, pixel_places, step_px
+from makeup_video.pipeline.frames.affine import AffineArray
+from makeup_video.pipeline.frames.sampling import pixel_places, step_px
 
 Box = tuple[int, int, int, int]  # x, y, width, height; empty: 0, 0, 0, 0
 
@@ -22,7 +23,7 @@ class Grid:
     to_px: (2, 3) float64, from the grid's pixels (x, y, 1) to the frame's. size_wh: its size.
     """
 
-    to_px: Affine
+    to_px: AffineArray
     size_wh: tuple[int, int]
 
     @classmethod

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from makeup_video.kernels.colour import HLG, PQ, Coding, from_srgb_primaries, product_linear, to_xyz
 from makeup_video.kernels.material import ENVIRONMENT_PX, LEAST_ROOM, Material
+from makeup_video.pipeline.frames.affine import Affine
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.scene import SceneLight
 
@@ -154,7 +155,6 @@ def _half_way(light: SceneLight, axes: SkinAxes) -> tuple[float, float, float]:
     """Unit vector between the light and the viewer, in the region's axes, z to the viewer."""
     (a, b), (c, d) = axes.turn
     right, down, away = light.direction.tolist()
-    size = a * d - b * c
-    x, y, z = (d * right - b * down) / size, (a * down - c * right) / size, 1 - away
+    (x, y), z = Affine(a, b, 0.0, c, d, 0.0).solve(right, down), 1 - away
     length = math.sqrt(x * x + y * y + z * z)
     return x / length, y / length, z / length

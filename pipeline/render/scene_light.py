@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.faces.track_memory import TrackMemory
 from makeup_video.pipeline.frames.clock import MediaClock
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.scene import SceneLight
@@ -40,7 +41,7 @@ class _Track:
     """The light of one face as 8 numbers: log strength, log colour, direction, log light of its skin."""
 
     read_seconds: float
-    seen_seconds: float
+    last_seconds: float
     target: list[float]
     value: list[float]
 
@@ -55,16 +56,16 @@ class EstimateLight:
     def __init__(self) -> None:
         self._clock = MediaClock()
         self._room: _Room | None = None
-        self._tracks: dict[int, _Track] = {}
+        self._tracks: TrackMemory[int, _Track] = TrackMemory(FORGET_SECONDS)
 
     def __call__(self, item: FrameFaces) -> tuple[SceneLight, ...]:
         now = self._clock.tick(item.frame)
         if item.cut:
-            self._room, self._tracks = None, {}
+            self._room = None
+            self._tracks.clear()
+        self._tracks.forget(now)
         if not item.faces:
             return ()
-        oldest = now - FORGET_SECONDS
-        self._tracks = {i: t for i, t in self._tracks.items() if t.seen_seconds >= oldest}
         optics = optics_of(coding_of(item.frame))
         room = self._room = _follow_room(self._room, item.frame, optics, now)
         return tuple(
@@ -77,7 +78,7 @@ class EstimateLight:
     ) -> list[float]:
         """The light of a face now, smoothed, as in `_Track`."""
         track = self._tracks.get(face.track_id)
-        if track is not None and track.seen_seconds == now:  # a second face with the same id
+        if track is not None and track.last_seconds == now:  # a second face with the same id
             return _read(face, frame, optics, room)
         if track is None:
             target = _read(face, frame, optics, room)
@@ -86,12 +87,12 @@ class EstimateLight:
         if now - track.read_seconds >= READ_SECONDS - _EARLY:
             track.target = _read(face, frame, optics, room)
             track.read_seconds = now
-        share = -math.expm1((track.seen_seconds - now) / SMOOTH_SECONDS)
+        share = -math.expm1((track.last_seconds - now) / SMOOTH_SECONDS)
         track.value = [
             value + share * (target - value)
             for value, target in zip(track.value, track.target, strict=True)
         ]
-        track.seen_seconds = now
+        track.last_seconds = now
         return track.value
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Protocol, Self
 
 import numpy as np
-from makeup_video.pipeline.frames.sampling import Affine
+from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.grid import Grid
 
 
@@ -41,6 +41,6 @@ class Surface(Protocol):
         """Luminance on the grid -> the broad light on the surface, alike, and its mean."""
         ...
 
-    def scaled(self, to_new: Affine) -> Self:
+    def scaled(self, to_new: AffineArray) -> Self:
         """The same on a picture of another size; to_new: px of the frame -> px of that picture."""
         ...

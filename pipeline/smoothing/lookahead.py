@@ -1,7 +1,7 @@
-"""Smooths faces over time, so that a still face in a noisy film does not shimmer.
+"""Smooths faces with frames ahead, for files: a still face in a noisy film does not shimmer.
 
-Time is that of the frames (pts * time_base), never a count of frames. The pose and each region
-of the shape are smoothed apart, and only as far as differences look like noise.
+Time is that of the frames (pts * time_base), never a count of frames. The pose and each region of
+the shape are smoothed apart, and only as far as differences look like noise.
 """
 
 import math
@@ -19,24 +19,24 @@ from makeup_video.pipeline.smoothing.face_space import (
     Readings,
 )
 from makeup_video.pipeline.smoothing.local_linear import local_linear_taps
-from makeup_video.pipeline.smoothing.noise_level import HEARD_MOMENTS, NoiseLevel
-from makeup_video.pipeline.smoothing.track_memory import Tracks
+from makeup_video.pipeline.smoothing.noise_level import NOISE_MOMENTS, NoiseLevel
+from makeup_video.pipeline.smoothing.tracks import Tracks
 
-# For score and mouth_visible, which must follow within a frame or two: the standard deviation of
-# the weight by time, and the time constant of the live filter.
+# Of score and mouth_visible, which must follow within a frame or two: standard deviation of the
+# weight by time here, time constant of the live filter.
 SCORE_SECONDS = 0.025
-# Of the values as each region smooths them, those of its own points.
+# (regions, columns) values flattened -> each column from the region that it belongs to.
 _OWN = REGION_OF_COLUMN * len(REGION_OF_COLUMN) + np.arange(len(REGION_OF_COLUMN))
 
 
 class SmoothAhead:
-    """FrameFaces -> FrameFaces, a few frames later, for files. Nothing lags.
+    """FrameFaces -> FrameFaces, a few frames later, without lag.
 
-    The window reaches `window_seconds` to both sides, but never more than `ahead_frames` frames:
-    those are held back in memory (12 MB each at 2160p, 25 MB with 10 bits), and a hardware
-    decoder has only so many pictures to lend. Four make nine moments, so noise falls to a third;
-    for a quarter it would take twice the memory. Faces with numbers that are not finite are left
-    out.
+    The time window reaches `window_seconds` to both sides, but never more than `ahead_frames`
+    frames. Those frames are held in memory (12 MB each at 2160p, 25 MB with 10 bits), and a
+    hardware decoder has only so many pictures to lend. Four frames make nine moments, so noise
+    falls to a third; a quarter would take twice the memory. Faces with numbers that are not finite
+    are left out.
     """
 
     def __init__(
@@ -53,18 +53,18 @@ class SmoothAhead:
         self.window_seconds, self.ahead_frames = window_seconds, ahead_frames
         size = 2 * ahead_frames + 1
         self._tracks = Tracks(lambda face: _TimeWindow(face, size), gap_seconds)
-        # The frame, its time, and for each face where it is remembered. A held frame keeps its
-        # tracks, so a track that has ended still smooths the frames it was in.
+        # The frame, its time, and the track and index of each face. A held frame keeps its tracks,
+        # so a track that has ended still smooths the frames that it was in.
         self._held: deque[tuple[FrameFaces, float, list[tuple[_TimeWindow, int]]]] = deque()
 
     def __call__(self, item: FrameFaces) -> FrameFaces | None:
-        now = self._tracks.at(item)
+        now = self._tracks.advance(item)
         item = with_faces(item, sound_faces(item))
-        places = []
+        moments = []
         for face in item.faces:
-            track = self._tracks.of(face, now)
-            places.append((track, track.push(face, now)))
-        self._held.append((item, now, places))
+            track = self._tracks.track_of(face, now)
+            moments.append((track, track.push(face, now)))
+        self._held.append((item, now, moments))
         if len(self._held) > self.ahead_frames or now - self._held[0][1] >= self.window_seconds:
             return self._release()
         return None
@@ -75,58 +75,59 @@ class SmoothAhead:
             yield self._release()
 
     def _release(self) -> FrameFaces:
-        item, _, places = self._held.popleft()
+        item, _, moments = self._held.popleft()
         faces = tuple(
-            track.smooth(face, place, self.window_seconds)
-            for face, (track, place) in zip(item.faces, places, strict=True)
+            track.smooth(face, index, self.window_seconds)
+            for face, (track, index) in zip(item.faces, moments, strict=True)
         )
         return with_faces(item, faces)
 
 
 class _TimeWindow:
-    """The last moments of one face, in a ring: as many as a window can hold."""
+    """The last moments of one face, in a ring buffer: as many as the window can hold."""
 
     def __init__(self, face: Face, size: int) -> None:
         self.space = FaceSpace(face)
         self.last_seconds = -math.inf
         self._readings = Readings(self.space, size)
         self._seconds = [-math.inf] * size
-        self._looks = [(0.0, 0.0)] * size  # score, mouth_visible
+        self._scores = [(0.0, 0.0)] * size  # score, mouth_visible
         self._noise = NoiseLevel()
         self._size, self._count = size, 0
 
     def push(self, face: Face, now: float) -> int:
-        """Take the newest face; returns its place in the ring."""
-        place = self._count % self._size
+        """Add the newest face; returns its index in the ring."""
+        index = self._count % self._size
         self._count += 1
-        self.space.split(face, self._readings, place)
-        self._seconds[place] = self.last_seconds = now
-        self._looks[place] = face.score, face.mouth_visible
-        heard = min(self._count, self._size, HEARD_MOMENTS)
-        last = [(place - back) % self._size for back in range(heard)]
-        self._noise.hear(self._readings.apart, last, [self._seconds[each] for each in last])
-        return place
+        self.space.split(face, self._readings, index)
+        self._seconds[index] = self.last_seconds = now
+        self._scores[index] = face.score, face.mouth_visible
+        count = min(self._count, self._size, NOISE_MOMENTS)
+        last = [(index - back) % self._size for back in range(count)]
+        self._noise.update(self._readings.apart, last, [self._seconds[i] for i in last])
+        return index
 
-    def smooth(self, face: Face, place: int, window_seconds: float) -> Face:
-        """The face at a place in the ring, seen together with what came before and after."""
-        ring, now = self._readings, self._seconds[place]
-        score, mouth_visible = self._looks_at(now)
+    def smooth(self, face: Face, index: int, window_seconds: float) -> Face:
+        """The face at an index of the ring, smoothed with the moments before and after it."""
+        readings, now = self._readings, self._seconds[index]
+        score, mouth_visible = self._scores_at(now)
         from_now = [
-            at - now if abs(at - now) <= window_seconds else math.nan for at in self._seconds
+            seconds - now if abs(seconds - now) <= window_seconds else math.nan
+            for seconds in self._seconds
         ]
-        taps = local_linear_taps(ring.apart, from_now, place, self._noise.variance())
+        taps = local_linear_taps(readings.apart, from_now, index, self._noise.variance())
         taps32 = taps.astype(np.float32)
-        values = (taps32[:POSE_REGION] @ ring.values).take(_OWN)
-        logits = taps32[PATCH_REGION] @ ring.patches.reshape(self._size, -1)
-        points_px, lips = self.space.join(values, taps[POSE_REGION] @ ring.pose, logits)
+        values = (taps32[:POSE_REGION] @ readings.values).take(_OWN)
+        logits = taps32[PATCH_REGION] @ readings.patches.reshape(self._size, -1)
+        points_px, lips = self.space.join(values, taps[POSE_REGION] @ readings.pose, logits)
         return Face(points_px, min(score, 1.0), min(mouth_visible, 1.0), face.track_id, lips)
 
-    def _looks_at(self, now: float) -> tuple[float, float]:
-        """Score and mouth_visible at a time."""
-        by_time = [math.exp(-0.5 * ((at - now) / SCORE_SECONDS) ** 2) for at in self._seconds]
+    def _scores_at(self, now: float) -> tuple[float, float]:
+        """Smoothed score and mouth_visible at a time."""
+        weights = [math.exp(-0.5 * ((time - now) / SCORE_SECONDS) ** 2) for time in self._seconds]
         score = mouth_visible = 0.0
-        for weight, looks in zip(by_time, self._looks, strict=True):
-            score += weight * looks[0]
-            mouth_visible += weight * looks[1]
-        total = sum(by_time)
+        for weight, scores in zip(weights, self._scores, strict=True):
+            score += weight * scores[0]
+            mouth_visible += weight * scores[1]
+        total = sum(weights)
         return score / total, mouth_visible / total

@@ -1,4 +1,4 @@
-"""How noisy a track's readings are, per region, from the last moments."""
+"""Estimates how noisy a track's readings are, per region, from the last moments."""
 
 import math
 from collections.abc import Sequence
@@ -6,58 +6,63 @@ from collections.abc import Sequence
 import numpy as np
 from makeup_video.pipeline.smoothing.face_space import LIPS_REGION, POSE_REGION
 
-# Per region as in face_frame.REGIONS, in its units, squared. What a reading's noise is taken for
-# before any was heard; and between which bounds what is heard is believed: numbers are rounded,
-# and some motion is taken for noise.
+# Variances per region of face_space.REGIONS, in its units. _USUAL is taken before there is any
+# estimate; _LEAST and _MOST bound the estimates: numbers are rounded, and some motion is taken for
+# noise.
 _USUAL = np.array([2e-3, 2e-3, 2e-3, 2e-3, 1e-3, 0.02]) ** 2
 _LEAST = np.array([1.5e-4, 1.5e-4, 1.5e-4, 1.5e-4, 1e-4, 1e-3]) ** 2
 _MOST = np.array([1.2e-2, 1.2e-2, 1.2e-2, 1.2e-2, 8e-3, 0.06]) ** 2
 
-# Somebody who talks without a pause lets no noise of the lips be heard: it is hardly more than that
-# of lids and rest, in variance.
+# Continuous speech hides the lips' noise, so the lips' variance is bounded by this multiple of the
+# mean variance of the lids and the rest.
 _LIPS_TO_OTHERS = 2.5
-HEARD_MOMENTS = 5
-_HEARD_SECONDS = 0.3  # moments further apart say more about motion than about noise
+NOISE_MOMENTS = 5
+_MOST_SECONDS = 0.3  # moments that span more time show motion rather than noise
 _KEPT = 24  # estimates, one for every second moment: 1.6 s at 30 fps
 
 
 class NoiseLevel:
     """The variance of a track's readings, per region.
 
-    Five moments that follow each other are compared with the cubic nearest to them: what is
-    left is noise, and very little motion (second differences were tried, and took a head that
-    shakes for noise). The median over the last moments passes over blinks and syllables.
+    Five consecutive moments are compared with the cubic nearest to them: what is left is noise, and
+    very little motion (second differences were tried, and took a shaking head for noise). The
+    median over the last estimates ignores blinks and syllables.
     """
 
     def __init__(self) -> None:
-        self._heard = np.empty((_KEPT, len(_USUAL)))
-        self._heard[0] = _USUAL
+        self._estimates = np.empty((_KEPT, len(_USUAL)))
+        self._estimates[0] = _USUAL
         self._count = 1
         self._variance = _USUAL
         self._moments = 0
 
-    def hear(self, apart: np.ndarray, places: Sequence[int], seconds: Sequence[float]) -> None:
-        """apart: (regions, N, N), see Readings; places and seconds of the last moments, all different."""
-        # A new estimate shares four moments of five with the one before: every other will do,
+    def update(self, apart: np.ndarray, indices: Sequence[int], seconds: Sequence[float]) -> None:
+        """Estimate the noise of the last moments.
+
+        apart: (regions, N, N), see Readings. indices, seconds: of the last moments, all different.
+        """
+        # A new estimate shares four moments of five with the one before, so every other is enough
         # once there are some.
         self._moments += 1
-        skipped = self._moments > 2 * HEARD_MOMENTS and self._moments % 2
-        if skipped or len(seconds) < 3 or max(seconds) - min(seconds) > _HEARD_SECONDS:
+        skipped = self._moments > 2 * NOISE_MOMENTS and self._moments % 2
+        if skipped or len(seconds) < 3 or max(seconds) - min(seconds) > _MOST_SECONDS:
             return
         # Newton's divided difference: 0 for every polynomial of degree N - 2, whatever the times.
-        shares = [1 / math.prod(at - other for other in seconds if other != at) for at in seconds]
+        shares = [
+            1 / math.prod(time - other for other in seconds if other != time) for time in seconds
+        ]
         length = math.hypot(*shares)
-        each = np.zeros(apart.shape[1])
-        each[list(places)] = [share / length for share in shares]
-        # The square of the difference, told by distances, as the shares sum to 0.
-        self._heard[self._count % _KEPT] = np.maximum(-0.5 * (apart @ each @ each), 0)
+        weights = np.zeros(apart.shape[1])
+        weights[list(indices)] = [share / length for share in shares]
+        # The square of the difference follows from distances alone, because the weights sum to 0.
+        self._estimates[self._count % _KEPT] = np.maximum(-0.5 * (apart @ weights @ weights), 0)
         self._count += 1
-        heard = np.sort(self._heard[: self._count], 0)
-        variance = np.clip(heard[len(heard) // 2], _LEAST, _MOST)
+        estimates = np.sort(self._estimates[: self._count], 0)
+        variance = np.clip(estimates[len(estimates) // 2], _LEAST, _MOST)
         others = float(variance[LIPS_REGION + 1 : POSE_REGION].mean())
         variance[LIPS_REGION] = min(variance[LIPS_REGION], _LIPS_TO_OTHERS * others)
         self._variance = variance
 
     def variance(self) -> np.ndarray:
-        """(regions,) mean squared error of a point's place; of the patch's sample."""
+        """(regions,) mean squared error of a point; for the patch, of a sample."""
         return self._variance

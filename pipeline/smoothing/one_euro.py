@@ -1,28 +1,29 @@
-"""The One-Euro filter, for many numbers at once that move together in regions."""
+"""The One-Euro filter, for many numbers at once, which move together in regions."""
 
 import math
 
 import numpy as np
 
-# Squared speeds up to this, in units of what noise alone makes, are rest. Noise that moves a
+# Squared speeds up to this multiple of what noise alone makes count as rest. Noise that moves a
 # whole region at once varies by about its own size from moment to moment.
 _TOLERANCE = 2.5
-# The variance of the difference between newest and filtered value, in units of the noise's: the
-# newest value's own, and some of the filtered one's.
+# Variance of the difference between the newest and the filtered value, in units of the noise: all
+# of the newest value's, and some of the filtered value's.
 _DIFFERENCE = 1.5
 
 
 class OneEuro:
     """A low-pass filter whose cutoff rises with speed: steady at rest, prompt in motion.
 
-    Casiez, Roussel and Vogel, "1 Euro Filter: A Simple Speed-based Low-pass Filter for Noisy
-    Input in Interactive Systems", CHI 2012. Two things differ. The speed is a region's: the root
-    of the mean square over its columns. And it is counted in units of the speed that noise alone
-    would show, so that one setting suits a sharp face and a blurred one.
+    Casiez, Roussel and Vogel, "1 Euro Filter: A Simple Speed-based Low-pass Filter for Noisy Input
+    in Interactive Systems", CHI 2012. Two things differ. The speed is that of a region: the root
+    mean square over its columns. And its unit is the speed that noise alone would show, so that one
+    setting suits a sharp face and a blurred one.
 
-    min_cutoff_hz: at rest. rise_hz: of the cutoff, for each unit of speed. speed_cutoff_hz: of
-    the low-pass filter of the speed; well above the paper's 1 Hz, or a blink is over before it
-    is noticed.
+    min_cutoff_hz: the cutoff at rest.
+    rise_hz: how much the cutoff rises for each unit of speed.
+    speed_cutoff_hz: the cutoff of the low-pass filter of the speed; well above the paper's 1 Hz, or
+    a blink would be over before it counts.
     """
 
     def __init__(
@@ -33,7 +34,10 @@ class OneEuro:
         rise_hz: float,
         speed_cutoff_hz: float,
     ) -> None:
-        """starts: (R,) first column of each region; counts: (R,) what its squares are divided by."""
+        """starts: (R,) first column of each region.
+
+        counts: (R,) divisors of its sums of squares.
+        """
         self._starts, self._counts = starts, counts
         self.min_cutoff_hz, self.rise_hz = min_cutoff_hz, rise_hz
         self.speed_cutoff_hz = speed_cutoff_hz
@@ -41,9 +45,9 @@ class OneEuro:
         self._speed = np.zeros(0, np.float32)
 
     def __call__(self, x: np.ndarray, step_seconds: float, variance: np.ndarray) -> np.ndarray:
-        """How much the newest value counts in each region, (R,) in (0, 1]; 1 at first.
+        """How much the newest value counts in each region, (R,) in (0, 1]; 1 at the first call.
 
-        x: (K,) float32. step_seconds: since the last call, more than 0. variance: (R,), the
+        x: (K,) float32. step_seconds: since the last call, more than 0. variance: (R,), of the
         noise of x.
         """
         if self._value is None:
@@ -62,7 +66,7 @@ class OneEuro:
 
 
 def _share(cutoff_hz: "float | np.ndarray", step_seconds: float) -> np.ndarray:
-    """Of the newest value, in the low-pass filter of first order."""
-    turn = 2 * math.pi * step_seconds * np.asarray(cutoff_hz, np.float64)
-    share: np.ndarray = turn / (1 + turn)
+    """The weight of the newest value in a first-order low-pass filter."""
+    radians = 2 * math.pi * step_seconds * np.asarray(cutoff_hz, np.float64)
+    share: np.ndarray = radians / (1 + radians)
     return share

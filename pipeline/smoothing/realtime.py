@@ -1,4 +1,4 @@
-"""FrameFaces -> FrameFaces at once, for cameras: the One-Euro filter per region."""
+"""Smooths faces without delay, for cameras: one One-Euro filter per face, region by region."""
 
 import math
 
@@ -14,16 +14,16 @@ from makeup_video.pipeline.smoothing.face_space import (
     Readings,
 )
 from makeup_video.pipeline.smoothing.lookahead import SCORE_SECONDS
-from makeup_video.pipeline.smoothing.noise_level import HEARD_MOMENTS, NoiseLevel
+from makeup_video.pipeline.smoothing.noise_level import NOISE_MOMENTS, NoiseLevel
 from makeup_video.pipeline.smoothing.one_euro import OneEuro
-from makeup_video.pipeline.smoothing.track_memory import Tracks
+from makeup_video.pipeline.smoothing.tracks import Tracks
 
 
 class SmoothLive:
-    """FrameFaces -> FrameFaces at once, for cameras: the One-Euro filter (one_euro.py).
+    """FrameFaces -> FrameFaces without delay.
 
-    Steady motion lags by a fraction of a frame; jitter at rest falls to a third. Faces with
-    numbers that are not finite are left out.
+    Steady motion lags by a fraction of a frame; jitter at rest falls to a third. Faces with numbers
+    that are not finite are left out. The first three parameters are those of OneEuro.
     """
 
     def __init__(
@@ -43,23 +43,26 @@ class SmoothLive:
         self._even = EvenTimes()
 
     def __call__(self, item: FrameFaces) -> FrameFaces:
-        now = self._even(self._tracks.at(item))
-        faces = tuple(self._tracks.of(face, now).smooth(face, now) for face in sound_faces(item))
+        now = self._even(self._tracks.advance(item))
+        faces = tuple(
+            self._tracks.track_of(face, now).smooth(face, now) for face in sound_faces(item)
+        )
         return with_faces(item, faces)
 
 
 class _Filter:
-    """The filter of one face, and the last moments that tell its noise."""
+    """The filter of one face, and the last moments, which its noise is estimated from."""
 
     def __init__(
         self, face: Face, min_cutoff_hz: float, rise_hz: float, speed_cutoff_hz: float
     ) -> None:
         self.space = FaceSpace(face)
         self.last_seconds = -math.inf
-        # In the last place is the smoothed reading: its patch moves to a new window with the rest.
-        self._readings = Readings(self.space, HEARD_MOMENTS + 1)
-        self._seconds = [0.0] * HEARD_MOMENTS
-        self._looks = np.zeros(2)  # score, mouth_visible
+        # The last reading is the smoothed one: its patch moves to a new crop together with the
+        # others.
+        self._readings = Readings(self.space, NOISE_MOMENTS + 1)
+        self._seconds = [0.0] * NOISE_MOMENTS
+        self._scores = np.zeros(2)  # score, mouth_visible
         self._noise = NoiseLevel()
         self._filter = OneEuro(
             self.space.key_starts,
@@ -71,22 +74,22 @@ class _Filter:
         self._count = 0
 
     def smooth(self, face: Face, now: float) -> Face:
-        """The face as it is taken to be now."""
-        ring, place = self._readings, self._count % HEARD_MOMENTS
+        """The smoothed face."""
+        readings, index = self._readings, self._count % NOISE_MOMENTS
         self._count += 1
-        self.space.split(face, ring, place)
-        step = now - self.last_seconds  # at first endless, and then what was before counts nothing
-        self._seconds[place] = self.last_seconds = now
-        heard = range(min(self._count, HEARD_MOMENTS))
-        self._noise.hear(ring.apart, heard, self._seconds[: len(heard)])
-        shares = self._filter(ring.keys[place], step, self._noise.variance())
-        values, pose, patch = ring.values[-1], ring.pose[-1], ring.patches[-1]
-        values += shares.astype(np.float32)[REGION_OF_COLUMN] * (ring.values[place] - values)
-        pose += shares[POSE_REGION] * (ring.pose[place] - pose)
+        self.space.split(face, readings, index)
+        step = now - self.last_seconds  # infinite at first, so that nothing before counts
+        self._seconds[index] = self.last_seconds = now
+        last = range(min(self._count, NOISE_MOMENTS))
+        self._noise.update(readings.apart, last, self._seconds[: len(last)])
+        shares = self._filter(readings.keys[index], step, self._noise.variance())
+        values, pose, patch = readings.values[-1], readings.pose[-1], readings.patches[-1]
+        values += shares.astype(np.float32)[REGION_OF_COLUMN] * (readings.values[index] - values)
+        pose += shares[POSE_REGION] * (readings.pose[index] - pose)
         share = max(shares[LIPS_REGION], shares[PATCH_REGION])
-        patch += np.float32(share) * (ring.patches[place] - patch)
-        looks = np.array([face.score, face.mouth_visible])
-        self._looks += (1 - math.exp(-step / SCORE_SECONDS)) * (looks - self._looks)
-        score, mouth_visible = self._looks.tolist()
+        patch += np.float32(share) * (readings.patches[index] - patch)
+        scores = np.array([face.score, face.mouth_visible])
+        self._scores += (1 - math.exp(-step / SCORE_SECONDS)) * (scores - self._scores)
+        score, mouth_visible = self._scores.tolist()
         points_px, lips = self.space.join(values, pose, patch.copy())
         return Face(points_px, score, mouth_visible, face.track_id, lips)

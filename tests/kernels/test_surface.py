@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from makeup import LAYOUTS, close_up, lit_of, true_face
 from makeup_video.kernels.colour import HLG, PQ
 from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, coding_of
-from makeup_video.pipeline.frames.sampling import compose
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.luminance import luminances
 from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces

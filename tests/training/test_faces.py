@@ -20,16 +20,16 @@ RNG = np.random.default_rng(0)
 def test_fit_similarity_finds_the_similarity_that_was_applied():
     mean = RNG.normal(size=(478, 2)).astype(np.float32)
     linear = 40 * np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
-    frame = prepare.frames_of((mean @ linear.T + [100, 60])[None], mean)[0]
-    assert np.allclose(frame[:, :2], linear, atol=1e-3)
-    assert np.allclose(frame[:, 2], [100, 60], atol=1e-3)
+    pose = prepare.poses_of((mean @ linear.T + [100, 60])[None], mean)[0]
+    assert np.allclose(pose[:, :2], linear, atol=1e-3)
+    assert np.allclose(pose[:, 2], [100, 60], atol=1e-3)
 
 
-def test_face_frame_undoes_the_fit():
+def test_own_coordinates_undo_the_pose():
     mean = RNG.normal(size=(478, 3)).astype(np.float32)
     points = mean * 30 + [200, 150, 0]
-    frames = prepare.frames_of(points[None, :, :2], mean[:, :2])
-    back = prepare.to_face_frame(points[None], frames)[0]
+    poses = prepare.poses_of(points[None, :, :2], mean[:, :2])
+    back = prepare.to_own_coordinates(points[None], poses)[0]
     assert np.allclose(back[:, :2], mean[:, :2], atol=1e-4)
     assert np.allclose(back[:, 2], mean[:, 2] - mean[:, 2].mean(), atol=1e-4)
 
@@ -98,13 +98,13 @@ def test_detector_targets_decode_to_the_same_faces():
     faces = np.array([[60.0, 80.0, 30.0, 0.2], [190.0, 170.0, 12.0, -0.4]], np.float32)
     heat, values = detect.targets(faces)
     cells = np.concatenate([np.log((heat + 1e-3) / (1 - heat + 1e-3))[None], values[:5]])
-    frames = detect.decode(cells, 1.0, threshold=0.9)
-    assert len(frames) == 2
+    poses = detect.decode(cells, 1.0, threshold=0.9)
+    assert len(poses) == 2
     for x, y, unit, turn in faces:
-        gaps = [np.hypot(*(f @ [*detect.FACE_CENTRE, 1] - [x, y])) for f in frames]
-        frame = frames[int(np.argmin(gaps))]
+        gaps = [np.hypot(*(f @ [*detect.FACE_CENTRE, 1] - [x, y])) for f in poses]
+        pose = poses[int(np.argmin(gaps))]
         assert min(gaps) < 0.01
-        assert np.allclose(frame[:, 0], unit * np.array([np.cos(turn), np.sin(turn)]), rtol=1e-4)
+        assert np.allclose(pose[:, 0], unit * np.array([np.cos(turn), np.sin(turn)]), rtol=1e-4)
 
 
 def test_mistakes_of_the_detector_are_told_from_the_face_itself():

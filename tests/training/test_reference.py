@@ -15,12 +15,11 @@ from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.reference.crops import (
     CROPS,
     NUMBERS,
+    crop_around,
     divide_light,
     from_targets,
-    places_of,
-    shifted,
+    input_places,
     to_targets,
-    window_of,
 )
 from makeup_video.pipeline.render.scene import white_light
 from makeup_video.training.reference import (
@@ -167,7 +166,7 @@ def test_products_that_differ_look_different_and_leave_the_shot_alone(region):
     ]
     assert (shot.codes == before).all()
     for at, crop in enumerate(seen):
-        assert crop.shape[1::-1] == CROPS[region].size_wh and crop.dtype == np.uint8
+        assert crop.shape[1::-1] == CROPS[region].input_wh and crop.dtype == np.uint8
         for other in seen[:at]:
             assert np.abs(crop.astype(int) - other).max() > 8
 
@@ -204,10 +203,10 @@ def test_batches_hold_every_crop_with_its_own_numbers():
 
 @pytest.mark.parametrize("region", REGIONS)
 def test_a_crop_turns_and_grows_with_the_face(region):
-    to_px, size_wh = window_of(face(), region)
+    to_px, size_wh = crop_around(face(), region)
     c, s = 1.7 * np.cos(0.4), 1.7 * np.sin(0.4)
     turn = np.array([[c, -s, 40], [s, c, -9]])
-    turned, same_size = window_of(moved(face(), turn), region)
+    turned, same_size = crop_around(moved(face(), turn), region)
     assert same_size == size_wh
     corners = np.array([[0, size_wh[0], 0], [0, 0, size_wh[1]], [1, 1, 1]])
     wanted = turn[:, :2] @ (to_px @ corners) + turn[:, 2:]
@@ -216,24 +215,24 @@ def test_a_crop_turns_and_grows_with_the_face(region):
 
 def test_crops_hold_what_they_are_for():
     for region, points in (("lips", [61, 291, 0, 17]), ("eyes", [33, 263, 159, 386, 105, 334])):
-        to_px, (w, h) = window_of(face(), region)
+        to_px, (w, h) = crop_around(face(), region)
         back = cv2.invertAffineTransform(to_px)
         x, y = (face().points_px[points, :2] @ back[:, :2].T + back[:, 2]).T
         assert (x > 4).all() and (x < w - 5).all() and (y > 2).all() and (y < h - 3).all()
 
 
 @pytest.mark.parametrize("region", REGIONS)
-def test_the_places_of_a_crop_lie_in_its_window(region):
-    _, (w, h) = window_of(face(), region)
-    places = places_of(face(), region)
-    assert places.shape == (2, *CROPS[region].size_wh[::-1])
+def test_the_pixels_of_a_net_input_lie_in_its_crop(region):
+    _, (w, h) = crop_around(face(), region)
+    places = input_places(face(), region)
+    assert places.shape == (2, *CROPS[region].input_wh[::-1])
     assert (places >= 0).all() and (places[0] < w).all() and (places[1] < h).all()
 
 
-def test_a_shifted_window_keeps_its_middle_but_for_the_shift():
-    to_px, size_wh = window_of(face(), "lips")
+def test_a_shifted_crop_keeps_its_middle_but_for_the_shift():
+    to_px, size_wh = crop_around(face(), "lips")
     middle = np.array([(size_wh[0] - 1) / 2, (size_wh[1] - 1) / 2, 1])
-    moved_to = shifted((to_px, size_wh), 0.2, 1.1, np.array([3.0, -2.0])) @ middle
+    moved_to = render.shifted((to_px, size_wh), 0.2, 1.1, np.array([3.0, -2.0])) @ middle
     assert np.allclose(moved_to, to_px @ (middle + np.array([3, -2, 0])))
 
 
@@ -261,7 +260,7 @@ def test_a_black_and_white_portrait_is_nobody_to_paint(tmp_path):
     for name, rgb8, is_packed in (("colour", portrait(), True), ("grey", grey, False)):
         path = tmp_path / f"{name}.png"
         cv2.imwrite(str(path), rgb8[..., ::-1])
-        assert (prepare.look_at(path) is not None) == is_packed
+        assert (prepare.entry_of(path) is not None) == is_packed
 
 
 def test_every_source_of_people_is_split_by_its_order():
@@ -335,7 +334,7 @@ def test_a_number_that_fell_below_none_for_every_crop_still_learns():
 def test_dense_layers_are_taught_before_the_convolutions_which_do_not_speak_yet():
     torch = pytest.importorskip("torch")
     from makeup_video.training.reference.model import ReferenceNet
-    from makeup_video.training.reference.train_head import mirrored, teach
+    from makeup_video.training.reference.train_head import mirrored, train_layers
 
     torch.manual_seed(0)
     net = ReferenceNet("lite0", torch.full((7,), 0.5), "eyes", shrink=2).eval()
@@ -345,7 +344,7 @@ def test_dense_layers_are_taught_before_the_convolutions_which_do_not_speak_yet(
     assert torch.allclose(turned, net.squares(crops.flip(3)), atol=1e-5)
     targets = 0.5 + 0.25 * crops.mean((1, 2, 3))[:, None].expand(-1, 7) * 20
     before = (net(crops[:16]) - targets[:16]).square().mean()
-    teach(net, squares, targets, "eyes", epochs=8)
+    train_layers(net, squares, targets, "eyes", epochs=8)
     taught = net.eval()(crops[:16])
     assert (taught - targets[:16]).square().mean() < before
     assert torch.allclose(taught, torch.relu(net.head(torch.cat(

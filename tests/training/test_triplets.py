@@ -14,7 +14,7 @@ from makeup_video.training.reference import draw_products as shades
 from makeup_video.training.reference import read_look as reading
 from makeup_video.training.reference import triplets
 from makeup_video.training.reference.baselines import transfer_mean_colour
-from makeup_video.training.reference.picture_metrics import ciede2000, face_of, face_window
+from makeup_video.training.reference.picture_metrics import ciede2000, crop_face, face_crop_to_px
 from makeup_video.training.reference.rendered_crops import to_rgb8
 from people import portrait
 
@@ -126,18 +126,18 @@ def test_the_simple_tool_moves_the_mean_and_nothing_outside():
 
 
 def test_the_face_fills_the_square_that_whole_scores_see():
-    window = face_window(face())
+    to_px = face_crop_to_px(face())
     low, high = face().points_px[:, :2].min(0), face().points_px[:, :2].max(0)
-    corners = np.linalg.inv(window[:, :2]) @ (np.stack([low, high], 1) - window[:, 2:])
+    corners = np.linalg.inv(to_px[:, :2]) @ (np.stack([low, high], 1) - to_px[:, 2:])
     assert (corners > 0).all() and (corners < 255).all() and np.ptp(corners, axis=1).max() > 220
-    assert face_of(portrait(), window).shape == (256, 256, 3)
+    assert crop_face(portrait(), to_px).shape == (256, 256, 3)
 
 
 def test_whole_scores_are_0_for_the_same_and_grow():
     pytest.importorskip("pytorch_msssim")
     from makeup_video.training.reference.picture_metrics import whole_scores
 
-    truth = face_of(portrait(), face_window(face()))
+    truth = crop_face(portrait(), face_crop_to_px(face()))
     noise = np.random.default_rng(0).normal(0, 1, truth.shape)
     near, far = ((truth + k * noise).clip(0, 255).astype(np.uint8) for k in (4, 40))
     found = whole_scores()([truth, near, far], truth)

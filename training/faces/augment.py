@@ -1,4 +1,4 @@
-"""What cameras and hands do to a face: light, lenses, noise, codecs, things in front."""
+"""Augments crops of faces: light, lenses, noise, codecs, and things in front of the face."""
 
 import cv2
 import numpy as np
@@ -7,7 +7,7 @@ _noise = np.random.default_rng(0).normal(size=(1 << 20)).astype(np.float32)
 
 
 def photograph(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """The crop as some camera might have seen it. (H, W, 3) uint8, encoded, in and out."""
+    """The crop as some camera might have taken it. (H, W, 3) uint8, encoded, in and out."""
     h, w = rgb8.shape[:2]
     u = rng.random(10)
     if rng.random() < 0.15:
@@ -40,7 +40,7 @@ def photograph(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def grain(shape: tuple[int, ...], rng: np.random.Generator, coarse: bool) -> np.ndarray:
-    """Noise of sigma 1, float32; coarse: that of a picture that was enlarged."""
+    """Noise of sigma 1, float32. coarse: as in an enlarged picture."""
     size = int(np.prod(shape))
     start = int(rng.integers(len(_noise) - size))
     noise = _noise[start : start + size].reshape(shape)
@@ -48,14 +48,14 @@ def grain(shape: tuple[int, ...], rng: np.random.Generator, coarse: bool) -> np.
 
 
 def restyle(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Another lipstick, beard or mouth opening, now and then. mask: (H, W, 3) as in Batch."""
+    """Now and then another lipstick, beard or mouth opening. mask: (H, W, 3) as in Batch."""
     whole, opening, _ = np.moveaxis(mask, -1, 0)
     u = rng.random(3)
     if u[0] < 0.45:
         rgb8 = lipstick(rgb8, np.minimum(whole, 255 - opening), rng)
     if u[1] < 0.2:
         rgb8 = stubble(rgb8, whole, rng)
-    if u[2] < 0.25:  # deeper in shadow, or teeth in brighter light
+    if u[2] < 0.25:  # opening darker in shadow, or teeth in brighter light
         gain = 2 ** rng.uniform(-2.5, 0.6) - 1
         changed = rgb8 * (1 + opening[..., None] * np.float32(gain / 255))
         rgb8 = changed.clip(0, 255).astype(np.uint8)
@@ -63,7 +63,7 @@ def restyle(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.
 
 
 def stubble(rgb8: np.ndarray, whole: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Short dark or grey hairs around the mouth. whole: (H, W) uint8, where the mouth is."""
+    """Short dark or grey hairs around the mouth. whole: (H, W) uint8, the mouth."""
     h, w = whole.shape
     start = int(rng.integers(len(_noise) - h * w))
     hairs = cv2.GaussianBlur(_noise[start : start + h * w].reshape(h, w), (0, 0), 0.5,
@@ -76,7 +76,7 @@ def stubble(rgb8: np.ndarray, whole: np.ndarray, rng: np.random.Generator) -> np
 
 
 def harsh(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Cast shadows, blown lights, gloss, tinted or colourless pictures, halos."""
+    """Cast shadows, clipped lights, gloss, tinted or colourless pictures, halos."""
     h, w = rgb8.shape[:2]
     u = rng.random(6)
     picture = rgb8.astype(np.float32)
@@ -90,12 +90,12 @@ def harsh(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
             cv2.ellipse(shine, (tuple(middle), axes, rng.uniform(-35, 35)), 1, -1)
         shine = cv2.GaussianBlur(shine, (0, 0), rng.uniform(0.5, 2.5))
         picture += shine[..., None] * np.float32(rng.uniform(40, 180))
-    if u[2] < 0.3:  # faded to one tint, as old prints and stage light are
+    if u[2] < 0.3:  # faded to one tint, as in old prints and stage light
         grey = picture @ np.array([0.299, 0.587, 0.114], np.float32)
         tint = np.exp(rng.normal(0, 0.35, 3))
         tinted = grey[..., None] * (tint / tint.mean()).astype(np.float32)
         picture += (tinted - picture) * np.float32(rng.uniform(0.4, 1))
-    if u[3] < 0.3:  # contrast about a middle of its own, clipped at both ends
+    if u[3] < 0.3:  # contrast about a random middle, clipped at both ends
         middle = picture.mean() * np.float32(rng.uniform(0.7, 1.3))
         picture = (picture - middle) * np.float32(rng.uniform(1.2, 2.2)) + middle
     if u[4] < 0.2:
@@ -109,7 +109,7 @@ def harsh(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def cast_shadow(rng: np.random.Generator, w: int, h: int) -> np.ndarray:
-    """(H, W) gain: something keeps the light off a part with a straight or a bent edge."""
+    """Gain (H, W) of a cast shadow with a straight or a curved edge."""
     shape = np.zeros((h, w), np.float32)
     angle, middle = rng.uniform(0, 2 * np.pi), rng.uniform([0.1 * w, 0.1 * h], [0.9 * w, 0.9 * h])
     away = np.array([np.cos(angle), np.sin(angle)])
@@ -123,7 +123,7 @@ def cast_shadow(rng: np.random.Generator, w: int, h: int) -> np.ndarray:
 
 
 def lipstick(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Lips in any colour, from sheer to opaque, matt to glossy. mask: (H, W) uint8."""
+    """Lips in any colour, sheer to opaque, matt to glossy. mask: (H, W) uint8, the lips."""
     inside = mask > 127
     if inside.sum() < 20:
         return rgb8
@@ -131,7 +131,7 @@ def lipstick(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np
     if kind < 0.6:  # reds, pinks, browns
         red = rng.uniform(40, 250)
         colour = np.array([red, red * rng.uniform(0.05, 0.7), red * rng.uniform(0.1, 0.75)])
-    elif kind < 0.85:  # nude: nearly the skin beside
+    elif kind < 0.85:  # nude: nearly the colour of the skin beside
         colour = np.median(rgb8[mask < 30], 0) * rng.uniform(0.75, 1.1) * rng.uniform(0.9, 1.1, 3)
     picture = rgb8.astype(np.float32)
     luma = picture @ np.array([0.299, 0.587, 0.114], np.float32)
@@ -160,10 +160,10 @@ def tone_curve(rng: np.random.Generator) -> np.ndarray:
 
 
 def light(rng: np.random.Generator, w: int, h: int) -> np.ndarray:
-    """Hard, soft or coloured light from a side, and shadows: a smooth gain (H, W, 3)."""
+    """A smooth gain (H, W, 3): hard, soft or coloured light from a side, and shadows."""
     if rng.random() < 0.6:
         angle, strength = rng.uniform(0, 2 * np.pi), rng.uniform(0.2, 1.2)
-        edge = rng.uniform(0.5, 4)  # how hard the terminator is
+        edge = rng.uniform(0.5, 4)  # hardness of the terminator
         x, y = np.meshgrid(np.linspace(-1, 1, 12), np.linspace(-1, 1, 12))
         side = np.tanh(edge * (np.cos(angle) * x + np.sin(angle) * y + rng.normal() * 0.4))
         gain = np.exp2(side * strength)[..., None] * np.ones(3)
@@ -185,9 +185,9 @@ def motion_blur(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 class Occluder:
-    """Hands, cups, microphones, hair: blobs, bars and strands, flat or textured.
+    """Draws hands, cups, microphones and hair: blobs, bars and strands, flat or textured.
 
-    mouth: fingers and microphones right over the lips as well.
+    mouth: draws fingers and microphones right over the lips, too.
     """
 
     def __init__(
@@ -199,7 +199,7 @@ class Occluder:
     def __call__(
         self, crop: np.ndarray, at: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray | None:
-        """Draw over `crop` in place; tell which of the points `at` (K, 2) px it hides."""
+        """Draw over `crop` in place; returns which of the points `at` (K, 2) px are hidden."""
         self.shape = None
         if rng.random() >= self.chance:
             return None
@@ -243,7 +243,7 @@ class Occluder:
         if kind < 0.35:  # a colour, with some light on it
             flat = np.full((h, w, 3), rng.uniform(0, 255, 3), np.float32)
             return flat * light(rng, w, h)
-        if kind < 0.6:  # the same skin, as of a hand
+        if kind < 0.6:  # the same skin, as on a hand
             skin = crop.reshape(-1, 3)[rng.integers(h * w)].astype(np.float32)
             return np.full((h, w, 3), skin * rng.uniform(0.6, 1.3), np.float32) * light(rng, w, h)
         other = self.pictures[int(rng.integers(len(self.pictures)))][-1]
@@ -252,7 +252,7 @@ class Occluder:
 
 
 def fingers(crop: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """One to four round bars side by side in the face's own skin, or a fist of them."""
+    """One to four round bars side by side in the face's own skin, or a fist."""
     h, w = crop.shape[:2]
     skin = crop[int(rng.integers(h * 3 // 4, h)), int(rng.integers(w // 4, w * 3 // 4))]
     skin = skin.astype(np.float32) * np.float32(rng.uniform(0.7, 1.25))
@@ -274,7 +274,7 @@ def fingers(crop: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.
 
 
 def microphone(crop: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A ball of foam or wire mesh on a stick that comes from below or from a side."""
+    """A ball of foam or wire mesh on a stick from below or from a side."""
     h, w = crop.shape[:2]
     shape = np.zeros((h, w), np.uint8)
     middle, radius = rng.normal([w / 2, h * 0.75], [w / 5, h / 6]), rng.uniform(8, 22)

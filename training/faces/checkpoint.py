@@ -1,4 +1,4 @@
-"""What a training run keeps: the net, the running average of its weights, the optimizer."""
+"""Checkpoints of a training run: the net, the running average of its weights, the optimizer."""
 
 from pathlib import Path
 
@@ -8,17 +8,17 @@ from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 
 def rate_at(step: int, steps: int, highest: float, warm_up: int) -> float:
-    """Learning rate: up for warm_up steps, then even, down to hardly any from 60 % of them on."""
+    """The learning rate: rises for warm_up steps, stays, and falls to almost 0 after 60 %."""
     return highest * min(1, (step + 1) / warm_up, 2.5 * (1 - step / steps) + 0.005)
 
 
 class Checkpoint:
-    """A file a run goes on from. Weights, their average, the optimizer's state, the step."""
+    """A file that a run resumes from: weights, their average, the optimizer's state, the step."""
 
     def __init__(
         self, path: Path, net: nn.Module, optimizer: torch.optim.Optimizer, decay: float
     ) -> None:
-        """decay: of the average, per step."""
+        """decay: of the running average, per step."""
         self.path, self.net, self.optimizer, self.decay = path, net, optimizer, decay
         self.average = AveragedModel(
             net, multi_avg_fn=get_ema_multi_avg_fn(decay), use_buffers=True
@@ -26,7 +26,7 @@ class Checkpoint:
         self.step = 0
 
     def resume(self) -> None:
-        """Go on from the file, if there is one."""
+        """Resume from the file, if there is one."""
         if not self.path.exists():
             return
         saved = torch.load(self.path, weights_only=True)
@@ -37,14 +37,17 @@ class Checkpoint:
         print("resumed at step", self.step)
 
     def start_from(self, path: Path) -> None:
-        """Take the averaged weights of another run, and begin at step 0 with a new optimizer."""
+        """Take over the averaged weights of another run, at step 0 with a new optimizer."""
         average = torch.load(path, weights_only=True)["average"]
         self.average.load_state_dict(average)
         self.net.load_state_dict(self.average.module.state_dict())
         self.average.n_averaged.zero_()
 
     def learn(self, loss: Tensor, rate: float, clip: float) -> None:
-        """One step down the loss; clip: the longest gradient. Averages the weights."""
+        """One step of the optimizer, with the running average.
+
+        clip: the largest norm of the gradient.
+        """
         for group in self.optimizer.param_groups:
             group["lr"] = rate
         self.optimizer.zero_grad(set_to_none=True)
@@ -54,7 +57,7 @@ class Checkpoint:
         self._average()
 
     def _average(self) -> None:
-        """A young average forgets faster."""
+        """Update the running average, which forgets faster in the first steps."""
         self.step += 1
         young = self.step < 1 / (1 - self.decay)
         decay = min(self.decay, self.step / (self.step + 10)) if young else self.decay
@@ -62,14 +65,19 @@ class Checkpoint:
         self.average.update_parameters(self.net)
 
     def save(self, config: tuple[str, int]) -> None:
-        """config: the net's name, how many points or numbers it tells."""
-        state = {"net": self.net.state_dict(), "average": self.average.state_dict(),
-                 "optimizer": self.optimizer.state_dict(), "step": self.step, "config": config}  # fmt: skip
+        """Write the file. config: the net's name, and the number of its points or numbers."""
+        state = {
+            "net": self.net.state_dict(),
+            "average": self.average.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "step": self.step,
+            "config": config,
+        }
         torch.save(state, self.path.with_suffix(".part"))
         self.path.with_suffix(".part").rename(self.path)
 
 
 def averaged_weights(path: Path) -> dict[str, Tensor]:
-    """Those of a checkpoint's average, for the bare net."""
+    """The averaged weights of a checkpoint, with the keys of the net itself."""
     average = torch.load(path, weights_only=True)["average"]
     return {k.removeprefix("module."): v for k, v in average.items() if k != "n_averaged"}

@@ -1,4 +1,4 @@
-"""Endless training crops: turned in depth, misplaced as a tracker would, badly lit, half hidden."""
+"""Draws training crops: turned in depth, misplaced as by a tracker, badly lit, half hidden."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -10,25 +10,25 @@ from makeup_video.pipeline.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUT
 from makeup_video.training.faces.augment import Occluder, harsh, photograph, restyle
 from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
 
-MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild"), 1.4  # as lipmasks.py makes them
-MASK_CERTAINTY = 0.36  # leaves out a sixth of `wild`, hardly any others
-HARSH = 0.45  # of the lips' crops: light and colours that spoil the border
+MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild"), 1.4  # as lip_masks.py makes them
+MASK_CERTAINTY = 0.36  # leaves out a sixth of `wild`, and hardly any of the others
+HARSH = 0.45  # share of lip crops with light and colours that spoil the border
 LOWER_FACE = 0.55  # IOD below the eyes: what a medical mask may hide
 LIPS_AT = {int(point): at for at, point in enumerate(LIPS)}
 
 
 @dataclass(frozen=True)
 class CropSpec:
-    """What a net looks at: a window of the face frame, and the points it must tell."""
+    """The input of a net, a crop turned with the face, and the points that the net reads."""
 
     size_wh: tuple[int, int]  # px
-    span: float  # width of the window, in IOD
+    span: float  # width of the crop, in IOD
     points: np.ndarray  # indices into the 478
-    around: np.ndarray | None  # the window's centre is the mean of these; None: `centre`
+    around: np.ndarray | None  # the crop's centre is the mean of these points; None: `centre`
     centre: tuple[float, float] = (0.0, 0.0)
-    # Residual error of the tracker, one sigma: turn (radians), log scale, shift (IOD).
+    # Error of the tracker, one sigma: turn (radians), log scale, shift (IOD).
     jitter: tuple[float, float, float] = (0.08, 0.06, 0.06)
-    turn: tuple[float, float] = (0.28, 0.16)  # in depth, one sigma: yaw, pitch (radians)
+    turn: tuple[float, float] = (0.28, 0.16)  # turn in depth, one sigma: yaw, pitch (radians)
     share: dict[str, float] = field(
         default_factory=lambda: {"portraits": 0.25, "wild": 0.52, "talking": 0.18, "covered": 0.05}
     )
@@ -71,11 +71,11 @@ class Faces:
             folders += [name] * int(chosen.sum())
             sources += list(packed[f"{name}_source"][chosen])
         self.folder, self.source = np.array(folders), np.array(sources)
-        self.frames = np.concatenate(columns["frames"])
+        self.poses = np.concatenate(columns["frames"])
         self.points = np.concatenate(columns["face_points"])
         self.depth = np.concatenate(columns["depth"])
         self.rarity = self._rarity()
-        self.masks: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # face -> mask, its window
+        self.masks: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # face -> mask, its map to px
         if path.with_name("lipmasks.npz").exists():
             self._read_masks(path.with_name("lipmasks.npz"), packed, validation)
 
@@ -85,15 +85,15 @@ class Faces:
             chosen = packed[f"{name}_validation"] == validation
             columns = (masks[f"{name}_{key}"][chosen] for key in ("masks", "windows", "sure"))
             faces = np.flatnonzero(self.folder == name)
-            for face, mask, window, sure in zip(faces, *columns, strict=True):
+            for face, mask, to_px, sure in zip(faces, *columns, strict=True):
                 if sure > MASK_CERTAINTY:
-                    self.masks[int(face)] = mask, window
+                    self.masks[int(face)] = mask, to_px
 
     def _rarity(self) -> np.ndarray:
-        """Sampling weight that evens out how light the cheeks are (at most 3 to 1)."""
+        """Sampling weights that even out how light the cheeks are (at most 3 to 1)."""
         luma = np.empty(len(self.pictures))
-        for i, (levels, frame) in enumerate(zip(self.pictures, self.frames, strict=True)):
-            x, y = frame[:, :2] @ np.array([0.0, 0.45]) + frame[:, 2]  # on the nose's side
+        for i, (levels, pose) in enumerate(zip(self.pictures, self.poses, strict=True)):
+            x, y = pose[:, :2] @ np.array([0.0, 0.45]) + pose[:, 2]  # beside the nose
             size = len(levels[0]) - 1
             x, y = int(np.clip(x, 0, size)), int(np.clip(y, 0, size))
             luma[i] = levels[0][max(y - 3, 0) : y + 4, max(x - 3, 0) : x + 4].mean()
@@ -110,7 +110,7 @@ class Faces:
 
 
 def look_up(grids: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Bilinear depth (N, G, G) at face-frame positions (N, K, 2) -> (N, K)."""
+    """Bilinear samples (N, K) of depth grids (N, G, G) at points (N, K, 2) in IOD."""
     cells = grids.shape[1]
     place = ((at / DEPTH_REACH + 1) / 2 * (cells - 1)).clip(0, cells - 1.001)
     low = place.astype(int)
@@ -134,16 +134,16 @@ def rotations(yaw: np.ndarray, pitch: np.ndarray) -> np.ndarray:
 class Batch:
     rgb8: np.ndarray  # (N, H, W, 3)
     points: np.ndarray  # (N, K, 3) in IOD from the crop's centre
-    weight: np.ndarray  # (N, K) of each point in the loss
-    labels: np.ndarray  # (N, 2): a face, a visible mouth
-    index: np.ndarray  # (N,) which face
-    # (N, H, W, 3) uint8: the whole mouth, what shows between the lips, and whether both are
-    # known there; only for the lips' net
+    weight: np.ndarray  # (N, K), of each point in the loss
+    labels: np.ndarray  # (N, 2): a face; a visible mouth
+    index: np.ndarray  # (N,) of the face
+    # (N, H, W, 3) uint8: the whole mouth, the opening between the lips, and whether both are known;
+    # for the lip net only
     mask: np.ndarray | None = None
 
 
 class Cropper:
-    """Draws batches for one net. `augment` False: only the tracker's small errors, seeded."""
+    """Draws batches for one net. augment: False for only the small errors of a tracker."""
 
     def __init__(self, faces: Faces, spec: CropSpec, seed: int, augment: bool = True) -> None:
         self.faces, self.spec, self.augment = faces, spec, augment
@@ -156,9 +156,11 @@ class Cropper:
         self.coarse = coarse.reshape(-1, 2).astype(np.float32)  # crop px
 
     def geometry(self, index: np.ndarray) -> dict[str, np.ndarray]:
-        """Where each crop's pixels come from (source px), and where its points then are (IOD)."""
+        """The source of each crop's pixels in picture px, and the targets of its points in IOD."""
         rng, faces, spec, n = self.rng, self.faces, self.spec, len(index)
-        wide = rng.random(n) < (0.25 if self.augment else 0)  # a first frame is further off
+        wide = rng.random(n) < (
+            0.25 if self.augment else 0
+        )  # as in a first frame, whose error is larger
         spread = np.where(wide, 2.5, 1.0)[:, None] * np.array([spec.jitter])
         turn, log_scale = rng.normal(size=(2, n)) * spread.T[:2]
         shift = rng.normal(size=(n, 2)) * spread[:, 2:]
@@ -168,7 +170,7 @@ class Cropper:
         flip = rng.random(n) < 0.5
 
         points, grids = faces.points[index].copy(), faces.depth[index]
-        pivot = np.array([0, 0.35])  # IOD below the eyes: the head turns about its middle
+        pivot = np.array([0, 0.35])  # IOD below the eyes: the head turns about its centre
         xy = points[..., :2] - pivot
         depth = np.concatenate([xy, look_up(grids, points[..., :2])[..., None]], 2)
         turned = depth @ rotation.transpose(0, 2, 1)
@@ -183,10 +185,15 @@ class Cropper:
             centre = turned[:, spec.around, :2].mean(1)
         centre = centre + shift
         c, s = np.cos(turn) * np.exp(log_scale), np.sin(turn) * np.exp(log_scale)
-        tilt = np.stack([c, -s, s, c], -1).reshape(n, 2, 2)  # face frame -> crop
+        tilt = np.stack([c, -s, s, c], -1).reshape(n, 2, 2)  # face's coordinates -> crop
         target = turned[:, spec.points]
-        target = np.concatenate([(target[..., :2] - centre[:, None]) @ tilt.transpose(0, 2, 1),
-                                 target[..., 2:] * np.exp(log_scale)[:, None, None]], 2)  # fmt: skip
+        target = np.concatenate(
+            [
+                (target[..., :2] - centre[:, None]) @ tilt.transpose(0, 2, 1),
+                target[..., 2:] * np.exp(log_scale)[:, None, None],
+            ],
+            2,
+        )
 
         size = np.array(spec.size_wh, np.float32)
         offset = (self.coarse - (size - 1) / 2) * (spec.span / size[0])  # IOD
@@ -196,29 +203,31 @@ class Cropper:
         straight = np.linalg.inv(rotation[:, :2, :2]).transpose(0, 2, 1)
         away = rotation[:, None, :2, 2]  # how depth moves a point
         here = goal @ straight
-        for _ in range(4 if self.augment else 0):  # fixed point: position before the turn
+        for _ in range(
+            4 if self.augment else 0
+        ):  # fixed-point iteration for the position before the turn
             z = look_up(grids, here + pivot)[..., None]
             here = (goal - z * away) @ straight
         here = here + pivot
-        frames = faces.frames[index]
-        source = here @ frames[:, :, :2].transpose(0, 2, 1) + frames[:, None, :, 2]
+        poses = faces.poses[index]
+        source = here @ poses[:, :, :2].transpose(0, 2, 1) + poses[:, None, :, 2]
         return {"target": target.astype(np.float32), "source": source.astype(np.float32)}
 
     def lip_mask(self, face: int, source: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """(H, W, 3) as in Batch. Without a good mask only the surely bare places are known."""
+        """(H, W, 3) as in Batch. Without a good mask, only surely bare places are known."""
         w, h = self.spec.size_wh
         if face not in self.faces.masks:
             return sure_places(at, (w, h), w / self.spec.span)
-        mask, window = self.faces.masks[face]
+        mask, to_px = self.faces.masks[face]
         rows, columns = mask.shape[:2]
-        inverse = np.linalg.inv(window[:, :2]) * (columns / MASK_SPAN)
-        place = (source - window[:, 2]) @ inverse.T + [(columns - 1) / 2, (rows - 1) / 2]
+        inverse = np.linalg.inv(to_px[:, :2]) * (columns / MASK_SPAN)
+        place = (source - to_px[:, 2]) @ inverse.T + [(columns - 1) / 2, (rows - 1) / 2]
         grid = stretch(place.astype(np.float32).reshape(h // 8 + 1, w // 8 + 1, 2), (w, h))
         drawn = cv2.remap(mask, grid, None, cv2.INTER_LINEAR)
         return np.dstack([drawn, np.full((h, w), 255, np.uint8)])
 
     def crop(self, face: int, source: np.ndarray) -> np.ndarray:
-        """Sample one crop; source (K, 2) is the coarse map."""
+        """One crop. source: (K, 2), the coarse grid of its px in the picture."""
         w, h = self.spec.size_wh
         step = np.hypot(*(source[1] - source[0])) / 8  # source px per crop px
         levels = self.faces.pictures[face]
@@ -272,14 +281,14 @@ class Cropper:
         return Batch(rgb8, placed["target"], weight, labels, index, masks)
 
     def no_face(self, face: int) -> np.ndarray:
-        """A crop without a face in its middle: background, or a face far off."""
+        """A crop without a face at its centre: background, or a face far off."""
         w, h = self.spec.size_wh
         size = len(self.faces.pictures[face][0])
-        unit = np.linalg.norm(self.faces.frames[face][:, 0])  # px per IOD
+        unit = np.linalg.norm(self.faces.poses[face][:, 0])  # px per IOD
         while True:
             side = unit * self.spec.span * np.exp(self.rng.normal() * 0.7)
             centre = self.rng.uniform(0, size, 2)
-            off = np.linalg.norm(centre - self.faces.frames[face] @ [0, 0.42, 1]) / unit
+            off = np.linalg.norm(centre - self.faces.poses[face] @ [0, 0.42, 1]) / unit
             if off > 1.0 or abs(np.log(side / unit / self.spec.span)) > 0.9:
                 break
         turn = self.rng.normal() * 0.3
@@ -289,7 +298,7 @@ class Cropper:
         return cv2.warpAffine(self.faces.pictures[face][0], matrix, (w, h), flags=cv2.INTER_AREA)
 
     def stream(self, n: int) -> Iterator[Batch]:
-        """Fresh batches and, in between, recent ones mirrored in another tone: half the work."""
+        """New batches and, in between, recent ones mirrored and in another tone: half the work."""
         recent: list[Batch] = []
         while True:
             fresh = self.batch(n)
@@ -303,7 +312,7 @@ class Cropper:
 
 
 def mirrored_subset(points: np.ndarray, mirror: np.ndarray) -> np.ndarray | None:
-    """Where each point's mirror image stands in the same list; None if it does not."""
+    """Index of each point's mirror image in the same list; None if it is not in the list."""
     order = {int(point): at for at, point in enumerate(points)}
     found = [order.get(int(mirror[point])) for point in points]
     return None if None in found else np.array(found)
@@ -321,7 +330,7 @@ def echo(batch: Batch, mirrored: np.ndarray, rng: np.random.Generator) -> Batch:
 
 
 def stretch(coarse: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
-    """Bilinear upsampling whose corner samples stay at the corners."""
+    """Bilinear upsampling that keeps the corner samples at the corners."""
     w, h = size_wh
     rows, columns = coarse.shape[:2]
     scale = np.array([[(columns - 1) / (w - 1), 0, 0], [0, (rows - 1) / (h - 1), 0]])
@@ -330,7 +339,7 @@ def stretch(coarse: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
 
 
 def sure_places(at: np.ndarray, size_wh: tuple[int, int], unit: float) -> np.ndarray:
-    """A mask that knows only where no lipstick goes: far outside, and well inside the mouth.
+    """A mask of where surely no lipstick goes: far outside the lips, and well inside the mouth.
 
     at: (80, 2) px, the points of LIPS. unit: px per IOD. Returns (H, W, 3) as in Batch.
     """
@@ -342,7 +351,7 @@ def sure_places(at: np.ndarray, size_wh: tuple[int, int], unit: float) -> np.nda
 
 
 def fill(at: np.ndarray, contour: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
-    """One of the lips' contours as a (H, W) uint8 of 0 and 1; at: (80, 2) px."""
+    """A filled contour of the lips, (H, W) uint8 of 0 and 1. at: (80, 2) px, the points of LIPS."""
     picture = np.zeros(size_wh[::-1], np.uint8)
     places = at[[LIPS_AT[point] for point in contour]]
     cv2.fillPoly(picture, [np.rint(places * 16).astype(np.int32)], 1, shift=4)
@@ -350,6 +359,6 @@ def fill(at: np.ndarray, contour: np.ndarray, size_wh: tuple[int, int]) -> np.nd
 
 
 def cover_mask(mask: np.ndarray, shape: np.ndarray) -> None:
-    """What hides the mouth is no part of it; and that is then known."""
+    """Mark the pixels of an occluder, in place, as known to be no part of the mouth."""
     mask[..., :2] = mask[..., :2] * (1 - shape[..., None])
     mask[..., 2] = np.maximum(mask[..., 2], (shape > 0.8) * np.uint8(255))

@@ -1,4 +1,4 @@
-"""Pictures for the detector: faces of any size on anything, and pictures without a face."""
+"""Draws training pictures for the detector: faces of any size, and scenes without a face."""
 
 import cv2
 import numpy as np
@@ -9,15 +9,15 @@ from makeup_video.training.faces.occluders import blot_out, cover, decoy
 
 SCENE = 256  # px
 STRIDE = 8  # px per cell of the detector's output
-FACE_CENTRE = np.array([0.0, 0.42])  # IOD below the middle of the eyes
+FACE_CENTRE = np.array([0.0, 0.42])  # IOD from the midpoint of the eyes; y is down
 IOD_RANGE = (4.5, 150.0)  # px in the scene; a face is about twice as wide
 CROWD_IOD = (4.5, 12.0)  # px
 NOSE_TIP = 1  # of the 478 points
-KINDS = {  # what a scene shows, and how often
-    "whole": 0.34,  # one picture as it is
-    "close": 0.18,  # one face that fills the scene, or is cut by its border
+KINDS = {  # kinds of scenes, and how often
+    "whole": 0.34,  # one whole picture
+    "close": 0.18,  # one face that fills the scene, or is cut off by its border
     "mixed": 0.24,  # faces of any size pasted anywhere
-    "crowd": 0.04,  # many small ones: each weighs as much in the loss as a large one
+    "crowd": 0.04,  # many small faces: each weighs as much in the loss as a large one
     "empty": 0.2,
 }
 BACKDROPS = ("coffee", "rocket", "chelsea", "brick", "grass", "gravel", "page", "text", "clock",
@@ -26,13 +26,15 @@ BACKDROPS = ("coffee", "rocket", "chelsea", "brick", "grass", "gravel", "page", 
 
 
 def backdrops() -> list[np.ndarray]:
-    """What scikit-image's wheel holds without a download and without a face."""
+    """Pictures without a face from scikit-image's wheel, which need no download."""
     pictures = []
     for name in BACKDROPS:
         try:
             picture = getattr(skimage.data, name)()
         except (AttributeError, OSError, ModuleNotFoundError) as error:
-            print("no backdrop", name, type(error).__name__)  # not in the wheel: others will do
+            print(
+                "no backdrop", name, type(error).__name__
+            )  # not in the wheel: the others are enough
             continue
         if picture.dtype == bool:
             picture = picture.astype(np.uint8) * 255
@@ -44,13 +46,13 @@ def backdrops() -> list[np.ndarray]:
 class Scenes:
     """Draws (scene (256, 256, 3) uint8, faces (F, 4): centre x, y, IOD px, turn in radians).
 
-    Some scenes are not square: they then lie top left, the rest is black, as a letterbox has it.
+    Scenes that are not square lie top left, and the rest is black, as in a letterbox.
     """
 
     def __init__(self, faces: Faces, seed: int) -> None:
         self.faces, self.rng = faces, np.random.default_rng(seed)
         share = {"portraits": 0.2, "wild": 0.5, "talking": 0.15, "covered": 0.15}
-        turned = np.abs(faces.points[:, NOSE_TIP, 0]).clip(0, 0.3)  # IOD; 0 seen from the front
+        turned = np.abs(faces.points[:, NOSE_TIP, 0]).clip(0, 0.3)  # IOD; 0 from the front
         p = faces.sampling(share) * (1 + 6 * turned)
         self.cumulative = np.cumsum(p / p.sum())
         self.backdrops = backdrops()
@@ -116,26 +118,26 @@ class Scenes:
         return cv2.resize(part, (w, h), interpolation=cv2.INTER_AREA)
 
     def _surroundings(self) -> np.ndarray:
-        """What lies below or beside some face: clothes, walls, hair. May be empty."""
+        """The surroundings of some face: clothes, walls, hair. May be empty."""
         face = self._face()
         picture = self.faces.pictures[face][0]
-        x, y = self.faces.frames[face] @ [*FACE_CENTRE, 1]
-        unit = np.linalg.norm(self.faces.frames[face][:, 0])
+        x, y = self.faces.poses[face] @ [*FACE_CENTRE, 1]
+        unit = np.linalg.norm(self.faces.poses[face][:, 0])
         right, below = int(x + 1.1 * unit), int(y + 1.5 * unit)
         left = max(int(x - 1.1 * unit), 0)
         strips = [picture[below:], picture[:, right:], picture[:, :left]]
         return max(strips, key=lambda strip: min(strip.shape[:2]))
 
     def _fill(self, scene: np.ndarray, close: bool) -> np.ndarray:
-        """Lay one whole picture over the scene: about as it is, or with a large face."""
+        """Lay one whole picture over the scene: about unchanged, or with a large face."""
         rng, face = self.rng, self._face()
         h, w = scene.shape[:2]
         if close:
             wanted = np.exp(rng.uniform(np.log(50), np.log(IOD_RANGE[1])))
-            cut = rng.random() < 0.5  # anywhere: cut by the border, to half at most
+            cut = rng.random() < 0.5  # anywhere: cut off by the border, half of the face at most
             centre = rng.uniform(0.02, 0.98, 2) if cut else 0.5 + rng.normal(size=2) * 0.1
         else:
-            unit = np.linalg.norm(self.faces.frames[face][:, 0])
+            unit = np.linalg.norm(self.faces.poses[face][:, 0])
             side = len(self.faces.pictures[face][0])
             wanted = unit * min(w, h) / side * np.exp(rng.normal() * 0.3)
             wanted = min(wanted, IOD_RANGE[1])
@@ -146,7 +148,7 @@ class Scenes:
     def _scatter(
         self, scene: np.ndarray, among: list[np.ndarray], iod: tuple[float, float]
     ) -> np.ndarray | None:
-        """Paste a face anywhere; None if others are in the way."""
+        """Paste a face anywhere; None if other faces are in the way."""
         rng = self.rng
         h, w = scene.shape[:2]
         high = iod[1] * 0.6 if iod == IOD_RANGE else iod[1]
@@ -158,7 +160,7 @@ class Scenes:
         return self._paste(scene, self._face(), wanted, centre, whole=False)
 
     def _decoys(self, scene: np.ndarray, kind: str, found: list[np.ndarray]) -> None:
-        """Heads without faces, and hands and skin away from the faces already there."""
+        """Add heads without faces, and hands and skin away from the faces in the scene."""
         rng = self.rng
         if kind == "empty" and rng.random() < 0.5:
             for _ in range(int(rng.integers(1, 4))):
@@ -168,7 +170,7 @@ class Scenes:
         if kind in ("empty", "mixed", "crowd") and rng.random() < 0.4:
             face = self._face()
             picture = self.faces.pictures[face][0]
-            x, y = (self.faces.frames[face] @ [0.4, 0.42, 1]).astype(int)  # a cheek
+            x, y = (self.faces.poses[face] @ [0.4, 0.42, 1]).astype(int)  # a cheek
             side = len(picture) - 1
             skin = picture[np.clip(y, 0, side), np.clip(x, 0, side)].astype(float)
             for _ in range(int(rng.integers(1, 5))):
@@ -179,12 +181,12 @@ class Scenes:
     ) -> np.ndarray:
         """Lay a picture, or a part of it around the face, over the scene."""
         rng = self.rng
-        picture, frame = self._reduced(face, wanted)
-        unit = np.linalg.norm(frame[:, 0])
+        picture, pose = self._reduced(face, wanted)
+        unit = np.linalg.norm(pose[:, 0])
         turn = rng.normal() * (0.15 if rng.random() < 0.65 else 0.5)
         c, s = np.cos(turn) * wanted / unit, np.sin(turn) * wanted / unit
         linear = np.array([[c, -s], [s, c]])
-        middle = frame @ [*FACE_CENTRE, 1]
+        middle = pose @ [*FACE_CENTRE, 1]
         offset = centre - linear @ middle
         weight, box = self._cut(picture.shape[:2], middle, unit, whole)
         corners = box[[[0, 1], [2, 1], [2, 3], [0, 3]]] @ linear.T + offset
@@ -196,25 +198,25 @@ class Scenes:
         alpha = cv2.warpAffine(weight, matrix, size)[..., None]
         target = scene[low[1] : high[1], low[0] : high[0]]
         target[:] = target + alpha * (layer - target.astype(np.float32))
-        angle = np.arctan2(*(linear @ frame[:, 0])[::-1])
+        angle = np.arctan2(*(linear @ pose[:, 0])[::-1])
         return np.array([*centre, wanted, angle])
 
     def _reduced(self, face: int, wanted: float) -> tuple[np.ndarray, np.ndarray]:
-        """The picture, halved while that leaves its IOD over `wanted` px, and its frame."""
-        levels, frame = self.faces.pictures[face], self.faces.frames[face].astype(float)
-        unit, level = np.linalg.norm(frame[:, 0]), 0
+        """The picture, halved while its IOD stays over `wanted` px, and the pose in it."""
+        levels, pose = self.faces.pictures[face], self.faces.poses[face].astype(float)
+        unit, level = np.linalg.norm(pose[:, 0]), 0
         while level + 1 < len(levels) and unit / 2 ** (level + 1) > wanted:
             level += 1
-        picture, frame = levels[level], frame / 2**level
-        while wanted < np.linalg.norm(frame[:, 0]) / 2:
+        picture, pose = levels[level], pose / 2**level
+        while wanted < np.linalg.norm(pose[:, 0]) / 2:
             picture = cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-            frame = frame / 2
-        return picture, frame
+            pose = pose / 2
+        return picture, pose
 
     def _cut(
         self, shape: tuple[int, int], middle: np.ndarray, unit: float, whole: bool
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Which part of the picture is pasted (all, a box, an oval around the head), its box."""
+        """The part of the picture to paste (all, a box, an oval around the head), and its box."""
         weight = np.zeros(shape, np.float32)
         box = np.array([0, 0, shape[1], shape[0]], float)  # x, y, right, bottom
         kind = self.rng.random()
@@ -234,7 +236,10 @@ class Scenes:
 
 
 def ill_exposed(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Night, blown-out light, fog, one coloured lamp, or no colour at all. (H, W, 3) uint8."""
+    """The picture at night, overexposed, in fog, under a coloured lamp, or grey.
+
+    (H, W, 3) uint8.
+    """
     picture, kind = rgb8.astype(np.float32), rng.random()
     if kind < 0.3:
         picture *= rng.uniform(0.1, 0.4)

@@ -1,9 +1,9 @@
-"""Measure the product's face finding on human labels, MediaPipe on the same pictures beside it.
+"""Evaluates the product's face finding on human labels, beside MediaPipe on the same pictures.
 
     python -m makeup_video.training.faces.evaluate --faces DIR [--weights runs/weights]
 
-DIR/check and DIR/lipmasks_check are for measuring alone: nothing is trained on them or chosen by
-them. Every figure starts from the whole picture, with the product's own detector.
+DIR/check and DIR/lipmasks_check are for evaluation alone: nothing is trained or chosen on them.
+Every figure starts from the whole picture, with the product's own detector.
 """
 
 import argparse
@@ -39,7 +39,7 @@ def read_rgb(path: Path) -> np.ndarray:
 
 
 def nearest(nets: FaceNets, rgb8: np.ndarray, rough: np.ndarray) -> Face | None:
-    """The face that lies where one is known to be (478, >=2), among all that are found."""
+    """The found face that lies where a labelled face (478, >=2) is; None if there is none."""
     middle, width = rough[:, :2].mean(0), np.ptp(rough[:, 0])
     faces, _ = find_in(RgbPicture(rgb8), nets)
     gaps = [np.linalg.norm(face.points_px[:, :2].mean(0) - middle) for face in faces]
@@ -47,7 +47,7 @@ def nearest(nets: FaceNets, rgb8: np.ndarray, rough: np.ndarray) -> Face | None:
 
 
 def errors_68(points_px: np.ndarray, human: np.ndarray) -> np.ndarray:
-    """(N, 478, >=2), (N, 68, 2) -> (N, 68) in % of the distance of the outer eye corners."""
+    """Errors (N, 68) of points (N, 478, >=2) against labels (N, 68, 2), in % of IOD."""
     off = np.linalg.norm(points_px[:, POINTS_68, :2] - human, axis=2)
     return 100 * off / np.linalg.norm(human[:, 36] - human[:, 45], axis=1)[:, None]
 
@@ -80,7 +80,7 @@ def measure_points(folder: Path, nets: FaceNets) -> None:
 
 
 def skin_tone(rgb8: np.ndarray, points_px: np.ndarray) -> float:
-    """Individual typology angle of the cheeks, degrees: over 41 light, under 10 dark."""
+    """The individual typology angle of the cheeks in degrees: over 41 light, under 10 dark."""
     at = np.rint(points_px[[50, 280, 101, 330], :2]).astype(int)
     x, y = at.T.clip(4, np.array(rgb8.shape[1::-1])[:, None] - 5)
     patches = [rgb8[b - 4 : b + 5, a - 4 : a + 5].reshape(-1, 3) for a, b in zip(x, y, strict=True)]
@@ -90,7 +90,7 @@ def skin_tone(rgb8: np.ndarray, points_px: np.ndarray) -> float:
 
 
 def lip_polygon(points_px: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """The contours' own mask: outer lip less inner lip, (H, W) bool."""
+    """The mask between the lip contours, (H, W) bool."""
     mask = np.zeros(shape, np.uint8)
     for contour, value in ((LIPS_OUTER, 1), (LIPS_INNER, 0)):
         corners = np.rint(points_px[contour, :2] * 16).astype(np.int32)
@@ -99,7 +99,7 @@ def lip_polygon(points_px: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 
 def overlap(painted: np.ndarray, human: np.ndarray) -> tuple[float, float]:
-    """IoU with the lips (1), and the share of the mouth's interior (2) that is painted."""
+    """IoU with the lips (label 1), and the painted share of the mouth's interior (label 2)."""
     lips, interior = human == 1, human == 2
     share = painted[interior].mean() if interior.sum() > 100 else np.nan
     return (painted & lips).sum() / (painted | lips).sum(), share
@@ -127,7 +127,7 @@ def measure_masks(folder: Path, nets: FaceNets) -> None:
 
 
 def measure_stillness(nets: FaceNets) -> None:
-    """A still face of 720p under noise: how its lip points shake, and what following it costs."""
+    """Measures the jitter of a still face at 720p under noise, and the cost of following it."""
     portrait = cv2.resize(cv2.imread(str(SAMPLE)), (512, 600), interpolation=cv2.INTER_AREA)
     ground = np.full((720, 1280, 3), 110, np.uint8)
     ground[60:660, 384:896] = portrait
@@ -144,21 +144,21 @@ def measure_stillness(nets: FaceNets) -> None:
         steady += [later.faces[0].points_px] if later is not None else []
     steady += [item.faces[0].points_px for item in smooth.drain()]
     for name, points in (("found", raw), ("smoothed", steady)):
-        print(f"still face, {name}: lip points shake by {shake(np.stack(points)):.3f} % (rms)")
+        print(f"still face, {name}: lip points jitter by {jitter(np.stack(points)):.3f} % (rms)")
     print(f"a followed frame, 720p: median {1e3 * np.median(seconds):.2f} ms CPU, with smoothing; "
-          f"mean {1e3 * np.mean(seconds[5:]):.2f}, with the looks for new faces")  # fmt: skip
+          f"mean {1e3 * np.mean(seconds[5:]):.2f}, with detection of new faces")  # fmt: skip
 
 
 def film_frame(bgr8: np.ndarray, at: int) -> Frame:
-    """Frame `at` of a film of 30 frames/s, as cameras store it: 4:2:0, BT.709, limited."""
+    """Frame `at` of a film at 30 fps, as cameras store it: 4:2:0, BT.709, limited range."""
     picture = av.VideoFrame.from_ndarray(bgr8, format="bgr24").reformat(
         format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG
     )
     return Frame(picture, at, Fraction(1, 30), ColourTags(1, 1, 1, 1))
 
 
-def shake(points_px: np.ndarray) -> float:
-    """(T, 478, 3) -> rms distance of the lip points from their mean place, % of IOD."""
+def jitter(points_px: np.ndarray) -> float:
+    """Jitter of points (T, 478, 3): rms distance of the lip points from their mean, % of IOD."""
     middle = points_px.mean(0)
     iod = np.linalg.norm(middle[EYE_CORNERS[0], :2] - middle[EYE_CORNERS[1], :2])
     off = (points_px - middle)[:, LIPS, :2]
@@ -168,7 +168,9 @@ def shake(points_px: np.ndarray) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", type=Path, required=True)
-    parser.add_argument("--weights", type=Path, help="a folder of export's; default: as shipped")
+    parser.add_argument(
+        "--weights", type=Path, help="folder of exported nets; default: the shipped ones"
+    )
     options = parser.parse_args()
     cv2.setNumThreads(1)
     nets = FaceNets(options.weights or SHIPPED)

@@ -1,10 +1,10 @@
-"""Measure the detector on held-out faces: what it misses, what it makes up, how far it is off.
+"""Evaluates the detector on held-out faces: missed faces, false detections, errors of place.
 
     python -m makeup_video.training.faces.evaluate_detector --weights runs/detector.pt
 
-"plain" and "turned" are the pictures as they are; all else is drawn, with the tricks of training
-but other faces and another seed. A face counts as found within half an inter-ocular distance of
-its place and a factor of 1.5 of its size; whatever else is reported is false.
+"plain" and "turned" are unchanged pictures. The other scenes are drawn as in training, but with
+other faces and another seed. A face counts as found within half an inter-ocular distance of its
+place and a factor of 1.5 of its size; every other detection is false.
 """
 
 import argparse
@@ -27,26 +27,26 @@ from makeup_video.training.faces.occluders import cover
 from makeup_video.training.faces.train_detector import decode, letterbox, load_average
 
 THRESHOLDS = (0.3, 0.35, 0.45)
-TURNED = 0.16  # IOD that the tip of the nose lies beside the middle of the face
+TURNED = 0.16  # IOD between the tip of the nose and the centre line of the face
 NEAR, SIZE = 0.5, np.log(1.5)  # what counts as found: IOD, log of the ratio of IOD
 Drawn = tuple[np.ndarray, np.ndarray]  # scene, faces as Scenes draws them
 
 
 class Trials(Scenes):
-    """Scenes of one difficulty each."""
+    """Draws scenes, each with one kind of difficulty."""
 
     def close(self) -> Drawn:
         """One face, IOD 80 to 150 px, inside the picture."""
         return self._one(self.rng.uniform(80, 150), self.rng.uniform(0.35, 0.65, 2))
 
     def cut(self) -> Drawn:
-        """One face, IOD 50 to 130 px, its centre within 8 % of a border: half of it is gone."""
+        """One face, IOD 50 to 130 px, centre within 8 % of a border: half of it is cut off."""
         centre = self.rng.uniform(0.2, 0.8, 2)
         centre[self.rng.integers(2)] = self.rng.choice([self.rng.uniform(0.01, 0.08), 0.95])
         return self._one(self.rng.uniform(50, 130), centre)
 
     def covered(self) -> Drawn:
-        """A hand, mask, hat, microphone or the like before a face of IOD 20 to 110 px."""
+        """A hand, mask, hat, microphone or the like in front of a face of IOD 20 to 110 px."""
         scene, faces = self._one(np.exp(self.rng.uniform(3, 4.7)), self.rng.uniform(0.4, 0.6, 2))
         cover(scene, faces[0], self.rng)
         return scene, faces
@@ -63,7 +63,7 @@ class Trials(Scenes):
         return scene, faces
 
     def ill_lit(self) -> Drawn:
-        """Night, glare, fog, one coloured lamp, no colour."""
+        """A face at night, in glare or fog, under a coloured lamp, or without colour."""
         scene, faces = self._one(np.exp(self.rng.uniform(3, 4.7)), self.rng.uniform(0.4, 0.6, 2))
         return ill_exposed(scene, self.rng), faces
 
@@ -76,42 +76,41 @@ class Trials(Scenes):
         return scene, np.array(found)
 
     def empty(self) -> Drawn:
-        """Backgrounds: noise, scikit-image's samples, what surrounds held-out faces."""
+        """Backgrounds: noise, scikit-image's samples, surroundings of held-out faces."""
         return self._ground(SCENE, SCENE), np.zeros((0, 4))
 
     def decoys(self) -> Drawn:
-        """Hands, skin, heads without a face."""
+        """Hands, skin and heads without a face."""
         scene = self._ground(SCENE, SCENE)
         self._decoys(scene, "empty", [])
         return scene, np.zeros((0, 4))
 
     def _one(self, unit: float, centre: np.ndarray) -> Drawn:
-        """One face anywhere on anything; unit: IOD px, centre: share of the scene."""
+        """One face on a random background. unit: IOD px. centre: share of the scene."""
         scene = self._ground(SCENE, SCENE)
         face = self._paste(scene, self._face(), unit, centre * SCENE, whole=True)
         return scene, face[None]
 
 
 def pictures(faces: Faces, chosen: np.ndarray) -> Iterator[Drawn]:
-    """The pictures as they are, letterboxed."""
+    """The unchanged pictures, letterboxed."""
     for index in np.flatnonzero(chosen):
         square, scale = letterbox(faces.pictures[index][0])
-        frame = faces.frames[index].astype(float)
-        place = (frame @ [*FACE_CENTRE, 1] + 0.5) / scale - 0.5
-        unit = np.linalg.norm(frame[:, 0]) / scale
-        yield square, np.array([[*place, unit, np.arctan2(frame[1, 0], frame[0, 0])]])
+        pose = faces.poses[index].astype(float)
+        place = (pose @ [*FACE_CENTRE, 1] + 0.5) / scale - 0.5
+        unit = np.linalg.norm(pose[:, 0]) / scale
+        yield square, np.array([[*place, unit, np.arctan2(pose[1, 0], pose[0, 0])]])
 
 
-def read(frames: list[np.ndarray]) -> np.ndarray:
-    """Frames (2, 3) -> (F, 4) as Scenes draws them: centre x, y, IOD px, turn."""
+def read(poses: list[np.ndarray]) -> np.ndarray:
+    """Poses (2, 3) -> (F, 4) as of Scenes: centre x, y, IOD px, turn."""
     rows = [[*(f @ [*FACE_CENTRE, 1]), np.hypot(*f[:, 0]), np.arctan2(f[1, 0], f[0, 0])]
-            for f in frames]  # fmt: skip
+            for f in poses]  # fmt: skip
     return np.array(rows).reshape(-1, 4)
 
 
 def match(found: np.ndarray, faces: np.ndarray) -> tuple[list[list[float]], int]:
-    """Per face that was found: errors (centre in IOD, log size, turn in degrees). And how many
-    were made up."""
+    """Errors of found faces (centre in IOD, log size, turn in degrees), and false detections."""
     errors, left = [], list(found)
     for face in faces:
         for at, one in enumerate(left):
@@ -127,7 +126,7 @@ def match(found: np.ndarray, faces: np.ndarray) -> tuple[list[list[float]], int]
 
 @torch.no_grad()
 def score(run: Callable[[np.ndarray], np.ndarray], drawn: list[Drawn]) -> str:
-    """One line: recall and false faces per picture at each threshold, and mean errors."""
+    """One line of recall and false detections per picture at each threshold, and mean errors."""
     cells = [run(scene[None])[0] for scene, _ in drawn]
     parts, count = [], sum(len(faces) for _, faces in drawn)
     for threshold in THRESHOLDS:
@@ -159,11 +158,18 @@ def main() -> None:
         groups[name] = [getattr(trials, name)() for _ in range(count)]
     for path in options.weights:
         net = load_average(path)
-        print(f"{path}: recall and false faces per picture at", *THRESHOLDS,
+        print(f"{path}: recall and false detections per picture at", *THRESHOLDS,
               f"| centre (IOD), log size, turn (degrees) at {THRESHOLDS[1]}")  # fmt: skip
         for name, drawn in groups.items():
-            print(f"{name:8} {len(drawn):4} ", score(lambda x, net=net: net(
-                normalise(torch.from_numpy(x)).to(memory_format=torch.channels_last)).numpy(), drawn))  # fmt: skip
+            print(
+                f"{name:8} {len(drawn):4} ",
+                score(
+                    lambda x, net=net: net(
+                        normalise(torch.from_numpy(x)).to(memory_format=torch.channels_last)
+                    ).numpy(),
+                    drawn,
+                ),
+            )
 
 
 if __name__ == "__main__":

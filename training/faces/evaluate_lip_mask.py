@@ -1,10 +1,11 @@
-"""Measure lip masks on the mouths outlined by hand: held-out faces, so no net trained on them.
+"""Evaluates lip masks on mouths outlined by hand, of held-out faces that no net trained on.
 
-    python -m makeup_video.training.faces.evaluate_lip_mask --weights runs/lips.pt --masks runs/lipmasks.npz
+    python -m makeup_video.training.faces.evaluate_lip_mask \\
+        --weights runs/lips.pt --masks runs/lipmasks.npz
 
-Offsets of borders are in % of IOD, positive where too much is painted. How lipmasks.py makes
-masks was fitted on these mouths: its own masks of them are cross-validated, a net's figures
-are therefore a little flattered.
+Offsets of borders are in % of IOD, positive where too much is painted. The labeller of lip_masks.py
+was fitted to these mouths. Its own masks of them are cross-validated, but the figures of a net
+trained on its masks are slightly flattered.
 """
 
 import argparse
@@ -18,39 +19,39 @@ from makeup_video.training.faces.crops import SPECS, CropSpec
 from makeup_video.training.faces.export import from_checkpoint
 from makeup_video.training.faces.infer import from_onnx, take
 from makeup_video.training.faces.lip_evidence import MASK_SPEC
-from makeup_video.training.faces.lip_outlines import Mouth, mouth_window, read_mouths
+from makeup_video.training.faces.lip_outlines import Mouth, mouth_to_px, read_mouths
 
-SIZE_WH, SPAN = (500, 360), 1.4  # of the pictures compared; IOD
+SIZE_WH, SPAN = (500, 360), 1.4  # of the compared pictures: px, and width in IOD
 UNIT = SIZE_WH[0] / SPAN  # px per IOD
-SMALLEST = 40  # px: a smaller opening is none
+SMALLEST = 40  # px: a smaller opening does not count
 BORDERS = ("outer upper", "outer lower", "inner upper", "inner lower", "corners")
-TRIALS = 4  # crops a net gets of each mouth, each missed as a tracker would
+TRIALS = 4  # crops of each mouth for a net, misplaced as by a tracker
 
-# Which mouth -> what is painted there, one (360, 500) bool for each trial
+# Index of a mouth -> the painted px, one (360, 500) bool for each trial
 Painter = Callable[[int], list[np.ndarray]]
 
 
 def overlap(painted: np.ndarray, mouth: Mouth) -> tuple[float, float]:
-    """IoU with the lips, and the share of the interior that is painted (nan: closed)."""
+    """IoU with the lips, and the painted share of the interior (nan for a closed mouth)."""
     lips, interior = mouth.lips > 0.5, mouth.interior > 0.5
     share = painted[interior].mean() if interior.sum() > SMALLEST else np.nan
     return (painted & lips).sum() / max((painted | lips).sum(), 1), share
 
 
 def edges(mask: np.ndarray) -> np.ndarray:
-    """(2, W) first and last row of every column that is set; nan where none is."""
+    """(2, W) first and last row that is set in each column; nan where none is."""
     found = np.stack([mask.argmax(0), len(mask) - 1 - mask[::-1].argmax(0)]).astype(float)
     return np.where(mask.any(0), found, np.nan)
 
 
 def offsets(painted: np.ndarray, mouth: Mouth) -> np.ndarray:
-    """(5,) how far each of BORDERS lies off, % of IOD; nan where it cannot be told."""
+    """(5,) offsets of BORDERS, % of IOD; nan where an offset cannot be measured."""
     interior = mouth.interior > 0.5
     if not painted.any():
         return np.full(5, np.nan)
     human, ours = edges((mouth.lips > 0.5) | interior), edges(painted)
     columns, painted_columns = (np.flatnonzero(~np.isnan(rows[0])) for rows in (human, ours))
-    inner = columns[len(columns) // 8 : -len(columns) // 8]  # off the corners
+    inner = columns[len(columns) // 8 : -len(columns) // 8]  # away from the corners
     outer = (ours - human)[:, inner] * [[-1], [1]]
     corners = (columns[0] - painted_columns[0] + painted_columns[-1] - columns[-1]) / 2
     gap = np.full((2, 1), np.nan)
@@ -66,7 +67,10 @@ def offsets(painted: np.ndarray, mouth: Mouth) -> np.ndarray:
 
 
 def magnify(values: np.ndarray, placed: np.ndarray, spec: CropSpec) -> np.ndarray:
-    """A crop's values on the (360, 500) grid; placed (2, 3): the crop's IOD -> the grid's."""
+    """The values of a crop on the (360, 500) grid.
+
+    placed: (2, 3), IOD of the crop -> IOD of the grid.
+    """
     size = np.array(values.shape[::-1])
     linear = placed[:, :2] * (spec.span / size[0] * UNIT)
     offset = placed[:, 2] * UNIT + (np.array(SIZE_WH) - 1) / 2 - linear @ ((size - 1) / 2)
@@ -75,7 +79,7 @@ def magnify(values: np.ndarray, placed: np.ndarray, spec: CropSpec) -> np.ndarra
 
 
 def from_masks(path: Path, mouths: list[Mouth]) -> Painter:
-    """What lipmasks.py made of the same faces."""
+    """A painter from the masks that lip_masks.py made of the same faces."""
     masks = np.load(path)
     of = {name: masks[f"{name}_masks"] for name in {mouth.folder for mouth in mouths}}
 
@@ -88,13 +92,14 @@ def from_masks(path: Path, mouths: list[Mouth]) -> Painter:
 
 
 def from_net(path: Path, data: Path, mouths: list[Mouth]) -> Painter:
+    """A painter from a checkpoint or an exported net."""
     run = (from_onnx if path.suffix == ".onnx" else from_checkpoint)(path)
     rng, packed, spec = np.random.default_rng(3), np.load(data), SPECS["lips"]
     columns = {(name, key): packed[f"{name}_{key}"] for name in {m.folder for m in mouths}
                for key in ("rgb8", "points", "frames")}  # fmt: skip
     crops, places = [], []
     for mouth in mouths:
-        rgb8, points, frame = (
+        rgb8, points, pose = (
             columns[mouth.folder, key][mouth.index] for key in ("rgb8", "points", "frames")
         )
         for _ in range(TRIALS):
@@ -102,7 +107,7 @@ def from_net(path: Path, data: Path, mouths: list[Mouth]) -> Painter:
             c, s = np.cos(turn) * np.exp(scale), np.sin(turn) * np.exp(scale)
             places.append(np.array([[c, -s, shift[0]], [s, c, shift[1]]]))
             placed = np.vstack([places[-1], [0, 0, 1]])
-            crops.append(take(rgb8, mouth_window(points, frame) @ placed, spec))
+            crops.append(take(rgb8, mouth_to_px(points, pose) @ placed, spec))
     logits = np.concatenate([run(part)[-1] for part in np.array_split(np.stack(crops), 8)])
 
     def paint(at: int) -> list[np.ndarray]:
@@ -120,15 +125,15 @@ def report(name: str, paint: Painter, mouths: list[Mouth]) -> None:
               "open": opened, "closed": ~opened}  # fmt: skip
     print(f"{name}\n{'':12}  n    IoU  interior " + " ".join(f"{b:>11}" for b in BORDERS))
     for label, chosen in groups.items():
-        iou, inside = (mean_of(one) for one in scores[chosen].T)
+        iou, inside = (mean_of(values) for values in scores[chosen].T)
         print(f"{label:12} {chosen.sum():2}  {iou:.3f}  {100 * inside:6.1f} % "
-              + " ".join(f"{mean_of(one):11.2f}" for one in off[chosen].T))  # fmt: skip
+              + " ".join(f"{mean_of(values):11.2f}" for values in off[chosen].T))  # fmt: skip
 
 
 def mean_of(values: np.ndarray) -> float:
-    """Over what can be told."""
-    told = values[~np.isnan(values)]
-    return float(told.mean()) if len(told) else np.nan
+    """The mean of all values but nan."""
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if len(known) else np.nan
 
 
 def main() -> None:

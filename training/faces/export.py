@@ -1,9 +1,9 @@
-"""Write the nets as ONNX, compare both outputs, list hashes.
+"""Writes the nets as ONNX, compares them with PyTorch, and lists hashes.
 
     python -m makeup_video.training.faces.export --checkpoints runs --out pipeline/weights
 
-Every net takes uint8 RGB crops (N, H, W, 3). What quantise.py made of it is written when it is
-there: NET_int8.pt beside NET.pt.
+Every net takes uint8 RGB crops (N, H, W, 3). The quantised net of train_quantised.py is
+written if it exists: NET_int8.pt beside NET.pt.
 """
 
 import argparse
@@ -27,10 +27,10 @@ from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantTy
 from onnxruntime.quantization.shape_inference import quant_pre_process
 from torch import Tensor, nn
 
-# Weights are kept as float16: a tenth of a pixel of the crop at most.
+# Weights are stored as float16: the outputs change by a tenth of a pixel of the crop at most.
 TOLERANCE = 2e-3
-# A sum that lies half-way between two integers may be rounded either way, and what follows from it
-# differs by as much as rounding does: on average by less than this share of the largest.
+# A sum half-way between two integers may be rounded either way, and the outputs then differ by as
+# much as rounding changes them: on average by less than this share of the largest value.
 INTEGERS_TOLERANCE = 1e-2
 OUTPUTS = {
     "mesh": ["points", "scores"],
@@ -41,7 +41,7 @@ OUTPUTS = {
 
 
 class Exported(nn.Module):
-    """uint8 crops in; scores out as probabilities, where they are asked for."""
+    """uint8 crops -> the outputs asked for, scores as probabilities."""
 
     def __init__(self, net: nn.Module, outputs: tuple[str, ...] = ()) -> None:
         super().__init__()
@@ -53,6 +53,7 @@ class Exported(nn.Module):
 
 
 def load(path: Path) -> tuple[str, nn.Module]:
+    """The name of a checkpoint's net, and the net with averaged weights."""
     saved = torch.load(path, weights_only=True)
     name, count = saved["config"]
     if name == "detector":
@@ -85,18 +86,18 @@ def examples(name: str, data: Path, count: int) -> np.ndarray:
 
 
 def load_rounded(path: Path) -> nn.Module:
-    """The net of a checkpoint as quantise.py left it beside it."""
+    """The quantised net that train_quantised.py wrote beside a checkpoint."""
     name, net = load(path)
     net = rounded(net, KEPT.get(name, ()))
     rounded_path = path.with_name(f"{path.stem}_int8.pt")
     net.load_state_dict(torch.load(rounded_path, weights_only=True))
-    for one in roundings(net):
-        one.watching = False
+    for rounding in roundings(net):
+        rounding.observing = False
     return net.eval()
 
 
 def write(name: str, source: Path, path: Path, crops: np.ndarray) -> None:
-    """Write the net of a checkpoint, in integers when quantise.py was run on it."""
+    """Write the net of a checkpoint, in integers if there is a quantised net beside it."""
     axes = {key: {0: "n"} for key in ("rgb8", *OUTPUTS[name])}
     if name == "detector":
         axes = {"rgb8": {0: "n", 1: "h", 2: "w"}, "cells": {0: "n", 2: "rows", 3: "columns"}}
@@ -116,9 +117,9 @@ def to_onnx(
     in_integers: bool = False,
     kept: tuple[str, ...] = (),
 ) -> None:
-    """Write a module of uint8 crops, and stop when ONNX Runtime gives something else.
+    """Write a module that takes uint8 crops; stop when ONNX Runtime's outputs differ.
 
-    kept: parts of its net that stay float when the others become integers.
+    kept: parts of its net that stay float when the rest becomes integers.
     """
     module.eval()
     rgb8 = torch.from_numpy(crops[:1])
@@ -141,20 +142,20 @@ def to_onnx(
 
 
 def fuse(path: Path) -> None:
-    """Let ONNX Runtime fuse what it would fuse at every start; that is half of its loading time.
+    """Apply the fusions that ONNX Runtime would apply at every start: half of its loading time.
 
-    Extended: what suits this very processor is left for then.
+    The level is extended: fusions that depend on the processor are left for the start.
     """
     options = onnxruntime.SessionOptions()
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_EXTENDED
     options.optimized_model_filepath = str(path)
-    options.log_severity_level = 3  # of constants that torch wrote and nothing reads
+    options.log_severity_level = 3  # hides warnings about unused constants that torch wrote
     providers = ["CPUExecutionProvider"]
     onnxruntime.InferenceSession(path.read_bytes(), options, providers=providers)
 
 
 def list_hashes(folder: Path) -> None:
-    """Write sha256.json, which the product checks its weights by; tell how large they are."""
+    """Write sha256.json, against which the product checks its weights; print their size."""
     files = sorted(folder.glob("*.onnx")) + sorted(folder.glob("*.npy"))
     hashes = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
     (folder / "sha256.json").write_text(json.dumps(hashes, indent=2) + "\n")
@@ -162,7 +163,7 @@ def list_hashes(folder: Path) -> None:
 
 
 def halve(path: Path) -> None:
-    """Keep the weights as float16; ONNX Runtime turns them back once, when it loads them."""
+    """Store the weights as float16; ONNX Runtime converts them back once, when it loads them."""
     model = onnx.load(path)
     casts = []
     for tensor in model.graph.initializer:
@@ -211,7 +212,7 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     packed = np.load(options.data)
-    np.save(options.out / "mean_face.npy", packed["mean"])  # (478, 3) in IOD: the face frame
+    np.save(options.out / "mean_face.npy", packed["mean"])  # (478, 3) in IOD
     np.save(options.out / "mirror.npy", packed["mirror"].astype(np.int16))
     for name in OUTPUTS:
         source, path = options.checkpoints / f"{name}.pt", options.out / f"{name}.onnx"

@@ -1,8 +1,8 @@
-"""A rounded net as ONNX that ONNX Runtime computes in integers: QDQ, weights int8, sums int32.
+"""Writes a rounded net as ONNX in integers for ONNX Runtime: QDQ, int8 weights, int32 sums.
 
-It tells what it told before, but is laid out for how long things take: the runtime gathers a
-convolution's integers pixel by pixel, in pieces of 16 bytes at best, so few pixels of many
-channels are much cheaper than many of few.
+Its outputs are those of the rounded net, but its layout is faster: the runtime gathers the integers
+of a convolution pixel by pixel, in pieces of 16 bytes at best, so few pixels of many channels are
+much cheaper than many pixels of few channels.
 """
 
 from pathlib import Path
@@ -23,34 +23,34 @@ from onnx import helper, numpy_helper
 from torch import Tensor, nn
 
 F = nn.functional
-SPAN = 4  # px of a row that are computed as one
-PIECE = 16  # channels, at least, between convolutions
-CODE, GREY = np.float32(1 / 127.5), np.uint8(128)  # a step of the input, and what means 0
+SPAN = 4  # px of a row that are computed as one px
+PIECE = 16  # least number of channels between convolutions
+CODE, GREY = np.float32(1 / 127.5), np.uint8(128)  # step of the input, and the code that means 0
 
 
 def pack(x: Tensor, span: int) -> Tensor:
-    """(N, C, H, W) -> (N, span * C, H, W / span): px beside each other become channels."""
+    """(N, C, H, W) -> (N, span * C, H, W / span): neighbouring px of a row become channels."""
     n, c, h, w = (int(side) for side in x.shape)
     return x.permute(0, 2, 3, 1).reshape(n, h, w // span, c * span).permute(0, 3, 1, 2)
 
 
 def unpack(x: Tensor, span: int) -> Tensor:
-    """The way back."""
+    """The inverse of pack."""
     n, c, h, w = (int(side) for side in x.shape)
     return x.permute(0, 2, 3, 1).reshape(n, h, w * span, c // span).permute(0, 3, 1, 2)
 
 
 class PlainConv(nn.Module):
-    """A convolution whose weights are multiples of their steps already."""
+    """A convolution whose weights already are multiples of their steps."""
 
     def __init__(self, conv: RoundedConv, outputs: int) -> None:
-        """outputs: more than it has are 0; fewer inputs than a PIECE are filled up with 0, too."""
+        """outputs: further ones are 0. Inputs are padded with 0 up to a PIECE, too."""
         super().__init__()
         weight, bias = conv.rounded().detach(), conv.bias.detach()
-        told, inputs, *size = weight.shape
+        rows, inputs, *size = weight.shape
         wide = torch.zeros(outputs, inputs if inputs == 3 else max(inputs, PIECE), *size)
-        wide[:told, :inputs] = weight
-        self.weight, self.bias = nn.Parameter(wide), nn.Parameter(F.pad(bias, (0, outputs - told)))
+        wide[:rows, :inputs] = weight
+        self.weight, self.bias = nn.Parameter(wide), nn.Parameter(F.pad(bias, (0, outputs - rows)))
         self.stride, self.padding, self.relu = conv.stride, conv.padding, conv.relu
         self.round = conv.round
 
@@ -60,7 +60,7 @@ class PlainConv(nn.Module):
 
 
 class PlainLinear(nn.Module):
-    """The same of a matrix."""
+    """A linear layer whose weights already are multiples of their steps."""
 
     def __init__(self, linear: RoundedLinear) -> None:
         super().__init__()
@@ -71,40 +71,40 @@ class PlainLinear(nn.Module):
 
 
 class FirstConv(nn.Module):
-    """The first convolution, 3 x 3 of stride 2, over SPAN px of a row at once."""
+    """The first convolution, 3 x 3 with stride 2, over SPAN px of a row at once."""
 
     def __init__(self, conv: PlainConv) -> None:
         super().__init__()
         packed = torch.zeros(SPAN // 2, len(conv.bias), SPAN, 3, 3, 2)  # px, O, px in, C, y, block
-        for told in range(SPAN // 2):
+        for index in range(SPAN // 2):
             for x in range(3):
-                block, px = divmod(2 * told + x - 1 + SPAN, SPAN)
-                packed[told, :, px, :, :, block] = conv.weight.detach()[..., x]
+                block, px = divmod(2 * index + x - 1 + SPAN, SPAN)
+                packed[index, :, px, :, :, block] = conv.weight.detach()[..., x]
         self.weight = nn.Parameter(packed.flatten(2, 3).flatten(0, 1))
         self.bias = nn.Parameter(conv.bias.detach().repeat(SPAN // 2))
         self.round = conv.round
 
     def forward(self, x: Tensor) -> Tensor:
         x = F.conv2d(F.pad(x, (1, 0, 1, 0)), self.weight, self.bias, (2, 1))
-        # rounded again: that changes nothing, but tells the runtime that these are integers still
+        # Rounding again changes no value, but marks these as integers for the runtime.
         return self.round(unpack(self.round(torch.relu(x)), SPAN // 2))
 
 
 class Paint(nn.Module):
-    """A lip net's last convolution, 1 x 1, over SPAN px of a row at once.
+    """The last convolution of a lip net, 1 x 1, over SPAN px of a row at once.
 
-    Its outputs: the whole mouth, then what is not its opening; of each the upper row of 2 * SPAN
-    px, then the lower.
+    Outputs: the whole mouth, then the opposite of the opening; of each, the upper row of 2 * SPAN
+    px, then the lower row.
     """
 
     def __init__(self, conv: PlainConv, before: Round) -> None:
-        """before: how its input was rounded."""
+        """before: the rounding of its input."""
         super().__init__()
         sign = torch.tensor([1.0, -1.0]).repeat_interleave(4)
         weight = conv.weight.detach().flatten(1) * sign[:, None]
-        weight = weight.reshape(2, 2, 2, -1)  # what, dy, dx, C
+        weight = weight.reshape(2, 2, 2, -1)  # output, dy, dx, C
         bias = (conv.bias.detach() * sign - OPENING_MARGIN * (sign < 0)).reshape(2, 2, 1, 2)
-        packed = torch.zeros(2, 2, SPAN, 2, SPAN, weight.shape[-1])  # what, dy, px, dx, px in, C
+        packed = torch.zeros(2, 2, SPAN, 2, SPAN, weight.shape[-1])  # output, dy, px, dx, px in, C
         for px in range(SPAN):
             packed[:, :, px, :, px] = weight
         self.weight = nn.Parameter(packed.flatten(4).flatten(0, 3)[..., None, None])
@@ -116,7 +116,7 @@ class Paint(nn.Module):
 
 
 def _round_both_ways(one: Round) -> Round:
-    """For what `one` rounds and for the log-odds of its opposite, with the margin."""
+    """A rounding for the values of `one` and for their opposite log-odds with the margin."""
     low, step = -float(one.zero * one.scale), float(one.scale)
     high = low + STEPS * step
     both = Round(signed=True)
@@ -127,7 +127,7 @@ def _round_both_ways(one: Round) -> Round:
 
 
 class PaintedRows(nn.Module):
-    """What Paint tells, (N, C, H/2, W / 2 / SPAN) -> log-odds of lipstick (N, H, W)."""
+    """Outputs of Paint, (N, C, H/2, W / 2 / SPAN) -> log-odds of lipstick (N, H, W)."""
 
     def forward(self, cells: Tensor) -> Tensor:
         n, c, h, w = (int(side) for side in cells.shape)
@@ -138,7 +138,7 @@ class PaintedRows(nn.Module):
 
 
 class Integers(nn.Module):
-    """uint8 crops in; outputs by name, scores as probabilities. Changes the net, in place."""
+    """uint8 crops -> outputs by name, scores as probabilities. Changes the net in place."""
 
     def __init__(self, net: nn.Module, outputs: list[str]) -> None:
         super().__init__()
@@ -151,9 +151,9 @@ class Integers(nn.Module):
         return out if isinstance(out, Tensor) else chosen(out, self.outputs)
 
 
-def chosen(told: tuple[Tensor, ...], outputs: list[str]) -> tuple[Tensor, ...]:
-    """Of points, scores and mask those that are asked for; scores as probabilities."""
-    points, scores, *mask = told
+def chosen(values: tuple[Tensor, ...], outputs: list[str]) -> tuple[Tensor, ...]:
+    """The outputs asked for, of points, scores and mask; scores as probabilities."""
+    points, scores, *mask = values
     named = {"points": points, "scores": scores.sigmoid(), "mask_logits": mask[0] if mask else None}
     return tuple(named[key] for key in outputs)
 
@@ -166,8 +166,8 @@ def _laid_out(net: nn.Module) -> nn.Module:
         if isinstance(part, RoundedLinear):
             plain: nn.Module = PlainLinear(part)
         else:
-            told = len(part.bias)
-            plain = PlainConv(part, told if part is last else max(told, PIECE))
+            count = len(part.bias)
+            plain = PlainConv(part, count if part is last else max(count, PIECE))
         parent, _, own = name.rpartition(".")
         setattr(net.get_submodule(parent), own, FirstConv(plain) if at == 0 else plain)
     if isinstance(net, LipNet):
@@ -177,12 +177,14 @@ def _laid_out(net: nn.Module) -> nn.Module:
 
 
 class _Graph:
-    """An exported graph, by names."""
+    """An exported graph, with access by name."""
 
     def __init__(self, model: onnx.ModelProto) -> None:
         self.graph = model.graph
         self.maker = {output: node for node in model.graph.node for output in node.output}
-        self.values = {one.name: numpy_helper.to_array(one) for one in model.graph.initializer}
+        self.values = {
+            tensor.name: numpy_helper.to_array(tensor) for tensor in model.graph.initializer
+        }
         for node in model.graph.node:
             if node.op_type == "Constant":
                 self.values[node.output[0]] = numpy_helper.to_array(node.attribute[0].t)
@@ -203,9 +205,9 @@ class _Graph:
 
 
 def to_integers(path: Path, kept: tuple[str, ...] = ()) -> None:
-    """Change an exported file of Integers: weights become integers, and so does the input.
+    """Changes an exported file of Integers: its weights and its input become integers.
 
-    kept: the parts of its net that stay float.
+    kept: parts of its net that stay float.
     """
     model = onnx.load(path)
     graph = _Graph(model)
@@ -223,24 +225,24 @@ def to_integers(path: Path, kept: tuple[str, ...] = ()) -> None:
             _round_flat(graph, node)
             _write_weights(graph, node)
     used = {name for node in model.graph.node for name in node.input}
-    for one in [one for one in model.graph.initializer if one.name not in used]:
-        model.graph.initializer.remove(one)
+    for tensor in [t for t in model.graph.initializer if t.name not in used]:
+        model.graph.initializer.remove(tensor)
     onnx.checker.check_model(model)
     onnx.save(model, path)
 
 
 def _reshape_any(graph: _Graph, node: onnx.NodeProto) -> None:
-    """As many crops as come, of any size where px are packed."""
+    """Lets the graph take any number of crops, and any size where px are packed."""
     shape = graph.values[node.input[1]].copy()
     if len(shape) == 4:
-        shape[:3] = 0, 0, -1  # 0: as it was
+        shape[:3] = 0, 0, -1  # 0: unchanged
     else:
         shape[0] = -1
     node.input[1] = graph.keep(f"{node.name}_shape", shape)
 
 
 def _read_codes(graph: _Graph) -> None:
-    """Cast, Sub and Mul of the input become what they are: integers, and what they mean."""
+    """Replaces Cast, Sub and Mul of the input by integers with a scale and a zero point."""
     cast = next(node for node in graph.graph.node if node.op_type == "Cast")
     sub = next(node for node in graph.graph.node if cast.output[0] in node.input)
     mul = next(node for node in graph.graph.node if sub.output[0] in node.input)
@@ -250,16 +252,16 @@ def _read_codes(graph: _Graph) -> None:
 
 
 def _take_pad_in(graph: _Graph, conv: onnx.NodeProto) -> None:
-    """PyTorch pads one side alone by a node of its own, which floats would have to pass."""
+    """Merges one-sided padding, for which PyTorch writes a float node, into the convolution."""
     pad = graph.maker[conv.input[0]]
     if pad.op_type == "Pad":
-        next(one for one in conv.attribute if one.name == "pads").ints[:] = [1, 1, 0, 0]
+        next(a for a in conv.attribute if a.name == "pads").ints[:] = [1, 1, 0, 0]
         conv.input[0] = pad.input[0]
         graph.drop(pad)
 
 
 def _round_flat(graph: _Graph, gemm: onnx.NodeProto) -> None:
-    """Say behind the Flatten again that these are integers, or the product is computed in float."""
+    """Marks the values as integers again after Flatten, else the product is computed in float."""
     flat = graph.maker[gemm.input[0]]
     how = graph.maker[flat.input[0]].input[1:]
     codes, read = f"{flat.name}_codes", f"{flat.name}_read"
@@ -269,7 +271,7 @@ def _round_flat(graph: _Graph, gemm: onnx.NodeProto) -> None:
 
 
 def _write_weights(graph: _Graph, node: onnx.NodeProto) -> None:
-    """Weights (O, ...) as int8 with a step for each output, the bias in steps of the sums."""
+    """Writes weights (O, ...) as int8, one step for each output, the bias in steps of the sums."""
     weight, bias = (graph.values[name] for name in node.input[1:])
     step = (np.abs(weight).reshape(len(weight), -1).max(1) / WEIGHT_STEPS).astype(np.float32)
     step[step == 0] = 1

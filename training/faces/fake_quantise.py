@@ -1,54 +1,54 @@
-"""The nets as integers compute them: weights of 7 bits, activations of 8; the heads stay float.
+"""Fake quantisation: 7-bit weights, 8-bit activations; the heads stay float.
 
-`rounded` turns a trained net into one whose convolutions round their weights and what they tell.
-It can go on learning (quantise.py), and integers.py writes it as ONNX with the same numbers: what
-was learned and what runs are the same.
+`rounded` turns a trained net into one whose convolutions round their weights and outputs. That net
+can be trained further (train_quantised.py), and export_int8.py writes it as ONNX with the same
+numbers, so the net that runs is the net that was trained.
 """
 
 import torch
 from makeup_video.training.faces.model import Conv, Join, PointHead, Residual
 from torch import Tensor, nn
 
-# Weights of 7 bits: processors without VNNI add two products of 8 bits in 16, which would overflow.
+# 7-bit weights: processors without VNNI add two 8-bit products in 16 bits, which could overflow.
 WEIGHT_STEPS = 63
 STEPS = 255
-# Parts that stay float. The mesh net's last stage moves the points by as much as all that lies
-# before it, and is an eighth of the work.
+# Parts that stay float. Rounding the last stage of the mesh net moves the points by as much as
+# rounding all stages before it, and that stage is an eighth of the work.
 KEPT = {"mesh": ("stages.4", "points")}
 
 
 class Round(nn.Module):
     """Rounds an activation to one of 256 values.
 
-    It first watches what comes; from `settle` on it rounds, and goes on learning the step.
+    Until `settle` it observes the range of the values; from then on it rounds, and learns the step.
     """
 
     def __init__(self, signed: bool) -> None:
-        """signed: values may be negative; otherwise they come from a ReLU."""
+        """signed: values may be negative; else they come from a ReLU."""
         super().__init__()
-        self.signed, self.watching = signed, True
-        self.beyond = 0.0  # the share of values that may lie beyond the range, at either end
+        self.signed, self.observing = signed, True
+        self.beyond = 0.0  # share of values that may lie beyond the range, at either end
         self.scale = nn.Parameter(torch.ones(1))
         self.register_buffer("zero", torch.zeros(1))  # the integer that means 0
         self.register_buffer("lowest", torch.zeros(1))
         self.register_buffer("highest", torch.zeros(1))
 
     def settle(self) -> None:
-        """Begin to round, between the lowest and the highest that was seen."""
-        self.watching = False
+        """Begin to round, between the lowest and the highest value observed."""
+        self.observing = False
         with torch.no_grad():
             self.scale.copy_(((self.highest - self.lowest) / STEPS).clamp(min=1e-6))
             self.zero.copy_((-self.lowest / self.scale).round())
 
     def set_range(self, lowest: Tensor, highest: Tensor) -> None:
-        """Round between these, 0 being one of the values."""
+        """Round between these; 0 stays one of the values."""
         self.lowest.copy_(lowest)
         self.highest.copy_(highest)
         self.settle()
 
     def forward(self, x: Tensor) -> Tensor:
-        if self.watching:
-            self._watch(x.detach().flatten())
+        if self.observing:
+            self._observe(x.detach().flatten())
             return x
         if self.training:
             return torch._fake_quantize_learnable_per_tensor_affine(
@@ -57,7 +57,7 @@ class Round(nn.Module):
         scale, zero = self.scale.item(), int(self.zero.item())
         return torch.fake_quantize_per_tensor_affine(x, scale, zero, 0, STEPS)
 
-    def _watch(self, values: Tensor) -> None:
+    def _observe(self, values: Tensor) -> None:
         beyond = max(1, int(values.numel() * self.beyond))
         if self.signed:
             self.lowest.copy_(torch.minimum(self.lowest, values.kthvalue(beyond)[0]))
@@ -65,14 +65,14 @@ class Round(nn.Module):
 
 
 class RoundedWeights(nn.Module):
-    """Weights (O, ...) as multiples of a step for each output."""
+    """Weights (O, ...) as multiples of one step for each output."""
 
     def __init__(self, weight: Tensor, bias: Tensor) -> None:
         super().__init__()
         self.weight, self.bias = nn.Parameter(weight.clone()), nn.Parameter(bias.clone())
 
     def rounded(self) -> Tensor:
-        """The weights, rounded; as if they were not when it learns."""
+        """The rounded weights; in training, gradients pass through the rounding."""
         highest = self.weight.detach().abs().flatten(1).amax(1).clamp(min=1e-8)
         step = (highest / WEIGHT_STEPS).view(-1, *[1] * (self.weight.ndim - 1))
         weight = (self.weight.detach() / step).round() * step
@@ -80,7 +80,7 @@ class RoundedWeights(nn.Module):
 
 
 class RoundedConv(RoundedWeights):
-    """A convolution with its batch norm folded in and perhaps a ReLU behind it."""
+    """A convolution with its batch norm folded in, and a ReLU after it if asked for."""
 
     def __init__(self, conv: nn.Conv2d, norm: nn.BatchNorm2d | None, relu: bool) -> None:
         weight, bias = conv.weight.detach(), conv.bias
@@ -99,7 +99,7 @@ class RoundedConv(RoundedWeights):
 
 
 class RoundedLinear(RoundedWeights):
-    """What tells the coefficients of a shape: only its weights are rounded."""
+    """The layer of the shape coefficients: only its weights are rounded."""
 
     def forward(self, x: Tensor) -> Tensor:
         return nn.functional.linear(x, self.rounded(), self.bias)
@@ -124,9 +124,10 @@ class RoundedJoin(nn.Module):
 
 
 def rounded(net: nn.Module, kept: tuple[str, ...] = ()) -> nn.Module:
-    """Change a trained net but for the parts `kept`, in place. Its input is then (x - 128) / 127.5, with x a code value.
+    """Rounds a trained net in place, except for the parts `kept`.
 
-    128, not 127.5: what lies beyond a crop's border must be an integer too.
+    Its input is then (x - 128) / 127.5, where x is a code value. 128 rather than 127.5, because the
+    padding beyond a crop's border must be an integer, too.
     """
     whole = {net.get_submodule(name) for name in kept}
     net = _rounded_parts(net.eval(), whole)

@@ -1,4 +1,4 @@
-"""One net on one crop, outside of training. The whole chain is in pipeline/faces/nets.py."""
+"""Runs one net on one crop, outside training. The whole chain is in pipeline/faces/nets.py."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,17 +8,17 @@ import numpy as np
 import onnxruntime
 from makeup_video.training.faces.crops import CropSpec
 
-# (1, H, W, 3) uint8 -> outputs
+# (N, H, W, 3) uint8 -> outputs
 Net = Callable[[np.ndarray], tuple[np.ndarray, ...]]
 
 
-def window(frame: np.ndarray, centre: np.ndarray, spec: CropSpec) -> np.ndarray:
-    """(2, 3) from the net's IOD offsets to image px; frame maps the face frame to image px."""
-    return np.column_stack([frame[:, :2], frame[:, :2] @ centre + frame[:, 2]])
+def crop_to_px(pose: np.ndarray, centre: np.ndarray, spec: CropSpec) -> np.ndarray:
+    """The map (2, 3) from the net's IOD offsets to image px. pose: (2, 3)."""
+    return np.column_stack([pose[:, :2], pose[:, :2] @ centre + pose[:, 2]])
 
 
 def take(rgb8: np.ndarray, to_image: np.ndarray, spec: CropSpec, flip: bool = False) -> np.ndarray:
-    """The crop at a window, averaged where it shrinks."""
+    """The crop under a map from IOD to image px, averaged where the crop shrinks the image."""
     w, h = spec.size_wh
     unit = spec.span / w  # IOD per crop px
     side = np.diag([-unit if flip else unit, unit])
@@ -35,7 +35,7 @@ def take(rgb8: np.ndarray, to_image: np.ndarray, spec: CropSpec, flip: bool = Fa
 
 
 def from_onnx(path: Path) -> Net:
-    """An exported net, on one thread."""
+    """Loads an exported net, on one thread."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
     session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
@@ -43,7 +43,7 @@ def from_onnx(path: Path) -> Net:
 
 
 def place(points: np.ndarray, to_image: np.ndarray) -> np.ndarray:
-    """Net output (K, 3) in IOD -> image px."""
+    """Points (K, 3) of a net in IOD -> image px."""
     xy = points[:, :2] @ to_image[:, :2].T + to_image[:, 2]
     scale = np.sqrt(np.linalg.det(to_image[:, :2]))
     return np.column_stack([xy, points[:, 2] * scale]).astype(np.float32)

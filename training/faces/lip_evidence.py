@@ -1,4 +1,4 @@
-"""What speaks for lipstick at a pixel: the teacher's contours, the face's own colours, a net."""
+"""Features of lipstick at a pixel: the teacher's contours, the face's own colours, a net."""
 
 import cv2
 import numpy as np
@@ -8,8 +8,8 @@ from makeup_video.training.faces.infer import Net, take
 
 MASK_SPEC = CropSpec((192, 144), 1.4, LIPS, LIPS)
 IOD = MASK_SPEC.size_wh[0] / MASK_SPEC.span  # px of the mask crop
-TRIALS = 8  # crops that a net sees of each mouth
-UNSURE = 6.0  # logits beyond this all mean the same
+TRIALS = 8  # crops of each mouth for a net
+UNSURE = 6.0  # logits are clipped here: beyond, they mean the same
 
 
 def to_mask_px(points: np.ndarray, to_image: np.ndarray) -> np.ndarray:
@@ -20,7 +20,7 @@ def to_mask_px(points: np.ndarray, to_image: np.ndarray) -> np.ndarray:
 
 
 def signed_distance(contour_px: np.ndarray) -> np.ndarray:
-    """(H, W) px, positive inside a closed contour (K, 2)."""
+    """Signed distance (H, W) in px, positive inside a closed contour (K, 2)."""
     inside = np.zeros(MASK_SPEC.size_wh[::-1], np.uint8)
     cv2.fillPoly(inside, [np.rint(contour_px * 16).astype(np.int32)], 1, shift=4)
     inwards = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
@@ -28,7 +28,7 @@ def signed_distance(contour_px: np.ndarray) -> np.ndarray:
 
 
 def separate(features: np.ndarray, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray | None:
-    """Linear discriminant: (H, W, F) and two sample masks -> (H, W) log-odds for `ours`."""
+    """Linear discriminant: features (H, W, F), two sample masks -> log-odds (H, W) of `ours`."""
     a, b = features[ours], features[theirs]
     if min(len(a), len(b)) < 30:
         return None
@@ -39,7 +39,7 @@ def separate(features: np.ndarray, ours: np.ndarray, theirs: np.ndarray) -> np.n
 
 
 def line_between(points_px: np.ndarray) -> np.ndarray:
-    """(11, 2), left to right: the middle of the inner contour, corner to corner."""
+    """(11, 2) points from corner to corner, left to right, midway through the inner contour."""
     lower = points_px[LIPS_INNER[:11]]
     upper = points_px[np.r_[LIPS_INNER[:1], LIPS_INNER[:9:-1]]]
     middle = (lower + upper) / 2
@@ -47,8 +47,10 @@ def line_between(points_px: np.ndarray) -> np.ndarray:
 
 
 def average_of(run: Net, rgb8: np.ndarray, to_image: np.ndarray, seed: int) -> np.ndarray:
-    """(144, 192) a net's mean log-odds of lipstick over crops of one mouth: mirrored, shifted,
-    turned, scaled, in other tones."""
+    """A net's mean log-odds of lipstick (144, 192) over crops of one mouth.
+
+    The crops are mirrored, shifted, turned, scaled, and in other tones.
+    """
     spec, rng = SPECS["lips"], np.random.default_rng(seed)
     crops, places = [], []
     for trial in range(TRIALS):
@@ -73,7 +75,7 @@ def average_of(run: Net, rgb8: np.ndarray, to_image: np.ndarray, seed: int) -> n
 
 
 def enclosed(log_odds: np.ndarray) -> np.ndarray:
-    """How surely something lies between an upper and a lower lip in its column."""
+    """Log-odds that a pixel lies between an upper and a lower lip in its column."""
     above = np.maximum.accumulate(log_odds, 0)
     below = np.maximum.accumulate(log_odds[::-1], 0)[::-1]
     return np.minimum(above, below)
@@ -81,7 +83,7 @@ def enclosed(log_odds: np.ndarray) -> np.ndarray:
 
 def colours(lab: np.ndarray, outer: np.ndarray, inner: np.ndarray,
             middle: np.ndarray) -> list[np.ndarray]:  # fmt: skip
-    """Discriminants of the face's own colours, (H, W) each; zeros where none can be learnt."""
+    """Discriminants of the face's own colours, (H, W) each; zeros where none can be fitted."""
     thickness = np.minimum(outer, -inner).max()
     lip = (outer > 0.35 * thickness) & (inner < -0.25 * thickness)
     skin = (outer < -0.035 * IOD) & (outer > -0.13 * IOD)
@@ -96,19 +98,21 @@ def colours(lab: np.ndarray, outer: np.ndarray, inner: np.ndarray,
     found = separate(lab, lip, opening) if opening.sum() > 60 else None
     against_opening = nothing if found is None else found.clip(-6, 6)
     parts = [against_skin, against_opening]
-    for place in (lip, skin):  # and plainly: how it differs from lips and from skin
+    for place in (lip, skin):  # and the plain difference from lips and from skin
         usual = np.median(lab[place], 0) if place.sum() > 30 else np.median(lab, (0, 1))
         parts += list(np.moveaxis((lab - usual) / [12, 6, 6], -1, 0).clip(-4, 4))
     return parts
 
 
 def features(rgb8: np.ndarray, points_px: np.ndarray, net: np.ndarray) -> np.ndarray:
-    """Mask crop (144, 192, 3), the teacher's points in its px, a net's mean log-odds
-    (144, 192) -> (144, 192, F) float32, each about 1 in size."""
+    """Features (144, 192, F) float32 of a mask crop (144, 192, 3), each about 1 in size.
+
+    points_px: the teacher's points in px of the crop. net: (144, 192), a net's mean log-odds.
+    """
     lab = cv2.cvtColor(rgb8.astype(np.float32) / 255, cv2.COLOR_RGB2Lab)
     lab = cv2.GaussianBlur(lab, (0, 0), 1.0)
     outer, inner = signed_distance(points_px[LIPS_OUTER]), signed_distance(points_px[LIPS_INNER])
-    # The line between the lips, through the inner contour's middle, divides upper from lower.
+    # The line midway through the inner contour divides the upper lip from the lower.
     line = line_between(points_px)
     x, y = np.arange(lab.shape[1])[None], np.arange(lab.shape[0])[:, None]
     middle = np.interp(x[0], *line.T)[None]

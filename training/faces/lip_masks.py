@@ -1,11 +1,11 @@
-"""Lip masks for training: what the outlines drawn by hand say, carried over to every face.
+"""Makes lip masks for training: carries the outlines drawn by hand over to every face.
 
     python -m makeup_video.training.faces.lip_masks                        # for a first net
-    python -m makeup_video.training.faces.lip_masks --net runs/lips.onnx   # for one that is better
+    python -m makeup_video.training.faces.lip_masks --net runs/lips.onnx   # for a better one
 
-The teacher's contours are not the vermilion border, and a face's own colours are not sure of
-it either, nor is a net that was trained on such masks. lipevidence.py gathers what they say of
-every pixel; a small labeller, fitted on the mouths outlined by hand, weighs it.
+Neither the teacher's contours, nor the face's own colours, nor a net trained on such masks give the
+vermilion border reliably. lip_evidence.py turns all three into features of every pixel, and a small
+labeller, fitted to the mouths outlined by hand, weighs the features.
 """
 
 import argparse
@@ -21,15 +21,15 @@ import onnxruntime
 import torch
 from makeup_video.training.faces.infer import take
 from makeup_video.training.faces.lip_evidence import MASK_SPEC, average_of, features, to_mask_px
-from makeup_video.training.faces.lip_outlines import Mouth, mouth_window, read_mouths
+from makeup_video.training.faces.lip_outlines import Mouth, mouth_to_px, read_mouths
 from torch import Tensor, nn
 
 FOLDERS = ("portraits", "talking", "wild")
-HIDDEN, STEPS, BATCH, RATE = 32, 300, 4096, 5e-3  # more of each changes nothing
-JITTER = 0.15  # of the features, in deviations: so few mouths are soon learnt by heart
-OPENING_WEIGHT = 3.0  # calling teeth lip is worse than calling lip teeth
-BESIDE = -4.0  # of the first feature: further out nothing is lip
-# What one face gives: picture, points (478, 3) px, frame (2, 3)
+HIDDEN, STEPS, BATCH, RATE = 32, 300, 4096, 5e-3  # larger values change nothing
+JITTER = 0.15  # noise on the features, in deviations: else so few mouths are memorised
+OPENING_WEIGHT = 3.0  # taking teeth for lips is worse than taking lips for teeth
+BESIDE = -4.0  # of the first feature: further out there is no lip
+# A face: picture, points (478, 3) px, pose (2, 3)
 Face = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -41,9 +41,9 @@ def session(path: Path) -> onnxruntime.InferenceSession:
 
 
 def evidence(net: Path | None, face: Face, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """-> features (144, 192, F), the mask crop (144, 192, 3)."""
-    rgb8, points, frame = face
-    to_image = mouth_window(points, frame)
+    """Features (144, 192, F) of a face, and the mask crop (144, 192, 3)."""
+    rgb8, points, pose = face
+    to_image = mouth_to_px(points, pose)
     average = np.zeros(MASK_SPEC.size_wh[::-1], np.float32)
     if net is not None:
         run = session(net)
@@ -53,7 +53,7 @@ def evidence(net: Path | None, face: Face, seed: int) -> tuple[np.ndarray, np.nd
 
 
 class Labeller(nn.Module):
-    """Features (..., F) -> log-odds (..., 2): of the whole mouth, and of the opening."""
+    """Features (..., F) -> log-odds (..., 2) of the whole mouth and of the opening."""
 
     def __init__(self, count: int) -> None:
         super().__init__()
@@ -70,7 +70,7 @@ class Labeller(nn.Module):
 
 
 def fit(seen: list[np.ndarray], mouths: list[Mouth]) -> Labeller:
-    """seen: the features (144, 192, F) of every mouth."""
+    """Fit a labeller. seen: features (144, 192, F) of every mouth."""
     torch.manual_seed(0)
     wanted = [np.dstack([np.minimum(m.lips + m.interior, 1), m.interior]) for m in mouths]
     near = [(x[..., 0] > BESIDE) & (m.covered < 0.1) for x, m in zip(seen, mouths, strict=True)]
@@ -96,12 +96,12 @@ def fit(seen: list[np.ndarray], mouths: list[Mouth]) -> Labeller:
 
 @torch.no_grad()
 def label(labeller: Labeller, seen: np.ndarray, crop: np.ndarray) -> tuple[np.ndarray, float]:
-    """-> whole mouth and opening (144, 192, 2) uint8, and how sure all that is, 0 to 1."""
+    """Whole mouth and opening (144, 192, 2) uint8, and the mean certainty, 0 to 1."""
     log_odds = labeller(torch.from_numpy(seen)).numpy()
     log_odds[..., 0][seen[..., 0] <= BESIDE] = -9
     guide = cv2.cvtColor(crop, cv2.COLOR_RGB2GRAY).astype(np.float32) / 255
-    smooth = [cv2.ximgproc.guidedFilter(guide, np.ascontiguousarray(one), 2, 1e-4)
-              for one in np.moveaxis(1 / (1 + np.exp(-log_odds)), -1, 0)]  # fmt: skip
+    smooth = [cv2.ximgproc.guidedFilter(guide, np.ascontiguousarray(weight), 2, 1e-4)
+              for weight in np.moveaxis(1 / (1 + np.exp(-log_odds)), -1, 0)]  # fmt: skip
     weight = np.dstack(smooth).clip(0, 1)
     lips = weight[..., 0] * (1 - weight[..., 1])
     sure = np.square(2 * lips - 1)[lips > 0.1].mean() if lips.max() > 0.5 else 0.0
@@ -115,13 +115,13 @@ def read_faces(data: Path, name: str) -> list[Face]:
 
 
 def cross_validated(seen: list, mouths: list[Mouth], folds: int = 6) -> list[Labeller]:
-    """For every mouth a labeller that was fitted on others."""
+    """A labeller for each mouth that was fitted to other mouths."""
     fold = np.random.default_rng(0).permutation(len(mouths)) % folds
     fitted = []
-    for one in range(folds):
-        others = np.flatnonzero(fold != one)
+    for index in range(folds):
+        others = np.flatnonzero(fold != index)
         fitted.append(fit([seen[i] for i in others], [mouths[i] for i in others]))
-    return [fitted[one] for one in fold]
+    return [fitted[index] for index in fold]
 
 
 def label_part(job: tuple[Labeller, Path | None, list[Face], int]) -> tuple[list, ...]:
@@ -151,11 +151,12 @@ def main() -> None:
                     for i in range(0, len(faces[name]), 50)]  # fmt: skip
             parts = zip(*pool.map(label_part, jobs), strict=True)
             masks, sure = (list(chain.from_iterable(part)) for part in parts)
-            windows = [mouth_window(points, frame) for _, points, frame in faces[name]]
+            windows = [mouth_to_px(points, pose) for _, points, pose in faces[name]]
             out |= {f"{name}_masks": np.stack(masks), f"{name}_windows": np.stack(windows),
                     f"{name}_sure": np.array(sure)}  # fmt: skip
             print(name, len(masks), "masks, mean certainty", np.mean(sure), flush=True)
-    # The outlined mouths get masks from labellers that never saw them: lipcheck can judge them.
+    # The outlined mouths get masks from labellers fitted to others, so that evaluate_lip_mask.py
+    # can evaluate them.
     for i, (mouth, blind) in enumerate(zip(mouths, cross_validated(seen, mouths), strict=True)):
         out[f"{mouth.folder}_masks"][mouth.index] = label(blind, seen[i], crops[i])[0]
     np.savez(options.out, **out)

@@ -1,8 +1,8 @@
-"""Mouths outlined by hand: held-out faces, judged by eye.
+"""Mouths of held-out faces, outlined by hand.
 
-lip_contours.json holds, per mouth, the folder and the place among its packed faces, and closed
-curves in IOD from the middle of the teacher's lips, axes those of the face's frame: the outer
-border of the lips, what shows between them, and what hides them.
+lip_contours.json holds for each mouth the folder and the index among its packed faces, and closed
+curves: the outer border of the lips, the opening between them, and what covers them. The curves are
+in IOD from the centre of the teacher's lips, along the axes of the face's pose.
 """
 
 import json
@@ -14,22 +14,22 @@ import numpy as np
 from makeup_video.pipeline.faces.topology import LIPS
 
 CONTOURS = Path(__file__).with_name("lip_contours.json")
-FINER = 4  # outlines are drawn this much larger, then averaged
+FINER = 4  # outlines are drawn this many times larger, then averaged
 
 
 @dataclass
 class Mouth:
-    """One outlined mouth on a grid that its reader chose."""
+    """One outlined mouth on the grid given to read_mouths."""
 
     folder: str
     index: int  # among the packed faces of that folder
-    lips: np.ndarray  # (H, W) float32, share of the px that is lip
-    interior: np.ndarray  # (H, W) likewise: whatever shows between the lips
-    covered: np.ndarray  # (H, W) likewise: by a hand, hair, a microphone
+    lips: np.ndarray  # (H, W) float32, share of each px that is lip
+    interior: np.ndarray  # (H, W) float32, share that shows between the lips
+    covered: np.ndarray  # (H, W) float32, share covered by a hand, hair, a microphone
 
 
 def spline(corners: list[list[float]], steps: int = 12) -> np.ndarray:
-    """Closed Catmull-Rom curve through (K, 2); a point given twice makes a sharp corner."""
+    """A closed Catmull-Rom curve through points (K, 2); a repeated point makes a sharp corner."""
     points = np.asarray(corners, float)
     t = np.linspace(0, 1, steps, endpoint=False)[:, None]
     parts = []
@@ -42,7 +42,7 @@ def spline(corners: list[list[float]], steps: int = 12) -> np.ndarray:
 
 
 def filled(curves: list, size_wh: tuple[int, int], span: float) -> np.ndarray:
-    """Closed curves in IOD -> (H, W) float32 coverage of a grid `span` IOD wide."""
+    """Closed curves in IOD -> coverage (H, W) float32 of a grid `span` IOD wide."""
     w, h = size_wh
     picture = np.zeros((h * FINER, w * FINER), np.uint8)
     middle = (np.array([w, h]) * FINER - 1) / 2
@@ -53,6 +53,7 @@ def filled(curves: list, size_wh: tuple[int, int], span: float) -> np.ndarray:
 
 
 def read_mouths(size_wh: tuple[int, int], span: float, path: Path = CONTOURS) -> list[Mouth]:
+    """The outlined mouths on a grid of size_wh px, `span` IOD wide."""
     mouths = []
     for entry in json.loads(path.read_text()):
         outer, inner, covered = (
@@ -64,6 +65,6 @@ def read_mouths(size_wh: tuple[int, int], span: float, path: Path = CONTOURS) ->
     return mouths
 
 
-def mouth_window(points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-    """(2, 3): IOD about the middle of the teacher's lips (478, 3) -> px of the picture."""
-    return np.column_stack([frame[:, :2], points[LIPS, :2].mean(0)])
+def mouth_to_px(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    """The map (2, 3) from IOD about the centre of the lips of `points` (478, 3) to picture px."""
+    return np.column_stack([pose[:, :2], points[LIPS, :2].mean(0)])

@@ -5,9 +5,9 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-# Log-odds: how much surer than even it must be that a px is not between the lips. Chosen on the
-# mouths outlined by hand: of 0, 0.5 and 1 it is the one that halves what is painted of teeth
-# and takes little of the lips.
+# Log-odds by which a px must lie outside the mouth opening to be painted. Chosen on the mouths
+# outlined by hand: of 0, 0.5 and 1, this margin halves the painted part of the teeth and takes
+# little of the lips.
 OPENING_MARGIN = 0.5
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
@@ -37,10 +37,10 @@ def stage(inputs: int, outputs: int, residuals: int) -> nn.Sequential:
 
 
 class Join(nn.Module):
-    """A coarse level, made twice as large, laid over a finer one."""
+    """Adds a coarse level, upsampled by two, to a finer level."""
 
     def __init__(self, mode: str) -> None:
-        """mode: of the interpolation."""
+        """mode: the interpolation, as of nn.Upsample."""
         super().__init__()
         self.up = nn.Upsample(scale_factor=2, mode=mode)
 
@@ -66,7 +66,7 @@ class PointHead(nn.Module):
 
 
 class PointNet(nn.Module):
-    """A crop -> points (N, K, 3) in IOD from its centre, and two logits: face, visible mouth."""
+    """Crops -> points (N, K, 3) in IOD from the centre, and two logits: a face, a visible mouth."""
 
     def __init__(
         self,
@@ -88,20 +88,21 @@ class PointNet(nn.Module):
         self.score = nn.Linear(inputs * cells, 2)
 
     def forward(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        for one in self.stages:
-            x = one(x)
+        for block in self.stages:
+            x = block(x)
         return self.points(x), self.score(x.flatten(1)).float()
 
 
 class LipNet(PointNet):
-    """A PointNet that also paints: (N, H, W) log-odds of lipstick.
+    """A PointNet with a third output: log-odds of lipstick (N, H, W).
 
-    In training it gives what they come from, (N, 2, H, W): the mouth as a whole, lips and all
-    that shows between them, against skin; and what shows between them against all else.
+    In training that output is (N, 2, H, W), from which the log-odds follow: the whole mouth (lips
+    and all that shows between them) against skin, and the opening between the lips against all
+    else.
     """
 
     def __init__(self, size_wh: tuple[int, int], channels: tuple[int, ...], *rest: Any) -> None:
-        """The same as a PointNet's, of four channels."""
+        """The parameters are those of PointNet, with four channels."""
         super().__init__(size_wh, channels, *rest)
         first, second, third, fourth = channels
         self.down = nn.ModuleList([
@@ -110,14 +111,14 @@ class LipNet(PointNet):
         ])  # fmt: skip
         self.join = nn.ModuleList([Join("bilinear") for _ in range(3)])
         self.merge = nn.ModuleList([Conv(third, third), Conv(second, second), Conv(first, first)])
-        # Eight values per cell of half the crop's size: two for each px.
+        # Eight values per cell of 2 x 2 px: two for each px.
         self.paint = nn.Sequential(nn.Conv2d(first, 8, 1), nn.PixelShuffle(2))
         self.lipstick = Lipstick()
 
     def forward(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         levels = []
-        for one in self.stages:
-            x = one(x)
+        for block in self.stages:
+            x = block(x)
             levels.append(x)
         points, score = self.points(x), self.score(x.flatten(1)).float()
         skips = [levels[2], levels[1], self.down[3](levels[0])]
@@ -128,13 +129,13 @@ class LipNet(PointNet):
 
 
 def lipstick_logits(logits: Tensor) -> Tensor:
-    """Whole mouth and opening, (N, 2 C, H, W) -> (N, C, H, W): inside the one, outside the other."""
+    """Whole mouth and opening, (N, 2 C, H, W) -> log-odds of lipstick (N, C, H, W)."""
     half = int(logits.shape[1]) // 2
     return torch.minimum(logits[:, :half], -logits[:, half:] - OPENING_MARGIN)
 
 
 class Lipstick(nn.Module):
-    """Mouth and opening, (N, 8, H/2, W/2) by cells of 2 x 2 px -> (N, H, W): where lipstick goes."""
+    """Mouth and opening in 2 x 2 cells, (N, 8, H/2, W/2) -> log-odds of lipstick (N, H, W)."""
 
     def forward(self, cells: Tensor) -> Tensor:
         return nn.functional.pixel_shuffle(lipstick_logits(cells), 2)[:, 0]
@@ -153,7 +154,7 @@ SHAPES = {  # channels, residual blocks, coefficients
 
 
 def build(name: str, size_wh: tuple[int, int], targets: Tensor) -> PointNet:
-    """A fresh net; targets (M, K, 3) are what the basis is fitted on."""
+    """A new net, with a shape basis fitted to targets (M, K, 3)."""
     channels, residuals, coefficients = SHAPES[name]
     mean = targets.mean(0)
     flat = (targets - mean).flatten(1).double()

@@ -1,8 +1,8 @@
-"""Things in front of a face, and things that only look like one: drawn, not photographed.
+"""Draws things in front of a face, and things that only look like a face.
 
-All of them are drawn in face units (IOD), origin between the eyes, x right, y down, so that a
-mask lies over a mouth. The same hands, ovals and scrambled faces without a face under them are
-what the detector must not take for one.
+All are drawn in face units (IOD), with the origin between the eyes, x to the right and y down, so
+that a mask lies over a mouth. Without a face under them, the same hands, ovals and scrambled faces
+are what the detector must not take for a face.
 """
 
 from collections.abc import Callable
@@ -12,12 +12,12 @@ import numpy as np
 from makeup_video.training.faces.augment import light
 
 Colour = np.ndarray  # (3,) encoded RGB, 0 to 255
-REACH = 3.0  # IOD around the origin that a prop may cover
+REACH = 3.0  # IOD around the origin that an occluder may cover
 FINE = 4  # fractional bits of drawing coordinates
 
 
 class Canvas:
-    """The window of a scene around one place in face units, and what is painted there."""
+    """The part of a scene around a face, and what is painted there in face units."""
 
     def __init__(self, scene: np.ndarray, face: np.ndarray, rng: np.random.Generator) -> None:
         """scene (H, W, 3) uint8; face (4,): centre x, y, IOD px, turn in radians."""
@@ -54,14 +54,14 @@ class Canvas:
         self.polygon(centre + np.stack([np.cos(angle), np.sin(angle)], 1) * axes, colour)
 
     def bar(self, a: np.ndarray, b: np.ndarray, thick: float, colour: Colour) -> None:
-        """A round-ended bar `thick` IOD wide."""
+        """A bar with round ends, `thick` IOD wide."""
         ends = [tuple(end.tolist()) for end in self.place(np.stack([a, b]))]
         width = max(1, round(thick * self.unit))
         cv2.line(self.paint, *ends, colour.clip(0, 255).tolist(), width, cv2.LINE_AA, FINE)
         cv2.line(self.mask, *ends, 255, width, cv2.LINE_AA, FINE)
 
     def finish(self, texture: np.ndarray | None = None) -> None:
-        """Blend what was painted into the scene, lit unevenly; texture: instead of the colours."""
+        """Blend the painting into the scene, often lit unevenly. texture: replaces its colours."""
         h, w = self.mask.shape
         paint = self.paint if texture is None else cv2.resize(texture, (w, h))
         lit = paint * np.sqrt(light(self.rng, w, h)) if self.rng.random() < 0.6 else paint
@@ -72,7 +72,7 @@ class Canvas:
 
 
 def colour(rng: np.random.Generator) -> Colour:
-    """Anything, but black, white and greys more often than by chance."""
+    """A random colour, with black, white and greys more often than by chance."""
     if rng.random() < 0.4:
         return np.full(3, rng.uniform(0, 255)) + rng.normal(size=3) * 6
     return rng.uniform(0, 255, 3)
@@ -154,7 +154,7 @@ def hair(canvas: Canvas) -> None:
 
 
 def board(canvas: Canvas) -> None:
-    """A cup, a telephone, a book: an upright or tilted box."""
+    """A cup, a phone, a book: an upright or tilted box."""
     rng = canvas.rng
     centre = np.array([rng.normal() * 0.5, rng.choice([0.9, 1.0, 0.6, -0.5])])
     half, turn = rng.uniform(0.2, 0.7, 2), rng.normal() * 0.4
@@ -178,7 +178,7 @@ def cover(scene: np.ndarray, face: np.ndarray, rng: np.random.Generator) -> None
 
 
 def blot_out(scene: np.ndarray, face: np.ndarray, rng: np.random.Generator) -> None:
-    """Leave a head without a face, in place: an oval, the back of a head, or shuffled pieces."""
+    """Replace a face, in place: by an oval, the back of a head, or shuffled pieces."""
     canvas = Canvas(scene, face, rng)
     kind = rng.random()
     if kind < 0.4:
@@ -194,7 +194,7 @@ def blot_out(scene: np.ndarray, face: np.ndarray, rng: np.random.Generator) -> N
 
 
 def shuffle(canvas: Canvas) -> None:
-    """Cut the face into tiles smaller than an eye and lay them anew."""
+    """Cut the face into tiles smaller than an eye, and shuffle them."""
     side = max(3, round(0.22 * canvas.unit))
     low = np.maximum(np.rint(canvas.origin + canvas.linear @ [0, 0.35] - canvas.unit), 0)
     x, y = low.astype(int)
@@ -212,7 +212,7 @@ def shuffle(canvas: Canvas) -> None:
 
 
 def decoy(scene: np.ndarray, skin: Colour, rng: np.random.Generator) -> None:
-    """A hand, an arm or a skin-coloured oval where no face is, in place."""
+    """Draw a hand, an arm or a skin-coloured oval where no face is, in place."""
     h, w = scene.shape[:2]
     unit = np.exp(rng.uniform(np.log(6), np.log(100)))
     place = np.array([*rng.uniform([0, 0], [w, h]), unit, rng.uniform(-np.pi, np.pi)])

@@ -1,11 +1,12 @@
-"""Pack the labelled faces into one file that training can map into memory.
+"""Packs the labelled faces into one file that training can map into memory.
 
     python -m makeup_video.training.faces.prepare --faces DIR --out runs/faces.npz
 
 DIR holds portraits/, wild/, talking/ and covered/, each with pictures and labels.npz
-(docs/models.md says what is in them). Every face gets a frame of its own: the
-similarity that lays the mean face, whose outer eye corners are 1 apart, over it.
-All training geometry happens in that frame, so every error is in IOD.
+(docs/models.md describes them). Every face gets a pose: the similarity that lays the
+mean face, whose outer eye corners are 1 apart, over the face. All geometry of the
+training is in the face's own coordinates before its pose, so every error is in IOD. The
+file calls the poses `frames`.
 """
 
 import argparse
@@ -18,9 +19,9 @@ from makeup_video.training.faces.similarity_fit import fit_similarity
 from makeup_video.training.faces.topology68 import mirror_permutation
 
 FOLDERS = ("portraits", "wild", "talking", "covered")
-MAX_SPREAD = 2.0  # % of IOD that the three labelling passes may disagree by
-VALIDATION_SHARE = 0.08  # the last pictures of each source: neighbours stay together
-DEPTH_CELLS, DEPTH_REACH = 33, 1.6  # depth grid over [-reach, reach] IOD of the face frame
+MAX_SPREAD = 2.0  # % of IOD by which the three labelling passes may disagree
+VALIDATION_SHARE = 0.08  # of each source, the last pictures: neighbours stay together
+DEPTH_CELLS, DEPTH_REACH = 33, 1.6  # depth grid over [-reach, reach] IOD
 
 
 def read_folder(folder: Path) -> dict[str, np.ndarray]:
@@ -32,31 +33,34 @@ def read_folder(folder: Path) -> dict[str, np.ndarray]:
         index = np.flatnonzero(labels["source"] == source)
         validation[index[int(len(index) * (1 - VALIDATION_SHARE)) :]] = True
     good = labels["spread"] < MAX_SPREAD
-    if folder.name == "covered":  # bad labels are what a covered mouth is known by
+    if folder.name == "covered":  # poor labels are typical of a covered mouth
         good = labels["spread"] < 4 * MAX_SPREAD
     columns = {"rgb8": rgb8, "points": points, "validation": validation, "source": labels["source"]}
     return {key: value[good] for key, value in columns.items()}
 
 
-def frames_of(points: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    """(N, K, 2) points -> (N, 2, 3) float32 that map the mean face (K, 2) onto them."""
+def poses_of(points: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Points (N, K, 2) -> poses (N, 2, 3) float32, which lay the mean face (K, 2) over them."""
     return fit_similarity(mean, points).astype(np.float32)
 
 
-def to_face_frame(points: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Image px (N, K, 3) -> face frame; z is scaled alike and centred."""
-    inverse = np.linalg.inv(frames[:, :, :2])
-    xy = (points[..., :2] - frames[:, None, :, 2]) @ inverse.transpose(0, 2, 1)
-    z = points[..., 2] / np.sqrt(np.linalg.det(frames[:, :, :2]))[:, None]
+def to_own_coordinates(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Points (N, K, 3) in image px -> the face's own coordinates in IOD.
+
+    Z is scaled, too, and centred.
+    """
+    inverse = np.linalg.inv(poses[:, :, :2])
+    xy = (points[..., :2] - poses[:, None, :, 2]) @ inverse.transpose(0, 2, 1)
+    z = points[..., 2] / np.sqrt(np.linalg.det(poses[:, :, :2]))[:, None]
     return np.concatenate([xy, (z - z.mean(1, keepdims=True))[..., None]], 2)
 
 
 def mean_face(points: np.ndarray) -> np.ndarray:
-    """Procrustes mean (478, 3) with outer eye corners 1 apart, level, their middle at 0."""
+    """The Procrustes mean (478, 3): outer eye corners 1 apart, level, their midpoint at 0."""
     mean = points[0].copy()
     for _ in range(6):
-        frames = frames_of(points[..., :2], mean[:, :2])
-        mean = to_face_frame(points, frames).mean(0)
+        poses = poses_of(points[..., :2], mean[:, :2])
+        mean = to_own_coordinates(points, poses).mean(0)
         left, right = mean[EYE_CORNERS[0], :2], mean[EYE_CORNERS[1], :2]
         across = right - left
         turn = np.array([[across[0], across[1]], [-across[1], across[0]]]) / (across @ across)
@@ -66,7 +70,7 @@ def mean_face(points: np.ndarray) -> np.ndarray:
 
 
 def depth_grids(face_points: np.ndarray) -> np.ndarray:
-    """(N, 478, 3) in the face frame -> (N, 33, 33) depth, smoothly continued off the face."""
+    """Points (N, 478, 3) in IOD -> depth (N, 33, 33), smoothly continued off the face."""
     size = DEPTH_CELLS
     cells = np.rint((face_points[..., :2] / DEPTH_REACH + 1) / 2 * (size - 1)).astype(int)
     cells = cells.clip(0, size - 1)
@@ -76,7 +80,7 @@ def depth_grids(face_points: np.ndarray) -> np.ndarray:
         np.add.at(weight, (cell[:, 1], cell[:, 0]), 1)
         np.add.at(total, (cell[:, 1], cell[:, 0]), z)
         depth = np.full((size, size), np.float32(total.sum() / weight.sum()))
-        for sigma in (8.0, 4.0, 2.0, 1.0):  # coarse fills the far field, fine the face
+        for sigma in (8.0, 4.0, 2.0, 1.0):  # coarse grids fill the far field, fine ones the face
             near = cv2.GaussianBlur(weight, (0, 0), sigma)
             here = cv2.GaussianBlur(total, (0, 0), sigma) / np.maximum(near, 1e-9)
             trust = np.clip(near * sigma**2 * 6, 0, 1)
@@ -98,9 +102,9 @@ def main() -> None:
     mean = (mean + mean[mirror] * [-1, 1, 1]) / 2
     packed: dict[str, np.ndarray] = {"mean": mean.astype(np.float32), "mirror": mirror}
     for name, columns in folders.items():
-        frames = frames_of(columns["points"][..., :2], mean[:, :2])
-        face_points = to_face_frame(columns["points"], frames)
-        columns |= {"frames": frames, "face_points": face_points.astype(np.float32)}
+        poses = poses_of(columns["points"][..., :2], mean[:, :2])
+        face_points = to_own_coordinates(columns["points"], poses)
+        columns |= {"frames": poses, "face_points": face_points.astype(np.float32)}
         columns["depth"] = depth_grids(face_points)
         packed |= {f"{name}_{key}": value for key, value in columns.items()}
         print(name, len(face_points), "faces,", int(columns["validation"].sum()), "held out")

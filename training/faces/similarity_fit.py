@@ -5,11 +5,11 @@ from makeup_video.pipeline.smoothing.face_space import as_complex
 
 
 def fit_similarity(from_xy: np.ndarray, to_xy: np.ndarray) -> np.ndarray:
-    """The turn, scale and shift that bring from_xy onto to_xy with the least squared error.
+    """The turn, scale and shift that lead from_xy to to_xy with the least squared error.
 
-    Both (..., K, 2). Returns (..., 2, 3) float64, for `M[:, :2] @ xy + M[:, 2]`. No reflection;
-    when all of from_xy is one point, a shift. The closed form of Umeyama (1991), which in the
-    plane is a division of complex numbers.
+    from_xy, to_xy: (..., K, 2). Returns (..., 2, 3) float64, for `M[:, :2] @ xy + M[:, 2]`. There
+    is no reflection, and only a shift when all points of from_xy are the same. The closed form of
+    Umeyama (1991) is a division of complex numbers in the plane.
     """
     a, b = as_complex(from_xy), as_complex(to_xy)
     a_mean, b_mean = a.mean(-1), b.mean(-1)

@@ -1,9 +1,9 @@
-"""The 68-point scheme, and left and right; lips and eyes are in pipeline/faces/topology.py."""
+"""The 68-point scheme, and mirror images; lips and eyes are in pipeline/faces/topology.py."""
 
 import numpy as np
 
-# The usual 68 points, each by the nearest MediaPipe point. Scored on human labels with
-# this table, MediaPipe itself gets the figures quoted in docs/models.md.
+# The usual 68 points, each as the nearest MediaPipe point. With this table, MediaPipe itself gets
+# the figures quoted in docs/models.md on human labels.
 POINTS_68 = np.array([
     162, 234, 93, 58, 172, 136, 149, 148, 152, 377, 378, 365, 397, 288, 323, 454, 389,  # jaw
     71, 63, 105, 66, 107, 336, 296, 334, 293, 301,  # brows
@@ -16,7 +16,7 @@ EYES_68, MOUTH_68 = slice(36, 48), slice(48, 68)
 
 
 def mirror_permutation(mean: np.ndarray) -> np.ndarray:
-    """For each point of a symmetric mean face (478, 3) the point on the other side."""
+    """The point on the other side for each point of a symmetric mean face (478, 3)."""
     from scipy.optimize import linear_sum_assignment
 
     mirrored = mean * [-1, 1, 1]

@@ -1,4 +1,4 @@
-"""Train one of the face nets. Stopped and started again, it goes on from its last checkpoint.
+"""Trains one of the face nets. A stopped run resumes from its last checkpoint.
 
 python -m makeup_video.training.faces.train mesh --data runs/faces.npz --samples 2e6
 """
@@ -21,11 +21,11 @@ from torch.utils.data import DataLoader, IterableDataset
 BATCH = 128
 WARM_UP = 500  # steps
 AVERAGE = 0.9995  # of the weights, per step
-PAINTED_TEETH = 1.0  # how much more the opening's px count
+PAINTED_TEETH = 1.0  # extra weight of the opening's px
 
 
 class Stream(IterableDataset):
-    """Batches from one background process, so that the net never waits for pictures."""
+    """Batches from a background process, so that the net never waits for pictures."""
 
     def __init__(self, faces: Faces, net: str, seed: int) -> None:
         self.faces, self.net, self.seed = faces, net, seed
@@ -42,11 +42,11 @@ def tensors(batch: Batch) -> tuple[Tensor, ...]:
 
 
 def mask_loss(logits: Tensor, mask: Tensor) -> Tensor:
-    """Cross-entropy where the masks are known, and overlap of the lips (soft Dice)."""
+    """Cross-entropy where the masks are known, and soft Dice overlap of the lips."""
     whole, opening, known = (mask.float() / 255).unbind(-1)
     cross_entropy = nn.functional.binary_cross_entropy_with_logits
     wrong = cross_entropy(logits[:, 0], whole, reduction="none")
-    # Painted teeth are a worse mistake than a gap in the paint.
+    # Painted teeth are a worse error than a gap in the paint.
     wrong = wrong + cross_entropy(logits[:, 1], opening, 1 + PAINTED_TEETH * opening,
                                   reduction="none")  # fmt: skip
     cross = (wrong * known).sum() / known.sum().clamp(min=1)
@@ -59,7 +59,7 @@ def mask_loss(logits: Tensor, mask: Tensor) -> Tensor:
 
 
 def point_worth(net: str, mirror: np.ndarray) -> Tensor:
-    """(K,) how much each point counts: what gets painted counts most."""
+    """Weights (K,) of the points: points around what is painted count most."""
     worth = np.ones(478, np.float32)
     worth[LIPS] = 2
     worth[EYE], worth[mirror[EYE]] = 1.5, 1.5
@@ -69,7 +69,7 @@ def point_worth(net: str, mirror: np.ndarray) -> Tensor:
 
 
 def point_error(points: Tensor, target: Tensor) -> Tensor:
-    """(N, K) distance in the picture, and a little of the depth error, in IOD."""
+    """Errors (N, K) in IOD: the distance in the picture, and a share of the depth error."""
     off = points - target
     return (off[..., :2].square().sum(-1) + 0.1 * off[..., 2].square() + 1e-7).sqrt()
 
@@ -82,7 +82,9 @@ def loss_of(net: Callable, batch: tuple[Tensor, ...], worth: Tensor) -> tuple[Te
     weight = weight * worth
     error = (point_error(points, target) * weight).sum() / weight.sum().clamp(min=1)
     judged = labels.clone()
-    importance = torch.stack([torch.ones(len(labels)), labels[:, 0]], 1)  # no face: no mouth
+    importance = torch.stack(
+        [torch.ones(len(labels)), labels[:, 0]], 1
+    )  # without a face, the mouth does not count
     score = nn.functional.binary_cross_entropy_with_logits(logits, judged, importance)
     loss = error + 0.02 * score
     if mask:
@@ -92,7 +94,7 @@ def loss_of(net: Callable, batch: tuple[Tensor, ...], worth: Tensor) -> tuple[Te
 
 @torch.no_grad()
 def validate(net: nn.Module, faces: Faces, name: str) -> str:
-    """Mean error in % of IOD on held-out faces, per source: all points, lips, eye contours."""
+    """Mean errors in % of IOD on held-out faces by source: all points, lips, eye contours."""
     net.eval()
     cropper = Cropper(faces, SPECS[name], seed=1, augment=False)
     index = np.flatnonzero(faces.folder != "covered")
@@ -124,7 +126,7 @@ def validate(net: nn.Module, faces: Faces, name: str) -> str:
 
 @torch.no_grad()
 def inherit(net: nn.Module, average: dict[str, Tensor]) -> None:
-    """Take over averaged weights, of a net with fewer channels too: as far as they go."""
+    """Take over averaged weights, also of a net with fewer channels, as far as they fit."""
     for key, value in net.state_dict().items():
         old = average[f"module.{key}"]
         common = tuple(slice(min(a, b)) for a, b in zip(value.shape, old.shape, strict=True))
@@ -132,7 +134,7 @@ def inherit(net: nn.Module, average: dict[str, Tensor]) -> None:
 
 
 def beginning(options: argparse.Namespace, faces: Faces) -> Checkpoint:
-    """A net, its running average and its optimizer: fresh, or as the last run left them."""
+    """A net, its running average and its optimizer: new, or from the last run."""
     spec = SPECS[options.net]
     drawer = Cropper(faces, spec, seed=0)
     index = drawer.rng.choice(len(drawer.p), 6000, p=drawer.p)
@@ -154,7 +156,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=2e6)
     parser.add_argument("--rate", type=float, default=2e-3)
-    parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
+    parser.add_argument("--start", type=Path, help="begin with the weights of this checkpoint")
     options = parser.parse_args()
     torch.set_num_threads(2)
     faces, held_out = Faces(options.data, False), Faces(options.data, True)

@@ -1,4 +1,4 @@
-"""Train the detector: where faces are, how large, how turned.
+"""Trains the detector, which finds place, size and turn of faces.
 
 python -m makeup_video.training.faces.train_detector --data runs/faces.npz --samples 6e5
 """
@@ -43,8 +43,8 @@ class Detector(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         levels = [self.near(x)]
-        for one in self.far:
-            levels.append(one(levels[-1]))
+        for block in self.far:
+            levels.append(block(levels[-1]))
         x = levels.pop()
         for down, join, merge in zip(self.down, self.join, self.merge, strict=True):
             x = merge(join(down(x), levels.pop()))
@@ -52,7 +52,7 @@ class Detector(nn.Module):
 
 
 def targets(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(F, 4) -> heat (C, C) in [0, 1], and values (6, C, C): five numbers and where they count."""
+    """Faces (F, 4) -> heat (C, C) in [0, 1], and (6, C, C): five values and a weight a cell."""
     heat = np.zeros((CELLS, CELLS), np.float32)
     values = np.zeros((6, CELLS, CELLS), np.float32)
     y, x = np.mgrid[:CELLS, :CELLS].astype(np.float32)
@@ -80,12 +80,13 @@ def detector_loss(out: Tensor, heat: Tensor, values: Tensor) -> Tensor:
 
 
 def decode(out: np.ndarray, scale: float, threshold: float = 0.35) -> list[np.ndarray]:
-    """(6, C, C) -> face frames (2, 3) in image px, best first. scale: image px per input px."""
-    return [(frame * scale).astype(np.float32) for _, frame in decode_cells(out, threshold)]
+    """(6, C, C) -> poses (2, 3) in image px, surest first. scale: image px per input px."""
+    poses = [pose for _, pose in decode_cells(out, threshold)]
+    return [(pose.array() * scale).astype(np.float32) for pose in poses]
 
 
 def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:
-    """The whole picture in a (256, 256) square, top left, and image px per its px."""
+    """The whole picture, top left in a (256, 256) square, and image px per px of the square."""
     scale = max(rgb8.shape[:2]) / SCENE
     size = [max(1, round(side / scale)) for side in rgb8.shape[1::-1]]
     small = cv2.resize(rgb8, size, interpolation=cv2.INTER_AREA)
@@ -96,22 +97,22 @@ def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:
 
 @torch.no_grad()
 def hide_strangers(faces: Faces, net: nn.Module) -> int:
-    """Paint over, in place, what else a net takes for a face in these pictures; how many it was.
+    """Paint over, in place, what a net takes for further faces; returns their number.
 
-    Only one face of a picture is labelled: others would be taught as background.
+    Only one face of a picture is labelled: the net would learn others as background.
     """
     rng, hidden = np.random.default_rng(0), 0
-    for levels, own, folder in zip(faces.pictures, faces.frames, faces.folder, strict=True):
-        if folder not in ("wild", "covered"):  # the others show one person each
+    for levels, own, folder in zip(faces.pictures, faces.poses, faces.folder, strict=True):
+        if folder not in ("wild", "covered"):  # the other folders show one person each
             continue
         square, scale = letterbox(levels[0])
         out = net(normalise(torch.from_numpy(square[None])).to(memory_format=torch.channels_last))
-        for frame in decode(out[0].numpy(), scale, threshold=0.5):
-            unit = np.linalg.norm(frame[:, 0])
-            middle = frame @ [*FACE_CENTRE, 1]
+        for pose in decode(out[0].numpy(), scale, threshold=0.5):
+            unit = np.linalg.norm(pose[:, 0])
+            middle = pose @ [*FACE_CENTRE, 1]
             if np.hypot(*(middle - own @ [*FACE_CENTRE, 1])) < 0.8 * np.linalg.norm(own[:, 0]):
                 continue
-            turn = np.arctan2(frame[1, 0], frame[0, 0])
+            turn = np.arctan2(pose[1, 0], pose[0, 0])
             for level, rgb8 in enumerate(levels):
                 place = np.array([*(middle / 2**level), unit / 2**level, turn])
                 blot_out(rgb8, place, rng)
@@ -129,7 +130,7 @@ def load_average(path: Path) -> nn.Module:
 
 
 class Stream(IterableDataset):
-    """Batches of scenes; each is shown once more, mirrored and in another tone."""
+    """Batches of scenes; each scene comes once more, mirrored and in another tone."""
 
     def __init__(self, faces: Faces, seed: int) -> None:
         self.faces, self.seed = faces, seed
@@ -154,7 +155,7 @@ def tensors(drawn: list[tuple[np.ndarray, np.ndarray]]) -> tuple[Tensor, ...]:
 def echo(
     rgb8: np.ndarray, faces: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same scene mirrored and in another tone: a tenth of the work of a new one."""
+    """The scene mirrored and in another tone: a tenth of the work of a new scene."""
     tone = np.arange(256)[:, None] * np.exp(rng.normal(0, 0.2) + rng.normal(0, 0.08, 3))
     rgb8 = cv2.LUT(np.ascontiguousarray(rgb8[:, ::-1]), tone.clip(0, 255).astype(np.uint8)[None])
     return rgb8, faces * [-1, 1, 1, -1] + [SCENE - 1, 0, 0, 0]
@@ -166,12 +167,16 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=6e5)
     parser.add_argument("--rate", type=float, default=2e-3)
-    parser.add_argument("--start", type=Path, help="begin with this checkpoint's weights")
-    parser.add_argument("--minutes", type=float, default=np.inf, help="stop by then at the latest")
-    parser.add_argument("--threads", type=int, default=2, help="1 where the machine is shared")
+    parser.add_argument("--start", type=Path, help="begin with the weights of this checkpoint")
+    parser.add_argument(
+        "--minutes", type=float, default=np.inf, help="stop after so many minutes at the latest"
+    )
+    parser.add_argument(
+        "--threads", type=int, default=2, help="threads of the net; 1 on a shared machine"
+    )
     options = parser.parse_args()
-    torch.set_num_threads(1)  # one scene at a time is too little for two
-    cv2.setNumThreads(1)  # its threads do not survive the loader's fork
+    torch.set_num_threads(1)  # a single scene is too little work for two threads
+    cv2.setNumThreads(1)  # OpenCV's threads do not survive the loader's fork
     options.out.mkdir(parents=True, exist_ok=True)
     net = Detector().to(memory_format=torch.channels_last).train()
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.02, fused=True)
@@ -188,7 +193,7 @@ def main() -> None:
 
 
 def train(run: Checkpoint, faces: Faces, options: argparse.Namespace) -> None:
-    """Constant rate, then down to almost nothing over the last 40 % of the samples or time."""
+    """Train at a constant rate, which falls to almost 0 over the last 40 % of samples or time."""
     steps, began = int(options.samples / BATCH), time.time()
     stream = Stream(faces, seed=run.step)
     loader = iter(DataLoader(stream, None, num_workers=1, prefetch_factor=8))

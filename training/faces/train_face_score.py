@@ -1,12 +1,11 @@
-"""Teach the mesh net's face score what only looks like a face.
+"""Trains the face score of the mesh net on what only looks like a face.
 
     python -m makeup_video.training.faces.train_face_score --checkpoints runs --weights runs/weights
 
-The points' training shows the net few crops without a face, and easy ones. What it meets in use
-are the detector's mistakes: shoes, patterns, a chin taken for a small face. So these are gathered
-here: what the detector finds beside the faces, where the mesh net then goes from there, parts of
-faces, faces that lie or stand on their head. Only the layer that tells the score learns; points
-stay as they are.
+The training of the points shows the net few crops without a face, and easy ones. In use it meets
+the false detections: shoes, patterns, a chin taken for a small face. So this training gathers false
+detections, the crops where the mesh net goes on from these, parts of faces, and faces that lie or
+are upside down. Only the layer of the score learns; the points do not change.
 """
 
 import argparse
@@ -20,20 +19,20 @@ from makeup_video.training.faces.augment import photograph
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.detector_pictures import FACE_CENTRE, backdrops
 from makeup_video.training.faces.export import load
-from makeup_video.training.faces.infer import Net, from_onnx, place, take, window
+from makeup_video.training.faces.infer import Net, crop_to_px, from_onnx, place, take
 from makeup_video.training.faces.model import PointNet, normalise
-from makeup_video.training.faces.prepare import frames_of
+from makeup_video.training.faces.prepare import poses_of
 from makeup_video.training.faces.train_detector import decode
 from torch import Tensor, nn
 
 SPEC = SPECS["mesh"]
-SIDES = (256, 512)  # px: the sizes that the product's detector looks at
-DOUBTFUL = 0.05  # a guess this sure already teaches something
+SIDES = (256, 512)  # px: longer sides of the detector's input in the product
+DOUBTFUL = 0.05  # least probability of a detection that is worth learning from
 BATCH = 256
 
 
 class NoFaces:
-    """Draws crops (96, 96, 3) that show no face, or one that is not meant: tilted, or a part."""
+    """Draws crops (96, 96, 3) without a face, with a tilted face or with a part of a face."""
 
     def __init__(self, faces: Faces, mesh: Net, detector: Net, seed: int) -> None:
         self.faces, self.mesh, self.detector = faces, mesh, detector
@@ -48,11 +47,14 @@ class NoFaces:
                 yield from self._mistakes(picture, None)
                 continue
             face = int(self.rng.choice(len(self.cropper.p), p=self.cropper.p))
-            picture, frame = self.faces.pictures[face][0], self.faces.frames[face]
-            yield photograph(self._part(picture, frame), self.rng)
-            yield photograph(self._tilted(picture, frame), self.rng)
-            if self.faces.folder[face] in ("portraits", "talking"):  # nobody else is in these
-                yield from self._mistakes(picture, frame)
+            picture, pose = self.faces.pictures[face][0], self.faces.poses[face]
+            yield photograph(self._part(picture, pose), self.rng)
+            yield photograph(self._tilted(picture, pose), self.rng)
+            if self.faces.folder[face] in (
+                "portraits",
+                "talking",
+            ):  # nobody else is in these pictures
+                yield from self._mistakes(picture, pose)
 
     def _backdrop(self) -> np.ndarray:
         picture = self.backdrops[int(self.rng.integers(len(self.backdrops)))]
@@ -60,42 +62,42 @@ class NoFaces:
         y, x = (int(self.rng.integers(0, size - side + 1)) for size in picture.shape[:2])
         return np.ascontiguousarray(picture[y : y + side, x : x + side])
 
-    def _part(self, picture: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """A window on a part of the face, or beside it."""
+    def _part(self, picture: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """A crop of a part of the face, or beside it."""
         rng = self.rng
         scale = np.exp(rng.uniform(np.log(0.2), np.log(0.6)))
         shift = rng.normal(size=2) * [0.5, 0.6] + [0, 0.4]
-        if rng.random() < 0.3:  # as large as a face, but on shoulder, hair or wall
+        if rng.random() < 0.3:  # as large as a face, but of shoulder, hair or wall
             scale = np.exp(rng.normal(0, 0.4))
             turn = rng.uniform(0, 2 * np.pi)
             shift = np.array([np.cos(turn), np.sin(turn)]) * rng.uniform(1.1, 2.2) + [0, 0.42]
-        moved = np.column_stack([frame[:, :2] * scale, frame @ [*shift, 1]])
+        moved = np.column_stack([pose[:, :2] * scale, pose @ [*shift, 1]])
         return take(picture, moved, SPEC)
 
-    def _tilted(self, picture: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """The face itself, lying or upside down: found through the frame's rotation only."""
+    def _tilted(self, picture: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """A crop of the face, lying or upside down: only a frame's rotation should find it."""
         turn = self.rng.uniform(1.4, 2 * np.pi - 1.4)
         c, s = np.cos(turn), np.sin(turn)
-        moved = np.column_stack([frame[:, :2] @ [[c, -s], [s, c]], frame @ [*FACE_CENTRE, 1]])
+        moved = np.column_stack([pose[:, :2] @ [[c, -s], [s, c]], pose @ [*FACE_CENTRE, 1]])
         return take(picture, moved, SPEC)
 
-    def _mistakes(self, picture: np.ndarray, frame: np.ndarray | None) -> Iterator[np.ndarray]:
-        """What the detector takes for a face and is none, and where the mesh net goes from it."""
-        guesses = self._guesses(picture)
-        if frame is not None:
-            middle, unit = frame @ [*FACE_CENTRE, 1], np.linalg.norm(frame[:, 0])
-            guesses = [g for g in guesses if _is_elsewhere(g, middle, unit)]
-        for guess in guesses[:4]:
+    def _mistakes(self, picture: np.ndarray, pose: np.ndarray | None) -> Iterator[np.ndarray]:
+        """Crops of false detections, and where the mesh net goes on from these."""
+        detections = self._detections(picture)
+        if pose is not None:
+            middle, unit = pose @ [*FACE_CENTRE, 1], np.linalg.norm(pose[:, 0])
+            detections = [g for g in detections if _is_elsewhere(g, middle, unit)]
+        for detection in detections[:4]:
             for _ in range(3):
-                crop = take(picture, window(guess, np.array(SPEC.centre), SPEC), SPEC)
+                crop = take(picture, crop_to_px(detection, np.array(SPEC.centre), SPEC), SPEC)
                 yield photograph(crop, self.rng)
                 points = self.mesh(crop[None])[0][0]
-                placed = place(points, window(guess, np.array(SPEC.centre), SPEC))
-                guess = frames_of(placed[None, :, :2], self.faces.mean[:, :2])[0]
-                if not 4 < np.linalg.norm(guess[:, 0]) < 2 * max(picture.shape):
+                placed = place(points, crop_to_px(detection, np.array(SPEC.centre), SPEC))
+                detection = poses_of(placed[None, :, :2], self.faces.mean[:, :2])[0]
+                if not 4 < np.linalg.norm(detection[:, 0]) < 2 * max(picture.shape):
                     break
 
-    def _guesses(self, picture: np.ndarray) -> list[np.ndarray]:
+    def _detections(self, picture: np.ndarray) -> list[np.ndarray]:
         side = int(self.rng.choice(SIDES))
         scale = max(picture.shape[:2]) / side
         h, w = (max(32, round(size / scale / 32) * 32) for size in picture.shape[:2])
@@ -103,16 +105,16 @@ class NoFaces:
         return decode(self.detector(small[None])[0][0], scale, DOUBTFUL)
 
 
-def _is_elsewhere(guess: np.ndarray, middle: np.ndarray, unit: float) -> bool:
-    """Not the face that is known to be there."""
-    apart = np.linalg.norm(guess @ [*FACE_CENTRE, 1] - middle) / unit
-    ratio = np.linalg.norm(guess[:, 0]) / unit
+def _is_elsewhere(detection: np.ndarray, middle: np.ndarray, unit: float) -> bool:
+    """True for a pose that is not of the labelled face."""
+    apart = np.linalg.norm(detection @ [*FACE_CENTRE, 1] - middle) / unit
+    ratio = np.linalg.norm(detection[:, 0]) / unit
     return bool(apart > 0.9 or (apart > 0.35 and ratio < 0.6) or ratio < 0.4)
 
 
 @torch.no_grad()
 def features(net: PointNet, crops: np.ndarray) -> Tensor:
-    """(N, 96, 96, 3) uint8 -> (N, F), what the score is told from."""
+    """Crops (N, 96, 96, 3) uint8 -> features (N, F) that the score is computed from."""
     x = normalise(torch.from_numpy(crops)).to(memory_format=torch.channels_last)
     for stage in net.stages:
         x = stage(x)
@@ -120,7 +122,7 @@ def features(net: PointNet, crops: np.ndarray) -> Tensor:
 
 
 def gather(faces: Faces, mesh: PointNet, nets: list[Net], count: int, seed: int) -> list[Tensor]:
-    """count crops of faces and as many of none -> their features, two (count, F)."""
+    """Features of `count` crops of faces and of as many without: two (count, F)."""
     cropper = Cropper(faces, SPEC, seed)
     without = NoFaces(faces, *nets, seed).stream()
     found: list[list[Tensor]] = [[], []]
@@ -142,7 +144,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
     parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
-    parser.add_argument("--weights", type=Path, default=Path("runs/weights"), help="as exported")
+    parser.add_argument(
+        "--weights", type=Path, default=Path("runs/weights"), help="folder of exported nets"
+    )
     parser.add_argument("--samples", type=float, default=3e4)
     options = parser.parse_args()
     torch.set_num_threads(1)

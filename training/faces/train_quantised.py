@@ -1,12 +1,12 @@
-"""Let a trained net go on learning with rounded weights and activations, so that int8 loses nothing.
+"""Trains a net further with rounded weights and activations, so that int8 loses nothing.
 
     python -m makeup_video.training.faces.train_quantised lips --checkpoints runs --samples 1e5
 
-Its teacher is the net it was: what that tells of a clean crop it must tell of the same crop with a
-camera's noise on it. So rounding does not make what it tells shake more. Writes NET_int8.pt.
+The teacher is the float net: on a crop with camera noise, the rounded net must output what the
+teacher outputs on the clean crop. So rounding adds no jitter. Writes NET_int8.pt.
 
-`--samples 0 --fit 2` learns nothing, but looks twice for the ranges with which it tells most nearly
-the same.
+`--samples 0 --fit 2` trains nothing, but searches twice for the ranges with the least difference to
+the teacher.
 """
 
 import argparse
@@ -27,11 +27,11 @@ from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
 BATCH, SCENE_BATCH = 48, 12
-WATCHED, FITTED = 12, 3  # batches that set the ranges, and that they are fitted on
-NOISE_SIGMA = 4.0  # code values, at most
-CUTS = (1, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2)  # shares of a range that are tried
-SURE = 9.0  # log-odds: what is surer than that looks the same
-Told = Tensor | tuple[Tensor, ...]
+WATCHED, FITTED = 12, 3  # batches that set the ranges, and batches to fit them on
+NOISE_SIGMA = 4.0  # code values, the largest sigma
+CUTS = (1, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2)  # shares of a range to try
+SURE = 9.0  # log-odds: beyond, a difference cannot be seen
+Outputs = Tensor | tuple[Tensor, ...]
 
 
 class Stream(IterableDataset):
@@ -39,7 +39,7 @@ class Stream(IterableDataset):
         self.data, self.name, self.seed = data, name, seed
 
     def __iter__(self) -> Iterator[tuple[Tensor, Tensor]]:
-        """Crops (N, H, W, 3) uint8, as they are and noisy, for ever."""
+        """Endless crops (N, H, W, 3) uint8, clean and noisy."""
         torch.set_num_threads(1)
         rng = np.random.default_rng(self.seed)
         for rgb8 in self._crops(Faces(self.data, False)):
@@ -55,7 +55,7 @@ class Stream(IterableDataset):
 
 
 def noisy(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """The same (N, H, W, 3) uint8 with a camera's noise: grey and coloured."""
+    """Crops (N, H, W, 3) uint8 with a camera's noise: grey and coloured."""
     n, h, w, _ = rgb8.shape
     sigma = rng.uniform(0, NOISE_SIGMA, (n, 1, 1, 1)).astype(np.float32)
     grain = rng.standard_normal((n, h, w, 3), np.float32)
@@ -64,61 +64,61 @@ def noisy(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def codes(rgb8: Tensor) -> Tensor:
-    """(N, H, W, 3) uint8 -> (N, 3, H, W), as a rounded net takes it."""
+    """Crops (N, H, W, 3) uint8 -> the input (N, 3, H, W) of a rounded net."""
     return (rgb8.permute(0, 3, 1, 2).float() - 128) / 127.5
 
 
-def difference(name: str, told: Told, wanted: Told) -> Tensor:
-    """How far a rounded net is off from what its teacher tells."""
+def difference(name: str, ours: Outputs, wanted: Outputs) -> Tensor:
+    """The difference between the outputs of a rounded net and of its teacher."""
     if name == "detector":
-        near, off = wanted[:, :1].sigmoid(), (told - wanted).abs()
-        score = (told[:, :1].sigmoid() - near).abs().mean() + 0.02 * off[:, :1].mean()
+        near, off = wanted[:, :1].sigmoid(), (ours - wanted).abs()
+        score = (ours[:, :1].sigmoid() - near).abs().mean() + 0.02 * off[:, :1].mean()
         return score + (off[:, 1:] * near).sum() / near.sum().clamp(min=1)
-    off = (told[0] - wanted[0]).square()
+    off = (ours[0] - wanted[0]).square()
     loss = (off[..., :2].sum(-1) + 0.1 * off[..., 2] + 1e-8).sqrt().mean()
     if name == "mesh":
         chances = wanted[1].sigmoid()
-        loss = loss + 0.02 * nn.functional.binary_cross_entropy_with_logits(told[1], chances)
+        loss = loss + 0.02 * nn.functional.binary_cross_entropy_with_logits(ours[1], chances)
     if name == "lips":
-        ours, theirs = (x[2].clamp(-SURE, SURE) for x in (told, wanted))
-        weight_off = (ours.sigmoid() - theirs.sigmoid()).square().mean().sqrt()
-        loss = loss + 0.05 * weight_off + 0.002 * (ours - theirs).abs().mean()
+        mask, target = (x[2].clamp(-SURE, SURE) for x in (ours, wanted))
+        weight_off = (mask.sigmoid() - target.sigmoid()).square().mean().sqrt()
+        loss = loss + 0.05 * weight_off + 0.002 * (mask - target).abs().mean()
     return loss
 
 
 @torch.no_grad()
 def fit_ranges(name: str, teacher: nn.Module, net: nn.Module, rgb8: Tensor) -> None:
-    """Narrow each range while that brings what is told of rgb8 (N, H, W, 3) nearer the teacher's.
+    """Narrows each range while the outputs for rgb8 (N, H, W, 3) come closer to the teacher's.
 
-    Few values lie far out, and what a ReLU cuts off behind a sum need not be told exactly.
+    Few values lie far out, and values that a ReLU after a sum cuts off need not be exact.
     """
     wanted, x = teacher(normalise(rgb8)), codes(rgb8).contiguous(memory_format=torch.channels_last)
     least = difference(name, net(x), wanted)
-    for one in reversed(roundings(net)):
-        low, high = -one.zero * one.scale, (STEPS - one.zero) * one.scale
+    for rounding in reversed(roundings(net)):
+        low, high = -rounding.zero * rounding.scale, (STEPS - rounding.zero) * rounding.scale
         best = low, high
-        for share, other in itertools.product(CUTS if one.signed else (1,), CUTS):
-            one.set_range(low * share, high * other)
+        for share, other in itertools.product(CUTS if rounding.signed else (1,), CUTS):
+            rounding.set_range(low * share, high * other)
             off = difference(name, net(x), wanted)
             if off < least:
-                least, best = off, (one.lowest.clone(), one.highest.clone())
-        one.set_range(*best)
+                least, best = off, (rounding.lowest.clone(), rounding.highest.clone())
+        rounding.set_range(*best)
     print(f"ranges fitted: {float(least):.5f} off", flush=True)
 
 
 def prepare(net: nn.Module) -> None:
-    """It learns, but tells what it would in use: no dropout, lipstick in place of its two parts."""
+    """Sets a net to learn with its final outputs: no dropout, lipstick instead of its parts."""
     net.train()
     net.training = False
     for part in net.modules():
         if isinstance(part, nn.Dropout):
             part.p = 0.0
-        if isinstance(part, nn.BatchNorm2d):  # of a part that stays float
+        if isinstance(part, nn.BatchNorm2d):  # in a part that stays float
             part.eval()
 
 
 def learn(name: str, teacher: nn.Module, net: nn.Module, crops: Iterator, options) -> None:
-    steps_of = [one.scale for one in roundings(net)]
+    steps_of = [rounding.scale for rounding in roundings(net)]
     rest = [value for key, value in net.named_parameters() if not key.endswith(".scale")]
     optimizer = torch.optim.Adam([{"params": rest}, {"params": steps_of}])
     began, losses, seen, step = time.time(), [], 0, 0
@@ -129,8 +129,8 @@ def learn(name: str, teacher: nn.Module, net: nn.Module, crops: Iterator, option
         clean, worse = next(crops)
         with torch.no_grad():
             wanted = teacher(normalise(clean).contiguous(memory_format=torch.channels_last))
-        told = net(codes(worse).contiguous(memory_format=torch.channels_last))
-        loss = difference(name, told, wanted)
+        ours = net(codes(worse).contiguous(memory_format=torch.channels_last))
+        loss = difference(name, ours, wanted)
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         nn.utils.clip_grad_norm_(rest, 1.0)
@@ -149,9 +149,11 @@ def main() -> None:
     parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
     parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
     parser.add_argument("--samples", type=float, default=1e5, help="0: only set the ranges")
-    parser.add_argument("--fit", type=int, default=0, help="how often ranges are looked for")
+    parser.add_argument("--fit", type=int, default=0, help="how often to fit the ranges")
     parser.add_argument("--rate", type=float, default=3e-5)
-    parser.add_argument("--beyond", type=float, default=1e-4, help="share of values cut off")
+    parser.add_argument(
+        "--beyond", type=float, default=1e-4, help="share of values beyond the ranges"
+    )
     options = parser.parse_args()
     torch.set_num_threads(1)  # the other core draws crops
     name, teacher = load(options.checkpoints / f"{options.net}.pt")
@@ -159,13 +161,13 @@ def main() -> None:
     net.to(memory_format=torch.channels_last)
     stream = Stream(options.data, name, seed=99)
     crops = iter(DataLoader(stream, None, num_workers=1, prefetch_factor=8))
-    for one in roundings(net):
-        one.beyond = options.beyond
+    for rounding in roundings(net):
+        rounding.beyond = options.beyond
     with torch.no_grad():
         for _ in range(WATCHED):
             net(codes(next(crops)[0]))
-    for one in roundings(net):
-        one.settle()
+    for rounding in roundings(net):
+        rounding.settle()
     fitted_on = torch.cat([next(crops)[0] for _ in range(FITTED)]) if options.fit else None
     for _ in range(options.fit):
         fit_ranges(name, teacher, net, fitted_on)

@@ -1,10 +1,10 @@
-"""What differs between photos: the light on the face, and what a camera makes of it."""
+"""Augments pictures as photos differ: the light on the face, and the camera."""
 
 import cv2
 import numpy as np
 from makeup_video.training.faces.augment import grain, light, motion_blur
 
-_DISPLAY = 1 / 2.2  # encoded values go about with this power of light
+_DISPLAY = 1 / 2.2  # encoded values are about this power of light
 
 
 def lighting(rng: np.random.Generator, size_wh: tuple[int, int]) -> np.ndarray:
@@ -20,7 +20,7 @@ def lighting(rng: np.random.Generator, size_wh: tuple[int, int]) -> np.ndarray:
 
 
 def camera(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """The picture as some camera, phone or web page gives it. (H, W, 3) uint8 in and out.
+    """The picture as some camera, phone or web page would give it. (H, W, 3) uint8 in and out.
 
     Colours are hardly changed: the light that is divided out is read from the skin, after this.
     """
@@ -48,14 +48,14 @@ def camera(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def jpeg(rgb8: np.ndarray, quality: int) -> np.ndarray:
-    """The picture after it was saved."""
+    """The picture after compression as JPEG."""
     bgr8 = cv2.cvtColor(rgb8, cv2.COLOR_RGB2BGR)
     data = cv2.imencode(".jpg", bgr8, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
     return cv2.cvtColor(cv2.imdecode(data, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
 
 
 def _tone(rng: np.random.Generator) -> np.ndarray:
-    """(1, 256, 3): a little more or less contrast, and a tint."""
+    """(1, 256, 3) uint8 table: slightly more or less contrast, and a tint."""
     x = np.linspace(0, 1, 256)
     x = x + rng.normal(0, 0.08) * (x * x * (3 - 2 * x) - x)
     curve = 255 * x[:, None] * np.exp(rng.normal(0, 0.015, 3))

@@ -1,9 +1,10 @@
-"""Draws products: numbers as real ones have them, and any numbers at all.
+"""Draws products: with numbers of real products, and with any numbers.
 
-    python -m makeup_video.training.reference.draw_products lips --shades lip_shades.csv --plot shades.png
+    python -m makeup_video.training.reference.draw_products lips \\
+        --shades lip_shades.csv --plot shades.png
 
 A shade table is a CSV with the columns brand, product, shade, hex and finish. Its colours are web
-swatches and its finishes words, so what is fitted is how products vary, not single ones.
+swatches and its finishes words, so the fit describes how products vary, not single products.
 """
 
 import argparse
@@ -22,31 +23,37 @@ from makeup_video.pipeline.look.regions.eyes import ZONES
 from makeup_video.pipeline.reference.crops import NUMBERS
 
 COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
-COLOUR_SEEN = 0.4  # opacity from which a product's colour can be told
-MOST = np.array([1, 255, 255, 255, 4, 1, 1], np.float64)  # of NUMBERS; all begin at 0
+COLOUR_SEEN = 0.4  # least opacity at which the colour of a product can be read
+MOST = np.array(
+    [1, 255, 255, 255, 4, 1, 1], np.float64
+)  # largest values of NUMBERS; all begin at 0
 _WORDS = {"glitter": "shimmer", "retro matte": "matte", "lustre": "satin"}
-# Numbers that end at both sides are normal as log-odds, those that are often 0 as square roots.
+# Numbers bounded on both sides are normal as log-odds, numbers that are often 0 as square roots.
 _ODDS = np.array([True, True, True, True, False, True, False])
-_EDGE = 0.5 / 256  # what is nearer to an end counts as so near
-# How much products of one finish differ, one sigma, in that space; colours: error of swatches.
+_EDGE = 0.5 / 256  # closer to an end counts as this close
+# How much products of one finish differ, one sigma, in that space; for colours, the error of
+# swatches.
 _SPREAD = np.array([0.5, 0.15, 0.15, 0.15, 0.2, 0.5, 0.12])
-UNIFORM, BARE = 0.4, 0.08  # shares of the mixture; the rest is as real products are
-_SETTING_SPREAD = 0.1  # of the renderer's settings around those of a finish
-_OTHER_FINISH = 0.15  # share of draws whose settings are of any finish
+UNIFORM, BARE = 0.4, 0.08  # shares of the mixture; the rest is like real products
+_SETTING_SPREAD = 0.1  # of the other settings around those of a finish
+_OTHER_FINISH = 0.15  # share of draws with the settings of any finish
 SPLITS = ("train", "validation", "test")
 _EIGHTHS = (6, 1, 1)  # of shades
 
 
 @dataclass(frozen=True)
 class Products:
-    """values: (N, 7) as NUMBERS, of the finish itself.  split: (N,) place in SPLITS."""
+    """Products of a shade table.
+
+    values: (N, 7) as NUMBERS, of the finish itself. split: (N,) index into SPLITS.
+    """
 
     values: np.ndarray
     split: np.ndarray
 
 
 def read_products(path: Path, region: str) -> Products:
-    """Products that say no finish get one of those that are said, as often as these come."""
+    """Reads a shade table. Products without a finish get one, drawn as often as it occurs."""
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     words = [_WORDS.get(row["finish"], row["finish"]) for row in rows]
@@ -65,24 +72,27 @@ def read_products(path: Path, region: str) -> Products:
 
 
 def to_normal(values: np.ndarray) -> np.ndarray:
-    """(N, 7) numbers -> (N, 7) where they are about normal."""
+    """Numbers (N, 7) -> (N, 7) values that are about normally distributed."""
     part = values / MOST
     inside = part.clip(_EDGE, 1 - _EDGE)
     return np.where(_ODDS, np.log(inside / (1 - inside)), np.sqrt(values))
 
 
 def from_normal(normal: np.ndarray) -> np.ndarray:
-    """The way back; always in range. What would be less than none is none."""
+    """The inverse of to_normal; always in range, with 0 for what would be negative."""
     part = (1 / (1 + np.exp(-normal)) - _EDGE) / (1 - 2 * _EDGE)
     values = np.where(_ODDS, part * MOST, np.maximum(normal, 0) ** 2)
     return values.clip(0, MOST)
 
 
 class Mixture:
-    """Products as real ones are, products of any numbers, and a few that are not worn at all."""
+    """Draws products like real ones, products of any numbers, and a few that are not worn."""
 
     def __init__(self, values: np.ndarray, uniform: float = UNIFORM, bare: float = BARE) -> None:
-        """values: (N, 7) that the normal distribution is fitted on.  uniform, bare: their shares."""
+        """values: (N, 7) to fit the normal distribution to.
+
+        uniform, bare: shares of any numbers, and of none.
+        """
         normal = to_normal(values)
         self.mean = normal.mean(0)
         covariance = np.cov(normal.T) + np.diag(_SPREAD**2)
@@ -90,15 +100,15 @@ class Mixture:
         self.uniform, self.bare = uniform, bare
 
     def real(self, n: int, rng: np.random.Generator) -> np.ndarray:
-        """(n, 7)."""
+        """(n, 7) numbers."""
         return from_normal(self.mean + rng.normal(size=(n, len(NUMBERS))) @ self._root.T)
 
     def any(self, n: int, rng: np.random.Generator) -> np.ndarray:
-        """(n, 7), even over the whole range."""
+        """(n, 7) numbers, uniform over the whole range."""
         return rng.random((n, len(NUMBERS))) * MOST
 
     def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
-        """(n, 7) of the mixture."""
+        """(n, 7) numbers of the mixture."""
         kind = rng.random((n, 1))
         values = np.where(kind < self.uniform, self.any(n, rng), self.real(n, rng))
         unworn = np.isin(NUMBERS, ("opacity", "gloss", "reflection"))
@@ -106,13 +116,13 @@ class Mixture:
 
 
 class RealProducts:
-    """Products of a table, each a little off its finish; for looks that were never trained on."""
+    """Draws products of a shade table, each slightly off its finish, for looks never trained on."""
 
     def __init__(self, values: np.ndarray, uniform: float = 0.2) -> None:
         self._normal, self.uniform = to_normal(values), uniform
 
     def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
-        """(n, 7)."""
+        """(n, 7) numbers."""
         chosen = self._normal[rng.integers(len(self._normal), size=n)]
         real = from_normal(chosen + rng.normal(size=chosen.shape) * _SPREAD)
         extreme = rng.random((n, len(NUMBERS))) * MOST
@@ -127,20 +137,20 @@ def finish_of(values: np.ndarray, region: str) -> str:
 
 
 def settings_of(finish: str, region: str) -> dict[str, float]:
-    """The renderer's ten settings of a finish."""
+    """The ten other settings of a finish."""
     return {key: value for key, value in FINISHES[finish][region].items() if key not in NUMBERS}
 
 
 def draw_settings(values: np.ndarray, region: str, rng: np.random.Generator) -> dict[str, float]:
-    """Ten settings that could go with (7,) numbers: around those of the nearest finish, mostly."""
+    """Ten settings that fit (7,) numbers: mostly around those of the nearest finish."""
     finish = finish_of(values, region)
     if rng.random() < _OTHER_FINISH:
         finish = list(FINISHES)[rng.integers(len(FINISHES))]
     settings = settings_of(finish, region)
-    kept = {"light_adaptation"}  # or the photo would not tell the colour
+    kept = {"light_adaptation"}  # else the photo would not show the colour
     if not settings["shimmer"]:
         kept |= {"shimmer"}
-    for name, value in settings.items():  # in order: a set's differs from run to run
+    for name, value in settings.items():  # in order: the order of a set differs from run to run
         if name not in kept:
             settings[name] = float(np.clip(value + rng.normal() * _SETTING_SPREAD, 0, 1))
     return settings
@@ -155,22 +165,22 @@ def look_of(
     return Look(lips=params) if region == "lips" else Look(eyes=params, zone=zone)
 
 
-def number_errors(true: np.ndarray, told: np.ndarray) -> np.ndarray:
-    """(7,) mean |error|; that of colours where they show."""
-    off, shows = np.abs(told - true), true[:, 0] >= COLOUR_SEEN
+def number_errors(true: np.ndarray, estimated: np.ndarray) -> np.ndarray:
+    """(7,) mean absolute errors; of colours, only where they show."""
+    off, shows = np.abs(estimated - true), true[:, 0] >= COLOUR_SEEN
     errors = off.mean(0)
     errors[COLOUR] = off[shows, COLOUR].mean(0) if shows.any() else np.nan
     return errors
 
 
-def errors_in_words(true: np.ndarray, told: np.ndarray) -> str:
-    """The same on one line."""
-    errors = zip(NUMBERS, number_errors(true, told), strict=True)
+def errors_in_words(true: np.ndarray, estimated: np.ndarray) -> str:
+    """The mean absolute errors on one line."""
+    errors = zip(NUMBERS, number_errors(true, estimated), strict=True)
     return ", ".join(f"{name} {error:.3g}" for name, error in errors)
 
 
 def plot(mixture: Mixture, path: Path, n: int = 4000) -> None:
-    """How each number is distributed, in both parts of the mixture, and drawn colours."""
+    """Plots the distribution of each number in both parts of the mixture, and drawn colours."""
     import matplotlib.pyplot as plt
 
     rng = np.random.default_rng(0)

@@ -1,9 +1,10 @@
-"""Measure reference nets on people and products that they never saw.
+"""Evaluates reference nets on people and products that they never saw.
 
-    python -m makeup_video.training.reference.evaluate lips runs/lips-lite0.pt --shades lip_shades.csv
+    python -m makeup_video.training.reference.evaluate lips runs/lips-lite0.pt \\
+        --shades lip_shades.csv
 
-What counts is what a net is for: the estimated look and the true one, painted on another bare
-person, and compared there. docs/make/make_results.py measures all of it and writes it down.
+The estimated look and the true look are painted on another bare person and compared there.
+docs/make/make_results.py measures everything and writes it to docs/results.md.
 """
 
 import argparse
@@ -33,8 +34,8 @@ from makeup_video.training.reference.picture_metrics import (
     WHOLE,
     Whole,
     ciede2000,
-    face_of,
-    face_window,
+    crop_face,
+    face_crop_to_px,
 )
 from makeup_video.training.reference.read_look import (
     Net,
@@ -64,12 +65,15 @@ MEASURES = ("CIEDE2000", *WHOLE)
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """numbers: by name and region, (N, 7): TRUE ones of the look, those read by each set of nets,
-    and KNOWN, read by the first with the bare portrait's points and light.
+    """What was measured.
 
-    scores: by method (a set of nets, TRUE, MEAN, SOURCE), (N, 4) MEASURES.  person, tone: (N,) of
-    the wearers.  unread: photos in which no face was found; they are not in numbers, and with
-    them the source stays as it is.
+    numbers: by name and region, (N, 7): TRUE numbers of the look, those that each set of nets
+    reads, and KNOWN, which the first set reads with the points and light of the bare portrait.
+
+    scores: by method (a set of nets, TRUE, MEAN, SOURCE), (N, 4) MEASURES.
+    person, tone: (N,) of the wearers.
+    unread: how many photos had no face that was found; they are not in `numbers`, and for `scores`
+    the source is not painted.
     """
 
     numbers: dict[str, dict[str, np.ndarray]]
@@ -79,28 +83,28 @@ class Measured:
     unread: int
 
     def only(self, method: str, measure: str = MEASURES[0]) -> np.ndarray:
-        """(N,) of one method and measure."""
+        """Scores (N,) of one method and measure."""
         return self.scores[method][:, MEASURES.index(measure)]
 
     def pair(self, name: str, region: str) -> tuple[np.ndarray, np.ndarray]:
-        """(N, 7) true numbers and those told."""
+        """(N, 7) true and read numbers."""
         return self.numbers[TRUE][region], self.numbers[name][region]
 
 
-def colour_error(true: np.ndarray, told: np.ndarray) -> float:
-    """Mean of |error| of red, green and blue where the product covers; code values of 255."""
+def colour_error(true: np.ndarray, estimated: np.ndarray) -> float:
+    """Mean absolute error of red, green and blue where the product covers; code values of 255."""
     shows = true[:, 0] >= COLOUR_SEEN
-    return float(np.abs(told - true)[shows, COLOUR].mean()) if shows.any() else np.nan
+    return float(np.abs(estimated - true)[shows, COLOUR].mean()) if shows.any() else np.nan
 
 
-def gloss_rank(true: np.ndarray, told: np.ndarray) -> float:
-    """Spearman's correlation of the gloss that there is and that which is told."""
-    at = NUMBERS.index("gloss")
-    return float(spearmanr(true[:, at], told[:, at]).statistic)
+def gloss_rank(true: np.ndarray, estimated: np.ndarray) -> float:
+    """Spearman's rank correlation between true and read gloss."""
+    gloss = NUMBERS.index("gloss")
+    return float(spearmanr(true[:, gloss], estimated[:, gloss]).statistic)
 
 
 def held_out(path: Path, region: str) -> RealProducts:
-    """Products of the test split of a shade table."""
+    """The products of the test split of a shade table."""
     products = read_products(path, region)
     return RealProducts(products.values[products.split == SPLITS.index("test")])
 
@@ -108,7 +112,11 @@ def held_out(path: Path, region: str) -> RealProducts:
 def measure(
     made: Iterable[Triplet], nets: Mapping[str, Mapping[str, Net]], whole: Whole | None = None
 ) -> Measured:
-    """nets: by name, then by region; some may lack a region, the first none.  whole: measures of the whole face; without, only CIEDE2000."""
+    """Measures nets on triplets.
+
+    nets: by name, then by region; only the first must have all regions. whole: metrics of the whole
+    face; None: only CIEDE2000.
+    """
     composite, first = Composite(Look()), next(iter(nets.values()))
     numbers: dict[str, dict[str, list[np.ndarray]]] = {}
     scores: dict[str, list[np.ndarray]] = {}
@@ -138,7 +146,7 @@ def _stacked(rows: Mapping[str, list[np.ndarray]]) -> dict[str, np.ndarray]:
 
 
 def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
-    """The regions that wear something, as the nets tell them; the user says the zone."""
+    """The regions that wear something, as the nets read them; the zone is known."""
     if seen is None:
         return Look()
     chosen = {region: nets[region] for region in worn(look) if region in nets}
@@ -152,7 +160,7 @@ def _scores(
     composite: Composite,
     whole: Whole | None,
 ) -> dict[str, np.ndarray]:
-    """(4,) MEASURES by method."""
+    """MEASURES (4,) of each method."""
     source = to_rgb8(one.bare.codes)
     numbers = {region: numbers_of(one.look, region) for region in worn(one.look)}
     looks = {**read, TRUE: look_with(numbers, one.look.zone)}
@@ -161,9 +169,9 @@ def _scores(
     made[SOURCE] = source
     rest = np.full((len(made), len(WHOLE)), np.nan)
     if whole:
-        window = face_window(one.bare.scene.faces[0].face)
-        faces = [face_of(picture, window) for picture in made.values()]
-        rest = whole(faces, face_of(one.truth, window))
+        to_px = face_crop_to_px(one.bare.scene.faces[0].face)
+        faces = [crop_face(picture, to_px) for picture in made.values()]
+        rest = whole(faces, crop_face(one.truth, to_px))
     return {
         name: np.array([ciede2000(picture, one.truth, one.where), *row])
         for (name, picture), row in zip(made.items(), rest, strict=True)
@@ -187,7 +195,7 @@ def _line(name: str, off: np.ndarray) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("region", choices=REGIONS)
-    parser.add_argument("net", type=Path, help="a checkpoint, or an .onnx of export")
+    parser.add_argument("net", type=Path, help="a checkpoint, or an exported .onnx file")
     parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
     parser.add_argument("--shades", type=Path, required=True)
     parser.add_argument("--count", type=int, default=COUNT)
@@ -197,10 +205,11 @@ def main() -> None:
     products: dict[str, Draws] = {options.region: held_out(options.shades, options.region)}
     made = triplets(people, *halves(people), products, options.count, seed=2)
     found = measure(made, {"estimated": {options.region: net_of(options.net)}})
-    true, told = found.pair("estimated", options.region)
-    print("mean errors:", errors_in_words(true, told))
+    true, estimated = found.pair("estimated", options.region)
+    print("mean errors:", errors_in_words(true, estimated))
     print(
-        f"colour {colour_error(true, told):.1f}; gloss: rank correlation {gloss_rank(true, told):.3f}"
+        f"colour {colour_error(true, estimated):.1f}; "
+        f"gloss: rank correlation {gloss_rank(true, estimated):.3f}"
     )
     print(f"CIEDE2000 to the true look, {len(found.tone)} times, {found.unread} without a face")
     for method in found.scores:
@@ -208,7 +217,7 @@ def main() -> None:
 
 
 def calm() -> None:
-    """One thread for each library: the pictures are small, and threads would wait for each other."""
+    """Sets one thread for each library: pictures are small, and threads would only wait."""
     os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"
     cv2.setNumThreads(1)
     torch.set_num_threads(1)

@@ -1,9 +1,9 @@
-"""Write the reference nets as ONNX, compare with PyTorch, list hashes.
+"""Writes the reference nets as ONNX, compares them with PyTorch, and lists hashes.
 
     python -m makeup_video.training.reference.export runs/lips-lite0.pt runs/eyes-lite0.pt \\
         --out pipeline/weights --expected tests/training/reference_targets.json
 
-A net takes uint8 RGB crops (N, H, W, 3), as pipeline/reference/crops.py cuts them, and gives targets
+A net takes uint8 RGB crops (N, H, W, 3), as of pipeline/reference/crops.py, and gives targets
 (N, 7).
 """
 
@@ -33,23 +33,28 @@ def load(path: Path) -> tuple[str, ReferenceNet]:
 
 @torch.no_grad()
 def targets_of(module: Exported, region: str) -> list[list[float]]:
-    """What PyTorch tells of the fixed crops, (16, 7)."""
+    """Targets (16, 7) that PyTorch computes of the fixed crops."""
     return module(torch.from_numpy(fixed_crops(region))).round(decimals=5).tolist()
 
 
 def calibration(options: argparse.Namespace, region: str) -> np.ndarray:
-    """Crops as in training, for the ranges that int8 has to hold."""
-    one = renderer(options.data, options.int8, region, "train", seed=7)
-    return next(one.batches(CALIBRATION, mix=1))[0]
+    """Crops as in training, for the ranges of int8."""
+    source = renderer(options.data, options.int8, region, "train", seed=7)
+    return next(source.batches(CALIBRATION, mix=1))[0]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("checkpoints", type=Path, nargs="+")
     parser.add_argument("--out", type=Path, default=Path("runs/weights"))
-    parser.add_argument("--expected", type=Path, help="write what PyTorch tells of fixed crops")
     parser.add_argument(
-        "--int8", type=Path, metavar="SHADES", help="to int8, with products of this table"
+        "--expected", type=Path, help="write what PyTorch computes of fixed crops here"
+    )
+    parser.add_argument(
+        "--int8",
+        type=Path,
+        metavar="SHADES",
+        help="quantise to int8, with products of this shade table",
     )
     parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
     options = parser.parse_args()

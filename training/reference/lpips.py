@@ -1,4 +1,4 @@
-"""LPIPS (Zhang et al., 2018), version 0.1 with AlexNet, by weights from files.
+"""LPIPS (Zhang et al., 2018), version 0.1 with AlexNet, with weights from files.
 
 Needs torchvision's AlexNet and the linear heads of github.com/richzhang/PerceptualSimilarity,
 lpips/weights/v0.1/alex.pth: two files, or one that holds both.
@@ -11,9 +11,10 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-# Of the inputs in -1..1, so that AlexNet sees ImageNet's mean and spread.
+# Of inputs in -1..1, so that AlexNet gets ImageNet's mean and deviation.
 _SHIFT, _SCALE = (-0.030, -0.088, -0.188), (0.458, 0.448, 0.450)
-# Place among AlexNet's features, inputs, outputs, kernel, stride, padding; a pool before the 2nd and 3rd
+# Index into AlexNet's features, inputs, outputs, kernel, stride, padding; pools before the 2nd and
+# 3rd
 _CONVS = (
     (0, 3, 64, 11, 4, 2), (3, 64, 192, 5, 1, 2), (6, 192, 384, 3, 1, 1),
     (8, 384, 256, 3, 1, 1), (10, 256, 256, 3, 1, 1),
@@ -24,7 +25,7 @@ _HEAD_KEY = re.compile(r"lin(\d)\.model\.1\.weight$")
 
 
 class Lpips(nn.Module):
-    """Two (N, 3, H, W) in 0..1 -> (N,) how different they look, 0 for the same."""
+    """Two batches (N, 3, H, W) in 0..1 -> (N,) perceptual distances, 0 for the same."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -38,7 +39,7 @@ class Lpips(nn.Module):
         self.register_buffer("scale", torch.tensor(_SCALE)[:, None, None], persistent=False)
 
     def features(self, x: Tensor) -> list[Tensor]:
-        """Of each layer, (N, C, h, w) of length 1 along C."""
+        """Features of each layer, (N, C, h, w), with length 1 along C."""
         x, found = (2 * x - 1 - self.shift) / self.scale, []
         for at, conv in self.convs.items():
             x = nn.functional.max_pool2d(x, 3, 2) if int(at) in _POOLED else x
@@ -53,7 +54,7 @@ class Lpips(nn.Module):
 
 
 def load(paths: Sequence[Path]) -> Lpips:
-    """Raises ValueError when the files do not hold all of it."""
+    """Loads LPIPS. Raises ValueError when the files do not hold all weights."""
     ours = {}
     for path in paths:
         for key, value in torch.load(path, map_location="cpu", weights_only=True).items():

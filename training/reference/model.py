@@ -1,8 +1,9 @@
-"""EfficientNet-lite with a head of a few numbers: a crop -> the product's numbers, scaled.
+"""EfficientNet-lite with a small head: a crop -> targets, the scaled numbers of a product.
 
-Beside the pooled features the head sees the crop's own colours, averaged over squares: batch norms
-tell a picture's colour only relative to the others of its batch, and colour is what is asked. Lids
-lie flat in their crop, a zone always in the same squares; two dense layers make much of these.
+Beside the pooled features, the head gets the colours of the crop, averaged over squares: batch
+norms pass on colour only relative to the rest of the batch, and colour is what the net must read.
+Lids lie flat in their crop, a zone always in the same squares, so two dense layers learn a lot from
+these.
 """
 
 import math
@@ -11,27 +12,27 @@ import torch
 from makeup_video.pipeline.reference.crops import CROPS
 from torch import Tensor, nn
 
-# Widths and depths are scaled by these.
+# Scale of widths and depths.
 SIZES = {
     "lite0": (1.0, 1.0), "lite1": (1.0, 1.1), "lite2": (1.1, 1.2),
     "lite3": (1.2, 1.4), "lite4": (1.4, 1.8),
 }  # fmt: skip
-# Kernel, stride, expansion, channels, blocks: of EfficientNet-B0.
+# Kernel, stride, expansion, channels, blocks of EfficientNet-B0.
 STAGES = (
     (3, 1, 1, 16, 1), (3, 2, 6, 24, 2), (5, 2, 6, 40, 2), (3, 2, 6, 80, 3),
     (5, 1, 6, 112, 3), (5, 2, 6, 192, 4), (3, 1, 6, 320, 1),
 )  # fmt: skip
 STEM, HEAD = 32, 1280
 EPSILON, MOMENTUM = 1e-3, 0.03  # of the batch norms
-HEAD_SIGMA = 0.003  # small, so that the first answers are about the mean
-LEAK = 0.1  # of the last ReLU while training: a number that falls below 0 for all crops comes back
-SQUARE = {"lips": 16, "eyes": 8}  # px of a crop whose colour the head sees; lids are thin
+HEAD_SIGMA = 0.003  # small, so that the first outputs are about the mean
+LEAK = 0.1  # of the last ReLU in training, so that a number below 0 for all crops can recover
+SQUARE = {"lips": 16, "eyes": 8}  # px of the squares whose colours the head gets; lids are thin
 HIDDEN = {"lips": (), "eyes": (512, 512)}  # widths of dense layers between squares and head
-SPREAD = 3.0  # makes squares' colours differ by about 1, as layers like it
+SPREAD = 3.0  # makes the colours of squares differ by about 1, which suits the layers
 
 
 def scaled_width(channels: int, width: float) -> int:
-    """A multiple of 8, never more than a tenth below the exact number."""
+    """The width as a multiple of 8, never more than a tenth below the exact number."""
     exact = channels * width
     whole = max(8, int(exact + 4) // 8 * 8)
     return whole + 8 if whole < 0.9 * exact else whole
@@ -50,7 +51,7 @@ class Conv(nn.Sequential):
 
 
 class Block(nn.Module):
-    """Wider, one filter per channel, narrower; added to its input where the shapes agree."""
+    """An inverted residual: expand, depthwise, project; added to its input where shapes agree."""
 
     def __init__(self, inputs: int, outputs: int, kernel: int, stride: int, expansion: int) -> None:
         super().__init__()
@@ -68,12 +69,12 @@ class Block(nn.Module):
 
 
 class ReferenceNet(nn.Module):
-    """(N, 3, H, W) in [-1, 1] -> (N, K), none below 0."""
+    """Crops (N, 3, H, W) in [-1, 1] -> targets (N, K), none below 0."""
 
     def __init__(self, size: str, mean: Tensor, region: str, shrink: int = 1) -> None:
-        """mean: (K,) of the targets, all above 0: from there the ReLU of the head is alive.
+        """mean: (K,) of the targets, all above 0, so that the ReLU of the head starts active.
 
-        region: "lips" or "eyes".  shrink: the crop is made so many times smaller before all else.
+        region: "lips" or "eyes". shrink: how many times smaller the crop is made first.
         """
         super().__init__()
         self.shrink, self.square = shrink, SQUARE[region]
@@ -89,7 +90,7 @@ class ReferenceNet(nn.Module):
         self.blocks = nn.Sequential(*blocks)
         self.top = Conv(inputs, HEAD, 1)
         self.drop = nn.Dropout(0.1)
-        wide = 3 * math.prod(side // self.square for side in CROPS[region].size_wh)
+        wide = 3 * math.prod(side // self.square for side in CROPS[region].input_wh)
         layers: list[nn.Module] = []
         for hidden in HIDDEN[region]:
             layers += [nn.Linear(wide, hidden), nn.GELU()]
@@ -97,7 +98,7 @@ class ReferenceNet(nn.Module):
         self.colours = nn.Sequential(*layers)
         self.head = nn.Linear(HEAD + wide, len(mean))
         for conv in self.modules():
-            if isinstance(conv, nn.Conv2d):  # He et al., 2015, by what each filter feeds
+            if isinstance(conv, nn.Conv2d):  # He et al., 2015, by fan-out
                 fan = conv.weight[0, 0].numel() * conv.out_channels // conv.groups
                 nn.init.normal_(conv.weight, 0, (2 / fan) ** 0.5)
         nn.init.normal_(self.head.weight, 0, HEAD_SIGMA)
@@ -105,7 +106,7 @@ class ReferenceNet(nn.Module):
             self.head.bias.copy_(mean)
 
     def squares(self, x: Tensor) -> Tensor:
-        """(N, S): the colours of a crop's squares, as the layers between them and the head see them."""
+        """(N, S) colours of the squares of crops, as the dense layers take them."""
         colours = nn.functional.avg_pool2d(x, self.square).flatten(1)
         return SPREAD * colours if len(self.colours) else colours
 
@@ -113,6 +114,6 @@ class ReferenceNet(nn.Module):
         colours = self.colours(self.squares(x))
         if self.shrink > 1:
             x = nn.functional.avg_pool2d(x, self.shrink)
-        x = self.top(self.blocks(self.stem(x)))  # (N, 1280, H/32, W/32) of what is left
+        x = self.top(self.blocks(self.stem(x)))  # (N, 1280, H/32, W/32) of the shrunk crop
         x = self.head(torch.cat([self.drop(x.mean((2, 3))), colours], 1))
         return nn.functional.leaky_relu(x, LEAK) if self.training else torch.relu(x)

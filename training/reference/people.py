@@ -1,4 +1,4 @@
-"""Bare portraits as `prepare` packed them: pictures, faces, how often each is drawn."""
+"""Bare portraits as `prepare` packs them: pictures, faces, and how often each is drawn."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,14 +8,14 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face, LipPatch
 from makeup_video.training.reference.draw_products import SPLITS
 
-MOST_OFTEN = 10.0  # times the median: a few people of a rare tone must not be all there is
+MOST_OFTEN = 10.0  # times the median, so that a few people of a rare tone do not dominate
 
 
 class People:
-    """The bare ones of some splits, for a region or for both.
+    """The bare portraits of some splits, for one region or both.
 
-    tone: (N,) bins of skin tone.  share: (N,) how often each is to be drawn, so that every tone
-    comes about as often.
+    tone: (N,) bins of skin tone. share: (N,) how often to draw each, so that all tones occur about
+    equally often.
     """
 
     def __init__(self, path: Path, region: str | Sequence[str], *splits: str) -> None:
@@ -44,6 +44,6 @@ class People:
         return cv2.cvtColor(bgr8, cv2.COLOR_BGR2RGB)
 
     def face(self, person: int) -> Face:
-        """As found in that picture."""
+        """The face, as it was found in that picture."""
         patch = LipPatch(self._logits[person].astype(np.float32), self._to_px[person])
         return Face(self._points[person], 1.0, 1.0, 0, patch)

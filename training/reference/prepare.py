@@ -1,10 +1,11 @@
-"""Find the faces of portraits once, as the product finds them, and tell who wears no makeup.
+"""Finds the faces of portraits, as the product does, and selects those without makeup.
 
     python -m makeup_video.training.reference.prepare --portraits DIR --out runs/reference.npz
 
-DIR holds pictures and labels.npz with their names and, where they have several, sources. Painting what is packed here needs
-no net. Many portraits wear light makeup: the colour of lips and lids is predicted from that of
-the skin, and those that are furthest from what their skin suggests are not painted on.
+DIR holds pictures and labels.npz with their names and, where there are several, sources. Painting
+the packed portraits needs no net. Many people in portraits wear light makeup. So the colour of lips
+and lids is predicted from that of the skin, and portraits furthest from the prediction are not
+painted.
 """
 
 import argparse
@@ -19,14 +20,20 @@ from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
 from makeup_video.training.faces.evaluate import skin_tone
 
-# As in faces/prepare.py the last pictures of each source are held out: half to watch the training
-# by, the very last, which no face net was trained on either, to measure.
+# As in faces/prepare.py, the last pictures of each source are held out. The first half is for
+# validation, the second half, which no face net was trained on either, for the test.
 VALIDATION_SHARE, TEST_SHARE = 0.06, 0.08
-WORN_SHARE = 1 / 3  # of each skin tone: those who look most made up
-TONES_DEGREES = (-30, 10, 28, 41, 55)  # individual typology angle: dark, brown, tan ... very light
+WORN_SHARE = 1 / 3  # of each skin tone: the portraits that look most made up
+TONES_DEGREES = (
+    -30,
+    10,
+    28,
+    41,
+    55,
+)  # limits of the individual typology angle: dark, brown, tan ... very light
 TONE_NAMES = ("dark", "brown", "tan", "medium", "light", "very light")
 CHEEKS = (50, 280, 101, 330)
-_GREY = 4.0  # chroma of skin; such a photo is black and white, and shows no product's colour
+_GREY = 4.0  # least chroma of skin: a black and white photo shows no colour of a product
 _SHINE = 95  # percentile of lightness: the lips' highlights
 
 
@@ -37,7 +44,10 @@ def lab_of(rgb8: np.ndarray) -> np.ndarray:
 
 
 def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
-    """(10,): Lab of skin, lips and lids, and the lips' shine; None where a part is not seen."""
+    """(10,) Lab of skin, lips and lids, and the shine of the lips.
+
+    None when a part cannot be seen.
+    """
     height, width = rgb8.shape[:2]
     at = np.rint(face.points_px[list(CHEEKS), :2]).astype(int)
     if (at < 4).any() or (at >= (width - 4, height - 4)).any():
@@ -59,9 +69,10 @@ def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
 
 
 def beyond_skin(part: np.ndarray, skin: np.ndarray) -> np.ndarray:
-    """(N, 3): how far Lab of a part lies from what Lab of the skin lets expect.
+    """(N, 3) differences between Lab of a part and its prediction from Lab of the skin.
 
-    A straight line, fitted on the two thirds that lie closest to it: the others are made up.
+    The prediction is linear, fitted to the two thirds that lie closest to it: the others wear
+    makeup.
     """
     known = np.column_stack([np.ones(len(skin)), skin])
     near = np.ones(len(part), bool)
@@ -78,7 +89,7 @@ def standard(x: np.ndarray) -> np.ndarray:
 
 
 def made_up(colours: np.ndarray) -> dict[str, np.ndarray]:
-    """(N, 10) of `colours_of` -> by region, (N,) how much it looks as if it wore makeup."""
+    """Colours (N, 10) as of `colours_of` -> for each region, (N,) how made up it looks."""
     skin, lips, lids, shine = np.split(colours, (3, 6, 9), axis=1)
     off = beyond_skin(lips, skin)
     redder, yellower = off[:, 1], off[:, 2]
@@ -90,7 +101,7 @@ def made_up(colours: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def bare(score: np.ndarray, tone: np.ndarray) -> np.ndarray:
-    """(N,) bool: all but the most made up of each skin tone."""
+    """(N,) bool, True for all but the most made up of each skin tone."""
     kept = np.zeros(len(score), bool)
     for one in np.unique(tone):
         of = np.flatnonzero(tone == one)
@@ -99,7 +110,7 @@ def bare(score: np.ndarray, tone: np.ndarray) -> np.ndarray:
 
 
 def split_of(source: np.ndarray) -> np.ndarray:
-    """(N,) place in shades.SPLITS: by order within each source."""
+    """(N,) index into draw_products.SPLITS, by the order within each source."""
     split = np.zeros(len(source), np.int64)
     for name in np.unique(source):
         index = np.flatnonzero(source == name)
@@ -109,8 +120,8 @@ def split_of(source: np.ndarray) -> np.ndarray:
     return split
 
 
-def look_at(path: Path) -> dict[str, np.ndarray] | None:
-    """A portrait with one face that can be painted: what is packed of it."""
+def entry_of(path: Path) -> dict[str, np.ndarray] | None:
+    """The entry of a portrait; None unless it has exactly one face that can be painted."""
     data = np.frombuffer(path.read_bytes(), np.uint8)
     rgb8 = np.ascontiguousarray(cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1])
     faces = find_faces(rgb8)
@@ -122,14 +133,17 @@ def look_at(path: Path) -> dict[str, np.ndarray] | None:
     return {
         "picture": data, "points": faces[0].points_px,
         "logits": faces[0].lips.logits.astype(np.float16), "to_px": faces[0].lips.to_px,
-        "colours": colours, "tone": np.searchsorted(TONES_DEGREES, skin_tone(rgb8, faces[0].points_px)),
+        "colours": colours,
+        "tone": np.searchsorted(TONES_DEGREES, skin_tone(rgb8, faces[0].points_px)),
     }  # fmt: skip
 
 
 def pack(found: list[dict[str, np.ndarray]], split: np.ndarray) -> dict[str, np.ndarray]:
-    """One array per column; the pictures one after the other, as the files that they were."""
-    packed = {key: np.stack([one[key] for one in found]) for key in found[0] if key != "picture"}
-    pictures = [one["picture"] for one in found]
+    """One array per column; the pictures are one array of the bytes of their files."""
+    packed = {
+        key: np.stack([entry[key] for entry in found]) for key in found[0] if key != "picture"
+    }
+    pictures = [entry["picture"] for entry in found]
     scores = made_up(packed["colours"])
     return {
         **packed, "split": split,
@@ -154,15 +168,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--portraits", type=Path, required=True)
     parser.add_argument("--out", type=Path, default=Path("runs/reference.npz"))
-    parser.add_argument("--every", type=int, default=1, help="take one of so many, to try it out")
+    parser.add_argument(
+        "--every", type=int, default=1, help="take every Nth portrait, to try it out"
+    )
     options = parser.parse_args()
     cv2.setNumThreads(1)
     labels = np.load(options.portraits / "labels.npz")
     chosen = np.arange(0, len(labels["name"]), options.every)
-    seen = [look_at(options.portraits / name) for name in labels["name"][chosen]]
-    found = [one for one in seen if one is not None]
+    seen = [entry_of(options.portraits / name) for name in labels["name"][chosen]]
+    found = [entry for entry in seen if entry is not None]
     source = labels["source"] if "source" in labels else np.full(len(labels["name"]), "")
-    split = split_of(source[chosen])[[one is not None for one in seen]]
+    split = split_of(source[chosen])[[entry is not None for entry in seen]]
     packed = pack(found, split)
     print(f"{len(found)} of {len(chosen)} portraits have one face that can be painted")
     report(packed)

@@ -1,4 +1,4 @@
-"""A look read from a photo, by nets from any file; and what the nets cost."""
+"""Reads a look from a photo with nets from any file, and measures what the nets cost."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -12,8 +12,8 @@ from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.regions import REGIONS
-from makeup_video.pipeline.reference.correct_colour import second_look
-from makeup_video.pipeline.reference.crops import CROPS, numbers_told, read_crop
+from makeup_video.pipeline.reference.correct_colour import correct_colour
+from makeup_video.pipeline.reference.crops import CROPS, read_input, read_numbers
 from makeup_video.pipeline.reference.estimate import photo_light, product_with
 from makeup_video.pipeline.render.scene import SceneLight
 
@@ -23,7 +23,7 @@ _TIMED = 30  # runs
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one net: megabytes of its weights, ms for one crop by number of threads."""
+    """What a net costs: megabytes of weights, and ms for one crop by number of threads."""
 
     megabytes: float
     ms: dict[int, float]
@@ -31,7 +31,10 @@ class Cost:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """A photo, and what the nets are shown of it.  rgb8, crops (by region): (H, W, 3) uint8."""
+    """A photo and the inputs of the nets.
+
+    rgb8: (H, W, 3) uint8. crops: by region, (H, W, 3) uint8.
+    """
 
     rgb8: np.ndarray
     face: Face
@@ -40,45 +43,46 @@ class Seen:
 
 
 def file_of(folder: Path, region: str) -> Path | None:
-    """A folder's net of a region: exported, or else a checkpoint."""
+    """The net of a region in a folder: the exported file, else a checkpoint, else None."""
     exported = folder / f"reference_{region}.onnx"
     found = [exported] if exported.exists() else sorted(folder.glob(f"{region}-*.pt"))
     return found[0] if found else None
 
 
 def net_of(path: Path, threads: int = 1) -> Net:
-    """Of a checkpoint or an exported net."""
+    """Loads a net from a checkpoint or an exported file."""
     if path.suffix == ".onnx":
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         run = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
 
-        def told(rgb8: np.ndarray) -> np.ndarray:
+        def from_onnx(rgb8: np.ndarray) -> np.ndarray:
             targets: np.ndarray = run.run(None, {"rgb8": rgb8})[0]
             return targets
 
-        return told
+        return from_onnx
     import torch
     from makeup_video.training.reference.export import load
     from makeup_video.training.reference.train import estimates
 
     net = load(path)[1].to(memory_format=torch.channels_last)
 
-    def tell(rgb8: np.ndarray) -> np.ndarray:
+    def from_checkpoint(rgb8: np.ndarray) -> np.ndarray:
         torch.set_num_threads(threads)
         return estimates(net, torch.from_numpy(rgb8)).numpy()
 
-    return tell
+    return from_checkpoint
 
 
 def nets_of(folder: Path) -> dict[str, Net]:
-    """By region, as far as the folder has them."""
+    """The nets of a folder by region; a region without a net is left out."""
     found = {region: file_of(folder, region) for region in REGIONS}
     return {region: net_of(path) for region, path in found.items() if path}
 
 
 def cost_of(path: Path, region: str) -> Cost:
-    w, h = CROPS[region].size_wh
+    """Measures a net on a grey crop."""
+    w, h = CROPS[region].input_wh
     crop, ms = np.full((1, h, w, 3), 128, np.uint8), {}
     for threads in (1, 2):
         net, took = net_of(path, threads), []
@@ -92,22 +96,22 @@ def cost_of(path: Path, region: str) -> Cost:
 
 
 def _checkpoint_bytes(path: Path) -> int:
-    """Of the net's own numbers: a checkpoint holds the optimizer's too."""
+    """The size of the net's own weights: a checkpoint holds the optimizer's state, too."""
     from makeup_video.training.reference.export import load
 
     return sum(p.numel() * p.element_size() for p in load(path)[1].parameters())
 
 
 def cut(rgb8: np.ndarray, face: Face, light: SceneLight) -> Seen:
-    """The crops of a face whose points and light are known."""
+    """The inputs of the nets from a face whose points and light are known."""
     picture = RgbPicture(rgb8)
-    crops = {region: read_crop(picture, face, region, light) for region in CROPS}
+    crops = {region: read_input(picture, face, region, light) for region in CROPS}
     found = {region: crop for region, crop in crops.items() if crop is not None}
     return Seen(rgb8, face, light, found)
 
 
 def see(rgb8: np.ndarray) -> Seen | None:
-    """The same from the photo alone, its largest face; None when there is none."""
+    """The inputs of the nets from the largest face of a photo; None when there is no face."""
     faces = find_faces(rgb8)
     if not faces:
         return None
@@ -115,17 +119,17 @@ def see(rgb8: np.ndarray) -> Seen | None:
 
 
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
-    """What the nets tell, as the product takes it: its settings, its second look at the lips."""
+    """The look that the nets read, completed as in the product: settings, corrected lipstick."""
     regions = nets.keys() & seen.crops.keys()
-    told = {region: numbers_told(nets[region], seen.crops[region]) for region in regions}
-    look = look_with(told, zone)
+    numbers = {region: read_numbers(nets[region], seen.crops[region]) for region in regions}
+    look = look_with(numbers, zone)
     if look.lips is None:
         return look
-    return replace(look, lips=second_look(seen.rgb8, seen.face, seen.light, look.lips))
+    return replace(look, lips=correct_colour(seen.rgb8, seen.face, seen.light, look.lips))
 
 
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:
-    """A look of (7,) numbers by region, and settings of their nearest finishes."""
+    """A look of (7,) numbers by region, with the settings of the nearest finishes."""
     parts = {region: product_with(values, region) for region, values in numbers.items()}
     return Look(**parts, zone=zone)
 

@@ -1,10 +1,10 @@
-"""Renders crops of people who wear drawn products, with R itself, as the reference net sees them.
+"""Renders crops of people who wear drawn products, as the input of the reference nets.
 
     python -m makeup_video.training.reference.rendered_crops lips --data runs/reference.npz \\
         --shades lip_shades.csv --sheet runs/lips.png
 
-R works on a small 4:4:4 frame around the region. Light is read from the whole portrait, once for
-a few products.
+The product's renderer paints a small 4:4:4 frame around the region. Light is read from the whole
+portrait, once for a few products.
 """
 
 import argparse
@@ -20,14 +20,15 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import matrices
 from makeup_video.pipeline.faces.face import FrameFaces, moved
+from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, PICTURE_TICK
-from makeup_video.pipeline.frames.sampling import Affine, sample
+from makeup_video.pipeline.frames.sampling import sample
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.look.regions.eyes import ZONES
-from makeup_video.pipeline.reference.crops import CROPS, crop_of, places_of, shifted, window_of
+from makeup_video.pipeline.reference.crops import CROPS, crop_around, input_places, net_input
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.scene import FrameScene, SceneLight
@@ -42,27 +43,28 @@ from makeup_video.training.reference.draw_products import (
 )
 from makeup_video.training.reference.people import People
 
-MARGIN = 0.12  # of a crop's size, around it: what a misplaced crop shows
-DETAIL = 0.9, 1.7  # px of the picture for one of the crop
-LOOKS = 6  # products on one person in one light
-# Crops are as far off as landmarks are: turn (radians), log scale, shift (share of the width).
+MARGIN = 0.12  # around a crop, of its width: what a misplaced crop shows
+DETAIL = 0.9, 1.7  # px of the rendered part per px of the crop
+LOOKS = 6  # products painted on one person in one light
+# One sigma of the error of landmarks: turn (radians), log scale, shift (share of the width).
 JITTER = 0.02, 0.025, 0.007
-SQUEEZE = 0.03  # log of width by height: a head that is turned a little more
-LIGHT_ERROR = 0.03, 0.01  # of its log strength and log colour, as read from a photo
+SQUEEZE = 0.03  # log of width by height, as of a head that is turned slightly more
+LIGHT_ERROR = 0.03, 0.01  # one sigma of log strength and log colour, as read from a photo
 TEST_QUALITY = 90  # JPEG
 
 
 def to_codes(rgb8: np.ndarray) -> np.ndarray:
-    """(H, W, 3) uint8 R'G'B' -> Y'CbCr of a picture's frame, alike."""
+    """(H, W, 3) uint8 R'G'B' -> (H, W, 3) uint8 Y'CbCr, as tagged by PICTURE_TAGS."""
     return cv2.transform(rgb8, _TO_CODES)
 
 
 def to_rgb8(codes: np.ndarray) -> np.ndarray:
+    """The inverse of to_codes."""
     return cv2.transform(codes, _TO_RGB)
 
 
 def frame_of(codes: np.ndarray) -> Frame:
-    """A new frame of (H, W, 3) Y'CbCr."""
+    """A new frame of (H, W, 3) uint8 Y'CbCr."""
     h, w = codes.shape[:2]
     frame = Frame(av.VideoFrame(w, h, "yuv444p"), 0, PICTURE_TICK, PICTURE_TAGS)
     for plane, part in zip(frame.writable_planes(), cv2.split(codes), strict=True):
@@ -75,23 +77,25 @@ _TO_RGB, _TO_CODES = matrices(_CODING)[0] * 255, matrices(_CODING)[1] / [[255, 2
 
 
 class Draws(Protocol):
-    """Whatever draws products."""
+    """Draws products: (n, 7) numbers."""
 
     def draw(self, n: int, rng: np.random.Generator) -> np.ndarray: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """A bare person in some light, cut out around a region, or whole.
+    """A bare person in some light: the part around a region, or the whole portrait.
 
-    codes: (H, W, 3) Y'CbCr.  scene: R's view of it; its frame is not painted on.  window: its px ->
-    the cut's, None of a whole portrait.  places: the crop's px in the window, None too for eyes
-    that are not seen.
+    codes: (H, W, 3) uint8 Y'CbCr.
+    scene: the renderer's input; its own frame is never painted.
+    crop: the crop of the region, in px of the part; None for a whole portrait.
+    places: where in the crop each pixel of the net's input lies; None for a whole portrait, and for
+    eyes that cannot be seen.
     """
 
     codes: np.ndarray
     scene: FrameScene
-    window: Crop | None = None
+    crop: Crop | None = None
     places: np.ndarray | None = None
 
     @property
@@ -100,7 +104,10 @@ class Shot:
 
 
 def paint(composite: Composite, shot: Shot, look: Look) -> np.ndarray:
-    """(H, W, 3) uint8: a shot with a look on; nothing outside the makeup differs between looks."""
+    """The shot with a look on, (H, W, 3) uint8.
+
+    Nothing outside the makeup differs between looks.
+    """
     composite.set_look(look)
     frame = composite(replace(shot.scene, frame=frame_of(shot.codes)))
     return to_rgb8(cv2.merge(frame.planes))
@@ -109,8 +116,8 @@ def paint(composite: Composite, shot: Shot, look: Look) -> np.ndarray:
 class Renderer:
     """Paints drawn products on drawn people. The same seed gives the same pictures.
 
-    varied: light, camera and placing vary as in photos; without, crops are in place, in the
-    portrait's own light, and saved as JPEG 90.
+    varied: light, camera and the place of crops vary as in photos; else crops are in place, in the
+    portrait's own light, and compressed as JPEG 90.
     """
 
     def __init__(
@@ -121,27 +128,27 @@ class Renderer:
         self._composite = Composite(Look())
 
     def shoot(self, person: int) -> Shot:
-        """Cut out a person, in the portrait's light or another."""
+        """The part of a portrait around the region, in the portrait's light or another."""
         rgb8, face = self.people.rgb8(person), self.people.face(person)
-        half = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # enough to read light from
+        half = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # enough to read the light from
         size_wh = rgb8.shape[1] // 2, rgb8.shape[0] // 2
         whole = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA)
-        to_cut, cut_wh = self._cut(window_of(face, self.region))
-        cut = sample(rgb8, cv2.invertAffineTransform(to_cut), cut_wh)
+        to_part, part_wh = self._part(crop_around(face, self.region))
+        part = sample(rgb8, invert(to_part), part_wh)
         if self.varied:
             gain = lighting(self.rng, size_wh)
             whole = _exposed(whole, gain)
-            to_gain = cv2.invertAffineTransform(to_cut) * 0.5
+            to_gain = invert(to_part) * 0.5
             to_gain[:, 2] -= 0.25
-            cut = _exposed(cut, sample(gain, to_gain, cut_wh))
+            part = _exposed(part, sample(gain, to_gain, part_wh))
         lights = light_of(FrameFaces(frame_of(to_codes(whole)), (moved(face, half),)))
-        face, codes = moved(face, to_cut), to_codes(cut)
+        face, codes = moved(face, to_part), to_codes(part)
         scene = BuildScene().under(lights, FrameFaces(frame_of(codes), (face,)))
-        return Shot(codes, scene, window_of(face, self.region), places_of(face, self.region))
+        return Shot(codes, scene, crop_around(face, self.region), input_places(face, self.region))
 
-    def _cut(self, window: Crop) -> tuple[Affine, tuple[int, int]]:
-        """The part of a picture around a crop: picture px -> its px, and its size."""
-        to_px, (w, h) = window
+    def _part(self, crop: Crop) -> tuple[AffineArray, tuple[int, int]]:
+        """The part of a picture around a crop: the map picture px -> part px, and its size."""
+        to_px, (w, h) = crop
         more = MARGIN * w
         ends = to_px @ np.array([
             [-more, w + more, -more, w + more], [-more, -more, h + more, h + more], [1, 1, 1, 1],
@@ -154,48 +161,48 @@ class Renderer:
         return np.array([[scale, 0, shift[0]], [0, scale, shift[1]]]), (wide, high_px)
 
     def paint(self, shot: Shot, look: Look) -> np.ndarray:
-        """(H, W, 3) uint8: the cut with a look on."""
+        """The shot with a look on, (H, W, 3) uint8."""
         return paint(self._composite, shot, look)
 
     def see(self, shot: Shot, rgb8: np.ndarray) -> np.ndarray:
-        """The crop that the net is shown of a cut, after a camera took it."""
-        assert shot.window is not None, "a whole portrait has no crop"
+        """The input of the net from a painted shot, after a camera took it."""
+        assert shot.crop is not None, "a whole portrait has no crop"
         assert shot.places is not None, "prepare keeps no portrait whose lids are not seen"
-        to_px, size_wh = shot.window
+        to_px, size_wh = shot.crop
         light = shot.light
         if self.varied:
             rgb8, light = camera(rgb8, self.rng), self._misread(light)
-            to_px = self._misplaced(shot.window)
+            to_px = self._misplaced(shot.crop)
         else:
             rgb8 = jpeg(rgb8, TEST_QUALITY)
-        crop = crop_of(RgbPicture(rgb8).crop(to_px, size_wh), shot.places, light)
-        return crop[:, ::-1] if self.varied and self.rng.random() < 0.5 else crop
+        rgb8 = net_input(RgbPicture(rgb8).crop(to_px, size_wh), shot.places, light)
+        return rgb8[:, ::-1] if self.varied and self.rng.random() < 0.5 else rgb8
 
     def _misread(self, light: SceneLight) -> SceneLight:
         colour = light.colour * np.exp(self.rng.normal(0, LIGHT_ERROR[1], 3)).astype(np.float32)
         strength = light.strength * np.exp(self.rng.normal(0, LIGHT_ERROR[0]))
         return replace(light, colour=colour, strength=float(strength))
 
-    def _misplaced(self, window: Crop) -> Affine:
+    def _misplaced(self, crop: Crop) -> AffineArray:
         turn, log_scale, off = JITTER
         squeeze = np.exp(-abs(self.rng.normal(0, SQUEEZE)))
-        w, h = window[1]
+        w, h = crop[1]
         to_px = shifted(
-            window, self.rng.normal(0, turn), float(np.exp(self.rng.normal(0, log_scale))),
+            crop, self.rng.normal(0, turn), float(np.exp(self.rng.normal(0, log_scale))),
             self.rng.normal(0, off * w, 2),
         )  # fmt: skip
-        # a wider part of the picture: the face is narrower, as when the head is turned
+        # The crop takes in more width, so the face is narrower, as when the head is turned.
         middle = to_px @ [(w - 1) / 2, (h - 1) / 2, 1]
         to_px[:, 0] /= squeeze
         to_px[:, 2] = middle - to_px[:, :2] @ [(w - 1) / 2, (h - 1) / 2]
         return to_px
 
     def zone(self) -> str:
-        """Where eye-shadow goes is not told by the net: any."""
+        """A random zone: the net does not read where eye-shadow goes."""
         return ZONES[self.rng.integers(len(ZONES))] if self.region == "eyes" else ZONES[0]
 
     def stream(self, looks: int = LOOKS) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
-        """Crops (H, W, 3), the numbers (7,) of the product, and who wears it; without end."""
+        """Endless inputs (H, W, 3), numbers (7,) of the product, and the person who wears it."""
         while True:
             person = int(self.rng.choice(len(self.people), p=self.people.share))
             shot = self.shoot(person)
@@ -205,14 +212,22 @@ class Renderer:
                 yield self.see(shot, painted), values, person
 
     def batches(self, n: int, mix: int = 8) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Crops (n, H, W, 3) and numbers (n, 7); one person's crops go into several batches."""
-        stream, (w, h) = self.stream(), CROPS[self.region].size_wh
+        """Endless inputs (n, H, W, 3) and numbers (n, 7); a person is spread over `mix` batches."""
+        stream, (w, h) = self.stream(), CROPS[self.region].input_wh
         crops, values = np.empty((n * mix, h, w, 3), np.uint8), np.empty((n * mix, 7))
         while True:
-            for at, (crop, numbers, _) in zip(range(n * mix), stream, strict=False):
-                crops[at], values[at] = crop, numbers
+            for index, (crop, numbers, _) in zip(range(n * mix), stream, strict=False):
+                crops[index], values[index] = crop, numbers
             for part in self.rng.permutation(n * mix).reshape(mix, n):
                 yield crops[part], values[part]
+
+
+def shifted(crop: Crop, turn: float, scale: float, shift_xy: np.ndarray) -> AffineArray:
+    """The map of a crop that is turned (radians), scaled and shifted (crop px) about its centre."""
+    to_px, (w, h) = crop
+    c, s = scale * np.cos(turn), scale * np.sin(turn)
+    linear, middle = np.array([[c, -s], [s, c]]), np.array([(w - 1) / 2, (h - 1) / 2])
+    return compose(to_px, np.column_stack([linear, middle + shift_xy - linear @ middle]))
 
 
 def _exposed(rgb8: np.ndarray, gain: np.ndarray) -> np.ndarray:
@@ -222,11 +237,11 @@ def _exposed(rgb8: np.ndarray, gain: np.ndarray) -> np.ndarray:
 def renderer(
     data: Path, shades: Path, region: str, split: str, seed: int, varied: bool = True
 ) -> Renderer:
-    """People and products of one split: for training a mixture, else products never trained on."""
+    """The renderer of a split: of a mixture for training, else of products never trained on."""
     products = read_products(shades, region)
     chosen: dict[str, Callable[[np.ndarray], Draws]] = {"train": Mixture}
-    of = {"train": 0, "validation": 1, "test": 2}[split]
-    draws = chosen.get(split, RealProducts)(products.values[products.split == of])
+    index = {"train": 0, "validation": 1, "test": 2}[split]
+    draws = chosen.get(split, RealProducts)(products.values[products.split == index])
     return Renderer(People(data, region, split), region, draws, seed, varied)
 
 
@@ -235,12 +250,12 @@ def main() -> None:
     parser.add_argument("region", choices=REGIONS)
     parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
     parser.add_argument("--shades", type=Path, required=True)
-    parser.add_argument("--sheet", type=Path, help="a picture of 96 crops")
+    parser.add_argument("--sheet", type=Path, help="write a picture of 96 crops here")
     options = parser.parse_args()
     os.environ.setdefault("POCL_MAX_PTHREAD_COUNT", "1")
     cv2.setNumThreads(1)
-    one = renderer(options.data, options.shades, options.region, "train", seed=0)
-    stream, count = one.stream(), 600
+    source = renderer(options.data, options.shades, options.region, "train", seed=0)
+    stream, count = source.stream(), 600
     crops = [next(stream)[0] for _ in range(96)]
     began, worked = time.time(), time.process_time()
     for _ in range(count):
@@ -248,7 +263,7 @@ def main() -> None:
     worked, began = time.process_time() - worked, time.time() - began
     print(f"{count / began:.0f} crops/s, {1e3 * worked / count:.2f} ms CPU each")
     if options.sheet:
-        rows = [np.hstack(crops[at : at + 12]) for at in range(0, 96, 12)]
+        rows = [np.hstack(crops[first : first + 12]) for first in range(0, 96, 12)]
         cv2.imwrite(str(options.sheet), np.vstack(rows)[..., ::-1])
 
 

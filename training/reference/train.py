@@ -1,8 +1,8 @@
-"""Train the reference net of a region. Stopped and started again, it goes on where it was.
+"""Trains the reference net of a region. A stopped run resumes from its checkpoint.
 
     python -m makeup_video.training.reference.train lips --net lite0 --shades lip_shades.csv
 
-Crops are drawn on the fly in processes of their own; what is held out are people and products.
+Crops are drawn on the fly in separate processes. Both people and products are held out.
 """
 
 import argparse
@@ -33,18 +33,17 @@ from torch.utils.data import DataLoader, IterableDataset, get_worker_info
 WARM_UP = 300  # steps
 AVERAGE = 0.999  # of the weights, per step
 SAVE_SECONDS = 180
-COLOUR_LEAST = (
-    0.05  # how much the colour of a product counts that cannot be seen; fully from COLOUR_SEEN on
-)
+# Weight of the colour of a product that cannot be seen; from COLOUR_SEEN on the weight is 1.
+COLOUR_LEAST = 0.05
 PAINTED_WEIGHT = 5.0
-# Lips and lids from light to dark skin, in neutral light: what looks are compared on.
+# Lips and lids from light to dark skin, in neutral light: looks are compared on these.
 BARE = torch.tensor(
     [[0.82, 0.60, 0.54], [0.68, 0.45, 0.40], [0.55, 0.33, 0.29], [0.32, 0.19, 0.17]]
 )
 
 
 class Stream(IterableDataset):
-    """Batches from a process of its own, with an OpenCL device of its own."""
+    """Batches from a separate process with its own OpenCL device."""
 
     def __init__(self, options: argparse.Namespace, seed: int) -> None:
         self.options, self.seed = options, seed
@@ -53,72 +52,75 @@ class Stream(IterableDataset):
         cv2.setNumThreads(1)
         options, worker = self.options, get_worker_info()
         seed = self.seed * 64 + (worker.id if worker else 0)
-        one = renderer(options.data, options.shades, options.region, "train", seed)
-        for rgb8, values in one.batches(options.batch):
+        source = renderer(options.data, options.shades, options.region, "train", seed)
+        for rgb8, values in source.batches(options.batch):
             yield torch.from_numpy(rgb8), torch.from_numpy(to_targets(values)).float()
 
 
 def weight_of(targets: Tensor) -> Tensor:
-    """(N, 7) how much each number counts: the colour of a sheer product hardly shows."""
+    """(N, 7) weight of each number: the colour of a sheer product hardly shows."""
     weight = torch.ones_like(targets)
     weight[:, 1:4] = (targets[:, :1] / COLOUR_SEEN).clamp(COLOUR_LEAST, 1)
     return weight
 
 
 def painted(targets: Tensor) -> Tensor:
-    """(N, 7) -> (N, 4, 3) encoded colours that lips or lids have when they wear it.
+    """Targets (N, 7) -> (N, 4, 3) encoded colours of lips or lids that wear the product.
 
-    Opacity mixes roots of light, and those are about encoded values. One photo hardly tells a sheer
-    strong colour from a thick pale one; on a face they look alike, and there they are to be right.
+    Opacity mixes roots of light, which are about encoded values. A single photo hardly
+    distinguishes a sheer strong colour from a thick pale one. On a face both look alike, so the
+    loss compares the look.
     """
     opacity = targets[:, :1, None]
     return opacity * targets[:, None, 1:4] + (1 - opacity) * BARE
 
 
 def inputs(rgb8: Tensor) -> Tensor:
-    """(N, H, W, 3) uint8 -> what the net takes, (N, 3, H, W)."""
+    """Crops (N, H, W, 3) uint8 -> the tensor (N, 3, H, W) that the net takes."""
     return normalise(rgb8).to(memory_format=torch.channels_last)
 
 
-def error_of(told: Tensor, targets: Tensor) -> Tensor:
-    """Squared error of the numbers, (N, 7), and of what they look like when worn."""
+def error_of(estimated: Tensor, targets: Tensor) -> Tensor:
+    """The loss: squared error of targets (N, 7), and of the colours they have when worn."""
     weight = weight_of(targets)
-    numbers = ((told - targets).square() * weight).sum() / weight.sum()
-    worn = (painted(told) - painted(targets)).square().mean()
+    numbers = ((estimated - targets).square() * weight).sum() / weight.sum()
+    worn = (painted(estimated) - painted(targets)).square().mean()
     return numbers + PAINTED_WEIGHT * worn
 
 
 def held_out(options: argparse.Namespace) -> tuple[Tensor, Tensor]:
     """Varied crops of people and products of the validation split, always the same."""
-    one = renderer(options.data, options.shades, options.region, "validation", seed=1)
-    rgb8, values = next(one.batches(options.held_out, mix=1))
+    source = renderer(options.data, options.shades, options.region, "validation", seed=1)
+    rgb8, values = next(source.batches(options.held_out, mix=1))
     return torch.from_numpy(rgb8), torch.from_numpy(to_targets(values)).float()
 
 
 @torch.no_grad()
 def estimates(net: nn.Module, rgb8: Tensor) -> Tensor:
-    """(N, 7) targets as the net tells them."""
+    """Targets (N, 7) that the net computes."""
     net.eval()
     return torch.cat([net(inputs(part)) for part in rgb8.split(64)])
 
 
 def validate(net: nn.Module, crops: tuple[Tensor, Tensor]) -> str:
+    """One line of errors on held-out crops."""
     rgb8, targets = crops
-    told = estimates(net, rgb8)
-    off = 255 * (painted(told) - painted(targets)).abs().mean((1, 2))
+    estimated = estimates(net, rgb8)
+    off = 255 * (painted(estimated) - painted(targets)).abs().mean((1, 2))
     return (
-        f"loss {error_of(told, targets):.4f}; worn {off.median():.2f}, 90 % {off.quantile(0.9):.2f}"
-        f"; {errors_in_words(from_targets(targets.numpy()), from_targets(told.numpy()))}"
+        f"loss {error_of(estimated, targets):.4f}; "
+        f"worn {off.median():.2f}, 90 % {off.quantile(0.9):.2f}; "
+        f"{errors_in_words(from_targets(targets.numpy()), from_targets(estimated.numpy()))}"
     )
 
 
 def name_of(options: argparse.Namespace) -> str:
-    """What a checkpoint says of its net; `export.load` reads it."""
+    """The name of a net in its checkpoint; `export.load` reads it."""
     return f"{options.region}-{options.net}-{options.shrink}"
 
 
 def beginning(options: argparse.Namespace) -> Checkpoint:
-    """A net, its running average and its optimizer: fresh, or as the last run left them."""
+    """A net, its running average and its optimizer: new, or from the last run."""
     torch.manual_seed(0)
     options.out.mkdir(parents=True, exist_ok=True)
     products = read_products(options.shades, options.region)
@@ -135,7 +137,7 @@ def beginning(options: argparse.Namespace) -> Checkpoint:
 
 
 def parser_of(doc: str, regions: Iterable[str]) -> argparse.ArgumentParser:
-    """What a net is for, and what it learns from."""
+    """A parser of the region, the net and the training data."""
     parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     parser.add_argument("region", choices=regions)
     parser.add_argument("--net", choices=list(SIZES), default="lite0")
@@ -150,28 +152,28 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--samples", type=float, default=4e5)
     parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--rate", type=float, default=1.5e-3)
-    parser.add_argument("--held-out", type=int, default=768, help="crops to watch it by")
+    parser.add_argument("--held-out", type=int, default=768, help="crops for validation")
     parser.add_argument(
         "--shrink",
         type=int,
         choices=(1, 2),
         default=2,
-        help="how many times smaller the net makes crops; 1 takes four times as long",
+        help="how many times the net shrinks crops; 1 takes four times as long",
     )
-    parser.add_argument("--start", type=Path, help="checkpoint whose weights to start from")
-    parser.add_argument("--threads", type=int, default=2, help="of the net")
-    parser.add_argument("--workers", type=int, default=1, help="processes that draw")
+    parser.add_argument("--start", type=Path, help="begin with the weights of this checkpoint")
+    parser.add_argument("--threads", type=int, default=2, help="threads of the net")
+    parser.add_argument("--workers", type=int, default=1, help="processes that draw crops")
     return parser.parse_args()
 
 
 def main() -> None:
     options = parsed()
-    os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"  # inherited by those that draw
+    os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"  # inherited by the processes that draw
     cv2.setNumThreads(1)
     torch.set_num_threads(options.threads)
     run, steps = beginning(options), int(options.samples / options.batch)
     watched = held_out(options)
-    # OpenCL does not survive a fork
+    # OpenCL does not survive a fork.
     loader = iter(DataLoader(
         Stream(options, seed=run.step + 1), None, num_workers=options.workers,
         multiprocessing_context="spawn", prefetch_factor=4,
@@ -192,7 +194,7 @@ def main() -> None:
             print("  held out:", validate(run.average, watched), flush=True)
             saved_at = time.time()
             running, counted, since = 0.0, 0, time.time()
-    # PoCL's threads abort a process that draws when it ends, and its end is then told as an error
+    # PoCL's threads abort a process that draws when it ends, which would be reported as an error.
     sys.stdout.flush()
     os._exit(0)
 

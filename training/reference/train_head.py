@@ -1,9 +1,11 @@
-"""Teach a net's dense layers the colours of its crops, before the convolutions learn the rest.
+"""Trains the dense layers of a net on the colours of crops, before the convolutions learn the rest.
 
-    python -m makeup_video.training.reference.train_head eyes --shades eyeshadow_shades.csv --out runs/first
-    python -m makeup_video.training.reference.train eyes --shades eyeshadow_shades.csv --start runs/first/eyes-lite0.pt
+    python -m makeup_video.training.reference.train_head eyes \\
+        --shades eyeshadow_shades.csv --out runs/first
+    python -m makeup_video.training.reference.train eyes \\
+        --shades eyeshadow_shades.csv --start runs/first/eyes-lite0.pt
 
-A minute of this takes the place of an hour: what the layers see of a crop is some hundred numbers.
+A minute of this replaces an hour of training: the layers take only some hundred numbers of a crop.
 """
 
 import argparse
@@ -30,10 +32,10 @@ BATCH, RATE, DECAY = 128, 1e-3, 0.05
 
 
 def drawn(options: argparse.Namespace, net: ReferenceNet) -> tuple[Tensor, Tensor]:
-    """What the layers see of new crops, (N, S), and the targets, (N, 7)."""
-    one = renderer(options.data, options.shades, options.region, "train", seed=21)
+    """Colours (N, S) of the squares of new crops, and targets (N, 7)."""
+    source = renderer(options.data, options.shades, options.region, "train", seed=21)
     squares, targets = [], []
-    batches = one.batches(64)
+    batches = source.batches(64)
     for _ in range(int(options.crops) // 64):
         rgb8, values = next(batches)
         squares.append(net.squares(normalise(torch.from_numpy(rgb8))))
@@ -42,13 +44,18 @@ def drawn(options: argparse.Namespace, net: ReferenceNet) -> tuple[Tensor, Tenso
 
 
 def mirrored(squares: Tensor, region: str, square: int) -> Tensor:
-    """(N, S): the squares of the mirrored crops."""
-    across, down = (side // square for side in CROPS[region].size_wh)
+    """Colours (N, S) of the squares of the mirrored crops."""
+    across, down = (side // square for side in CROPS[region].input_wh)
     return squares.view(-1, 3, down, across).flip(3).flatten(1)
 
 
-def teach(net: ReferenceNet, squares: Tensor, targets: Tensor, region: str, epochs: int) -> None:
-    """The head looks at the layers only; for what the convolutions see its weights become 0."""
+def train_layers(
+    net: ReferenceNet, squares: Tensor, targets: Tensor, region: str, epochs: int
+) -> None:
+    """Trains the layers and their part of the head.
+
+    The head's weights of the convolutions become 0.
+    """
     head = nn.Linear(net.head.in_features - HEAD, net.head.out_features)
     nn.init.normal_(head.weight, 0, 0.003)
     head.bias.data.copy_(targets.mean(0))
@@ -59,10 +66,10 @@ def teach(net: ReferenceNet, squares: Tensor, targets: Tensor, region: str, epoc
     for epoch in range(epochs):
         total = 0.0
         for chosen in torch.randperm(len(squares))[: steps * BATCH].split(BATCH):
-            seen = squares[chosen]
+            batch = squares[chosen]
             if torch.rand(1) < 0.5:
-                seen = mirrored(seen, region, net.square)
-            loss = error_of(nn.functional.leaky_relu(both(seen), LEAK), targets[chosen])
+                batch = mirrored(batch, region, net.square)
+            loss = error_of(nn.functional.leaky_relu(both(batch), LEAK), targets[chosen])
             optimizer.zero_grad()
             loss.backward()
             optimizer.step()
@@ -86,7 +93,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     run = beginning(options)
     net: ReferenceNet = run.net  # type: ignore[assignment]
-    teach(net, *drawn(options, net), options.region, options.epochs)
+    train_layers(net, *drawn(options, net), options.region, options.epochs)
     run.average.module.load_state_dict(net.state_dict())
     run.save((name_of(options), net.head.out_features))
     print("held out:", validate(run.average, held_out(options)))

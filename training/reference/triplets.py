@@ -1,6 +1,6 @@
-"""Triplets to measure by: who wears a look, another person who is bare, and that one with the look.
+"""Triplets for evaluation: a wearer of a look, a bare person, and that person with the look.
 
-All three are whole portraits. R paints the look with all of its 17 numbers.
+All three are whole portraits. The renderer paints the look with all of its 17 parameters.
 """
 
 from collections.abc import Iterator, Mapping
@@ -28,40 +28,43 @@ from makeup_video.training.reference.rendered_crops import (
     to_codes,
 )
 
-LEAST_PX = 20  # eyes almost shut and lips that are a thin line are left out
-_HALF = 0.5  # weight and edge of what counts as painted
+LEAST_PX = 20  # least px of makeup: leaves out eyes that are almost shut and very thin lips
+_HALF = 0.5  # edge softness, and least weight of px that count as painted
 
-# Colours that shops hardly sell, and that learned transfer is known to miss.
+# Colours that shops hardly sell, and that learned makeup transfer is known to miss.
 EXTREMES = {
     "blue": (20, 50, 200), "green": (30, 140, 50), "black": (16, 16, 18),
     "white": (242, 238, 234), "yellow": (240, 205, 30),
 }  # fmt: skip
 _EXTREME_SPREAD = 12.0  # code values of 255, one sigma
-_EXTREME_OPACITY = 0.6, 1.0  # worn to be seen
+_EXTREME_OPACITY = 0.6, 1.0  # range: worn to be seen
 
 
 class OfColour:
-    """Products of one colour, otherwise as they come."""
+    """Draws products of about one colour; their other numbers are as drawn."""
 
     def __init__(self, products: Draws, rgb: tuple[int, int, int]) -> None:
         self._products, self._rgb = products, rgb
 
     def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
-        """(n, 7)."""
+        """(n, 7) numbers."""
         values = self._products.draw(n, rng)
         colour = self._rgb + rng.normal(0, _EXTREME_SPREAD, (n, 3))
-        at = NUMBERS.index("red")
-        values[:, at : at + 3] = colour.clip(0, 255)
+        red = NUMBERS.index("red")
+        values[:, red : red + 3] = colour.clip(0, 255)
         values[:, NUMBERS.index("opacity")] = rng.uniform(*_EXTREME_OPACITY, n)
         return values
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triplet:
-    """photo: (H, W, 3) uint8, the wearer as saved.  truth: the bare person with the same look.
+    """A wearer of a look, a bare person, and the bare person with the same look.
 
-    wearer, bare: whole portraits, not painted.  where: (H, W) bool, px of `truth` that are made up.
-    person, tone: of the wearer, a place in People and in TONE_NAMES.
+    photo: (H, W, 3) uint8, the wearer with the look, after compression.
+    truth: (H, W, 3) uint8, the bare person with the look.
+    wearer, bare: whole portraits, not painted.
+    where: (H, W) bool, px of `truth` with makeup.
+    person, tone: of the wearer, indices into People and TONE_NAMES.
     """
 
     photo: np.ndarray
@@ -80,13 +83,14 @@ def whole(people: People, person: int) -> Shot:
 
 
 def shot_of(rgb8: np.ndarray, face: Face) -> Shot:
+    """A whole picture with one face, in its own light."""
     codes = to_codes(rgb8)
     scene = BuildScene()(FrameFaces(frame_of(codes), (face,)))
     return Shot(codes, scene)
 
 
 def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> np.ndarray:
-    """(H, W) float32: how much of a product of medium edge there is at each px of a picture."""
+    """(H, W) float32 weight at each px of a product with a medium soft edge."""
     mouth = lips_surface(face)
     parts = lid_surfaces(face) if region == "eyes" else [mouth] if mouth else []
     total = np.zeros(size_wh[::-1], np.float32)
@@ -98,7 +102,7 @@ def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> n
 
 
 def halves(people: People) -> tuple[np.ndarray, np.ndarray]:
-    """Places of those who wear looks and of those who are bare, none in both; tones alike."""
+    """Indices of wearers and of bare people, none in both, with the same mix of skin tones."""
     order = np.argsort(people.tone, kind="stable")
     return order[::2], order[1::2]
 
@@ -111,8 +115,11 @@ def triplets(
     count: int,
     seed: int,
 ) -> Iterator[Triplet]:
-    """wearers, others: places in people, drawn as often as `share` says; never the same twice in
-    a triplet.  products: by region, of each of them one is worn. The same seed gives the same."""
+    """Draws triplets; the same seed gives the same triplets.
+
+    wearers, others: indices into people, drawn with the probabilities `share`; a triplet has two
+    different people. products: by region; a look wears one product of each.
+    """
     rng, composite = np.random.default_rng(seed), Composite(Look())
     while count:
         person = _drawn(people, wearers, rng)
@@ -152,10 +159,10 @@ def _where(shot: Shot, look: Look) -> np.ndarray:
 
 
 def worn(look: Look) -> list[str]:
-    """The regions that wear something."""
+    """The regions of a look that wear something."""
     return [region for region in REGIONS if getattr(look, region) is not None]
 
 
 def numbers_of(look: Look, region: str) -> np.ndarray:
-    """(7,) of a region, as NUMBERS."""
+    """NUMBERS (7,) of a region of a look."""
     return np.array([getattr(getattr(look, region), name) for name in NUMBERS])

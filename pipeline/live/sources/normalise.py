@@ -6,9 +6,9 @@ from fractions import Fraction
 import av
 from av.video.reformatter import ColorRange
 from makeup_video.pipeline.errors import DecodeError
-from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.transform import FULL_RANGE, fitted, squared
+from makeup_video.pipeline.frames.transform import fitted, squared
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
 from makeup_video.pipeline.media.codecs import CODECS
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat

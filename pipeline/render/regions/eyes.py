@@ -17,7 +17,8 @@ import numpy as np
 from makeup_video.kernels.surface import LID_HW, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
-from makeup_video.pipeline.frames.sampling import Affine, compose, step_px
+from makeup_video.pipeline.frames.affine import AffineArray, compose
+from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.render.grid import Grid, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.regions.base import LitSurface, SeenFace
@@ -132,7 +133,7 @@ class LidSurface:
         (light,), mean = broad(luminance, (is_lid,), _SHADING_SIGMA)
         return light, mean
 
-    def scaled(self, to_new: Affine) -> "LidSurface":
+    def scaled(self, to_new: AffineArray) -> "LidSurface":
         """The same on a picture of another size."""
         grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
         return replace(self, grid=grid, lash_px=self.lash_px * np.float32(step_px(to_new)))

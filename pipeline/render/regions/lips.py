@@ -13,7 +13,8 @@ import numpy as np
 from makeup_video.kernels.surface import LIPS_HW, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS
-from makeup_video.pipeline.frames.sampling import Affine, compose, step_px
+from makeup_video.pipeline.frames.affine import AffineArray, compose
+from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.render.grid import Box, Grid, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.regions.base import LitSurface, SeenFace
@@ -118,7 +119,7 @@ class LipsSurface:
         (above, below), mean = broad(luminance, (upper, lower), _SHADING_SIGMA)
         return below + self.upper * (above - below), mean
 
-    def scaled(self, to_new: Affine) -> "LipsSurface":
+    def scaled(self, to_new: AffineArray) -> "LipsSurface":
         """The same on a picture of another size."""
         grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
         return replace(self, grid=grid, face=moved(self.face, to_new), boxes={})

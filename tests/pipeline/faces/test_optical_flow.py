@@ -6,15 +6,15 @@ import pytest
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
 from makeup_video.pipeline.faces.similarity import Similarity, iod_of
 from makeup_video.pipeline.faces.topology import LIPS
-from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.views import FramePicture
 from people import clip, clip_points, frame_of, portrait
 
-FRAME = Similarity(119.3 - 4.2j, 262.6 + 190.6j)  # of the portrait's face
+POSE = Similarity(119.3 - 4.2j, 262.6 + 190.6j)  # of the portrait's face
 
 
-def still(measure, rgb8, frame=FRAME, **how):
-    return measure.still(FramePicture(frame_of(rgb8, **how)), frame)
+def crop_of(measure, rgb8, pose=POSE, **how):
+    return measure.crop(FramePicture(frame_of(rgb8, **how)), pose)
 
 
 def moved_picture(matrix):
@@ -53,53 +53,54 @@ MOVES = [
 def test_motion_that_is_known_is_measured(to, rotation):
     measure = MeasureMotion()
     before, now = (
-        still(measure, rgb8, rotation_degrees=rotation) for rgb8 in (portrait(), moved_picture(to))
+        crop_of(measure, rgb8, rotation_degrees=rotation)
+        for rgb8 in (portrait(), moved_picture(to))
     )
     motion = measure(before, now)
     assert motion is not None
-    off = np.abs(motion.of(places()) - through(to, places()))
-    assert off.mean() < 0.006 * iod_of(FRAME)
+    off = np.abs(motion.move(places()) - through(to, places()))
+    assert off.mean() < 0.006 * iod_of(POSE)
 
 
 def test_where_the_second_crop_lies_does_not_matter():
     """It lies where the face is expected."""
     measure, to = MeasureMotion(), matrix(shift=(9.0, 4.0))
-    expected = Similarity(FRAME.turn * 1.01, FRAME.shift + (8 + 5j))
-    motion = measure(still(measure, portrait()), still(measure, moved_picture(to), expected))
+    expected = Similarity(POSE.turn * 1.01, POSE.shift + (8 + 5j))
+    motion = measure(crop_of(measure, portrait()), crop_of(measure, moved_picture(to), expected))
     assert motion is not None
-    off = np.abs(motion.of(places()) - through(to, places()))
-    assert off.mean() < 0.006 * iod_of(FRAME)
+    off = np.abs(motion.move(places()) - through(to, places()))
+    assert off.mean() < 0.006 * iod_of(POSE)
 
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p10le", "nv12", "yuv444p", "gray"])
 def test_every_layout_tells_the_same(pix_fmt):
     measure, to = MeasureMotion(), matrix(shift=(2.3, -1.6))
-    seen = [still(measure, p, pix_fmt=pix_fmt) for p in (portrait(), moved_picture(to))]
+    seen = [crop_of(measure, p, pix_fmt=pix_fmt) for p in (portrait(), moved_picture(to))]
     assert seen[0].luma8.dtype == np.uint8
     motion = measure(*seen)
     assert motion is not None
-    assert np.abs(motion.of(places()) - through(to, places())).mean() < 0.006 * iod_of(FRAME)
+    assert np.abs(motion.move(places()) - through(to, places())).mean() < 0.006 * iod_of(POSE)
 
 
 def test_another_scene_a_hand_and_a_jump_are_no_motion():
     measure = MeasureMotion()
-    before = still(measure, portrait())
+    before = crop_of(measure, portrait())
     hand = portrait().copy()
     hand[270:330, 200:310] = (205, 160, 130)
     for other in (portrait()[::-1], np.roll(portrait(), 60, 1), hand):
-        assert measure(before, still(measure, np.ascontiguousarray(other))) is None
+        assert measure(before, crop_of(measure, np.ascontiguousarray(other))) is None
 
 
 def test_a_patch_goes_with_what_it_lay_on():
     measure, to = MeasureMotion(), matrix((3.0, 1.0), 1.01, 1.0)
-    motion = measure(still(measure, portrait()), still(measure, moved_picture(to)))
+    motion = measure(crop_of(measure, portrait()), crop_of(measure, moved_picture(to)))
     assert motion is not None
     y, x = np.mgrid[0:80, 0:112].astype(np.float32)
     patch = 0.01 * (x - 50) ** 2 - 0.02 * (y - 40) ** 2
     to_px = np.array([[1.0, 0, 200], [0, 1.0, 240]])
     turned = matrix(degrees=3.0)  # where the new patch lies is free, too
     now_px = compose(turned, to_px)
-    carried = motion.carried(patch, to_px, now_px)
+    carried = motion.move_patch(patch, to_px, now_px)
     way = compose(cv2.invertAffineTransform(compose(to, to_px)), now_px)
     size = (112, 80)
     want = cv2.warpAffine(patch, way, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
@@ -112,13 +113,13 @@ def test_lips_that_speak_are_followed_better_than_by_holding_them():
     moved, held = [], []
     for at in range(29):
         left, right = (complex(*points[at, point]) for point in (33, 263))
-        frame = Similarity(right - left, (left + right) / 2)
+        pose = Similarity(right - left, (left + right) / 2)
         motion = measure(
-            still(measure, pictures[at], frame), still(measure, pictures[at + 1], frame)
+            crop_of(measure, pictures[at], pose), crop_of(measure, pictures[at + 1], pose)
         )
         lips, now = (points[i, LIPS, 0] + 1j * points[i, LIPS, 1] for i in (at, at + 1))
         if motion is not None:
-            moved.append(np.abs(motion.of(lips) - now).mean())
+            moved.append(np.abs(motion.move(lips) - now).mean())
             held.append(np.abs(lips - now).mean())
     assert len(moved) > 20
     assert np.mean(moved) < 0.6 * np.mean(held)
@@ -132,5 +133,5 @@ def test_a_mouth_that_opens_fast_is_left_to_the_nets(px, is_measured):
     lower = np.exp(-((x - 267) ** 2 / 2 / 30**2 + (y - 292) ** 2 / 2 / 14**2)).astype(np.float32)
     opened = cv2.remap(rgb8, x, y - px * lower, cv2.INTER_LINEAR)
     measure = MeasureMotion()
-    motion = measure(still(measure, rgb8), still(measure, opened))
+    motion = measure(crop_of(measure, rgb8), crop_of(measure, opened))
     assert (motion is not None) == is_measured

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from makeup_video.pipeline import FindFaces
-from makeup_video.pipeline.faces import find as faces
+from makeup_video.pipeline.faces import tracker
 from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 from people import clip, clip_points, face_of, frame_of, grey, put
@@ -14,15 +14,15 @@ class CountedNets(FaceNets):
 
     def __init__(self):
         super().__init__()
-        self.looks = self.closer = self.meshes = 0
+        self.detections = self.parts = self.meshes = 0
 
     def detect(self, *rest, **how):
-        self.looks += 1
+        self.detections += 1
         return super().detect(*rest, **how)
 
-    def look_closer(self, *rest, **how):
-        self.closer += 1
-        return super().look_closer(*rest, **how)
+    def read_parts(self, *rest, **how):
+        self.parts += 1
+        return super().read_parts(*rest, **how)
 
     def read_mesh(self, *rest, **how):
         self.meshes += 1
@@ -49,15 +49,15 @@ def test_from_level_1_on_new_faces_are_looked_for_once_a_second():
     pictures = [clip()[0]] * 62
     _, often = run(pictures, 0)
     _, seldom = run(pictures, 1)
-    assert often.nets.looks >= 8
-    assert seldom.nets.looks <= 3
+    assert often.nets.detections >= 8
+    assert seldom.nets.detections <= 3
 
 
 def test_from_level_2_on_the_nets_read_a_face_in_every_second_frame():
     pictures = clip()
     whole, often = run(pictures, 0)
     found, seldom = run(pictures, 2)
-    assert seldom.nets.closer < 0.65 * often.nets.closer
+    assert seldom.nets.parts < 0.65 * often.nets.parts
     assert seldom.nets.meshes < often.nets.meshes
     assert all(len(item.faces) == 1 and item.faces[0].track_id == 0 for item in found)
     assert errors_percent(found).mean() < 1.1 * errors_percent(whole).mean()
@@ -73,9 +73,9 @@ def test_of_two_faces_one_is_read_in_each_frame():
     find.level = 2
     read = []
     for at in range(20):
-        before = find.nets.closer
+        before = find.nets.parts
         assert len(find(frame_of(ground, at)).faces) == 2
-        read.append(find.nets.closer - before)
+        read.append(find.nets.parts - before)
     assert read[5:].count(1) >= 12 and max(read[5:]) <= 2
 
 
@@ -109,4 +109,5 @@ def test_the_level_may_change_between_any_two_frames(levels):
 
 
 def test_waits_are_in_order():
-    assert faces.SEARCH_SECONDS < faces.SLOW_SEARCH_SECONDS < faces.SLOW_LOOK_SECONDS
+    assert tracker.SEARCH_SECONDS < tracker.SLOW_SEARCH_SECONDS < tracker.SLOW_DETECT_SECONDS
+    assert tracker.SEARCH_SECONDS < tracker.DETECT_SECONDS < tracker.SLOW_DETECT_SECONDS

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from makeup_video.pipeline import Face, FindFaces, find_faces, lip_mask
 from makeup_video.pipeline.faces.find import find_faces_in_frame
-from makeup_video.pipeline.faces.lip_mask import lip_mask_window
+from makeup_video.pipeline.faces.lip_mask import lip_mask_part
 from makeup_video.pipeline.faces.topology import (
     EYE_CONTOUR,
     EYE_CORNERS,
@@ -197,7 +197,7 @@ def test_an_8k_picture_is_read_like_any_other():
     assert middle(face)[0] == pytest.approx(
         3000 + 5 * middle(find_faces(portrait())[0])[0], rel=0.01
     )
-    window = lip_mask_window(face, (4000, 2500), (800, 600))
+    window = lip_mask_part(face, (4000, 2500), (800, 600))
     assert window.shape == (600, 800)
 
 
@@ -257,11 +257,11 @@ def test_the_mask_covers_the_lips_and_little_else(at):
     assert mask[away].max() == 0
 
 
-def test_a_window_of_the_mask_is_that_part_of_it():
+def test_a_part_of_the_mask_is_that_part_of_the_whole():
     (face,) = find_faces(portrait())
     whole = lip_mask(portrait(), face)
     x, y = face.points_px[LIPS, :2].mean(0).astype(int) - 40
-    part = lip_mask_window(face, (int(x), int(y)), (90, 70))
+    part = lip_mask_part(face, (int(x), int(y)), (90, 70))
     assert part == pytest.approx(whole[y : y + 70, x : x + 90], abs=2e-3)
 
 

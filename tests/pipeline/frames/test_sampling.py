@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.frames.sampling import compose, halved, sample, to_rgb_matrix
-from makeup_video.pipeline.frames.views import FramePicture, RgbPicture
+from makeup_video.pipeline.frames.affine import compose
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.sampling import halved, sample
+from makeup_video.pipeline.frames.views import FramePicture, RgbPicture, _to_rgb_matrix
 from people import frame_of, portrait
 
 FACE = np.array([[1.9, 0.4, 120.0], [-0.4, 1.9, 190.0]])  # a turned window over the face
@@ -168,9 +170,23 @@ def test_compose_does_the_first_map_first():
 @pytest.mark.parametrize("matrix", [1, 2, 5, 6, 9])
 @pytest.mark.parametrize(("range_", "black", "white"), [(1, 16, 235), (2, 0, 255), (0, 16, 235)])
 def test_black_and_white_are_black_and_white(matrix, range_, black, white):
-    to_rgb = to_rgb_matrix(matrix, range_)
+    to_rgb = _to_rgb_matrix(ColourTags(matrix, range_), 640, 360)
     assert to_rgb @ [black, 128, 128, 1] == pytest.approx([0, 0, 0])
     assert to_rgb @ [white, 128, 128, 1] == pytest.approx([255, 255, 255])
+
+
+@pytest.mark.parametrize(("size", "matrix"), [((640, 480), 6), ((1920, 1080), 1)])
+def test_untagged_films_count_as_players_take_them(size, matrix):
+    untagged, tagged = (_to_rgb_matrix(ColourTags(code), *size) for code in (2, matrix))
+    np.testing.assert_array_equal(untagged, tagged)
+
+
+@pytest.mark.parametrize("full_range", [False, True])
+def test_faces_are_found_in_colours_that_cannot_be_painted(full_range):
+    """ICtCp: the nets see it as BT.709."""
+    range_ = 2 if full_range else 1
+    seen, known = (_to_rgb_matrix(ColourTags(matrix, range_), 1920, 1080) for matrix in (14, 1))
+    np.testing.assert_array_equal(seen, known)
 
 
 @pytest.mark.parametrize("bad", [np.zeros((4, 4), np.uint8), np.zeros((4, 4, 3), np.float32),

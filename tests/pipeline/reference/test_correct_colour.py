@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, apply_look, find_faces, product
-from makeup_video.pipeline.reference.correct_colour import SHEER, second_look
+from makeup_video.pipeline.reference.correct_colour import SHEER, correct_colour
 from makeup_video.pipeline.reference.estimate import photo_light
 from people import portrait
 
@@ -25,7 +25,7 @@ def codes(params):
 
 
 def looked_again(photo, params):
-    return second_look(photo, face(), photo_light(photo, face()), params)
+    return correct_colour(photo, face(), photo_light(photo, face()), params)
 
 
 @pytest.mark.parametrize("rgb", [(180, 0, 46), (30, 60, 170), (60, 20, 40), (225, 205, 190)])
@@ -53,7 +53,7 @@ def test_lips_beyond_the_picture_are_not_looked_at():
     moved = away.lips.to_px + np.array([[0, 0, 5000], [0, 0, 0]])
     away = replace(away, lips=replace(away.lips, to_px=moved))
     light = photo_light(portrait(), face())
-    corrected = second_look(portrait(), away, light, satin)
+    corrected = correct_colour(portrait(), away, light, satin)
     assert ((codes(corrected) >= 0) & (codes(corrected) <= 255)).all()
 
 

@@ -12,8 +12,6 @@ from makeup_video.pipeline.smoothing.face_space import (
     STABLE,
     FaceSpace,
     Readings,
-    _compose,
-    _inverse,
 )
 from makeup_video.training.faces.similarity_fit import fit_similarity
 
@@ -102,17 +100,6 @@ def test_moments_lie_apart_by_the_mean_square_of_their_keys():
     off = readings.keys[:, None] - readings.keys
     want = np.add.reduceat(off * off, space.key_starts, 2) / space.key_counts
     np.testing.assert_allclose(readings.apart, np.moveaxis(want, 2, 0), atol=1e-12)
-
-
-@given(
-    a=st.lists(st.floats(-3, 3), min_size=6, max_size=6),
-    b=st.lists(st.floats(-3, 3), min_size=6, max_size=6),
-)
-def test_maps_in_plain_numbers_are_those_of_matrices(a, b):
-    full = [np.array([[*m[:3]], [*m[3:]], [0, 0, 1]]) for m in (a, b)]
-    np.testing.assert_allclose(_compose(a, b), (full[0] @ full[1])[:2].ravel(), atol=1e-12)
-    if abs(np.linalg.det(full[0])) > 0.1:
-        np.testing.assert_allclose(_inverse(a), np.linalg.inv(full[0])[:2].ravel(), atol=1e-9)
 
 
 def test_a_face_moved_as_a_whole_keeps_its_shape():

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.smoothing.face_space import POSE_REGION, FaceSpace, Readings
 from makeup_video.pipeline.smoothing.local_linear import local_linear_taps
-from makeup_video.pipeline.smoothing.noise_level import HEARD_MOMENTS, NoiseLevel
+from makeup_video.pipeline.smoothing.noise_level import NOISE_MOMENTS, NoiseLevel
 
 SMALL = lip_logits((8, 10))
 
@@ -17,8 +17,8 @@ def heard(points, seconds=None):
     readings = Readings(space, len(points))
     for at, each in enumerate(points):
         space.split(face(each, logits=SMALL), readings, at)
-        last = range(max(0, at + 1 - HEARD_MOMENTS), at + 1)
-        level.hear(readings.apart, last, seconds[last].tolist())
+        last = range(max(0, at + 1 - NOISE_MOMENTS), at + 1)
+        level.update(readings.apart, last, seconds[last].tolist())
     return space, readings, level
 
 

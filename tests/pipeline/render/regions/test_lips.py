@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from makeup import close_up, inside, true_face
 from makeup_video.pipeline.faces.face import MIN_FACE_PX
 from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
-from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.render.regions.lips_reference import lips_surface
 
 HW = (220, 200)

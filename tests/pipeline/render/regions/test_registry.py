@@ -40,7 +40,7 @@ import cv2
 import numpy as np
 from makeup_video.kernels.surface import GridPlace
 from makeup_video.pipeline.faces.face import iod_px
-from makeup_video.pipeline.frames.sampling import compose
+from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.render.grid import Grid
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.regions.base import lit_in_numpy

@@ -1,10 +1,10 @@
-"""Time as stages that smooth see it, and the memory they keep of each face."""
+"""The clock of a stage that smooths faces, and what the stage remembers of each track."""
 
-import math
 from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
 
 from makeup_video.pipeline.faces.face import Face, FrameFaces
+from makeup_video.pipeline.faces.track_memory import TrackMemory
 from makeup_video.pipeline.frames.clock import MediaClock
 from makeup_video.pipeline.smoothing.face_space import FaceSpace
 
@@ -20,26 +20,26 @@ T = TypeVar("T", bound=Track)
 
 
 class Tracks(Generic[T]):
-    """The memory of each face by its number. A cut, or a longer absence, ends it."""
+    """What is remembered of each face. A cut, or an absence of more than gap_seconds, ends it.
+
+    begin: makes the memory of a new track from its first face.
+    """
 
     def __init__(self, begin: Callable[[Face], T], gap_seconds: float) -> None:
-        if not gap_seconds > 0:
-            raise ValueError(f"gap_seconds must be more than 0, got {gap_seconds}")
-        self._begin, self.gap_seconds = begin, gap_seconds
+        self._begin = begin
         self._clock = MediaClock()
-        self._tracks: dict[int, T] = {}
+        self._tracks: TrackMemory[int, T] = TrackMemory(gap_seconds)
 
-    def at(self, item: FrameFaces) -> float:
+    def advance(self, item: FrameFaces) -> float:
         """Go on to this frame; returns its time in seconds."""
         now = self._clock.tick(item.frame)
-        oldest = math.inf if item.cut else now - self.gap_seconds
-        self._tracks = {
-            name: track for name, track in self._tracks.items() if track.last_seconds >= oldest
-        }
+        if item.cut:
+            self._tracks.clear()
+        self._tracks.forget(now)
         return now
 
-    def of(self, face: Face, now: float) -> T:
-        """The memory that this face goes on with; a second face of one number has its own."""
+    def track_of(self, face: Face, now: float) -> T:
+        """The track that this face continues; a second face of one number gets its own."""
         track = self._tracks.get(face.track_id)
         if track is not None and track.last_seconds == now:
             return self._begin(face)
