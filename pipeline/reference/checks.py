@@ -30,7 +30,8 @@ _NEARLY_ALL = 0.9
 def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
     """The one that is meant, of faces that are sorted by size; `chosen` as in look_from_photo.
 
-    Much smaller ones in the background are nobody's. Raises PhotoError.
+    Much smaller ones in the background are nobody's. Raises PhotoError; of several that could be
+    meant SeveralFacesError, whose `faces` are these.
     """
     if not faces:
         raise PhotoError(
@@ -41,12 +42,15 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
         for face in faces:
             if face.track_id == int(chosen):
                 return face
-        raise PhotoError(f"there is no face {chosen}; there are {_list(faces)}: choose one of them")
+        raise PhotoError(
+            f"there is no face {chosen}; there are {face_list(faces)}: choose one of them"
+        )
     rivals = [one for one in faces if width_px(one) > BYSTANDER * width_px(faces[0])]
     if len(rivals) > 1 and chosen != "largest":
         raise SeveralFacesError(
-            f"one face was expected, {len(rivals)} were found: choose with --ref-face NUMBER or "
-            f"--ref-face largest; there are {_list(rivals)}"
+            f"one face was expected, {len(rivals)} were found: cut the photo to the one whose makeup "
+            "you want",
+            rivals,
         )
     return faces[0]
 
@@ -131,10 +135,10 @@ def _lost_share(rgb8: np.ndarray, face: Face) -> float:
     return float(((lips >= LOST_CODE).sum(1) >= 2).mean()) if len(lips) else 0.0
 
 
-def _list(faces: Sequence[Face]) -> str:
+def face_list(faces: Sequence[Face]) -> str:
     """'0 at (120, 300), 210 px wide; ...'."""
-    told = []
+    labels = []
     for face in faces:
         x, y = face.points_px[:, :2].mean(0)
-        told.append(f"{face.track_id} at ({x:.0f}, {y:.0f}), {width_px(face):.0f} px wide")
-    return "; ".join(told)
+        labels.append(f"{face.track_id} at ({x:.0f}, {y:.0f}), {width_px(face):.0f} px wide")
+    return "; ".join(labels)

@@ -6,7 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.cli.outcome import option_of_command
-from makeup_video.pipeline.errors import InputError, StoppedError, UsageError, option
+from makeup_video.pipeline.errors import (
+    InputError,
+    SeveralFacesError,
+    StoppedError,
+    UsageError,
+    option,
+)
 
 
 @pytest.mark.parametrize("kind", [UsageError, InputError, StoppedError])
@@ -32,3 +38,14 @@ def test_an_error_can_be_sent_to_another_process():
     error = pickle.loads(pickle.dumps(UsageError(f"{option('crf')} must be in 0..51")))
     assert isinstance(error, UsageError)
     assert str(error) == "crf must be in 0..51"
+    assert error.spelled(option_of_command) == "--crf must be in 0..51"
+    several = pickle.loads(pickle.dumps(SeveralFacesError("2 were found", ["a", "b"])))
+    assert several.faces == ("a", "b")
+
+
+@pytest.mark.parametrize("kind", [UsageError, InputError, StoppedError, SeveralFacesError])
+def test_text_added_to_a_message_leaves_its_options_marked(kind):
+    error = kind(f"leave out {option('crf')}")
+    error.extend(before="in.mp4: ", after=f", or {option('face', 'largest')}")
+    assert str(error) == error.args[0] == "in.mp4: leave out crf, or face='largest'"
+    assert error.spelled(option_of_command) == "in.mp4: leave out --crf, or --ref-face largest"
