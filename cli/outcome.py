@@ -54,8 +54,7 @@ def _choice_of(faces: "Sequence[Face]") -> str:
     from makeup_video.pipeline.reference.checks import face_list
 
     return (
-        ", or choose it with --ref-face NUMBER or --ref-face largest; there are "
-        f"{face_list(faces)}"
+        f", or choose it with --ref-face NUMBER or --ref-face largest; there are {face_list(faces)}"
     )
 
 

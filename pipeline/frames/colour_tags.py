@@ -10,7 +10,7 @@ from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, PRIMARIES, SRGB, 
 from makeup_video.pipeline.errors import UsageError
 
 _SAME = {10: 9}  # BT.2020 constant luminance -> BT.2020: no encoder we know of writes it
-_FULL = 2
+FULL_RANGE = 2  # of `range`
 _UNSPECIFIED = 2  # of matrix, transfer and primaries
 HDR_TRANSFERS = (16, 18)  # PQ (SMPTE ST 2084) and HLG (ARIB STD-B67), as H.273 numbers them
 
@@ -78,4 +78,6 @@ def resolve(tags: ColourTags, width_px: int, height_px: int, bit_depth: int) -> 
     primaries = tags.primaries
     if primaries not in PRIMARIES:
         primaries = 9 if matrix == 9 else 1
-    return Coding(matrix, tags.range == _FULL, tags.transfer if hdr else SRGB, primaries, bit_depth)
+    return Coding(
+        matrix, tags.range == FULL_RANGE, tags.transfer if hdr else SRGB, primaries, bit_depth
+    )

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame
 
 Affine = np.ndarray  # (2, 3) float64: (x, y, 1) -> (x, y)
@@ -204,7 +205,7 @@ def to_rgb_matrix(matrix: int, range_: int) -> np.ndarray:
     kr, kb = {5: (0.299, 0.114), 6: (0.299, 0.114), 9: (0.2627, 0.0593), 10: (0.2627, 0.0593)}.get(
         matrix, (0.2126, 0.0722)
     )
-    full = range_ == 2
+    full = range_ == FULL_RANGE
     scale, lift = (1.0, 0.0) if full else (255 / 219, 16.0)
     chroma = 2.0 if full else 2 * 255 / 224
     kg = 1 - kr - kb

@@ -15,13 +15,13 @@ from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
-from makeup_video.pipeline.media.codecs import bits_of, container_of, encoder_options, pick_codec
+from makeup_video.pipeline.media.codecs import container_of, encoder_options, pick_codec
 from makeup_video.pipeline.media.decode import Decoder
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.mux import Muxer
-from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, pick_pix_fmt
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of, pick_pix_fmt
 from makeup_video.pipeline.media.side_by_side import SideBySide
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report

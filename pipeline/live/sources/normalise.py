@@ -6,16 +6,16 @@ from fractions import Fraction
 import av
 from av.video.reformatter import ColorRange
 from makeup_video.pipeline.errors import DecodeError
-from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.transform import FULL_RANGE, fitted, squared
+from makeup_video.pipeline.frames.transform import fitted, squared
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
-from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
 # One layout for every sink: 4:2:0 is what browsers, players, receivers and programs that read cameras take,
 # and to convert once here costs less than once a sink. Numbers keep their matrix and range.
-_LIVE = replace(CODECS["h264"], name="live", pix_fmts=("yuv420p",))
+_LIVE = replace(PLAYS_EVERYWHERE, name="live", pix_fmts=("yuv420p",))
 # DV, HDV and anamorphic film have 8:15 to 2; others are rubbish
 _ASPECTS = Fraction(1, 4), Fraction(4)
 

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError
 from makeup_video.pipeline.frames.frame import plane_views
-from makeup_video.pipeline.media.codecs import CODECS, bits_of
-from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
+from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of
 from media import picture
 
 

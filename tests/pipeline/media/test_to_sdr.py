@@ -134,7 +134,7 @@ def test_hdr_in_eight_bits_is_warned_of(tmp_path):
     report = process_video(
         hdr_clip(tmp_path / "in.mp4"), tmp_path / "out.mp4", None, Settings(codec="h264")
     )
-    assert "shows bands" in report.conversions[0] and "--sdr" in report.conversions[0]
+    assert "shows bands" in report.conversions[0] and "SDR" in report.conversions[0]
 
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p10le", "yuv422p10le", "yuv444p10le"])

@@ -219,7 +219,7 @@ def test_layouts_that_a_codec_cannot_hold_are_converted_and_reported(tmp_path, c
     new = decoded(tmp_path / "out.mkv")[0].format.name
     (said,) = report.conversions
     assert said.startswith(f"pixels yuv444p16le -> {new}")
-    assert ("--bit-depth 10 keeps more" in said) == (codec == "h264")
+    assert ("a bit depth of 10 keeps more" in said) == (codec == "h264")
 
 
 @pytest.mark.parametrize("pix_fmt", ["bgra", "gbrp10le", "gray", "yuv410p", "yuv411p"])

@@ -193,7 +193,7 @@ def test_no_face_and_a_number_that_is_not_there_are_refused():
 
 @pytest.mark.parametrize("chosen", ["x", -1, 1.0, "-1", "1.0", "all", "²", "12345678901"])
 def test_a_choice_is_a_number_or_largest(chosen):
-    with pytest.raises(UsageError, match="^face must be largest, or the number"):
+    with pytest.raises(UsageError, match=r"^face must be largest, or the number"):
         look_from_photo(SAMPLES / "portrait.jpg", chosen)
 
 

@@ -105,7 +105,7 @@ def test_a_run_without_a_picture_leaves_nothing(tmp_path):
 
 @pytest.mark.parametrize(
     ("settings", "error"),
-    [({"codec": "prores"}, "hold"), ({"preset": "quick"}, "--preset"), ({"crf": 99}, "0..51")],
+    [({"codec": "prores"}, "hold"), ({"preset": "quick"}, "^preset"), ({"crf": 99}, "0..51")],
 )
 def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path, settings, error):
     with pytest.raises(UsageError, match=error):
