@@ -6,7 +6,7 @@ large library.
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from makeup_video.pipeline.errors import UsageError, option
 
@@ -24,8 +24,7 @@ MATROSKA = ("matroska", "webm")  # one format, two names
 APPLE_HEVC = "hvc1"
 
 
-@dataclass(frozen=True)
-class HdrParameters:
+class HdrParameters(NamedTuple):
     """How an encoder's library spells static HDR10 metadata.
 
     mastering_display, content_light: names of its parameters.
@@ -38,8 +37,7 @@ class HdrParameters:
     in_units: bool
 
 
-@dataclass(frozen=True)
-class VideoCodec:
+class VideoCodec(NamedTuple):
     """A video codec that outputs can have: its encoder, and what is particular to it.
 
     name: as users choose it.  encoder: FFmpeg's name.  containers: FFmpeg's names of the muxers.
