@@ -35,7 +35,7 @@ def keep_apart(output: Path, read: Path) -> None:
     """Raises UsageError when writing `output` would take the place of a file that is only read."""
     place = target_of(output)
     for taken in (place, part_of(place)) if place.name else ():
-        if _is_same(taken, read):
+        if _is_same_file(taken, read):
             raise UsageError(
                 f"the output {output} would take the place of {read}, which this run reads: choose "
                 "another name"
@@ -124,22 +124,22 @@ def _check(path: Path, source: Path | None, overwrite: bool) -> None:
         return
     if not path.is_file():
         raise OutputError(f"{path} is not an ordinary file: choose another name")
-    if source is not None and _is_same(path, source):
+    if source is not None and _is_same_file(path, source):
         raise UsageError(f"the output is the input ({source}): choose another name")
     if not overwrite:
         raise UsageError(f"{path} exists already: add -y to overwrite it, or choose another name")
 
 
 def _check_part(part: Path, source: Path | None, overwrite: bool) -> None:
-    if source is not None and _is_same(part, source):
+    if source is not None and _is_same_file(part, source):
         raise UsageError(
             f"{source} is where this output would grow: rename it, or choose another output"
         )
     check_part(part, overwrite)
 
 
-def _is_same(one: Path, other: Path) -> bool:
-    """False also when one of them is gone: an input may be removed once it is open."""
+def _is_same_file(one: Path, other: Path) -> bool:
+    """Also False when one of them no longer exists: an input may be removed once it is open."""
     try:
         return one.samefile(other)
     except OSError:

@@ -16,6 +16,7 @@ from typing import IO, Any
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
 from makeup_video.pipeline.files.ordinary import open_ordinary
+from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 from makeup_video.pipeline.images.picture_size import MOST_PX
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
@@ -50,16 +51,6 @@ _DAMAGE = (
     RuntimeError,  # AVIF's
     struct.error,
 )
-# EXIF orientation -> what makes the picture upright (Exif 2.32, section 4.6.4)
-_UPRIGHT = {
-    2: Image.Transpose.FLIP_LEFT_RIGHT,
-    3: Image.Transpose.ROTATE_180,
-    4: Image.Transpose.FLIP_TOP_BOTTOM,
-    5: Image.Transpose.TRANSPOSE,
-    6: Image.Transpose.ROTATE_270,
-    7: Image.Transpose.TRANSVERSE,
-    8: Image.Transpose.ROTATE_90,
-}
 # How videos begin that come as bytes: those are shown to no decoder of videos.
 _MOVING = (b"\x1a\x45\xdf\xa3", b"FLV", b"\0\0\x01\xba", b"\0\0\x01\xb3")  # Matroska, FLV, MPEG
 _MOST_BYTES = 1_000_000_000  # the largest photo has no more, even when nothing is compressed
@@ -191,18 +182,17 @@ def _pixels(picture: Image.Image) -> np.ndarray:
         ground = Image.new("RGBA", image.size, _BEHIND)
         image = Image.alpha_composite(ground, image)
     image = _in_srgb(image, profile)
-    turn = _UPRIGHT.get(orientation)
-    if turn is not None:  # mirroring is number 0
-        image = image.transpose(turn)
+    if orientation.transposition:
+        image = image.transpose(Image.Transpose[orientation.transposition])
     return np.array(image)
 
 
-def _orientation(picture: Image.Image) -> int:
-    """1 to 8 as EXIF has it, 1 when it does not say or is damaged."""
+def _orientation(picture: Image.Image) -> Orientation:
+    """The orientation in the EXIF block; upright when the block has none or is damaged."""
     try:
-        return int(picture.getexif().get(ExifTags.Base.Orientation, 1))
+        return orientation_of(picture.getexif().get(ExifTags.Base.Orientation, 1))
     except _DAMAGE:
-        return 1
+        return UPRIGHT
 
 
 def _in_srgb(image: Image.Image, profile: Any) -> Image.Image:

@@ -41,7 +41,7 @@ class Sidecar:
             written = [self.path] if dst is None else [self.path, Path(dst)]
             own = [source, *written[1:], *map(Path, others)]
             grows = [part_of(target_of(file)) for file in written if file.name]
-            if any(_is_same(a, b) for a in (self.path, grows[0]) for b in [*own, *grows[1:]]):
+            if any(_is_same_place(a, b) for a in (self.path, grows[0]) for b in [*own, *grows[1:]]):
                 raise UsageError(
                     f"{self.what} {path} is one of this run's own files, or would grow there: "
                     "choose another name"
@@ -105,7 +105,8 @@ class LookFile(JsonFile):
     what = "the look file"
 
 
-def _is_same(one: Path, other: Path) -> bool:
+def _is_same_place(one: Path, other: Path) -> bool:
+    """True for two names of one file, or of the place where one file would be."""
     if one.exists() and other.exists():
         return one.samefile(other)
     return os.path.realpath(one) == os.path.realpath(other)

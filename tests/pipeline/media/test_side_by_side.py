@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline import Look, Settings, process_video, product
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, plane_views
+from makeup_video.pipeline.frames.orientation import ORIENTATIONS, orientation_of
 from makeup_video.pipeline.media.codecs import CODECS
 from makeup_video.pipeline.media.side_by_side import SideBySide, side_by_side
 from media import add_video, decoded, encode_frames, make_clip, picture, times_of
@@ -189,13 +190,13 @@ def test_pictures_stand_beside_each_other_under_every_orientation(orientation):
     }[orientation]  # fmt: skip
     rng = np.random.default_rng(orientation)
     left, right = rng.integers(0, 65536, (2, 7, 5, 4)).astype(np.uint16)
-    both = side_by_side(store(left), store(right), orientation)
+    both = side_by_side(store(left), store(right), ORIENTATIONS[orientation])
     np.testing.assert_array_equal(both, store(np.concatenate([left, right], 1)))
 
 
 def test_an_orientation_that_does_not_exist_is_none():
     left, right = np.zeros((2, 3, 3), np.uint8), np.ones((2, 3, 3), np.uint8)
-    assert side_by_side(left, right, 99).shape == (2, 6, 3)
+    assert side_by_side(left, right, orientation_of(99)).shape == (2, 6, 3)
 
 
 def test_comparing_loads_no_nets_and_no_opencl(tmp_path):
