@@ -262,7 +262,7 @@ def test_video_options_do_not_go_with_a_picture(tmp_path):
 def test_an_existing_picture_is_not_overwritten(tmp_path):
     src = write(tmp_path / "in.png", scene())
     (tmp_path / "out.png").write_text("precious")
-    with pytest.raises(UsageError, match="add -y"):
+    with pytest.raises(UsageError, match="add overwrite=True"):
         process_video(src, tmp_path / "out.png")
     with pytest.raises(OutputError, match="does not exist"):
         process_video(src, tmp_path / "no" / "out.png")

@@ -11,7 +11,13 @@ from typer.testing import CliRunner
 
 PIPELINE = Path(__file__).parents[3] / "pipeline"
 # FFmpeg names the codecs and formats of inputs alike; these files read inputs.
-OF_INPUTS = {"media/codecs.py", "media/decode.py", "media/input_file.py", "media/streams.py"}
+OF_INPUTS = {
+    "media/codecs.py",
+    "media/decode.py",
+    "media/frame_times.py",
+    "media/input_file.py",
+    "media/streams.py",
+}
 
 
 def names_in(path):

@@ -238,7 +238,7 @@ def test_an_output_that_is_a_folder(tmp_path):
 def test_an_output_that_exists_is_kept_unless_told_otherwise(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     (tmp_path / "out.mp4").write_text("precious")
-    refused(src, tmp_path / "out.mp4", UsageError, "add -y")
+    refused(src, tmp_path / "out.mp4", UsageError, "add overwrite=True")
     assert (tmp_path / "out.mp4").read_text() == "precious"
     process_video(src, tmp_path / "out.mp4", None, Settings(overwrite=True))
     assert len(decoded(tmp_path / "out.mp4")) == 12
