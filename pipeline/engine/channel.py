@@ -15,8 +15,8 @@ class ChannelClosed(Exception):
 class Channel(Generic[T]):
     """A queue of at most `capacity` items; a sender waits while it is full.
 
-    The sender calls `close` after its last item: the receiver gets what is left and stops. Anyone may
-    call `cancel` when the run is over: items that wait are dropped, and both ends wake.
+    The sender calls `close` after its last item: the receiver gets what is left and stops. Anyone
+    may call `cancel` when the run is over: items that wait are dropped, and both ends wake.
     """
 
     def __init__(self, name: str, capacity: int) -> None:

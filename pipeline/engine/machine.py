@@ -33,8 +33,8 @@ class Need:
 
 # Fitted to the peaks of VmSize and RssAnon on 1 and 2 cores, for frames of 64x64, 720p, 1080p and
 # 2160p and a picture of 1.2 Mpx. Runs that paint compiled their kernels first, which takes 70 MB.
-# With 10 % less, codecs and ONNX Runtime fail at some point, and PoCL and the threads of C libraries
-# crash.
+# With 10 % less, codecs and ONNX Runtime fail at some point, and PoCL and the threads of C
+# libraries crash.
 LOAD = Need("loading its libraries", (180, 45, 0, 0), (40, 0, 0, 0))
 COPY_VIDEO = Need("copying this video", (400, 40, 38, 42), (35, 0, 47, 28))
 SHOW_VIDEO = Need("looking for faces in this video", (605, 230, 55, 42), (100, 0, 58, 29))
@@ -75,7 +75,8 @@ def _line(need: Need, wanted: int, what: str, allowed: int, limit: str) -> str:
 def group_limit_bytes() -> int | None:
     """The memory limit of this process's control group, or of one above it.
 
-    None where there is no limit, where the system does not report it, or where swap space softens it.
+    None where there is no limit, where the system does not report it, or where swap space softens
+    it.
     """
     try:
         lines = (_PROC / "self" / "cgroup").read_text(encoding="ascii").splitlines()
@@ -144,8 +145,8 @@ def cores() -> int:
 def one_opencv_thread() -> Iterator[None]:
     """Keep OpenCV on the thread that calls it within the block.
 
-    Pictures of lips and eyes are too small to share: waking OpenCV's own threads for them costs 0.7 ms
-    of CPU time per frame and makes no run shorter.
+    Pictures of lips and eyes are too small to share: waking OpenCV's own threads for them costs
+    0.7 ms of CPU time per frame and makes no run shorter.
     """
     import cv2  # late: `check_memory` must run before large libraries are loaded
 

@@ -1,4 +1,4 @@
-"""Runs source, stages and sink of a film on threads: one each for source and sink, some for stages."""
+"""Runs a film on threads: one for the source, some for the stages, one for the sink."""
 
 import itertools
 import threading
@@ -79,8 +79,8 @@ class Runner:
     source, stages, sink: each with a name for the report.  capacity: of every channel.
     observe: called by the actors' own threads after each item.
     workers: how many threads share the stages, neighbours together; None: one less than there are
-    cores, since the codec needs one. More threads than cores only take turns, and evict each other's
-    data from the cache.
+    cores, since the codec needs one. More threads than cores only take turns, and evict each
+    other's data from the cache.
     """
 
     def __init__(
@@ -108,8 +108,8 @@ class Runner:
     def run(self, on_tick: Callable[[int], None] | None = None, tick_seconds: float = 0.2) -> None:
         """Block until all is done; `on_tick(items that reached the sink)` is called meanwhile.
 
-        Raises the first error of any actor, or StoppedError after Ctrl-C, once the sink has finished.
-        A Ctrl-C while the sink is finishing a whole film has no effect.
+        Raises the first error of any actor, or StoppedError after Ctrl-C, once the sink has
+        finished. A Ctrl-C while the sink is finishing a whole film has no effect.
         """
         threads: list[threading.Thread] = []
         try:
@@ -136,8 +136,8 @@ class Runner:
     def _wait(self, seconds: float | None) -> bool:
         """Wait; True once every actor has ended.
 
-        Thread.join cannot be used: after a Ctrl-C inside it, Python 3.11 takes a running thread for a
-        finished one.
+        Thread.join cannot be used: after a Ctrl-C inside it, Python 3.11 takes a running thread for
+        a finished one.
         """
         with self._ended:
             return self._ended.wait_for(lambda: self._running == 0, seconds)

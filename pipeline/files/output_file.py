@@ -38,7 +38,8 @@ def keep_apart(output: Path, read: Path) -> None:
     for taken in (place, part_of(place)) if place.name else ():
         if _is_same_file(taken, read):
             raise UsageError(
-                f"the output {output} would replace {read}, which this run reads: choose another name"
+                f"the output {output} would replace {read}, which this run reads: choose another "
+                "name"
             )
 
 
@@ -85,8 +86,8 @@ class OutputFile:
     def keep(self) -> None:
         """Give the part, which is whole, the output's name.
 
-        Raises UsageError when another program has made a file of that name meanwhile, which must not
-        be overwritten. The part is then kept.
+        Raises UsageError when another program has made a file of that name meanwhile, which must
+        not be overwritten. The part is then kept.
         """
         if self._on_whole is not None:
             self._on_whole()
@@ -104,8 +105,8 @@ class OutputFile:
                     raise
                 self.leave()
                 raise OutputError(
-                    f"{self.part} cannot be renamed to {self.path} ({error.strerror}); it is whole: "
-                    "rename it yourself"
+                    f"{self.part} cannot be renamed to {self.path} ({error.strerror}); it is "
+                    "whole: rename it yourself"
                 ) from error
 
     def leave(self) -> None:

@@ -1,4 +1,4 @@
-"""The file into which an output is written: always new, locked, and never reached through a link."""
+"""The file into which an output is written: always new, locked, never reached through a link."""
 
 import atexit
 import contextlib
@@ -98,8 +98,8 @@ def check_part(path: Path, overwrite: bool) -> None:
         )
     if not overwrite:
         raise UsageError(
-            f"{path} exists, perhaps from a run that was stopped: add {option('overwrite', True)} to "
-            "overwrite it"
+            f"{path} exists, perhaps from a run that was stopped: add "
+            f"{option('overwrite', True)} to overwrite it"
         )
 
 

@@ -1,7 +1,8 @@
 """Converts HDR planes for a JPEG: brightness is kept, highlights are rolled off, hues are close.
 
-Exact colours would need linear light for every pixel. Here luma follows the curve of grey, and chroma
-is multiplied by the slope of that curve: exact for grey, close for skin, a little pale for deep reds.
+Exact colours would need linear light for every pixel. Here luma follows the curve of grey, and
+chroma is multiplied by the slope of that curve: exact for grey, close for skin, a little pale for
+deep reds.
 """
 
 from functools import lru_cache
@@ -64,7 +65,7 @@ def _curve(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=4)
 def _of_chroma(coding: Coding) -> list[list[float]]:
-    """What chroma adds to luma, Cb and Cr where the slope is 1: rows of (of Cb, of Cr, constant)."""
+    """What chroma adds to luma, Cb and Cr where the slope is 1: rows (of Cb, of Cr, constant)."""
     to_rgb, _ = matrices(coding)
     _, to_codes = matrices(_JFIF)
     srgb = np.linalg.inv(from_srgb_primaries(coding.primaries))

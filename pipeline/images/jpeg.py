@@ -1,8 +1,8 @@
 """Encodes the planes of a frame as a JPEG in which a browser shows the painted colours.
 
-A JPEG file (JFIF) is full-range BT.601, which browsers take for sRGB. Planes of a camera's MJPEG are
-already coded so and go to the encoder unchanged. All others are converted in Y'CbCr, each plane at
-its own size: the frame never becomes RGB.
+A JPEG file (JFIF) is full-range BT.601, which browsers take for sRGB. Planes of a camera's MJPEG
+are already coded so and go to the encoder unchanged. All others are converted in Y'CbCr, each plane
+at its own size: the frame never becomes RGB.
 """
 
 from functools import lru_cache
@@ -17,7 +17,8 @@ from makeup_video.pipeline.frames.sampling import halved
 from makeup_video.pipeline.images.hdr_preview import standard
 
 QUALITY = 85
-# Pictures with longer sides are halved: no page is wider, and 2160p costs three times as much whole.
+# Pictures with longer sides are halved: no page is wider, and 2160p costs three times as much
+# whole.
 LIMIT_PX = 2560
 _JFIF = Coding(6, True)
 _FINE = 2  # what chroma adds to luma is stored in halves of a code; it never reaches 64 codes
@@ -26,8 +27,9 @@ Planes = tuple[np.ndarray, ...] | list[np.ndarray]
 
 
 class PreviewJpeg:
-    """Encodes planes, as Frame.planes has them, to the bytes of a JPEG file. The planes stay unchanged.
+    """Encodes planes, as Frame.planes has them, to the bytes of a JPEG file.
 
+    The planes stay unchanged.
     quality: libjpeg's, 1..100.  limit_px: a picture is halved until no side is longer.
     """
 

@@ -24,7 +24,8 @@ logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints
 # Formats of photos only: some others of Pillow's run programs (EPS) or open more files.
 _FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
 _KINDS = "JPEG, PNG, WebP, AVIF, TIFF or BMP"
-# Photos with a longer side than this are averaged down: a face still has far more pixels than needed.
+# Photos with a longer side than this are averaged down: a face still has far more pixels than
+# needed.
 LARGE_PX = 4096
 _HEIC = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1")
 _AVIF = (b"avif", b"avis")
@@ -206,8 +207,8 @@ def _orientation(picture: Image.Image) -> Orientation:
 def _in_srgb(image: Image.Image, profile: Any) -> Image.Image:
     """The picture in mode RGB, converted to sRGB.
 
-    A profile that is broken or for another kind of picture is ignored (in a TIFF it can be a number).
-    A profile named sRGB is used like any other, since some of that name are linear.
+    A profile that is broken or for another kind of picture is ignored (in a TIFF it can be a
+    number). A profile named sRGB is used like any other, since some of that name are linear.
     """
     if image.mode == "RGBA":
         image = image.convert("RGB")

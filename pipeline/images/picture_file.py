@@ -84,9 +84,9 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.nd
 
 
 def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarray]) -> bytes:
-    """Encode BGR(A) pixels for the path's extension: JPEG (quality 95, 4:4:4), lossless WebP or PNG.
+    """Encode BGR(A) pixels for the path's extension.
 
-    Raises OutputError.
+    JPEG has quality 95 and 4:4:4, WebP and PNG are lossless. Raises OutputError.
     """
     import cv2
 

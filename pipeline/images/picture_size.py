@@ -57,6 +57,6 @@ def _little(data: bytes) -> int:
 
 def _too_large(path: Path, size_wh: tuple[int, int], most: str) -> DecodeError:
     return DecodeError(
-        f"{path} has {size_wh[0]} x {size_wh[1]} px, and no picture of more than {most} can be painted: "
-        "make it smaller first"
+        f"{path} has {size_wh[0]} x {size_wh[1]} px, and no picture of more than {most} can be "
+        "painted: make it smaller first"
     )

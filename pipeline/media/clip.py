@@ -1,4 +1,4 @@
-"""The part of a film that is kept: moves the packets and chapters inside it, and drops the others."""
+"""The part of a film that is kept: its packets and chapters move, all others are dropped."""
 
 from dataclasses import dataclass
 from fractions import Fraction

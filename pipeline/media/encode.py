@@ -106,7 +106,7 @@ class VideoEncoder:
         self._stream = stream
 
     def _add(self, container: Any, frame: Frame) -> Any:
-        """The output's video stream, with everything that the source declares about its pictures."""
+        """The output's video stream, with all that the source declares about its pictures."""
         # Matroska's only tick is the millisecond
         self._tick = Fraction(1, 1000) if self.muxer.format in MATROSKA else frame.time_base
         stream = container.add_stream(self.codec.encoder, rate=self.source.rate)

@@ -156,8 +156,8 @@ def packets_of(container: Any, *streams: Any) -> Generator[Any, None, None]:
 def late_streams(container: Any) -> list[str]:
     """The streams that have appeared since the file was opened, such as "audio #2 (mp3)".
 
-    mpegts, FLV and MPEG may announce a stream anywhere. PyAV neither lists such a stream nor returns
-    its packets; only FFmpeg's own description of the file shows it.
+    mpegts, FLV and MPEG may announce a stream anywhere. PyAV neither lists such a stream nor
+    returns its packets; only FFmpeg's own description of the file shows it.
     """
     level = av.logging.get_level()
     av.logging.set_level(av.logging.INFO)

@@ -198,8 +198,8 @@ class Muxer:
             self.target.leave()
             self.is_finished = True
             raise OutputError(
-                f"{self.target.path} did not come out whole: {missing}; what was written is kept as "
-                f"{self.part}. Try another container, such as .mkv, and report it"
+                f"{self.target.path} did not come out whole: {missing}; what was written is kept "
+                f"as {self.part}. Try another container, such as .mkv, and report it"
             )
 
     def _keep_pixel_aspect(self) -> bool:

@@ -1,4 +1,4 @@
-"""Adds the source's other streams to an output: as they are, in another codec, or as attachments."""
+"""Adds the source's other streams to an output: copied, converted, or as attachments."""
 
 from collections.abc import Callable
 from typing import Any

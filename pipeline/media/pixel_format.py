@@ -60,8 +60,8 @@ class ConvertPixelFormat:
     depth: bits per sample; None: those usual for the codec.  sdr: PQ and HLG become SDR.
     conversions: what changes.  unasked: those conversions that neither depth nor sdr asked for.
     dropped: what the conversion loses.
-    mended: how many damaged pictures had samples beyond their depth. They are clipped, since neither
-    x264 nor the kernels can take them.
+    mended: how many damaged pictures had samples beyond their depth. They are clipped, since
+    neither x264 nor the kernels can take them.
     """
 
     def __init__(self, codec: VideoCodec, depth: int | None = None, *, sdr: bool = False) -> None:
@@ -84,8 +84,8 @@ class ConvertPixelFormat:
             self._seen = key
         elif key != self._seen:
             raise DecodeError(
-                f"the picture changes from {_text(self._seen)} to {_text(key)} at pts {picture.pts}: "
-                "one output holds one size; cut the file there and run the parts"
+                f"the picture changes from {_text(self._seen)} to {_text(key)} at pts "
+                f"{picture.pts}: one output holds one size; cut the file there and run the parts"
             )
         picture = self._converted(picture)
         if self._padded_wh(picture) != (picture.width, picture.height):
@@ -158,7 +158,7 @@ class ConvertPixelFormat:
 
 
 def _transparent_codecs() -> str:
-    """The codecs that keep transparency and where: "vp9 in .mkv and .webm, ... and prores in .mov"."""
+    """The codecs that keep transparency, and where: "vp9 in .webm and .mkv, ..."."""
     endings = {container: end for end, container in CONTAINERS.items() if end != ".m4v"}
     places = [
         f"{codec.name} in {' and '.join(endings[container] for container in codec.transparent_in)}"
@@ -169,7 +169,7 @@ def _transparent_codecs() -> str:
 
 
 def _clip_to_depth(picture: av.VideoFrame) -> bool:
-    """Clip samples beyond the picture's depth, which damaged streams have; True if there were any."""
+    """Clip samples beyond the picture's depth, which damaged streams have; True if any."""
     if not _ROOMY.fullmatch(picture.format.name):
         return False
     largest = 2 ** bits_of(picture.format.name) - 1

@@ -14,8 +14,8 @@ from makeup_video.pipeline.media.input_file import local_file
 class Sidecar:
     """A file that is checked before the run and gets its name when the run has ended well.
 
-    Until then it is written as NAME.part.EXT. After Ctrl-C the part stays as valid JSON, if anything
-    was written to it; after an error it is removed.
+    Until then it is written as NAME.part.EXT. After Ctrl-C the part stays as valid JSON, if
+    anything was written to it; after an error it is removed.
     src: the run's input.  dst: the main output, None when there is none.
     others: more files of the run, which must not be replaced.
     what: its name in messages.  begins, ends: written before and after everything else.
@@ -45,8 +45,8 @@ class Sidecar:
             grows = [part_of(target_of(file)) for file in written if file.name]
             if any(_is_same_place(a, b) for a in (self.path, grows[0]) for b in [*own, *grows[1:]]):
                 raise UsageError(
-                    f"{self.what} {path} is one of this run's own files, or has the name of its part: "
-                    "choose another name"
+                    f"{self.what} {path} is one of this run's own files, or has the name of a "
+                    "part: choose another name"
                 )
         self._target = OutputFile(self.path, source, overwrite=overwrite)
         self._file: IO[str] | None = None

@@ -12,8 +12,8 @@ from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.media.hdr import light_levels
 from makeup_video.pipeline.media.tone_map import peak_of, sdr_table
 
-# Entries of the table along each axis. At 33 one colour in a hundred is off by 6 codes of 255, at 65
-# by 3.
+# Entries of the table along each axis. At 33 one colour in a hundred is off by 6 codes of 255, at
+# 65 by 3.
 _SIZE = 65
 _BETWEEN = "gbrp10le"  # R'G'B' in finer steps than the 8 bits of the result
 _BT2020 = 9
@@ -25,7 +25,8 @@ class ToSdr:
 
     picture: the first one, PQ or HLG; its colours and its peak hold for all.
     pix_fmt: that of the result.  peak_nits: the brightest light of the film, in cd/m2.
-    Times, field order and rotation stay. HDR10's static metadata is dropped, since it no longer holds.
+    Times, field order and rotation stay. HDR10's static metadata is dropped, since it no longer
+    holds.
     Raises OutputError when there is no room for a temporary file.
     """
 
@@ -88,7 +89,7 @@ def _write(table: np.ndarray) -> str:
             file.writelines(lines)
     except OSError as error:
         raise OutputError(
-            f"{tempfile.gettempdir()} takes no temporary file ({error.strerror}), which the conversion "
-            "to SDR needs: free 10 MB there"
+            f"{tempfile.gettempdir()} takes no temporary file ({error.strerror}), which the "
+            "conversion to SDR needs: free 10 MB there"
         ) from error
     return file.name

@@ -48,7 +48,10 @@ class Trim(Generic[T]):
         return [*self.finish(), (picture, seconds - self._begin())]
 
     def finish(self) -> list[tuple[T, Fraction]]:
-        """The picture that is on screen at `start`, if any: at the end, or before a late picture."""
+        """The picture that is on screen at `start`, if any.
+
+        Called at the end of the film, or before a picture that comes late.
+        """
         if self.shift is not None or self.start is None or self._held is None:
             return []
         if self._held_until <= self.start:
