@@ -68,14 +68,14 @@ class Decoder:
     def __init__(
         self,
         source: VideoSource,
-        door: ConvertPixelFormat,
+        convert: ConvertPixelFormat,
         muxer: StreamCopier,
         *,
         start_seconds: Fraction | None = None,
         end_seconds: Fraction | None = None,
         threads: int = 0,
     ) -> None:
-        self.source, self.door, self.muxer = source, door, muxer
+        self.source, self.convert, self.muxer = source, convert, muxer
         origin = source.start_seconds  # people count from where a player begins
         start = start_seconds + origin if start_seconds else None
         end = end_seconds + origin if end_seconds is not None else None
@@ -165,11 +165,11 @@ class Decoder:
             if not self.stats.frames:
                 self._begin()
             self.source.tags.complete(picture)
-            is_damaged, mended = picture.is_corrupt, self.door.mended
-            picture = self.door(picture)
-            self.stats.corrupt_frames += is_damaged or self.door.mended > mended
+            is_damaged, mended = picture.is_corrupt, self.convert.mended
+            picture = self.convert(picture)
+            self.stats.corrupt_frames += is_damaged or self.convert.mended > mended
             if not self.stats.frames:
-                self.muxer.dropped += self.door.dropped
+                self.muxer.dropped += self.convert.dropped
                 self._refuse_changes()
             self.stats.frames += 1
             picture.pict_type = 0  # the source's I/P/B choices must not become the encoder's
@@ -188,11 +188,11 @@ class Decoder:
             )
 
     def _refuse_changes(self) -> None:
-        if self.muxer.strict and self.door.unasked:
+        if self.muxer.strict and self.convert.unasked:
             strict = option("strict")
             raise StrictError(
-                f"{strict}: {self.door.codec.name} cannot keep the picture as it is: "
-                f"{'; '.join(self.door.unasked)}. Choose another codec, or leave {strict} out."
+                f"{strict}: {self.convert.codec.name} cannot keep the picture as it is: "
+                f"{'; '.join(self.convert.unasked)}. Choose another codec, or leave {strict} out."
             )
 
     @property

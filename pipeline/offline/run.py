@@ -112,10 +112,10 @@ def _run(
     )
     muxer = Muxer(target, container, strict=settings.strict)
     try:
-        door = ConvertPixelFormat(codec, depth, sdr=settings.sdr)
+        convert = ConvertPixelFormat(codec, depth, sdr=settings.sdr)
         decoder = Decoder(
             source,
-            door,
+            convert,
             muxer,
             start_seconds=settings.start_seconds,
             end_seconds=settings.end_seconds,
@@ -168,7 +168,7 @@ def _report(
         damaged=stats.is_damaged or muxer.skipped_packets > 0,
         dropped=muxer.dropped,
         converted=muxer.converted,
-        conversions=decoder.door.conversions,
+        conversions=decoder.convert.conversions,
         media_seconds=float(decoder.media_seconds),
         first_packet_unix_seconds=encoder.first_packet_at,
         stages={name: asdict(times) for name, times in runner.times.items()},

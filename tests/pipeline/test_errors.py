@@ -16,13 +16,13 @@ from makeup_video.pipeline.errors import (
 
 
 @pytest.mark.parametrize("kind", [UsageError, InputError, StoppedError])
-def test_python_reads_the_names_of_python_and_the_command_its_own(kind):
+def test_python_and_the_command_each_read_their_names(kind):
     error = kind(f"{option('bit_depth')} must be 8: give {option('bit_depth', 8)}")
     assert str(error) == "bit_depth must be 8: give bit_depth=8"
     assert error.spelled(option_of_command) == "--bit-depth must be 8: give --bit-depth 8"
 
 
-def test_a_text_is_quoted_in_python_and_typed_as_it_is_in_a_command():
+def test_a_text_is_quoted_in_python_and_typed_in_a_command():
     error = UsageError(f"use {option('codec', 'h264')}, {option('overwrite', True)} replaces")
     assert str(error) == "use codec='h264', overwrite=True replaces"
     assert error.spelled(option_of_command) == "use --codec h264, -y replaces"

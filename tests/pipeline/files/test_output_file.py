@@ -40,7 +40,7 @@ def test_the_input_may_lie_where_the_output_would_grow(tmp_path, source, overwri
     assert part.read_bytes() == before and names(tmp_path) == ["film.part.mp4"]
 
 
-def test_a_part_from_an_earlier_run_is_only_overwritten_when_told(tmp_path, source):
+def test_an_old_part_is_only_overwritten_when_asked(tmp_path, source):
     (tmp_path / "out.part.mp4").write_text("precious")
     with pytest.raises(UsageError, match="add overwrite=True"):
         process_video(source, tmp_path / "out.mp4")

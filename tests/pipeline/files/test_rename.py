@@ -1,4 +1,4 @@
-"""An output that comes into being during the run is never replaced, whatever the file system knows."""
+"""A file that appears during the run is never replaced, whatever the file system supports."""
 
 import ctypes
 import errno

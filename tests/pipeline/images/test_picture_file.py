@@ -76,7 +76,7 @@ def test_an_unpainted_png_keeps_every_pixel(tmp_path, shape, dtype):
 
 @pytest.mark.parametrize("start", [".jpg", ".png", ".webp"])
 @pytest.mark.parametrize("end", [".jpg", ".jpeg", ".png", ".webp"])
-def test_exif_icc_and_xmp_are_kept_and_the_picture_is_not_turned(tmp_path, start, end):
+def test_exif_icc_and_xmp_stay_and_nothing_is_turned(tmp_path, start, end):
     metadata = {EXIF: exif(6), ICC: PROFILE, XMP: b"<x:xmpmeta xmlns:x='adobe:ns:meta/'/>"}
     src = write(tmp_path / f"in{start}", scene(), metadata, [cv2.IMWRITE_WEBP_QUALITY, 101])
     old_pixels, old = read_picture(src)
@@ -128,7 +128,7 @@ def test_a_face_is_upright_under_every_orientation(tmp_path, orientation):
     assert row[2] - row[1] > 150  # the chin is below the brow, by the height of the face
 
 
-def test_orientation_6_means_that_turning_left_by_270_degrees_makes_it_upright():
+def test_orientation_6_is_upright_after_270_degrees_left():
     """As OpenCV itself turns it when it honours EXIF: 90 degrees clockwise."""
     upright = scene()
     stored = np.rot90(upright, 1)  # counter-clockwise; the camera was held so

@@ -44,7 +44,7 @@ def test_a_missing_time_follows_the_picture_before():
     assert got == [0, 40, 80, 500] and times.mended == 2
 
 
-def test_durations_beyond_all_reason_do_not_move_the_next_picture():
+def test_absurd_durations_do_not_move_the_next_picture():
     got, _ = times_for([0, None], durations=[2**63, 40])
     assert got == [0, 1]
 

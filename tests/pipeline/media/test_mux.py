@@ -181,9 +181,18 @@ def test_aac_into_webm_becomes_opus_and_stays_in_sync(tmp_path):
     assert abs(last - 2) < Fraction(1, 20)
 
 
-@pytest.mark.parametrize(("codec", "end"), [("libopus", ".webm"), ("libopus", ".mp4"),
-                                            ("flac", ".mp4"), ("ac3", ".mov"), ("libmp3lame", ".mp4"),
-                                            ("pcm_s16le", ".mov"), ("pcm_s16le", ".mp4")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("codec", "end"),
+    [
+        ("libopus", ".webm"),
+        ("libopus", ".mp4"),
+        ("flac", ".mp4"),
+        ("ac3", ".mov"),
+        ("libmp3lame", ".mp4"),
+        ("pcm_s16le", ".mov"),
+        ("pcm_s16le", ".mp4"),
+    ],
+)
 def test_audio_that_the_container_holds_is_not_converted(tmp_path, codec, end):
     src = make_clip(tmp_path / "in.mkv", audio=codec)
     report = run(src, tmp_path / f"out{end}")
@@ -208,7 +217,7 @@ def test_cover_art_is_kept_and_never_taken_for_the_video(tmp_path, end):
 
 
 @pytest.mark.parametrize("end", [".mov", ".webm"])
-def test_cover_art_that_the_container_cannot_hold_is_dropped_by_name(tmp_path, end):
+def test_cover_art_that_does_not_fit_is_dropped_by_name(tmp_path, end):
     src = tmp_path / "in.mp4"
     make_cover(src)
     report = run(src, tmp_path / f"out{end}")
@@ -234,7 +243,7 @@ def make_cover(path):
 
 
 @pytest.mark.parametrize("end", [".mkv", ".mp4", ".webm"])
-def test_attachments_are_kept_in_matroska_and_named_when_dropped(tmp_path, end):
+def test_attachments_stay_in_matroska_or_are_named(tmp_path, end):
     src, dst = tmp_path / "in.mkv", tmp_path / f"out{end}"
     with av.open(str(src), "w") as out:
         video = add_video(out)
@@ -251,7 +260,7 @@ def test_attachments_are_kept_in_matroska_and_named_when_dropped(tmp_path, end):
         assert len(report.dropped) == 1 and "attachment" in report.dropped[0]
 
 
-def test_an_audio_track_that_never_says_what_it_holds_is_dropped_by_name(tmp_path):
+def test_an_audio_stream_of_unknown_format_is_dropped(tmp_path):
     """Broadcasts announce tracks that then stay silent."""
     src = tmp_path / "in.ts"
     with av.open(str(src), "w") as out:
@@ -267,7 +276,7 @@ def test_an_audio_track_that_never_says_what_it_holds_is_dropped_by_name(tmp_pat
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
-def test_a_damaged_packet_of_another_track_is_counted_and_ends_nothing(tmp_path, end):
+def test_a_damaged_packet_of_another_stream_is_counted(tmp_path, end):
     clip = make_clip(tmp_path / "whole.ts", frames=60, audio="aac", options={"g": "10"})
     seen = 0
     for seed in range(8):
@@ -297,7 +306,7 @@ def klv_clip(path):
     return path
 
 
-def test_a_data_track_that_nothing_holds_is_dropped_by_name_and_strict_refuses(tmp_path):
+def test_a_data_stream_is_dropped_by_name_or_refused(tmp_path):
     src = klv_clip(tmp_path / "in.ts")
     report = run(src, tmp_path / "out.mp4")
     assert report.dropped == ["data #1 (klv): mp4 cannot hold it"]

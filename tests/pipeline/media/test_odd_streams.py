@@ -63,7 +63,7 @@ def kinds_and_counts(path: Path) -> list[tuple[str, int]]:
 
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize("begin", [".mp4", ".mkv", ".mov"])
-def test_sound_before_the_video_stays_before_it_and_both_are_whole(tmp_path, begin, end):
+def test_sound_before_the_video_stays_before_it(tmp_path, begin, end):
     src, dst = sound_first(tmp_path / f"in{begin}"), tmp_path / f"out{end}"
     report = process_video(src, dst)
     assert report.frames_out == FRAMES and not report.dropped and not report.damaged
@@ -171,14 +171,14 @@ def test_sound_that_begins_late_in_mpegts_is_kept(tmp_path, seconds):
     assert len(packets_of(dst, "audio")) == len(packets_of(src, "audio")) > 40
 
 
-def test_sound_that_begins_too_late_to_be_known_is_left_out_with_the_reason(tmp_path):
+def test_sound_that_begins_too_late_is_left_out(tmp_path):
     report = process_video(late_sound(tmp_path / "in.ts", 130), tmp_path / "out.mkv")
     assert len(report.dropped) == 1
     assert "audio #1 (aac)" in report.dropped[0] and "so late" in report.dropped[0]
 
 
 def grown_in_mid_file(path: Path) -> Path:
-    """An mpegts that announces a sound only in the middle: FFmpeg looks at its beginning and end."""
+    """An mpegts that announces audio only in the middle: FFmpeg reads its beginning and end."""
     mute, loud = path.with_name("mute.ts"), path.with_name("loud.ts")
     make_clip(mute, "mpeg4", frames=90, rate=30, options={"qscale": "1"})
     make_clip(loud, "mpeg4", frames=30, rate=30, audio="libmp3lame")
@@ -196,14 +196,14 @@ def test_a_track_that_appears_in_mid_file_is_left_out_by_name(tmp_path):
     assert [text.split(":")[0] for text in report.dropped] == ["audio #1 (mp3)"]
 
 
-def test_strict_does_not_lose_a_track_that_appears_in_mid_file(tmp_path):
+def test_strict_refuses_a_stream_that_appears_in_mid_file(tmp_path):
     src = grown_in_mid_file(tmp_path / "in.ts")
     with pytest.raises(StrictError, match="audio #1"):
         process_video(src, tmp_path / "out.mkv", None, Settings(preset="ultrafast", strict=True))
     assert [path.name for path in tmp_path.iterdir()] == ["in.ts"]
 
 
-def test_a_start_beyond_the_end_of_such_a_file_tells_its_length(tmp_path):
+def test_a_start_beyond_such_a_file_shows_its_length(tmp_path):
     src = grown_in_mid_file(tmp_path / "in.ts")
     with pytest.raises(UsageError, match="beyond the end"):
         process_video(src, tmp_path / "out.mkv", None, Settings(start_seconds=Fraction(9999)))

@@ -58,7 +58,7 @@ def test_a_video_with_too_many_packets_is_noticed(tmp_path, end):
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_a_missing_track_and_a_track_in_another_ones_place_are_noticed(tmp_path, end):
+def test_missing_and_swapped_streams_are_noticed(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
     sent = sent_to(path)
     more = [*sent, SentStream("subtitle #2", "subtitle", "subrip", packets=1)]
@@ -69,7 +69,7 @@ def test_a_missing_track_and_a_track_in_another_ones_place_are_noticed(tmp_path,
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_a_track_of_which_nothing_was_sent_may_be_there_or_not(tmp_path, end):
+def test_a_stream_without_packets_may_be_missing(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
     sent = sent_to(path)
     for at in range(len(sent) + 1):
@@ -89,7 +89,7 @@ def test_a_file_that_is_no_video_is_told_and_never_raises(tmp_path_factory, at, 
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_an_output_that_lost_a_packet_keeps_the_part_and_gets_no_name(tmp_path, monkeypatch, end):
+def test_an_output_that_lost_a_packet_stays_a_part(tmp_path, monkeypatch, end):
     src, dst = clip(tmp_path / "in.mkv"), tmp_path / f"out{end}"
     muxed = Muxer._mux
 

@@ -26,7 +26,7 @@ def saved(path, rgb8):
     return path
 
 
-def test_a_number_that_no_face_has_is_told_with_those_that_there_were(tmp_path):
+def test_an_unknown_number_is_shown_with_those_seen(tmp_path):
     one = put(grey(), face_of(110), 320, 60)
     src = saved(tmp_path / "one.png", one)
     assert only_line(src, faces="1") == (
@@ -65,7 +65,7 @@ def test_of_many_faces_ten_are_named(numbers, words):
     assert report.warnings() == [f"nothing was painted: face 999 was chosen, but {words}"]
 
 
-def test_a_face_that_is_found_but_not_seen_is_told_by_what_is_hidden(tmp_path, monkeypatch):
+def test_a_hidden_face_is_explained_by_what_is_hidden(tmp_path, monkeypatch):
     monkeypatch.setattr(Composite, "_parts", lambda *_: [])
     src = saved(tmp_path / "in.png", face_of(200))
     shadow = product((0, 90, 40), "matte", "eyes")
