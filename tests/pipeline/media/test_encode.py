@@ -177,7 +177,7 @@ def test_hevc_is_tagged_hvc1_with_its_sets_in_the_header(tmp_path, end, pix_fmt)
 
 
 def nal_types(path):
-    """Of every NAL unit of the first video track (H.265, table 7-1)."""
+    """Of every NAL unit of the first video stream (H.265, table 7-1)."""
     with av.open(str(path)) as container:
         for packet in container.demux(video=0):
             data, at = bytes(packet), 0

@@ -58,18 +58,18 @@ def titles_of(path):
 
 
 def rich_clip(path, sound=("aac", "aac"), titles=None):
-    """Two audio tracks, a subtitle track, chapters, timecode, tags."""
+    """Two audio streams, a subtitle stream, chapters, timecode, tags."""
     with av.open(str(path), "w") as out:
         video = add_video(out)
         if path.suffix in (".mp4", ".mov"):
             video.metadata["timecode"] = "01:02:03:04"
-        tracks = []
+        streams = []
         for language, codec in zip(("eng", "ger"), sound, strict=False):
-            track = out.add_stream(codec, rate=48000, layout="stereo")
-            track.metadata["language"] = language
-            tracks.append(track)
-        tracks[0].disposition = Disposition.default
-        tracks[1].disposition = Disposition.comment
+            stream = out.add_stream(codec, rate=48000, layout="stereo")
+            stream.metadata["language"] = language
+            streams.append(stream)
+        streams[0].disposition = Disposition.default
+        streams[1].disposition = Disposition.comment
         text = add_titles(out, titles) if titles else None
         out.metadata.update({"title": "A film", "artist": "Somebody"})
         ms = Fraction(1, 1000)
@@ -80,8 +80,8 @@ def rich_clip(path, sound=("aac", "aac"), titles=None):
             ]
         )
         encode_frames(out, video, range(30))
-        for index, track in enumerate(tracks):
-            tone(out, track, 1.0, hertz=440 + 220 * index)
+        for index, stream in enumerate(streams):
+            tone(out, stream, 1.0, hertz=440 + 220 * index)
         if text is not None:
             write_titles(out, text)
     return path
@@ -131,13 +131,13 @@ def test_languages_dispositions_titles_and_chapters_are_kept(tmp_path, end):
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mov"])
-def test_the_timecode_track_is_kept(tmp_path, end):
+def test_the_timecode_stream_is_kept(tmp_path, end):
     src, dst = rich_clip(tmp_path / "in.mov"), tmp_path / f"out{end}"
     report = run(src, dst)
     assert report.dropped == []
     with av.open(str(dst)) as container:
-        tracks = [s for s in container.streams if s.type == "data" and "timecode" in s.metadata]
-        assert [s.metadata["timecode"] for s in tracks] == ["01:02:03:04"]
+        streams = [s for s in container.streams if s.type == "data" and "timecode" in s.metadata]
+        assert [s.metadata["timecode"] for s in streams] == ["01:02:03:04"]
     assert packets_of(src, "data", 1) == packets_of(dst, "data", 1)
 
 
@@ -261,7 +261,7 @@ def test_attachments_stay_in_matroska_or_are_named(tmp_path, end):
 
 
 def test_an_audio_stream_of_unknown_format_is_dropped(tmp_path):
-    """Broadcasts announce tracks that then stay silent."""
+    """Broadcasts announce streams that then stay silent."""
     src = tmp_path / "in.ts"
     with av.open(str(src), "w") as out:
         video = add_video(out)
@@ -344,7 +344,7 @@ def test_trimmed_chapters_and_subtitles_move_with_the_picture(tmp_path):
 
 
 def test_packets_before_the_header_are_not_lost(tmp_path):
-    """A long sound track before the first picture waits in memory, then comes out whole."""
+    """A long sound stream before the first picture waits in memory, then comes out whole."""
     src = make_clip(
         tmp_path / "in.mkv", audio="aac", pts=[3000 + 33 * i for i in range(10)],
         time_base=Fraction(1, 1000),

@@ -1,4 +1,4 @@
-"""Files whose tracks come in an odd order, begin late, or hold what nobody can decode."""
+"""Files whose streams come in an odd order, begin late, or hold what nobody can decode."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -39,7 +39,7 @@ def subtitle_first(path: Path) -> Path:
 
 
 def flv_sound_first(path: Path) -> Path:
-    """FLV numbers its tracks as their packets come."""
+    """FLV numbers its streams as their packets come."""
     with av.open(str(path), "w", format="flv") as out:
         stream = out.add_stream("flv1", rate=30)
         stream.width, stream.height, stream.pix_fmt = 96, 64, "yuv420p"
@@ -139,13 +139,13 @@ def unknown_avi_track(path: Path) -> Path:
         (unknown_avi_track, ".avi", "#1 (unknown codec)"),
     ],
 )
-def test_a_track_without_a_decoder_is_left_out_by_name(tmp_path, make, begin, lost, end):
+def test_a_stream_without_a_decoder_is_left_out_by_name(tmp_path, make, begin, lost, end):
     report = process_video(make(tmp_path / f"in{begin}"), tmp_path / f"out{end}")
     assert report.frames_out == FRAMES and not report.damaged
     assert len(report.dropped) == 1 and lost in report.dropped[0]
 
 
-def test_strict_refuses_to_lose_a_track_without_a_decoder(tmp_path):
+def test_strict_refuses_to_lose_a_stream_without_a_decoder(tmp_path):
     with pytest.raises(StrictError, match="unknown codec"):
         process_video(
             unknown_track(tmp_path / "in.mp4"), tmp_path / "out.mp4", None, Settings(strict=True)
@@ -187,7 +187,7 @@ def grown_in_mid_file(path: Path) -> Path:
     return path
 
 
-def test_a_track_that_appears_in_mid_file_is_left_out_by_name(tmp_path):
+def test_a_stream_that_appears_in_mid_file_is_left_out_by_name(tmp_path):
     src = grown_in_mid_file(tmp_path / "in.ts")
     with av.open(str(src)) as container:
         assert len(container.streams) == 1

@@ -20,15 +20,15 @@ def clip(path):
 
 
 def sent_to(path):
-    """The tracks of a whole file, as its muxer would have counted them."""
+    """The streams of a whole file, as its muxer would have counted them."""
     with av.open(str(path), options={"fflags": "noparse+nofillin"}) as container:
-        tracks = [
+        streams = [
             SentStream(f"{s.type} #{s.index}", s.type, s.name, exact=s.type == "video")
             for s in container.streams
         ]
         for packet in container.demux():
-            tracks[packet.stream.index].packets += bool(packet.size)
-    return tracks
+            streams[packet.stream.index].packets += bool(packet.size)
+    return streams
 
 
 @pytest.mark.parametrize("end", ENDS)
@@ -38,14 +38,14 @@ def test_a_whole_file_misses_nothing(tmp_path, end):
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_one_packet_too_few_is_missed_in_every_track(tmp_path, end):
+def test_one_packet_too_few_is_missed_in_every_stream(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
-    for number, track in enumerate(sent_to(path)):
+    for number, stream in enumerate(sent_to(path)):
         sent = sent_to(path)
         sent[number].packets += 1
         missing = missing_from(path, container_of(path), sent)
         assert missing == (
-            f"{track.name} has {track.packets} packets, {track.packets + 1} were sent"
+            f"{stream.name} has {stream.packets} packets, {stream.packets + 1} were sent"
         )
 
 
@@ -106,8 +106,8 @@ def test_an_output_that_lost_a_packet_stays_a_part(tmp_path, monkeypatch, end):
     assert (tmp_path / f"out.part{end}").exists()
 
 
-def test_packets_for_the_first_track_alone_are_noticed(tmp_path, monkeypatch):
-    """The fault that this check is the belt for: packets that do not know their track."""
+def test_packets_for_the_first_stream_alone_are_noticed(tmp_path, monkeypatch):
+    """The fault that this check is the belt for: packets that do not know their stream."""
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
         sound = out.add_stream("pcm_s16le", rate=8000, layout="mono")
