@@ -187,7 +187,7 @@ def grown_in_mid_file(path: Path) -> Path:
     return path
 
 
-def test_a_stream_that_appears_in_mid_file_is_left_out_by_name(tmp_path):
+def test_a_stream_that_appears_mid_file_is_left_out_by_name(tmp_path):
     src = grown_in_mid_file(tmp_path / "in.ts")
     with av.open(str(src)) as container:
         assert len(container.streams) == 1
