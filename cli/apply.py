@@ -23,6 +23,7 @@ from makeup_video.cli.look_options import (
     parse_time,
 )
 from makeup_video.cli.outcome import tell, told_in_one_line
+from makeup_video.pipeline.media.codecs import codecs_with
 
 if TYPE_CHECKING:
     from makeup_video.pipeline.media.sidecar import JsonFile
@@ -52,7 +53,7 @@ def apply(
     ref_face: RefFace = None,
     codec: Annotated[
         str | None,
-        typer.Option(help="h264, hevc, av1, vp9, ffv1 or prores; default: what suits IN and OUT."),
+        typer.Option(help=f"{codecs_with(lambda codec: True)}; default: what suits IN and OUT."),
     ] = None,
     crf: Annotated[
         int | None, typer.Option(help="Quality: lower is better and larger; default by codec.")

@@ -23,7 +23,7 @@ from makeup_video.cli.look_options import (
     Zone,
     base_look,
 )
-from makeup_video.cli.outcome import told_in_one_line
+from makeup_video.cli.outcome import option_of_command, told_in_one_line
 from makeup_video.cli.progress import live_summary, show_live
 from makeup_video.cli.serve_page import PORT, page
 
@@ -181,6 +181,6 @@ def _until_it_ends(run: "LiveRun", quiet: bool) -> None:
                 say(live_summary(run.figures(), time.monotonic() - began))
     if quiet:  # else each was told when it came
         for error in run.failures:
-            say(f"{type(error).__name__}: {error}")
+            say(f"{type(error).__name__}: {error.spelled(option_of_command)}")
     for error in run.failures:
         raise typer.Exit(error.exit_code)

@@ -11,7 +11,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, NoReturn
 
-_STOP = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _LAST_SECONDS = 1.0
 _STOPPED = 130
 _NO_MEMORY = (
@@ -73,10 +72,10 @@ def _interrupt(*_: object) -> None:
 
 
 def _on_stop(handler: "Any") -> None:
-    """For each signal that ends a run, but those that we were started to ignore: nohup."""
-    for name in _STOP:
-        if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:
-            signal.signal(getattr(signal, name), handler)
+    from makeup_video.pipeline.engine.signals import stop_signals
+
+    for number in stop_signals():
+        signal.signal(number, handler)
 
 
 def _end(code: int) -> "NoReturn":

@@ -2,37 +2,38 @@
 
     MakeupVideoError                 exit code 1
     ├── InstallError   (RuntimeError)          1   a file of the package is missing or changed
-    ├── TooLittleMemoryError (MemoryError)     1   a limit on memory that the run cannot keep
+    ├── TooLittleMemoryError (MemoryError)     1   a memory limit is below what the run needs
     ├── UsageError     (ValueError)            2   options that do not fit together
     ├── LookError      (ValueError)            2   a look file that cannot be used
     ├── CatalogueError (ValueError)            2   a table of products that cannot be used
     ├── InputError     (OSError)               3   the input cannot be opened
-    │   ├── DecodeError                        3   it opens, but holds no picture to decode
-    │   └── PhotoError                         3   a photo that no look can be read from
-    │       └── SeveralFacesError              3   nor can be told whose it is meant to be
+    │   ├── DecodeError                        3   it opens, but no picture can be decoded
+    │   └── PhotoError                         3   no look can be read from the photo
+    │       └── SeveralFacesError              3   the photo shows several faces to choose from
     ├── OutputError    (OSError)               4   the output cannot be written
     │   └── EncodeError                        4   the encoder refuses
-    ├── StrictError    (ValueError)            6   --strict, and something would be lost
+    ├── StrictError    (ValueError)            6   strict run, and something would be lost
     └── StoppedError   (InterruptedError)    130   Ctrl-C
 
 Exit code 5 is no error: the output is whole, but the input was damaged.
-A message is one line: what was expected, what came, where, what to do. Options that it names are
-written with `option`, so that readers find the name that they know.
+A message is one line: what was expected, what came, where, and what to do. It names options with
+`option`, so that every reader sees the name that they know.
 """
 
 import re
-from collections.abc import Callable
-from typing import ClassVar
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
 
 EXIT_DAMAGED_INPUT = 5
-# Characters of Unicode's private use: no name of a file or an option holds them by chance.
+# Characters of Unicode's private use area: file names and option names do not contain them.
 _OPTION = re.compile("\ue000(.*?)\ue001(.*?)\ue001(.*?)\ue002", re.DOTALL)
 
 
 def option(name: str, value: object = None) -> str:
-    """An option in a message, by its name in Python; value: what to set it to, None for none.
+    """Mark an option in a message.
 
-    `str(error)` spells it `bit_depth` or `bit_depth=8`; the command spells it in its own way, see
+    name: the option's name in Python.  value: what to set the option to, None to name it alone.
+    `str(error)` reads `bit_depth` or `bit_depth=8`; the command has its own spelling, see
     `MakeupVideoError.spelled`.
     """
     return f"\ue000{name}\ue001{'' if value is None else repr(value)}\ue001{value}\ue002"
@@ -44,8 +45,16 @@ class MakeupVideoError(Exception):
     exit_code: ClassVar[int] = 1
 
     def __init__(self, message: str = "") -> None:
+        super().__init__("")
+        self._set_message(message)
+
+    def extend(self, *, before: str = "", after: str = "") -> None:
+        """Add text to the message, such as the name of the file that the error is about."""
+        self._set_message(before + self._message + after)
+
+    def _set_message(self, message: str) -> None:
         self._message = message
-        super().__init__(_OPTION.sub(lambda found: _in_python(found[1], found[2]), message))
+        self.args = (_OPTION.sub(lambda found: _in_python(found[1], found[2]), message),)
 
     def spelled(self, spell: Callable[[str, str | None], str]) -> str:
         """The message with every option as `spell(name, value)` writes it; value: None for none."""
@@ -91,7 +100,11 @@ class PhotoError(InputError):
 
 
 class SeveralFacesError(PhotoError):
-    pass
+    """faces: those to choose from, as `find_faces` returns them, the largest first."""
+
+    def __init__(self, message: str = "", faces: Sequence[Any] = ()) -> None:
+        super().__init__(message)
+        self.faces = tuple(faces)
 
 
 class OutputError(MakeupVideoError, OSError):

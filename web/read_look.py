@@ -1,6 +1,6 @@
 """The look in a photo that a page sent; the reasons why there is none are told to a visitor."""
 
-from makeup_video.pipeline.errors import PhotoError, SeveralFacesError
+from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.look.look import Look
 from makeup_video.web.read_apart import read_apart
 
@@ -12,12 +12,7 @@ def read_look(photo: bytes, name: str) -> Look:
     """
     from makeup_video.pipeline import look_from_photo
 
-    try:
-        look = look_from_photo(photo, name=name, read=read_apart)
-    except SeveralFacesError:
-        raise PhotoError(
-            f"{name}: several faces were found: cut the photo to the one whose makeup you want"
-        ) from None
+    look = look_from_photo(photo, name=name, read=read_apart)
     if look.is_bare:
         raise PhotoError(f"{name}: no makeup was found to paint: give another photo")
     return look

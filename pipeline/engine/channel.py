@@ -1,4 +1,4 @@
-"""A bounded queue between two threads that says how full it is and how it ended."""
+"""Bounded queues between two threads."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -9,14 +9,14 @@ T = TypeVar("T")
 
 
 class ChannelClosed(Exception):
-    """The other end is gone: nobody will ever receive what is sent."""
+    """The channel is closed or cancelled: nobody will receive what is sent."""
 
 
 class Channel(Generic[T]):
-    """At most `capacity` items wait here; a sender that finds it full waits too.
+    """A queue of at most `capacity` items; a sender waits while it is full.
 
-    The sending end calls `close` when it has no more: the receiver drains what is left and
-    stops. Anyone calls `cancel` when the run is over: what waits is dropped, both ends wake.
+    The sender calls `close` after its last item: the receiver gets what is left and stops. Anyone
+    may call `cancel` when the run is over: items that wait are dropped, and both ends wake.
     """
 
     def __init__(self, name: str, capacity: int) -> None:
@@ -33,13 +33,15 @@ class Channel(Generic[T]):
 
     @property
     def fill(self) -> int:
-        """Items waiting now."""
+        """The number of items that wait now."""
         return len(self._items)
 
     @property
     def mean_fill(self) -> float:
-        """Mean number of items that a newly sent item found waiting: near the capacity, the
-        receiver is the bottleneck; near 0, the sender is."""
+        """The mean number of items that a newly sent item found waiting.
+
+        Near the capacity the receiver is the bottleneck, near 0 the sender.
+        """
         return self._fill_sum / self._sent if self._sent else 0.0
 
     def send(self, item: T) -> None:
@@ -65,14 +67,16 @@ class Channel(Generic[T]):
                 item = self._items.popleft()
                 self._changed.notify_all()
             yield item
-            del item  # or it would stay in memory while the next is waited for
+            del item  # it must not stay in memory while the next one is waited for
 
     def close(self) -> None:
+        """End the channel behind the last item."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
 
     def cancel(self) -> None:
+        """End the channel at once."""
         with self._changed:
             self._cancelled = True
             self._items.clear()
@@ -80,10 +84,9 @@ class Channel(Generic[T]):
 
 
 class NewestChannel(Channel[T]):
-    """The same for what must not get old: a sender never waits, and when there is no room the oldest
-    item gives way.
+    """A channel for items that must not get old: when it is full, the oldest item is dropped.
 
-    dropped: how many did.
+    A sender never waits.  dropped: how many items were dropped.
     """
 
     def __init__(self, name: str, capacity: int = 1) -> None:
@@ -91,7 +94,7 @@ class NewestChannel(Channel[T]):
         self.dropped = 0
 
     def send(self, item: T) -> None:
-        """Put the item in, at once. Raises ChannelClosed once closed or cancelled."""
+        """Put the item in without waiting. Raises ChannelClosed once closed or cancelled."""
         with self._changed:
             if len(self._items) >= self.capacity:
                 self._items.popleft()

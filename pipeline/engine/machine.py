@@ -1,4 +1,4 @@
-"""What this machine offers a run: cores, and memory with its limits; and giving memory back."""
+"""The machine's cores and memory: what a run may use, and what it gives back."""
 
 import ctypes
 import gc
@@ -18,10 +18,12 @@ _GROUPS = Path("/sys/fs/cgroup")
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """The memory of a job: MB at least, more for each core, for each Mpx of a frame, and for both.
+    """The memory of a job, in MB.
 
-    address_mb: what it reserves, libraries and the stacks of threads too.  held_mb: what it fills, pages
-    of files not counted. Each is (at least, a core, a Mpx, a Mpx and core).
+    Each tuple is (at least, more per core, more per Mpx of a frame, more per Mpx and core).
+    name: of the job, for messages.
+    address_mb: address space, with libraries and the stacks of threads.
+    held_mb: memory that is filled, without pages of files.
     """
 
     name: str
@@ -31,7 +33,7 @@ class Need:
 
 # Fitted to the peaks of VmSize and RssAnon on 1 and 2 cores, for frames of 64x64, 720p, 1080p and
 # 2160p and a picture of 1.2 Mpx. Runs that paint compiled their kernels first, which takes 70 MB.
-# With a tenth less, codecs and ONNX Runtime fail at some point, and PoCL and the threads of C
+# With 10 % less, codecs and ONNX Runtime fail at some point, and PoCL and the threads of C
 # libraries crash.
 LOAD = Need("loading its libraries", (180, 45, 0, 0), (40, 0, 0, 0))
 COPY_VIDEO = Need("copying this video", (400, 40, 38, 42), (35, 0, 47, 28))
@@ -40,14 +42,13 @@ PAINT_VIDEO = Need("painting this video", (985, 200, 55, 42), (235, 0, 58, 29))
 FIND_FACES = Need("looking for faces", (660, 200, 0, 0), (80, 0, 0, 0))
 PAINT_PICTURE = Need("painting this picture", (775, 200, 0, 0), (215, 0, 0, 0))
 READ_PHOTO = Need("reading a look from a photo", (920, 285, 0, 0), (270, 0, 0, 0))
-_MEASURED_CORES = 2  # more are not known to need more
+_MEASURED_CORES = 2  # nothing was measured on more cores
 
 
 def check_memory(need: Need, frame_px: int = 0) -> None:
-    """Raises TooLittleMemoryError when a limit on this process forbids the job.
+    """Raises TooLittleMemoryError when a limit on this process is too low for the job.
 
-    frame_px: pixels of a frame of the video. Without limits, or where the system does not tell
-    them, nothing is raised.
+    frame_px: pixels of a frame of the video. Limits that the system does not report are ignored.
     """
     count, mpx = min(cores(), _MEASURED_CORES), frame_px / 1e6
     address, held = (
@@ -72,16 +73,17 @@ def _line(need: Need, wanted: int, what: str, allowed: int, limit: str) -> str:
 
 
 def group_limit_bytes() -> int | None:
-    """The most memory that the control group of this process may hold, or one above it.
+    """The memory limit of this process's control group, or of one above it.
 
-    None: no limit, none that the system tells, or one that swap space softens.
+    None where there is no limit, where the system does not report it, or where swap space softens
+    it.
     """
     try:
         lines = (_PROC / "self" / "cgroup").read_text(encoding="ascii").splitlines()
         if any(swap.split()[1] != "0" for swap in _lines_of("meminfo", "SwapTotal:")):
             return None
     except (OSError, ValueError):
-        return None  # not Linux, or /proc is hidden
+        return None  # another system than Linux, or /proc is hidden
     limits: list[int] = []
     for line in lines:
         _, controllers, path = line.split(":", 2)
@@ -93,10 +95,10 @@ def group_limit_bytes() -> int | None:
 
 
 def _limits(root: Path, path: str, name: str) -> list[int]:
-    """Of a group and of those above it; in a container only the root may be seen."""
+    """The limits of a group and of those above it; in a container only the root may be visible."""
     found = []
-    place = root / path.lstrip("/")
-    for folder in (place, *place.parents):
+    group = root / path.lstrip("/")
+    for folder in (group, *group.parents):
         try:
             text = (folder / name).read_text(encoding="ascii").strip()
         except (OSError, ValueError):
@@ -114,9 +116,9 @@ def _lines_of(name: str, begins: str) -> list[str]:
 
 
 def peak_memory_bytes() -> int:
-    """The most memory that this process ever held (its resident set)."""
+    """The most memory that this process has held so far (its resident set)."""
     if sys.platform == "linux":
-        # getrusage would count the parent's memory from before exec
+        # getrusage includes the parent's memory from before exec
         for line in _lines_of("self/status", "VmHWM:"):
             return int(line.split()[1]) * 1024
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -124,16 +126,16 @@ def peak_memory_bytes() -> int:
 
 
 def give_back_memory() -> None:
-    """Hand to the system what was freed: glibc would keep it, and a film would come on top."""
+    """Return freed memory to the system: glibc would keep it, and a film would need more on top."""
     gc.collect()
     if sys.platform == "linux":
-        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # musl has none, and keeps less
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # not in musl, which keeps less
         if trim is not None:
             trim(0)
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """The number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -141,12 +143,12 @@ def cores() -> int:
 
 @contextmanager
 def one_opencv_thread() -> Iterator[None]:
-    """OpenCV works on the thread that calls it, until the block ends.
+    """Keep OpenCV on the thread that calls it within the block.
 
     Pictures of lips and eyes are too small to share: waking OpenCV's own threads for them costs
-    0.7 ms of CPU time a frame and makes no run shorter.
+    0.7 ms of CPU time per frame and makes no run shorter.
     """
-    import cv2  # late: `check_memory` runs before any large library is loaded
+    import cv2  # late: `check_memory` must run before large libraries are loaded
 
     before = cv2.getNumThreads()
     cv2.setNumThreads(1)

@@ -1,4 +1,4 @@
-"""The threads of a film: one for the source, some for the stages, one for the sink."""
+"""Runs a film on threads: one for the source, some for the stages, one for the sink."""
 
 import itertools
 import threading
@@ -16,31 +16,31 @@ from makeup_video.pipeline.errors import StoppedError
 
 
 class Stage(Protocol):
-    """Turns one item into one item. It never sees a channel.
+    """Turns one item into one item; it knows nothing of channels.
 
-    A stage that looks ahead may return None ("not yet") and hand the items it kept back to
-    `drain`, which is called once after the last item. Order is kept either way.
+    A stage that looks ahead may return None ("not yet"). Its method `drain`, which is called once
+    after the last item, then returns the items that it still holds. Items stay in order.
     """
 
     def __call__(self, item: Any, /) -> Any: ...
 
 
 class Sink(Protocol):
-    """Takes the items; `finish` is called once after the last one, also when the run is stopped."""
+    """Takes the items. `finish` is called once after the last one, also when the run is stopped."""
 
     def __call__(self, item: Any, /) -> None: ...
     def finish(self, stopped: bool) -> None: ...
 
 
-# name of an actor, wall and CPU seconds that it took for one item (the sink once more, to finish)
+# (an actor's name, wall seconds, CPU seconds) for one item; the sink reports `finish`, too
 Observe = Callable[[str, float, float], None]
 
 
 @dataclass(slots=True)
 class StageTimes:
-    """What one actor cost: items, seconds at work (not waiting), CPU seconds of its own thread.
+    """The cost of one actor: items, seconds at work (not waiting), CPU seconds of its thread.
 
-    A codec's helper threads are not in `cpu_seconds`.
+    `cpu_seconds` does not include a codec's own threads.
     """
 
     items: int = 0
@@ -51,15 +51,8 @@ class StageTimes:
 _END = object()
 
 
-def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[str, Stage]]]:
-    """The stages in order, cut into as many runs as there are workers, of about the same length."""
-    count = min(workers, len(stages))
-    ends = [len(stages) * number // count for number in range(count + 1)] if count else []
-    return [stages[first:end] for first, end in itertools.pairwise(ends)]
-
-
 class Stopwatch:
-    """Adds the time spent inside `with` to the times of one actor."""
+    """Adds the time spent within `with` to the times of one actor."""
 
     def __init__(
         self, times: StageTimes, observe: Callable[[float, float], None] | None = None
@@ -80,12 +73,14 @@ class Stopwatch:
 class Runner:
     """Runs source -> stages -> sink until the end, the first error, or Ctrl-C.
 
-    Every channel is bounded, so a slow actor makes the ones before it wait. The first error
-    cancels every channel, keeps its traceback, and is raised by `run`; no thread is left.
+    Every channel is bounded, so a slow actor makes those before it wait. The first error cancels
+    every channel, and `run` raises it with its traceback; no thread is left.
 
+    source, stages, sink: each with a name for the report.  capacity: of every channel.
+    observe: called by the actors' own threads after each item.
     workers: how many threads share the stages, neighbours together; None: one less than there are
-    cores, for the codec needs one. Two threads on one core only take turns, and each turn finds the
-    other's data in the cache.
+    cores, since the codec needs one. More threads than cores only take turns, and evict each
+    other's data from the cache.
     """
 
     def __init__(
@@ -97,10 +92,10 @@ class Runner:
         observe: Observe | None = None,
         workers: int | None = None,
     ) -> None:
-        self._observe = observe  # called by the actors' own threads
+        self._observe = observe
         self.source, self.stages, self.sink = source, stages, sink
-        self._lines = _shared(stages, max(1, cores() - 1 if workers is None else workers))
-        heads = [line[0][0] for line in self._lines] + [sink[0]]
+        self._groups = _shared(stages, max(1, cores() - 1 if workers is None else workers))
+        heads = [group[0][0] for group in self._groups] + [sink[0]]
         self.channels: list[Channel[Any]] = [Channel(f"-> {name}", capacity) for name in heads]
         names = [source[0], *(name for name, _ in stages), sink[0]]
         self.times = {name: StageTimes() for name in names}
@@ -113,8 +108,8 @@ class Runner:
     def run(self, on_tick: Callable[[int], None] | None = None, tick_seconds: float = 0.2) -> None:
         """Block until all is done; `on_tick(items that reached the sink)` is called meanwhile.
 
-        Raises the first error of any actor, or StoppedError after Ctrl-C, when the sink has
-        finished what it had. A Ctrl-C that comes when the sink is finishing a whole film stops nothing.
+        Raises the first error of any actor, or StoppedError after Ctrl-C, once the sink has
+        finished. A Ctrl-C while the sink is finishing a whole film has no effect.
         """
         threads: list[threading.Thread] = []
         try:
@@ -124,7 +119,7 @@ class Runner:
                 if on_tick:
                     on_tick(self.times[self.sink[0]].items)
         except BaseException as error:
-            # Ctrl-C, or a progress display that fails: wake everybody, let the sink finish.
+            # Ctrl-C, or a progress display that fails: wake all actors, let the sink finish
             self.stopped = True
             self._cancel()
             with undisturbed():
@@ -139,17 +134,20 @@ class Runner:
             raise StoppedError("stopped by the user")
 
     def _wait(self, seconds: float | None) -> bool:
-        """True once every actor has ended. Thread.join is not used for waiting: in Python 3.11 a
-        Ctrl-C inside it takes a running thread for a finished one."""
+        """Wait; True once every actor has ended.
+
+        Thread.join cannot be used: after a Ctrl-C inside it, Python 3.11 takes a running thread for
+        a finished one.
+        """
         with self._ended:
             return self._ended.wait_for(lambda: self._running == 0, seconds)
 
     def _start(self) -> list[threading.Thread]:
         jobs: list[tuple[str, Callable[[], None]]] = [(self.source[0], self._run_source)]
-        for index, line in enumerate(self._lines):
-            jobs.append((line[0][0], partial(self._run_line, index, line)))
+        for index, group in enumerate(self._groups):
+            jobs.append((group[0][0], partial(self._run_group, index, group)))
         jobs.append((self.sink[0], self._run_sink))
-        # Daemons, so that a codec stuck in its own code cannot keep the process from ending.
+        # daemons, so that a codec that hangs cannot keep the process from ending
         threads = [
             threading.Thread(target=self._guard, args=(job,), name=f"makeup-{name}", daemon=True)
             for name, job in jobs
@@ -163,7 +161,7 @@ class Runner:
         try:
             job()
         except ChannelClosed:
-            pass  # the run is over; whoever ended it has said why
+            pass  # the run is over, for a reason that is recorded already
         except BaseException as error:  # noqa: BLE001  # raised again by `run`
             with self._ended:
                 if self._first_error is None:
@@ -178,55 +176,62 @@ class Runner:
         for channel in self.channels:
             channel.cancel()
 
-    def _clock(self, name: str) -> "Stopwatch":
+    def _stopwatch(self, name: str) -> Stopwatch:
         return Stopwatch(self.times[name], self._observe and partial(self._observe, name))
 
     def _run_source(self) -> None:
         name, items = self.source
-        out, clock = self.channels[0], self._clock(name)
+        out, stopwatch = self.channels[0], self._stopwatch(name)
         with closing(items):
             while True:
-                with clock:
+                with stopwatch:
                     item = next(items, _END)
                 if item is _END:
                     break
-                clock.times.items += 1
+                stopwatch.times.items += 1
                 out.send(item)
                 del item
         out.close()
 
-    def _run_line(self, index: int, line: list[tuple[str, Stage]]) -> None:
+    def _run_group(self, index: int, group: list[tuple[str, Stage]]) -> None:
         inbox, out = self.channels[index], self.channels[index + 1]
-        steps = [(self._clock(name), stage) for name, stage in line]
+        steps = [(self._stopwatch(name), stage) for name, stage in group]
         for item in inbox:
             self._pass(item, steps, out)
-            del item  # a frame must not stay in memory while the next is waited for
-        for at, (_, stage) in enumerate(steps):
+            del item  # a frame must not stay in memory while the next one is waited for
+        for index_of_stage, (_, stage) in enumerate(steps):
             for item in getattr(stage, "drain", tuple)():
-                self._pass(item, steps[at + 1 :], out)
+                self._pass(item, steps[index_of_stage + 1 :], out)
         out.close()
 
     @staticmethod
-    def _pass(item: Any, steps: list[tuple["Stopwatch", Stage]], out: Channel[Any]) -> None:
-        """Through the stages and out, or as far as a stage that keeps it for now."""
-        for clock, stage in steps:
-            with clock:
+    def _pass(item: Any, steps: list[tuple[Stopwatch, Stage]], out: Channel[Any]) -> None:
+        """Pass an item through the stages and send it on, unless a stage holds it back."""
+        for stopwatch, stage in steps:
+            with stopwatch:
                 item = stage(item)
-            clock.times.items += 1
+            stopwatch.times.items += 1
             if item is None:
                 return
         out.send(item)
 
     def _run_sink(self) -> None:
         name, sink = self.sink
-        clock = self._clock(name)
+        stopwatch = self._stopwatch(name)
         for item in self.channels[-1]:
-            with clock:
+            with stopwatch:
                 sink(item)
-            clock.times.items += 1
+            stopwatch.times.items += 1
             del item
         if self._first_error is None:
             stopped = self.stopped
-            with clock:
+            with stopwatch:
                 sink.finish(stopped)
             self._is_whole = not stopped
+
+
+def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[str, Stage]]]:
+    """Split the stages, in order, into one group of about equal size for each worker."""
+    count = min(workers, len(stages))
+    ends = [len(stages) * number // count for number in range(count + 1)] if count else []
+    return [stages[first:end] for first, end in itertools.pairwise(ends)]

@@ -1,4 +1,7 @@
-"""Signals that stop a run: which there are, and holding them back until a step is done."""
+"""The signals that stop a run, and ways to hold them back until a step is complete.
+
+The command imports this module before anything else, so it needs the standard library alone.
+"""
 
 import signal
 import threading
@@ -6,40 +9,44 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
 
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, a supervisor, a terminal that is closed
+
 
 def stop_signals() -> list[signal.Signals]:
-    """Those that end a run: Ctrl-C, a supervisor's, a closed terminal's. What is ignored stays so: nohup."""
-    names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
-    there = [signal.Signals[name] for name in names if name in signal.Signals.__members__]
-    return [each for each in there if signal.getsignal(each) is not signal.SIG_IGN]
+    """The signals that end a run on this system.
+
+    Signals that this process was started to ignore, as by nohup, are not among them.
+    """
+    known = [signal.Signals[name] for name in _NAMES if hasattr(signal, name)]  # Windows: no SIGHUP
+    return [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
 
 
 @contextmanager
 def undisturbed() -> Generator[None, None, None]:
-    """A second Ctrl-C does not keep the sink from finishing what the first one ended."""
+    """Ignore stop signals within the block: a second Ctrl-C must not break off the clean end."""
     with _stop_signals_go_to(signal.SIG_IGN):
         yield
 
 
 @contextmanager
 def interrupted_later() -> Generator[None, None, None]:
-    """A Ctrl-C within the block counts when it ends: what must be done as a whole is."""
-    came: list[int] = []
-    with _stop_signals_go_to(lambda *_: came.append(1)):
+    """Hold a Ctrl-C back until the block ends, so that the block is done as a whole."""
+    received: list[int] = []
+    with _stop_signals_go_to(lambda number, _: received.append(number)):
         yield
-    if came:
+    if received:
         raise KeyboardInterrupt
 
 
 @contextmanager
 def _stop_signals_go_to(handler: Any) -> Generator[None, None, None]:
-    """Within the block; only on the main thread, which alone hears them."""
+    """Set the handler within the block. Other threads than the main one receive no signals."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {name: signal.signal(name, handler) for name in stop_signals()}
+    before = {number: signal.signal(number, handler) for number in stop_signals()}
     try:
         yield
     finally:
-        for name, was in before.items():
-            signal.signal(name, was)
+        for number, handler_before in before.items():
+            signal.signal(number, handler_before)

@@ -1,19 +1,18 @@
-"""Opens what is a file and nothing else: no pipe that is waited for, no device that never ends."""
+"""Opens ordinary files and nothing else: a pipe could block, and a device might never end."""
 
 import errno
 import os
 import stat
 from typing import IO
 
-_READ = (
-    os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-)  # nobody writes into a pipe: opening it would wait
+# O_NONBLOCK: opening a pipe into which nobody writes would block.
+_READ = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def open_ordinary(path: str | os.PathLike[str], most_bytes: int) -> IO[bytes]:
-    """An ordinary file of at most `most_bytes`, open for reading.
+    """Open an ordinary file of at most `most_bytes` for reading.
 
-    Raises OSError whose `strerror` is the reason, in words for people.
+    Raises OSError whose `strerror` is a reason that people can read.
     """
     try:
         fd = os.open(path, _READ)
@@ -34,10 +33,10 @@ def open_ordinary(path: str | os.PathLike[str], most_bytes: int) -> IO[bytes]:
 
 
 def read_ordinary(path: str | os.PathLike[str], most_bytes: int) -> bytes:
-    """All of it. Raises OSError as open_ordinary does, and when the file grows meanwhile."""
+    """Read a whole file. Raises OSError as `open_ordinary` does, and when the file is growing."""
     with open_ordinary(path, most_bytes) as file:
         size = os.fstat(file.fileno()).st_size
-        data = file.read(min(size, most_bytes) + 1)  # Python takes memory for all that is asked for
+        data = file.read(min(size, most_bytes) + 1)  # Python allocates as much as is asked for
     if size > most_bytes:
         raise _too_large(most_bytes)
     if len(data) > size:

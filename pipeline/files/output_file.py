@@ -1,4 +1,4 @@
-"""The output file: checked before the work, grown under another name, renamed when whole."""
+"""The output file: checked before the run, written under another name, renamed once whole."""
 
 import contextlib
 import errno
@@ -7,9 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import av
-from makeup_video.pipeline.errors import OutputError, UsageError
+from makeup_video.pipeline.errors import OutputError, UsageError, option
 from makeup_video.pipeline.files.part_file import PartFile, check_part
 
+_OVERWRITE = option("overwrite", True)
 _DISK_ADVICE = {
     errno.ENOSPC: "free some space, or choose another disk",
     errno.EDQUOT: "the quota is used up: free some space",
@@ -22,28 +23,31 @@ _DISK_ADVICE = {
 
 
 def target_of(path: Path) -> Path:
-    """The file that is written when `path` is: a link is written through, not replaced."""
+    """The file to write for `path`: the target of a link, so that the link itself stays."""
     return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 
 def part_of(path: Path) -> Path:
-    """Where the output grows: NAME.part.EXT beside it."""
+    """The name under which an output is written: NAME.part.EXT beside it."""
     return path.with_name(f"{path.stem}.part{path.suffix}")
 
 
 def keep_apart(output: Path, read: Path) -> None:
-    """Raises UsageError when writing `output` would take the place of a file that is only read."""
+    """Raises UsageError when `output` would replace a file that the run only reads."""
     place = target_of(output)
     for taken in (place, part_of(place)) if place.name else ():
-        if _is_same(taken, read):
+        if _is_same_file(taken, read):
             raise UsageError(
-                f"the output {output} would take the place of {read}, which this run reads: choose "
-                "another name"
+                f"the output {output} would replace {read}, which this run reads: choose another "
+                "name"
             )
 
 
 def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
-    """Raises what OutputFile would, before anything else is done. It is checked again when it is opened."""
+    """Raises what OutputFile would raise, before the run does anything.
+
+    OutputFile checks again when it opens the file.
+    """
     if not output:
         raise UsageError("the name of the output is empty: give one")
     with write_errors(Path(output)):
@@ -53,10 +57,10 @@ def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
 
 
 class OutputFile:
-    """The place of one output. While it is open no other run can take the same place.
+    """One output. While it is open no other run can write to the same place.
 
-    source: the file that is read, None when there is none, as with a camera.
-    part: the name under which the output grows.  own_path: where to write it, as in PartFile.
+    source: the file that is read, None for a camera.
+    part: the name under which the output is written.  own_path: the path to write to, see PartFile.
     on_whole: called when the part is whole and about to get the output's name.
     Raises UsageError or OutputError, one line each, before anything is written.
     """
@@ -80,10 +84,10 @@ class OutputFile:
             self.own_path = self._file.own_path
 
     def keep(self) -> None:
-        """The part is whole: give it the output's name.
+        """Give the part, which is whole, the output's name.
 
-        Raises UsageError when something else has come to have that name and must not be overwritten.
-        The part is then kept.
+        Raises UsageError when another program has made a file of that name meanwhile, which must
+        not be overwritten. The part is then kept.
         """
         if self._on_whole is not None:
             self._on_whole()
@@ -94,23 +98,23 @@ class OutputFile:
                 self.leave()
                 raise UsageError(
                     f"{self.path} was made by another program during the run, and is left alone; "
-                    f"what was written is {self.part}: rename it, or run again with -y"
+                    f"what was written is {self.part}: rename it, or run again with {_OVERWRITE}"
                 ) from None
             except OSError as error:
-                if isinstance(error, OutputError):  # the part is no longer ours
+                if isinstance(error, OutputError):  # the part was replaced: see PartFile
                     raise
                 self.leave()
                 raise OutputError(
-                    f"{self.path} cannot take its name ({error.strerror}); what was written is "
-                    f"{self.part}: rename it"
+                    f"{self.part} cannot be renamed to {self.path} ({error.strerror}); it is "
+                    "whole: rename it yourself"
                 ) from error
 
     def leave(self) -> None:
-        """The part is all there is, and stays under its own name."""
+        """Close the part and leave it under its own name."""
         self._file.close()
 
     def discard(self) -> None:
-        """Remove the part, unless it is to stay. Never raises: it runs after another error."""
+        """Remove the part unless it was kept or left. Never raises: it runs after another error."""
         self._file.remove()
 
 
@@ -124,30 +128,33 @@ def _check(path: Path, source: Path | None, overwrite: bool) -> None:
         return
     if not path.is_file():
         raise OutputError(f"{path} is not an ordinary file: choose another name")
-    if source is not None and _is_same(path, source):
+    if source is not None and _is_same_file(path, source):
         raise UsageError(f"the output is the input ({source}): choose another name")
     if not overwrite:
-        raise UsageError(f"{path} exists already: add -y to overwrite it, or choose another name")
+        raise UsageError(
+            f"{path} exists already: add {_OVERWRITE} to overwrite it, or choose another name"
+        )
 
 
 def _check_part(part: Path, source: Path | None, overwrite: bool) -> None:
-    if source is not None and _is_same(part, source):
+    if source is not None and _is_same_file(part, source):
         raise UsageError(
-            f"{source} is where this output would grow: rename it, or choose another output"
+            f"{source} has the name under which this output would be written: rename it, or choose "
+            "another output"
         )
     check_part(part, overwrite)
 
 
-def _is_same(one: Path, other: Path) -> bool:
-    """False also when one of them is gone: an input may be removed once it is open."""
+def _is_same_file(one: Path, other: Path) -> bool:
+    """Also False when one of them no longer exists: an input may be removed once it is open."""
     try:
         return one.samefile(other)
     except OSError:
         return False
 
 
-class write_errors(contextlib.AbstractContextManager[None]):  # reads as a statement
-    """Turns what FFmpeg or the system says while writing `path` into one OutputError."""
+class write_errors(contextlib.AbstractContextManager[None]):  # lower case: used like a function
+    """Turns errors of FFmpeg and the system within the block into an OutputError about `path`."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -1,4 +1,4 @@
-"""The file in which an output grows: always a new one, locked, and never reached through a link."""
+"""The file into which an output is written: always new, locked, never reached through a link."""
 
 import atexit
 import contextlib
@@ -6,25 +6,25 @@ import os
 import stat
 from pathlib import Path
 
-from makeup_video.pipeline.errors import OutputError, UsageError
+from makeup_video.pipeline.errors import OutputError, UsageError, option
 from makeup_video.pipeline.files.rename import rename_new
 
 _NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0)
 _NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW | getattr(os, "O_BINARY", 0)
 _OLD = os.O_RDWR | _NO_FOLLOW | getattr(os, "O_NONBLOCK", 0)
 _OWN_FILES = Path("/proc/self/fd")  # Linux: the files that this process has open, by number
-_growing: dict[int, Path] = {}  # of this process, by descriptor
-_TRIES = 10  # somebody may put a file there whenever one is removed
+_open_parts: dict[int, Path] = {}  # of this process, by descriptor
+_TRIES = 10  # another program may put a file there whenever one is removed
 
 
 class PartFile:
-    """A new file at `path`. While it is open, no other run can take the same place.
+    """A new file at `path`. While it is open, no other run can write to the same place.
 
-    overwrite: remove what an earlier run left there. A link is removed too, whatever it leads to,
-    and a file with more names than this one keeps its content under the others.
+    overwrite: remove what an earlier run left there. Of a link only the link is removed, and a file
+    that has other names keeps its content under those.
     own_path: the path to write to. On Linux it leads to this very file, even when another program
-    puts a link in the place of the part; elsewhere it is the name, and such a link is only
-    noticed by `rename`.
+    puts a link in the place of the part; elsewhere it is the name, and only `rename` notices such a
+    link.
     Raises UsageError when the place is taken, OutputError or OSError when it cannot be used.
     """
 
@@ -33,8 +33,8 @@ class PartFile:
         self._fd: int | None = _opened(path, overwrite)
         self.own_path = _own_path(path, self._fd)
         self._is_open = True
-        if os.name == "nt":  # has no such locks, and renames no file that is open
-            _growing.pop(self._fd, None)
+        if os.name == "nt":  # Windows has no such locks, and does not rename open files
+            _open_parts.pop(self._fd, None)
             os.close(self._fd)
             self._fd = None
 
@@ -42,7 +42,7 @@ class PartFile:
         """Give the file its final name and close it.
 
         Raises FileExistsError when something has that name and overwrite is False, OutputError when
-        what has the name of the part is no longer this file.
+        the name of the part no longer belongs to this file.
         """
         if not self._has_its_name():
             raise OutputError(
@@ -56,10 +56,10 @@ class PartFile:
         self.close()
 
     def close(self) -> None:
-        """Let the file be, and others use it. Harmless when it is closed."""
+        """Close the file and leave it to others. Harmless when it is closed already."""
         self._is_open = False
         if self._fd is not None:
-            _growing.pop(self._fd, None)
+            _open_parts.pop(self._fd, None)
             os.close(self._fd)
             self._fd = None
 
@@ -67,7 +67,7 @@ class PartFile:
         """Remove the file unless it was closed. Never raises: it runs after another error."""
         if self._is_open:
             with contextlib.suppress(OSError):
-                if self._has_its_name():  # before the lock goes: then it may be another run's
+                if self._has_its_name():  # while it is locked: later it may be another run's
                     self.path.unlink()
             self.close()
 
@@ -76,8 +76,8 @@ class PartFile:
 
 
 def remove_empty() -> None:
-    """Remove parts that a Ctrl-C left open before anything was written, wherever it came."""
-    for fd, path in list(_growing.items()):
+    """Remove the parts that a Ctrl-C left open and empty, wherever in the run it came."""
+    for fd, path in list(_open_parts.items()):
         with contextlib.suppress(OSError):
             if os.fstat(fd).st_size == 0 and _is_at(path, fd):
                 path.unlink()
@@ -87,39 +87,45 @@ atexit.register(remove_empty)
 
 
 def check_part(path: Path, overwrite: bool) -> None:
-    """Raises what PartFile would because of what lies at `path` now."""
+    """Raises what PartFile would raise for what is at `path` now."""
     try:
         kind = path.lstat().st_mode
     except FileNotFoundError:
         return
     if not (stat.S_ISREG(kind) or stat.S_ISLNK(kind)):
-        raise OutputError(f"{path}, where the output would grow, is no file: choose another output")
+        raise OutputError(
+            f"{path}, where the output would be written, is no file: choose another output"
+        )
     if not overwrite:
         raise UsageError(
-            f"{path} exists, perhaps from a run that was stopped: add -y to overwrite it"
+            f"{path} exists, perhaps from a run that was stopped: add "
+            f"{option('overwrite', True)} to overwrite it"
         )
 
 
 def _opened(path: Path, overwrite: bool) -> int:
-    """A descriptor of the new file, which is locked; the lock goes with the process."""
+    """A descriptor of the new file, locked until it is closed or the process ends."""
     for _ in range(_TRIES):
         try:
             fd = os.open(path, _NEW, 0o666)
-            _growing[fd] = path
+            _open_parts[fd] = path
         except FileExistsError:
             check_part(path, overwrite)
             _remove_old(path)
             continue
         if _lock(fd) and _is_at(path, fd):
             return fd
-        _growing.pop(fd, None)
+        _open_parts.pop(fd, None)
         os.close(fd)
         break
     raise _busy(path)
 
 
 def _remove_old(path: Path) -> None:
-    """Remove a link, or the file of a run that has ended. Raises UsageError when it has not."""
+    """Remove a link, or the file of a run that has ended.
+
+    Raises UsageError when the run has not ended.
+    """
     with contextlib.suppress(FileNotFoundError):
         if path.is_symlink() or os.name == "nt":
             path.unlink()
@@ -128,14 +134,14 @@ def _remove_old(path: Path) -> None:
         try:
             if not _lock(fd):
                 raise _busy(path)
-            if _is_at(path, fd):  # else another run has just begun there
+            if _is_at(path, fd):  # else another run has just begun to write there
                 path.unlink()
         finally:
             os.close(fd)
 
 
 def _lock(fd: int) -> bool:
-    """False when another run has it. True on systems without such locks."""
+    """False when another run has locked the file. True on systems without such locks."""
     try:
         import fcntl
     except ImportError:
@@ -148,7 +154,7 @@ def _lock(fd: int) -> bool:
 
 
 def _is_at(path: Path, fd: int) -> bool:
-    """Whether `path` itself, no link, is the name of the open file."""
+    """True when `path` itself, and not a link, is the name of the open file."""
     try:
         return os.path.samestat(path.lstat(), os.fstat(fd))
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Gives a file another name, but never the name of something that exists."""
+"""Renames a file without replacing anything that exists."""
 
 import contextlib
 import ctypes
@@ -6,7 +6,7 @@ import errno
 import os
 from pathlib import Path
 
-# Of Linux: <fcntl.h> and <linux/fs.h>
+# From Linux's <fcntl.h> and <linux/fs.h>
 _AT_FDCWD = -100
 _RENAME_NOREPLACE = 1
 
@@ -14,13 +14,13 @@ _RENAME_NOREPLACE = 1
 def rename_new(old: Path, new: Path) -> None:
     """Rename `old` to `new` in the same folder.
 
-    Raises FileExistsError when anything has the name `new`, a broken link too, and OSError for any
-    other reason. The system itself makes sure of that in one step, by `renameat2` or a hard link.
-    Only a file system that knows neither (exFAT, some network shares) is asked first and renamed
-    then: what takes the name within these microseconds is replaced.
+    Raises FileExistsError when anything has the name `new`, even a broken link, and OSError for any
+    other reason. The system checks and renames in one step, by `renameat2` or a hard link. On a
+    file system that has neither (exFAT, some network shares) the check comes first: what takes the
+    name in the microseconds between is replaced.
     """
     if os.name == "nt":
-        os.rename(old, new)  # refuses by itself
+        os.rename(old, new)  # on Windows it never replaces a file
         return
     for way in (_by_system, _by_link):
         try:
@@ -29,7 +29,7 @@ def rename_new(old: Path, new: Path) -> None:
         except FileExistsError:
             raise
         except (OSError, NotImplementedError):
-            continue  # this way does not exist here; the last one tells any other reason
+            continue  # not supported here; the last way raises for any other reason
     _by_looking(old, new)
 
 
@@ -47,7 +47,7 @@ def _by_system(old: Path, new: Path) -> None:
 
 def _by_link(old: Path, new: Path) -> None:
     os.link(old, new, follow_symlinks=False)
-    with contextlib.suppress(OSError):  # the file has its name; the old one is only left over
+    with contextlib.suppress(OSError):  # the file has its new name; the old one is a mere leftover
         old.unlink()
 
 

@@ -9,7 +9,7 @@ import av
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, PRIMARIES, SRGB, Coding
 from makeup_video.pipeline.errors import UsageError
 
-FULL_RANGE = 2
+FULL_RANGE = 2  # of `range`
 _UNSPECIFIED = 2  # of matrix, transfer and primaries
 # BT.2020 constant luminance counts as BT.2020: no encoder that we know of writes it.
 _SAME = {10: 9}

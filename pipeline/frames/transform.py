@@ -5,10 +5,11 @@ from fractions import Fraction
 import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.kernels.colour import Coding
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame, coding_of, plane_views
 
-_SMPTE_170M = 6  # the same matrix as BT.601, the only one of the two that FFmpeg's converter knows
+_SMPTE_170M = 6  # BT.601 for 525 lines; its matrix is that of 5, which FFmpeg's converter names
 
 
 def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
@@ -81,7 +82,17 @@ def upright_rgb(frame: Frame) -> np.ndarray:
     coding = coding_of(frame)
     picture = frame.picture.reformat(
         format="rgb24",
-        src_colorspace=Colorspace.ITU601 if coding.matrix == _SMPTE_170M else coding.matrix,
-        src_color_range=ColorRange.JPEG if coding.full_range else ColorRange.MPEG,
+        src_colorspace=ffmpeg_matrix(coding),
+        src_color_range=ffmpeg_range(coding.full_range),
     )
     return np.ascontiguousarray(np.rot90(picture.to_ndarray(), frame.rotation_degrees // 90))
+
+
+def ffmpeg_matrix(coding: Coding) -> Colorspace:
+    """The Y'CbCr matrix of a coding, as FFmpeg's converter names it."""
+    return Colorspace.ITU601 if coding.matrix == _SMPTE_170M else Colorspace(coding.matrix)
+
+
+def ffmpeg_range(full_range: bool) -> ColorRange:
+    """The range of codes, as FFmpeg's converter names it."""
+    return ColorRange.JPEG if full_range else ColorRange.MPEG

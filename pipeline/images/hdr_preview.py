@@ -1,7 +1,8 @@
-"""HDR planes -> what a browser's JPEG shows of them: brightness as it is, highlights rolled off, hues close.
+"""Converts HDR planes for a JPEG: brightness is kept, highlights are rolled off, hues are close.
 
-Exact colours would take every pixel to linear light and back. This takes the curve of grey for luma, and chroma as many times
-as strong as that curve is steep there: exact for grey, close for skin, a little pale for a deep red.
+Exact colours would need linear light for every pixel. Here luma follows the curve of grey, and
+chroma is multiplied by the slope of that curve: exact for grey, close for skin, a little pale for
+deep reds.
 """
 
 from functools import lru_cache
@@ -17,12 +18,12 @@ from makeup_video.kernels.colour import (
     to_linear,
 )
 
-_KNEE = 0.5  # up to half of HDR's reference white light stays as it is; white itself becomes 0.75
+_KNEE = 0.5  # light up to half of HDR's reference white stays as it is; white itself becomes 0.75
 _JFIF = Coding(6, True)
 
 
 def standard(luma: np.ndarray, chroma: list[np.ndarray], coding: Coding) -> list[np.ndarray]:
-    """Planes of PQ or HLG codes -> planes of 8 bits as a JPEG has them: full-range BT.601 in sRGB."""
+    """Convert planes of PQ or HLG codes to a JPEG's: 8 bits, full-range BT.601, sRGB."""
     bright, slope = _curve(coding)
     shown = np.take(bright, luma, mode="clip")
     if not chroma:
@@ -43,19 +44,19 @@ def standard(luma: np.ndarray, chroma: list[np.ndarray], coding: Coding) -> list
 
 
 def rolled_off(light: np.ndarray) -> np.ndarray:
-    """Light, 1 for HDR's reference white -> light that ends at 1, however much comes."""
+    """Compress light (1 is HDR's reference white) so that it stays below 1."""
     over = np.maximum(light - _KNEE, 0) / (1 - _KNEE)
     return np.where(light < _KNEE, light, _KNEE + (1 - _KNEE) * over / (1 + over))
 
 
 @lru_cache(maxsize=4)
 def _curve(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
-    """For every code of grey: its 8-bit luma, uint8; and by how much that grows with R'G'B', float32."""
+    """For every code of grey: its 8-bit luma, uint8, and the slope of that over R'G'B', float32."""
     to_rgb, _ = matrices(coding)
-    still = (coding.max_code + 1) // 2
+    neutral = (coding.max_code + 1) // 2
     codes = np.arange(coding.max_code + 1)
     grey = np.maximum(
-        codes[:, None] * to_rgb[:, 0] + to_rgb[:, 1:3].sum(1) * still + to_rgb[:, 3], 0
+        codes[:, None] * to_rgb[:, 0] + to_rgb[:, 1:3].sum(1) * neutral + to_rgb[:, 3], 0
     )
     shown = to_encoded(rolled_off(to_linear(grey, coding.transfer)), SRGB)[:, 0]
     step = to_rgb[0, 0]
@@ -64,11 +65,11 @@ def _curve(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=4)
 def _of_chroma(coding: Coding) -> list[list[float]]:
-    """What chroma adds to luma, Cb and Cr where the curve's slope is 1: of Cb, of Cr, and the rest."""
+    """What chroma adds to luma, Cb and Cr where the slope is 1: rows (of Cb, of Cr, constant)."""
     to_rgb, _ = matrices(coding)
     _, to_codes = matrices(_JFIF)
     srgb = np.linalg.inv(from_srgb_primaries(coding.primaries))
     mix = to_codes[:, :3] @ srgb @ to_rgb[:, 1:3]
-    still = (coding.max_code + 1) // 2
-    rows: list[list[float]] = np.column_stack([mix, -mix.sum(1) * still]).tolist()
+    neutral = (coding.max_code + 1) // 2
+    rows: list[list[float]] = np.column_stack([mix, -mix.sum(1) * neutral]).tolist()
     return rows

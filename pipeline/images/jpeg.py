@@ -1,8 +1,8 @@
-"""Planes of a frame -> a JPEG that a browser shows in the colours that the renderer painted.
+"""Encodes the planes of a frame as a JPEG in which a browser shows the painted colours.
 
-A JPEG file (JFIF) is full-range BT.601, which browsers take for sRGB. What a camera's MJPEG gives is that
-already and goes into the encoder as it is; anything else is mixed anew in Y'CbCr, at the size of each plane: the
-whole frame never becomes RGB.
+A JPEG file (JFIF) is full-range BT.601, which browsers take for sRGB. Planes of a camera's MJPEG
+are already coded so and go to the encoder unchanged. All others are converted in Y'CbCr, each plane
+at its own size: the frame never becomes RGB.
 """
 
 from functools import lru_cache
@@ -17,18 +17,20 @@ from makeup_video.pipeline.frames.sampling import halved
 from makeup_video.pipeline.images.hdr_preview import standard
 
 QUALITY = 85
-# Longer sides are halved: nobody's page is wider, and 2160p costs three times as much whole.
+# Pictures with longer sides are halved: no page is wider, and 2160p costs three times as much
+# whole.
 LIMIT_PX = 2560
 _JFIF = Coding(6, True)
-_FINE = 2  # what chroma adds to luma is held in so many parts of a code; it never reaches 64 codes
-_KNOWN_CHROMA = {(1, 1), (2, 1), (2, 2), (1, 2), (4, 1)}  # by JPEG
+_FINE = 2  # what chroma adds to luma is stored in halves of a code; it never reaches 64 codes
+_KNOWN_CHROMA = {(1, 1), (2, 1), (2, 2), (1, 2), (4, 1)}  # the subsampling that JPEG has
 Planes = tuple[np.ndarray, ...] | list[np.ndarray]
 
 
 class PreviewJpeg:
-    """Planes as Frame.planes has them -> the bytes of a JPEG file. Never changes the planes.
+    """Encodes planes, as Frame.planes has them, to the bytes of a JPEG file.
 
-    quality: 1..100, libjpeg's. limit_px: pictures with a longer side are halved until none is longer.
+    The planes stay unchanged.
+    quality: libjpeg's, 1..100.  limit_px: a picture is halved until no side is longer.
     """
 
     def __init__(self, quality: int = QUALITY, limit_px: int = LIMIT_PX) -> None:
@@ -37,9 +39,9 @@ class PreviewJpeg:
     def __call__(
         self, planes: Planes, chroma: tuple[int, int], bit_depth: int, tags: ColourTags
     ) -> bytes:
-        """chroma, bit_depth, tags: as the frame's.
+        """chroma, bit_depth, tags: the frame's.
 
-        Raises UsageError for codes that are no linear mix of R'G'B', as colour.resolve does.
+        Raises UsageError for codes that are no linear mix of R'G'B', as `colour_tags.resolve` does.
         """
         height, width = planes[0].shape
         coding = resolve(tags, width, height, bit_depth)
@@ -56,7 +58,7 @@ class PreviewJpeg:
 
 
 def _smaller(planes: Planes, chroma: tuple[int, int], limit_px: int) -> list[np.ndarray]:
-    """Planes halved until no side is longer; what does not halve evenly loses its last pixels."""
+    """Planes halved until no side is longer; odd sizes lose their last row or column."""
     planes = list(planes)
     while max(planes[0].shape) > limit_px:
         across, down = chroma
@@ -72,17 +74,21 @@ def _smaller(planes: Planes, chroma: tuple[int, int], limit_px: int) -> list[np.
 
 
 class _Mix(NamedTuple):
-    """How codes become those of a JPEG: each is (of luma or Cb, of Cr, and what is added)."""
+    """How a frame's codes become those of a JPEG: factors, and then a constant to add.
 
-    luma: tuple[float, float]  # of luma, and what is added
-    lift: tuple[float, float, float]  # what chroma adds to luma, _FINE times, 128 for nothing
+    luma: (of luma, constant).  lift: what chroma adds to luma, in units of 1 / _FINE code, 128 for
+    nothing.  lift, blue, red: (of Cb, of Cr, constant).
+    """
+
+    luma: tuple[float, float]
+    lift: tuple[float, float, float]
     blue: tuple[float, float, float]
     red: tuple[float, float, float]
 
 
 @lru_cache
 def _mix(coding: Coding) -> _Mix | None:
-    """None when nothing is to be done."""
+    """The mix for a coding; None when the codes are those of a JPEG already."""
     to_rgb, _ = matrices(coding)
     _, to_codes = matrices(_JFIF)
     mix = to_codes[:, :3] @ to_rgb[:, :3]
@@ -90,17 +96,17 @@ def _mix(coding: Coding) -> _Mix | None:
     if coding.bit_depth == 8 and np.allclose(mix, np.eye(3)) and np.allclose(added, 0, atol=1e-9):
         return None
     (scale, *lift), (_, *blue), (_, *red) = mix.round(9).tolist()
-    still = sum(lift) * 2.0 ** (coding.bit_depth - 1)  # what colourless chroma would add
+    neutral = sum(lift) * 2.0 ** (coding.bit_depth - 1)  # what neutral chroma would add
     return _Mix(
-        (scale, added[0] + still),
-        (lift[0] * _FINE, lift[1] * _FINE, 128 - still * _FINE),
+        (scale, added[0] + neutral),
+        (lift[0] * _FINE, lift[1] * _FINE, 128 - neutral * _FINE),
         (*blue, added[1]),
         (*red, added[2]),
     )
 
 
 def _mixed(luma: np.ndarray, chroma: list[np.ndarray], coding: Coding) -> list[np.ndarray]:
-    """Planes of 8 bits, mixed anew; those that came when nothing is to be done."""
+    """Planes of 8 bits in a JPEG's coding; the given ones when they have it already."""
     mix = _mix(coding)
     if mix is None:
         return [luma, *chroma]
@@ -111,7 +117,7 @@ def _mixed(luma: np.ndarray, chroma: list[np.ndarray], coding: Coding) -> list[n
     if not any(mix.lift[:2]):
         bright = _sum(luma, scale, luma, 0, added)
     else:
-        # the picture's viewer stretches chroma linearly, so this does too
+        # viewers scale chroma up linearly, so this does, too
         lift = cv2.resize(_plane_sum(cb, cr, mix.lift), luma.shape[::-1])
         bright = _sum(luma, scale, lift, 1 / _FINE, added - 128 / _FINE)
     return [bright, _plane_sum(cb, cr, mix.blue), _plane_sum(cb, cr, mix.red)]
@@ -122,5 +128,8 @@ def _plane_sum(cb: np.ndarray, cr: np.ndarray, mix: tuple[float, float, float]) 
 
 
 def _sum(a: np.ndarray, of_a: float, b: np.ndarray, of_b: float, added: float) -> np.ndarray:
-    """Rounded and clipped to 8 bits. OpenCV has nothing quicker, not even for one plane alone."""
+    """The weighted sum, rounded and clipped to 8 bits.
+
+    OpenCV has nothing quicker, even for a single plane.
+    """
     return np.asarray(cv2.addWeighted(a, of_a, b, of_b, added, dtype=cv2.CV_8U))

@@ -1,6 +1,6 @@
-"""A photo's file -> upright sRGB pixels, whatever it is stored as, or one line that says why not.
+"""Reads photo files as upright sRGB pixels.
 
-Pillow reads it, because it knows ICC profiles, CMYK and AVIF, which OpenCV's reader leaves out.
+Pillow reads them: it knows ICC profiles, CMYK and AVIF, which OpenCV's reader does not.
 """
 
 import io
@@ -16,28 +16,29 @@ from typing import IO, Any
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
 from makeup_video.pipeline.files.ordinary import open_ordinary
+from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 from makeup_video.pipeline.images.picture_size import MOST_PX
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
-# Only formats of photos: others of Pillow's run programs (EPS) or open more files.
+# Formats of photos only: some others of Pillow's run programs (EPS) or open more files.
 _FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
 _KINDS = "JPEG, PNG, WebP, AVIF, TIFF or BMP"
-LARGE_PX = (
-    4096  # longer side; beyond, a photo is averaged down: a face still has far more than needed
-)
+# Photos with a longer side than this are averaged down: a face still has far more pixels than
+# needed.
+LARGE_PX = 4096
 _HEIC = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1")
 _AVIF = (b"avif", b"avis")
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _BEGINNINGS = (b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF8", b"BM")  # of JPEG, PNG, GIF, BMP
-# What shows through is no part of the photo and tells nothing of its light: a middle grey, as
-# cameras expose for.
+# Behind transparent pixels: the middle grey for which cameras expose, since whatever shows through
+# is not part of the photo and must not change its light.
 _BEHIND = (128, 128, 128)
-# How much a progressive JPEG may ask of the decoder, which goes over the whole picture for each of its passes:
-# ordinary ones have ten or so, and a small file can have thousands.
+# A limit for progressive JPEGs, whose decoder goes over the whole picture in every pass: ordinary
+# ones have about ten passes, and a small file can have thousands.
 _MOST_PASSES_PX = 20 * MOST_PX
 _GREY_MODES = ("1", "L", "LA", "La", "I", "F")  # and I;16, I;16B, ...
-# Whatever Pillow's decoders raise for a file that is damaged.
+# What Pillow's decoders raise for damaged files.
 _DAMAGE = (
     OSError,
     SyntaxError,
@@ -50,25 +51,15 @@ _DAMAGE = (
     RuntimeError,  # AVIF's
     struct.error,
 )
-# EXIF orientation -> what makes the picture upright (Exif 2.32, section 4.6.4)
-_UPRIGHT = {
-    2: Image.Transpose.FLIP_LEFT_RIGHT,
-    3: Image.Transpose.ROTATE_180,
-    4: Image.Transpose.FLIP_TOP_BOTTOM,
-    5: Image.Transpose.TRANSPOSE,
-    6: Image.Transpose.ROTATE_270,
-    7: Image.Transpose.TRANSVERSE,
-    8: Image.Transpose.ROTATE_90,
-}
-# How videos begin that come as bytes: those are shown to no decoder of videos.
+# The beginnings of videos. Bytes, unlike files, are never given to a video decoder to find out.
 _MOVING = (b"\x1a\x45\xdf\xa3", b"FLV", b"\0\0\x01\xba", b"\0\0\x01\xb3")  # Matroska, FLV, MPEG
-_MOST_BYTES = 1_000_000_000  # the largest photo has no more, even when nothing is compressed
+_MOST_BYTES = 1_000_000_000  # the largest photo has no more, even uncompressed
 
 
 class _Photo:
-    """A photo's file, open once: it may be removed, or another put in its place, while it is read.
+    """An open photo file. It is opened once, since it may be removed or replaced while it is read.
 
-    path: None for a photo in memory.  str() calls it in messages.
+    path: None for a photo in memory.  str() is its name in messages.
     """
 
     def __init__(self, data: IO[bytes], name: str, path: Path | None = None) -> None:
@@ -79,12 +70,12 @@ class _Photo:
         return self._name
 
     def begins(self, count: int = -1) -> bytes:
-        """The first bytes, or all of them. Pillow finds the file as it left it."""
-        at = self.data.tell()
+        """The first `count` bytes, or all of them. The position in the file stays."""
+        position = self.data.tell()
         self.data.seek(0)
-        found = self.data.read(count)
-        self.data.seek(at)
-        return found
+        head = self.data.read(count)
+        self.data.seek(position)
+        return head
 
 
 def read_photo(
@@ -93,31 +84,31 @@ def read_photo(
     most_px: int = MOST_PX,
     before_decoding: Callable[[], None] = lambda: None,
 ) -> np.ndarray:
-    """(H, W, 3) uint8, R'G'B' as sRGB encodes it, turned upright as EXIF says.
+    """Read a photo as (H, W, 3) uint8, R'G'B' as sRGB encodes it, turned upright by its EXIF block.
 
-    photo: the path of a file, or what is in one as bytes: then `name` calls it in messages.
-    most_px: a photo with more pixels is refused.  before_decoding: called when the header is found
-    good, and not a pixel has been decoded.
+    photo: the path of a file, or the content of one as bytes; messages call the latter `name`.
+    most_px: a photo with more pixels is refused.
+    before_decoding: called once the header has passed all checks, before any pixel is decoded.
 
     Colours are converted from the file's ICC profile; without one they count as sRGB. Transparent
     pixels are laid on middle grey. A photo with more than 4096 px on its longer side is averaged
-    down by a whole factor. Raises InputError when the file cannot be opened, PhotoError when it is
-    no photo to read colours from: another kind of file, moving, grey, damaged, too large.
+    down by a whole factor. Raises InputError when the file cannot be opened, PhotoError when no
+    colours can be read from it: another kind of file, moving, grey, damaged, too large.
     """
     file = _opened(photo, name)
     Image.init()
     formats = [name for name in _FORMATS if name in Image.OPEN]
     try:
         with file.data, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of Pillow's: our one line says what is wrong
-            with _damage_told(file):
+            warnings.simplefilter("ignore")  # Pillow's: our one line says what is wrong
+            with _damage_as_photo_error(file):
                 picture = Image.open(file.data, formats=formats)
             with picture:
-                with _damage_told(file):
+                with _damage_as_photo_error(file):
                     moves = _is_moving(picture)
                 _refuse(picture, moves, file, most_px)
                 before_decoding()
-                with _damage_told(file):
+                with _damage_as_photo_error(file):
                     picture.load()
                 return _pixels(picture)
     except MemoryError:
@@ -139,8 +130,11 @@ def _opened(photo: str | os.PathLike[str] | bytes, name: str) -> _Photo:
 
 
 @contextmanager
-def _damage_told(file: _Photo) -> Generator[None, None, None]:
-    """Only around calls of Pillow that read the file, so that a fault of ours is not told as damage."""
+def _damage_as_photo_error(file: _Photo) -> Generator[None, None, None]:
+    """Turn Pillow's errors into PhotoError.
+
+    Only for calls of Pillow that read the file: an error of ours must not be reported as damage.
+    """
     try:
         yield
     except Image.DecompressionBombError:
@@ -152,13 +146,16 @@ def _damage_told(file: _Photo) -> Generator[None, None, None]:
 
 
 def _is_moving(picture: Image.Image) -> bool:
-    """Or has pages. They are not counted: in a file of a million that takes as long as it likes."""
-    # an MPO is a JPEG with more pictures behind it (depth, the other eye): the first is the photo
+    """True for animations and for files of several pages.
+
+    The pages are not counted: a hostile file may have a million of them.
+    """
+    # an MPO is a JPEG followed by more pictures (depth, the other eye); the first is the photo
     return getattr(picture, "is_animated", False) and picture.format != "MPO"
 
 
 def _refuse(picture: Image.Image, moves: bool, file: _Photo, most_px: int) -> None:
-    """What can be told before any pixel is decoded."""
+    """Raises PhotoError for everything that is known before any pixel is decoded."""
     if picture.width * picture.height > most_px:
         raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, ", most_px))
     if moves:
@@ -172,12 +169,15 @@ def _refuse(picture: Image.Image, moves: bool, file: _Photo, most_px: int) -> No
 
 
 def _passes(file: _Photo) -> int:
-    """Of a progressive JPEG; those of a thumbnail in it count too."""
+    """The number of passes of a progressive JPEG, including those of a thumbnail in it."""
     return file.begins().count(b"\xff\xda")
 
 
 def _pixels(picture: Image.Image) -> np.ndarray:
-    """Of a picture that is loaded: what a PNG says behind its pixels is known only then."""
+    """The upright sRGB pixels of a loaded picture.
+
+    A PNG may have metadata behind its pixels, which is known only once it is loaded.
+    """
     orientation = _orientation(picture)
     profile = picture.info.get("icc_profile")
     many = -(-max(picture.size) // LARGE_PX)
@@ -191,24 +191,25 @@ def _pixels(picture: Image.Image) -> np.ndarray:
         ground = Image.new("RGBA", image.size, _BEHIND)
         image = Image.alpha_composite(ground, image)
     image = _in_srgb(image, profile)
-    turn = _UPRIGHT.get(orientation)
-    if turn is not None:  # mirroring is number 0
-        image = image.transpose(turn)
+    if orientation.transposition:
+        image = image.transpose(Image.Transpose[orientation.transposition])
     return np.array(image)
 
 
-def _orientation(picture: Image.Image) -> int:
-    """1 to 8 as EXIF has it, 1 when it does not say or is damaged."""
+def _orientation(picture: Image.Image) -> Orientation:
+    """The orientation in the EXIF block; upright when the block has none or is damaged."""
     try:
-        return int(picture.getexif().get(ExifTags.Base.Orientation, 1))
+        return orientation_of(picture.getexif().get(ExifTags.Base.Orientation, 1))
     except _DAMAGE:
-        return 1
+        return UPRIGHT
 
 
 def _in_srgb(image: Image.Image, profile: Any) -> Image.Image:
-    """Mode RGB, in sRGB. A profile that is broken or of another kind of picture is left aside (in a
-    TIFF it can be a number); one that calls itself sRGB is converted too, for there are linear ones
-    of that name."""
+    """The picture in mode RGB, converted to sRGB.
+
+    A profile that is broken or for another kind of picture is ignored (in a TIFF it can be a
+    number). A profile named sRGB is used like any other, since some of that name are linear.
+    """
     if image.mode == "RGBA":
         image = image.convert("RGB")
     if isinstance(profile, bytes) and profile:
@@ -233,7 +234,7 @@ def _damaged(file: _Photo) -> str:
 
 
 def _unknown(file: _Photo) -> str:
-    """Why Pillow does not know it."""
+    """Why Pillow does not know the file."""
     head = file.begins(12)
     brand = head[8:] if head[4:8] == b"ftyp" else b""
     if brand in _HEIC:

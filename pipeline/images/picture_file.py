@@ -1,4 +1,4 @@
-"""Picture files -> pixels and metadata, and back: JPEG, PNG and WebP, by OpenCV."""
+"""Reads and writes picture files with their metadata: JPEG, PNG and WebP, by OpenCV."""
 
 from pathlib import Path
 
@@ -7,19 +7,20 @@ from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.images.picture_size import check_size
 
-# The extensions that pictures are written under.
+# The extensions of pictures that we write.
 WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
-# APP1 segments of a JPEG say what they hold (XMP specification part 3, section 1.1.3)
+# APP1 segments of a JPEG begin with what they hold (XMP specification part 3, section 1.1.3)
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
-_MOST_BYTES = 1_000_000_000  # the largest picture has no more, even when nothing is compressed
+_MOST_BYTES = 1_000_000_000  # the largest picture has no more, even uncompressed
 _NO_MEMORY = -4  # cv2.Error.StsNoMem
 
 
 def is_picture(path: Path) -> bool:
-    """True when the file begins as a JPEG, PNG or WebP, and is no moving one.
+    """True when the file begins as a still JPEG, PNG or WebP.
 
-    Motion JPEG without a container begins as a JPEG too: its name tells. Raises DecodeError for an
-    animated WebP, which neither OpenCV nor FFmpeg reads as a whole, InputError when the file is gone.
+    Motion JPEG without a container begins as a JPEG, too, and is known by its extension. Raises
+    DecodeError for an animated WebP, which neither OpenCV nor FFmpeg reads as a whole, InputError
+    when the file is gone.
     """
     try:
         with path.open("rb") as file:
@@ -31,18 +32,21 @@ def is_picture(path: Path) -> bool:
             raise DecodeError(f"{path} is an animated WebP: convert it to a video first")
         return True
     if head.startswith(b"\x89PNG\r\n\x1a\n"):
-        return b"acTL" not in head  # the mark of an animated PNG, which goes the way of videos
+        return b"acTL" not in head  # the mark of an animated PNG, which is read as a video
     return head.startswith(b"\xff\xd8\xff") and path.suffix.lower() not in (".mjpeg", ".mjpg")
 
 
 def read_picture(path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """(stored pixels, metadata): (H, W, 1, 3 or 4) uint8 or uint16, BGR(A) order, encoded, not
-    turned; metadata as OpenCV's {kind: bytes}. Raises InputError, DecodeError."""
+    """Read (stored pixels, metadata).
+
+    The pixels are (H, W, 1, 3 or 4) uint8 or uint16, encoded, in BGR(A) order, not turned; metadata
+    is OpenCV's {kind: bytes}. Raises InputError, DecodeError.
+    """
     return decode_picture(read_bytes(path), path)
 
 
 def read_bytes(path: Path) -> bytes:
-    """The file of a picture that is not too large. Raises InputError, DecodeError."""
+    """Read the file of a picture, unless it is too large. Raises InputError, DecodeError."""
     try:
         data = read_ordinary(path, _MOST_BYTES)
     except OSError as error:
@@ -52,10 +56,10 @@ def read_bytes(path: Path) -> bytes:
 
 
 def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """The same of a file in memory; path: for messages. Raises DecodeError."""
+    """As `read_picture`, from a file's bytes; path: for messages. Raises DecodeError."""
     import cv2
 
-    # our one line says what is wrong; OpenCV's own warnings would come on top
+    # our one line says what is wrong: OpenCV must not print its own warnings
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
         pixels, kinds, blobs = cv2.imdecodeWithMetadata(
@@ -74,14 +78,16 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.nd
     }
     if (xmp := metadata.get(int(cv2.IMAGE_METADATA_XMP))) is not None:
         plain = xmp.tobytes().removeprefix(_XMP_IN_JPEG)
-        plain = plain[: plain.rfind(b">") + 1]  # OpenCV 5.0 reads a few bytes too many from PNG
+        plain = plain[: plain.rfind(b">") + 1]  # OpenCV 5.0 reads a few bytes too many from a PNG
         metadata[int(cv2.IMAGE_METADATA_XMP)] = np.frombuffer(plain, np.uint8)
     return pixels, metadata
 
 
 def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarray]) -> bytes:
-    """BGR(A) pixels as a file, by the path's extension: JPEG at quality 95 in 4:4:4, WebP lossless,
-    PNG. Raises OutputError."""
+    """Encode BGR(A) pixels for the path's extension.
+
+    JPEG has quality 95 and 4:4:4, WebP and PNG are lossless. Raises OutputError.
+    """
     import cv2
 
     suffix = path.suffix.lower()
@@ -97,7 +103,7 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarra
     )  # fmt: skip
     try:
         data = _encode(suffix, pixels, metadata, options)
-        if data is None:  # libpng refuses the whole picture for a malformed profile
+        if data is None:  # libpng refuses the whole picture because of a malformed profile
             rest = {k: v for k, v in metadata.items() if k != cv2.IMAGE_METADATA_ICCP}
             data = _encode(suffix, pixels, rest, options)
     except cv2.error as error:
@@ -112,6 +118,7 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarra
 def _encode(
     suffix: str, pixels: np.ndarray, metadata: dict[int, np.ndarray], options: list[int]
 ) -> bytes | None:
+    """None when OpenCV refuses."""
     import cv2
 
     blobs = dict(metadata)

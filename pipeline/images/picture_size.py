@@ -1,4 +1,4 @@
-"""How large a picture may be, told by its header before anything is decoded."""
+"""Checks the size of a picture by its header, before anything is decoded."""
 
 import io
 from pathlib import Path
@@ -7,13 +7,13 @@ from makeup_video.pipeline.errors import DecodeError
 
 # The largest phone camera in wide use has 108 Mpx.
 MOST_PX = 120_000_000
-_LONGEST_PX = 1_000_000  # libpng reads and writes no more in a row or column
+_LONGEST_PX = 1_000_000  # libpng's limit for a row or a column
 
 
 def check_size(data: bytes, path: Path) -> None:
-    """Raises DecodeError when the header of a JPEG, PNG or WebP promises more than can be painted.
+    """Raises DecodeError when a JPEG, PNG or WebP declares more pixels than can be painted.
 
-    A header that is damaged passes: the decoder says what is wrong with it.
+    A damaged header passes: the decoder reports what is wrong with it.
     """
     size = _size_wh(data)
     if size is not None and max(size) > _LONGEST_PX:
@@ -23,23 +23,23 @@ def check_size(data: bytes, path: Path) -> None:
 
 
 def _size_wh(data: bytes) -> tuple[int, int] | None:
-    """None when the header is damaged."""
+    """(width, height) in the header; None when it is damaged."""
     if data.startswith(b"RIFF"):
         return _webp_size_wh(data)
     from PIL.JpegImagePlugin import JpegImageFile
     from PIL.PngImagePlugin import PngImageFile
 
-    # not Image.open: for the largest it raises before it says how large they are
+    # Image.open raises for the largest pictures before their size can be read
     kind = PngImageFile if data.startswith(b"\x89PNG") else JpegImageFile
     try:
         with kind(io.BytesIO(data)) as picture:
             return picture.size
-    except Exception:  # noqa: BLE001  # whatever Pillow stumbles on, the decoder will name
+    except Exception:  # noqa: BLE001  # whatever stops Pillow, the decoder will report
         return None
 
 
 def _webp_size_wh(data: bytes) -> tuple[int, int] | None:
-    """RFC 9649, sections 2.5 to 2.7. Pillow would make room for the pixels first."""
+    """By RFC 9649, sections 2.5 to 2.7: Pillow would allocate memory for the pixels first."""
     kind, small = data[12:16], 0x3FFF
     if len(data) < 30:
         return None
@@ -57,6 +57,6 @@ def _little(data: bytes) -> int:
 
 def _too_large(path: Path, size_wh: tuple[int, int], most: str) -> DecodeError:
     return DecodeError(
-        f"{path} has {size_wh[0]} x {size_wh[1]} px, and no picture of more than {most} can be painted: "
-        "make it smaller first"
+        f"{path} has {size_wh[0]} x {size_wh[1]} px, and no picture of more than {most} can be "
+        "painted: make it smaller first"
     )

@@ -1,11 +1,14 @@
-"""Which video codecs and containers there are, and which of them suits a source."""
+"""The video codecs and containers of outputs, and the choice of a codec for a source.
+
+A new codec is one row of CODECS. The module is imported for the command's help text, so it loads no
+large library.
+"""
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
-import av
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import UsageError, option
 
 CONTAINERS = {
     ".mp4": "mp4",
@@ -16,21 +19,44 @@ CONTAINERS = {
 }
 MATROSKA = ("matroska", "webm")  # one format, two names
 
-# HEVC in mp4 and mov has two names. Apple's players take the one that puts the parameter sets into
-# the header alone; FFmpeg writes the other, "hev1".
+# HEVC in mp4 and mov has two names. Apple's players need "hvc1", which promises that the parameter
+# sets are in the header alone; FFmpeg writes the other, "hev1".
 APPLE_HEVC = "hvc1"
 
 
-@dataclass(frozen=True)
-class VideoCodec:
-    """One choice of --codec.
+class HdrParameters(NamedTuple):
+    """How an encoder's library spells static HDR10 metadata.
 
-    pix_fmts: the layouts that we hand to FFmpeg's `encoder`.  crf: (lowest, highest, default)
-    or None.  presets: what --preset takes, `preset` the default; None where there are none.
-    tag: how mp4 and mov are to name it, None: as FFmpeg does.
+    mastering_display, content_light: names of its parameters.
+    in_units: chromaticity counted in 1/50000 and luminance in 1/10000 cd/m2, as in the SEI message
+    of SMPTE ST 2086; else plain numbers.
+    """
+
+    mastering_display: str
+    content_light: str
+    in_units: bool
+
+
+class VideoCodec(NamedTuple):
+    """A video codec that outputs can have: its encoder, and what is particular to it.
+
+    name: as users choose it.  encoder: FFmpeg's name.  containers: FFmpeg's names of the muxers.
+    pix_fmts: the pixel formats that we hand to the encoder.
+    crf: (lowest, highest, default), None where there is none.
+    presets: the choices, None where there are none; `preset` is the default.
     depth: bits a sample unless others are asked for; None: those of the source.
-    interlaced: it can keep fields.  whole_chroma: it refuses odd sizes in 4:2:0.
+    interlaced: the encoder can keep fields.  whole_chroma: it refuses odd sizes in 4:2:0.
     options: (crf, preset) -> the encoder's own options.
+    tag: the codec's name in mp4 and mov; None: FFmpeg's choice.
+    transparent_in: the containers in which transparency is kept.
+    parameters: the option that hands name=value parameters to the encoder's library.
+    quiet: parameters that stop the library from printing.  quiet_environment: (variable, value)
+    pairs for a library that reads its log level from the environment.
+    bottom_first: the parameter for films that show the bottom field first.
+    hdr: None where the encoder cannot carry static HDR10 metadata.
+    live_preset: the default preset of recordings, fast enough to be live; None: `preset`.
+    live_options: (option, value) pairs for recordings, so that packets come out in order and
+    without delay.
     """
 
     name: str
@@ -45,15 +71,23 @@ class VideoCodec:
     whole_chroma: bool
     options: Callable[[int, str], dict[str, str]]
     tag: str | None = None
+    transparent_in: tuple[str, ...] = ()
+    parameters: str = ""
+    quiet: tuple[str, ...] = ()
+    quiet_environment: tuple[tuple[str, str], ...] = ()
+    bottom_first: tuple[str, ...] = ()
+    hdr: HdrParameters | None = None
+    live_preset: str | None = None
+    live_options: tuple[tuple[str, str], ...] = ()
 
 
 _X26X_PRESETS = (
     "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow",
 )  # fmt: skip
-_BASIC = ("yuv420p", "yuv422p", "yuv444p")
+_LIMITED = ("yuv420p", "yuv422p", "yuv444p")
 _FULL = ("yuvj420p", "yuvj422p", "yuvj444p")
-_DEEP = ("yuv420p10le", "yuv422p10le", "yuv444p10le")
-_DEEPER = ("yuv420p12le", "yuv422p12le", "yuv444p12le")
+_TEN_BITS = ("yuv420p10le", "yuv422p10le", "yuv444p10le")
+_TWELVE_BITS = ("yuv420p12le", "yuv422p12le", "yuv444p12le")
 
 # Phones, browsers and television sets play H.264 of 8 bits alone, so that is its depth.
 # The default crfs give the codecs about the same luma PSNR, that of H.264 at 18, which is visually
@@ -62,48 +96,72 @@ CODECS = {
     codec.name: codec
     for codec in (
         VideoCodec(
-            "h264", "libx264", ("mp4", "mov", "matroska"), (*_BASIC, *_FULL, "nv12", *_DEEP),
-            (0, 51, 18), _X26X_PRESETS, "veryfast", 8, True, True,
-            lambda crf, preset: {"crf": str(crf), "preset": preset},
+            "h264", "libx264", ("mp4", "mov", "matroska"),
+            (*_LIMITED, *_FULL, "nv12", *_TEN_BITS),
+            crf=(0, 51, 18), presets=_X26X_PRESETS, preset="veryfast", depth=8,
+            interlaced=True, whole_chroma=True,
+            options=lambda crf, preset: {"crf": str(crf), "preset": preset},
+            parameters="x264-params",
+            bottom_first=("bff=1",),  # x264 opens with the top field first
+            hdr=HdrParameters("mastering-display", "cll", in_units=True),
+            live_preset="superfast", live_options=(("bf", "0"),),
         ),
         VideoCodec(
-            "hevc", "libx265", ("mp4", "mov", "matroska"), (*_BASIC, *_FULL, *_DEEP, *_DEEPER),
-            (0, 51, 18), _X26X_PRESETS, "superfast", None, False, True,
-            lambda crf, preset: {"crf": str(crf), "preset": preset}, APPLE_HEVC,
+            "hevc", "libx265", ("mp4", "mov", "matroska"),
+            (*_LIMITED, *_FULL, *_TEN_BITS, *_TWELVE_BITS),
+            crf=(0, 51, 18), presets=_X26X_PRESETS, preset="superfast", depth=None,
+            interlaced=False, whole_chroma=True,
+            options=lambda crf, preset: {"crf": str(crf), "preset": preset},
+            tag=APPLE_HEVC,
+            parameters="x265-params", quiet=("log-level=none",),
+            hdr=HdrParameters("master-display", "max-cll", in_units=True),
+            live_preset="ultrafast", live_options=(("bf", "0"),),
         ),
         VideoCodec(
             "av1", "libsvtav1", ("mp4", "matroska", "webm"), ("yuv420p", "yuv420p10le"),
-            (1, 63, 26), tuple(str(n) for n in range(14)), "8", None, False, False,
-            lambda crf, preset: {"crf": str(crf), "preset": preset},
+            crf=(1, 63, 26), presets=tuple(str(n) for n in range(14)), preset="8", depth=None,
+            interlaced=False, whole_chroma=False,
+            options=lambda crf, preset: {"crf": str(crf), "preset": preset},
+            parameters="svtav1-params", quiet_environment=(("SVT_LOG", "-1"),),
+            hdr=HdrParameters("mastering-display", "content-light", in_units=False),
+            live_preset="12", live_options=(("svtav1-params", "pred-struct=1"),),  # low delay
         ),
         VideoCodec(
-            "vp9", "libvpx-vp9", ("mp4", "matroska", "webm"), (*_BASIC, "yuva420p"),
-            (0, 63, 24), tuple(str(n) for n in range(9)), "6", None, False, False,
-            lambda crf, preset: {
+            "vp9", "libvpx-vp9", ("mp4", "matroska", "webm"), (*_LIMITED, "yuva420p"),
+            crf=(0, 63, 24), presets=tuple(str(n) for n in range(9)), preset="6", depth=None,
+            interlaced=False, whole_chroma=False,
+            options=lambda crf, preset: {
                 "crf": str(crf), "cpu-used": preset, "deadline": "realtime", "row-mt": "1",
                 "tile-columns": "2", "auto-alt-ref": "0", "lag-in-frames": "0",
             },
+            transparent_in=("webm", "matroska"),
+            live_preset="8",
         ),
         VideoCodec(
             "ffv1", "ffv1", ("matroska",),
-            (*_BASIC, *_DEEP, *_DEEPER, "yuva420p", "yuva422p", "yuva444p", "yuva420p10le",
-             "yuva422p10le", "yuva444p10le", "yuva422p12le", "yuva444p12le"),
-            None, None, "", None, True, False,
-            # FFmpeg chooses the slices: four, but where an odd size does not allow them
-            lambda crf, preset: {"level": "3", "slicecrc": "1"},
+            (*_LIMITED, *_TEN_BITS, *_TWELVE_BITS, "yuva420p", "yuva422p", "yuva444p",
+             "yuva420p10le", "yuva422p10le", "yuva444p10le", "yuva422p12le", "yuva444p12le"),
+            crf=None, presets=None, preset="", depth=None,
+            interlaced=True, whole_chroma=False,
+            # FFmpeg chooses the number of slices: four, unless an odd size does not allow them
+            options=lambda crf, preset: {"level": "3", "slicecrc": "1"},
+            transparent_in=("matroska",),
         ),
         VideoCodec(
             "prores", "prores_ks", ("mov", "matroska"),
             ("yuv422p10le", "yuv444p10le", "yuva444p10le"),
-            None, ("proxy", "lt", "standard", "hq", "4444", "4444xq"), "", None, True, False,
-            lambda crf, preset: {"profile": preset} if preset else {},
+            crf=None, presets=("proxy", "lt", "standard", "hq", "4444", "4444xq"), preset="",
+            depth=None, interlaced=True, whole_chroma=False,
+            options=lambda crf, preset: {"profile": preset} if preset else {},
+            transparent_in=("mov",),
         ),
     )
 }  # fmt: skip
+PLAYS_EVERYWHERE = CODECS["h264"]  # browsers, receivers and programs that read cameras take it
 
 
 def container_of(path: str | os.PathLike[str]) -> str:
-    """FFmpeg's muxer name for an output path. Raises UsageError for an extension we don't write."""
+    """FFmpeg's muxer name for an output path. Raises UsageError for any other extension."""
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     if suffix not in CONTAINERS:
         raise UsageError(
@@ -114,40 +172,53 @@ def container_of(path: str | os.PathLike[str]) -> str:
 
 
 def pick_codec(name: str | None, container: str, *, deep: bool, alpha: bool) -> VideoCodec:
-    """The codec asked for, or the container's best for this source.
+    """The codec that was asked for, or the one that suits the source best in this container.
 
-    deep: more than 8 bits, or HDR.  Raises UsageError where codec and container do not go
-    together.
+    deep: the source has more than 8 bits, or is HDR.  alpha: it has transparency.
+    Raises UsageError when the container cannot hold the codec.
     """
     if name is None:
-        if alpha:
-            name = {"mov": "prores", "matroska": "vp9", "webm": "vp9"}.get(container)
-        name = name or (("av1" if deep else "vp9") if container == "webm" else None)
-        name = name or ("hevc" if deep else "h264")
+        return _default_codec(container, deep=deep, alpha=alpha)
     if name not in CODECS:
-        raise UsageError(f"--codec must be one of {', '.join(CODECS)}, got {name!r}")
+        raise UsageError(f"{option('codec')} must be one of {', '.join(CODECS)}, got {name!r}")
     codec = CODECS[name]
     if container not in codec.containers:
-        fitting = [c.name for c in CODECS.values() if container in c.containers]
-        raise UsageError(f"{container} does not hold {name}; use --codec {' or '.join(fitting)}")
+        fitting = codecs_with(lambda other: container in other.containers)
+        raise UsageError(f"{container} does not hold {name}; use {option('codec')} {fitting}")
     return codec
 
 
+def _default_codec(container: str, *, deep: bool, alpha: bool) -> VideoCodec:
+    if alpha:
+        for codec in CODECS.values():
+            if container in codec.transparent_in:
+                return codec
+    if container == "webm":
+        return CODECS["av1" if deep else "vp9"]
+    return CODECS["hevc" if deep else "h264"]
+
+
+def codecs_with(fits: Callable[[VideoCodec], bool], last: str = "or") -> str:
+    """The names of the codecs that fit, for messages: "h264, hevc or av1"."""
+    *names, final = (codec.name for codec in CODECS.values() if fits(codec))
+    return f"{', '.join(names)} {last} {final}" if names else final
+
+
 def encoder_options(codec: VideoCodec, crf: int | None, preset: str | None) -> dict[str, str]:
-    """The encoder's options for --crf and --preset; None means our default."""
+    """The encoder's options for a crf and a preset; None: our default.
+
+    Raises UsageError for values that the codec does not have.
+    """
     if crf is not None:
         if codec.crf is None:
-            raise UsageError(f"{codec.name} has no --crf: leave it out")
+            raise UsageError(f"{codec.name} has no {option('crf')}: leave it out")
         low, high, _ = codec.crf
         if not low <= crf <= high:
-            raise UsageError(f"--crf must be in {low}..{high} for {codec.name}, got {crf}")
+            raise UsageError(
+                f"{option('crf')} must be in {low}..{high} for {codec.name}, got {crf}"
+            )
     if preset is not None and preset not in (codec.presets or ()):
-        text = f"one of {', '.join(codec.presets)}" if codec.presets else "left out"
-        raise UsageError(f"--preset must be {text} for {codec.name}, got {preset!r}")
+        choices = f"one of {', '.join(codec.presets)}" if codec.presets else "left out"
+        raise UsageError(f"{option('preset')} must be {choices} for {codec.name}, got {preset!r}")
     default_crf = codec.crf[2] if codec.crf else 0
     return codec.options(default_crf if crf is None else crf, preset or codec.preset)
-
-
-def bits_of(pix_fmt: str) -> int:
-    """Bits a sample of one of FFmpeg's layouts."""
-    return av.VideoFormat(pix_fmt).components[0].bits

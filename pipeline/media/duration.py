@@ -1,17 +1,17 @@
-"""How long a film is, and that --start lies within it."""
+"""The length of a film, and a check that a run's start lies within it."""
 
 from fractions import Fraction
 
 import av
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 
 
 def check_start(source: VideoSource, start_seconds: Fraction | None) -> None:
-    """Raises UsageError when the film ends before `start_seconds`, counted from where a player begins.
+    """Raises UsageError when the film ends before `start_seconds`.
 
-    A container that does not say its length passes, and so does one whose header is wrong: of a
-    film that seems too short the packets are asked, from the last key frame on.
+    Seconds count from where a player begins. A container that does not declare its length passes.
+    A header may be wrong, so a film that seems too short is read from the last key frame on.
     """
     length = _length_seconds(source)
     if start_seconds is None or length is None or start_seconds < length:
@@ -24,13 +24,13 @@ def beyond_end(
     source: VideoSource, start_seconds: Fraction, length_seconds: Fraction
 ) -> UsageError:
     return UsageError(
-        f"--start {float(start_seconds):g} s is beyond the end: {source.path} is "
+        f"{option('start_seconds')} {float(start_seconds):g} s is beyond the end: {source.path} is "
         f"{round(float(length_seconds), 2)} s long"
     )
 
 
 def _length_seconds(source: VideoSource) -> Fraction | None:
-    """Of all tracks together, as the container says."""
+    """The length of all streams together, as the container declares it."""
     container = source.container
     if container.duration is None:
         return None
@@ -39,7 +39,7 @@ def _length_seconds(source: VideoSource) -> Fraction | None:
 
 
 def _has_packets_at(source: VideoSource, seconds: Fraction) -> bool:
-    """Whether the video goes on at that time of the container's clock."""
+    """True when the video goes on at that time of the container's clock."""
     try:
         source.container.seek(int(seconds / source.time_base), stream=source.video)
         return any(
@@ -48,4 +48,4 @@ def _has_packets_at(source: VideoSource, seconds: Fraction) -> bool:
             for packet in packets_of(source.container, source.video)
         )
     except av.FFmpegError:
-        return True  # decoding will tell
+        return True  # decoding will show

@@ -1,30 +1,31 @@
-"""Frame ... -> Path: the video encoder, and the tags of the source on its output."""
+"""Encodes the painted frames, with the colour tags and metadata of the source."""
 
 import os
 import struct
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
 import av
 from av.codec.context import Flags
-from makeup_video.pipeline.errors import EncodeError, UsageError
+from makeup_video.pipeline.errors import EncodeError, UsageError, option
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.media.codecs import MATROSKA, VideoCodec
-from makeup_video.pipeline.media.hdr import hdr_options, side_data
+from makeup_video.pipeline.media.codecs import MATROSKA, VideoCodec, codecs_with
+from makeup_video.pipeline.media.hdr import hdr_parameters, side_data
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.media.mux import Muxer
 
-_STOP_SECONDS = 0.5  # after Ctrl-C, the most that emptying the encoder may take
+_STOP_SECONDS = 0.5  # after Ctrl-C, flushing the encoder may take no longer than this
 _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is shown first
 
 
 class VideoEncoder:
-    """The pipeline's sink. Opens encoder and output with the first frame, then encodes each.
+    """The pipeline's sink: opens encoder and output with the first frame, then encodes each frame.
 
-    options: the encoder's own, from codecs.encoder_options.  threads: 0 lets it choose.
-    max_pts_error_seconds: largest distance between a frame's time and what was written.
+    options: the encoder's own, from `encoder_options`.  threads: 0 lets the encoder choose.
+    max_pts_error_seconds: the largest distance between a frame's time and the time written.
     """
 
     def __init__(
@@ -55,11 +56,11 @@ class VideoEncoder:
             self._write(packet)
 
     def finish(self, stopped: bool) -> None:
-        """Empty the encoder and close the file; after Ctrl-C a playable part file remains."""
+        """Flush the encoder and close the file; after Ctrl-C a playable part file remains."""
         if self._stream is None:
             return
         deadline = time.monotonic() + _STOP_SECONDS
-        for packet in self._encode(None):  # all of a film that is shorter than the look-ahead
+        for packet in self._encode(None):  # the whole film, when it is shorter than the look-ahead
             self._write(packet)
             if stopped and time.monotonic() > deadline:
                 break
@@ -70,7 +71,7 @@ class VideoEncoder:
         self.first_packet_at = self.first_packet_at or time.time()
 
     def _encode(self, picture: av.VideoFrame | None) -> Iterator[Any]:
-        """Packets as the encoder gives them out; None empties it."""
+        """Packets as the encoder returns them; None flushes the encoder."""
         try:
             yield from self._stream.encode_lazy(picture)
         except av.FFmpegError as error:
@@ -98,14 +99,15 @@ class VideoEncoder:
             shown = " ".join(f"{key}={value}" for key, value in self.options.items())
             raise EncodeError(
                 f"{self.codec.encoder} refuses {frame.width_px}x{frame.height_px} {frame.pix_fmt} "
-                f"with {shown or 'its defaults'}: choose another size, --codec or --preset"
+                f"with {shown or 'its defaults'}: choose another size, {option('codec')} or "
+                f"{option('preset')}"
             ) from error
         self.muxer.start()
         self._stream = stream
 
     def _add(self, container: Any, frame: Frame) -> Any:
-        """The output's video stream, with all that the source says about its pictures."""
-        # milliseconds are the one tick that Matroska has
+        """The output's video stream, with all that the source declares about its pictures."""
+        # Matroska's only tick is the millisecond
         self._tick = Fraction(1, 1000) if self.muxer.format in MATROSKA else frame.time_base
         stream = container.add_stream(self.codec.encoder, rate=self.source.rate)
         context = stream.codec_context
@@ -115,12 +117,12 @@ class VideoEncoder:
         context.thread_count = self.threads
         # PyAV's default is slice threads; x264 keeps two cores busier with frame threads
         context.thread_type = "AUTO"
-        # carries every frame's own duration through, so that the last one keeps its length
+        # passes every frame's own duration on, so that the last one keeps its length
         context.flags |= Flags.frame_duration
         context.sample_aspect_ratio = self.source.video.sample_aspect_ratio or Fraction(0, 1)
         self._keep_fields(context, frame)
         self._keep_hdr(frame)
-        self._quiet()
+        keep_quiet(self.options, self.codec)
         stream.options.update(self.options)
         return stream
 
@@ -128,49 +130,52 @@ class VideoEncoder:
         if not frame.picture.interlaced_frame:
             return
         if not self.codec.interlaced:
+            others = codecs_with(lambda codec: codec.interlaced)
             raise UsageError(
                 f"the source is interlaced and {self.codec.name} cannot keep its fields: "
-                "use --codec h264, prores or ffv1, or deinterlace it first"
+                f"use {option('codec')} {others}, or deinterlace it first"
             )
         context.flags |= Flags.interlaced_dct | Flags.interlaced_me
         order = self.source.video.codec_context.field_order
         context.field_order = order
-        if self.codec.name == "h264" and order in _BOTTOM_FIRST:
-            self._extend("x264-params", ["bff=1"])  # x264 opens with the top field first
+        if order in _BOTTOM_FIRST:
+            add_parameters(self.options, self.codec, self.codec.bottom_first)
 
     def _keep_hdr(self, frame: Frame) -> None:
-        option, parts, lost = hdr_options(frame.picture, self.codec.name)
+        parameters, lost = hdr_parameters(frame.picture, self.codec)
         self.muxer.dropped += lost
-        if parts:
-            self._extend(option, parts)
+        add_parameters(self.options, self.codec, parameters)
 
-    def _quiet(self) -> None:
-        """Encoders that print on their own must not break our one line."""
-        if self.codec.name == "hevc":
-            self._extend("x265-params", ["log-level=none"])
-        if self.codec.name == "av1":
-            os.environ.setdefault("SVT_LOG", "-1")
 
-    def _extend(self, option: str, parts: list[str]) -> None:
-        old = [self.options[option]] if option in self.options else []
-        self.options[option] = ":".join(old + parts)
+def keep_quiet(options: dict[str, str], codec: VideoCodec) -> None:
+    """Stop the encoder's library from printing: only our own lines may reach the terminal."""
+    add_parameters(options, codec, codec.quiet)
+    for variable, value in codec.quiet_environment:
+        os.environ.setdefault(variable, value)
+
+
+def add_parameters(options: dict[str, str], codec: VideoCodec, parameters: Sequence[str]) -> None:
+    """Append name=value parameters for the encoder's library to those in its options."""
+    if parameters:
+        before = [options[codec.parameters]] if codec.parameters in options else []
+        options[codec.parameters] = ":".join([*before, *parameters])
 
 
 def name_codec(stream: Any, codec: VideoCodec, container_format: str) -> None:
-    """Give a new output stream the name by which players know its codec in this container."""
+    """Give a new output stream the codec tag that players expect in this container."""
     if codec.tag is not None and container_format not in MATROSKA:
         stream.codec_context.codec_tag = codec.tag
 
 
 def describe_pictures(stream: Any, frame: Frame) -> None:
-    """Tell a new output stream what its pictures are like: size, layout, colours, rotation."""
+    """Set size, pixel format, colour tags and rotation of a new output stream."""
     context = stream.codec_context
     context.width, context.height = frame.width_px, frame.height_px
     context.pix_fmt = frame.pix_fmt
     context.colorspace, context.color_range = frame.tags.matrix, frame.tags.range
     context.color_trc, context.color_primaries = frame.tags.transfer, frame.tags.primaries
     if frame.pix_fmt.startswith("yuvj"):
-        context.color_range = 2
+        context.color_range = FULL_RANGE
     matrix = side_data(frame.picture, "DISPLAYMATRIX")
     if matrix is not None:
         stream.set_display_matrix(struct.unpack("9i", matrix))

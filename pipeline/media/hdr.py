@@ -1,12 +1,12 @@
-"""HDR metadata that travels beside the picture: what it says, and how encoders spell it."""
+"""HDR metadata that a frame carries as side data, read and spelled for the encoder."""
 
 import struct
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import av
 from av.sidedata.sidedata import Type as SideDataType
+from makeup_video.pipeline.media.codecs import VideoCodec, codecs_with
 
 _DYNAMIC = {
     "DYNAMIC_HDR_PLUS": "HDR10+",
@@ -16,70 +16,57 @@ _DYNAMIC = {
 }
 
 
-@dataclass(frozen=True)
-class _Spelling:
-    """The encoder's option that takes its own parameters, and the names of two of those.
-
-    in_units: chromaticity counted in 1/50000 and luminance in 1/10000 cd/m2, as in the SEI message
-    of SMPTE ST 2086; else plain numbers.
-    """
-
-    option: str
-    display: str
-    light: str
-    in_units: bool
-
-
-_SPELLINGS = {
-    "hevc": _Spelling("x265-params", "master-display", "max-cll", True),
-    "h264": _Spelling("x264-params", "mastering-display", "cll", True),
-    "av1": _Spelling("svtav1-params", "mastering-display", "content-light", False),
-}
-
-
 def side_data(picture: av.VideoFrame, name: str) -> bytes | None:
-    """The bytes of a kind of FFmpeg's frame side data, None when the frame has none."""
+    """The bytes of one kind of FFmpeg's frame side data; None when the frame has none."""
     everything: Any = picture.side_data
     data = everything.get(SideDataType[name])
     return None if data is None else bytes(data)
 
 
-def hdr_options(picture: av.VideoFrame, codec: str) -> tuple[str, list[str], list[str]]:
-    """(encoder option, its parts, what is lost) for the static HDR10 metadata of a picture.
+def hdr_parameters(picture: av.VideoFrame, codec: VideoCodec) -> tuple[list[str], list[str]]:
+    """(parameters for the encoder's library, what is lost) for a picture's HDR10 metadata.
 
-    Encoders do not take it from the frame by themselves. Dynamic metadata (HDR10+, Dolby Vision)
-    describes the unpainted picture and is lost by design.
+    Encoders do not take static metadata from the frame by themselves. Dynamic metadata (HDR10+,
+    Dolby Vision) describes the unpainted picture and is lost by design.
     """
     display = side_data(picture, "MASTERING_DISPLAY_METADATA")
     light = side_data(picture, "CONTENT_LIGHT_LEVEL")
-    spelling, parts, lost = _SPELLINGS.get(codec), [], []
-    for what, data in (("mastering display", display), ("content light level", light)):
-        if data is not None and spelling is None:
-            lost.append(f"HDR10 {what}: {codec} cannot carry it; use hevc")
-    if spelling is not None:
-        if display is not None and (text := mastering_text(display, spelling.in_units)):
-            parts.append(f"{spelling.display}={text}")
+    parameters: list[str] = []
+    lost: list[str] = []
+    if codec.hdr is None:
+        # H.264 has the metadata too, but with its usual 8 bits HDR shows bands
+        others = codecs_with(lambda other: other.hdr is not None and other.depth is None)
+        for name, data in (("mastering display", display), ("content light level", light)):
+            if data is not None:
+                lost.append(f"HDR10 {name}: {codec.name} cannot carry it; use {others}")
+    else:
+        if display is not None and (text := mastering_text(display, codec.hdr.in_units)):
+            parameters.append(f"{codec.hdr.mastering_display}={text}")
         if light is not None:
             # AVContentLightMetadata begins with MaxCLL and MaxFALL, in cd/m2
-            parts.append(f"{spelling.light}={','.join(map(str, struct.unpack('2I', light[:8])))}")
+            levels = ",".join(map(str, struct.unpack("2I", light[:8])))
+            parameters.append(f"{codec.hdr.content_light}={levels}")
+    return parameters, lost + _lost_dynamic(picture)
+
+
+def _lost_dynamic(picture: av.VideoFrame) -> list[str]:
     everything: Any = picture.side_data
     kinds = {_DYNAMIC[data.type.name] for data in everything if data.type.name in _DYNAMIC}
-    lost += [
+    return [
         f"{kind} dynamic metadata: it describes the unpainted picture" for kind in sorted(kinds)
     ]
-    return (spelling.option if spelling else "", parts, lost)
 
 
 def light_levels(picture: av.VideoFrame) -> tuple[float | None, float | None]:
-    """(the film's brightest pixel, the peak of its mastering display) in cd/m2; None: not told."""
+    """The film's brightest pixel and its mastering display's peak, in cd/m2; None: not declared."""
     light = side_data(picture, "CONTENT_LIGHT_LEVEL")
     display = side_data(picture, "MASTERING_DISPLAY_METADATA")
     brightest = None if light is None else float(struct.unpack("I", light[:4])[0])
     if display is None:
         return brightest, None
     numbers = struct.unpack("20i2i", display[:88])
-    is_told = numbers[21] and numbers[19]
-    return brightest, numbers[18] / numbers[19] if is_told else None
+    has_luminance = numbers[21] and numbers[19]
+    return brightest, numbers[18] / numbers[19] if has_luminance else None
 
 
 def mastering_text(data: bytes, in_units: bool) -> str | None:

@@ -1,4 +1,4 @@
-"""Opens an input and says what is in it: the one video to paint, and everything else."""
+"""Opens an input file and chooses the video stream to paint."""
 
 import logging
 import os
@@ -14,32 +14,32 @@ from av.stream import Disposition
 from makeup_video.pipeline.errors import DecodeError, InputError
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 
-# Real containers and bare streams only. A playlist (hls, concat, dash, sdp) would make FFmpeg
-# open other files or addresses that the user never named, which a protocol list alone allows.
+# Containers and bare streams only. A playlist (hls, concat, dash, sdp) would make FFmpeg open files
+# or addresses that the user never named, and a list of protocols alone does not prevent that.
 _FORMATS = (
     "mov,mp4,m4a,3gp,3g2,mj2", "matroska,webm", "avi", "mpegts", "mpeg", "flv", "asf", "ogg",
     "mxf", "nut", "ivf", "gxf", "dv", "rm", "wtv", "h264", "hevc", "vvc", "obu", "av1", "m4v",
     "mpegvideo", "mjpeg", "vc1", "yuv4mpegpipe", "gif", "apng", "wav", "mp3", "aac", "flac",
 )  # fmt: skip
-# FFmpeg looks 5 s ahead for what each track holds. Where a track is announced and has not come by
-# then, as in broadcasts, the file is opened once more, looking further.
-_FURTHER = {
+# FFmpeg looks 5 s ahead to find out what each stream holds. Where a stream is announced and has not
+# begun by then, as in broadcasts, the file is opened again with these limits.
+_LOOK_FURTHER = {
     "analyzeduration": str(100 * 1_000_000),  # microseconds
     "probesize": str(50 * 1_000_000),  # bytes, which it keeps in memory
 }
 _STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
 logging.getLogger("libav").addHandler(logging.NullHandler())  # else Python prints its warnings
-_FAKE_RATE = 240  # FFmpeg guesses rates like 1000 or 90000 for VFR files: no camera's
+_FAKE_RATE = 240  # FFmpeg guesses rates such as 1000 or 90000 for files of variable frame rate
 
 
 @dataclass(frozen=True, slots=True)
 class VideoSource:
-    """An open input. `container` and `video` are FFmpeg's; the rest is read once, at the door.
+    """An open input. `container` and `video` are PyAV's; the rest is read when the file is opened.
 
-    rate: frames per second for display and rate control, never for time.
-    expected_frames: what the container claims, for progress; None when it does not say.
-    has_alpha: the video carries transparency.
-    tags: what the container says of its colours, for frames that do not say it themselves.
+    rate: frames per second for display and rate control, never for times.
+    expected_frames: the container's count, for progress; None when it declares none.
+    has_alpha: the video has transparency.
+    tags: the container's colour tags, for frames that have none of their own.
     """
 
     path: Path
@@ -57,8 +57,10 @@ class VideoSource:
 
     @property
     def start_seconds(self) -> Fraction:
-        """Where a player begins: the first time of sound or picture, exact, at least 0. In a
-        broadcast recording that is some hour of the day."""
+        """Where a player begins: the first time of sound or picture, exact, at least 0.
+
+        In the recording of a broadcast that may be any time of the day.
+        """
         starts = [
             stream.start_time * stream.time_base
             for stream in self.container.streams
@@ -83,7 +85,10 @@ class VideoSource:
 
 
 def local_file(path: str | os.PathLike[str], wanted: str = "video or picture") -> Path:
-    """The path of an existing, non-empty, ordinary file. Raises InputError with the reason."""
+    """The path of an existing, non-empty, ordinary file; `wanted` names it in messages.
+
+    Raises InputError with the reason.
+    """
     if not os.fspath(path):
         raise InputError(f"the name of the {wanted} is empty: give a file on this machine")
     file = Path(path)
@@ -108,13 +113,13 @@ def local_file(path: str | os.PathLike[str], wanted: str = "video or picture") -
 def open_container(path: Path) -> Any:
     """Open a media file and nothing else: no network, no playlist, no other file.
 
-    Raises InputError naming what FFmpeg said.
+    Raises InputError with FFmpeg's reason.
     """
     try:
         container = _opened(path)
         if any(lacks_format(stream) for stream in container.streams):
             container.close()
-            container = _opened(path, **_FURTHER)
+            container = _opened(path, **_LOOK_FURTHER)
         return container
     except (av.FFmpegError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
@@ -126,33 +131,33 @@ def open_container(path: Path) -> Any:
 
 def _opened(path: Path, **more: str) -> Any:
     options = {"protocol_whitelist": "file", "format_whitelist": ",".join(_FORMATS)}
-    # `file:` keeps a name such as "concat:a|b" or "http:x" a file name; metadata in another
-    # encoding than UTF-8 must not stop a video.
+    # With `file:` a name such as "concat:a|b" or "http:x" stays a file name. Metadata that is not
+    # UTF-8 must not stop a run.
     return av.open(
         f"file:{path.absolute()}", container_options=options | more, metadata_errors="replace"
     )
 
 
 def lacks_format(stream: Any) -> bool:
-    """True for sound of which FFmpeg has found no packet that tells rate and channels."""
+    """True for audio whose rate and channels are unknown, since FFmpeg has found no packet."""
     if stream.type != "audio" or stream.codec_context is None:
         return False
     return not (stream.rate and stream.codec_context.layout.nb_channels)
 
 
 def packets_of(container: Any, *streams: Any) -> Generator[Any, None, None]:
-    """All packets of these streams; without any, of all streams known since the file was opened."""
+    """All packets of these streams; of all streams known at opening when none is given."""
     try:
         yield from container.demux(streams or list(container.streams))
     except IndexError:
-        return  # PyAV 18 stumbles at the end over tracks that have appeared since: all is read
+        return  # at the end PyAV 18 stumbles over streams that have appeared since; all is read
 
 
-def late_tracks(container: Any) -> list[str]:
-    """The tracks that have appeared since the file was opened, such as "audio #2 (mp3)".
+def late_streams(container: Any) -> list[str]:
+    """The streams that have appeared since the file was opened, such as "audio #2 (mp3)".
 
-    mpegts, FLV and MPEG may announce a track anywhere. PyAV does not show it, and hands out none of
-    its packets; only FFmpeg's own description of the file knows.
+    mpegts, FLV and MPEG may announce a stream anywhere. PyAV neither lists such a stream nor
+    returns its packets; only FFmpeg's own description of the file shows it.
     """
     level = av.logging.get_level()
     av.logging.set_level(av.logging.INFO)
@@ -162,13 +167,13 @@ def late_tracks(container: Any) -> list[str]:
         av.logging.set_level(level)
     known = len(container.streams)
     found = [(int(number), kind, codec) for number, kind, codec in _STREAM_LINE.findall(text)]
-    return [f"{kind.lower()} #{at} ({codec})" for at, kind, codec in found if at >= known]
+    return [f"{kind.lower()} #{index} ({codec})" for index, kind, codec in found if index >= known]
 
 
 def open_video(path: Path) -> VideoSource:
     """Open a file and choose the video to paint: the best one that is no cover art.
 
-    Raises InputError, or DecodeError when there is no video in it.
+    Raises InputError, or DecodeError when the file has no video.
     """
     container = open_container(path)
     try:
@@ -179,7 +184,7 @@ def open_video(path: Path) -> VideoSource:
 
 
 def is_cover(stream: Any) -> bool:
-    """True for a still that belongs to the file as a whole, such as an album cover."""
+    """True for a picture that belongs to the file as a whole, such as an album cover."""
     return bool(stream.disposition & (Disposition.attached_pic | Disposition.timed_thumbnails))
 
 
@@ -206,7 +211,7 @@ def _describe(path: Path, container: Any) -> VideoSource:
 
 
 def _alpha_mode(video: Any) -> bool:
-    """WebM keeps VP8/VP9 transparency beside the picture, and says so in a tag."""
+    """True when a tag declares VP8/VP9 transparency, which WebM keeps beside the picture."""
     tags = {key.lower(): value for key, value in video.metadata.items()}
     return tags.get("alpha_mode") == "1"
 

@@ -1,9 +1,9 @@
 """Writes the display size of a video into the header of a finished Matroska or WebM file.
 
-FFmpeg's muxer takes a non-square pixel shape from a field that PyAV 18 cannot set, so without this
-an anamorphic clip comes out squeezed. The muxer leaves a gap (a Void element) behind its seek
-table: Info and Tracks move a few bytes into it, and nothing after them has to move.
-Element numbers and layout: RFC 8794 (EBML) and RFC 9559 (Matroska).
+FFmpeg's muxer takes the shape of non-square pixels from a field that PyAV 18 cannot set, so without
+this an anamorphic clip comes out squeezed. The muxer leaves a gap (a Void element) behind its seek
+table: Info and Tracks move a few bytes into it, and nothing behind them has to move.
+Element ids and layout: RFC 8794 (EBML) and RFC 9559 (Matroska).
 """
 
 import zlib
@@ -17,12 +17,12 @@ _SEGMENT, _SEEK_HEAD, _SEEK, _SEEK_ID, _SEEK_POSITION = (
 _VOID, _CRC, _INFO, _TRACKS = b"\xec", b"\xbf", b"\x15\x49\xa9\x66", b"\x16\x54\xae\x6b"
 _ENTRY, _NUMBER, _VIDEO = b"\xae", b"\xd7", b"\xe0"
 _DISPLAY_WIDTH, _DISPLAY_HEIGHT, _DISPLAY_UNIT = b"\x54\xb0", b"\x54\xba", b"\x54\xb2"
-_HEADER_BYTES = 1 << 20  # tracks come early; this much holds the codec headers of many
+_HEADER_BYTES = 1 << 20  # Tracks is near the beginning; this holds the codec headers of many tracks
 
 
 @dataclass(frozen=True)
 class Element:
-    """One EBML element: its id, and where it and its content lie in the buffer."""
+    """One EBML element: its id, and the bytes of the buffer where it and its content are."""
 
     id: bytes
     start: int
@@ -31,9 +31,9 @@ class Element:
 
 
 def set_display_size(path: Path, track_number: int, width_px: int, height_px: int) -> bool:
-    """Show track `track_number` (1 is the first) at width x height; False if there is no room.
+    """Show Matroska's track `track_number` (1 is the first) at width x height.
 
-    Changes the file in place, header only.
+    Only the header of the file changes, in place. False when it has no room for the change.
     """
     with path.open("r+b") as file:
         data = bytearray(file.read(_HEADER_BYTES))
@@ -62,11 +62,11 @@ def set_display_size(path: Path, track_number: int, width_px: int, height_px: in
 
 
 def _with_size(data: bytearray, tracks: Element, number: int, width: int, height: int) -> bytes:
-    """The content of Tracks with the display size added to one entry."""
+    """The content of Tracks, with the display size added to one entry."""
     out = b""
     for entry in _children(data, tracks.content, tracks.end):
         if entry.id == _CRC:
-            continue  # made anew by _element
+            continue  # computed anew below
         raw = bytes(data[entry.start : entry.end])
         fields = list(_children(data, entry.content, entry.end))
         if entry.id == _ENTRY and any(
@@ -94,28 +94,28 @@ def _field(data: bytearray, field: Element, width: int, height: int) -> bytes:
 def _move_seeks(
     data: bytearray, head: Element, origin: int, first: int, last: int, by: int
 ) -> None:
-    """Take `by` bytes off every seek position that points between first and last."""
+    """Subtract `by` from every seek position between first and last."""
     for seek in _children(data, head.content, head.end):
         for field in _children(data, seek.content, seek.end) if seek.id == _SEEK else ():
-            at = origin + int.from_bytes(data[field.content : field.end])
-            if field.id == _SEEK_POSITION and first <= at < last:
+            place = origin + int.from_bytes(data[field.content : field.end])
+            if field.id == _SEEK_POSITION and first <= place < last:
                 length = field.end - field.content
-                data[field.content : field.end] = (at - by - origin).to_bytes(length)
+                data[field.content : field.end] = (place - by - origin).to_bytes(length)
     if (check := next(_children(data, head.content, head.end))).id == _CRC:
         data[check.start : check.end] = _crc(bytes(data[check.end : head.end]))
 
 
-def _children(data: bytearray, at: int, end: int) -> Iterator[Element]:
-    while at < end - 1:
-        id_length = _length(data[at])
-        size_at = at + id_length
-        size_length = _length(data[size_at])
-        size = int.from_bytes(data[size_at : size_at + size_length]) & ~(1 << (7 * size_length))
-        unknown = size == (1 << (7 * size_length)) - 1
-        content = size_at + size_length
-        stop = end if unknown else content + size
-        yield Element(bytes(data[at:size_at]), at, content, stop)
-        at = stop
+def _children(data: bytearray, start: int, end: int) -> Iterator[Element]:
+    """The elements from start to end, one after the other."""
+    while start < end - 1:
+        size_start = start + _length(data[start])
+        content = size_start + _length(data[size_start])
+        marker = 1 << 7 * (content - size_start)
+        size = int.from_bytes(data[size_start:content]) & ~marker
+        is_unknown = size == marker - 1
+        stop = end if is_unknown else content + size
+        yield Element(bytes(data[start:size_start]), start, content, stop)
+        start = stop
 
 
 def _length(first_byte: int) -> int:
@@ -124,10 +124,10 @@ def _length(first_byte: int) -> int:
 
 
 def _element(identifier: bytes, content: bytes) -> bytes:
-    # eight bytes of size, as the muxer itself writes for masters
-    size = (
-        (len(content) | 1 << 56).to_bytes(8) if len(content) > 126 else bytes([len(content) | 128])
-    )
+    if len(content) > 126:
+        size = (len(content) | 1 << 56).to_bytes(8)  # as long as the muxer writes it
+    else:
+        size = bytes([len(content) | 128])
     return identifier + size + content
 
 

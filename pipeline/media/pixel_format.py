@@ -1,4 +1,7 @@
-"""The one place where a picture's layout may change: between the decoder and the first stage."""
+"""Converts decoded pictures to the one pixel format that the encoder takes.
+
+Nothing else in a run changes the pixel format.
+"""
 
 import re
 from typing import TYPE_CHECKING
@@ -7,26 +10,38 @@ import av
 import numpy as np
 from av.codec.codec import find_best_pix_fmt_of_list
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.errors import DecodeError, UsageError
+from makeup_video.pipeline.errors import DecodeError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import HDR_TRANSFERS
 from makeup_video.pipeline.frames.frame import plane_views
-from makeup_video.pipeline.media.codecs import VideoCodec, bits_of
+from makeup_video.pipeline.frames.transform import ffmpeg_range
+from makeup_video.pipeline.media.codecs import CODECS, CONTAINERS, VideoCodec
 
 if TYPE_CHECKING:
     from makeup_video.pipeline.media.to_sdr import ToSdr
 
+# Pixel formats whose 16-bit words have room for more than the bits of a sample.
+_ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
+_TRANSFER_NAMES = {16: "PQ", 18: "HLG"}
+
+
+def bits_of(pix_fmt: str) -> int:
+    """Bits per sample of one of FFmpeg's pixel formats."""
+    return av.VideoFormat(pix_fmt).components[0].bits
+
 
 def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> str:
-    """The layout that the codec takes and that loses least of the source's.
+    """The pixel format that the codec takes and that loses least of the source's.
 
-    depth: bits a sample; None: the codec's usual ones. Raises UsageError for a depth that it lacks.
+    depth: bits per sample; None: those usual for the codec. Raises UsageError for a depth that the
+    codec does not have.
     """
     wanted = depth or codec.depth
     fitting = [name for name in codec.pix_fmts if wanted in (None, bits_of(name))]
     if not fitting:
         depths = sorted({bits_of(name) for name in codec.pix_fmts})
         raise UsageError(
-            f"--bit-depth must be {' or '.join(map(str, depths))} for {codec.name}, got {depth}"
+            f"{option('bit_depth')} must be {' or '.join(map(str, depths))} for {codec.name}, got "
+            f"{depth}"
         )
     if source in fitting:
         return source
@@ -38,19 +53,15 @@ def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> st
     return best.name
 
 
-# Layouts whose 16-bit words have room for more than the bits of a sample.
-_ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
-_TRANSFER_NAMES = {16: "PQ", 18: "HLG"}
-
-
 class ConvertPixelFormat:
-    """Brings every picture into the one layout that the encoder takes, and checks that it stays.
+    """Converts every picture to the one pixel format that the encoder takes.
 
-    A picture that already fits passes untouched, without a copy.
-    depth: bits a sample, None: the codec's usual ones.  sdr: PQ and HLG become SDR.
-    `conversions` says what changed, `unasked` which of it neither depth nor sdr asked for, `dropped`
-    what is lost by it; `mended` counts the damaged pictures with samples beyond their depth, which
-    x264 and the kernels must never see.
+    A picture that already fits is returned as it is, without a copy.
+    depth: bits per sample; None: those usual for the codec.  sdr: PQ and HLG become SDR.
+    conversions: what changes.  unasked: those conversions that neither depth nor sdr asked for.
+    dropped: what the conversion loses.
+    mended: how many damaged pictures had samples beyond their depth. They are clipped, since
+    neither x264 nor the kernels can take them.
     """
 
     def __init__(self, codec: VideoCodec, depth: int | None = None, *, sdr: bool = False) -> None:
@@ -64,8 +75,8 @@ class ConvertPixelFormat:
         self._to_sdr: ToSdr | None = None
 
     def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
-        """Raises DecodeError when size or layout differ from the first picture's, UsageError for a
-        depth that the codec lacks."""
+        """Raises DecodeError when size or pixel format differ from the first picture's, UsageError
+        for a depth that the codec does not have."""
         self.mended += _clip_to_depth(picture)  # before anything converts it
         key = (picture.width, picture.height, picture.format.name)
         if self._seen is None:
@@ -73,10 +84,10 @@ class ConvertPixelFormat:
             self._seen = key
         elif key != self._seen:
             raise DecodeError(
-                f"the picture changes from {_text(self._seen)} to {_text(key)} at pts {picture.pts}: "
-                "one output holds one size; cut the file there and run the parts"
+                f"the picture changes from {_text(self._seen)} to {_text(key)} at pts "
+                f"{picture.pts}: one output holds one size; cut the file there and run the parts"
             )
-        picture = self._in_layout(picture)
+        picture = self._converted(picture)
         if self._padded_wh(picture) != (picture.width, picture.height):
             picture = _pad(picture, self._padded_wh(picture))
         return picture
@@ -89,7 +100,7 @@ class ConvertPixelFormat:
             self._to_sdr = ToSdr(picture, self._pix_fmt)
         self._note(picture)
 
-    def _in_layout(self, picture: av.VideoFrame) -> av.VideoFrame:
+    def _converted(self, picture: av.VideoFrame) -> av.VideoFrame:
         if self._to_sdr is not None:
             return self._to_sdr(picture)
         if picture.format.name != self._pix_fmt:
@@ -97,7 +108,7 @@ class ConvertPixelFormat:
         return picture
 
     def _padded_wh(self, picture: av.VideoFrame) -> tuple[int, int]:
-        """The size that the encoder accepts: whole chroma samples, for it alone."""
+        """The size that the encoder accepts, which may need whole chroma samples."""
         if not self.codec.whole_chroma:
             return picture.width, picture.height
         fmt = picture.format
@@ -109,8 +120,7 @@ class ConvertPixelFormat:
         name = picture.format.name
         if _has_alpha(picture.format) and not _has_alpha(av.VideoFormat(self._pix_fmt)):
             self.dropped.append(
-                f"transparency: {self.codec.name} has none here; .webm and .mkv keep it with "
-                "--codec vp9 or ffv1, .mov with prores"
+                f"transparency: {self.codec.name} has none here; {_transparent_codecs()} keep it"
             )
         if name != self._pix_fmt:
             self.conversions.append(f"pixels {name} -> {self._pix_fmt}{self._why(picture)}")
@@ -122,7 +132,7 @@ class ConvertPixelFormat:
                 f"{self._to_sdr.peak_nits:.0f} cd/m2) -> SDR by the tone curve of ITU-R "
                 "BT.2390"
             )
-        picture = self._in_layout(picture)
+        picture = self._converted(picture)
         size, padded = (picture.width, picture.height), self._padded_wh(picture)
         if padded != size:
             self.conversions.append(
@@ -131,7 +141,7 @@ class ConvertPixelFormat:
             self.unasked.append(self.conversions[-1])
 
     def _why(self, picture: av.VideoFrame) -> str:
-        """Of a depth that nobody asked for, and of HDR in too few steps."""
+        """The reason for fewer bits that nobody asked for, and a warning of HDR in too few bits."""
         before, after = bits_of(picture.format.name), bits_of(self._pix_fmt)
         if after >= before or self._to_sdr is not None:
             return ""
@@ -139,16 +149,27 @@ class ConvertPixelFormat:
         deepest = max(bits_of(name) for name in self.codec.pix_fmts)
         if self.depth is None and self.codec.depth == after:
             reasons.append(
-                f"few players take {self.codec.name} of more than {after} bits; --bit-depth {deepest} "
-                f"keeps {'them' if deepest >= before else 'more'}"
+                f"few players take {self.codec.name} of more than {after} bits; a bit depth of "
+                f"{deepest} keeps {'them' if deepest >= before else 'more'}"
             )
         if picture.color_trc in HDR_TRANSFERS:
-            reasons.append(f"HDR in {after} bits shows bands; --sdr makes SDR of it")
+            reasons.append(f"HDR in {after} bits shows bands; SDR does not")
         return f" ({'; '.join(reasons)})" if reasons else ""
 
 
+def _transparent_codecs() -> str:
+    """The codecs that keep transparency, and where: "vp9 in .webm and .mkv, ..."."""
+    endings = {container: end for end, container in CONTAINERS.items() if end != ".m4v"}
+    places = [
+        f"{codec.name} in {' and '.join(endings[container] for container in codec.transparent_in)}"
+        for codec in CODECS.values()
+        if codec.transparent_in
+    ]
+    return f"{', '.join(places[:-1])} and {places[-1]}"
+
+
 def _clip_to_depth(picture: av.VideoFrame) -> bool:
-    """Clip samples beyond the picture's depth, as damaged streams have them; True if there were any."""
+    """Clip samples beyond the picture's depth, which damaged streams have; True if any."""
     if not _ROOMY.fullmatch(picture.format.name):
         return False
     largest = 2 ** bits_of(picture.format.name) - 1
@@ -169,17 +190,17 @@ def _text(key: tuple[int, int, str]) -> str:
 
 
 def _reformat(picture: av.VideoFrame, pix_fmt: str) -> av.VideoFrame:
-    """Change the layout and keep the meaning of the numbers: same matrix, same range."""
+    """Change the pixel format and keep the colour coding: same matrix, same range."""
     if picture.format.is_rgb:
-        # RGB has no matrix of its own. BT.709, limited, is what every player assumes of HD.
+        # RGB has no matrix of its own. Every player assumes limited-range BT.709 for HD.
         out = picture.reformat(
             format=pix_fmt, dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG
         )
         out.colorspace, out.color_range = Colorspace.ITU709, ColorRange.MPEG
         return out
     full = picture.color_range == ColorRange.JPEG or picture.format.name.startswith("yuvj")
-    span = ColorRange.JPEG if full else ColorRange.MPEG
-    out = picture.reformat(format=pix_fmt, src_color_range=span, dst_color_range=span)
+    range_ = ffmpeg_range(full)
+    out = picture.reformat(format=pix_fmt, src_color_range=range_, dst_color_range=range_)
     out.colorspace, out.color_trc = picture.colorspace, picture.color_trc
     out.color_primaries = picture.color_primaries
     out.color_range = ColorRange.JPEG if full else picture.color_range
@@ -188,8 +209,8 @@ def _reformat(picture: av.VideoFrame, pix_fmt: str) -> av.VideoFrame:
 
 def _pad(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:
     """A copy with the last column and row repeated up to size_wh."""
-    # reformat is the one way to a larger picture that keeps field order and side data; every
-    # pixel it made is overwritten.
+    # Only reformat makes a larger picture that keeps field order and side data. All of its pixels
+    # are overwritten.
     out = picture.reformat(width=size_wh[0], height=size_wh[1])
     depth = picture.format.components[0].bits
     for old, new in zip(plane_views(picture, depth), plane_views(out, depth), strict=True):

@@ -1,4 +1,4 @@
-"""Before and after beside each other, as the viewer sees them: in videos and in pictures."""
+"""Joins before and after to one picture, beside each other as the viewer sees them."""
 
 import struct
 from collections.abc import Callable
@@ -8,24 +8,16 @@ import av
 import numpy as np
 from av.video.reformatter import Interpolation
 from makeup_video.pipeline.frames.frame import Frame, plane_views
+from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation
 from makeup_video.pipeline.media.hdr import side_data
-
-# Counter-clockwise degrees to upright -> (axis along which the halves lie in the stored picture,
-# whether the one that the viewer sees on the left comes first).
-_LAYOUTS = {0: (1, True), 90: (0, True), 180: (1, False), 270: (0, False)}
-# The same for EXIF orientations, which also mirror: where row 0 and column 0 are (Exif 2.32, 4.6.5)
-_EXIF_LAYOUTS = {
-    1: (1, True), 2: (1, False), 3: (1, False), 4: (1, True),
-    5: (0, True), 6: (0, False), 7: (0, False), 8: (0, True),
-}  # fmt: skip
 
 
 class SideBySide:
-    """Any stage that ends in a Frame -> the same, twice as wide: as it came in, and as it went out.
+    """Wraps a stage that returns a Frame: the new frame shows the old one and the stage's result.
 
-    As the viewer sees it the untouched picture is on the left; a film that is stored lying on its
-    side is stacked. Where a half would end within a chroma sample (odd sizes), its last column or
-    row is repeated up to whole samples.
+    The viewer sees the untouched picture on the left; in a film that is stored turned by 90 degrees
+    the halves are stacked. Where a half would end within a chroma sample (odd sizes), its last
+    column or row is repeated up to whole samples.
     """
 
     def __init__(self, paint: Callable[[Any], Frame]) -> None:
@@ -36,43 +28,54 @@ class SideBySide:
         axis, before_first = _layout(frame)
         both = _room_for_two(frame, axis)
         halves = [np.array_split(plane, 2, axis) for plane in plane_views(both, frame.bit_depth)]
-        # copied at once: painting changes this very memory
+        # copied first: painting changes this very memory
         _fill([pair[not before_first] for pair in halves], frame)
         painted = self.paint(item)
         _fill([pair[before_first] for pair in halves], painted)
         return Frame(both, frame.pts, frame.time_base, frame.tags, frame.rotation_degrees)
 
 
-def side_by_side(before: np.ndarray, after: np.ndarray, exif_orientation: int = 1) -> np.ndarray:
-    """Two stored pictures (H, W, C) of one shape and dtype as one, exactly, so that the viewer sees
-    `before` on the left once the EXIF orientation (1 to 8) is applied."""
-    axis, before_first = _EXIF_LAYOUTS.get(exif_orientation, _EXIF_LAYOUTS[1])
+def side_by_side(
+    before: np.ndarray, after: np.ndarray, orientation: Orientation = UPRIGHT
+) -> np.ndarray:
+    """Join two stored pictures (H, W, C) of one shape and dtype, every sample as it is.
+
+    The viewer sees `before` on the left, once the picture is turned as its orientation says.
+    """
+    axis, before_first = _halves(orientation.turn_degrees, orientation.is_mirrored)
     return np.concatenate([before, after] if before_first else [after, before], axis)
 
 
+def _halves(turn_degrees: int, is_mirrored: bool) -> tuple[int, bool]:
+    """The axis of the stored picture along which the halves lie, and whether the viewer's left one
+    comes first."""
+    return (1 if turn_degrees % 180 == 0 else 0), (turn_degrees < 180) != is_mirrored
+
+
 def _layout(frame: Frame) -> tuple[int, bool]:
+    """The same for a frame, whose display matrix may mirror it, too."""
     matrix = side_data(frame.picture, "DISPLAYMATRIX")
     if matrix is None:
-        return _LAYOUTS[frame.rotation_degrees]
-    # it may mirror too; a column x, y of the stored picture is shown at a * x + c * y
+        return _halves(frame.rotation_degrees, is_mirrored=False)
+    # the stored pixel x, y is shown in column a * x + c * y
     a, _, _, c = struct.unpack("9i", matrix)[:4]
     return (1, a > 0) if abs(a) >= abs(c) else (0, c > 0)
 
 
 def _room_for_two(frame: Frame, axis: int) -> av.VideoFrame:
-    """A picture for both halves, with the field order and side data of the frame's."""
+    """A picture for both halves, with the field order and side data of the frame's picture."""
     across, down = frame.chroma
     if frame.picture.interlaced_frame:
         down *= 2  # rows of the second half must keep their field
     width, height = -(-frame.width_px // across) * across, -(-frame.height_px // down) * down
-    # reformat is the one way to a larger picture that keeps these; every pixel is overwritten
+    # only reformat makes a larger picture that keeps these; all of its pixels are overwritten
     return frame.picture.reformat(
         width=width * (1 + axis), height=height * (2 - axis), interpolation=Interpolation.POINT
     )
 
 
 def _fill(half: list[np.ndarray], frame: Frame) -> None:
-    """Copy the planes, edges repeated."""
+    """Copy the frame's planes into one half; its last row and column fill what is left."""
     for new, old in zip(half, frame.planes, strict=True):
         height, width = old.shape[:2]
         new[:height, :width] = old

@@ -1,4 +1,4 @@
-"""A JSON file that a run writes beside its output: the points, the report, or the look."""
+"""JSON files that a run writes beside its output: the points, the report, or the look."""
 
 import contextlib
 import json
@@ -12,11 +12,13 @@ from makeup_video.pipeline.media.input_file import local_file
 
 
 class Sidecar:
-    """Checked before the work, grown as NAME.part.EXT, renamed when the run has ended well.
+    """A file that is checked before the run and gets its name when the run has ended well.
 
-    After Ctrl-C the part stays, whole as JSON, if anything was written to it; after an error it is
-    removed. dst: the main output, None when there is none. others: more files of the run that it must
-    not replace.
+    Until then it is written as NAME.part.EXT. After Ctrl-C the part stays as valid JSON, if
+    anything was written to it; after an error it is removed.
+    src: the run's input.  dst: the main output, None when there is none.
+    others: more files of the run, which must not be replaced.
+    what: its name in messages.  begins, ends: written before and after everything else.
     Raises InputError when src is no file, UsageError or OutputError when the place is not free.
     """
 
@@ -41,10 +43,10 @@ class Sidecar:
             written = [self.path] if dst is None else [self.path, Path(dst)]
             own = [source, *written[1:], *map(Path, others)]
             grows = [part_of(target_of(file)) for file in written if file.name]
-            if any(_is_same(a, b) for a in (self.path, grows[0]) for b in [*own, *grows[1:]]):
+            if any(_is_same_place(a, b) for a in (self.path, grows[0]) for b in [*own, *grows[1:]]):
                 raise UsageError(
-                    f"{self.what} {path} is one of this run's own files, or would grow there: "
-                    "choose another name"
+                    f"{self.what} {path} is one of this run's own files, or has the name of a "
+                    "part: choose another name"
                 )
         self._target = OutputFile(self.path, source, overwrite=overwrite)
         self._file: IO[str] | None = None
@@ -54,10 +56,11 @@ class Sidecar:
 
     @property
     def is_begun(self) -> bool:
+        """True once anything has been written."""
         return self._file is not None
 
     def append(self, text: str) -> None:
-        """Raises OutputError when the file cannot be written."""
+        """Write text. Raises OutputError when the file cannot be written."""
         with write_errors(self.path):
             if self._file is None:
                 self._file = self._target.own_path.open("w", encoding="utf-8")
@@ -86,26 +89,27 @@ class Sidecar:
 
 
 class JsonFile(Sidecar):
-    """One JSON object, written at once."""
+    """A sidecar of one JSON object."""
 
     def write(self, values: dict[str, Any]) -> None:
-        """Raises OutputError when the file cannot be written."""
+        """Write the object. Raises OutputError when the file cannot be written."""
         self.append(json.dumps(values, indent=2) + "\n")
 
 
 class ReportFile(JsonFile):
-    """What `Report.to_dict` says."""
+    """The JSON of `Report.to_dict`."""
 
     what = "the report"
 
 
 class LookFile(JsonFile):
-    """What `Look.to_dict` says; `Look.load` reads it."""
+    """The JSON of `Look.to_dict`, which `Look.load` reads."""
 
     what = "the look file"
 
 
-def _is_same(one: Path, other: Path) -> bool:
+def _is_same_place(one: Path, other: Path) -> bool:
+    """True for two names of one file, or of the place where one file would be."""
     if one.exists() and other.exists():
         return one.samefile(other)
     return os.path.realpath(one) == os.path.realpath(other)

@@ -1,16 +1,16 @@
-"""What an output container can hold of a source's tracks and tags, and how it wants them."""
+"""What an output container can hold of a source's streams and tags, and in which form."""
 
 import io
 from typing import Any
 
 import av
 from av.stream import Discard
-from makeup_video.pipeline.media.codecs import APPLE_HEVC
+from makeup_video.pipeline.media.codecs import APPLE_HEVC, MATROSKA
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover, lacks_format
 
-# Facts about the old file, untrue of the new one; muxers write their own.
+# Facts about the source file that do not hold for the output; muxers write their own.
 OWN_TAGS = {"major_brand", "minor_version", "compatible_brands", "encoder", "duration", "bps"}
-# What mp4's ordinary tag list can hold; any other key needs its key-value list.
+# The keys of mp4's ordinary tag list; any other key needs its list of keys and values.
 MP4_TAGS = {
     "title", "artist", "album_artist", "composer", "album", "date", "comment", "genre",
     "copyright", "grouping", "lyrics", "description", "synopsis", "show", "episode_id", "network",
@@ -18,7 +18,7 @@ MP4_TAGS = {
     "compilation", "rating", "track", "disc", "tmpo", "creation_time", "timecode", "location",
     "author", "encoded_by",
 }  # fmt: skip
-# QuickTime knows some languages only by the other of their two ISO 639-2 codes.
+# Some languages have two codes in ISO 639-2, of which QuickTime knows only the second one here.
 _QUICKTIME_LANGUAGES = {
     "fre": "fra", "deu": "ger", "nld": "dut", "swe": "sve", "zho": "chi", "ell": "gre",
     "isl": "ice", "ron": "rum", "slk": "slo", "ces": "cze", "msa": "may",
@@ -27,7 +27,7 @@ _USUAL_LAYOUTS = {1: "mono", 2: "stereo", 3: "2.1", 4: "quad", 5: "5.0", 6: "5.1
 
 
 def shown_wh(video: Any, source: VideoSource) -> tuple[int, int] | None:
-    """The size at which a picture of non-square pixels is shown; None for square ones."""
+    """The size at which a film of non-square pixels is shown; None for square pixels."""
     aspect = source.video.sample_aspect_ratio
     if not aspect or aspect == 1:
         return None
@@ -36,23 +36,48 @@ def shown_wh(video: Any, source: VideoSource) -> tuple[int, int] | None:
 
 
 def tags(holder: Any, container_format: str) -> dict[str, str]:
-    """The metadata of a file or a stream that is still true of the new one, as it wants it spelled."""
+    """The metadata of a file or a stream that holds for the output, spelled for its container."""
     kept = {}
     for key, value in holder.metadata.items():
         plain = key.lower()
         if plain in OWN_TAGS or plain.startswith(("number_of_", "_statistics_", "bps-")):
             continue
         if plain == "timecode" and container_format in ("mp4", "mov"):
-            key = plain  # Matroska spells it in capitals; mp4 makes its timecode track from it
+            key = plain  # Matroska spells it in capitals; mp4 makes its timecode stream from it
         if plain == "language" and container_format == "mov":
             value = _QUICKTIME_LANGUAGES.get(value, value)
         kept[key] = value
     return kept
 
 
-def is_odd(key: str) -> bool:
+def container_options(
+    source: VideoSource, container_format: str
+) -> tuple[dict[str, str], list[str]]:
+    """(options of the output's muxer, what the output cannot hold because of them)."""
+    if container_format in MATROSKA:
+        # Without this Matroska's muxer would move everything later when an AAC packet begins before
+        # 0, although its blocks can hold negative times.
+        return {"avoid_negative_ts": "disabled"}, []
+    ticks = str(source.time_base.denominator)
+    flags, dropped = "+faststart", []
+    if odd := sorted(key for key in tags(source.container, container_format) if _is_odd(key)):
+        if container_format == "mp4" and any(map(is_cover, source.container.streams)):
+            dropped.append(f"tags {', '.join(odd)}: mp4 holds them or cover art, not both")
+        else:
+            flags += "+use_metadata_tags"
+    # ticks of streams and of edit lists are both as fine as the source's, so that times are exact
+    options = {"movflags": flags, "video_track_timescale": ticks, "movie_timescale": ticks}
+    return options, dropped
+
+
+def _is_odd(key: str) -> bool:
     """True for a tag that only mp4's list of keys and values can hold, not its ordinary tags."""
     return key.lower() not in MP4_TAGS
+
+
+def label_of(stream: Any) -> str:
+    """A stream of the source in messages, such as "audio #1 (aac)"."""
+    return f"{stream.type} #{stream.index} ({codec_name(stream)})"
 
 
 def codec_name(stream: Any) -> str:
@@ -61,16 +86,16 @@ def codec_name(stream: Any) -> str:
 
 
 def is_implied(stream: Any, source: VideoSource) -> bool:
-    """Tracks that mp4 and mov make anew from what is copied: chapter titles and timecode."""
+    """True for streams that mp4 and mov make anew from what is copied: chapter titles, timecode."""
     if stream.type != "data":
         return False
-    # the demuxer has read a chapter track itself, and marks it as not to be read again
+    # the demuxer has read a stream of chapters itself, and marks it as not to be read again
     is_chapters = stream.discard == Discard.all and bool(source.container.chapters())
     return is_chapters or ("timecode" in source.video.metadata and "timecode" in stream.metadata)
 
 
 def mystery(stream: Any) -> str | None:
-    """Why nobody can tell what a stream holds; None for streams that are known well enough."""
+    """Why the content of a stream is unknown; None for streams that are known well enough."""
     if stream.type in ("data", "attachment"):
         return None
     if stream.codec_context is None:
@@ -83,10 +108,10 @@ def mystery(stream: Any) -> str | None:
 def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str | None:
     """Why the container cannot hold the stream as it is; None when it can.
 
-    The one sure way to know is to write a file with it, into memory: some muxers object only
-    to the first packet, or to the whole when it is closed.
+    The only sure way to find out is to write a file with the stream into memory: some muxers
+    refuse only the first packet, or the whole file when it is closed.
     """
-    # these muxers take it and write nothing
+    # these muxers take such streams and write nothing
     if is_cover(stream) and container_format == "mov":
         return "mov has no place for cover art"
     if stream.type == "attachment" and container_format == "webm":
@@ -109,23 +134,22 @@ def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str
 
 
 def copy_stream(container: Any, stream: Any) -> Any:
-    """Add a stream to `container` that takes the packets of `stream` as they are."""
+    """Add a stream to `container` that takes the packets of `stream` unchanged."""
     copy = container.add_stream_from_template(stream, opaque=True)
     if stream.name == "hevc" and container.format.name in ("mp4", "mov") and _has_header(stream):
         copy.codec_context.codec_tag = APPLE_HEVC
     if stream.type == "audio":
         layout = stream.codec_context.layout
-        # Matroska does not say which channels its PCM has, and mp4 insists on knowing
+        # Matroska does not declare the channel layout of PCM, and mp4 needs it
         if layout.name.endswith("channels") and layout.nb_channels in _USUAL_LAYOUTS:
             copy.codec_context.layout = _USUAL_LAYOUTS[layout.nb_channels]
     return copy
 
 
 def _has_header(stream: Any) -> bool:
-    """True when an HEVC stream's parameter sets stand in its header, as "hvc1" promises."""
+    """True when an HEVC stream's parameter sets are in its header, as "hvc1" promises."""
     header = bytes(stream.codec_context.extradata or b"")
-    if (
-        header[:1] == b"\x01"
-    ):  # hvcC: ISO/IEC 14496-15, 8.3.3.1.2; byte 22 counts the arrays of sets
+    if header[:1] == b"\x01":
+        # hvcC: ISO/IEC 14496-15, 8.3.3.1.2; byte 22 counts the arrays of sets
         return len(header) > 22 and header[22] > 0
     return len(header) > 0  # as in mpegts: the sets themselves

@@ -1,4 +1,4 @@
-"""HDR picture -> SDR picture, every pixel of it, by FFmpeg's filters and a table of our own."""
+"""Turns HDR pictures into SDR with FFmpeg's filters and a colour table of our own."""
 
 import os
 import tempfile
@@ -8,22 +8,25 @@ import av
 import numpy as np
 from makeup_video.kernels.colour import PRIMARIES, REFERENCE_WHITE
 from makeup_video.pipeline.errors import OutputError
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.media.hdr import light_levels
 from makeup_video.pipeline.media.tone_map import peak_of, sdr_table
 
-# Of the table, each way. At 33 a hundredth of all colours is off by 6 codes of 255, at 65 by 3.
+# Entries of the table along each axis. At 33 one colour in a hundred is off by 6 codes of 255, at
+# 65 by 3.
 _SIZE = 65
-_BETWEEN = "gbrp10le"  # R'G'B' with more steps than the 8 bits that come out
+_BETWEEN = "gbrp10le"  # R'G'B' in finer steps than the 8 bits of the result
 _BT2020 = 9
 _STATIC = ("MASTERING_DISPLAY_METADATA", "CONTENT_LIGHT_LEVEL")
 
 
 class ToSdr:
-    """Pictures like the first one -> SDR (BT.709, limited range, sRGB's curve) in another layout.
+    """Turns pictures into SDR: BT.709, limited range, sRGB's curve.
 
-    picture: PQ or HLG; what it tells of its peak goes for all.  pix_fmt: of what comes out.
-    peak_nits: the brightest light that the film has room for, in cd/m2.
-    Times, field order and rotation stay; HDR10's static metadata goes, since it is true no longer.
+    picture: the first one, PQ or HLG; its colours and its peak hold for all.
+    pix_fmt: that of the result.  peak_nits: the brightest light of the film, in cd/m2.
+    Times, field order and rotation stay. HDR10's static metadata is dropped, since it no longer
+    holds.
     Raises OutputError when there is no room for a temporary file.
     """
 
@@ -52,7 +55,7 @@ class ToSdr:
         return out
 
     def _chain(self, picture: av.VideoFrame, pix_fmt: str, table: str) -> av.filter.Graph:
-        full = picture.color_range == 2 or picture.format.name.startswith("yuvj")
+        full = picture.color_range == FULL_RANGE or picture.format.name.startswith("yuvj")
         span, matrix = ("pc" if full else "tv"), int(picture.colorspace)
         graph = av.filter.Graph()
         nodes = [
@@ -61,7 +64,7 @@ class ToSdr:
                 f"video_size={picture.width}x{picture.height}:pix_fmt={picture.format.name}"
                 f":time_base={self._tick}:colorspace={matrix}:range={span}",
             ),
-            # what is not tagged is BT.2020's matrix, as everywhere with PQ and HLG
+            # without a tag the matrix is BT.2020's, as always with PQ and HLG
             graph.add("scale", f"in_color_matrix={'auto' if matrix != 2 else 'bt2020'}"),
             graph.add("format", f"pix_fmts={_BETWEEN}"),
             graph.add("lut3d", f"file={table}:interp=tetrahedral"),
@@ -78,7 +81,7 @@ class ToSdr:
 
 
 def _write(table: np.ndarray) -> str:
-    """A .cube file (Adobe's Cube LUT specification 1.0) in the folder for temporary files."""
+    """Write a .cube file (Adobe's Cube LUT specification 1.0) to the folder for temporary files."""
     lines = (f"{red:.5f} {green:.5f} {blue:.5f}\n" for red, green, blue in table.tolist())
     try:
         with tempfile.NamedTemporaryFile("w", suffix=".cube", delete=False) as file:
@@ -86,7 +89,7 @@ def _write(table: np.ndarray) -> str:
             file.writelines(lines)
     except OSError as error:
         raise OutputError(
-            f"{tempfile.gettempdir()} takes no temporary file ({error.strerror}), which the change "
-            "to SDR needs: free 10 MB there"
+            f"{tempfile.gettempdir()} takes no temporary file ({error.strerror}), which the "
+            "conversion to SDR needs: free 10 MB there"
         ) from error
     return file.name

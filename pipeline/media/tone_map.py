@@ -1,8 +1,8 @@
-"""HDR colours -> SDR colours: the tone curve of ITU-R BT.2390, and BT.2020's gamut into BT.709's.
+"""Maps HDR colours to SDR: the tone curve of ITU-R BT.2390, and BT.2020's gamut into BT.709's.
 
 Light is counted in units of HDR reference white, 203 cd/m2 (ITU-R BT.2408), which is also the white
-of the SDR picture: what is darker than about half of white keeps its brightness, and everything up
-to the peak of the HDR picture is rolled off into the rest.
+of the SDR picture. Light below about half of white keeps its brightness; everything from there to
+the peak of the HDR picture is rolled off into the rest.
 """
 
 import numpy as np
@@ -18,11 +18,11 @@ from makeup_video.kernels.colour import (
 )
 
 _SRGB_PRIMARIES = 1  # BT.709 has the same
-_DARK = 1e-9  # keeps black from being divided by black
+_DARK = 1e-9  # avoids a division of black by black
 
 
 def tone_curve(light: np.ndarray, peak: float) -> np.ndarray:
-    """Light 0..peak -> light 0..1: the EETF of ITU-R BT.2390-11, section 5.4, black to black.
+    """Map light 0..peak to 0..1: the EETF of ITU-R BT.2390-11, section 5.4, black to black.
 
     light, peak: in units of 203 cd/m2. A peak of at most 1 leaves everything as it is.
     """
@@ -44,10 +44,10 @@ def tone_curve(light: np.ndarray, peak: float) -> np.ndarray:
 
 
 def to_sdr(rgb: np.ndarray, transfer: int, primaries: int, peak: float) -> np.ndarray:
-    """R'G'B' (..., 3) of PQ or HLG -> R'G'B' (..., 3) of sRGB in BT.709's primaries, both 0..1.
+    """Map R'G'B' (..., 3) of PQ or HLG to R'G'B' (..., 3) of sRGB in BT.709's primaries, both 0..1.
 
-    transfer, primaries: as ITU-T H.273 numbers them.  peak: of the HDR picture, in units of
-    203 cd/m2. The curve is laid on the largest of red, green and blue, so hues stay; colours
+    transfer, primaries: code points of ITU-T H.273.  peak: of the HDR picture, in units of
+    203 cd/m2. The curve is applied to the largest of red, green and blue, so hues stay. Colours
     outside BT.709 move towards grey of the same luminance until they fit.
     """
     light = np.maximum(to_linear(rgb, transfer), 0)
@@ -58,6 +58,7 @@ def to_sdr(rgb: np.ndarray, transfer: int, primaries: int, peak: float) -> np.nd
 
 
 def _into_gamut(light: np.ndarray) -> np.ndarray:
+    """Desaturate light (..., 3) in BT.709's primaries until it is in 0..1."""
     grey = np.clip(light @ to_xyz(_SRGB_PRIMARIES)[1], 0, 1)[..., None]
     below, above = light.min(-1, keepdims=True), light.max(-1, keepdims=True)
     keep_below = np.where(below < 0, grey / np.maximum(grey - below, _DARK), 1)
@@ -67,17 +68,17 @@ def _into_gamut(light: np.ndarray) -> np.ndarray:
 
 
 def sdr_table(size: int, transfer: int, primaries: int, peak: float) -> np.ndarray:
-    """(size**3, 3): `to_sdr` of an even grid over 0..1, red running fastest, as in .cube files."""
+    """`to_sdr` of an even grid over 0..1: (size**3, 3), red running fastest, as in .cube files."""
     axis = np.linspace(0, 1, size)
     blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
     return to_sdr(np.stack([red, green, blue], -1), transfer, primaries, peak).reshape(-1, 3)
 
 
 def peak_of(max_content_nits: float | None, max_display_nits: float | None) -> float:
-    """The peak that a picture's HDR10 metadata tells, in units of 203 cd/m2.
+    """The peak of a picture by its HDR10 metadata, in units of 203 cd/m2.
 
-    The brightest pixel (MaxCLL) if it is told and is no less than white, else the display that the
-    film was graded on, else the 1000 cd/m2 of most films and of HLG.
+    The brightest pixel (MaxCLL), if it is declared and at least white; else the peak of the display
+    on which the film was graded; else the 1000 cd/m2 of most films and of HLG.
     """
     for nits in (max_content_nits, max_display_nits):
         if nits and REFERENCE_WHITE <= nits <= PQ_PEAK:

@@ -1,4 +1,4 @@
-"""Changes the codec of the few tracks that an output container cannot hold as they are."""
+"""Changes the codec of audio and subtitle streams that the output's container cannot hold."""
 
 from fractions import Fraction
 from typing import Any
@@ -17,25 +17,25 @@ _BITMAP = {
     "xsub",
 }
 _OPUS_RATE = 48000
-# The arrangements that Opus and AAC both know; more channels than these are mixed down.
+# The channel layouts that Opus and AAC both know; more channels than these are mixed down.
 _LAYOUTS = {1: "mono", 2: "stereo", 3: "3.0", 4: "quad", 5: "5.0", 6: "5.1", 7: "6.1", 8: "7.1"}
 
 
 def audio_codec_for(container_format: str) -> str:
-    """The codec to convert a track to, for one of our containers."""
+    """The codec to which audio is converted for one of our containers."""
     return _AUDIO[container_format]
 
 
 def subtitle_codec_for(container_format: str, stream: Any) -> str | None:
-    """The text codec of the container; None for picture subtitles, which hold no text."""
+    """The text codec of the container; None for bitmap subtitles, which hold no text."""
     return None if stream.name in _BITMAP else _SUBTITLES.get(container_format)
 
 
 class AudioConverter:
-    """Packets of one audio stream -> packets of another codec, at the same times.
+    """Converts the packets of one audio stream to another codec, at the same times.
 
-    The source's rate and channels may change on the way; the output keeps those it began with,
-    in the usual arrangement of as many channels.
+    The source's rate and channels may change within the stream; the output keeps those at the
+    beginning, in the usual layout of as many channels.
     """
 
     def __init__(self, container: Any, source: Any, codec: str) -> None:
@@ -49,7 +49,7 @@ class AudioConverter:
         if codec != "flac":
             # 128 kbit/s for stereo, more for more channels: transparent for speech and music
             context.bit_rate = 64000 * max(2, context.layout.nb_channels)
-        self._heard: tuple[str, str, int] | None = None
+        self._input: tuple[str, str, int] | None = None  # format, layout and rate of the last frame
         self._resampler = self._new_resampler()
 
     def __call__(self, packet: Any) -> list[Any]:
@@ -57,7 +57,7 @@ class AudioConverter:
         return self._encode(self._decoder.decode(packet))
 
     def flush(self) -> list[Any]:
-        """The packets still inside decoder, resampler and encoder."""
+        """The packets that decoder, resampler and encoder still hold."""
         if not self._decoder.is_open:
             return []
         rest = self._encode(self._decoder.decode(None))
@@ -69,11 +69,11 @@ class AudioConverter:
     def _encode(self, frames: list[Any]) -> list[Any]:
         packets: list[Any] = []
         for frame in frames:
-            heard = (frame.format.name, frame.layout.name, frame.sample_rate)
-            if self._heard not in (None, heard):
+            format_ = (frame.format.name, frame.layout.name, frame.sample_rate)
+            if self._input not in (None, format_):
                 packets += self._resample(None)
                 self._resampler = self._new_resampler()
-            self._heard = heard
+            self._input = format_
             packets += self._resample(frame)
         return packets
 
@@ -83,7 +83,7 @@ class AudioConverter:
 
 
 class SubtitleConverter:
-    """Packets of one text subtitle stream -> packets of another text codec, at the same times."""
+    """Converts the packets of one text subtitle stream to another codec, at the same times."""
 
     def __init__(self, container: Any, source: Any, codec: str) -> None:
         self._decoder = source.codec_context
@@ -97,7 +97,7 @@ class SubtitleConverter:
     def __call__(self, packet: Any) -> list[Any]:
         subtitles = self._decoder.decode2(packet)
         if subtitles is None or not len(subtitles):
-            return []  # mp4 fills the gaps between titles with empty ones
+            return []  # mp4 fills the gaps between subtitles with empty ones
         out = self.stream.codec_context.encode_subtitle(subtitles)
         out.stream, out.time_base = self.stream, packet.time_base
         out.pts, out.dts, out.duration = packet.pts, packet.pts, packet.duration

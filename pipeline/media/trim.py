@@ -1,21 +1,21 @@
-"""Which frames --start and --end keep, and where the clip's time begins."""
+"""Keeps the pictures between a start and an end, with times that begin at 0."""
 
 from fractions import Fraction
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-# A picture that stays on screen for longer than this after --start belongs to the clip (a screen
-# recording may show one for seconds); at an ordinary frame rate the clip begins with the next one.
+# A picture that stays on screen for longer than this after the start belongs to the clip: a screen
+# recording may show one for seconds. At ordinary frame rates the clip begins with the next picture.
 _STILL_SECONDS = Fraction(1, 10)
 
 
 class Trim(Generic[T]):
-    """Takes pictures in order of time, gives back those to keep with their times in the clip.
+    """Takes pictures in order of time and returns those to keep, with their times in the clip.
 
-    start, end: seconds on the clock of the container, None for all of it.  tick: seconds; what is
-    taken off is a whole number of them, so that times stay exact.
-    shift: seconds to take off every time of the clip, None until the first picture is kept.
+    start, end: seconds on the container's clock, None where nothing is cut.
+    tick: seconds; the shift is a whole number of ticks, so that times stay exact.
+    shift: seconds to subtract from every time of the clip, None until the first picture is kept.
     """
 
     def __init__(self, start: Fraction | None, end: Fraction | None, tick: Fraction) -> None:
@@ -28,18 +28,18 @@ class Trim(Generic[T]):
     def __call__(
         self, picture: T, seconds: Fraction, duration: Fraction
     ) -> list[tuple[T, Fraction]]:
-        """The pictures to keep now, with their times in the clip, which are never below 0."""
+        """The pictures to keep now, with their times in the clip, which are at least 0."""
         if self.start is not None and seconds < self.start:
             self._held, self._held_until = picture, seconds + duration
             return []
-        self._held_until = seconds  # whatever is held was on screen until now
+        self._held_until = seconds  # the picture that is held was on screen until now
         if self.end is not None and seconds >= self.end:
             self.is_past_end = True
             return self.finish()
         if self.shift is not None:
             return [(picture, seconds - self.shift)]
         if self.start is None:
-            # what lies before 0 would not be shown by players
+            # players do not show what lies before 0
             self.shift = min(Fraction(0), seconds)
             return [(picture, seconds - self.shift)]
         if seconds - self.start <= _STILL_SECONDS:
@@ -48,7 +48,10 @@ class Trim(Generic[T]):
         return [*self.finish(), (picture, seconds - self._begin())]
 
     def finish(self) -> list[tuple[T, Fraction]]:
-        """At the end, or before a late picture: the one that is on screen at `start`, if any."""
+        """The picture that is on screen at `start`, if any.
+
+        Called at the end of the film, or before a picture that comes late.
+        """
         if self.shift is not None or self.start is None or self._held is None:
             return []
         if self._held_until <= self.start:
@@ -57,7 +60,7 @@ class Trim(Generic[T]):
         return [(self._held, Fraction(0))]
 
     def _begin(self) -> Fraction:
-        """Make `start`, rounded down to a tick, the clip's beginning."""
+        """Let the clip begin at `start`, rounded down to a tick."""
         if self.shift is None:
             self.shift = (self.start or Fraction(0)) // self.tick * self.tick
         return self.shift

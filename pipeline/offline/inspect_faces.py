@@ -1,4 +1,4 @@
-"""Show on a picture or a video what was found of faces: for people who wonder why."""
+"""inspect_video: draws the faces that were found on a video or a picture."""
 
 import contextlib
 import os
@@ -19,16 +19,16 @@ def inspect_video(
     settings: Settings | None = None,
     on_progress: Progress | None = None,
 ) -> Report:
-    """Draw points, lip mask, number and scores of every face of src, and write dst.
+    """Draw points, lip mask, number and scores of every face in src, and write dst.
 
-    points: also write the points as JSON there, one frame a line. After Ctrl-C what was found so
-    far stays under its part name, beside the part of dst. Raises one of `errors`.
+    points: a file for the points as JSON, one frame per line. After Ctrl-C the points so far stay
+    under the name of the part, beside the part of dst. Raises one of `errors`.
     """
     settings = settings or Settings()
-    side: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
+    sidecar: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
     if points is not None:
-        side = PointsFile(points, src, dst, overwrite=settings.overwrite)
-    with side as points_file, one_opencv_thread():
+        sidecar = PointsFile(points, src, dst, overwrite=settings.overwrite)
+    with sidecar as points_file, one_opencv_thread():
         run = FaceRun(lambda: [("draw", DrawFaces(points_file))])
         report = run_stages(src, dst, run, settings, on_progress)
     run.count(report)

@@ -1,7 +1,7 @@
-"""FrameFaces -> Frame: draws what was found onto the planes, for people to judge by eye.
+"""Draws the faces that were found onto a frame's planes, so that people can judge them by eye.
 
-Points of lips green, of eyes yellow, others white; lips tinted by their mask; number, score and
-mouth score above each face as the viewer sees it, or as near to that as the picture's edge allows.
+Points of lips are green, of eyes yellow, others white. Lips are tinted by their mask. Number, score
+and mouth score are above each face as the viewer sees it, or as near as the picture's edge allows.
 """
 
 from collections.abc import Sequence
@@ -15,15 +15,15 @@ from makeup_video.pipeline.faces.topology import EYE, LIPS, RIGHT_EYE
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.offline.points_file import PointsFile
 
-# Y', Cb, Cr as 8-bit limited-range codes: only a drawing, right enough in every matrix
+# Y', Cb, Cr as 8-bit limited-range codes: close enough for a drawing, whatever the matrix
 _WHITE, _GREEN, _YELLOW = (235, 128, 128), (150, 44, 21), (210, 16, 146)
 _TINT, _TINT_OPACITY = (63, 102, 240), 0.55  # of the lips: dark red
 
 
 class DrawFaces:
-    """FrameFaces -> Frame; also writes the points as JSON when a file is given."""
+    """A stage that draws faces on their frame, and writes their points when a file is given."""
 
-    def __init__(self, points_file: "PointsFile | None" = None) -> None:
+    def __init__(self, points_file: PointsFile | None = None) -> None:
         self.points_file = points_file
         self._colours = np.full((POINTS, 3), _WHITE)
         self._colours[EYE] = self._colours[RIGHT_EYE] = _YELLOW
@@ -42,7 +42,7 @@ class DrawFaces:
 
 
 def _codes(frame: Frame, colours: Any) -> np.ndarray:
-    """8-bit codes in the frame's own depth."""
+    """8-bit codes, scaled to the frame's depth."""
     codes: np.ndarray = np.asarray(colours) << max(frame.bit_depth - 8, 0)
     return codes
 
@@ -50,7 +50,7 @@ def _codes(frame: Frame, colours: Any) -> np.ndarray:
 def _draw_points(
     planes: tuple[np.ndarray, ...], frame: Frame, face: Face, colours: np.ndarray
 ) -> None:
-    """Lay a square of its colour over each point: luma px, and the chroma samples under them."""
+    """Draw a square of its colour at each point: luma pixels, and the chroma samples under them."""
     size = float(np.ptp(face.points_px[:, 0]))
     radius = max(0, round(size / 400))
     steps = np.arange(-radius, radius + 1)
@@ -63,14 +63,14 @@ def _draw_points(
     codes = _codes(frame, colours)[of_point]
     planes[0][y, x] = codes[:, 0]
     across, down = frame.chroma
-    for plane, at in _chroma_views(planes, (1, 2)):
-        plane[y // down, x // across] = codes[:, at]
+    for plane, column in _chroma_views(planes, (1, 2)):
+        plane[y // down, x // across] = codes[:, column]
 
 
 def _chroma_views(
     planes: tuple[np.ndarray, ...], values: Sequence[int]
 ) -> list[tuple[np.ndarray, int]]:
-    """Cb and Cr as (h, w) views with a value for each, also of NV12; none of a grey picture."""
+    """Cb and Cr as (h, w) views, each with its value, also of NV12; none of a grey picture."""
     if len(planes) < 2:
         return []
     if planes[1].ndim == 3:
@@ -79,7 +79,7 @@ def _chroma_views(
 
 
 def _tint(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> None:
-    """Mix a colour into the lips by the lip mask."""
+    """Mix the tint into the lips by the lip mask."""
     xy = face.points_px[LIPS, :2]
     margin = 0.1 * np.ptp(xy[:, 0])
     low = np.maximum(np.floor(xy.min(0) - margin), 0).astype(int) // 2 * 2
@@ -103,8 +103,10 @@ def _mix(plane: np.ndarray, weight: np.ndarray, code: int) -> None:
 
 
 def _draw_label(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> None:
-    """Number and scores above the face's upper left corner, upright as the viewer sees it, and
-    within the picture; none for a face that lies outside."""
+    """Draw number and scores above the face's upper left corner, upright as the viewer sees it.
+
+    The label stays within the picture; a face outside has none.
+    """
     turns = frame.rotation_degrees // 90
     stored_wh = np.array([frame.width_px, frame.height_px])
     upright_wh = stored_wh[::-1] if turns % 2 else stored_wh
@@ -121,13 +123,13 @@ def _draw_label(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> Non
     height, width = label.shape
     planes[0][y : y + height, x : x + width] = _codes(frame, label.astype(planes[0].dtype))
     across, down = frame.chroma
-    window = np.s_[y // down : -(-(y + height) // down), x // across : -(-(x + width) // across)]
+    rect = np.s_[y // down : -(-(y + height) // down), x // across : -(-(x + width) // across)]
     for plane, code in _chroma_views(planes, _codes(frame, (128, 128)).tolist()):
-        plane[window] = code
+        plane[rect] = code
 
 
 def _label(face: Face, size_px: float, width_px: int) -> np.ndarray:
-    """(h, w) uint8: white on black, for a face of that size; at most so wide."""
+    """(h, w) uint8: white on black, sized for a face of size_px, at most width_px wide."""
     text = f"{face.track_id}  {face.score:.2f}  mouth {face.mouth_visible:.2f}"
     font, scale = cv2.FONT_HERSHEY_SIMPLEX, max(0.4, size_px / 400)
     wide = cv2.getTextSize(text, font, scale, 1)[0][0] + 4
@@ -139,7 +141,7 @@ def _label(face: Face, size_px: float, width_px: int) -> np.ndarray:
 
 
 def _turned(xy: np.ndarray, size_wh: np.ndarray, quarter_turns: int) -> np.ndarray:
-    """Where pixels (N, 2) of a picture of that size lie after turns counter-clockwise."""
+    """The places of pixels (N, 2) of a picture of that size after turns counter-clockwise."""
     (width, height), (x, y) = size_wh, xy.T
     for _ in range(quarter_turns % 4):
         x, y, width, height = y, width - 1 - x, height, width

@@ -1,18 +1,19 @@
-"""Paints one picture file: file -> Frame (4:4:4, full range) -> paint -> file, with its metadata.
+"""Paints one picture file and keeps its metadata.
 
-Pixels that nobody paints keep their exact values, whatever the depth of the file: planes are
-compared before and after, and only what changed is converted back.
+The picture becomes a Frame (4:4:4, full range) for the painter. Pixels that are not painted keep
+their exact values, whatever the depth of the file: planes are compared before and after, and only
+what changed is converted back.
 """
 
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from makeup_video.pipeline.errors import StrictError, UsageError
+from makeup_video.pipeline.errors import StrictError, UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.rgb import merge, to_frame, with_colour
-from makeup_video.pipeline.images.exif import orientation, rotation_degrees
+from makeup_video.pipeline.images.exif import orientation
 from makeup_video.pipeline.images.picture_file import (
     WRITERS,
     decode_picture,
@@ -35,9 +36,10 @@ def process_picture(
     strict: bool = False,
     on_whole: Callable[[], None] | None = None,
 ) -> Report:
-    """Paint one picture. EXIF (with its orientation), XMP and ICC profile are kept.
+    """Paint one picture and keep its EXIF (with the orientation), XMP and ICC profile.
 
-    compare: write it twice, as it was and painted, beside each other.  on_whole: as in Settings.
+    compare: write the picture as it was and as painted, beside each other.  on_whole: as in
+    Settings.
     Raises DecodeError, OutputError, UsageError, StrictError.
     """
     if dst.suffix.lower() not in WRITERS:
@@ -62,12 +64,13 @@ def _process(
     data = read_bytes(src)
     stored, metadata = decode_picture(data, src)
     report = Report(str(src), "", WRITERS[suffix], is_picture=True, frames_in=1, frames_out=1)
-    frame = to_frame(stored, rotation_degrees=rotation_degrees(metadata))
+    stored_as = orientation(metadata)
+    frame = to_frame(stored, rotation_degrees=stored_as.turn_degrees)
     before = [plane.copy() for plane in frame.planes]
     painted = merge(stored, paint(frame), before)
     if compare:
         untouched = stored if painted.shape == stored.shape else with_colour(stored)
-        painted = side_by_side(untouched, painted, orientation(metadata))
+        painted = side_by_side(untouched, painted, stored_as)
     written = encode_picture(target.part, _fitting(painted, report), metadata)
     report.bytes_in, report.bytes_out = len(data), len(written)
     with write_errors(target.part):
@@ -75,13 +78,14 @@ def _process(
     report.dropped += _lost_metadata(written, target.part, metadata)
     if strict and (lost := report.dropped + report.conversions):
         raise StrictError(
-            f"--strict: {suffix} cannot keep {'; '.join(lost)}. Use .png, or leave --strict out."
+            f"{option('strict')}: {suffix} cannot keep {'; '.join(lost)}. Use .png, or leave "
+            f"{option('strict')} out."
         )
     return report
 
 
 def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
-    """What the output format can hold: PNG everything, WebP 8 bits, JPEG 8 bits and no alpha."""
+    """Pixels that the output format can hold: PNG all, WebP 8 bits, JPEG 8 bits without alpha."""
     name = {"jpeg": "JPEG", "webp": "WebP"}.get(report.codec)
     if name is None:
         return pixels
@@ -96,7 +100,7 @@ def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
 
 
 def _lost_metadata(data: bytes, path: Path, metadata: dict[int, np.ndarray]) -> list[str]:
-    """Blocks that the format's library left out, a malformed ICC profile for one."""
+    """Blocks that the format's library left out, such as a malformed ICC profile."""
     kept = decode_picture(data, path)[1] if metadata else {}
     return [
         f"{_KINDS[kind]}: not accepted in {path.suffix}" for kind in metadata if kind not in kept

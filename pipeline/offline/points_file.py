@@ -1,4 +1,4 @@
-"""The points of every face as a JSON sidecar, one frame a line."""
+"""The sidecar with the points of every face."""
 
 import json
 from typing import Any
@@ -9,14 +9,14 @@ from makeup_video.pipeline.media.sidecar import Sidecar
 
 
 class PointsFile(Sidecar):
-    """{"frames": [{pts, seconds, faces: [...]}, ...]}, written one frame a line as they come."""
+    """JSON of the form {"frames": [{pts, seconds, cut, faces: [...]}, ...]}, one frame per line."""
 
     what = "the points file"
     begins = '{"unit": "px of the stored picture; x, y, z", "frames": [\n'
     ends = "\n]}\n"
 
     def write(self, item: FrameFaces) -> None:
-        """Raises OutputError when the file cannot be written."""
+        """Append a frame. Raises OutputError when the file cannot be written."""
         frame = item.frame
         line = {
             "pts": frame.pts,

@@ -18,16 +18,16 @@ def process_video(
     settings: Settings | None = None,
     on_progress: Progress | None = None,
 ) -> Report:
-    """Paint `look` (None: nothing) on every frame of src and write dst. Pictures work too.
+    """Paint `look` (None: nothing) on every frame of src, a video or a picture, and write dst.
 
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
-    few times a second.  Raises one of `errors`; dst then does not exist, or is what it was.
+    few times a second.  Raises one of `errors`; dst is then unchanged, or still does not exist.
     """
     look, settings = look or Look(), settings or Settings()
     if look.is_bare:
         return run_stages(src, dst, _copy, settings, on_progress)
     check_memory(FIND_FACES)
-    # the face nets and OpenCL take their time to load: only for those who paint
+    # late: the face nets and OpenCL take long to load, and only painting needs them
     from makeup_video.pipeline.engine.machine import one_opencv_thread
     from makeup_video.pipeline.offline.stages import PaintRun
 
@@ -39,7 +39,7 @@ def process_video(
 
 
 def _copy(source: VideoSource | None) -> list[tuple[str, Stage]]:
-    """No stage between decoder and encoder."""
+    """Nothing is painted: no stage between decoder and encoder."""
     if source is not None:
         check_memory(COPY_VIDEO, source.frame_px)
     return []

@@ -1,4 +1,4 @@
-"""What a run did, for people (`summary`) and for programs (`to_dict`)."""
+"""The report of a run, for people (`summary`, `warnings`) and for programs (`to_dict`)."""
 
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -8,19 +8,22 @@ from makeup_video.pipeline.faces.face import MIN_FACE_PX
 
 @dataclass(slots=True)
 class Report:
-    """Counts and times of one run. Seconds are wall clock unless the name says CPU.
+    """Counts and times of one run. Seconds are of the wall clock unless the name has "cpu" in it.
 
-    max_pts_error_seconds: largest distance between a frame's time in the source and in the
+    max_pts_error_seconds: the largest distance between a frame's time in the source and in the
     output: 0.0 in mp4 and mov, at most half a millisecond in mkv and webm.
-    lost_frames: in the file, but not decodable.  skipped_packets: damaged ones of other tracks.
+    lost_frames: in the file, but not decodable.
+    skipped_packets: damaged packets of other streams.
     dropped, converted: streams and metadata that the output could not hold, or not as they were.
-    conversions: changes to the pixels' layout before painting.
-    frames_with_face, faces: how many frames showed a face, and how many faces in all; None where
-    nobody looked.  tiny_faces: how often a face was left alone because it was too small.
-    painted_frames: how many frames were painted on; None where nothing was to be painted.
-    why_unpainted: when that is 0 although faces were found.
+    conversions: changes of the pixel format or the size before painting.
+    frames_with_face, faces: how many frames show a face, and how many faces there are in all; None
+    in a run that does not find faces.
+    tiny_faces: how often a face was left alone because it was too small.
+    painted_frames: how many frames were painted; None where nothing was to be painted.
+    why_unpainted: the reason when none was painted although faces were found.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
-    stages: per actor items, busy_seconds, cpu_seconds; channels: per channel capacity, mean_fill.
+    stages: items, busy_seconds and cpu_seconds of each actor.
+    channels: capacity and mean_fill of each channel.
     """
 
     source: str
@@ -64,12 +67,12 @@ class Report:
         return self.media_seconds / self.seconds if self.seconds else 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON values."""
+        """The report as JSON values."""
         speed = {"fps": self.frames_per_second, "times_real_time": self.times_real_time}
         return {**asdict(self), **speed}
 
     def warnings(self) -> list[str]:
-        """One line for each thing that did not come through as it was."""
+        """One line for everything that differs from the source, or was not painted."""
         lines = [f"changed: {text}" for text in (*self.conversions, *self.converted)]
         lines += [f"left out: {text}" for text in self.dropped]
         if self.damaged:
@@ -89,7 +92,10 @@ class Report:
 
     @property
     def turn_first(self) -> str:
-        """Faces that lie on their side are found, mostly, but none that is upside down."""
+        """Advice for films stored upside down, in which no face is found.
+
+        Most faces that lie on their side are found.
+        """
         return f"if the {'picture' if self.is_picture else 'film'} is upside down, turn it first"
 
     def _damage(self) -> str:
@@ -97,7 +103,7 @@ class Report:
             "frames damaged": self.corrupt_frames,
             "frames lost": self.lost_frames,
             "packets not decodable": self.decode_errors,
-            "packets of other tracks left out": self.skipped_packets,
+            "packets of other streams left out": self.skipped_packets,
         }
         parts = [f"{count} {name}" for name, count in counts.items() if count]
         if self.truncated:
@@ -105,7 +111,7 @@ class Report:
         return "the input is damaged: " + ", ".join(parts)
 
     def summary(self) -> str:
-        """The closing line."""
+        """The last line of a run."""
         if self.is_picture:
             return f"{self.output}: one picture, {_size(self.bytes_out)}"
         return (

@@ -15,13 +15,13 @@ from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
-from makeup_video.pipeline.media.codecs import bits_of, container_of, encoder_options, pick_codec
+from makeup_video.pipeline.media.codecs import container_of, encoder_options, pick_codec
 from makeup_video.pipeline.media.decode import Decoder
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.mux import Muxer
-from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, pick_pix_fmt
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of, pick_pix_fmt
 from makeup_video.pipeline.media.side_by_side import SideBySide
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report
@@ -112,10 +112,10 @@ def _run(
     )
     muxer = Muxer(target, container, strict=settings.strict)
     try:
-        door = ConvertPixelFormat(codec, depth, sdr=settings.sdr)
+        convert = ConvertPixelFormat(codec, depth, sdr=settings.sdr)
         decoder = Decoder(
             source,
-            door,
+            convert,
             muxer,
             start_seconds=settings.start_seconds,
             end_seconds=settings.end_seconds,
@@ -168,7 +168,7 @@ def _report(
         damaged=stats.is_damaged or muxer.skipped_packets > 0,
         dropped=muxer.dropped,
         converted=muxer.converted,
-        conversions=decoder.door.conversions,
+        conversions=decoder.convert.conversions,
         media_seconds=float(decoder.media_seconds),
         first_packet_unix_seconds=encoder.first_packet_at,
         stages={name: asdict(times) for name, times in runner.times.items()},

@@ -1,4 +1,4 @@
-"""The stages of every run that looks for faces, and what such a run counts."""
+"""The stages of the runs that find faces, and what these runs count."""
 
 from collections.abc import Callable
 
@@ -24,13 +24,15 @@ from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 
 Stages = list[tuple[str, Stage]]
+_MOST_NUMBERS = 10  # of faces in a message
 
 
 class FaceRun:
-    """Finds faces, steadies them in a video, and goes on with `rest` (FrameFaces -> Frame).
+    """Finds faces, smooths them over time in a video, and goes on with the stages of `rest`.
 
-    rest() makes these stages, once the input is known to be there and before the output is begun.
-    video, picture: the memory of the whole run for one.
+    rest() makes these stages (FrameFaces -> Frame). It is called once the input is open and before
+    the output is begun.
+    video, picture: the memory that the whole run needs for a video, and for a picture.
     """
 
     def __init__(
@@ -40,7 +42,7 @@ class FaceRun:
         self._found: FindFaces | _FindOnce
 
     def __call__(self, source: VideoSource | None) -> Stages:
-        """For a video, or for a picture (None). Raises TooLittleMemoryError."""
+        """The stages for a video, or for a picture (None). Raises TooLittleMemoryError."""
         if source is None:
             check_memory(self._picture)
         else:
@@ -53,13 +55,13 @@ class FaceRun:
         return [("faces", self._found), ("smooth", SmoothAhead()), *rest]
 
     def count(self, report: Report) -> None:
-        """Put into the report what was found."""
+        """Write the counts of faces into the report."""
         report.frames_with_face = self._found.frames_with_face
         report.faces, report.tiny_faces = self._found.faces, self._found.tiny_faces
 
 
 class _FindOnce:
-    """Frame -> FrameFaces for the one frame of a picture; counts as FindFaces does."""
+    """Finds the faces in the one frame of a picture, and counts them as FindFaces does."""
 
     def __init__(self) -> None:
         self.frames_with_face = self.faces = self.tiny_faces = 0
@@ -68,9 +70,6 @@ class _FindOnce:
         item, self.tiny_faces = find_faces_in_frame(frame)
         self.faces, self.frames_with_face = len(item.faces), int(bool(item.faces))
         return item
-
-
-_MOST_NUMBERS = 10
 
 
 class PaintRun(FaceRun):
@@ -94,7 +93,7 @@ class PaintRun(FaceRun):
         """Why no face that was found is painted."""
         composite, whom = self._composite, self._faces
         if not composite.chosen_frames and whom.isdigit():
-            return f"--faces {whom}, but {_numbered(sorted(composite.numbers))}"
+            return f"face {whom} was chosen, but {_numbered(sorted(composite.numbers))}"
         worn = self._look.products.items()
         hidden = [REGIONS[name].part for name, params in worn if params.is_worn]
         if not hidden:
@@ -103,7 +102,7 @@ class PaintRun(FaceRun):
 
 
 def _numbered(numbers: list[int]) -> str:
-    """Which faces there were, at most ten of them by number."""
+    """The faces that were seen, in words, at most ten of them by number."""
     texts = [str(number) for number in numbers]
     if len(texts) > _MOST_NUMBERS:
         texts[_MOST_NUMBERS:] = [f"{len(texts) - _MOST_NUMBERS} more"]

@@ -31,7 +31,8 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
     """The face to read, of faces sorted by size. Raises PhotoError.
 
     chosen: "largest", the number of a face, or "" for the only one, as in look_from_photo. Much
-    smaller faces in the background do not count.
+    smaller faces in the background do not count. When several faces could be meant, the error is a
+    SeveralFacesError with these `faces`.
     """
     if not faces:
         raise PhotoError(
@@ -42,12 +43,15 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
         for face in faces:
             if face.track_id == int(chosen):
                 return face
-        raise PhotoError(f"there is no face {chosen}; there are {_list(faces)}: choose one of them")
+        raise PhotoError(
+            f"there is no face {chosen}; there are {face_list(faces)}: choose one of them"
+        )
     rivals = [face for face in faces if width_px(face) > BYSTANDER * width_px(faces[0])]
     if len(rivals) > 1 and chosen != "largest":
         raise SeveralFacesError(
-            f"one face was expected, {len(rivals)} were found: choose with --ref-face NUMBER or "
-            f"--ref-face largest; there are {_list(rivals)}"
+            f"one face was expected, {len(rivals)} were found: cut the photo to the one whose makeup "
+            "you want",
+            rivals,
         )
     return faces[0]
 
@@ -131,7 +135,7 @@ def _lost_share(rgb8: np.ndarray, face: Face) -> float:
     return float(((lips >= LOST_CODE).sum(1) >= 2).mean()) if len(lips) else 0.0
 
 
-def _list(faces: Sequence[Face]) -> str:
+def face_list(faces: Sequence[Face]) -> str:
     """'0 at (120, 300), 210 px wide; ...'."""
     entries = []
     for face in faces:

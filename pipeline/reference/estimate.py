@@ -13,7 +13,7 @@ from functools import cache
 import cv2
 import numpy as np
 from makeup_video.pipeline.engine.machine import READ_PHOTO, check_memory, give_back_memory
-from makeup_video.pipeline.errors import PhotoError, UsageError
+from makeup_video.pipeline.errors import PhotoError, UsageError, option
 from makeup_video.pipeline.faces.face import Face, FrameFaces, iod_px, resized
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.net import Net
@@ -86,14 +86,15 @@ def look_from_photo(
     is_number = chosen.isascii() and chosen.isdigit() and len(chosen) < 10
     if chosen not in ("", "largest") and not is_number:
         raise UsageError(
-            f"--ref-face must be largest, or the number that inspect shows, got {face!r}"
+            f"{option('face')} must be largest, or the number that inspect shows, got {face!r}"
         )
     check_memory(READ_PHOTO)
     rgb8 = read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
     try:
         return estimate_look(rgb8, choose_face(find_faces(rgb8), chosen))
     except PhotoError as error:
-        raise type(error)(f"{name if isinstance(photo, bytes) else photo}: {error}") from None
+        error.extend(before=f"{name if isinstance(photo, bytes) else photo}: ")
+        raise
     finally:
         # Painting does not need these nets, nor their 80 MB; loading them again takes 0.1 s.
         _net.cache_clear()

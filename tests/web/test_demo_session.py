@@ -132,7 +132,8 @@ def test_a_photo_of_two_people_is_refused_since_nobody_says_whose_makeup_is_mean
         answer = page.post("/photo", png_of(both), x_file_name="both.png")
         assert answer.status_code == 422
         assert answer.json()["error"] == (
-            "both.png: several faces were found: cut the photo to the one whose makeup you want"
+            "both.png: one face was expected, 2 were found: cut the photo to the one whose makeup you "
+            "want"
         )
 
 

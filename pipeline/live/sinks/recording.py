@@ -20,10 +20,8 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.encoder import LiveEncoder
 from makeup_video.pipeline.media.codecs import MATROSKA, container_of, encoder_options, pick_codec
-from makeup_video.pipeline.media.encode import name_codec
+from makeup_video.pipeline.media.encode import keep_quiet, name_codec
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
-
-_PRESETS = {"h264": "superfast", "hevc": "ultrafast", "av1": "12", "vp9": "8"}
 
 
 class Recording:
@@ -54,15 +52,9 @@ class Recording:
         self.name = Path(path).name
         self._format = container_of(path)
         self._codec = pick_codec(codec, self._format, deep=False, alpha=False)
-        preset = preset or _PRESETS.get(self._codec.name)
-        self._options = encoder_options(self._codec, crf, preset)
-        if self._codec.encoder in ("libx264", "libx265"):
-            self._options["bf"] = "0"  # packets in order, and nothing to wait for
-        if self._codec.name == "hevc":
-            self._options["x265-params"] = "log-level=none"
-        if self._codec.name == "av1":
-            os.environ.setdefault("SVT_LOG", "-1")
-            self._options["svtav1-params"] = "pred-struct=1"  # no frame before its time
+        self._options = encoder_options(self._codec, crf, preset or self._codec.live_preset)
+        self._options.update(self._codec.live_options)
+        keep_quiet(self._options, self._codec)
         self._rate = Fraction(rate).limit_denominator(1001)
         self._door = ConvertPixelFormat(self._codec)
         check_place(os.fspath(path), source, overwrite=overwrite)
@@ -143,5 +135,4 @@ class Recording:
             return
         self._target.leave()
         if isinstance(error, OutputError):
-            text = f"{error}; what was recorded until then is {self._part}"
-            error.args = (text,)
+            error.extend(after=f"; what was recorded until then is {self._part}")

@@ -20,6 +20,7 @@ from makeup_video.pipeline.live.sinks.srt_relay import (
     needs_relay,
     relay_program,
 )
+from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 
 _FORMATS = {"rtmp": "flv", "rtmps": "flv", "srt": "mpegts", "udp": "mpegts"}
 _KEY_SECONDS = 2
@@ -28,7 +29,7 @@ _STEADY_SECONDS = 10  # a connection that held for so long was a good one
 _UDP_BYTES = 1316  # seven packets of MPEG-TS: what fits into a datagram on any network
 _BIT_RATE_720P = 3_000_000
 # Zero latency: no look-ahead and no B-frames, and slices rather than frames in parallel.
-_OPTIONS = {"preset": "superfast", "tune": "zerolatency", "forced-idr": "1"}
+_OPTIONS = {"preset": str(PLAYS_EVERYWHERE.live_preset), "tune": "zerolatency", "forced-idr": "1"}
 
 
 class Stream:
@@ -159,7 +160,7 @@ class _Line:
             shown = Frame(upright(frame), frame.pts, frame.time_base, frame.tags)
             self._encoder = LiveEncoder(
                 self._container,
-                "libx264",
+                PLAYS_EVERYWHERE.encoder,
                 options,
                 shown,
                 rate,

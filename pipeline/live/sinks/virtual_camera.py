@@ -8,7 +8,7 @@ from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.pipeline.errors import OutputError, UsageError
 from makeup_video.pipeline.frames.colour_tags import resolve
 from makeup_video.pipeline.frames.frame import Frame, plane_views
-from makeup_video.pipeline.frames.transform import upright
+from makeup_video.pipeline.frames.transform import ffmpeg_matrix, ffmpeg_range, upright
 from makeup_video.pipeline.live.interfaces import LivePicture
 
 _HELP = (
@@ -84,13 +84,12 @@ def as_webcam(frame: Frame) -> tuple[np.ndarray, ...]:
     """The planes of a 4:2:0 frame, upright, in limited range and BT.601; without a copy where they are that."""
     picture = upright(frame)
     coding = resolve(frame.tags, frame.width_px, frame.height_px, 8)
-    if coding.matrix not in (5, 6) or coding.full_range:
-        spaces = {1: Colorspace.ITU709, 9: Colorspace(9)}
+    if ffmpeg_matrix(coding) != Colorspace.ITU601 or coding.full_range:
         picture = picture.reformat(
             format="yuv420p",
-            src_colorspace=spaces.get(coding.matrix, Colorspace.ITU601),
+            src_colorspace=ffmpeg_matrix(coding),
             dst_colorspace=Colorspace.ITU601,
-            src_color_range=ColorRange.JPEG if coding.full_range else ColorRange.MPEG,
+            src_color_range=ffmpeg_range(coding.full_range),
             dst_color_range=ColorRange.MPEG,
         )
     return plane_views(picture, 8)

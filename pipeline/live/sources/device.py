@@ -299,4 +299,4 @@ def _no_camera(asked: str | None, reason: str) -> str:
     found = devices_found()
     seen = f"found: {', '.join(found)}" if found else "no camera was found on this machine"
     what = f"the camera {asked} cannot be opened" if asked else "no camera can be opened"
-    return f"{what} ({reason}; {seen}): plug one in and name it, or give --camera a video file"
+    return f"{what} ({reason}; {seen}): plug one in and name it, or give a video file in its place"

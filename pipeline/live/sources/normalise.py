@@ -1,6 +1,5 @@
 """av.VideoFrame -> Frame, at the door of a live run: one layout, one size, true tags, the time it came."""
 
-from dataclasses import replace
 from fractions import Fraction
 
 import av
@@ -10,12 +9,12 @@ from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.transform import fitted, squared
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
-from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
 # One layout for every sink: 4:2:0 is what browsers, players, receivers and programs that read cameras take,
 # and to convert once here costs less than once a sink. Numbers keep their matrix and range.
-_LIVE = replace(CODECS["h264"], name="live", pix_fmts=("yuv420p",))
+_LIVE = PLAYS_EVERYWHERE._replace(name="live", pix_fmts=("yuv420p",))
 # DV, HDV and anamorphic film have 8:15 to 2; others are rubbish
 _ASPECTS = Fraction(1, 4), Fraction(4)
 

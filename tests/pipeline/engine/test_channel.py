@@ -9,7 +9,7 @@ from makeup_video.pipeline.engine.channel import Channel, ChannelClosed, NewestC
 
 @given(items=st.lists(st.integers(), max_size=60), capacity=st.integers(1, 8))
 @settings(deadline=None)
-def test_every_item_arrives_once_in_order_and_never_more_than_capacity_wait(items, capacity):
+def test_every_item_arrives_once_in_order_and_few_wait(items, capacity):
     channel, fills = Channel("test", capacity), []
 
     def send():
@@ -87,7 +87,7 @@ def test_a_channel_without_room_is_refused(capacity):
 
 
 @given(items=st.lists(st.integers(), max_size=60), capacity=st.integers(1, 8))
-def test_where_the_newest_wins_nobody_waits_and_the_last_ones_are_kept(items, capacity):
+def test_the_newest_channel_never_waits_and_keeps_the_last(items, capacity):
     channel = NewestChannel("test", capacity)
     for item in items:
         channel.send(item)

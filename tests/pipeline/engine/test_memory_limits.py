@@ -4,7 +4,7 @@ import resource
 
 import pytest
 from makeup_video.pipeline import MakeupVideoError
-from makeup_video.pipeline.engine import machine as memory
+from makeup_video.pipeline.engine import machine
 from makeup_video.pipeline.engine.machine import (
     COPY_VIDEO,
     FIND_FACES,
@@ -33,9 +33,9 @@ def system(monkeypatch, tmp_path):
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text + "\n")
 
-    monkeypatch.setattr(memory, "_PROC", tmp_path / "proc")
-    monkeypatch.setattr(memory, "_GROUPS", tmp_path / "groups")
-    monkeypatch.setattr(memory, "cores", lambda: 2)
+    monkeypatch.setattr(machine, "_PROC", tmp_path / "proc")
+    monkeypatch.setattr(machine, "_GROUPS", tmp_path / "groups")
+    monkeypatch.setattr(machine, "cores", lambda: 2)
     return made
 
 
@@ -44,9 +44,7 @@ def allow(monkeypatch, limit):
 
 
 @pytest.mark.parametrize("need", NEEDS, ids=lambda need: need.name)
-def test_a_limit_on_address_space_that_is_too_low_is_told_with_both_figures(
-    monkeypatch, system, need
-):
+def test_a_low_address_limit_is_shown_with_both_figures(monkeypatch, system, need):
     system("")
     allow(monkeypatch, 123_000_000)
     with pytest.raises(TooLittleMemoryError) as caught:
@@ -78,7 +76,7 @@ def test_larger_frames_need_more(monkeypatch, system):
         ("3:cpu:/a\n", {}, None),
     ],
 )
-def test_the_limit_of_a_control_group_is_the_least_of_those_above(system, groups, limits, least):
+def test_the_limit_of_a_group_is_the_least_of_those_above(system, groups, limits, least):
     system(groups, **limits)
     assert group_limit_bytes() == least
 
@@ -97,5 +95,5 @@ def test_with_swap_space_a_control_group_forbids_nothing(system):
 
 
 def test_a_system_without_proc_tells_no_limit(monkeypatch, tmp_path):
-    monkeypatch.setattr(memory, "_PROC", tmp_path)
+    monkeypatch.setattr(machine, "_PROC", tmp_path)
     assert group_limit_bytes() is None

@@ -90,9 +90,7 @@ class Delay:
     workers=st.integers(1, 5),
 )
 @settings(deadline=None, max_examples=30)
-def test_stages_that_look_ahead_lose_nothing_however_threads_are_shared(
-    count, looks_ahead, workers
-):
+def test_stages_that_look_ahead_lose_nothing(count, looks_ahead, workers):
     sink = List()
     steps = [(f"s{i}", Delay() if ahead else add_one) for i, ahead in enumerate(looks_ahead)]
     Runner(("source", numbers(count)), steps, ("sink", sink), workers=workers).run()
@@ -159,7 +157,7 @@ def test_a_stage_may_look_ahead_and_nothing_is_lost(count):
     assert sink.items == list(range(count))
 
 
-def test_an_observer_hears_of_every_item_and_the_times_are_its_sums():
+def test_an_observer_gets_every_item_and_times_are_sums():
     heard = {}
 
     def observe(name, wall, cpu):
@@ -186,7 +184,7 @@ def broken(item):
 
 @pytest.mark.parametrize("where", ["source", "first stage", "last stage", "sink", "finish"])
 @pytest.mark.parametrize("capacity", [1, 4])
-def test_whoever_dies_ends_the_run_at_once_and_its_error_comes_out(where, capacity):
+def test_any_error_ends_the_run_at_once_and_is_raised(where, capacity):
     sink = List(fail_at=3 if where == "sink" else None)
     if where == "finish":
         sink.finish = lambda stopped: broken(3)
@@ -233,7 +231,7 @@ def test_the_first_error_wins():
 
 
 @pytest.mark.parametrize("slow_seconds", [0.0, 0.01])
-def test_ctrl_c_stops_within_two_seconds_and_the_sink_finishes(slow_seconds):
+def test_ctrl_c_stops_in_two_seconds_and_the_sink_ends(slow_seconds):
     sink = List(slow_seconds=slow_seconds)
     runner = Runner(("source", forever()), [("a", add_one)], ("sink", sink))
     threading.Timer(0.3, _thread.interrupt_main).start()
@@ -296,7 +294,7 @@ def test_a_slow_sink_keeps_memory_flat():
     assert max(ahead) <= 2 * 2 + 3  # two channels, and one item in each actor's hands
 
 
-def test_what_must_be_done_as_a_whole_is_and_ctrl_c_counts_when_it_is():
+def test_ctrl_c_within_a_step_counts_when_the_step_ends():
     done = []
     with pytest.raises(KeyboardInterrupt), interrupted_later():
         signal.raise_signal(signal.SIGINT)

@@ -46,7 +46,7 @@ def test_a_file_that_grows_while_it_is_read_is_refused(tmp_path, monkeypatch):
         read_ordinary(tmp_path / "a", 10)
 
 
-def test_a_small_file_takes_no_memory_for_the_largest_that_is_allowed(tmp_path):
+def test_a_small_file_takes_little_memory(tmp_path):
     path = tmp_path / "small"
     path.write_bytes(b"x" * 1000)
     tracemalloc.start()

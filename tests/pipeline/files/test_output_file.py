@@ -35,14 +35,14 @@ def test_the_input_may_lie_where_the_output_would_grow(tmp_path, source, overwri
     """The part that Ctrl-C left behind is an input like any other: it must not be destroyed."""
     part = source.rename(tmp_path / "film.part.mp4")
     before = part.read_bytes()
-    with pytest.raises(UsageError, match="where this output would grow"):
+    with pytest.raises(UsageError, match="under which this output would be written"):
         process_video(part, tmp_path / "film.mp4", None, Settings(overwrite=overwrite))
     assert part.read_bytes() == before and names(tmp_path) == ["film.part.mp4"]
 
 
-def test_a_part_from_an_earlier_run_is_only_overwritten_when_told(tmp_path, source):
+def test_an_old_part_is_only_overwritten_when_asked(tmp_path, source):
     (tmp_path / "out.part.mp4").write_text("precious")
-    with pytest.raises(UsageError, match="add -y"):
+    with pytest.raises(UsageError, match="add overwrite=True"):
         process_video(source, tmp_path / "out.mp4")
     assert (tmp_path / "out.part.mp4").read_text() == "precious"
     process_video(source, tmp_path / "out.mp4", None, Settings(overwrite=True))

@@ -1,4 +1,4 @@
-"""The file in which an output grows: nobody else's file is written to, whatever lies in its place."""
+"""The part file of an output: no other file is ever written to, whatever is in its place."""
 
 import os
 import subprocess
@@ -22,9 +22,7 @@ def names(folder):
 
 @pytest.mark.parametrize(("make", "name"), WRITERS)
 @pytest.mark.parametrize("kind", ["link", "broken link", "second name"])
-def test_what_another_file_is_reached_through_is_removed_and_never_written_to(
-    tmp_path, make, name, kind
-):
+def test_a_link_at_the_part_is_removed_never_followed(tmp_path, make, name, kind):
     victim, part = tmp_path / "victim", part_of(tmp_path / name)
     victim.write_text("precious")
     if kind == "second name":
@@ -39,9 +37,7 @@ def test_what_another_file_is_reached_through_is_removed_and_never_written_to(
 
 @LINUX
 @pytest.mark.parametrize(("make", "name"), WRITERS)
-def test_a_link_that_takes_the_place_of_the_part_later_is_never_written_to(
-    tmp_path, monkeypatch, make, name
-):
+def test_a_link_that_replaces_the_part_is_never_followed(tmp_path, monkeypatch, make, name):
     victim, part = tmp_path / "victim", part_of(tmp_path / name)
     victim.write_text("precious")
 
@@ -59,9 +55,9 @@ def test_a_link_that_takes_the_place_of_the_part_later_is_never_written_to(
     assert part.is_symlink()  # is not ours to remove
 
 
-def test_a_link_in_the_place_of_the_part_needs_y_even_when_it_leads_nowhere(tmp_path):
+def test_a_broken_link_at_the_part_needs_overwrite_too(tmp_path):
     (tmp_path / "out.part.mp4").symlink_to(tmp_path / "new")
-    with pytest.raises(UsageError, match="add -y"):
+    with pytest.raises(UsageError, match="add overwrite=True"):
         process_video(make_clip(tmp_path / "in.mp4"), tmp_path / "out.mp4")
     assert names(tmp_path) == ["in.mp4", "out.part.mp4"]
 
@@ -105,7 +101,7 @@ def test_the_lock_of_another_process_is_seen_and_ends_with_it(tmp_path):
     assert names(tmp_path) == []
 
 
-def test_an_ending_run_does_not_remove_the_part_of_the_next_one(tmp_path):
+def test_an_ending_run_leaves_the_next_runs_part_alone(tmp_path):
     first = PartFile(tmp_path / "out.part", overwrite=False)
     first.path.unlink()  # by hand: the name is free, so another run takes it
     second = PartFile(tmp_path / "out.part", overwrite=False)
@@ -126,7 +122,7 @@ def test_an_output_that_is_a_link_is_still_written_through(tmp_path):
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
-def test_every_container_is_finished_through_the_parts_own_path(tmp_path, end):
+def test_every_container_is_finished_by_the_own_path(tmp_path, end):
     """+faststart reads the file again, and Matroska's display size is written into it."""
     src = make_clip(tmp_path / "in.mp4", audio="aac", sample_aspect_ratio=Fraction(4, 3))
     report = process_video(src, tmp_path / f"out{end}")
@@ -136,14 +132,14 @@ def test_every_container_is_finished_through_the_parts_own_path(tmp_path, end):
 
 
 @pytest.mark.parametrize(("make", "name"), WRITERS)
-def test_a_folder_that_takes_the_outputs_place_is_one_line_and_the_part_stays(tmp_path, make, name):
-    with pytest.raises(OutputError, match=r"cannot take its name .* rename it"):
+def test_a_folder_at_the_outputs_place_keeps_the_part(tmp_path, make, name):
+    with pytest.raises(OutputError, match=r"cannot be renamed to .* rename it"):
         make(tmp_path, name, lambda: (tmp_path / name).mkdir(exist_ok=True), overwrite=True)
     part = part_of(tmp_path / name)
     assert part.stat().st_size > 0 and (tmp_path / name).is_dir()
 
 
-def test_parts_that_are_open_and_empty_are_removed_at_the_end_of_the_process(tmp_path):
+def test_empty_open_parts_are_removed_at_exit(tmp_path):
     empty, begun, left = (PartFile(tmp_path / name, overwrite=False) for name in "abc")
     begun.own_path.write_bytes(b"something")
     left.close()

@@ -1,4 +1,4 @@
-"""An output that comes into being during the run is never replaced, whatever the file system knows."""
+"""A file that appears during the run is never replaced, whatever the file system supports."""
 
 import ctypes
 import errno
@@ -77,7 +77,7 @@ def test_what_comes_during_the_run_stays_and_so_does_the_part(tmp_path, way, mak
     with pytest.raises(UsageError) as caught:
         make(tmp_path, name, lambda: out.write_text("precious"))
     text = str(caught.value)
-    assert str(out) in text and str(part) in text and "-y" in text and "\n" not in text
+    assert str(out) in text and str(part) in text and "overwrite=True" in text and "\n" not in text
     assert out.read_text() == "precious" and part.stat().st_size > 10
     if name != "out.json":
         assert decoded(part)

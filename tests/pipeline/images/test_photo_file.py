@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear, to_xyz
 from makeup_video.pipeline import InputError, MakeupVideoError, PhotoError
-from makeup_video.pipeline.images import photo_file as photo
+from makeup_video.pipeline.images import photo_file
 from makeup_video.pipeline.images.photo_file import LARGE_PX, read_photo
 from media import make_clip
 from people import portrait
@@ -37,7 +37,7 @@ def fixed(*values):
 
 
 def profile(colorants, curve, name="test", space=b"RGB "):
-    """A matrix profile (ICC.1:2022, 8.3): colorants as columns, a parametric curve of 1 or 5 numbers."""
+    """A matrix profile (ICC.1:2022, 8.3): colorants as columns, a curve of 1 or 5 parameters."""
     text = name.encode("utf-16-be")
     tags = {b"desc": b"mluc\0\0\0\0" + struct.pack(">II4sII", 1, 12, b"enUS", len(text), 28) + text}
     tags[b"wtpt"] = b"XYZ \0\0\0\0" + fixed(0.9642, 1.0, 0.8249)
@@ -101,7 +101,7 @@ def test_exif_orientation_is_undone(tmp_path, end, orientation):
     assert off.mean() < (4 if end == ".jpg" else 0.01)
 
 
-def test_orientation_is_undone_where_a_png_says_it_behind_its_pixels(tmp_path):
+def test_orientation_behind_a_pngs_pixels_is_undone(tmp_path):
     sideways = np.ascontiguousarray(np.rot90(colours(), 1))
     data = bytes_of(sideways, "PNG")
     tags = exif(6).tobytes().removeprefix(b"Exif\0\0")
@@ -126,7 +126,9 @@ def test_orientation_is_undone_where_a_png_says_it_behind_its_pixels(tmp_path):
             ADOBE_RGB, (2.19921875,), lambda codes: codes**2.19921875,
             # Adobe RGB (1998), 4.3.5.3, then IEC 61966-2-1
             np.linalg.inv(to_xyz(1))
-            @ [[0.57667, 0.18556, 0.18823], [0.29734, 0.62736, 0.07529], [0.02703, 0.07069, 0.99134]],
+            @ [[0.57667, 0.18556, 0.18823],
+               [0.29734, 0.62736, 0.07529],
+               [0.02703, 0.07069, 0.99134]],
         ),
     ],
     ids=["Display P3", "Adobe RGB"],
@@ -139,7 +141,7 @@ def test_an_icc_profile_is_converted_to_srgb(tmp_path, colorants, curve, to_line
     assert np.abs(read_photo(path) - wanted).max() < 2.5  # littleCMS rounds on its way
 
 
-def test_a_linear_profile_that_calls_itself_srgb_is_converted_all_the_same(tmp_path):
+def test_a_linear_profile_named_srgb_is_converted(tmp_path):
     linear = profile(SRGB_COLORANTS, (1.0,), "sRGB-elle-V2-g10")
     path = save(tmp_path / "in.png", colours(), icc_profile=linear)
     wanted = 255 * to_encoded(colours() / 255, SRGB)
@@ -166,7 +168,7 @@ def test_cmyk_as_photoshop_writes_it_has_its_colours(tmp_path):
     assert np.abs(read_photo(tmp_path / "in.jpg").astype(int) - colours()).mean() < 6
 
 
-def test_sixteen_bits_and_an_opaque_alpha_are_the_same_picture(tmp_path):
+def test_16_bits_and_an_opaque_alpha_change_nothing(tmp_path):
     bgr = colours()[..., ::-1]
     cv2.imwrite(str(tmp_path / "deep.png"), bgr.astype(np.uint16) * 257)
     opaque = np.dstack([bgr, np.full(bgr.shape[:2], 255, np.uint8)])
@@ -231,8 +233,9 @@ def of_many_passes():
 
 BAD = {
     "grey.jpg": (lambda: bytes_of(colours()[..., 0], "JPEG"), "is a grey picture"),
-    "grey16.png": (lambda: cv2.imencode(".png", colours()[..., 0].astype(np.uint16) * 257)[1].tobytes(),
-                   "is a grey picture"),
+    "grey16.png": (
+        lambda: cv2.imencode(".png", colours()[..., 0].astype(np.uint16) * 257)[1].tobytes(),
+        "is a grey picture"),
     "cut.jpg": (lambda: bytes_of(portrait(), "JPEG")[:9000], "damaged or cut short"),
     "cut.png": (lambda: bytes_of(portrait(), "PNG")[:9000], "damaged or cut short"),
     "empty.png": (lambda: png_of(30, 20), "damaged or cut short"),
@@ -248,7 +251,8 @@ BAD = {
     "moving.webp": (lambda: moving("WEBP"), "holds several pictures"),
     "pages.tif": (lambda: moving("TIFF"), "holds several pictures"),
     "passes.jpg": (of_many_passes, "is stored in far too many passes"),
-    "phone.heic": (lambda: b"\0\0\0\x18ftypheic\0\0\0\0mif1heic" + bytes(80), "save it as JPEG or PNG"),
+    "phone.heic": (lambda: b"\0\0\0\x18ftypheic\0\0\0\0mif1heic" + bytes(80),
+                   "save it as JPEG or PNG"),
     "words.jpg": (lambda: b"no photo at all", "is no photo that can be read: give a JPEG"),
     "nothing.jpg": (lambda: b"", "is empty (0 bytes): give a photo file"),
 }  # fmt: skip
@@ -266,7 +270,7 @@ def test_what_is_no_photo_is_one_line_that_says_what_to_do(tmp_path, name):
 
 
 @pytest.mark.parametrize("kind", ["GIF", "TIFF"])
-def test_the_pictures_in_a_file_are_not_counted_for_there_may_be_a_million(monkeypatch, kind):
+def test_the_pictures_in_a_file_are_not_counted(monkeypatch, kind):
     def counted(self):
         raise AssertionError
 
@@ -277,7 +281,7 @@ def test_the_pictures_in_a_file_are_not_counted_for_there_may_be_a_million(monke
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bytes_are_refused_as_a_file_is_and_called_by_the_name_that_was_given(name):
+def test_bytes_are_refused_like_files_under_their_name(name):
     make, words = BAD[name]
     with pytest.raises(InputError) as caught:
         read_photo(make(), name)
@@ -309,7 +313,7 @@ def test_a_fault_of_ours_is_not_told_as_damage(tmp_path, monkeypatch, broken):
     def fails(picture):
         raise broken("ours")
 
-    monkeypatch.setattr(photo, "_pixels", fails)
+    monkeypatch.setattr(photo_file, "_pixels", fails)
     with pytest.raises(broken, match="ours"):
         read_photo(save(tmp_path / "in.png", colours()))
 
@@ -318,7 +322,7 @@ def test_too_little_memory_is_said_as_such(tmp_path, monkeypatch):
     def fails(picture):
         raise MemoryError
 
-    monkeypatch.setattr(photo, "_pixels", fails)
+    monkeypatch.setattr(photo_file, "_pixels", fails)
     with pytest.raises(PhotoError, match="needs more memory than there is"):
         read_photo(save(tmp_path / "in.png", colours()))
 

@@ -1,4 +1,4 @@
-"""What surrounds a photo's pixels: tags of the wrong kind, and a file that changes while it is read."""
+"""Photos with tags of the wrong type, and files that change while they are read."""
 
 import io
 import os
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from makeup_video.pipeline import InputError, PhotoError
-from makeup_video.pipeline.images import photo_file as photo
+from makeup_video.pipeline.images import photo_file
 from makeup_video.pipeline.images.photo_file import read_photo
 from media import make_clip
 from PIL import ExifTags, Image, TiffImagePlugin
@@ -77,7 +77,7 @@ def test_what_is_no_photo_may_go_while_its_kind_is_told(tmp_path, monkeypatch):
 
     def gone(*_args, **_options):
         path.unlink()
-        raise photo.UnidentifiedImageError
+        raise photo_file.UnidentifiedImageError
 
     monkeypatch.setattr(Image, "open", gone)
     with pytest.raises(PhotoError, match=r"in\.mp4 is no photo"):
@@ -96,7 +96,7 @@ def test_a_photo_that_is_gone_before_it_is_opened_is_one_line(tmp_path, monkeypa
         read_photo(path)
 
 
-def test_a_file_larger_than_any_photo_is_refused_before_it_is_read(tmp_path):
+def test_a_file_larger_than_any_photo_is_not_read(tmp_path):
     path = saved(tmp_path / "in.jpg", progressive=True)
     with path.open("r+b") as file:
         file.truncate(3_000_000_000)  # a hole: takes no room
@@ -123,7 +123,10 @@ def test_what_pillow_logs_of_a_damaged_file_is_not_printed(tmp_path):
     at = data.index(struct.pack("<HH", 277, 3))  # SamplesPerPixel
     struct.pack_into("<H", data, at + 8, 31960)
     path.write_bytes(data)
-    program = "import sys; from makeup_video.pipeline.images.photo_file import read_photo; read_photo(sys.argv[1])"
+    program = (
+        "import sys; from makeup_video.pipeline.images.photo_file import read_photo\n"
+        "read_photo(sys.argv[1])"
+    )
     command = [sys.executable, "-c", program, str(path)]  # pytest itself listens to the log here
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert "PhotoError" in done.stderr and "More samples per pixel" not in done.stderr

@@ -25,9 +25,7 @@ FRAMES = 12
     ids=lambda error: str(error.errno),
 )
 @pytest.mark.parametrize("end", [".mkv", ".webm"])  # copied, and converted
-def test_sound_that_ffmpeg_refuses_is_left_out_whatever_the_error(
-    tmp_path, monkeypatch, error, end
-):
+def test_sound_that_ffmpeg_refuses_is_left_out(tmp_path, monkeypatch, error, end):
     src, refused = make_clip(tmp_path / "in.mp4", audio="aac", frames=FRAMES), []
     muxed = Muxer._mux
 

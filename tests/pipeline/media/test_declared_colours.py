@@ -1,4 +1,4 @@
-"""Colours that only the container declares: frames say nothing of them, and they must not get lost."""
+"""Colours that only the container declares are kept, though its frames have no tags."""
 
 import av
 import pytest
@@ -35,7 +35,7 @@ def test_hdr_that_the_container_declares_stays_hdr(tmp_path, begin, end):
     assert report.codec == "hevc" and report.conversions == []
 
 
-def test_hdr_that_the_container_declares_becomes_sdr_by_the_curve(tmp_path):
+def test_hdr_declared_by_the_container_becomes_sdr(tmp_path):
     src = declared(tmp_path / "in.mkv", colorspace=9, color_trc=18, color_primaries=9)
     report = process_video(src, tmp_path / "out.mp4", None, Settings(sdr=True))
     assert any("HLG" in text and "BT.2390" in text for text in report.conversions)
@@ -44,7 +44,7 @@ def test_hdr_that_the_container_declares_becomes_sdr_by_the_curve(tmp_path):
 
 @given(own=st.tuples(CODES, st.integers(0, 2), CODES, CODES),
        said=st.tuples(CODES, st.integers(0, 2), CODES, CODES))  # fmt: skip
-def test_a_picture_keeps_its_own_tags_and_takes_those_that_it_lacks(own, said):
+def test_a_picture_takes_only_the_tags_that_it_lacks(own, said):
     shown = picture(0, 16, 16)
     shown.colorspace, shown.color_range, shown.color_trc, shown.color_primaries = own
     ColourTags(*said).complete(shown)
@@ -73,7 +73,7 @@ def test_sdr_into_prores_has_its_ten_bits(tmp_path):
         ("yuv420p", (97, 63), {"codec": "ffv1"}, True),
     ],
 )
-def test_strict_refuses_changes_of_the_picture_that_nobody_asked_for(
+def test_strict_refuses_unasked_changes_of_the_picture(
     tmp_path, pix_fmt, size_wh, settings, is_kept
 ):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt, size_wh=size_wh)

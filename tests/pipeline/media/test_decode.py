@@ -183,18 +183,23 @@ def test_one_pixel(tmp_path, codec):
     assert picture(0, 1, 1).width == 1 and codec
 
 
+HLS = "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\n%s\n#EXT-X-ENDLIST\n"
+SDP = "v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nm=video 9 RTP/AVP 96\n"
+DASH = "<MPD><Period><BaseURL>{folder}/secret.mp4</BaseURL></Period></MPD>"
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [
         ("list.ffconcat", "ffconcat version 1.0\nfile 'secret.mp4'\n"),
         ("list.mp4", "ffconcat version 1.0\nfile '{folder}/secret.mp4'\n"),
-        ("list.m3u8", "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\n{folder}/secret.mp4\n#EXT-X-ENDLIST\n"),
-        ("web.m3u8", "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nhttp://127.0.0.1:9/x.ts\n#EXT-X-ENDLIST\n"),
-        ("list.mp4", "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nfile://{folder}/secret.mp4\n#EXT-X-ENDLIST\n"),
-        ("list.sdp", "v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nm=video 9 RTP/AVP 96\n"),
-        ("list.mpd", "<?xml version='1.0'?><MPD><Period><BaseURL>{folder}/secret.mp4</BaseURL></Period></MPD>"),
+        ("list.m3u8", HLS % "{folder}/secret.mp4"),
+        ("web.m3u8", HLS % "http://127.0.0.1:9/x.ts"),
+        ("list.mp4", HLS % "file://{folder}/secret.mp4"),
+        ("list.sdp", SDP),
+        ("list.mpd", "<?xml version='1.0'?>" + DASH),
     ],
-)  # fmt: skip
+)
 def test_a_file_that_points_at_another_is_refused(tmp_path, name, text):
     make_clip(tmp_path / "secret.mp4")
     (tmp_path / name).write_text(text.format(folder=tmp_path))
@@ -238,7 +243,7 @@ def test_an_output_that_is_a_folder(tmp_path):
 def test_an_output_that_exists_is_kept_unless_told_otherwise(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     (tmp_path / "out.mp4").write_text("precious")
-    refused(src, tmp_path / "out.mp4", UsageError, "add -y")
+    refused(src, tmp_path / "out.mp4", UsageError, "add overwrite=True")
     assert (tmp_path / "out.mp4").read_text() == "precious"
     process_video(src, tmp_path / "out.mp4", None, Settings(overwrite=True))
     assert len(decoded(tmp_path / "out.mp4")) == 12

@@ -1,4 +1,4 @@
-"""--start beyond the end of a film is a mistake of the command, told with the film's length."""
+"""A start beyond the end of a film is a mistake of the command, told with the film's length."""
 
 from contextlib import closing
 from fractions import Fraction
@@ -8,7 +8,7 @@ import pytest
 from makeup_video.pipeline import DecodeError, Settings, UsageError, process_video
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import open_video
-from makeup_video.pipeline.offline import run as process
+from makeup_video.pipeline.offline import run
 from media import add_video, decoded, encode_frames, make_clip, tone
 
 CODECS = {".webm": "vp9", ".flv": "h264", ".ts": "h264", ".avi": "mpeg4", ".mkv": "h264"}
@@ -24,14 +24,12 @@ def start(seconds, **more):
 
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm", ".ts", ".avi", ".flv"])
 @pytest.mark.parametrize("seconds", ["1.1", "10", "123456"])
-def test_a_start_beyond_the_end_is_refused_before_the_output_is_begun(
-    tmp_path, monkeypatch, end, seconds
-):
+def test_a_start_beyond_the_end_is_refused_at_once(tmp_path, monkeypatch, end, seconds):
     src = film(tmp_path, end)
-    monkeypatch.setattr(process, "OutputFile", lambda *_, **__: pytest.fail("begun"))
+    monkeypatch.setattr(run, "OutputFile", lambda *_, **__: pytest.fail("begun"))
     with pytest.raises(UsageError) as caught:
         process_video(src, tmp_path / "out.mkv", None, start(seconds))
-    said = f"--start {float(seconds):g} s is beyond the end: {src} is 1.0"
+    said = f"start_seconds {float(seconds):g} s is beyond the end: {src} is 1.0"
     assert str(caught.value).startswith(said) and str(caught.value).endswith("s long")
     assert [path.name for path in tmp_path.iterdir()] == [src.name]
 
@@ -48,12 +46,14 @@ def test_where_no_header_says_the_length_decoding_tells_it(tmp_path, end):
             stream.width, stream.height, stream.pix_fmt = 96, 64, "yuv420p"
             stream.time_base = stream.codec_context.time_base = Fraction(1, 30)
             encode_frames(out, stream, range(30))
-    with pytest.raises(UsageError, match=r"--start 10 s is beyond the end: .* is \d\.\d+ s long"):
+    with pytest.raises(
+        UsageError, match=r"start_seconds 10 s is beyond the end: .* is \d\.\d+ s long"
+    ):
         process_video(src, tmp_path / "out.mkv", None, start(10))
     assert [path.name for path in tmp_path.iterdir()] == [src.name]
 
 
-def test_what_lies_within_is_kept_and_an_end_beyond_the_end_is_fine(tmp_path):
+def test_a_part_is_kept_and_its_end_may_be_too_late(tmp_path):
     src = film(tmp_path, ".mp4")
     report = process_video(
         src, tmp_path / "out.mp4", None, start("0.9", end_seconds=Fraction(1000))
@@ -76,7 +76,7 @@ def test_the_last_picture_is_there_until_it_ends(tmp_path, seconds):
 def test_times_are_counted_from_where_a_player_begins(tmp_path):
     """A recording whose clock begins at an hour of the day."""
     src = film(tmp_path, ".ts", pts=range(108_000, 108_030))
-    with pytest.raises(UsageError, match=r"--start 10 s is beyond the end: .* is 1\.0"):
+    with pytest.raises(UsageError, match=r"start_seconds 10 s is beyond the end: .* is 1\.0"):
         process_video(src, tmp_path / "out.mp4", None, start(10))
     assert process_video(src, tmp_path / "out.mp4", None, start("0.5")).frames_out == 15
 
@@ -89,7 +89,7 @@ def test_sound_that_goes_on_is_told_apart(tmp_path):
         encode_frames(out, video, range(30))
         tone(out, sound, 8.0)
     with pytest.raises(
-        UsageError, match=r"--start 5 s is beyond the last picture: .* pictures until 1.0 s"
+        UsageError, match=r"start_seconds 5 s is beyond the last picture: .* pictures until 1.0 s"
     ):
         process_video(src, tmp_path / "out.mkv", None, start(5))
     assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
@@ -107,7 +107,7 @@ def test_a_header_that_says_too_little_is_not_believed(tmp_path):
     assert report.frames_out == 30
 
 
-def test_a_part_in_which_nothing_decodes_is_still_the_files_fault(tmp_path):
+def test_a_part_that_does_not_decode_is_damage(tmp_path):
     src = film(tmp_path, ".mp4", frames=60, options={"g": "10"})
     data = bytearray(src.read_bytes())
     at = data.index(b"mdat") + 4

@@ -6,8 +6,8 @@ from fractions import Fraction
 import av
 import pytest
 from makeup_video.pipeline import EncodeError, Settings, UsageError, process_video
-from makeup_video.pipeline.media.codecs import CODECS, bits_of, encoder_options, pick_codec
-from makeup_video.pipeline.media.pixel_format import pick_pix_fmt
+from makeup_video.pipeline.media.codecs import CODECS, encoder_options, pick_codec
+from makeup_video.pipeline.media.pixel_format import bits_of, pick_pix_fmt
 from media import add_video, decoded, encode_frames, make_clip
 
 MASTER = (
@@ -83,7 +83,7 @@ def test_hlg_goes_to_ten_bit_hevc(tmp_path):
     assert decoded(tmp_path / "out.mp4")[0].color_trc == 18
 
 
-def test_an_encoder_that_refuses_the_settings_is_one_line_and_no_file(tmp_path):
+def test_an_encoder_that_refuses_leaves_one_line_and_no_file(tmp_path):
     src = make_clip(tmp_path / "in.mkv", "ffv1", size_wh=(2, 2))
     with pytest.raises(EncodeError, match="libx265 refuses 2x2") as caught:
         process_video(src, tmp_path / "out.mp4", None, Settings(codec="hevc"))
@@ -95,7 +95,7 @@ def test_an_encoder_that_refuses_the_settings_is_one_line_and_no_file(tmp_path):
 def test_crf_and_preset_reach_the_encoder_or_are_refused(name):
     codec = CODECS[name]
     if codec.crf is None:
-        with pytest.raises(UsageError, match="no --crf"):
+        with pytest.raises(UsageError, match="no crf"):
             encoder_options(codec, 20, None)
     else:
         low, high, default = codec.crf
@@ -104,7 +104,7 @@ def test_crf_and_preset_reach_the_encoder_or_are_refused(name):
         for wrong in (low - 1, high + 1):
             with pytest.raises(UsageError, match=f"{low}..{high}"):
                 encoder_options(codec, wrong, None)
-    with pytest.raises(UsageError, match="--preset must be"):
+    with pytest.raises(UsageError, match=r"^preset must be"):
         encoder_options(codec, None, "quick")
     for preset in codec.presets or ():
         assert preset in encoder_options(codec, None, preset).values()
@@ -131,8 +131,8 @@ def test_the_default_codec_always_fits_its_container(container, deep, alpha):
         assert any(name.startswith("yuva") for name in codec.pix_fmts)
 
 
-def test_codecs_and_containers_that_do_not_go_together_are_refused():
-    with pytest.raises(UsageError, match="use --codec"):
+def test_codecs_that_a_container_cannot_hold_are_refused():
+    with pytest.raises(UsageError, match="webm does not hold h264; use codec av1 or vp9"):
         pick_codec("h264", "webm", deep=False, alpha=False)
     with pytest.raises(UsageError, match="must be one of"):
         pick_codec("theora", "mp4", deep=False, alpha=False)
@@ -165,9 +165,7 @@ def tag_of(path, index=0):
 
 @pytest.mark.parametrize("end", [".mp4", ".m4v", ".mov"])
 @pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuv420p10le"])
-def test_hevc_is_named_as_apple_plays_it_with_its_parameter_sets_in_the_header(
-    tmp_path, end, pix_fmt
-):
+def test_hevc_is_tagged_hvc1_with_its_sets_in_the_header(tmp_path, end, pix_fmt):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt)
     process_video(src, tmp_path / f"out{end}", None, Settings(codec="hevc"))
     assert tag_of(tmp_path / f"out{end}") == "hvc1"
@@ -179,7 +177,7 @@ def test_hevc_is_named_as_apple_plays_it_with_its_parameter_sets_in_the_header(
 
 
 def nal_types(path):
-    """Of every NAL unit of the first video track (H.265, table 7-1)."""
+    """Of every NAL unit of the first video stream (H.265, table 7-1)."""
     with av.open(str(path)) as container:
         for packet in container.demux(video=0):
             data, at = bytes(packet), 0

@@ -5,7 +5,7 @@ import struct
 from makeup_video.pipeline.media.hdr import mastering_text
 
 
-def testmastering_text_is_what_x265_reads():
+def test_mastering_text_is_what_x265_reads():
     data = struct.pack(
         "20i2i",
         34000, 50000, 16000, 50000, 13250, 50000, 34500, 50000, 7500, 50000, 3000, 50000,

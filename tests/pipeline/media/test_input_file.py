@@ -44,8 +44,10 @@ def test_an_absurd_rate_is_not_believed(tmp_path):
     source.close()
 
 
-@pytest.mark.parametrize(("pix_fmt", "alpha", "depth"), [("yuv420p", False, 8), ("yuva420p", True, 8),
-                                                         ("yuv420p10le", False, 10)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("pix_fmt", "alpha", "depth"),
+    [("yuv420p", False, 8), ("yuva420p", True, 8), ("yuv420p10le", False, 10)],
+)
 def test_depth_and_transparency_are_known_before_decoding(tmp_path, pix_fmt, alpha, depth):
     source = open_video(make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt))
     assert (source.has_alpha, source.bit_depth) == (alpha, depth)

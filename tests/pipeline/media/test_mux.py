@@ -58,18 +58,18 @@ def titles_of(path):
 
 
 def rich_clip(path, sound=("aac", "aac"), titles=None):
-    """Two audio tracks, a subtitle track, chapters, timecode, tags."""
+    """Two audio streams, a subtitle stream, chapters, timecode, tags."""
     with av.open(str(path), "w") as out:
         video = add_video(out)
         if path.suffix in (".mp4", ".mov"):
             video.metadata["timecode"] = "01:02:03:04"
-        tracks = []
+        streams = []
         for language, codec in zip(("eng", "ger"), sound, strict=False):
-            track = out.add_stream(codec, rate=48000, layout="stereo")
-            track.metadata["language"] = language
-            tracks.append(track)
-        tracks[0].disposition = Disposition.default
-        tracks[1].disposition = Disposition.comment
+            stream = out.add_stream(codec, rate=48000, layout="stereo")
+            stream.metadata["language"] = language
+            streams.append(stream)
+        streams[0].disposition = Disposition.default
+        streams[1].disposition = Disposition.comment
         text = add_titles(out, titles) if titles else None
         out.metadata.update({"title": "A film", "artist": "Somebody"})
         ms = Fraction(1, 1000)
@@ -80,8 +80,8 @@ def rich_clip(path, sound=("aac", "aac"), titles=None):
             ]
         )
         encode_frames(out, video, range(30))
-        for index, track in enumerate(tracks):
-            tone(out, track, 1.0, hertz=440 + 220 * index)
+        for index, stream in enumerate(streams):
+            tone(out, stream, 1.0, hertz=440 + 220 * index)
         if text is not None:
             write_titles(out, text)
     return path
@@ -131,13 +131,13 @@ def test_languages_dispositions_titles_and_chapters_are_kept(tmp_path, end):
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mov"])
-def test_the_timecode_track_is_kept(tmp_path, end):
+def test_the_timecode_stream_is_kept(tmp_path, end):
     src, dst = rich_clip(tmp_path / "in.mov"), tmp_path / f"out{end}"
     report = run(src, dst)
     assert report.dropped == []
     with av.open(str(dst)) as container:
-        tracks = [s for s in container.streams if s.type == "data" and "timecode" in s.metadata]
-        assert [s.metadata["timecode"] for s in tracks] == ["01:02:03:04"]
+        streams = [s for s in container.streams if s.type == "data" and "timecode" in s.metadata]
+        assert [s.metadata["timecode"] for s in streams] == ["01:02:03:04"]
     assert packets_of(src, "data", 1) == packets_of(dst, "data", 1)
 
 
@@ -181,9 +181,18 @@ def test_aac_into_webm_becomes_opus_and_stays_in_sync(tmp_path):
     assert abs(last - 2) < Fraction(1, 20)
 
 
-@pytest.mark.parametrize(("codec", "end"), [("libopus", ".webm"), ("libopus", ".mp4"),
-                                            ("flac", ".mp4"), ("ac3", ".mov"), ("libmp3lame", ".mp4"),
-                                            ("pcm_s16le", ".mov"), ("pcm_s16le", ".mp4")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("codec", "end"),
+    [
+        ("libopus", ".webm"),
+        ("libopus", ".mp4"),
+        ("flac", ".mp4"),
+        ("ac3", ".mov"),
+        ("libmp3lame", ".mp4"),
+        ("pcm_s16le", ".mov"),
+        ("pcm_s16le", ".mp4"),
+    ],
+)
 def test_audio_that_the_container_holds_is_not_converted(tmp_path, codec, end):
     src = make_clip(tmp_path / "in.mkv", audio=codec)
     report = run(src, tmp_path / f"out{end}")
@@ -208,7 +217,7 @@ def test_cover_art_is_kept_and_never_taken_for_the_video(tmp_path, end):
 
 
 @pytest.mark.parametrize("end", [".mov", ".webm"])
-def test_cover_art_that_the_container_cannot_hold_is_dropped_by_name(tmp_path, end):
+def test_cover_art_that_does_not_fit_is_dropped_by_name(tmp_path, end):
     src = tmp_path / "in.mp4"
     make_cover(src)
     report = run(src, tmp_path / f"out{end}")
@@ -234,7 +243,7 @@ def make_cover(path):
 
 
 @pytest.mark.parametrize("end", [".mkv", ".mp4", ".webm"])
-def test_attachments_are_kept_in_matroska_and_named_when_dropped(tmp_path, end):
+def test_attachments_stay_in_matroska_or_are_named(tmp_path, end):
     src, dst = tmp_path / "in.mkv", tmp_path / f"out{end}"
     with av.open(str(src), "w") as out:
         video = add_video(out)
@@ -251,8 +260,8 @@ def test_attachments_are_kept_in_matroska_and_named_when_dropped(tmp_path, end):
         assert len(report.dropped) == 1 and "attachment" in report.dropped[0]
 
 
-def test_an_audio_track_that_never_says_what_it_holds_is_dropped_by_name(tmp_path):
-    """Broadcasts announce tracks that then stay silent."""
+def test_an_audio_stream_of_unknown_format_is_dropped(tmp_path):
+    """Broadcasts announce streams that then stay silent."""
     src = tmp_path / "in.ts"
     with av.open(str(src), "w") as out:
         video = add_video(out)
@@ -267,7 +276,7 @@ def test_an_audio_track_that_never_says_what_it_holds_is_dropped_by_name(tmp_pat
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
-def test_a_damaged_packet_of_another_track_is_counted_and_ends_nothing(tmp_path, end):
+def test_a_damaged_packet_of_another_stream_is_counted(tmp_path, end):
     clip = make_clip(tmp_path / "whole.ts", frames=60, audio="aac", options={"g": "10"})
     seen = 0
     for seed in range(8):
@@ -297,7 +306,7 @@ def klv_clip(path):
     return path
 
 
-def test_a_data_track_that_nothing_holds_is_dropped_by_name_and_strict_refuses(tmp_path):
+def test_a_data_stream_is_dropped_by_name_or_refused(tmp_path):
     src = klv_clip(tmp_path / "in.ts")
     report = run(src, tmp_path / "out.mp4")
     assert report.dropped == ["data #1 (klv): mp4 cannot hold it"]
@@ -335,7 +344,7 @@ def test_trimmed_chapters_and_subtitles_move_with_the_picture(tmp_path):
 
 
 def test_packets_before_the_header_are_not_lost(tmp_path):
-    """A long sound track before the first picture waits in memory, then comes out whole."""
+    """A long sound stream before the first picture waits in memory, then comes out whole."""
     src = make_clip(
         tmp_path / "in.mkv", audio="aac", pts=[3000 + 33 * i for i in range(10)],
         time_base=Fraction(1, 1000),

@@ -1,4 +1,4 @@
-"""Files whose tracks come in an odd order, begin late, or hold what nobody can decode."""
+"""Files whose streams come in an odd order, begin late, or hold what nobody can decode."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -39,7 +39,7 @@ def subtitle_first(path: Path) -> Path:
 
 
 def flv_sound_first(path: Path) -> Path:
-    """FLV numbers its tracks as their packets come."""
+    """FLV numbers its streams as their packets come."""
     with av.open(str(path), "w", format="flv") as out:
         stream = out.add_stream("flv1", rate=30)
         stream.width, stream.height, stream.pix_fmt = 96, 64, "yuv420p"
@@ -63,7 +63,7 @@ def kinds_and_counts(path: Path) -> list[tuple[str, int]]:
 
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize("begin", [".mp4", ".mkv", ".mov"])
-def test_sound_before_the_video_stays_before_it_and_both_are_whole(tmp_path, begin, end):
+def test_sound_before_the_video_stays_before_it(tmp_path, begin, end):
     src, dst = sound_first(tmp_path / f"in{begin}"), tmp_path / f"out{end}"
     report = process_video(src, dst)
     assert report.frames_out == FRAMES and not report.dropped and not report.damaged
@@ -139,13 +139,13 @@ def unknown_avi_track(path: Path) -> Path:
         (unknown_avi_track, ".avi", "#1 (unknown codec)"),
     ],
 )
-def test_a_track_without_a_decoder_is_left_out_by_name(tmp_path, make, begin, lost, end):
+def test_a_stream_without_a_decoder_is_left_out_by_name(tmp_path, make, begin, lost, end):
     report = process_video(make(tmp_path / f"in{begin}"), tmp_path / f"out{end}")
     assert report.frames_out == FRAMES and not report.damaged
     assert len(report.dropped) == 1 and lost in report.dropped[0]
 
 
-def test_strict_refuses_to_lose_a_track_without_a_decoder(tmp_path):
+def test_strict_refuses_to_lose_a_stream_without_a_decoder(tmp_path):
     with pytest.raises(StrictError, match="unknown codec"):
         process_video(
             unknown_track(tmp_path / "in.mp4"), tmp_path / "out.mp4", None, Settings(strict=True)
@@ -171,14 +171,14 @@ def test_sound_that_begins_late_in_mpegts_is_kept(tmp_path, seconds):
     assert len(packets_of(dst, "audio")) == len(packets_of(src, "audio")) > 40
 
 
-def test_sound_that_begins_too_late_to_be_known_is_left_out_with_the_reason(tmp_path):
+def test_sound_that_begins_too_late_is_left_out(tmp_path):
     report = process_video(late_sound(tmp_path / "in.ts", 130), tmp_path / "out.mkv")
     assert len(report.dropped) == 1
     assert "audio #1 (aac)" in report.dropped[0] and "so late" in report.dropped[0]
 
 
 def grown_in_mid_file(path: Path) -> Path:
-    """An mpegts that announces a sound only in the middle: FFmpeg looks at its beginning and end."""
+    """An mpegts that announces audio only in the middle: FFmpeg reads its beginning and end."""
     mute, loud = path.with_name("mute.ts"), path.with_name("loud.ts")
     make_clip(mute, "mpeg4", frames=90, rate=30, options={"qscale": "1"})
     make_clip(loud, "mpeg4", frames=30, rate=30, audio="libmp3lame")
@@ -187,7 +187,7 @@ def grown_in_mid_file(path: Path) -> Path:
     return path
 
 
-def test_a_track_that_appears_in_mid_file_is_left_out_by_name(tmp_path):
+def test_a_stream_that_appears_mid_file_is_left_out_by_name(tmp_path):
     src = grown_in_mid_file(tmp_path / "in.ts")
     with av.open(str(src)) as container:
         assert len(container.streams) == 1
@@ -196,14 +196,14 @@ def test_a_track_that_appears_in_mid_file_is_left_out_by_name(tmp_path):
     assert [text.split(":")[0] for text in report.dropped] == ["audio #1 (mp3)"]
 
 
-def test_strict_does_not_lose_a_track_that_appears_in_mid_file(tmp_path):
+def test_strict_refuses_a_stream_that_appears_in_mid_file(tmp_path):
     src = grown_in_mid_file(tmp_path / "in.ts")
     with pytest.raises(StrictError, match="audio #1"):
         process_video(src, tmp_path / "out.mkv", None, Settings(preset="ultrafast", strict=True))
     assert [path.name for path in tmp_path.iterdir()] == ["in.ts"]
 
 
-def test_a_start_beyond_the_end_of_such_a_file_tells_its_length(tmp_path):
+def test_a_start_beyond_such_a_file_shows_its_length(tmp_path):
     src = grown_in_mid_file(tmp_path / "in.ts")
     with pytest.raises(UsageError, match="beyond the end"):
         process_video(src, tmp_path / "out.mkv", None, Settings(start_seconds=Fraction(9999)))

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError
 from makeup_video.pipeline.frames.frame import plane_views
-from makeup_video.pipeline.media.codecs import CODECS, bits_of
-from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
+from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of
 from media import picture
 
 
@@ -15,13 +15,14 @@ from media import picture
 def test_a_picture_that_fits_passes_as_the_same_object(name):
     codec = CODECS[name]
     for pix_fmt in codec.pix_fmts:
-        shown, door = picture(0, 64, 48, pix_fmt), ConvertPixelFormat(codec, bits_of(pix_fmt))
-        assert door(shown) is shown
-        assert door.conversions == door.dropped == []
+        shown, convert = picture(0, 64, 48, pix_fmt), ConvertPixelFormat(codec, bits_of(pix_fmt))
+        assert convert(shown) is shown
+        assert convert.conversions == convert.dropped == []
 
 
 @given(width=st.integers(1, 40), height=st.integers(1, 40),
-       pix_fmt=st.sampled_from(["yuv420p", "yuv422p", "yuv444p", "yuv420p10le", "nv12"]))  # fmt: skip
+       pix_fmt=st.sampled_from(
+           ["yuv420p", "yuv422p", "yuv444p", "yuv420p10le", "nv12"]))  # fmt: skip
 @settings(deadline=None)
 def test_padding_repeats_the_edge_and_keeps_every_pixel(width, height, pix_fmt):
     shown = picture(1, width, height, pix_fmt)
@@ -66,9 +67,9 @@ def test_rgb_becomes_bt709_and_is_tagged_so():
 
 @pytest.mark.parametrize("change", [(64, 50, "yuv420p"), (66, 48, "yuv420p"), (64, 48, "yuv422p")])
 def test_a_change_of_size_or_layout_names_both_and_the_place(change):
-    door = ConvertPixelFormat(CODECS["h264"])
-    door(picture(0, 64, 48))
+    convert = ConvertPixelFormat(CODECS["h264"])
+    convert(picture(0, 64, 48))
     other = picture(1, *change)
     other.pts = 4711
     with pytest.raises(DecodeError, match=r"from 64x48 yuv420p to .* at pts 4711"):
-        door(other)
+        convert(other)

@@ -1,4 +1,4 @@
-"""Before and after beside each other: every byte of both, in every layout, as the viewer sees it."""
+"""Before and after beside each other: every byte of both, in every layout and rotation."""
 
 import subprocess
 import sys
@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline import Look, Settings, process_video, product
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, plane_views
+from makeup_video.pipeline.frames.orientation import ORIENTATIONS, orientation_of
 from makeup_video.pipeline.media.codecs import CODECS
 from makeup_video.pipeline.media.side_by_side import SideBySide, side_by_side
 from media import add_video, decoded, encode_frames, make_clip, picture, times_of
@@ -69,9 +70,10 @@ def test_both_halves_are_exact_in_every_layout_and_rotation(pix_fmt, rotation_de
 
 
 @given(st.integers(1, 33), st.integers(1, 33), st.sampled_from([0, 90, 180, 270]),
-       st.sampled_from(["yuv420p", "yuv422p", "yuv444p", "nv12", "yuv420p10le", "yuva420p"]))  # fmt: skip
+       st.sampled_from(
+           ["yuv420p", "yuv422p", "yuv444p", "nv12", "yuv420p10le", "yuva420p"]))  # fmt: skip
 @settings(deadline=None, max_examples=60)
-def test_odd_sizes_grow_to_whole_chroma_samples_and_lose_no_pixel(width, height, turned, pix_fmt):
+def test_odd_sizes_grow_to_whole_chroma_samples(width, height, turned, pix_fmt):
     frame = frame_of(pix_fmt, width, height, turned)
     before = copies(frame.picture)
     out = SideBySide(invert)(frame)
@@ -99,9 +101,7 @@ def test_a_film_that_nobody_paints_is_there_twice(tmp_path, pix_fmt):
 
 
 @pytest.mark.parametrize("rotation_degrees", [0, 90, 180, 270])
-def test_a_painted_film_shows_the_source_left_and_the_painted_film_right(
-    tmp_path, rotation_degrees
-):
+def test_the_source_is_on_the_left_the_painted_film_right(tmp_path, rotation_degrees):
     end = ".mov" if rotation_degrees else ".mkv"
     stored = film(tmp_path / "in.mkv", clip(3), rotation_degrees=rotation_degrees)
     if rotation_degrees:  # FFV1 lies in Matroska only; its rotation does too
@@ -129,7 +129,7 @@ MIRRORED = {  # a, b, c, d of the display matrix: how the stored picture is show
 
 
 @pytest.mark.parametrize("matrix", MIRRORED)
-def test_mirrored_films_have_the_untouched_half_on_the_viewers_left_too(tmp_path, matrix):
+def test_mirrored_films_have_the_source_on_the_left_too(tmp_path, matrix):
     show, one = MIRRORED[matrix], 1 << 16
     with av.open(str(tmp_path / "in.mp4"), "w") as out:
         stream = add_video(out, size_wh=(96, 64))
@@ -145,7 +145,7 @@ def test_mirrored_films_have_the_untouched_half_on_the_viewers_left_too(tmp_path
 
 @pytest.mark.parametrize("codec_end", [("h264", ".mp4"), ("vp9", ".webm"), ("prores", ".mov")])
 @pytest.mark.parametrize("aspect", [Fraction(1), Fraction(4, 3)])
-def test_the_film_is_twice_as_wide_and_its_pixels_keep_their_shape(tmp_path, codec_end, aspect):
+def test_the_film_is_twice_as_wide_with_the_same_pixels(tmp_path, codec_end, aspect):
     codec, end = codec_end
     src = make_clip(tmp_path / "in.mp4", sample_aspect_ratio=aspect, frames=4)
     dst = tmp_path / f"out{end}"
@@ -180,7 +180,7 @@ def test_the_last_frame_keeps_its_length(tmp_path):
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
-def test_pictures_stand_beside_each_other_under_every_orientation(orientation):
+def test_pictures_are_joined_under_every_orientation(orientation):
     """Stored as Exif 2.32 (table 6) says where row 0 and column 0 are."""
     store = {
         1: lambda p: p, 2: lambda p: p[:, ::-1], 3: lambda p: p[::-1, ::-1], 4: lambda p: p[::-1],
@@ -189,13 +189,13 @@ def test_pictures_stand_beside_each_other_under_every_orientation(orientation):
     }[orientation]  # fmt: skip
     rng = np.random.default_rng(orientation)
     left, right = rng.integers(0, 65536, (2, 7, 5, 4)).astype(np.uint16)
-    both = side_by_side(store(left), store(right), orientation)
+    both = side_by_side(store(left), store(right), ORIENTATIONS[orientation])
     np.testing.assert_array_equal(both, store(np.concatenate([left, right], 1)))
 
 
 def test_an_orientation_that_does_not_exist_is_none():
     left, right = np.zeros((2, 3, 3), np.uint8), np.ones((2, 3, 3), np.uint8)
-    assert side_by_side(left, right, 99).shape == (2, 6, 3)
+    assert side_by_side(left, right, orientation_of(99)).shape == (2, 6, 3)
 
 
 def test_comparing_loads_no_nets_and_no_opencl(tmp_path):

@@ -118,7 +118,7 @@ def test_a_film_that_is_sdr_already_passes_untouched(tmp_path):
         np.testing.assert_array_equal(old.to_ndarray(), new.to_ndarray())
 
 
-# -- depth ------------------------------------------------------------------------------------------
+# -- depth ----------------------------------------------------------------------------------------
 
 
 def test_h264_has_eight_bits_and_says_so(tmp_path):
@@ -134,7 +134,7 @@ def test_hdr_in_eight_bits_is_warned_of(tmp_path):
     report = process_video(
         hdr_clip(tmp_path / "in.mp4"), tmp_path / "out.mp4", None, Settings(codec="h264")
     )
-    assert "shows bands" in report.conversions[0] and "--sdr" in report.conversions[0]
+    assert "shows bands" in report.conversions[0] and "SDR" in report.conversions[0]
 
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p10le", "yuv422p10le", "yuv444p10le"])
@@ -146,14 +146,14 @@ def test_h264_keeps_ten_bits_where_they_are_asked_for(tmp_path, pix_fmt):
 
 
 @pytest.mark.parametrize(("bits", "codec"), [(8, "h264"), (10, "hevc"), (12, "hevc")])
-def test_the_default_codec_goes_by_the_depth_that_is_asked_for(tmp_path, bits, codec):
+def test_the_default_codec_suits_the_depth_asked_for(tmp_path, bits, codec):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt="yuv420p10le")
     report = process_video(src, tmp_path / "out.mp4", None, Settings(bit_depth=bits))
     assert report.codec == codec
     assert decoded(tmp_path / "out.mp4")[0].format.components[0].bits == bits
 
 
-def test_a_depth_that_the_codec_lacks_is_refused_before_anything_is_written(tmp_path):
+def test_a_depth_that_the_codec_lacks_is_refused_at_once(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     with pytest.raises(UsageError, match="must be 8 for vp9, got 10"):
         process_video(src, tmp_path / "out.mp4", None, Settings(codec="vp9", bit_depth=10))
@@ -162,7 +162,7 @@ def test_a_depth_that_the_codec_lacks_is_refused_before_anything_is_written(tmp_
     assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
 
 
-# -- samples that say more than their bits can --------------------------------------------------------
+# -- samples beyond the depth ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -172,20 +172,20 @@ def test_a_depth_that_the_codec_lacks_is_refused_before_anything_is_written(tmp_
 def test_samples_beyond_their_depth_are_clipped_and_counted(pix_fmt, largest):
     shown = picture(3, 64, 48, pix_fmt)
     before = [plane.copy() for plane in plane_views(shown, 16)]
-    door = ConvertPixelFormat(CODECS["ffv1"])
-    assert door(shown) is shown and door.mended == 0
+    convert = ConvertPixelFormat(CODECS["ffv1"])
+    assert convert(shown) is shown and convert.mended == 0
     for number in range(len(before)):
         odd = picture(3, 64, 48, pix_fmt)
         plane_views(odd, 16)[number][5, 3:9] = 60000
-        out = door(odd)
-        assert door.mended == number + 1
+        out = convert(odd)
+        assert convert.mended == number + 1
         before[number][5, 3:9] = largest
         for plane, want in zip(plane_views(out, 16), before, strict=True):
             np.testing.assert_array_equal(plane, want)
         before[number][5, 3:9] = plane_views(shown, 16)[number][5, 3:9]
 
 
-def test_a_film_with_such_samples_is_painted_and_counts_as_damaged(tmp_path):
+def test_such_a_film_is_painted_and_counts_as_damaged(tmp_path):
     src = tmp_path / "in.nut"
     with av.open(str(src), "w") as out:
         stream = out.add_stream("rawvideo", rate=25)

@@ -45,7 +45,7 @@ def test_black_stays_black_and_the_peak_becomes_white(peak):
 
 
 @given(peak=PEAKS)
-def test_more_light_never_becomes_less_and_nothing_gets_brighter(peak):
+def test_the_curve_rises_and_makes_nothing_brighter(peak):
     light = np.linspace(0, peak, 500)
     mapped = tone_curve(light, peak)
     assert (np.diff(mapped) >= -1e-9).all()
@@ -103,5 +103,5 @@ def test_the_table_has_red_running_fastest():
         (None, 600.0, 600),
     ],
 )
-def test_the_peak_is_the_contents_or_the_displays_or_a_thousand(content, display, nits):
+def test_the_peak_is_the_contents_the_displays_or_1000(content, display, nits):
     assert peak_of(content, display) == pytest.approx(nits / 203)

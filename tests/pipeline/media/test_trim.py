@@ -54,7 +54,7 @@ def test_a_clip_that_begins_before_zero_is_moved_whole():
 @pytest.mark.parametrize(("start", "end", "want"), [
     (5, None, [0, 4, 5]), (5, 8, [0]), (Fraction("2.95"), None, [0, 6, 7]), (3, 9, [0]),
 ])  # fmt: skip
-def test_a_picture_that_stands_for_seconds_is_kept_with_its_sound(tmp_path, start, end, want):
+def test_a_picture_shown_for_seconds_keeps_its_sound(tmp_path, start, end, want):
     """A screen recording: pictures at 0, 1, 2, 3, 9 and 10 s."""
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
@@ -100,7 +100,7 @@ def test_an_open_group_of_pictures_loses_no_leading_frame(tmp_path, codec):
         assert abs(a.astype(int) - b.to_ndarray()).mean() < 3
 
 
-def test_a_bare_stream_can_be_trimmed_though_it_cannot_be_sought(tmp_path):
+def test_a_bare_stream_is_trimmed_without_seeking(tmp_path):
     src = make_clip(tmp_path / "in.h264", frames=60)
     try:
         report = process_video(src, tmp_path / "out.mp4", None, Settings(start_seconds=Fraction(1)))

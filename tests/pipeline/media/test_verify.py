@@ -20,15 +20,15 @@ def clip(path):
 
 
 def sent_to(path):
-    """The tracks of a whole file, as its muxer would have counted them."""
+    """The streams of a whole file, as its muxer would have counted them."""
     with av.open(str(path), options={"fflags": "noparse+nofillin"}) as container:
-        tracks = [
+        streams = [
             SentStream(f"{s.type} #{s.index}", s.type, s.name, exact=s.type == "video")
             for s in container.streams
         ]
         for packet in container.demux():
-            tracks[packet.stream.index].packets += bool(packet.size)
-    return tracks
+            streams[packet.stream.index].packets += bool(packet.size)
+    return streams
 
 
 @pytest.mark.parametrize("end", ENDS)
@@ -38,14 +38,14 @@ def test_a_whole_file_misses_nothing(tmp_path, end):
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_one_packet_too_few_is_missed_in_every_track(tmp_path, end):
+def test_one_packet_too_few_is_missed_in_every_stream(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
-    for number, track in enumerate(sent_to(path)):
+    for number, stream in enumerate(sent_to(path)):
         sent = sent_to(path)
         sent[number].packets += 1
         missing = missing_from(path, container_of(path), sent)
         assert missing == (
-            f"{track.name} has {track.packets} packets, {track.packets + 1} were sent"
+            f"{stream.name} has {stream.packets} packets, {stream.packets + 1} were sent"
         )
 
 
@@ -58,7 +58,7 @@ def test_a_video_with_too_many_packets_is_noticed(tmp_path, end):
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_a_missing_track_and_a_track_in_another_ones_place_are_noticed(tmp_path, end):
+def test_missing_and_swapped_streams_are_noticed(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
     sent = sent_to(path)
     more = [*sent, SentStream("subtitle #2", "subtitle", "subrip", packets=1)]
@@ -69,7 +69,7 @@ def test_a_missing_track_and_a_track_in_another_ones_place_are_noticed(tmp_path,
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_a_track_of_which_nothing_was_sent_may_be_there_or_not(tmp_path, end):
+def test_a_stream_without_packets_may_be_missing(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
     sent = sent_to(path)
     for at in range(len(sent) + 1):
@@ -89,7 +89,7 @@ def test_a_file_that_is_no_video_is_told_and_never_raises(tmp_path_factory, at, 
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_an_output_that_lost_a_packet_keeps_the_part_and_gets_no_name(tmp_path, monkeypatch, end):
+def test_an_output_that_lost_a_packet_stays_a_part(tmp_path, monkeypatch, end):
     src, dst = clip(tmp_path / "in.mkv"), tmp_path / f"out{end}"
     muxed = Muxer._mux
 
@@ -106,8 +106,8 @@ def test_an_output_that_lost_a_packet_keeps_the_part_and_gets_no_name(tmp_path, 
     assert (tmp_path / f"out.part{end}").exists()
 
 
-def test_packets_for_the_first_track_alone_are_noticed(tmp_path, monkeypatch):
-    """The fault that this check is the belt for: packets that do not know their track."""
+def test_packets_for_the_first_stream_alone_are_noticed(tmp_path, monkeypatch):
+    """The fault that this check is the belt for: packets that do not know their stream."""
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
         sound = out.add_stream("pcm_s16le", rate=8000, layout="mono")

@@ -5,7 +5,7 @@ import os
 import pytest
 from makeup_video.pipeline import InputError
 from makeup_video.pipeline.files.output_file import OutputFile
-from makeup_video.pipeline.offline import run as process
+from makeup_video.pipeline.offline import run as offline_run
 from makeup_video.pipeline.offline.process import process_video
 from media import decoded, make_clip
 from writers import make_picture, run
@@ -20,7 +20,7 @@ def source(tmp_path, request):
 
 
 @pytest.mark.parametrize("change", ["removed", "replaced"])
-def test_the_run_ends_well_and_the_report_tells_of_what_was_read(tmp_path, source, change):
+def test_the_run_ends_well_and_reports_what_was_read(tmp_path, source, change):
     size = source.stat().st_size
     dst = tmp_path / f"out{source.suffix}"
     run(source, tmp_path / f"want{source.suffix}", lambda: None)
@@ -50,15 +50,15 @@ def test_an_input_that_goes_before_it_is_opened_is_one_line(tmp_path, source, mo
         path.unlink(missing_ok=True)
         return kind
 
-    original = process.is_picture
-    monkeypatch.setattr(process, "is_picture", goes)
+    original = offline_run.is_picture
+    monkeypatch.setattr(offline_run, "is_picture", goes)
     with pytest.raises(InputError, match="No such file") as caught:
         process_video(source, tmp_path / f"out{source.suffix}")
     assert str(source) in str(caught.value) and "\n" not in str(caught.value)
     assert not list(tmp_path.glob("out*"))
 
 
-def test_an_output_that_exists_is_replaced_when_the_input_is_gone(tmp_path, source):
+def test_an_output_is_replaced_when_the_input_is_gone(tmp_path, source):
     out = tmp_path / "out.mp4"
     out.write_text("old")
     source.unlink()

@@ -46,7 +46,7 @@ def test_two_faces_of_one_number_have_their_own_light():
     np.testing.assert_array_equal(apply_look(picture, RED, [face, other]), wanted)
 
 
-def test_a_look_that_is_set_while_a_frame_is_painted_waits_for_the_next(monkeypatch):
+def test_a_look_set_during_a_frame_waits_for_the_next(monkeypatch):
     old = Look(eyes=EYES, zone="lid")
     scene = close_up_scene()
     wanted = paint_planes(scene, old)
@@ -62,6 +62,6 @@ def test_a_look_that_is_set_while_a_frame_is_painted_waits_for_the_next(monkeypa
 
 
 @pytest.mark.parametrize("pix_fmt", ["nv21", "p010le", "p210le", "p416le"])
-def test_a_layout_whose_planes_mean_something_else_is_no_frame(pix_fmt):
+def test_a_layout_of_other_planes_is_no_frame(pix_fmt):
     with pytest.raises(ValueError, match=f"a frame cannot be {pix_fmt}"):
         frame_of(portrait(), pix_fmt=pix_fmt)

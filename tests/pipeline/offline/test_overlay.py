@@ -49,7 +49,7 @@ def test_a_frame_without_a_face_keeps_every_byte():
 
 
 @pytest.mark.parametrize("shift", [(-160, -260), (200, 0), (0, 300), (5000, 5000), (-5000, 0)])
-def test_a_face_that_lies_partly_or_wholly_outside_does_no_harm(shift):
+def test_a_face_partly_or_wholly_outside_does_no_harm(shift):
     (face,) = found_in(frame_of(portrait())).faces
     points = face.points_px + np.array([*shift, 0], np.float32)
     to_px = face.lips.to_px + np.array([[0, 0, shift[0]], [0, 0, shift[1]]])
@@ -82,7 +82,7 @@ def label_of(frame) -> tuple[int, int, int, int]:
 
 
 @pytest.mark.parametrize("rotation", [0, 90, 180, 270])
-def test_the_label_stands_above_the_face_and_never_leaves_the_picture(rotation):
+def test_the_label_is_above_the_face_in_the_picture(rotation):
     width = height = 480  # square, so that `stored` is one formula for all turns
     (face,) = found_in(frame_of(portrait())).faces
     size = np.ptp(face.points_px[:, :2], axis=0)
@@ -103,7 +103,7 @@ def test_the_label_stands_above_the_face_and_never_leaves_the_picture(rotation):
     assert places[width - size[0] / 3, 150][2] == width - 1
 
 
-def test_no_label_is_drawn_of_a_face_outside_and_a_wide_one_is_made_to_fit():
+def test_a_face_outside_has_no_label_and_wide_ones_fit():
     (face,) = found_in(frame_of(portrait())).faces
     frame = frame_of(grey())
     DrawFaces()(FrameFaces(frame, (moved_to(face, 5000, 100),)))
@@ -114,7 +114,7 @@ def test_no_label_is_drawn_of_a_face_outside_and_a_wide_one_is_made_to_fit():
     assert 0 <= left < right <= 95
 
 
-def test_points_file_is_refused_where_it_would_take_another_files_place(tmp_path):
+def test_a_points_file_never_replaces_another_file(tmp_path):
     src, dst = tmp_path / "in.mp4", tmp_path / "out.mp4"
     src.write_bytes(b"film")
     for name in ("in.mp4", "out.mp4", "out.part.mp4"):
@@ -170,7 +170,7 @@ def test_a_stop_before_the_first_frame_leaves_nothing(place):
     assert [path.name for path in place[0].parent.iterdir()] == ["in.mp4"]
 
 
-def test_a_points_file_on_a_full_disk_is_told_in_one_line_and_removed(place):
+def test_a_points_file_on_a_full_disk_is_removed(place):
     with pytest.raises(OutputError) as error, PointsFile(*place) as file:
         file.write(FrameFaces(frame_of(grey())))
         file._file.close()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from makeup_video.pipeline import Settings, UsageError, process_video
-from makeup_video.pipeline.offline import run as process
+from makeup_video.pipeline.offline import run
 from media import add_video, decoded, encode_frames, make_clip, packets_of, picture, times_of
 
 HALF_TICK_MKV = Fraction(1, 2000)
@@ -45,7 +45,7 @@ def assert_same_times(src, dst):
         ("av1", "in.webm"), ("av1", "in.mp4"), ("mpeg4", "in.avi"), ("mpeg4", "in.mp4"),
     ],
 )  # fmt: skip
-def test_every_input_codec_and_container_comes_out_with_its_times(tmp_path, codec, name, end):
+def test_every_codec_and_container_keeps_its_times(tmp_path, codec, name, end):
     src = make_clip(tmp_path / name, codec)
     through(src, tmp_path / f"out{end}")
     assert_same_times(src, tmp_path / f"out{end}")
@@ -213,13 +213,13 @@ def test_ten_bit_into_webm_becomes_ten_bit_av1(tmp_path):
 
 
 @pytest.mark.parametrize("codec", ["vp9", "av1", "h264", "hevc"])
-def test_layouts_that_a_codec_cannot_hold_are_converted_and_reported(tmp_path, codec):
+def test_layouts_that_do_not_fit_are_converted_and_reported(tmp_path, codec):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt="yuv444p16le")
     report = through(src, tmp_path / "out.mkv", codec=codec)
     new = decoded(tmp_path / "out.mkv")[0].format.name
     (said,) = report.conversions
     assert said.startswith(f"pixels yuv444p16le -> {new}")
-    assert ("--bit-depth 10 keeps more" in said) == (codec == "h264")
+    assert ("a bit depth of 10 keeps more" in said) == (codec == "h264")
 
 
 @pytest.mark.parametrize("pix_fmt", ["bgra", "gbrp10le", "gray", "yuv410p", "yuv411p"])
@@ -289,7 +289,7 @@ def test_interlaced_sources_keep_their_field_order(tmp_path, codec_end, top_firs
 
 
 @pytest.mark.parametrize("codec", ["hevc", "vp9", "av1"])
-def test_interlaced_sources_are_refused_by_codecs_without_fields(tmp_path, codec):
+def test_codecs_without_fields_refuse_interlaced_films(tmp_path, codec):
     src = make_clip(tmp_path / "in.mp4", options={"x264-params": "tff=1"}, flags=1 << 18 | 1 << 29)
     with pytest.raises(UsageError, match="interlaced"):
         process_video(src, tmp_path / "out.mp4", None, Settings(codec=codec))
@@ -377,11 +377,9 @@ def test_the_report_counts_what_happened(tmp_path):
     ("cores", "threads", "expected"),
     [(1, 0, (1, 0)), (2, 0, (1, 0)), (8, 0, (4, 0)), (8, 3, (3, 3))],
 )
-def test_codecs_take_the_threads_that_suit_the_cores_or_were_asked_for(
-    tmp_path, monkeypatch, cores, threads, expected
-):
+def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, threads, expected):
     taken = {}
-    decoder, encoder = process.Decoder, process.VideoEncoder
+    decoder, encoder = run.Decoder, run.VideoEncoder
 
     def decode(*args, threads, **options):
         taken["decode"] = threads
@@ -391,9 +389,9 @@ def test_codecs_take_the_threads_that_suit_the_cores_or_were_asked_for(
         taken["encode"] = args[-1]
         return encoder(*args)
 
-    monkeypatch.setattr(process, "Decoder", decode)
-    monkeypatch.setattr(process, "VideoEncoder", encode)
-    monkeypatch.setattr(process, "cores", lambda: cores)
+    monkeypatch.setattr(run, "Decoder", decode)
+    monkeypatch.setattr(run, "VideoEncoder", encode)
+    monkeypatch.setattr(run, "cores", lambda: cores)
     src = make_clip(tmp_path / "in.mp4", frames=3)
     through(src, tmp_path / "out.mp4", threads=threads)
     assert (taken["decode"], taken["encode"]) == expected

@@ -35,7 +35,7 @@ def test_a_film_is_followed_and_counted(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["in.mkv", "in.jpg"])
-def test_the_rest_is_made_when_the_input_is_there_and_before_the_output_is_begun(tmp_path, name):
+def test_the_rest_is_made_between_input_and_output(tmp_path, name):
     def rest():
         seen.append(sorted(path.name for path in tmp_path.iterdir()))
         raise UsageError("no such device")
@@ -60,7 +60,7 @@ def test_an_output_that_cannot_be_is_still_refused(tmp_path):
         run_stages(src, tmp_path / "no" / "out.mkv", FaceRun(lambda: [("rest", pass_on)]))
 
 
-def test_opencv_has_its_threads_back_after_a_run_and_after_an_error():
+def test_opencv_gets_its_threads_back_after_a_run():
     before = cv2.getNumThreads()
     cv2.setNumThreads(2)
     try:

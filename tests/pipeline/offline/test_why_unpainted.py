@@ -26,22 +26,22 @@ def saved(path, rgb8):
     return path
 
 
-def test_a_number_that_no_face_has_is_told_with_those_that_there_were(tmp_path):
+def test_an_unknown_number_is_shown_with_those_seen(tmp_path):
     one = put(grey(), face_of(110), 320, 60)
     src = saved(tmp_path / "one.png", one)
     assert only_line(src, faces="1") == (
-        "nothing was painted: --faces 1, but the only face seen was 0"
+        "nothing was painted: face 1 was chosen, but the only face seen was 0"
     )
     src = saved(tmp_path / "two.png", put(one, face_of(80), 40, 60))
     assert only_line(src, faces="2", overwrite=True) == (
-        "nothing was painted: --faces 2, but the faces seen were 0 and 1"
+        "nothing was painted: face 2 was chosen, but the faces seen were 0 and 1"
     )
 
 
 def test_the_same_of_a_film(tmp_path):
     src = film(tmp_path / "in.mkv", clip(6))
     assert only_line(src, faces="3", codec="ffv1") == (
-        "nothing was painted: --faces 3, but the only face seen was 0"
+        "nothing was painted: face 3 was chosen, but the only face seen was 0"
     )
 
 
@@ -62,10 +62,10 @@ def test_of_many_faces_ten_are_named(numbers, words):
     run._found.frames_with_face = run._found.faces = 3
     report = Report("in.png", "out.png", "png", is_picture=True)
     run.count(report)
-    assert report.warnings() == [f"nothing was painted: --faces 999, but {words}"]
+    assert report.warnings() == [f"nothing was painted: face 999 was chosen, but {words}"]
 
 
-def test_a_face_that_is_found_but_not_seen_is_told_by_what_is_hidden(tmp_path, monkeypatch):
+def test_a_hidden_face_is_explained_by_what_is_hidden(tmp_path, monkeypatch):
     monkeypatch.setattr(Composite, "_parts", lambda *_: [])
     src = saved(tmp_path / "in.png", face_of(200))
     shadow = product((0, 90, 40), "matte", "eyes")

@@ -14,6 +14,7 @@ from makeup_video.pipeline import (
     GraphicsParams,
     Look,
     PhotoError,
+    SeveralFacesError,
     UsageError,
     apply_look,
     estimate_look,
@@ -30,6 +31,7 @@ from makeup_video.pipeline.reference.checks import (
     MIN_WIDTH_PX,
     check_face,
     choose_face,
+    face_list,
     turn_degrees,
     width_px,
 )
@@ -168,11 +170,12 @@ def test_a_face_is_chosen_by_a_number_or_a_word(chosen):
 
 
 def test_of_several_faces_one_must_be_chosen():
-    with pytest.raises(PhotoError) as caught:
+    with pytest.raises(SeveralFacesError, match=r"^one face was expected, 2 were found") as caught:
         estimate_look(two_faces(150, 130))
-    said = str(caught.value)
-    assert "2 were found" in said and "--ref-face" in said and "\n" not in said
-    assert "0 at (" in said and "1 at (" in said and said.count("px wide") == 2
+    assert "\n" not in str(caught.value)
+    assert [face.track_id for face in caught.value.faces] == [0, 1]
+    text = face_list(caught.value.faces)
+    assert "0 at (" in text and "1 at (" in text and text.count("px wide") == 2
 
 
 def test_somebody_small_in_the_background_is_not_meant():
@@ -190,7 +193,7 @@ def test_no_face_and_a_number_that_is_not_there_are_refused():
 
 @pytest.mark.parametrize("chosen", ["x", -1, 1.0, "-1", "1.0", "all", "²", "12345678901"])
 def test_a_choice_is_a_number_or_largest(chosen):
-    with pytest.raises(UsageError, match="--ref-face must be largest, or the number"):
+    with pytest.raises(UsageError, match=r"^face must be largest, or the number"):
         look_from_photo(SAMPLES / "portrait.jpg", chosen)
 
 

@@ -92,7 +92,7 @@ def test_a_film_that_is_played_is_not_overwritten_by_its_recording(tmp_path):
 def test_what_exists_is_not_overwritten_unless_asked(tmp_path):
     path = tmp_path / "out.mkv"
     path.write_bytes(b"old")
-    with pytest.raises(UsageError, match="-y"):
+    with pytest.raises(UsageError, match="add overwrite=True"):
         Recording(path)
     record(path, live([0, 40]), overwrite=True)
     assert len(times_of(path)) == 2
@@ -105,7 +105,7 @@ def test_a_run_without_a_picture_leaves_nothing(tmp_path):
 
 @pytest.mark.parametrize(
     ("settings", "error"),
-    [({"codec": "prores"}, "hold"), ({"preset": "quick"}, "--preset"), ({"crf": 99}, "0..51")],
+    [({"codec": "prores"}, "hold"), ({"preset": "quick"}, "^preset"), ({"crf": 99}, "0..51")],
 )
 def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path, settings, error):
     with pytest.raises(UsageError, match=error):

@@ -290,7 +290,7 @@ def test_only_files_of_this_machine_are_played(name):
 
 def test_no_camera_at_all_says_what_was_looked_for(monkeypatch):
     monkeypatch.setattr(camera_device, "devices_found", list)
-    with pytest.raises(InputError, match=r"no camera was found.*give --camera a video file"):
+    with pytest.raises(InputError, match=r"no camera was found.*give a video file in its place"):
         Camera(CameraSettings(), pytest.fail)
 
 

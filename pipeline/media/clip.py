@@ -1,0 +1,70 @@
+"""The part of a film that is kept: its packets and chapters move, all others are dropped."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from makeup_video.pipeline.media.input_file import is_cover
+
+_ZERO = Fraction(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A span of the source's clock, in seconds.
+
+    start, end: None where the clip begins or ends with the film.
+    shift: subtracted from every time, so that the clip begins at 0.
+    """
+
+    start: Fraction | None = None
+    end: Fraction | None = None
+    shift: Fraction = _ZERO
+
+    @property
+    def _is_whole(self) -> bool:
+        """True when nothing moves and nothing is dropped."""
+        return self.start is None and self.end is None and not self.shift
+
+    def take(self, packet: Any) -> bool:
+        """Move a packet into the clip's time; False when the packet lies outside.
+
+        Subtitles that are on screen at the start or at the end are cut to the clip.
+        """
+        time = packet.pts if packet.pts is not None else packet.dts
+        if self._is_whole or time is None:
+            return True
+        base, is_text = packet.time_base, packet.stream.type == "subtitle"
+        seconds = time * base
+        if self.end is not None and seconds >= self.end:
+            return False
+        if self.start is not None:
+            stop = seconds + (packet.duration or 0) * base
+            if stop <= self.shift if is_text else seconds < self.shift:
+                return is_cover(packet.stream)
+        if is_text and self.end is not None:
+            packet.duration = min(packet.duration, round((self.end - seconds) / base))
+        ticks = round(self.shift / base)
+        cut_ticks = max(0, ticks - time) if is_text else 0  # of a subtitle, before the start
+        if packet.pts is not None:
+            packet.pts += cut_ticks - ticks
+        if packet.dts is not None:
+            packet.dts += cut_ticks - ticks
+        if cut_ticks:
+            packet.duration -= cut_ticks
+        return True
+
+    def chapters(self, chapters: list[Any]) -> list[Any]:
+        """PyAV's chapters that lie in the clip, cut to it and moved into its time."""
+        if self._is_whole:
+            return chapters
+        kept = []
+        for chapter in chapters:
+            base = chapter["time_base"]
+            first = max(chapter["start"] * base, self.start or _ZERO)
+            last = chapter["end"] * base
+            last = last if self.end is None else min(last, self.end)
+            if last > first:
+                start = max(0, int((first - self.shift) / base))
+                kept.append({**chapter, "start": start, "end": int((last - self.shift) / base)})
+        return kept

@@ -1,0 +1,50 @@
+"""Presentation times that strictly increase, whatever the container declares."""
+
+import av
+from makeup_video.pipeline.media.input_file import VideoSource
+
+_LONGEST_SECONDS = 2**52  # no film lasts that long; in milliseconds it still fits into 64 bits
+
+
+class FrameTimes:
+    """Gives every decoded picture a time in ticks of the source, later than the one before.
+
+    mended: how many pictures had no time, or one that did not increase.
+    last_pts, last_duration: of the last picture, in ticks; None before the first.
+    """
+
+    def __init__(self, source: VideoSource) -> None:
+        self._tick_seconds = source.time_base
+        self.mended = 0
+        self.last_pts: int | None = None
+        self.last_duration = 1
+        # AVI stores no presentation times. FFmpeg makes them up, for these in the wrong order.
+        self._guesses_wrong = (
+            source.container.format.name == "avi"
+            and source.video.name in ("h264", "hevc")
+            and bool(source.video.codec_context.has_b_frames)
+        )
+        self._dts_delay: int | None = None
+
+    def __call__(self, picture: av.VideoFrame) -> int:
+        """The time of a picture; durations beyond all reason become 0."""
+        pts = self._pts_from_dts(picture) if self._guesses_wrong else picture.pts
+        if pts is not None and abs(pts * self._tick_seconds) > _LONGEST_SECONDS:
+            pts = None
+        if picture.duration * self._tick_seconds > _LONGEST_SECONDS:
+            picture.duration = 0
+        last = self.last_pts
+        if pts is None or (last is not None and pts <= last):
+            self.mended += 1
+            pts = 0 if last is None else last + self.last_duration
+        self.last_pts = pts
+        self.last_duration = max(1, picture.duration or self.last_duration)
+        return int(pts)
+
+    def _pts_from_dts(self, picture: av.VideoFrame) -> int | None:
+        """AVI's decoding times, moved so that the first picture keeps its own time."""
+        if picture.dts is None:
+            return None if self.last_pts is None else self.last_pts + self.last_duration
+        if self._dts_delay is None:
+            self._dts_delay = picture.dts - (picture.pts or 0)
+        return int(picture.dts - self._dts_delay)

@@ -1,0 +1,111 @@
+"""Adds the source's other streams to an output: copied, converted, or as attachments."""
+
+from collections.abc import Callable
+from typing import Any
+
+from makeup_video.pipeline.media.input_file import VideoSource, is_cover
+from makeup_video.pipeline.media.streams import (
+    codec_name,
+    copy_stream,
+    is_implied,
+    label_of,
+    mystery,
+    refusal,
+    tags,
+)
+from makeup_video.pipeline.media.transcode import (
+    AudioConverter,
+    SubtitleConverter,
+    audio_codec_for,
+    subtitle_codec_for,
+)
+
+Convert = Callable[[Any], list[Any]]
+
+
+class OtherStreams:
+    """The streams of an output besides the painted video.
+
+    container: the output.  first_packets: those that came before the output was opened.
+    dropped, converted: one line for each stream that is left out, or changes its codec.
+    audio_converters: to be flushed at the end.
+    """
+
+    def __init__(
+        self, container: Any, container_format: str, source: VideoSource, first_packets: list[Any]
+    ) -> None:
+        self._container, self._format, self._source = container, container_format, source
+        self._first_packets = first_packets
+        self._routes: dict[int, tuple[Any, Convert | None]] = {}
+        self.dropped: list[str] = []
+        self.converted: list[str] = []
+        self.audio_converters: list[AudioConverter] = []
+
+    def route(self, index: int) -> tuple[Any, Convert | None] | None:
+        """(the output's stream, what converts its packets) for a stream of the source.
+
+        None when the output has no such stream.
+        """
+        return self._routes.get(index)
+
+    def add(self, stream: Any) -> Any | None:
+        """Add a stream of the source and return the output's; None when packets need no stream."""
+        if is_implied(stream, self._source):
+            return None
+        if is_cover(stream) and self._format == "matroska":
+            self._attach_cover(stream)
+            return None
+        if (unknown := mystery(stream)) is not None:
+            self.dropped.append(f"{label_of(stream)}: {unknown}")
+            return None
+        reason = refusal(stream, self._format, self._first_packet(stream))
+        if reason is None:
+            added = copy_stream(self._container, stream)
+            self._routes[stream.index] = (added, None)
+        else:
+            added = self._add_converted(stream)
+            if added is None:
+                self.dropped.append(f"{label_of(stream)}: {reason}")
+                return None
+        added.metadata.update(tags(stream, self._format))
+        added.disposition = stream.disposition
+        return added
+
+    def _add_converted(self, stream: Any) -> Any | None:
+        """None when the container has no codec for such a stream."""
+        if stream.codec_context is None or is_cover(stream):
+            return None
+        codec: str | None
+        if stream.type == "audio":
+            codec = audio_codec_for(self._format)
+            audio = AudioConverter(self._container, stream, codec)
+            self.audio_converters.append(audio)
+            self._routes[stream.index] = (audio.stream, audio)
+        elif stream.type == "subtitle" and (codec := subtitle_codec_for(self._format, stream)):
+            text = SubtitleConverter(self._container, stream, codec)
+            self._routes[stream.index] = (text.stream, text)
+        else:
+            return None
+        self.converted.append(f"{label_of(stream)} -> {codec}")
+        return self._routes[stream.index][0]
+
+    def _attach_cover(self, stream: Any) -> None:
+        """Matroska keeps cover art as attachments, which are part of the header."""
+        packet = self._first_packet(stream)
+        if packet is None:
+            self.dropped.append(
+                f"{label_of(stream)}: its picture is not at the beginning of the file"
+            )
+            return
+        codec = codec_name(stream)
+        mime = {"mjpeg": "image/jpeg", "png": "image/png"}.get(codec, "image/x-unknown")
+        extension = {"mjpeg": "jpg"}.get(codec, codec)
+        metadata = {key.lower(): value for key, value in stream.metadata.items()}
+        self._container.add_attachment(
+            metadata.get("filename", f"cover.{extension}"),
+            metadata.get("mimetype", mime),
+            bytes(packet),
+        )
+
+    def _first_packet(self, stream: Any) -> Any | None:
+        return next((p for p in self._first_packets if p.stream.index == stream.index), None)

@@ -1,0 +1,46 @@
+"""Finds the place in a file from which a decoder returns every frame of the wanted part."""
+
+from fractions import Fraction
+from typing import Any
+
+import av
+from makeup_video.pipeline.media.input_file import VideoSource, packets_of
+
+_BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
+_NEVER = Fraction(2**62)
+
+
+def seek_before(source: VideoSource, decoder: Any, start: Fraction) -> None:
+    """Go to where decoding gives every frame from `start` (seconds) on.
+
+    Containers may land behind the wanted key frame (mpegts has no index, and an open group of
+    pictures has frames that need the group before). So the first frame is decoded, and where it
+    comes too late, the seek goes further back.
+    """
+    video, container = source.video, source.container
+    if container.duration is None:
+        return  # a bare stream has no times to seek by: decode it from its beginning
+    for back in _BACK_SECONDS:
+        try:
+            ticks = int(max(Fraction(0), start - back) / source.time_base)
+            container.seek(ticks, stream=video)
+            decoder.flush_buffers()
+            if back == _BACK_SECONDS[-1] or _first_decodable(source, decoder) <= start:
+                container.seek(ticks, stream=video)
+                decoder.flush_buffers()
+                return
+        except av.FFmpegError:
+            return  # no seeking in this file: decode from where it is
+
+
+def _first_decodable(source: VideoSource, decoder: Any) -> Fraction:
+    """The time, in seconds, of the first frame that can be decoded from here."""
+    for packet in packets_of(source.container, source.video):
+        try:
+            pictures = decoder.decode(packet)
+        except av.FFmpegError:
+            continue  # counted when the packet is decoded again
+        for picture in pictures:
+            if picture.pts is not None and not picture.is_corrupt:
+                return Fraction(picture.pts * source.time_base)
+    return _NEVER

@@ -1,0 +1,43 @@
+"""FFmpeg's converter is given the very matrix and range that a frame is coded with."""
+
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+from makeup_video.kernels.colour import LUMA_WEIGHTS, Coding, matrices
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame, plane_views
+from makeup_video.pipeline.frames.transform import upright_rgb
+from makeup_video.pipeline.live.sinks.virtual_camera import as_webcam
+
+CODES = 120, 100, 170  # a strong red, in which the matrices differ by up to 9 codes
+
+
+def frame_of(matrix, full_range, pix_fmt):
+    """A frame of one colour, tagged with a matrix and a range."""
+    picture = av.VideoFrame(64, 48, pix_fmt)
+    for plane, code in zip(plane_views(picture, 8), CODES, strict=True):
+        plane[:] = code
+    return Frame(picture, 0, Fraction(1, 25), ColourTags(matrix, 2 if full_range else 1))
+
+
+def rgb_of(codes, coding):
+    to_rgb, _ = matrices(coding)
+    return np.clip(to_rgb[:, :3] @ np.array(codes, np.float64) + to_rgb[:, 3], 0, 1) * 255
+
+
+@pytest.mark.parametrize("matrix", LUMA_WEIGHTS)
+@pytest.mark.parametrize("full_range", [False, True])
+def test_rgb_follows_matrix_and_range(matrix, full_range):
+    rgb = upright_rgb(frame_of(matrix, full_range, "yuv444p"))
+    want = rgb_of(CODES, Coding(matrix, full_range))
+    assert np.abs(rgb.astype(float) - want).max() < 1.1
+
+
+@pytest.mark.parametrize("matrix", LUMA_WEIGHTS)
+@pytest.mark.parametrize("full_range", [False, True])
+def test_a_webcam_shows_the_colours_of_every_matrix(matrix, full_range):
+    codes = [int(plane[5, 5]) for plane in as_webcam(frame_of(matrix, full_range, "yuv420p"))]
+    shown, want = rgb_of(codes, Coding(6)), rgb_of(CODES, Coding(matrix, full_range))
+    assert np.abs(shown - want).max() < 4  # codes are rounded before and after

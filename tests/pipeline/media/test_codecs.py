@@ -1,0 +1,68 @@
+"""The table of codecs: whole, quick to load, and the one place that knows codecs by name."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from makeup_video.pipeline.media.codecs import CODECS, codecs_with, pick_codec
+from typer.testing import CliRunner
+
+PIPELINE = Path(__file__).parents[3] / "pipeline"
+# FFmpeg names the codecs and formats of inputs alike; these files read inputs.
+OF_INPUTS = {
+    "media/codecs.py",
+    "media/decode.py",
+    "media/frame_times.py",
+    "media/input_file.py",
+    "media/streams.py",
+}
+
+
+def names_in(path):
+    """The text constants of a file that are names of codecs or of their encoders."""
+    known = set(CODECS) | {codec.encoder for codec in CODECS.values()}
+    constants = (
+        node.value
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    )
+    return [text for text in constants if text in known]
+
+
+def test_no_other_file_knows_a_codec_by_name():
+    files = {path.relative_to(PIPELINE).as_posix(): path for path in PIPELINE.rglob("*.py")}
+    assert set(files) > OF_INPUTS and names_in(files["media/codecs.py"])
+    for name in set(files) - OF_INPUTS:
+        assert names_in(files[name]) == [], name
+
+
+@pytest.mark.parametrize("name", list(CODECS))
+def test_a_row_is_complete(name):
+    codec = CODECS[name]
+    assert codec.name == name and set(codec.transparent_in) <= set(codec.containers)
+    if codec.quiet or codec.bottom_first or codec.hdr:
+        assert codec.parameters
+    for preset in filter(None, (codec.preset, codec.live_preset)):
+        assert codec.presets and preset in codec.presets
+    if codec.transparent_in:
+        assert any(layout.startswith("yuva") for layout in codec.pix_fmts)
+    for container in codec.containers:
+        assert pick_codec(name, container, deep=False, alpha=False) is codec
+
+
+def test_the_table_loads_no_large_library():
+    code = (
+        "import sys; import makeup_video.pipeline.media.codecs\n"
+        "print(sorted({'av', 'numpy', 'cv2', 'PIL'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_help_lists_every_codec():
+    from makeup_video.cli.app import app
+
+    output = CliRunner().invoke(app, ["apply", "--help"], env={"COLUMNS": "200"}).output
+    assert codecs_with(lambda codec: True) in " ".join(output.split())

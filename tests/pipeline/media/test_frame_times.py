@@ -1,0 +1,54 @@
+"""Times of decoded pictures: strictly increasing, and untouched where they already are."""
+
+from fractions import Fraction
+from itertools import pairwise
+from types import SimpleNamespace
+
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.pipeline.media.frame_times import FrameTimes
+
+
+def times_for(pts, durations=None, dts=None, container="mp4"):
+    """(times, FrameTimes) of pictures with these values, in ticks of 1/1000 s."""
+    context = SimpleNamespace(has_b_frames=True)
+    source = SimpleNamespace(
+        time_base=Fraction(1, 1000),
+        container=SimpleNamespace(format=SimpleNamespace(name=container)),
+        video=SimpleNamespace(name="h264", codec_context=context),
+    )
+    times = FrameTimes(source)
+    durations, dts = durations or [40] * len(pts), dts or [None] * len(pts)
+    pictures = [
+        SimpleNamespace(pts=p, dts=d, duration=length)
+        for p, d, length in zip(pts, dts, durations, strict=True)
+    ]
+    return [times(picture) for picture in pictures], times
+
+
+@given(st.lists(st.integers(-(2**40), 2**40), unique=True, min_size=1).map(sorted))
+def test_times_that_increase_stay_as_they_are(pts):
+    got, times = times_for(pts)
+    assert got == pts and times.mended == 0
+
+
+@given(st.lists(st.none() | st.integers(-(2**66), 2**66), min_size=1))
+def test_any_times_become_strictly_increasing(pts):
+    got, times = times_for(pts)
+    assert all(a < b for a, b in pairwise(got))
+    assert times.mended <= len(pts) and times.last_pts == got[-1]
+
+
+def test_a_missing_time_follows_the_picture_before():
+    got, times = times_for([0, None, None, 500])
+    assert got == [0, 40, 80, 500] and times.mended == 2
+
+
+def test_absurd_durations_do_not_move_the_next_picture():
+    got, _ = times_for([0, None], durations=[2**63, 40])
+    assert got == [0, 1]
+
+
+def test_h264_in_avi_is_timed_by_its_decoding_order():
+    got, times = times_for([80, 0, 40], dts=[-40, 0, 40], container="avi")
+    assert got == [80, 120, 160] and times.mended == 0
