@@ -7,10 +7,11 @@ on finding them. Here a row is a height between lash line, crease and brow, as e
 
 import cv2
 import numpy as np
+from makeup_video.kernels.surface import LID_LEFT, LID_STEP
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.sampling import Affine
 from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.regions.eyes import LEFT, SIZE_WH, STEP
+from makeup_video.pipeline.render.regions.eyes import SIZE_WH
 from makeup_video.pipeline.render.regions.eyes_reference import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside
@@ -37,11 +38,13 @@ def flat_lids(face: Face, to_window: Affine) -> np.ndarray | None:
 
 def _places(grid: Grid, curves: np.ndarray) -> np.ndarray:
     """(2, 64, 80) px of the picture, for one eye."""
-    columns = np.linspace((_OUT[0] - LEFT) / STEP, (_OUT[1] - LEFT) / STEP, FLAT_WH[0] // 2)
+    columns = np.linspace(
+        (_OUT[0] - LID_LEFT) / LID_STEP, (_OUT[1] - LID_LEFT) / LID_STEP, FLAT_WH[0] // 2
+    )
     lash, crease, brow = (np.interp(columns, np.arange(SIZE_WH[0]), curve) for curve in curves)
     up = np.linspace(_HIGHEST, 0, _ABOVE)[:, None]
     above = np.where(up < 1, lash - up * (lash - crease), crease - (up - 1) * (crease - brow))
-    down = np.linspace(0, _LOWEST / STEP, FLAT_WH[1] - _ABOVE + 1)[1:, None]
+    down = np.linspace(0, _LOWEST / LID_STEP, FLAT_WH[1] - _ABOVE + 1)[1:, None]
     y = np.concatenate([above, lash + down])
     at = np.stack([np.broadcast_to(columns, y.shape), y, np.ones_like(y)])
     placed: np.ndarray = np.einsum("ij,jhw->ihw", grid.to_px, at)
