@@ -9,7 +9,8 @@
  *
  * Here and in every kernel: one pixel per work-item, and plain arithmetic and ?: instead of library
  * functions (min, clamp, fabs, vload, pow ...). PoCL does not inline those functions, and one call
- * that is not inlined keeps PoCL from vectorising the kernel: a single fmin made it ten times slower. */
+ * that is not inlined keeps PoCL from vectorising the kernel: a single fmin made it ten times
+ * slower. */
 
 #ifndef COLOUR_H
 #define COLOUR_H
@@ -109,13 +110,16 @@ static inline float colour_to_linear(float encoded) {
 
 static inline float colour_to_encoded(float linear) {
     float a = colour_abs(linear);
-    float offset = a * COLOUR_HLG_PER_WHITE - COLOUR_HLG_B; /* may be negative where the root holds */
+    float offset =
+        a * COLOUR_HLG_PER_WHITE - COLOUR_HLG_B; /* may be negative where the root holds */
     float high = COLOUR_HLG_A * colour_log2(offset > 0.25f ? offset : 0.25f) + COLOUR_HLG_C;
-    return colour_signed(a <= COLOUR_HLG_LIGHT_END ? colour_sqrt(a * COLOUR_HLG_ROOT) : high, linear);
+    return colour_signed(
+        a <= COLOUR_HLG_LIGHT_END ? colour_sqrt(a * COLOUR_HLG_ROOT) : high, linear);
 }
 #else
-/* IEC 61966-2-1. Minimax polynomials: the error is at most 0.02 of a ten-bit code each way, up to an
- * encoded value of 2.2, the largest that codes can mean. Brighter light still has finite codes. */
+/* IEC 61966-2-1. Minimax polynomials: the error is at most 0.02 of a ten-bit code each way, up to
+ * an encoded value of 2.2, the largest that codes can mean. Brighter light still has finite codes.
+ */
 static inline float colour_to_linear(float encoded) {
     float a = colour_abs(encoded);
     float sum = -0.00516528084f;
@@ -127,7 +131,8 @@ static inline float colour_to_linear(float encoded) {
     sum = sum * a + 0.500522286f;
     sum = sum * a + 0.0342612446f;
     sum = sum * a + 0.000878301484f;
-    return colour_signed(a <= COLOUR_SRGB_ENCODED_END ? a * (1.0f / COLOUR_SRGB_SLOPE) : sum, encoded);
+    return colour_signed(
+        a <= COLOUR_SRGB_ENCODED_END ? a * (1.0f / COLOUR_SRGB_SLOPE) : sum, encoded);
 }
 
 static inline float colour_to_encoded(float linear) {
@@ -146,7 +151,8 @@ static inline float colour_to_encoded(float linear) {
 
 /* light * Y^exponent, where Y is the light's luminance, at least `darkest`. */
 static inline colour_rgb colour_hlg_gain(colour_rgb light, float exponent, float darkest) {
-    float luminance = COLOUR_HLG_RED * light.red + COLOUR_HLG_GREEN * light.green + COLOUR_HLG_BLUE * light.blue;
+    float luminance =
+        COLOUR_HLG_RED * light.red + COLOUR_HLG_GREEN * light.green + COLOUR_HLG_BLUE * light.blue;
     luminance = luminance > darkest ? luminance : darkest;
     float gain = colour_exp2(exponent * colour_log2(luminance));
     colour_rgb out = {light.red * gain, light.green * gain, light.blue * gain};

@@ -19,12 +19,14 @@ typedef struct {
     colour_rgb room; /* what the reflection shows */
 } material_surface;
 
-/* The environment, (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index `environment` of maps. */
+/* The environment, (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index
+ * `environment` of maps. */
 MATERIAL_INLINE material_surface material_at(
     float coarse, float mean, float nx, float ny, __global const float *maps, int environment,
     const material *m) {
     float sum = nx * nx + ny * ny;
-    float shrink = MATERIAL_STEEPEST / (MATERIAL_STEEPEST + colour_positive(sum - MATERIAL_STEEPEST));
+    float shrink =
+        MATERIAL_STEEPEST / (MATERIAL_STEEPEST + colour_positive(sum - MATERIAL_STEEPEST));
     shrink = colour_sqrt(shrink);
     nx *= shrink;
     ny *= shrink;
@@ -53,7 +55,9 @@ MATERIAL_INLINE material_surface material_at(
     /* PoCL gathers eight floats at once only from a single buffer with an index of 32 bits */
     int k = environment + MATERIAL_ROW * iy + ix;
     float a = (1.0f - fx) * (1.0f - fy), b = fx * (1.0f - fy), c = (1.0f - fx) * fy, d = fx * fy;
-#define TEXEL(at) (a * maps[at] + b * maps[(at) + 1] + c * maps[(at) + MATERIAL_ROW] + d * maps[(at) + MATERIAL_ROW + 1])
+#define TEXEL(at)                                                        \
+    (a * maps[at] + b * maps[(at) + 1] + c * maps[(at) + MATERIAL_ROW] + \
+     d * maps[(at) + MATERIAL_ROW + 1])
     s.room.red = TEXEL(k);
     s.room.green = TEXEL(k + MATERIAL_LAYER);
     s.room.blue = TEXEL(k + 2 * MATERIAL_LAYER);
@@ -71,21 +75,29 @@ MATERIAL_INLINE float material_add(float base, float more, float ceiling) {
     return base + material_more(base, more, ceiling);
 }
 
-/* Sparkles that stick to the skin: each cell of the patch has one or none, with a tilt of its own. */
-MATERIAL_INLINE float material_sparkle(float px, float py, const material_surface *s, const material *m) {
+/* Sparkles that stick to the skin: each cell of the patch has one or none, with a tilt of its own.
+ */
+MATERIAL_INLINE float material_sparkle(
+    float px, float py, const material_surface *s, const material *m) {
     float u = px * m->cells, v = py * m->cells;
-    int iu = (int)(u + (float)MATERIAL_CELLS_BEFORE_ZERO), iv = (int)(v + (float)MATERIAL_CELLS_BEFORE_ZERO);
+    int iu = (int)(u + (float)MATERIAL_CELLS_BEFORE_ZERO),
+        iv = (int)(v + (float)MATERIAL_CELLS_BEFORE_ZERO);
     /* within the cell, from the numbers before the shift, which lost digits of float32 */
-    float in_u = u - (float)(iu - MATERIAL_CELLS_BEFORE_ZERO), in_v = v - (float)(iv - MATERIAL_CELLS_BEFORE_ZERO);
+    float in_u = u - (float)(iu - MATERIAL_CELLS_BEFORE_ZERO),
+          in_v = v - (float)(iv - MATERIAL_CELLS_BEFORE_ZERO);
     uint hash = (uint)iu * 374761393u + (uint)iv * 668265263u;
     hash = (hash ^ (hash >> 13)) * 1274126177u;
     hash ^= hash >> 16;
     float unit = 1.0f / 256.0f;
     float present = (float)(int)(hash & 255u) * unit;
-    float du = in_u - MATERIAL_SPARKLE_MARGIN - MATERIAL_SPARKLE_SPREAD * unit * (float)(int)((hash >> 8) & 255u);
-    float dv = MATERIAL_SPARKLE_MARGIN + MATERIAL_SPARKLE_SPREAD * unit * (float)(int)((hash >> 16) & 255u) - in_v;
-    float tx = s->nx - m->half_way[0] + MATERIAL_SPARKLE_TILT * (unit * (float)(int)((hash >> 4) & 255u) - 0.5f);
-    float ty = MATERIAL_SPARKLE_TILT * (0.5f - unit * (float)(int)((hash >> 12) & 255u)) - (s->ny - m->half_way[1]);
+    float du = in_u - MATERIAL_SPARKLE_MARGIN -
+               MATERIAL_SPARKLE_SPREAD * unit * (float)(int)((hash >> 8) & 255u);
+    float dv = MATERIAL_SPARKLE_MARGIN +
+               MATERIAL_SPARKLE_SPREAD * unit * (float)(int)((hash >> 16) & 255u) - in_v;
+    float tx = s->nx - m->half_way[0] +
+               MATERIAL_SPARKLE_TILT * (unit * (float)(int)((hash >> 4) & 255u) - 0.5f);
+    float ty = MATERIAL_SPARKLE_TILT * (0.5f - unit * (float)(int)((hash >> 12) & 255u)) -
+               (s->ny - m->half_way[1]);
     float spot = 1.0f - (du * du + dv * dv) * (1.0f / m->spot);
     spot = colour_positive(spot);
     float glint = 1.0f - MATERIAL_SPARKLE_NARROWNESS * (tx * tx + ty * ty);
@@ -100,8 +112,8 @@ MATERIAL_INLINE float material_lay(
     return material_add(base * below, base * above + own, m->ceiling);
 }
 
-/* How a film changes one channel of the light under it. The film deepens before it covers: see made_up
- * in material.py. */
+/* How a film changes one channel of the light under it. The film deepens before it covers: see
+ * made_up in material.py. */
 MATERIAL_INLINE float material_film(float bare, float laid, float opaque) {
     float seen = colour_positive(bare);
     float root = colour_sqrt(seen);
@@ -120,9 +132,11 @@ MATERIAL_INLINE colour_rgb material_turn(colour_rgb light, const float *rows) {
 
 /* The light of a pixel with makeup of a weight (0 to 1) on it; px, py: its place in the patch. */
 MATERIAL_INLINE colour_rgb material_paint(
-    colour_rgb bare, float weight, float px, float py, const material_surface *s, const material *m) {
+    colour_rgb bare, float weight, float px, float py, const material_surface *s,
+    const material *m) {
     colour_rgb under = material_turn(bare, m->to_film);
-    float y = m->luminance[0] * under.red + m->luminance[1] * under.green + m->luminance[2] * under.blue;
+    float y =
+        m->luminance[0] * under.red + m->luminance[1] * under.green + m->luminance[2] * under.blue;
     float lit = colour_positive(y) + m->dark;
     float broad = s->coarse + m->dark;
     float fine = lit / broad;
@@ -133,7 +147,8 @@ MATERIAL_INLINE colour_rgb material_paint(
     float shade = s->shade * (1.0f + m->texture * (matte - 1.0f));
     float below = colour_min(shade, 1.0f);
     float above = shade - below;
-    float product_y = m->luminance[0] * m->product[0] + m->luminance[1] * m->product[1] + m->luminance[2] * m->product[2];
+    float product_y = m->luminance[0] * m->product[0] + m->luminance[1] * m->product[1] +
+                      m->luminance[2] * m->product[2];
     float skin = m->undertone * product_y / lit;
     float opaque = weight * m->opacity;
     float own = m->texture * highlight;
@@ -144,14 +159,30 @@ MATERIAL_INLINE colour_rgb material_paint(
     float shown = weight * m->own_highlights * highlight;
     float sparkle = weight * material_sparkle(px, py, s, m);
     colour_rgb film = {
-        material_film(under.red, material_lay(under.red, m->product[0], skin, below, above, own, m), opaque),
-        material_film(under.green, material_lay(under.green, m->product[1], skin, below, above, own, m), opaque),
-        material_film(under.blue, material_lay(under.blue, m->product[2], skin, below, above, own, m), opaque),
+        material_film(
+            under.red, material_lay(under.red, m->product[0], skin, below, above, own, m), opaque),
+        material_film(
+            under.green, material_lay(under.green, m->product[1], skin, below, above, own, m),
+            opaque),
+        material_film(
+            under.blue, material_lay(under.blue, m->product[2], skin, below, above, own, m),
+            opaque),
     };
     colour_rgb change = {
-        film.red + material_more(under.red + film.red, lobe * m->glint[0] + shown + sparkle * m->sparkle[0] + mirror * s->room.red, m->ceiling),
-        film.green + material_more(under.green + film.green, lobe * m->glint[1] + shown + sparkle * m->sparkle[1] + mirror * s->room.green, m->ceiling),
-        film.blue + material_more(under.blue + film.blue, lobe * m->glint[2] + shown + sparkle * m->sparkle[2] + mirror * s->room.blue, m->ceiling),
+        film.red + material_more(
+                       under.red + film.red,
+                       lobe * m->glint[0] + shown + sparkle * m->sparkle[0] + mirror * s->room.red,
+                       m->ceiling),
+        film.green +
+            material_more(
+                under.green + film.green,
+                lobe * m->glint[1] + shown + sparkle * m->sparkle[1] + mirror * s->room.green,
+                m->ceiling),
+        film.blue +
+            material_more(
+                under.blue + film.blue,
+                lobe * m->glint[2] + shown + sparkle * m->sparkle[2] + mirror * s->room.blue,
+                m->ceiling),
     };
     change = material_turn(change, m->from_film);
     colour_rgb out = {bare.red + change.red, bare.green + change.green, bare.blue + change.blue};

@@ -1,21 +1,23 @@
-/* Paints products on regions of a frame, in linear light. Numpy twin: paint.py, which also defines the
- * struct paint_region, PAINT_INSIDE and RUN.
+/* Paints products on regions of a frame, in linear light. Numpy twin: paint.py, which also defines
+ * the struct paint_region, PAINT_INSIDE and RUN.
  *
- * The rectangles of all regions lie below each other in one picture, the canvas, `stride` pixels wide;
- * each begins at a whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their chroma. Three
- * kernels work one after another:
- * luma: the canvas, changed in place where there is weight.  chroma: its Cb, then its Cr, likewise.
- * codes: f32, Cb and Cr of each luma pixel.  change: f32, how much Cb and Cr change there.
- * weights: of the product, 0 to 1, for each pixel.
- * maps: one region after another: luminance of the bare skin without its fine texture, x and y of the
- * unit normal (z is towards the viewer), each (grid_high, grid_wide); and the environment,
- * (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), linear light.
- * rows: the region of each row of blocks.
- * runs: the run that each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; runs without
- * weight are left out.
+ * The rectangles of all regions lie below each other in one picture, the canvas, `stride` pixels
+ * wide; each begins at a whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their
+ * chroma. Three kernels work one after another:
+ * - luma: the canvas, changed in place where there is weight.
+ * - chroma: its Cb, then its Cr, likewise.
+ * - codes: f32, Cb and Cr of each luma pixel.
+ * - change: f32, how much Cb and Cr change there.
+ * - weights: of the product, 0 to 1, for each pixel.
+ * - maps: one region after another: luminance of the bare skin without its fine texture, x and y of
+ *   the unit normal (z is towards the viewer), each (grid_high, grid_wide); and the environment,
+ *   (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), linear light.
+ * - rows: the region of each row of blocks.
+ * - runs: the run that each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; runs
+ *   without weight are left out.
  *
- * Chroma has kernels of its own: at half the index of luma, or behind a barrier, PoCL vectorises the
- * work on pixels by four, or not at all. */
+ * Chroma has kernels of its own: at half the index of luma, or behind a barrier, PoCL vectorises
+ * the work on pixels by four, or not at all. */
 
 #include "colour.h"
 #include "material.h"
@@ -38,8 +40,8 @@ MATERIAL_INLINE int paint_start_chroma(int run, int stride) {
     return run / in_row * (stride / BLOCK_ACROSS) + run % in_row * (RUN / BLOCK_ACROSS);
 }
 
-/* Copies chroma to each luma pixel. A work-item for each chroma sample. size, chroma_size: of luma and of Cb,
- * in samples. */
+/* Copies chroma to each luma pixel. A work-item for each chroma sample.
+ * - size, chroma_size: of luma and of Cb, in samples. */
 __kernel void paint_spread(
     __global const SAMPLE *restrict chroma, __global float *restrict codes,
     __global const int *restrict runs, const int stride, const int size, const int chroma_size) {
@@ -55,7 +57,8 @@ __kernel void paint_spread(
 }
 
 /* Interpolates between four neighbours of a grid. */
-MATERIAL_INLINE float paint_between(__global const float *maps, int k, int wide, float fx, float fy) {
+MATERIAL_INLINE float paint_between(
+    __global const float *maps, int k, int wide, float fx, float fy) {
     float a = (1.0f - fx) * (1.0f - fy), b = fx * (1.0f - fy), c = (1.0f - fx) * fy, d = fx * fy;
     return a * maps[k] + b * maps[k + 1] + c * maps[k + wide] + d * maps[k + wide + 1];
 }
@@ -76,7 +79,8 @@ __kernel void paint(
     float old_luma = luma[at], old_cb = codes[at], old_cr = codes[at + size];
     float gx = region->to_grid[0] * x + region->to_grid[1] * y + region->to_grid[2];
     float gy = region->to_grid[3] * x + region->to_grid[4] * y + region->to_grid[5];
-    float last_x = (float)region->grid_wide - PAINT_INSIDE, last_y = (float)region->grid_high - PAINT_INSIDE;
+    float last_x = (float)region->grid_wide - PAINT_INSIDE,
+          last_y = (float)region->grid_high - PAINT_INSIDE;
     gx = colour_clamp(gx, last_x);
     gy = last_y - colour_clamp(last_y - gy, last_y);
     int ix = (int)gx, iy = (int)gy;

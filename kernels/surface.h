@@ -13,20 +13,22 @@
 #define LAYER LIPS_SIZE
 #define BLURRED (LIPS_HIGH * PADDED)
 
-/* Rows at COLUMNS_AT. Of the lips: */
+/* Rows at COLUMNS_AT: */
 enum {
-    TOP, AT_TOP, BOTTOM, AT_BOTTOM, UPPER, AT_UPPER, LOWER, AT_LOWER, GAP, PER_UPPER, PER_LOWER, /* by the patch's */
-    SEAM, LIP, /* by the grid's columns; then for each lip: */
+    /* of the lips, by the columns of the patch */
+    TOP, AT_TOP, BOTTOM, AT_BOTTOM, UPPER, AT_UPPER, LOWER, AT_LOWER, GAP, PER_UPPER, PER_LOWER,
+    /* of the lips, by the columns of the grid; LIP begins the rows of each lip, which follow */
+    SEAM, LIP,
     FIRST = 0, PER_HEIGHT, BEND, TILT = BEND + 3, ALONG, OF_LIP,
-    /* Of lids: */
+    /* of lids */
     LASH = 0, CREASE, PER_LASH, PER_CREASE, BELOW, ABOVE, ACROSS, LASH_PX
 };
 
 /* Layers at LAYERS_AT and BLURRED_AT. Lids have LIGHT and AREA alone. */
 enum { LIGHT, AREA, LIGHT_BELOW, AREA_BELOW, SLOPE_X, SLOPE_Y };
 
-/* Gaussians from the middle outwards, of LIPS_SIGMA_PX, LID_SIGMA_PX and SEAM_SIGMA_PX in surface.py, cut off at four
- * sigmas; tests/kernels/test_surface.py compares them. */
+/* Gaussians from the middle outwards, of LIPS_SIGMA_PX, LID_SIGMA_PX and SEAM_SIGMA_PX in
+ * surface.py, cut off at four sigmas; tests/kernels/test_surface.py compares them. */
 __constant float surface_lip_taps[11] = {
     0.15958068f, 0.14731153f, 0.11587936f, 0.077676256f, 0.044369381f, 0.021596896f,
     0.0089580236f, 0.0031662554f, 0.00095365779f, 0.00024476655f, 5.3533354e-05f};
@@ -46,7 +48,8 @@ static inline int surface_mirror(int i, int count) {
     return i < count ? i : 2 * (count - 1) - i;
 }
 
-/* The slope at row[at], as np.gradient computes it, of `count` numbers; per_step: 1 / their distance. */
+/* The slope at row[at], as np.gradient computes it, of `count` numbers; per_step: 1 / their
+ * distance. */
 static inline float surface_slope(__global const float *row, int at, int count, float per_step) {
     int before = at > 0 ? at - 1 : 0, after = at < count - 1 ? at + 1 : at;
     return (row[after] - row[before]) * (after - before == 2 ? 0.5f * per_step : per_step);
@@ -105,9 +108,11 @@ typedef struct __attribute__((packed)) {
     SURFACE_PAIR_OF(SAMPLE) v;
 } surface_pair;
 #define PAIR(at) ((int)((__global const surface_pair *)(at))->v)
-#define PAIRS(plane, at) \
-    (int8)(PAIR((plane) + at.s0), PAIR((plane) + at.s1), PAIR((plane) + at.s2), PAIR((plane) + at.s3), \
-           PAIR((plane) + at.s4), PAIR((plane) + at.s5), PAIR((plane) + at.s6), PAIR((plane) + at.s7))
+#define PAIRS(plane, at)                                                     \
+    (int8)(                                                                  \
+        PAIR((plane) + at.s0), PAIR((plane) + at.s1), PAIR((plane) + at.s2), \
+        PAIR((plane) + at.s3), PAIR((plane) + at.s4), PAIR((plane) + at.s5), \
+        PAIR((plane) + at.s6), PAIR((plane) + at.s7))
 #define SAMPLE_BITS (8 * (int)sizeof(SAMPLE))
 
 #endif
