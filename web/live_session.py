@@ -16,7 +16,7 @@ NAME = "live"
 
 
 class Figures(Protocol):
-    """A dataclass: fps, latency_ms, latency_p95_ms, dropped, level, level_told, notice, sinks."""
+    """A dataclass: fps, latency_ms, latency_p95_ms, dropped, level, level_notice, notice, sinks."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 

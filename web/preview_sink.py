@@ -18,6 +18,7 @@ class PreviewSink:
 
     name = "preview"
     waiting = 1
+    notice = ""  # pages show their own state
 
     def __init__(self, make_jpeg: MakeJpeg) -> None:
         self._make_jpeg = make_jpeg

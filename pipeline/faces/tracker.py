@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.find import (
     DETECTOR_SIDES_PX,
@@ -81,15 +82,14 @@ class FindFaces:
 
     pixel_aspect: the stream's sample aspect ratio. tiny_faces: how many faces were left alone
     because they are too small, counted once a look. frames_with_face, faces: how many so far.
-    level: as Budget has it, set between two frames. From 1 on new faces are looked for less often;
-    from 2 on the nets read each face in every second frame, and in between it is carried along by
-    its measured motion, where that is sure.
+    level: may be set between two frames. At SIMPLER_TRACKING the nets read each face in every second
+    frame, and in between it is carried along by its measured motion, where that is sure.
     """
 
     def __init__(self, pixel_aspect: Fraction | float = 1, nets: FaceNets | None = None) -> None:
         self.pixel_aspect = pixel_aspect
         self.nets = nets or load_nets()
-        self.level = 0
+        self.level = QualityLevel.FULL
         self.tiny_faces = 0
         self.frames_with_face = 0
         self._is_cut = CutDetector()
@@ -171,7 +171,7 @@ class FindFaces:
 
     def _is_between(self, track: _Track, frame: int) -> bool:
         """Of two faces one is read in even frames, the other in odd ones."""
-        return self.level >= 2 and (frame + track.track_id) % 2 == 1
+        return self.level >= QualityLevel.SIMPLER_TRACKING and (frame + track.track_id) % 2 == 1
 
     def _is_time_to_look(self, seconds: float) -> bool:
         missing = any(
@@ -179,7 +179,7 @@ class FindFaces:
             for t in self._tracks
         )
         look, search = LOOK_SECONDS, SEARCH_SECONDS
-        if self.level >= 1:
+        if self.level >= QualityLevel.FEWER_DETECTIONS:
             look, search = SLOW_LOOK_SECONDS, SLOW_SEARCH_SECONDS
         wait = look if self._followed() and not missing else search
         # a clock that jumps back (a stream that starts again) must not blind us

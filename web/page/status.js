@@ -17,7 +17,7 @@ export function showFigures(values) {
   const parts = [
     [`${Math.round(values.fps)} frames/s`, ""],
     delay == null ? null : [`${Math.round(delay)} ms delay`, delay > LATE_MS ? "alarming" : ""],
-    values.level > 0 ? ["slow machine", "alarming", values.level_told] : null,
+    values.level > 0 ? ["slow machine", "alarming", values.level_notice] : null,
     values.dropped > 0 ? [`${values.dropped} dropped`, "minor"] : null,
     values.viewers > 1 ? [`${values.viewers} viewers`, "minor"] : null,
   ];
@@ -27,7 +27,7 @@ export function showFigures(values) {
       .filter((part) => part !== null)
       .map(([textContent, className, title = ""]) => el("span", { textContent, className, title })),
   );
-  showNotice(values.notice || levelNews(values.level > 0 ? values.level_told : ""));
+  showNotice(values.notice || levelNews(values.level > 0 ? values.level_notice : ""));
 }
 
 /** What is done about a slow machine is told for a while when it changes; a word of it stays. */
