@@ -42,7 +42,7 @@ def estimate(
     from makeup_video.cli.main import nothing_is_left_to_stop
     from makeup_video.pipeline import look_from_photo
     from makeup_video.pipeline.look.catalogue import read_catalogue
-    from makeup_video.pipeline.look.finishes import REGIONS
+    from makeup_video.pipeline.look.regions import REGIONS
     from makeup_video.pipeline.media.sidecar import LookFile
 
     with told_in_one_line(output, debug):

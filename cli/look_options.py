@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from makeup_video.cli.console import say
+from makeup_video.pipeline.look.regions import REGIONS
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
@@ -33,7 +34,10 @@ Finish = Annotated[
     str | None, typer.Option(help="matte, satin, sheer, gloss, metallic or shimmer.")
 ]
 Parts = Annotated[
-    str | None, typer.Option(help="lips, eyes, or lips,eyes; default: those of the look, lips.")
+    str | None,
+    typer.Option(
+        help=f"{', '.join(REGIONS)}, or several: lips,eyes; default: those of the look, lips."
+    ),
 ]
 Zone = Annotated[str | None, typer.Option(help="Of eye-shadow: lid, crease, full or outer.")]
 Intensity = Annotated[float | None, typer.Option(metavar="0..1", help="How much eye-shadow.")]

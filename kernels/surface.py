@@ -183,9 +183,9 @@ class LightPlanes:
 class FaceSurfaces:
     """The surfaces of one face, float32. A region without a place holds undefined values.
 
-    odds, rim: (80, 112), see LipRegion.
+    odds, rim: (80, 112), see LipsSurface.
     lips: (4, 40, 56), shading, x and y of the normals, upper.
-    lids: (2, 5, 28, 40), for each lid up, lash_px (see EyeRegion), shading, x and y of the normals.
+    lids: (2, 5, 28, 40), for each lid up, lash_px (see LidSurface), shading, x and y of the normals.
     means: mean light of the lips and of both lids.
     """
 

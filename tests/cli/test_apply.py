@@ -244,7 +244,7 @@ def test_the_photo_is_never_overwritten(folder, reads, out, more):
 
 def test_help_names_every_finish_and_zone():
     from makeup_video.pipeline import FINISHES
-    from makeup_video.pipeline.look.look import ZONES
+    from makeup_video.pipeline.look.regions.eyes import ZONES
 
     said = " ".join(run("apply", "--help").output.split())
     assert all(name in said for name in (*FINISHES, *ZONES))
