@@ -4,9 +4,9 @@ Linear light is display light in the frame's own primaries; 1 is diffuse white. 
 the curves go on beyond 0..1, odd about 0, so that colours outside the gamut return to their codes.
 Code points are those of ITU-T H.273 (07/2021).
 
-SDR light follows the sRGB curve whatever the transfer tag (docs/decisions/colour.md has the reason).
-HDR light is in units of HDR reference white, 203 cd/m2, which is 58 % PQ and 75 % HLG (ITU-R
-BT.2408-8, table 1); HLG light is that of a display of 1000 cd/m2.
+SDR light follows the sRGB curve whatever the transfer tag (docs/decisions/colour.md has the
+reason). HDR light is in units of HDR reference white, 203 cd/m2, which is 58 % PQ and 75 % HLG
+(ITU-R BT.2408-8, table 1); HLG light is that of a display of 1000 cd/m2.
 """
 
 from dataclasses import dataclass

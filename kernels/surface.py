@@ -185,7 +185,7 @@ class FaceSurfaces:
 
     odds, rim: (80, 112), see LipsSurface.
     lips: (4, 40, 56), shading, x and y of the normals, upper.
-    lids: (2, 5, 28, 40), for each lid up, lash_px (see LidSurface), shading, x and y of the normals.
+    lids: (2, 5, 28, 40), for each lid up, lash_px (see LidSurface), shading, x and y of normals.
     means: mean light of the lips and of both lids.
     """
 
