@@ -151,7 +151,7 @@ def live_text(figures: "LiveFigures") -> str:
     parts = [f"{figures.fps:.0f} fps", f"delay {figures.latency_ms:.0f} ms"]
     if figures.dropped:
         parts.append(f"{figures.dropped} dropped")
-    return ", ".join([*parts, *filter(None, (figures.level_told, figures.notice))])
+    return ", ".join([*parts, *filter(None, (figures.level_notice, figures.notice))])
 
 
 def live_summary(figures: "LiveFigures", seconds: float) -> str:

@@ -2,7 +2,7 @@
 
 import os
 
-# This must be set before PyOpenCL is imported. PyOpenCL would keep the few lines of Python that it
-# makes for each kernel in an SQLite file. That saves no time, and fails where the file is damaged or
-# the disk is full.
+# Set before PyOpenCL is imported, which would otherwise keep the few lines of Python that it makes
+# for each kernel in an SQLite file. That saves no time, and fails when the file is damaged or the
+# disk is full.
 os.environ.setdefault("PYOPENCL_NO_CACHE", "1")

@@ -1,6 +1,6 @@
-"""The folder where PoCL keeps compiled kernels: it must have room, and nothing is left behind there.
+"""The folder where PoCL keeps compiled kernels: checked for room, and cleaned of temporary files.
 
-PoCL and LLVM end the process by SIGABRT when they cannot write there, so the room is tried first.
+PoCL and LLVM end the process with SIGABRT when they cannot write there, so room is tested first.
 """
 
 import atexit
@@ -15,24 +15,25 @@ from functools import cache
 from pathlib import Path
 
 # Measured with PoCL 3.0 on a small tmpfs: painting a video failed with 1 MB and worked with 1.5 MB.
-# 1.1 MB of it is taken for a moment (a source with all built-in functions), 0.25 MB for good.
-ROOM_BYTES = 4 << 20  # a few runs may begin at once
+# PoCL needs 1.1 MB of that for a moment (a source with all built-in functions), and keeps 0.25 MB.
+ROOM_BYTES = 4 << 20  # a few runs may start at once
 _ROOM_FILES = 32  # one run makes 20 files and folders
 _DAY_SECONDS = 86400
-# Names of PoCL's temporary files. The one that PoCL makes when it starts has no suffix, and stays.
+# Names of PoCL's temporary files. PoCL makes one without a suffix at its start, and leaves it.
 _TEMPORARY = re.compile(r"tempfile_\w{6}(\.[\w.-]+)?")
-_own: list[str] = []  # folders that end with this process
+_own: list[str] = []  # folders that are removed when this process ends
 
 
 class NoRoomError(OSError):
-    """No folder takes the kernels."""
+    """No folder can hold the compiled kernels."""
 
 
 def settle() -> Path:
-    """The folder that PoCL uses from now on: the user's, or one that lasts as long as this process.
+    """Choose the folder that PoCL uses from now on, and set POCL_CACHE_DIR to it.
 
-    It is POCL_CACHE_DIR, else PoCL's own place; and one among the temporary files where neither can
-    be written, has room, or may hold programs. Sets POCL_CACHE_DIR.  Raises NoRoomError.
+    The choice is POCL_CACHE_DIR, else PoCL's default. Where that cannot be written, lacks room or
+    must not hold programs, it is a temporary folder that is removed when this process ends.
+    Raises NoRoomError.
     """
     usual = _usual()
     reasons = [_try(usual)]
@@ -49,7 +50,7 @@ def settle() -> Path:
         raise NoRoomError(
             f"the kernels that paint need a folder with {ROOM_BYTES >> 20} MB of room, found none: "
             f"{'; '.join(reason for reason in reasons if reason)}. Free some space, or set "
-            "POCL_CACHE_DIR to a folder that has it"
+            "POCL_CACHE_DIR to a folder with room"
         )
     os.environ["POCL_CACHE_DIR"] = str(folder)
     return folder
@@ -57,10 +58,10 @@ def settle() -> Path:
 
 @contextlib.contextmanager
 def left_clean(folder: Path) -> Generator[None, None, None]:
-    """Remove the empty file that PoCL makes when it starts, and what killed runs left a day ago.
+    """Remove the empty file that PoCL makes at its start, and what killed runs left a day ago.
 
-    PoCL closes that file at once and never opens it again: should another process make its own
-    within the block, that one may go too. Files that are in use have a suffix, and are younger.
+    PoCL closes that file at once and never opens it again, so the file of another process that
+    starts within the block may go too. Files in use have a suffix and are younger.
     """
     before = _temporary(folder)
     try:
@@ -76,7 +77,7 @@ def left_clean(folder: Path) -> Generator[None, None, None]:
 
 @cache
 def _sweep(folder: Path) -> None:
-    """Remove what killed runs left, once a process: there may be thousands of such files."""
+    """Remove the files that killed runs left, once per process: there may be thousands."""
     aged = time.time() - _DAY_SECONDS
     for name in _temporary(folder):
         with contextlib.suppress(OSError):
@@ -85,21 +86,21 @@ def _sweep(folder: Path) -> None:
 
 
 def restore() -> None:
-    """Make PoCL's folder again, which somebody may have removed meanwhile. Raises OSError."""
+    """Make PoCL's folder again, in case somebody removed it. Raises OSError."""
     Path(os.environ["POCL_CACHE_DIR"]).mkdir(parents=True, exist_ok=True)
 
 
 def can_compile() -> bool:
-    """True when PoCL finds a linker, or has compiled into its folder before.
+    """True when PoCL finds the linker `ld` on the PATH, or has compiled into its folder before.
 
-    Without one it ends the process. It looks for `ld` on the PATH.
+    PoCL ends the process when it has to link without a linker.
     """
     folder = Path(os.environ["POCL_CACHE_DIR"])
     return shutil.which("ld") is not None or any(folder.glob("*/*/*/*/*.so"))
 
 
 def give_back() -> None:
-    """Remove the folders that were to last as long as this process."""
+    """Remove the temporary folders of this process."""
     while _own:
         shutil.rmtree(_own.pop(), ignore_errors=True)
 
@@ -108,8 +109,10 @@ atexit.register(give_back)
 
 
 def _usual() -> Path:
-    """Where PoCL would keep them by itself; without a HOME, though, not in /tmp, where others could
-    put programs of that name."""
+    """Return POCL_CACHE_DIR or PoCL's default folder.
+
+    Without a HOME, PoCL would use /tmp, where other users could put programs of the same name.
+    """
     if given := os.environ.get("POCL_CACHE_DIR"):
         return Path(given).absolute()
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
@@ -117,14 +120,14 @@ def _usual() -> Path:
 
 
 def _try(folder: Path) -> str | None:
-    """Why the folder does not do; None when it does. It is made if need be."""
+    """Make the folder where it is missing. Return why it cannot be used, None when it can."""
     if not folder.is_absolute():  # "~", of a user without a home
-        return f"{folder} is no absolute path"
+        return f"{folder} is not an absolute path"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         state = os.statvfs(folder)
         if state.f_flag & getattr(os, "ST_NOEXEC", 0):
-            return f"{folder} may hold no programs (noexec)"
+            return f"{folder} must not hold programs (noexec)"
         if state.f_files and state.f_favail < _ROOM_FILES:
             return f"{folder} has no room for more files"
         _allocate(folder)
@@ -134,7 +137,7 @@ def _try(folder: Path) -> str | None:
 
 
 def _allocate(folder: Path) -> None:
-    """Take the room and give it back: a full disk, a quota and a limit of the process all show."""
+    """Take the room and release it: fails on a full disk, a quota or a limit of the process."""
     with tempfile.TemporaryFile(dir=folder) as file:
         if hasattr(os, "posix_fallocate"):
             os.posix_fallocate(file.fileno(), 0, ROOM_BYTES)
@@ -145,9 +148,9 @@ def _allocate(folder: Path) -> None:
 
 
 def _own_folder(place: str) -> tuple[Path | None, str | None]:
-    """A new folder there, or why it cannot be."""
+    """Make a new folder in `place`: (folder, None), or (None, why it cannot be used)."""
     try:
-        # a name of its own: PoCL runs what it finds there, and others can write to /tmp
+        # a random name: PoCL runs what it finds in the folder, and other users can write to /tmp
         folder = tempfile.mkdtemp(prefix="makeup-video-", dir=place)
     except OSError as error:
         return None, f"{place}: {error.strerror or error}"
@@ -159,7 +162,7 @@ def _own_folder(place: str) -> tuple[Path | None, str | None]:
 
 
 def _temporary(folder: Path) -> set[str]:
-    """Names of PoCL's temporary files."""
+    """List the names of PoCL's temporary files."""
     try:
         return set(filter(_TEMPORARY.fullmatch, os.listdir(folder)))
     except OSError:

@@ -1,14 +1,16 @@
 /* Y'CbCr codes of a frame <-> linear light: the colour maths that every kernel shares.
- * Numpy twin, with the sources of all constants: colour.py. Linear light is display light in the
- * frame's own primaries; 1 is diffuse white. Values outside 0..1 are kept, not clipped, so that
- * colours beyond the gamut come back as the codes they were.
+ * Numpy twin: colour.py, which also defines COLOUR_PQ_*, COLOUR_HLG_*, COLOUR_SRGB_* and the struct
+ * colour_coding, with their sources. Linear light is display light in the frame's own primaries; 1
+ * is diffuse white. Values outside 0..1 are kept, not clipped, so that colours beyond the gamut
+ * return to their codes.
  *
  * COLOUR_TRANSFER picks the transfer function when the program is built, as ITU-T H.273 numbers it:
  * 16 PQ, 18 HLG; everything else is 13, sRGB.
  *
- * Here and in every kernel: one pixel per work-item, plain arithmetic and ?: instead of library
- * functions (min, clamp, fabs, vload, pow ...). PoCL does not inline those, and one call that is
- * not inlined keeps it from vectorising the kernel: ten times slower by one fmin. */
+ * Here and in every kernel: one pixel per work-item, and plain arithmetic and ?: instead of library
+ * functions (min, clamp, fabs, vload, pow ...). PoCL does not inline those functions, and one call
+ * that is not inlined keeps PoCL from vectorising the kernel: a single fmin made it ten times
+ * slower. */
 
 #ifndef COLOUR_H
 #define COLOUR_H
@@ -25,13 +27,6 @@
 #endif
 #endif
 
-/* Made by coding_argument in colour.py. Rows of 3 weights and an offset. */
-typedef struct {
-    float to_rgb[12];   /* codes -> R'G'B' */
-    float to_codes[12]; /* R'G'B' -> codes */
-    float max_code;
-} colour_coding;
-
 typedef struct {
     float red, green, blue;
 } colour_rgb;
@@ -42,8 +37,8 @@ typedef struct {
 
 static inline float colour_abs(float x) { return as_float(as_int(x) & 0x7fffffff); }
 
-/* max(x, 0), and x clamped to 0..top, without comparing: LLVM packs like comparisons of two channels or
- * coordinates into vectors of two, and then no longer vectorises over pixels. */
+/* max(x, 0), min(x, y), and x clamped to 0..top, without a comparison: LLVM packs equal comparisons
+ * of two channels or coordinates into vectors of two and then no longer vectorises over pixels. */
 static inline float colour_positive(float x) { return 0.5f * (x + colour_abs(x)); }
 
 static inline float colour_min(float x, float y) { return 0.5f * (x + y - colour_abs(x - y)); }
@@ -55,7 +50,7 @@ static inline float colour_signed(float x, float sign) {
     return as_float((as_int(x) & 0x7fffffff) | (as_int(sign) & (int)0x80000000));
 }
 
-/* log2 of a normal positive number, within 5e-8 beside rounding: the exponent, and a polynomial of
+/* log2 of a normal positive number, to 5e-8 before rounding: the exponent, and a polynomial of
  * the mantissa in sqrt(1/2)..sqrt(2). Zero gives -127. */
 static inline float colour_log2(float x) {
     int exponent = (as_int(x) - 0x3f3504f3) >> 23;
@@ -71,7 +66,7 @@ static inline float colour_log2(float x) {
     return (float)exponent + z * sum;
 }
 
-/* 2^x for x < 127, within 1e-7 of its value; below -126 it stays at 2^-126. */
+/* 2^x for x < 127, to a relative error of 1e-7; below -126 the result stays at 2^-126. */
 static inline float colour_exp2(float x) {
     x = x < -126.0f ? -126.0f : x;
     float shifted = x + 12582912.0f; /* 1.5 * 2^23: the low bits are now x, rounded */
@@ -86,42 +81,45 @@ static inline float colour_exp2(float x) {
 }
 
 /* R', G' or B' -> linear, and back. Odd functions: -x gives -f(x). */
-#if COLOUR_TRANSFER == 16 /* SMPTE ST 2084; 10000 / 203 in units of diffuse white */
+#if COLOUR_TRANSFER == 16 /* SMPTE ST 2084 */
 static inline float colour_to_linear(float encoded) {
     float a = colour_abs(encoded);
-    a = a < 1.25f ? a : 1.25f; /* the curve has a pole at 1.99 */
-    /* 1e-6 is a thousandth of a code, and keeps the difference below from reaching 0. A max
-     * there instead: PoCL packs that of three channels into vectors of two, and then no longer
-     * vectorises over pixels (12 times slower). */
-    float p = colour_exp2(colour_log2(a + 1e-6f) * (1.0f / 78.84375f));
-    float y = (p - 0.8359375f) / (18.8515625f - 18.6875f * p);
+    a = a < COLOUR_PQ_LARGEST ? a : COLOUR_PQ_LARGEST; /* the curve has a pole at 1.99 */
+    /* 1e-6 is a thousandth of a code and keeps the difference below from reaching 0. With a max
+     * there, PoCL packs the max of three channels into vectors of two and no longer vectorises
+     * over pixels (12 times slower). */
+    float p = colour_exp2(colour_log2(a + 1e-6f) * (1.0f / COLOUR_PQ_M2));
+    float y = (p - COLOUR_PQ_C1) / (COLOUR_PQ_C2 - COLOUR_PQ_C3 * p);
     return colour_signed(
-        49.2610837f * colour_exp2(colour_log2(y) * (1.0f / 0.1593017578125f)), encoded);
+        COLOUR_PQ_WHITES * colour_exp2(colour_log2(y) * (1.0f / COLOUR_PQ_M1)), encoded);
 }
 
 static inline float colour_to_encoded(float linear) {
-    float a = colour_abs(linear) * (1.0f / 49.2610837f);
-    float y = colour_exp2(colour_log2(a) * 0.1593017578125f);
-    float p = (0.8359375f + 18.8515625f * y) / (1.0f + 18.6875f * y);
-    return colour_signed(colour_exp2(colour_log2(p) * 78.84375f), linear);
+    float a = colour_abs(linear) * (1.0f / COLOUR_PQ_WHITES);
+    float y = colour_exp2(colour_log2(a) * COLOUR_PQ_M1);
+    float p = (COLOUR_PQ_C1 + COLOUR_PQ_C2 * y) / (1.0f + COLOUR_PQ_C3 * y);
+    return colour_signed(colour_exp2(colour_log2(p) * COLOUR_PQ_M2), linear);
 }
 #elif COLOUR_TRANSFER == 18 /* ITU-R BT.2100, OETF; scene light in units of diffuse white */
 static inline float colour_to_linear(float encoded) {
     float a = colour_abs(encoded);
-    float high = 0.314509843f * colour_exp2((a - 0.55991073f) * 8.06728566f) + 0.0895311774f;
-    return colour_signed(a <= 0.5f ? a * a * 1.25803937f : high, encoded);
+    float high = COLOUR_HLG_LIGHT_END * colour_exp2((a - COLOUR_HLG_C) * COLOUR_HLG_PER_A) +
+                 COLOUR_HLG_B_LIGHT;
+    return colour_signed(a <= COLOUR_HLG_END ? a * a * COLOUR_HLG_SQUARE : high, encoded);
 }
 
 static inline float colour_to_encoded(float linear) {
     float a = colour_abs(linear);
-    float offset = a * 3.17955073f - 0.28466892f; /* negative where the root holds */
-    float high = 0.12395743f * colour_log2(offset > 0.25f ? offset : 0.25f) + 0.55991073f;
-    return colour_signed(a <= 0.314509843f ? colour_sqrt(a * 0.794887681f) : high, linear);
+    float offset =
+        a * COLOUR_HLG_PER_WHITE - COLOUR_HLG_B; /* may be negative where the root holds */
+    float high = COLOUR_HLG_A * colour_log2(offset > 0.25f ? offset : 0.25f) + COLOUR_HLG_C;
+    return colour_signed(
+        a <= COLOUR_HLG_LIGHT_END ? colour_sqrt(a * COLOUR_HLG_ROOT) : high, linear);
 }
 #else
-/* IEC 61966-2-1. Polynomials with the smallest largest error, 0.02 of a ten-bit code each way, up
- * to an encoded value of 2.2, the largest that codes can mean. Brighter light still has finite
- * codes. */
+/* IEC 61966-2-1. Minimax polynomials: the error is at most 0.02 of a ten-bit code each way, up to
+ * an encoded value of 2.2, the largest that codes can mean. Brighter light still has finite codes.
+ */
 static inline float colour_to_linear(float encoded) {
     float a = colour_abs(encoded);
     float sum = -0.00516528084f;
@@ -133,7 +131,8 @@ static inline float colour_to_linear(float encoded) {
     sum = sum * a + 0.500522286f;
     sum = sum * a + 0.0342612446f;
     sum = sum * a + 0.000878301484f;
-    return colour_signed(a <= 0.04045f ? a * (1.0f / 12.92f) : sum, encoded);
+    return colour_signed(
+        a <= COLOUR_SRGB_ENCODED_END ? a * (1.0f / COLOUR_SRGB_SLOPE) : sum, encoded);
 }
 
 static inline float colour_to_encoded(float linear) {
@@ -146,13 +145,14 @@ static inline float colour_to_encoded(float linear) {
     sum = sum * root + 1.24505288f;
     sum = sum * root + 0.166146011f;
     sum = sum * root - 0.0618205996f;
-    return colour_signed(a <= 0.0031308f ? a * 12.92f : sum, linear);
+    return colour_signed(a <= COLOUR_SRGB_LINEAR_END ? a * COLOUR_SRGB_SLOPE : sum, linear);
 }
 #endif
 
-/* light * Y^exponent, Y its luminance but at least `darkest`. */
+/* light * Y^exponent, where Y is the light's luminance, at least `darkest`. */
 static inline colour_rgb colour_hlg_gain(colour_rgb light, float exponent, float darkest) {
-    float luminance = 0.2627f * light.red + 0.6780f * light.green + 0.0593f * light.blue;
+    float luminance =
+        COLOUR_HLG_RED * light.red + COLOUR_HLG_GREEN * light.green + COLOUR_HLG_BLUE * light.blue;
     luminance = luminance > darkest ? luminance : darkest;
     float gain = colour_exp2(exponent * colour_log2(luminance));
     colour_rgb out = {light.red * gain, light.green * gain, light.blue * gain};
@@ -171,8 +171,8 @@ static inline colour_rgb colour_decode(
         colour_to_linear(colour_row(coding->to_rgb + 4, luma, cb, cr)),
         colour_to_linear(colour_row(coding->to_rgb + 8, luma, cb, cr)),
     };
-#if COLOUR_TRANSFER == 18 /* OOTF of a display with 1000 cd/m2: gamma 1.2 */
-    linear = colour_hlg_gain(linear, 0.2f, 0x1p-20f);
+#if COLOUR_TRANSFER == 18 /* the OOTF of the display */
+    linear = colour_hlg_gain(linear, COLOUR_HLG_GAIN, COLOUR_HLG_DARKEST);
 #endif
     return linear;
 }
@@ -180,7 +180,7 @@ static inline colour_rgb colour_decode(
 /* Linear light -> Y'CbCr codes, neither rounded nor clipped: chroma is averaged first. */
 static inline colour_codes colour_encode(colour_rgb linear, const colour_coding *coding) {
 #if COLOUR_TRANSFER == 18
-    linear = colour_hlg_gain(linear, -1.0f / 6.0f, 0x1p-24f);
+    linear = colour_hlg_gain(linear, COLOUR_HLG_GAIN_BACK, COLOUR_HLG_DARKEST_LIGHT);
 #endif
     float red = colour_to_encoded(linear.red);
     float green = colour_to_encoded(linear.green);
@@ -193,7 +193,7 @@ static inline colour_codes colour_encode(colour_rgb linear, const colour_coding 
     return codes;
 }
 
-/* The code to store: halves go up, the rest is clipped. NaN becomes the largest code. */
+/* Round and clip a code as it is stored; halves go up. NaN becomes the largest code. */
 static inline int colour_round(float code, const colour_coding *coding) {
     code = code < coding->max_code ? code : coding->max_code;
     code = code > 0.0f ? code : 0.0f;

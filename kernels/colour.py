@@ -1,18 +1,19 @@
-"""Y'CbCr codes <-> R'G'B' <-> linear light: the numpy twin of colour.h, exact where that is quick.
+"""Y'CbCr codes <-> R'G'B' <-> linear light: the exact numpy twin of colour.h.
 
 Linear light is display light in the frame's own primaries; 1 is diffuse white. Nothing is clipped:
-beyond 0..1 the curves go on, odd about 0, so that colours outside the gamut come back as the
-codes they were. Code points are those of ITU-T H.273 (07/2021).
+the curves go on beyond 0..1, odd about 0, so that colours outside the gamut return to their codes.
+Code points are those of ITU-T H.273 (07/2021).
 
-SDR light is what the sRGB curve makes of R'G'B', whatever the transfer tag says (docs/decisions/colour.md
-has the reason). HDR light is counted in units of HDR reference white, 203 cd/m2, which is 58 % PQ
-and 75 % HLG (ITU-R BT.2408-8, table 1); HLG is seen on its 1000 cd/m2 display.
+SDR light follows the sRGB curve whatever the transfer tag (docs/decisions/colour.md has the
+reason). HDR light is in units of HDR reference white, 203 cd/m2, which is 58 % PQ and 75 % HLG
+(ITU-R BT.2408-8, table 1); HLG light is that of a display of 1000 cd/m2.
 """
 
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from makeup_video.kernels.definitions import Definitions
 
 # ITU-T H.273, 8.3: Kr and Kb
 LUMA_WEIGHTS = {
@@ -34,12 +35,17 @@ PRIMARIES = {
 }
 D65 = (0.3127, 0.3290)
 SRGB, PQ, HLG = 13, 16, 18  # ITU-T H.273, 8.2
+
+# IEC 61966-2-1: the straight part near black, in light and in R'G'B', and its slope
+SRGB_LINEAR_END, SRGB_ENCODED_END, SRGB_SLOPE = 0.0031308, 0.04045, 12.92
+
 REFERENCE_WHITE = 203.0  # cd/m2, ITU-R BT.2408-8
 
 # SMPTE ST 2084:2014, 5.2; PQ_PEAK in cd/m2
 PQ_M1, PQ_M2 = 2610 / 16384, 2523 / 4096 * 128
 PQ_C1, PQ_C2, PQ_C3 = 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
 PQ_PEAK = 10000.0
+PQ_WHITES = PQ_PEAK / REFERENCE_WHITE  # the peak in units of diffuse white
 PQ_LARGEST = 1.25  # the curve has a pole at 1.99; no display shows more than 1
 
 # ITU-R BT.2100-2, table 5. The system gamma is that of a display with 1000 cd/m2.
@@ -49,14 +55,56 @@ HLG_C = 0.5 - HLG_A * np.log(4 * HLG_A)
 HLG_GAMMA = 1.2
 HLG_LUMINANCE = (0.2627, 0.6780, 0.0593)
 HLG_WHITE = (np.exp((0.75 - HLG_C) / HLG_A) + HLG_B) / 12  # scene light of 75 %
-# Below this scene luminance the display's gain is that of this luminance: at 0 its inverse is not
-# finite. Far darker than a code of 12 bits can say.
+# Darker scene luminance gets the display's gain at this luminance: at 0 the inverse of the gain is
+# not finite. It is far below one code of 12 bits.
 HLG_DARKEST = 2.0**-20
+HLG_END = 0.5  # R'G'B' where the curve turns from a square root into a logarithm
+
+# The struct of colour.h: (3, 4) from codes to R'G'B', and back.
+CODING = np.dtype([
+    ("to_rgb", np.float32, (3, 4)),
+    ("to_codes", np.float32, (3, 4)),
+    ("max_code", np.float32),
+])  # fmt: skip
+DEFINITIONS = Definitions(
+    {
+        "COLOUR_SRGB_LINEAR_END": SRGB_LINEAR_END,
+        "COLOUR_SRGB_ENCODED_END": SRGB_ENCODED_END,
+        "COLOUR_SRGB_SLOPE": SRGB_SLOPE,
+        "COLOUR_PQ_M1": PQ_M1,
+        "COLOUR_PQ_M2": PQ_M2,
+        "COLOUR_PQ_C1": PQ_C1,
+        "COLOUR_PQ_C2": PQ_C2,
+        "COLOUR_PQ_C3": PQ_C3,
+        "COLOUR_PQ_WHITES": PQ_WHITES,
+        "COLOUR_PQ_LARGEST": PQ_LARGEST,
+        # of BT.2100's curve in units of diffuse white, with logarithms to base 2
+        "COLOUR_HLG_END": HLG_END,
+        "COLOUR_HLG_LIGHT_END": 1 / 12 / HLG_WHITE,
+        "COLOUR_HLG_PER_WHITE": 12 * HLG_WHITE,
+        "COLOUR_HLG_SQUARE": 1 / 3 / HLG_WHITE,
+        "COLOUR_HLG_ROOT": 3 * HLG_WHITE,
+        "COLOUR_HLG_A": HLG_A * np.log(2),
+        "COLOUR_HLG_PER_A": 1 / (HLG_A * np.log(2)),
+        "COLOUR_HLG_B": HLG_B,
+        "COLOUR_HLG_B_LIGHT": HLG_B / 12 / HLG_WHITE,
+        "COLOUR_HLG_C": HLG_C,
+        "COLOUR_HLG_RED": HLG_LUMINANCE[0],
+        "COLOUR_HLG_GREEN": HLG_LUMINANCE[1],
+        "COLOUR_HLG_BLUE": HLG_LUMINANCE[2],
+        "COLOUR_HLG_GAMMA": HLG_GAMMA,
+        "COLOUR_HLG_GAIN": HLG_GAMMA - 1,
+        "COLOUR_HLG_GAIN_BACK": 1 / HLG_GAMMA - 1,
+        "COLOUR_HLG_DARKEST": HLG_DARKEST,
+        "COLOUR_HLG_DARKEST_LIGHT": HLG_DARKEST**HLG_GAMMA,
+    },
+    {"colour_coding": CODING},
+)
 
 
 @dataclass(frozen=True)
 class Coding:
-    """How the codes of a frame mean colour, nothing left open.
+    """How the codes of a frame mean colour, with no tag left unspecified.
 
     matrix, primaries: a key of LUMA_WEIGHTS, of PRIMARIES. transfer: SRGB, PQ or HLG.
     """
@@ -96,14 +144,14 @@ def encode(linear: np.ndarray, coding: Coding) -> np.ndarray:
 
 
 def rounded(codes: np.ndarray, coding: Coding) -> np.ndarray:
-    """The codes that are stored: halves go up (ITU-T H.273, Round), the rest is clipped."""
+    """Round and clip codes as they are stored; halves go up (ITU-T H.273, Round)."""
     whole: np.ndarray = np.clip(np.floor(codes + 0.5), 0, coding.max_code).astype(np.int64)
     return whole
 
 
 @lru_cache
 def matrices(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
-    """(3, 4) from codes to R'G'B', and (3, 4) back (ITU-T H.273, 8.3)."""
+    """Return the (3, 4) matrices from codes to R'G'B' and back (ITU-T H.273, 8.3)."""
     kr, kb = LUMA_WEIGHTS[coding.matrix]
     kg = 1 - kr - kb
     weights = np.array([
@@ -122,14 +170,13 @@ def matrices(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache
 def coding_argument(coding: Coding) -> np.ndarray:
-    """The colour_coding of colour.h, as a kernel takes it by value: (25,) float32."""
-    numbers = [*matrices(coding)[0].flat, *matrices(coding)[1].flat, coding.max_code]
-    return np.array(numbers, np.float32)
+    """Make the colour_coding of colour.h, which kernels take by value: (1,) CODING."""
+    return np.array([(*matrices(coding), coding.max_code)], CODING)
 
 
 @lru_cache
 def product_linear(rgb: tuple[float, float, float], coding: Coding) -> np.ndarray:
-    """Linear light (3,) in the frame's primaries of a colour in sRGB, 0..255, under white light."""
+    """Convert a colour in sRGB, 0..255, to linear light (3,) in the frame's primaries."""
     linear = to_linear(np.array(rgb, np.float64) / 255, SRGB)
     product: np.ndarray = from_srgb_primaries(coding.primaries) @ linear
     return product
@@ -137,14 +184,14 @@ def product_linear(rgb: tuple[float, float, float], coding: Coding) -> np.ndarra
 
 @lru_cache
 def from_srgb_primaries(primaries: int) -> np.ndarray:
-    """(3, 3) from linear light in sRGB's primaries to linear light in others."""
+    """Return the (3, 3) matrix from linear light in sRGB's primaries to linear light in others."""
     matrix: np.ndarray = np.linalg.solve(to_xyz(primaries), to_xyz(1))
     return matrix
 
 
 @lru_cache
 def to_xyz(primaries: int) -> np.ndarray:
-    """(3, 3) from linear light to CIE 1931 XYZ with Y = 1 for white (SMPTE RP 177)."""
+    """Return the (3, 3) matrix from linear light to CIE 1931 XYZ, white at Y = 1 (RP 177)."""
     columns = np.array([[x / y, 1, (1 - x - y) / y] for x, y in (*PRIMARIES[primaries], D65)]).T
     scaled: np.ndarray = columns[:, :3] * np.linalg.solve(columns[:, :3], columns[:, 3])
     return scaled
@@ -158,9 +205,11 @@ def to_linear(encoded: np.ndarray, transfer: int) -> np.ndarray:
         y = (np.maximum(p - PQ_C1, 0) / (PQ_C2 - PQ_C3 * p)) ** (1 / PQ_M1)
         light = y * PQ_PEAK / REFERENCE_WHITE
     elif transfer == HLG:
-        light = np.where(a <= 0.5, a**2 / 3, (np.exp((a - HLG_C) / HLG_A) + HLG_B) / 12) / HLG_WHITE
+        light = (
+            np.where(a <= HLG_END, a**2 / 3, (np.exp((a - HLG_C) / HLG_A) + HLG_B) / 12) / HLG_WHITE
+        )
     else:  # IEC 61966-2-1
-        light = np.where(a <= 0.04045, a / 12.92, ((a + 0.055) / 1.055) ** 2.4)
+        light = np.where(a <= SRGB_ENCODED_END, a / SRGB_SLOPE, ((a + 0.055) / 1.055) ** 2.4)
     light = np.asarray(np.copysign(light, encoded))
     if transfer == HLG:  # the display multiplies by a power of the luminance (BT.2100: OOTF)
         luminance = np.maximum(light @ HLG_LUMINANCE, HLG_DARKEST)
@@ -182,5 +231,5 @@ def to_encoded(linear: np.ndarray, transfer: int) -> np.ndarray:
         high = HLG_A * np.log(np.maximum(12 * scene - HLG_B, HLG_B)) + HLG_C
         encoded = np.where(scene <= 1 / 12, np.sqrt(3 * scene), high)
     else:  # IEC 61966-2-1
-        encoded = np.where(a <= 0.0031308, 12.92 * a, 1.055 * a ** (1 / 2.4) - 0.055)
+        encoded = np.where(a <= SRGB_LINEAR_END, SRGB_SLOPE * a, 1.055 * a ** (1 / 2.4) - 0.055)
     return np.asarray(np.copysign(encoded, linear))

@@ -1,18 +1,76 @@
 """Makeup on a surface, in linear light: recolouring, gloss, reflection, shimmer.
 
-The numpy twin of material.h, in float64 over arrays of pixels, and what its struct means. The two
-steps are those of Kips et al. (2021), section 3.1: recolouring, then texture.
+The numpy twin of material.h, in float64 over arrays of pixels, with its constants and its struct.
+The two steps are those of Kips et al. (2021), section 3.1: recolouring, then texture.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from makeup_video.kernels.definitions import Definitions
 
 ENVIRONMENT_PX = 16  # side of an environment image
-_FINEST = 1.25  # times the broad light: what is brighter counts as a highlight, not as texture
-_BRIGHTEST = 6.0
-_STEEPEST = 0.96  # of nx^2 + ny^2: beyond, a normal would turn away from the viewer
+_MIDDLE, _LAST = (ENVIRONMENT_PX - 1) / 2, ENVIRONMENT_PX - 1.001  # texels that a ray may reach
+_FINEST = 1.25  # times the broad light: brighter light is a highlight, not texture
+_BRIGHTEST = 6.0  # times the broad light
+_BRIGHTEST_SHADE = 4.0  # times the mean of the region
+_STEEPEST = 0.96  # of nx^2 + ny^2: a steeper normal would turn away from the viewer
 LEAST_ROOM = 1e-4
+# How fine light breaks up the synthetic highlight.
+_BREAKUP_GAIN, _BREAKUP_START, _BREAKUP_MOST = 2.5, 1.5, 2.0
+# Sparkles: added to coordinates so that cells count from 0; margin and spread of a sparkle's place
+# within its cell; how far sparkles are tilted; how narrow their glint is.
+_CELLS_BEFORE_ZERO = 4096
+_SPARKLE_MARGIN, _SPARKLE_SPREAD, _SPARKLE_TILT, _SPARKLE_NARROWNESS = 0.3, 0.4, 1.3, 2.5
+
+# The struct of material.h: the fields of Material.
+MATERIAL = np.dtype([
+    ("product", np.float32, 3),
+    ("glint", np.float32, 3),
+    ("sparkle", np.float32, 3),
+    ("luminance", np.float32, 3),
+    ("opacity", np.float32),
+    ("texture", np.float32),
+    ("undertone", np.float32),
+    ("own_highlights", np.float32),
+    ("lobe", np.float32),
+    ("half_way", np.float32, 3),
+    ("reflection", np.float32),
+    ("fresnel_front", np.float32),
+    ("fresnel_rim", np.float32),
+    ("room", np.float32, 4),
+    ("shimmer", np.float32),
+    ("cells", np.float32),
+    ("spot", np.float32),
+    ("dark", np.float32),
+    ("dark_gain", np.float32),
+    ("dark_offset", np.float32),
+    ("to_film", np.float32, 9),
+    ("from_film", np.float32, 9),
+    ("ceiling", np.float32),
+])  # fmt: skip
+DEFINITIONS = Definitions(
+    {
+        "MATERIAL_ENVIRONMENT_PX": ENVIRONMENT_PX,
+        "MATERIAL_MIDDLE": _MIDDLE,
+        "MATERIAL_LAST": _LAST,
+        "MATERIAL_FINEST": _FINEST,
+        "MATERIAL_BRIGHTEST": _BRIGHTEST,
+        "MATERIAL_BRIGHTEST_SHADE": _BRIGHTEST_SHADE,
+        "MATERIAL_STEEPEST": _STEEPEST,
+        "MATERIAL_LEAST_ROOM": LEAST_ROOM,
+        "MATERIAL_BREAKUP_GAIN": _BREAKUP_GAIN,
+        "MATERIAL_BREAKUP_START": _BREAKUP_START,
+        "MATERIAL_BREAKUP_MOST": _BREAKUP_MOST,
+        "MATERIAL_CELLS_BEFORE_ZERO": _CELLS_BEFORE_ZERO,
+        "MATERIAL_SPARKLE_MARGIN": _SPARKLE_MARGIN,
+        "MATERIAL_SPARKLE_SPREAD": _SPARKLE_SPREAD,
+        "MATERIAL_SPARKLE_TILT": _SPARKLE_TILT,
+        "MATERIAL_SPARKLE_NARROWNESS": _SPARKLE_NARROWNESS,
+    },
+    {"material": MATERIAL},
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,18 +78,27 @@ class Material:
     """A product under the light of a scene, as the kernel takes it. Light is linear; colours are
     in sRGB's primaries.
 
-    product: its colour, lit.  glint, sparkle: colour and strength of synthetic highlights and of
-    shimmer.  luminance: weights of red, green and blue.  opacity: 0..1.  texture: how much fine
-    light and dark of the skin survives, 0..1.  undertone: how much of its chroma, 0..1.
-    own_highlights: how much is added to highlights that the skin has.  lobe: squared width of the
-    synthetic highlight, 0..1.  half_way: unit vector between light and viewer, z to the viewer.
-    reflection: 0..1; fresnel_front, fresnel_rim: its share where the surface faces the viewer, and
-    what comes on top where it turns away.  room: turns a reflected ray into texels of the
-    environment.  shimmer: share of the cells that hold a sparkle.  cells: their number for each
-    unit of the coordinates that stick to the skin.  spot: a sparkle's squared radius, in cells.
-    dark: light below which nothing is told apart.  dark_gain,
-    dark_offset: the weight is multiplied by dark_offset + dark_gain * fine light, held in 0..1.  to_film,
-    from_film: (3, 3) by rows, from the frame's primaries to sRGB's and back.  ceiling: the brightest light that is painted.
+    product: the product's colour, lit.
+    glint, sparkle: colour and strength of the synthetic highlight and of shimmer.
+    luminance: weights of red, green and blue.
+    opacity: 0..1.
+    texture: how much of the skin's fine light and dark survives, 0..1.
+    undertone: how much of the skin's chroma survives, 0..1.
+    own_highlights: gain of the highlights that the skin has.
+    lobe: squared width of the synthetic highlight, 0..1.
+    half_way: unit vector between light and viewer, z towards the viewer.
+    reflection: 0..1.
+    fresnel_front, fresnel_rim: share of the reflection where the surface faces the viewer, and what
+    is added where the surface turns away.
+    room: (2, 2) by rows, from the x and y of a reflected ray to texels of the environment.
+    shimmer: share of the cells that hold a sparkle.
+    cells: number of cells per unit of the coordinates that stick to the skin.
+    spot: squared radius of a sparkle, in cells.
+    dark: light below which differences do not count.
+    dark_gain, dark_offset: the weight is multiplied by dark_offset + dark_gain * fine light,
+    clipped to 0..1, which spares what is dark.
+    to_film, from_film: (3, 3) by rows, from the frame's primaries to sRGB's and back.
+    ceiling: the brightest light that is painted.
     """
 
     product: tuple[float, ...]
@@ -58,21 +125,17 @@ class Material:
     from_film: tuple[float, ...]
     ceiling: float
 
-    def numbers(self) -> list[float]:
-        """The struct `material` of material.h: 52 numbers."""
-        numbers: list[float] = []
-        for name in _NAMES:
-            value = getattr(self, name)
-            numbers.extend(value) if isinstance(value, tuple) else numbers.append(value)
-        return numbers
+    def record(self) -> tuple[Any, ...]:
+        """Return the fields in the order of MATERIAL, to be assigned to such a record."""
+        return tuple(getattr(self, name) for name in _NAMES)
 
 
-_NAMES = [field.name for field in fields(Material)]
+_NAMES = MATERIAL.names or ()
 
 
 @dataclass(slots=True)
 class Skin:
-    """What material_at finds out of every pixel. (h, w) arrays; room (h, w, 3)."""
+    """The surface of the skin at every pixel, as material_at returns it: (h, w); room (h, w, 3)."""
 
     coarse: np.ndarray
     shade: np.ndarray
@@ -91,25 +154,24 @@ def skin_at(
     environment: np.ndarray,
     m: Material,
 ) -> Skin:
-    """The twin of material_at. environment: (3, 16, 16) linear."""
+    """Compute the skin's surface: the twin of material_at. environment: (3, 16, 16), linear."""
     steep = nx * nx + ny * ny
     shrink = np.sqrt(_STEEPEST / (_STEEPEST + np.maximum(steep - _STEEPEST, 0)))
     nx, ny = nx * shrink, ny * shrink
     nz = np.sqrt(1 - (nx * nx + ny * ny))
-    shade = np.minimum((coarse + m.dark) / (mean + m.dark), 4)
+    shade = np.minimum((coarse + m.dark) / (mean + m.dark), _BRIGHTEST_SHADE)
     facing = np.maximum(nx * m.half_way[0] + ny * m.half_way[1] + nz * m.half_way[2], 0)
     # Trowbridge and Reitz's lobe (GGX), 1 at its peak
     lobe = (m.lobe / (1 - facing * facing * (1 - m.lobe))) ** 2
     mirror = m.reflection * (m.fresnel_front + m.fresnel_rim * (1 - nz) ** 3)
     rx, ry = 2 * nz * nx, 2 * nz * ny
-    middle, last = (ENVIRONMENT_PX - 1) / 2, ENVIRONMENT_PX - 1.001
-    ex = np.clip(middle + m.room[0] * rx + m.room[1] * ry, 0, last)
-    ey = np.clip(middle + m.room[2] * rx + m.room[3] * ry, 0, last)
+    ex = np.clip(_MIDDLE + m.room[0] * rx + m.room[1] * ry, 0, _LAST)
+    ey = np.clip(_MIDDLE + m.room[2] * rx + m.room[3] * ry, 0, _LAST)
     return Skin(coarse, shade, nx, ny, lobe, mirror, bilinear(environment, ex, ey))
 
 
 def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(C, H, W) at places within it -> (..., C)."""
+    """Sample an image (C, H, W) at places (...) within it -> (..., C)."""
     ix, iy = x.astype(int), y.astype(int)
     fx, fy = x - ix, y - iy
     corners = [(0, 0, (1 - fx) * (1 - fy)), (1, 0, fx * (1 - fy)),
@@ -119,18 +181,18 @@ def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def added(base: np.ndarray, more: np.ndarray, ceiling: float) -> np.ndarray:
-    """Light upon light: nearly `base + more` while there is room, and never above the ceiling."""
+    """Add light to light: nearly `base + more` while there is room, and never above the ceiling."""
     room = np.maximum(ceiling - base, 0) + LEAST_ROOM
     sum_: np.ndarray = base + room * more / (room + more)
     return sum_
 
 
 def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarray:
-    """Sparkles that stick to the skin: each cell has one or none, tilted its own way."""
+    """Light of sparkles that stick to the skin: one or none in each cell, each tilted."""
     # float32 as in the kernel, or cells would differ at their borders
     u = np.float32(m.cells) * u.astype(np.float32)
     v = np.float32(m.cells) * v.astype(np.float32)
-    iu, iv = ((at + np.float32(4096)).astype(np.uint32) for at in (u, v))
+    iu, iv = ((along + np.float32(_CELLS_BEFORE_ZERO)).astype(np.uint32) for along in (u, v))
     number = iu * np.uint32(374761393) + iv * np.uint32(668265263)
     number = (number ^ (number >> np.uint32(13))) * np.uint32(1274126177)
     number ^= number >> np.uint32(16)
@@ -139,12 +201,13 @@ def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarra
         part: np.ndarray = ((number >> np.uint32(shift)) & np.uint32(255)).astype(np.float64) / 256
         return part
 
-    du = u - (iu - 4096.0) - 0.3 - 0.4 * bits(8)
-    dv = v - (iv - 4096.0) - 0.3 - 0.4 * bits(16)
-    tx = skin.nx - m.half_way[0] + 1.3 * (bits(4) - 0.5)
-    ty = skin.ny - m.half_way[1] - 1.3 * (0.5 - bits(12))
+    origin = float(_CELLS_BEFORE_ZERO)
+    du = u - (iu - origin) - _SPARKLE_MARGIN - _SPARKLE_SPREAD * bits(8)
+    dv = v - (iv - origin) - _SPARKLE_MARGIN - _SPARKLE_SPREAD * bits(16)
+    tx = skin.nx - m.half_way[0] + _SPARKLE_TILT * (bits(4) - 0.5)
+    ty = skin.ny - m.half_way[1] - _SPARKLE_TILT * (0.5 - bits(12))
     spot = np.maximum(1 - (du * du + dv * dv) / m.spot, 0)
-    glint = np.maximum(1 - 2.5 * (tx * tx + ty * ty), 0)
+    glint = np.maximum(1 - _SPARKLE_NARROWNESS * (tx * tx + ty * ty), 0)
     sparkle: np.ndarray = np.where(bits(0) < np.float32(m.shimmer), spot**2 * glint, 0)
     return sparkle
 
@@ -152,9 +215,9 @@ def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarra
 def made_up(
     bare: np.ndarray, weight: np.ndarray, u: np.ndarray, v: np.ndarray, skin: Skin, m: Material
 ) -> np.ndarray:
-    """The light of pixels (h, w, 3) with makeup of that weight on them: material_paint's twin.
+    """Put makeup of a weight on the light of pixels (h, w, 3): the twin of material_paint.
 
-    It is computed in sRGB's primaries, so that a product looks the same in every video.
+    Makeup is computed in sRGB's primaries, so that a product looks the same in every video.
     """
     to_film, from_film = (np.array(rows).reshape(3, 3) for rows in (m.to_film, m.from_film))
     under = bare @ to_film.T
@@ -168,7 +231,7 @@ def made_up(
     below = np.minimum(shade, 1)
     product = np.array(m.product)
     through = m.undertone * (product @ np.array(m.luminance)) / lit
-    breakup = np.clip(2.5 * fine - 1.5, 0, 2)
+    breakup = np.clip(_BREAKUP_GAIN * fine - _BREAKUP_START, 0, _BREAKUP_MOST)
     lobe = weight * skin.lobe * breakup
     shown = weight * m.own_highlights * highlight
     sparkle = weight * sparkles(u, v, skin, m)
@@ -177,8 +240,8 @@ def made_up(
     base = product * (1 - m.undertone) + seen * through[..., None]
     extra = base * (shade - below)[..., None] + (m.texture * highlight)[..., None]
     laid = added(base * below[..., None], extra, m.ceiling)
-    # A thin film takes light from what is under it, so it deepens before it covers: mixing light
-    # itself would look milky. The root of light is near to what painting programs mix.
+    # A thin film takes light from what is under it, so it deepens before it covers: mixing linear
+    # light would look milky. The root of light is close to what painting programs mix.
     opaque = (weight * m.opacity)[..., None]
     root = np.sqrt(seen)
     root = root + opaque * (np.sqrt(np.abs(laid)) - root)

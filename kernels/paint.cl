@@ -1,20 +1,23 @@
-/* Lay products over regions of a frame, in linear light. Numpy twin: paint.py.
+/* Paints products on regions of a frame, in linear light. Numpy twin: paint.py, which also defines
+ * the struct paint_region, PAINT_INSIDE and RUN.
  *
- * The windows of all regions lie below each other in one picture, `stride` pixels wide; each begins at a
- * whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their chroma. Three kernels work one
- * after another:
- * luma: the picture, changed in place where there is weight.  chroma: its Cb, then its Cr, likewise.
- * codes: f32, Cb and Cr as each luma pixel sees them.  change: f32, by how much they change there.
- * weights: of the product, 0 to 1, for each pixel.
- * maps: one after another, of each region: luminance of the bare skin without its fine texture, x of the
- * unit normal, and its y (z is towards the viewer), each (grid_high, grid_wide); and its environment,
- * (3, 16, 16), linear light.
- * rows: the region of each row of blocks.
- * runs: what each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; those without weight
- * are left out.
+ * The rectangles of all regions lie below each other in one picture, the canvas, `stride` pixels
+ * wide; each begins at a whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their
+ * chroma. Three kernels work one after another:
+ * - luma: the canvas, changed in place where there is weight.
+ * - chroma: its Cb, then its Cr, likewise.
+ * - codes: f32, Cb and Cr of each luma pixel.
+ * - change: f32, how much Cb and Cr change there.
+ * - weights: of the product, 0 to 1, for each pixel.
+ * - maps: one region after another: luminance of the bare skin without its fine texture, x and y of
+ *   the unit normal (z is towards the viewer), each (grid_high, grid_wide); and the environment,
+ *   (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), linear light.
+ * - rows: the region of each row of blocks.
+ * - runs: the run that each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; runs
+ *   without weight are left out.
  *
- * Chroma has kernels of its own: at half the index of luma, or behind a barrier, PoCL vectorises the work on
- * pixels for four of them at once, or not at all. */
+ * Chroma has kernels of its own: at half the index of luma, or behind a barrier, PoCL vectorises
+ * the work on pixels by four, or not at all. */
 
 #include "colour.h"
 #include "material.h"
@@ -24,17 +27,6 @@
 #define BLOCK_ACROSS 2
 #define BLOCK_DOWN 2
 #endif
-#define RUN 16 /* RUN of program.py */
-
-/* Made by `_record` in paint.py. */
-typedef struct {
-    int first_row, wide, high;      /* of its window */
-    int grid, grid_wide, grid_high; /* where its grid begins in maps, and its size */
-    float mean;                     /* luminance of the bare region */
-    float to_patch[6];              /* px of the window -> coordinates that stick to the skin */
-    float to_grid[6];               /* px of the window -> of the grid */
-    material product;
-} paint_region;
 
 /* The first pixel of a run. */
 MATERIAL_INLINE int paint_start(int run, int stride) {
@@ -42,13 +34,14 @@ MATERIAL_INLINE int paint_start(int run, int stride) {
     return run / in_row * (BLOCK_DOWN * stride) + run % in_row * RUN;
 }
 
-/* Its first chroma sample. */
+/* The first chroma sample of a run. */
 MATERIAL_INLINE int paint_start_chroma(int run, int stride) {
     int in_row = stride / RUN;
     return run / in_row * (stride / BLOCK_ACROSS) + run % in_row * (RUN / BLOCK_ACROSS);
 }
 
-/* A work-item for each chroma sample. size, chroma_size: of luma and of Cb, in samples. */
+/* Copies chroma to each luma pixel. A work-item for each chroma sample.
+ * - size, chroma_size: of luma and of Cb, in samples. */
 __kernel void paint_spread(
     __global const SAMPLE *restrict chroma, __global float *restrict codes,
     __global const int *restrict runs, const int stride, const int size, const int chroma_size) {
@@ -63,8 +56,9 @@ __kernel void paint_spread(
         }
 }
 
-/* Between four neighbours of a grid. */
-MATERIAL_INLINE float paint_between(__global const float *maps, int k, int wide, float fx, float fy) {
+/* Interpolates between four neighbours of a grid. */
+MATERIAL_INLINE float paint_between(
+    __global const float *maps, int k, int wide, float fx, float fy) {
     float a = (1.0f - fx) * (1.0f - fy), b = fx * (1.0f - fy), c = (1.0f - fx) * fy, d = fx * fy;
     return a * maps[k] + b * maps[k + 1] + c * maps[k + wide] + d * maps[k + wide + 1];
 }
@@ -85,7 +79,8 @@ __kernel void paint(
     float old_luma = luma[at], old_cb = codes[at], old_cr = codes[at + size];
     float gx = region->to_grid[0] * x + region->to_grid[1] * y + region->to_grid[2];
     float gy = region->to_grid[3] * x + region->to_grid[4] * y + region->to_grid[5];
-    float last_x = (float)region->grid_wide - 1.001f, last_y = (float)region->grid_high - 1.001f;
+    float last_x = (float)region->grid_wide - PAINT_INSIDE,
+          last_y = (float)region->grid_high - PAINT_INSIDE;
     gx = colour_clamp(gx, last_x);
     gy = last_y - colour_clamp(last_y - gy, last_y);
     int ix = (int)gx, iy = (int)gy;
@@ -108,7 +103,7 @@ __kernel void paint(
     change[at + size] = is_painted ? new.cr - old_cr : 0.0f;
 }
 
-/* Adds the mean change of each block. A work-item for each chroma sample. */
+/* Adds the mean change of each block to its chroma. A work-item for each chroma sample. */
 __kernel void paint_fold(
     __global SAMPLE *restrict chroma, __global const float *restrict change,
     __global const paint_region *restrict regions, __global const int *restrict rows,
@@ -118,7 +113,7 @@ __kernel void paint_fold(
     int at = paint_start_chroma(run, stride) + lane;
     int from = paint_start(run, stride) + lane * BLOCK_ACROSS;
     __global const paint_region *region = regions + rows[block_row];
-    /* the last block of an odd size has less of its pixels */
+    /* the last block of an odd size has fewer pixels */
     int wide = region->wide - from % stride;
     int high = region->high + region->first_row - block_row * BLOCK_DOWN;
     wide = wide < BLOCK_ACROSS ? wide : BLOCK_ACROSS;

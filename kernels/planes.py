@@ -1,4 +1,4 @@
-"""Rectangles of planes; and in numpy, chroma as every luma pixel sees it, and its change brought back."""
+"""Rectangles of planes; and in numpy, chroma copied to luma pixels, and its change brought back."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True, slots=True)
 class Rect:
-    """A rectangle of luma pixels that begins and, but for the plane's edge, ends on whole blocks.
+    """A rectangle of luma pixels that begins and ends on whole blocks, or at the plane's edge.
 
     A block is a chroma sample and the luma pixels that it covers: `chroma` across and down.
     """
@@ -25,7 +25,7 @@ class Rect:
         size_wh: tuple[int, int],
         chroma: tuple[int, int],
     ) -> "Rect | None":
-        """The smallest window of a plane that holds low_xy..high_xy (px); None when all is outside."""
+        """Return the smallest rectangle that holds low_xy..high_xy (px); None outside the plane."""
         (width, height), (across, down) = size_wh, chroma
         x0 = max(int(np.floor(low_xy[0])), 0) // across * across
         y0 = max(int(np.floor(low_xy[1])), 0) // down * down
@@ -42,22 +42,23 @@ class Rect:
         )
 
     def luma(self, planes: tuple[np.ndarray, ...]) -> np.ndarray:
+        """View of the rectangle's luma."""
         return planes[0][self.y : self.y + self.height, self.x : self.x + self.width]
 
     def chroma(self, planes: tuple[np.ndarray, ...], chroma: tuple[int, int]) -> list[np.ndarray]:
-        """Views of Cb and Cr."""
+        """Views of the rectangle's Cb and Cr."""
         across, down = chroma
-        at = np.s_[
+        block = np.s_[
             self.y // down : -(-(self.y + self.height) // down),
             self.x // across : -(-(self.x + self.width) // across),
         ]
-        if len(planes) == 2:  # NV12: Cb and Cr take turns
-            return [planes[1][at][..., 0], planes[1][at][..., 1]]
-        return [planes[1][at], planes[2][at]]
+        if len(planes) == 2:  # NV12: Cb and Cr alternate
+            return [planes[1][block][..., 0], planes[1][block][..., 1]]
+        return [planes[1][block], planes[2][block]]
 
 
 def spread(parts: list[np.ndarray], block: tuple[int, int], hw: tuple[int, ...]) -> np.ndarray:
-    """Cb and Cr -> (2, h, w), the codes of each luma pixel: those of its block."""
+    """Copy Cb and Cr to the luma pixels of their blocks: (2, h, w)."""
     across, down = block
     return np.stack([part.repeat(down, 0).repeat(across, 1)[: hw[0], : hw[1]] for part in parts])
 
@@ -67,7 +68,7 @@ def fold(
 ) -> None:
     """Add the mean change of each block to its Cb and Cr, in place; halves go up.
 
-    change: (2, h, w). Of the last block of an odd size the mean is that of what there is of it.
+    change: (2, h, w). The last block of an odd size has fewer pixels, and the mean is over those.
     """
     across, down = block
     for part, plane in zip(parts, change, strict=True):

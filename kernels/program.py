@@ -1,6 +1,6 @@
 """An OpenCL device, the kernels of the package built for it, and planes lent to it without a copy.
 
-One thread at a time uses a Device: OpenCL keeps a kernel's arguments in the kernel.
+Only one thread at a time may use a Device: OpenCL keeps a kernel's arguments in the kernel.
 """
 
 import math
@@ -14,32 +14,34 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 from makeup_video.kernels.cache import can_compile, left_clean, restore, settle
+from makeup_video.kernels.definitions import Definitions
 
-# PoCL compiles a kernel again for every local size: so each has one. It works on eight pixels at once;
-# runs of more than two times eight hold more pixels that nobody paints.
+# PoCL compiles a kernel again for every local size, so all kernels use one. PoCL works on eight
+# pixels at once; runs longer than twice eight would hold more pixels without makeup.
 RUN = 16
 LOCAL_SIZE = (RUN, 1)
 _SAMPLES = {np.dtype(np.uint8): "uchar", np.dtype(np.uint16): "ushort"}
 _PAGE = 4096  # bytes
 _POCL = "Portable Computing Language"
-# The device that works in the caller's thread first: handing so little to threads of its own costs more CPU
-# than it takes, and the other core has other work. The user's own choice is left alone.
+# The device that works in the caller's thread comes first: handing so little work to other threads
+# costs more CPU time than the work itself, and the other core is busy. A user's own choice stays.
 _POCL_DEVICES = "basic pthread"
-# Where the loaders of OpenCL look for drivers when these are set, and nowhere else.
+# When one of these is set, OpenCL's loader looks for drivers there and nowhere else.
 _LOADER = ("OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH")
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"$', re.MULTILINE)
+_NO_DEFINITIONS = Definitions()
 
 
 class NoDeviceError(RuntimeError):
-    """There is no OpenCL device at all."""
+    """This machine has no OpenCL device."""
 
 
 class UnknownDeviceError(ValueError):
-    """There is none of that name or number."""
+    """No OpenCL device has that name or number."""
 
 
 def devices() -> list[Any]:
-    """Every OpenCL device, PoCL's first. Raises NoDeviceError, NoRoomError."""
+    """List every OpenCL device, PoCL's first. Raises NoDeviceError, NoRoomError."""
     folder = settle()
     given = os.environ.get("POCL_DEVICES")
     if given is None:
@@ -47,7 +49,7 @@ def devices() -> list[Any]:
     with left_clean(folder):
         found = _found()
         if given is None and not any(device.platform.name == _POCL for device in found):
-            del os.environ["POCL_DEVICES"]  # a PoCL that knows other names
+            del os.environ["POCL_DEVICES"]  # this PoCL has other names for its devices
             found = _found()
         if not found:
             raise NoDeviceError(_why_none(given))
@@ -55,21 +57,21 @@ def devices() -> list[Any]:
 
 
 def _why_none(pocl_devices: str | None) -> str:
-    """What the user can do; a variable that hides the devices comes before any installation."""
+    """Say what the user can do: unset a variable that hides the devices, else install a driver."""
     if pocl_devices is not None:
         del os.environ["POCL_DEVICES"]
         known = _found()
         os.environ["POCL_DEVICES"] = pocl_devices
         if known:
             return (
-                f"POCL_DEVICES={pocl_devices!r} names a device that PoCL does not know: unset it, or "
-                f"name those that it knows, such as {_POCL_DEVICES!r}"
+                f"POCL_DEVICES={pocl_devices!r} names a device that PoCL does not know: unset it, "
+                f"or name devices that PoCL knows, such as {_POCL_DEVICES!r}"
             )
     set_by_user = [f"{name}={os.environ[name]!r}" for name in _LOADER if os.environ.get(name)]
     if set_by_user:
         return (
             "painting needs an OpenCL device, found none where the environment says to look "
-            f"({', '.join(set_by_user)}): unset that"
+            f"({', '.join(set_by_user)}): unset these variables"
         )
     return (
         "painting needs an OpenCL device, found none: pip install pocl-binary-distribution "
@@ -94,7 +96,7 @@ def _of(platform: Any) -> list[Any]:
 
 
 def pick(choice: str = "") -> Any:
-    """The device of a number, counted from 0, or of a part of its name; "" is the first.
+    """Pick a device by its number, counted from 0, or by a part of its name; "" picks the first.
 
     Raises NoDeviceError, NoRoomError, UnknownDeviceError.
     """
@@ -117,49 +119,64 @@ def pick(choice: str = "") -> Any:
 
 
 def source_of(name: str) -> str:
-    """A file of this package with its includes in place: nothing is needed on disk."""
+    """Read a file of this package and put its includes in place, so that none is needed on disk."""
     text = (resources.files(__package__) / name).read_text(encoding="utf-8")
     return _INCLUDE.sub(lambda match: source_of(match[1]), text)
 
 
 class Device:
-    """A device and its queue. Programs and kernels are built at first use and kept."""
+    """An OpenCL device and its queue. Programs and kernels are built at first use and kept."""
 
     def __init__(self, choice: str = "") -> None:
         """choice: as for pick. Raises NoDeviceError, NoRoomError, UnknownDeviceError."""
         device = pick(choice)
         if device.platform.name == _POCL and not can_compile():
             raise NoDeviceError(
-                "PoCL compiles the kernels that paint with the system's linker, and there is no ld on "
-                "the PATH: install it (Debian, Ubuntu: apt install gcc)"
+                "PoCL compiles the kernels that paint with the system's linker, and there is no ld "
+                "on the PATH: install it (Debian, Ubuntu: apt install gcc)"
             )
         self.context = cl.Context([device])
         self.queue = cl.CommandQueue(self.context)
-        # An ordinary processor works in our memory; others may work in a copy of it.
+        # A CPU works in our memory; other devices may work in a copy.
         self.shares_memory = bool(device.type & cl.device_type.CPU)
         self._kernels: dict[tuple[str, int, np.dtype], Any] = {}
         self._programs: dict[tuple[str, int, np.dtype, tuple[int, int]], Any] = {}
 
-    def kernel(self, name: str, transfer: int, sample: np.dtype) -> Any:
-        """The kernel of the file of its name, for frames of a transfer function and a dtype of samples.
+    def kernel(
+        self,
+        name: str,
+        transfer: int,
+        sample: np.dtype,
+        definitions: Definitions = _NO_DEFINITIONS,
+    ) -> Any:
+        """Return the kernel `name` of `name`.cl, for one transfer function and sample dtype.
 
-        transfer: ITU-T H.273, 13, 16 or 18.  sample: uint8 or uint16.
+        transfer: ITU-T H.273, 13, 16 or 18.  sample: uint8 or uint16.  definitions: those of the
+        file, the same at every call.
         """
         key = name, transfer, sample
         if key not in self._kernels:
-            self._kernels[key] = cl.Kernel(self.program(f"{name}.cl", transfer, sample), name)
+            program = self.program(f"{name}.cl", transfer, sample, definitions=definitions)
+            self._kernels[key] = cl.Kernel(program, name)
         return self._kernels[key]
 
     def program(
-        self, file: str, transfer: int, sample: np.dtype, block: tuple[int, int] = (1, 1)
+        self,
+        file: str,
+        transfer: int,
+        sample: np.dtype,
+        block: tuple[int, int] = (1, 1),
+        definitions: Definitions = _NO_DEFINITIONS,
     ) -> Any:
-        """Of a file of this package; transfer and sample as for kernel.
+        """Return the program of a file of this package.
 
-        block: luma pixels of a chroma sample, across and down.
+        transfer, sample, definitions: as for `kernel`.  block: luma pixels of a chroma sample,
+        across and down.
         """
         key = file, transfer, sample, block
         if key not in self._programs:
-            self._programs[key] = self.build(source_of(file), transfer, sample, block)
+            source = source_of(file)
+            self._programs[key] = self.build(source, transfer, sample, block, definitions)
         return self._programs[key]
 
     def build(
@@ -168,13 +185,16 @@ class Device:
         transfer: int,
         sample: np.dtype | None = None,
         block: tuple[int, int] = (1, 1),
+        definitions: Definitions = _NO_DEFINITIONS,
     ) -> Any:
-        """A program of any source. What PoCL compiles, it keeps on disk for the next process.
+        """Build a program from any source.
 
-        sample: what SAMPLE stands for; None for a source that does not ask.  block: BLOCK_ACROSS
-        and BLOCK_DOWN.
+        PoCL keeps what it compiles on disk for the next process, by the source and the options.
+        sample: what SAMPLE stands for; None for a source without SAMPLE.  block: BLOCK_ACROSS and
+        BLOCK_DOWN.
         """
-        options = [f"-DCOLOUR_TRANSFER={transfer}"]
+        source = definitions.source() + source
+        options = [f"-DCOLOUR_TRANSFER={transfer}", *definitions.options()]
         if sample is not None:
             options += [
                 f"-DSAMPLE={_SAMPLES[sample]}",
@@ -184,16 +204,17 @@ class Device:
         try:
             return cl.Program(self.context, source).build(options=options)
         except cl.RuntimeError:
-            # LLVM deletes its temporary files when Ctrl-C comes, and fails for want of them; who is
-            # still here is to end in good order. Or the folder of the kernels was removed.
+            # At Ctrl-C LLVM deletes its temporary files and then fails without them, while our run
+            # still has to end in good order. Or somebody removed the folder of the kernels.
             restore()
             return cl.Program(self.context, source).build(options=options)
 
     def memory(self, shape: tuple[int, ...], dtype: Any) -> "Memory":
+        """Make an array that kernels work on."""
         return Memory(self, shape, np.dtype(dtype))
 
     def finish(self) -> None:
-        """Wait for all that was started."""
+        """Wait for all kernels that were started."""
         self.queue.finish()
 
     def launch(
@@ -203,9 +224,11 @@ class Device:
         arguments: Sequence[Any] = (),
         local_wh: tuple[int, int] = LOCAL_SIZE,
     ) -> None:
-        """Start it over size_wh work-items, and more on the right: the kernel guards that edge.
+        """Start a kernel over size_wh work-items, rounded up to whole groups across.
 
-        arguments: none, where it has them already.  local_wh: of a work-group; size_wh is whole groups down.
+        The kernel itself must skip the work-items beyond the right edge.
+        arguments: empty when the kernel already has them.  local_wh: the size of a work-group;
+        size_wh must be whole groups down.
         """
         if arguments:
             kernel.set_args(*arguments)
@@ -214,10 +237,10 @@ class Device:
 
     @contextmanager
     def lend(self, *planes: np.ndarray) -> Iterator[list[Any]]:
-        """Buffers over the memory of planes, or of regions of planes, to read and write.
+        """Make buffers over the memory of planes, or of regions of planes, to read and write.
 
         Pixel (x, y) is element y * stride_of(plane) + x. When the block ends, the work is done and
-        the planes hold it. Lend nothing twice at a time: one buffer for each piece of memory.
+        the planes hold the result. Never lend the same memory twice at a time.
         """
         flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
         spans = [_span(plane) for plane in planes]
@@ -240,10 +263,10 @@ class Device:
 
 
 class Memory:
-    """An array of ours that kernels work on; where the device has memory of its own, a copy of it.
+    """An array that kernels work on, or a copy of it where the device has memory of its own.
 
-    array: C order, not set to anything, on a page of its own (some devices share no other).
-    buffer: its argument for kernels.
+    array: C order, uninitialised, aligned to a page (some devices share only whole pages).
+    buffer: the kernel argument.
     """
 
     def __init__(self, device: Device, shape: tuple[int, ...], dtype: np.dtype) -> None:
@@ -259,30 +282,30 @@ class Memory:
             self.buffer = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, count)
 
     def send(self) -> None:
-        """What the array holds now, kernels that start later see."""
+        """Copy the array to the device, for the kernels that start later."""
         if self._queue:
             cl.enqueue_copy(self._queue, self.buffer, self.array, is_blocking=False)
 
     def fetch(self) -> None:
-        """What the kernels that were started leave there, the array holds when they have finished."""
+        """Copy the result of the kernels started so far to the array, complete after `finish`."""
         if self._queue:
             cl.enqueue_copy(self._queue, self.array, self.buffer, is_blocking=False)
 
 
 def stride_of(plane: np.ndarray) -> np.int32:
-    """Elements from one row of a plane to the next, as a kernel takes it."""
+    """Count the elements from one row of a plane to the next, as the int of a kernel argument."""
     return np.int32(plane.strides[0] // plane.itemsize)
 
 
 def _span(plane: np.ndarray) -> np.ndarray:
-    """(N,) view of a plane's memory from its first element to its last, gaps included."""
+    """View a plane's memory from its first element to its last, gaps included, as (N,)."""
     row = math.prod(plane.shape[1:])
     inner = [plane.itemsize * math.prod(plane.shape[at:]) for at in range(2, plane.ndim + 1)]
     step = plane.strides[0] if plane.shape[0] > 1 else row * plane.itemsize
     whole = list(plane.strides[1:]) == inner and step >= row * plane.itemsize
     if not (whole and plane.size and plane.flags.writeable and step % plane.itemsize == 0):
         raise ValueError(
-            "a plane to paint on must be writable and not empty, its rows whole and top down; got "
+            "a plane to paint on must be writable and not empty, with whole rows, top down; got "
             f"shape {plane.shape}, strides {plane.strides}, writable {plane.flags.writeable}"
         )
     length = (plane.shape[0] - 1) * (step // plane.itemsize) + row

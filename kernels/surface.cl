@@ -1,12 +1,18 @@
-/* Lips and lids of a face as surfaces, from its points, its lip mask and the frame around them.
- * Host side: surface.py. Numpy twins: pipeline/render/regions/lips.py, eyes.py and shading.py, which say what each step is for.
+/* Makes the surfaces of a face's lips and lids from its points, its lip mask and the frame around
+ * them. Host side, with all constants and the layout of each buffer: surface.py. Numpy twins, which
+ * explain each step: pipeline/render/regions/lips_reference.py, eyes_reference.py and
+ * pipeline/render/luminance.py.
  *
- * One work-group makes a region (the lips and both lids), step by step; a work-item makes eight pixels at once, which
- * PoCL would not find out by itself where neighbours are read.
+ * One work-group makes a region (the lips or a lid), step by step. A work-item computes eight
+ * pixels at once, since PoCL does not vectorise code that reads neighbours.
  *
- * given: all that is known of the face and the frame, see surface.h.  rings: (14, RING), the points of half-rings of the
- * upper and the lower lip, from border to opening, and of the lash line, crease and brow of both eyes.
- * luma, cb, cr: planes.  table: linear light of R'G'B'.  scratch: three times SCRATCH.  out: filled. */
+ * - given: the face and the frame, GIVEN in surface.py.
+ * - rings: (14, RING), the points of half-rings of the upper and the lower lip, from border to
+ *   opening, and of the lash line, crease and brow of both eyes.
+ * - luma, cb, cr: planes.
+ * - table: linear light of R'G'B'.
+ * - all_scratch: (3, SCRATCH_SIZE).
+ * - out: to be filled, OUT in surface.py. */
 
 #ifndef SAMPLE
 #define SAMPLE uchar
@@ -14,53 +20,43 @@
 
 #include "surface.h"
 
-/* As in lips.py, eyes.py and shading.py. */
-#define STEEPEST 2.5f
-#define FIRST_BETWEEN 0.19f
-#define MIDDLE_BETWEEN 0.57f
-#define LAST_BETWEEN 0.88f
-#define REACH 0.06f
-#define LIMIT_STEEPNESS 3.0f
-#define CONTOUR_SHARE 0.25f
-#define CONTOUR_MOST 4.0f
-#define WIDER 0.25f
-#define OVER_SEAM 0.3f
-#define LID_LEFT -0.85f
-#define LID_STEP (1.9f / 39.0f)
-#define FAINT 0.02f
-
-/* Not inlined: it compiles in half the time, and runs no slower. */
+/* Not inlined: the program compiles in half the time and runs as fast. */
 #define SURFACE_STEP static __attribute__((noinline))
 
-/* LASHES points -> SMOOTH of them on a smooth curve (Catmull and Rom, 1974), in place. */
+/* Replaces LASHES points by SMOOTH points on a curve through them (Catmull and Rom, 1974). */
 SURFACE_STEP void surface_smooth(float *points) {
     float smooth[SMOOTH];
     for (int i = 0; i < SMOOTH; ++i) {
         int at = i / 4 < LASHES - 1 ? i / 4 : LASHES - 2;
         float t = 0.25f * (float)(i - 4 * at), t2 = t * t, t3 = t2 * t;
-        float before = points[at > 0 ? at - 1 : 0], after = points[at + 2 < LASHES ? at + 2 : LASHES - 1];
-        smooth[i] = 0.5f * ((2.0f * t2 - t - t3) * before + (2.0f - 5.0f * t2 + 3.0f * t3) * points[at] +
-                            (t + 4.0f * t2 - 3.0f * t3) * points[at + 1] + (t3 - t2) * after);
+        float before = points[at > 0 ? at - 1 : 0],
+              after = points[at + 2 < LASHES ? at + 2 : LASHES - 1];
+        smooth[i] =
+            0.5f * ((2.0f * t2 - t - t3) * before + (2.0f - 5.0f * t2 + 3.0f * t3) * points[at] +
+                    (t + 4.0f * t2 - 3.0f * t3) * points[at + 1] + (t3 - t2) * after);
     }
     for (int i = 0; i < SMOOTH; ++i) points[i] = smooth[i];
 }
 
-/* A curve as heights and depths by column: of the lips eight half-rings by the grid's columns, then borders and
- * openings (the rings 0, 3, 4, 7) by the patch's; of a lid three. */
+/* Computes a curve's heights and depths by column. Curves of the lips: eight half-rings by the
+ * grid's columns, then borders and openings (rings 0, 3, 4, 7) by the patch's. Of a lid: three. */
 SURFACE_STEP void surface_curve(
-    int region, int curve, __global const float *given, __global const int *rings, __global float *scratch) {
+    int region, int curve, __global const float *given, __global const int *rings,
+    __global float *scratch) {
     int is_lid = region > 0, is_fine = !is_lid && curve >= 8;
-    int ring = is_lid ? 5 + 3 * region + curve : is_fine ? ((curve - 8) >> 1) * 4 + (curve & 1) * 3 : curve;
+    int ring = is_lid    ? 5 + 3 * region + curve
+               : is_fine ? ((curve - 8) >> 1) * 4 + (curve & 1) * 3
+                         : curve;
     int count = is_lid ? LASHES : RING;
-    __global const float *place = given + region * PLACE;
-    __global const float *to_own = place + TO_OWN, *origin = place + ORIGIN;
+    __global const float *place = given + region * PLACE_SIZE;
+    __global const float *to_own = place + TO_OWN_AT, *origin = place + ORIGIN_AT;
     float x[SMOOTH], y[SMOOTH], z[SMOOTH];
     for (int i = 0; i < count; ++i) {
         __global const float *point = given + POINTS_AT + 3 * rings[ring * RING + i];
-        float right = point[0] - place[FROM], down = point[1] - place[FROM + 1];
+        float right = point[0] - place[NEAR_AT], down = point[1] - place[NEAR_AT + 1];
         x[i] = to_own[0] * right + to_own[1] * down + origin[0];
         y[i] = to_own[2] * right + to_own[3] * down + origin[1];
-        z[i] = point[2] * place[OWN_PX];
+        z[i] = point[2] * place[OWN_PX_AT];
     }
     if (curve == 0) {
         scratch[CORNERS_AT] = x[0];
@@ -72,7 +68,8 @@ SURFACE_STEP void surface_curve(
         surface_smooth(z);
         count = SMOOTH;
     }
-    for (int i = 1; i < count; ++i) x[i] = surface_max(x[i], x[i - 1]); /* rings seen from the side fold */
+    for (int i = 1; i < count; ++i)
+        x[i] = surface_max(x[i], x[i - 1]); /* seen from the side, rings fold over */
     int columns = is_lid ? LID_WIDE : is_fine ? PATCH_WIDE : LIPS_WIDE;
     float step = is_lid || is_fine ? 1.0f : 2.0f, first = is_lid || is_fine ? 0.0f : 0.5f;
     __global float *heights = scratch + CURVES_AT + 2 * curve * PATCH_WIDE;
@@ -86,25 +83,28 @@ SURFACE_STEP void surface_curve(
     }
 }
 
-/* How steep a lip is between its rings, and along the middle, at a column of the grid. */
+/* Computes both lips' slopes between rings, and along the middle, at a column of the grid. */
 SURFACE_STEP void surface_bend(int x, __global float *scratch) {
     for (int lip = 0; lip < 2; ++lip) {
         __global const float *ring = scratch + CURVES_AT + lip * 8 * PATCH_WIDE;
         __global float *bends = scratch + BENDS_AT + lip * 5 * PATCH_WIDE + x;
         for (int i = 0; i < 3; ++i) {
-            __global const float *here = ring + 2 * i * PATCH_WIDE + x, *next = here + 2 * PATCH_WIDE;
-            float slope = (next[PATCH_WIDE] - here[PATCH_WIDE]) / surface_at_least_half(next[0] - here[0]);
+            __global const float *here = ring + 2 * i * PATCH_WIDE + x,
+                                 *next = here + 2 * PATCH_WIDE;
+            float slope =
+                (next[PATCH_WIDE] - here[PATCH_WIDE]) / surface_at_least_half(next[0] - here[0]);
             bends[i * PATCH_WIDE] = surface_clamp(slope, -STEEPEST, STEEPEST);
         }
         for (int i = 0; i < 2; ++i) { /* of height and of depth */
-            __global const float *outer = ring + (2 + i) * PATCH_WIDE, *inner = outer + 2 * PATCH_WIDE;
+            __global const float *outer = ring + (2 + i) * PATCH_WIDE,
+                                 *inner = outer + 2 * PATCH_WIDE;
             bends[(3 + i) * PATCH_WIDE] = 0.5f * (surface_slope(outer, x, LIPS_WIDE, 0.5f) +
                                                   surface_slope(inner, x, LIPS_WIDE, 0.5f));
         }
     }
 }
 
-/* What the lips' pixels in a column of the grid share. */
+/* Computes what all pixels in a column of the lips' grid share. */
 SURFACE_STEP void surface_lips_column(int x, __global float *scratch) {
     __global const float *curves = scratch + CURVES_AT + x;
     __global float *columns = scratch + COLUMNS_AT + x;
@@ -124,13 +124,14 @@ SURFACE_STEP void surface_lips_column(int x, __global float *scratch) {
     columns[SEAM * PATCH_WIDE] = 0.5f * (curves[6 * PATCH_WIDE] + curves[14 * PATCH_WIDE]);
 }
 
-/* The same of the patch. */
+/* The same for a column of the patch. */
 SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
-    __global const float *y = scratch + CURVES_AT + 16 * PATCH_WIDE, *corners = scratch + CORNERS_AT;
+    __global const float *y = scratch + CURVES_AT + 16 * PATCH_WIDE,
+                         *corners = scratch + CORNERS_AT;
     __global float *out = scratch + COLUMNS_AT + x;
     const int rows[4] = {TOP, UPPER, BOTTOM, LOWER};
     for (int i = 0; i < 4; ++i) {
-        /* across a contour, not down its column: where it is steep that would make it a stair */
+        /* across a contour: distances down its column would make steps where it is steep */
         float slope = surface_slope(y + 2 * i * PATCH_WIDE, x, PATCH_WIDE, 1.0f);
         out[rows[i] * PATCH_WIDE] = y[2 * i * PATCH_WIDE + x];
         out[(rows[i] + 1) * PATCH_WIDE] = 1.0f / colour_sqrt(1.0f + slope * slope);
@@ -143,13 +144,15 @@ SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
     out[PER_LOWER * PATCH_WIDE] = 1.0f / surface_max(bottom - lower, 1.0f);
 }
 
-/* The same of a lid's grid. */
+/* The same for a column of a lid's grid. */
 SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT, *z = y + PATCH_WIDE;
     __global float *out = scratch + COLUMNS_AT + x;
     float at_lash = y[x], at_crease = y[x + 2 * PATCH_WIDE], at_brow = y[x + 4 * PATCH_WIDE];
-    float lower = surface_min(at_crease - at_lash, -1.0f), higher = surface_min(at_brow - at_crease, -1.0f);
-    float crease = surface_min(at_crease, at_lash - 1.0f), brow = surface_min(at_brow, crease - 1.0f);
+    float lower = surface_min(at_crease - at_lash, -1.0f),
+          higher = surface_min(at_brow - at_crease, -1.0f);
+    float crease = surface_min(at_crease, at_lash - 1.0f),
+          brow = surface_min(at_brow, crease - 1.0f);
     float slope = surface_slope(y, x, LID_WIDE, 1.0f);
     float below = (z[x + 2 * PATCH_WIDE] - z[x]) / lower;
     float above = (z[x + 4 * PATCH_WIDE] - z[x + 2 * PATCH_WIDE]) / higher;
@@ -157,14 +160,14 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     out[CREASE * PATCH_WIDE] = crease;
     out[PER_LASH * PATCH_WIDE] = 1.0f / (at_lash - crease);
     out[PER_CREASE * PATCH_WIDE] = 1.0f / (crease - brow);
-    out[BELOW * PATCH_WIDE] = surface_clamp(below, -2.0f, 2.0f);
-    out[ABOVE * PATCH_WIDE] = surface_clamp(above, -2.0f, 2.0f);
-    out[ACROSS * PATCH_WIDE] =
-        surface_clamp(surface_slope(z + 2 * PATCH_WIDE, x, LID_WIDE, 1.0f), -2.0f, 2.0f);
+    out[BELOW * PATCH_WIDE] = surface_clamp(below, -LID_STEEPEST, LID_STEEPEST);
+    out[ABOVE * PATCH_WIDE] = surface_clamp(above, -LID_STEEPEST, LID_STEEPEST);
+    out[ACROSS * PATCH_WIDE] = surface_clamp(
+        surface_slope(z + 2 * PATCH_WIDE, x, LID_WIDE, 1.0f), -LID_STEEPEST, LID_STEEPEST);
     out[LASH_PX * PATCH_WIDE] = step_px / colour_sqrt(1.0f + slope * slope);
 }
 
-/* Where lipstick goes: odds and rim, eight px of the patch. */
+/* Computes where lipstick goes: odds and rim, for eight px of the patch. */
 SURFACE_STEP void surface_odds(
     int x, int y, __global const float *given, __global const float *scratch, __global float *out) {
     __global const float *column = scratch + COLUMNS_AT + x, *corners = scratch + CORNERS_AT;
@@ -172,16 +175,22 @@ SURFACE_STEP void surface_odds(
     float reach = REACH * surface_max(right - left, 1.0f);
     int at = y * PATCH_WIDE + x;
     float8 across = (float)x + ROW8;
-    float8 from_top = row - EIGHT(column + TOP * PATCH_WIDE), to_bottom = EIGHT(column + BOTTOM * PATCH_WIDE) - row;
-    float8 from_upper = row - EIGHT(column + UPPER * PATCH_WIDE), to_lower = EIGHT(column + LOWER * PATCH_WIDE) - row;
+    float8 from_top = row - EIGHT(column + TOP * PATCH_WIDE),
+           to_bottom = EIGHT(column + BOTTOM * PATCH_WIDE) - row;
+    float8 from_upper = row - EIGHT(column + UPPER * PATCH_WIDE),
+           to_lower = EIGHT(column + LOWER * PATCH_WIDE) - row;
     float8 inside = surface_min8(
-        from_top * EIGHT(column + AT_TOP * PATCH_WIDE), to_bottom * EIGHT(column + AT_BOTTOM * PATCH_WIDE));
+        from_top * EIGHT(column + AT_TOP * PATCH_WIDE),
+        to_bottom * EIGHT(column + AT_BOTTOM * PATCH_WIDE));
     float8 opening = surface_min8(
-        from_upper * EIGHT(column + AT_UPPER * PATCH_WIDE), to_lower * EIGHT(column + AT_LOWER * PATCH_WIDE));
+        from_upper * EIGHT(column + AT_UPPER * PATCH_WIDE),
+        to_lower * EIGHT(column + AT_LOWER * PATCH_WIDE));
     float8 near = from_upper < to_lower ? from_top * EIGHT(column + PER_UPPER * PATCH_WIDE)
                                         : to_bottom * EIGHT(column + PER_LOWER * PATCH_WIDE);
-    inside = surface_min8(surface_min8(inside, surface_min8(across - left, right - across)), -opening);
-    float8 rim = EIGHT(column + GAP * PATCH_WIDE) * surface_clamp8(2.0f * near - 0.8f, 0.0f, 1.0f);
+    inside =
+        surface_min8(surface_min8(inside, surface_min8(across - left, right - across)), -opening);
+    float8 rim =
+        EIGHT(column + GAP * PATCH_WIDE) * surface_clamp8(2.0f * near - RIM_START, 0.0f, 1.0f);
     float8 sum = (1.0f - CONTOUR_SHARE) * EIGHT(given + LOGITS_AT + at) +
                  CONTOUR_SHARE * surface_clamp8(inside, -CONTOUR_MOST, CONTOUR_MOST) +
                  (rim > 0.0f ? (float8)0.0f : (float8)WIDER);
@@ -189,15 +198,16 @@ SURFACE_STEP void surface_odds(
     PUT(out + RIM_AT + at, rim > 0.0f ? rim : OVER_SEAM * rim);
 }
 
-/* Eight samples of a plane, bilinear; the border is repeated. */
+/* Samples a plane at eight places, bilinear; its border is repeated. */
 static inline float8 surface_sample(
-    __global const SAMPLE *plane, __global const float *of, __global const float *to, float8 x, float y) {
-    float8 u = surface_clamp8(to[0] * x + (to[1] * y + to[2]), 0.0f, of[LAST_X]);
-    float8 v = surface_clamp8(to[3] * x + (to[4] * y + to[5]), 0.0f, of[LAST_Y]);
+    __global const SAMPLE *plane, __global const float *of, __global const float *to, float8 x,
+    float y) {
+    float8 u = surface_clamp8(to[0] * x + (to[1] * y + to[2]), 0.0f, of[LAST_X_AT]);
+    float8 v = surface_clamp8(to[3] * x + (to[4] * y + to[5]), 0.0f, of[LAST_Y_AT]);
     int8 left = surface_whole8(u), top = surface_whole8(v);
     float8 across = u - surface_float8(left), down = v - surface_float8(top);
-    int8 at = top * (int)of[ROW_STEP] + left;
-    int8 above = PAIRS(plane, at), below = PAIRS(plane + (int)of[ROW_STEP], at);
+    int8 at = top * (int)of[ROW_STEP_AT] + left;
+    int8 above = PAIRS(plane, at), below = PAIRS(plane + (int)of[ROW_STEP_AT], at);
     int mask = (1 << SAMPLE_BITS) - 1;
     float8 high = surface_float8(above & mask), low = surface_float8(below & mask);
     high += across * (surface_float8((above >> SAMPLE_BITS) & mask) - high);
@@ -205,19 +215,22 @@ static inline float8 surface_sample(
     return high + down * (low - high);
 }
 
-/* Linear luminance of eight pixels of a grid in two rows: chroma has no more detail than two by two, so that of four
- * is looked at once. */
+/* Reads the linear luminance of eight pixels of a grid in two rows. Chroma has no detail finer than
+ * two by two pixels, so each sample of chroma serves four. */
 SURFACE_STEP void surface_light(
-    int x, int y, __global const float *given, __global const float *place, __global const SAMPLE *luma,
-    __global const SAMPLE *cb, __global const SAMPLE *cr, __global const float *table, __global float *light,
-    int wide) {
+    int x, int y, __global const float *given, __global const float *place,
+    __global const SAMPLE *luma, __global const SAMPLE *cb, __global const SAMPLE *cr,
+    __global const float *table, __global float *light, int wide) {
     __global const float *to_steps = given + TO_STEPS_AT, *weights = given + WEIGHTS_AT;
     float8 twos = (float)x + (float8)(0.5f, 2.5f, 4.5f, 6.5f, 0.5f, 2.5f, 4.5f, 6.5f);
     float row = (float)y;
-    float8 blue = surface_sample(cb, given + CHROMA_AT, place + TO_CHROMA, twos, row + 0.5f).s00112233;
-    float8 red = surface_sample(cr, given + CHROMA_AT, place + TO_CHROMA, twos, row + 0.5f).s00112233;
+    float8 blue =
+        surface_sample(cb, given + CHROMA_AT, place + TO_CHROMA_AT, twos, row + 0.5f).s00112233;
+    float8 red =
+        surface_sample(cr, given + CHROMA_AT, place + TO_CHROMA_AT, twos, row + 0.5f).s00112233;
     for (int i = 0; i < 2; ++i) {
-        float8 codes = surface_sample(luma, given + LUMA_AT, place + TO_LUMA, (float)x + ROW8, row + (float)i);
+        float8 codes = surface_sample(
+            luma, given + LUMA_AT, place + TO_LUMA_AT, (float)x + ROW8, row + (float)i);
         float8 sum = (float8)0.0f;
         for (int j = 0; j < 3; ++j) {
             __global const float *to = to_steps + 4 * j;
@@ -227,33 +240,40 @@ SURFACE_STEP void surface_light(
                                          table[at.s4], table[at.s5], table[at.s6], table[at.s7]);
         }
 #if COLOUR_TRANSFER == 18
-        sum = pow(sum, (float8)1.2f); /* HLG's display: its gain comes after the sum */
+        sum = pow(
+            sum, (float8)COLOUR_HLG_GAMMA); /* HLG: the gain of the display comes after the sum */
 #endif
         PUT(light + (y + i) * wide + x, sum);
     }
 }
 
-/* Slopes and the light by areas, eight pixels of the lips' grid. */
+/* Computes slopes, and the light of each lip, for eight pixels of the lips' grid. */
 SURFACE_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __global float *out) {
     __global const float *columns = scratch + COLUMNS_AT + x;
     __global const float *upper = columns + LIP * PATCH_WIDE, *lower = upper + OF_LIP * PATCH_WIDE;
     int at = y * LIPS_WIDE + x;
     float row = 2.0f * (float)y + 0.5f;
-    /* by parts of a px, or the line where the lips meet would be a stair */
-    float8 share = surface_clamp8(0.5f * (EIGHT(columns + SEAM * PATCH_WIDE) - row) + 0.5f, 0.0f, 1.0f);
+    /* with fractions of a px, or the line where the lips meet would have steps */
+    float8 share =
+        surface_clamp8(0.5f * (EIGHT(columns + SEAM * PATCH_WIDE) - row) + 0.5f, 0.0f, 1.0f);
     int8 is_upper = share > 0.5f;
-#define OF_EITHER(name) (is_upper ? EIGHT(upper + (name)*PATCH_WIDE) : EIGHT(lower + (name)*PATCH_WIDE))
+#define OF_EITHER(name) \
+    (is_upper ? EIGHT(upper + (name) * PATCH_WIDE) : EIGHT(lower + (name) * PATCH_WIDE))
     float8 across = surface_clamp8((row - OF_EITHER(FIRST)) * OF_EITHER(PER_HEIGHT), 0.0f, 1.0f);
     float8 outer = OF_EITHER(BEND), middle = OF_EITHER(BEND + 1), inner = OF_EITHER(BEND + 2);
-    float8 bend = across < MIDDLE_BETWEEN ? (middle - outer) * (1.0f / (MIDDLE_BETWEEN - FIRST_BETWEEN))
-                                          : (inner - middle) * (1.0f / (LAST_BETWEEN - MIDDLE_BETWEEN));
+    float8 bend = across < MIDDLE_BETWEEN
+                      ? (middle - outer) * (1.0f / (MIDDLE_BETWEEN - FIRST_BETWEEN))
+                      : (inner - middle) * (1.0f / (LAST_BETWEEN - MIDDLE_BETWEEN));
     float8 down = middle + bend * (across - MIDDLE_BETWEEN);
-    down += is_upper ? 0.75f * across - 0.30f : 0.45f - across; /* lips are fuller than the mesh */
+    down += is_upper ? FULLER_UPPER_CHANGE * across + FULLER_UPPER
+                     : FULLER_LOWER_CHANGE * across + FULLER_LOWER;
     down = surface_clamp8(down, -STEEPEST, STEEPEST);
     float8 along = OF_EITHER(ALONG) - 0.5f * down * OF_EITHER(TILT);
     __global const float *four = out + 2 * y * PATCH_WIDE + 2 * x; /* odds */
-    float8 left = EIGHT(four) + EIGHT(four + PATCH_WIDE), right = EIGHT(four + 8) + EIGHT(four + PATCH_WIDE + 8);
-    float8 lips = (float8)(left.even + left.odd, right.even + right.odd) > 0.0f ? (float8)1.0f : (float8)0.0f;
+    float8 left = EIGHT(four) + EIGHT(four + PATCH_WIDE),
+           right = EIGHT(four + 8) + EIGHT(four + PATCH_WIDE + 8);
+    float8 lips =
+        (float8)(left.even + left.odd, right.even + right.odd) > 0.0f ? (float8)1.0f : (float8)0.0f;
     float8 light = EIGHT(scratch + LIGHT_AT + at);
     __global float *layers = scratch + LAYERS_AT + at;
     PUT(layers + SLOPE_X * LAYER, surface_clamp8(along, -STEEPEST, STEEPEST));
@@ -265,7 +285,7 @@ SURFACE_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __g
     PUT(out + LIPS_AT + 3 * LIPS_SIZE + at, share);
 }
 
-/* Heights, normals and the light of the area, eight pixels of a lid's grid. */
+/* Computes heights, normals and the light of the area, for eight pixels of a lid's grid. */
 SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __global float *out) {
     __global const float *column = scratch + COLUMNS_AT + x;
     int at = y * LID_WIDE + x;
@@ -274,11 +294,13 @@ SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __gl
     float8 up = above_lash * EIGHT(column + PER_LASH * PATCH_WIDE);
     up = up < 1.0f ? up : 1.0f + above_crease * EIGHT(column + PER_CREASE * PATCH_WIDE);
     float8 below = EIGHT(column + BELOW * PATCH_WIDE), gx = EIGHT(column + ACROSS * PATCH_WIDE);
-    float8 gy = below + (EIGHT(column + ABOVE * PATCH_WIDE) - below) * surface_clamp8(up - 0.5f, 0.0f, 1.0f);
-    gy += 0.8f * surface_clamp8(0.5f - up, -0.5f, 0.5f); /* a lid lies on a ball */
+    float8 gy = below + (EIGHT(column + ABOVE * PATCH_WIDE) - below) *
+                            surface_clamp8(up - 0.5f, 0.0f, 1.0f);
+    gy += LID_ROUNDNESS * surface_clamp8(0.5f - up, -0.5f, 0.5f);
     float8 shrink = surface_shrink8(gx, gy);
     float8 beside = LID_LEFT + LID_STEP * ((float)x + ROW8);
-    int8 is_lid = (up > 0.15f) & (up < 1.5f) & (beside > -0.55f) & (beside < 0.55f);
+    int8 is_lid = (up > LID_LIGHT_FROM) & (up < LID_LIGHT_TO) & (beside > -LID_LIGHT_BESIDE) &
+                  (beside < LID_LIGHT_BESIDE);
     __global float *layers = scratch + LAYERS_AT + at;
     PUT(layers + LIGHT * LAYER, is_lid ? EIGHT(scratch + LIGHT_AT + at) : (float8)0.0f);
     PUT(layers + AREA * LAYER, is_lid ? (float8)1.0f : (float8)0.0f);
@@ -288,21 +310,24 @@ SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __gl
     PUT(out + 4 * LID_SIZE + at, gy * shrink);
 }
 
-/* Mean of the light over a region's areas; over all of its grid where there is hardly any area. */
+/* The mean light of a region's areas; of its whole grid where the areas hold less than one pixel.
+ */
 SURFACE_STEP float surface_mean(__global const float *scratch, int is_lips, int size) {
     float8 seen = (float8)0.0f, area = (float8)0.0f, all = (float8)0.0f;
     for (int i = 0; i < size; i += 8) {
         __global const float *at = scratch + LAYERS_AT + i;
-        seen += EIGHT(at + LIGHT * LAYER) + (is_lips ? EIGHT(at + LIGHT_BELOW * LAYER) : (float8)0.0f);
-        area += EIGHT(at + AREA * LAYER) + (is_lips ? EIGHT(at + AREA_BELOW * LAYER) : (float8)0.0f);
+        seen +=
+            EIGHT(at + LIGHT * LAYER) + (is_lips ? EIGHT(at + LIGHT_BELOW * LAYER) : (float8)0.0f);
+        area +=
+            EIGHT(at + AREA * LAYER) + (is_lips ? EIGHT(at + AREA_BELOW * LAYER) : (float8)0.0f);
         all += EIGHT(scratch + LIGHT_AT + i);
     }
     float total = surface_sum8(area);
     return total >= 1.0f ? surface_sum8(seen) / total : surface_sum8(all) / (float)size;
 }
 
-/* Blurs `count` layers of eight pixels over rows above and below, and puts them down for surface_blur_across, mirrored
- * at both ends. */
+/* Blurs eight pixels of `count` layers over the rows above and below. Stores them for
+ * surface_blur_across, mirrored at both ends. */
 static inline void surface_blur_down(
     __global const float *layers, __global float *blurred, int x, int y, int wide, int high,
     __constant const float *taps, int sides, int count) {
@@ -313,7 +338,8 @@ static inline void surface_blur_down(
         __global const float *above = layers + surface_mirror(y - i, high) * wide + x;
         __global const float *below = layers + surface_mirror(y + i, high) * wide + x;
 #pragma unroll
-        for (int k = 0; k < count; ++k) sums[k] += taps[i] * (EIGHT(above + k * LAYER) + EIGHT(below + k * LAYER));
+        for (int k = 0; k < count; ++k)
+            sums[k] += taps[i] * (EIGHT(above + k * LAYER) + EIGHT(below + k * LAYER));
     }
 #pragma unroll
     for (int k = 0; k < count; ++k) {
@@ -324,14 +350,16 @@ static inline void surface_blur_down(
     }
 }
 
-static inline float8 surface_blur_across(__global const float *at, __constant const float *taps, int sides) {
+static inline float8 surface_blur_across(
+    __global const float *at, __constant const float *taps, int sides) {
     float8 sum = taps[0] * EIGHT(at);
     for (int i = 1; i <= sides; ++i) sum += taps[i] * (EIGHT(at + i) + EIGHT(at - i));
     return sum;
 }
 
-/* Shading and normals, eight pixels of the lips' grid. */
-SURFACE_STEP void surface_finish_lips(int x, int y, __global const float *blurred, __global float *out) {
+/* Finishes shading and normals, for eight pixels of the lips' grid. */
+SURFACE_STEP void surface_finish_lips(
+    int x, int y, __global const float *blurred, __global float *out) {
     __global const float *from = blurred + y * PADDED + PAD + x;
     __global float *to = out + LIPS_AT + y * LIPS_WIDE + x;
     float faint = FAINT * out[MEANS_AT];
@@ -339,7 +367,8 @@ SURFACE_STEP void surface_finish_lips(int x, int y, __global const float *blurre
     float8 gy = surface_blur_across(from + SLOPE_Y * BLURRED, surface_seam_taps, 3);
     float8 shrink = surface_shrink8(gx, gy);
     float8 light[4];
-    for (int i = 0; i < 4; ++i) light[i] = surface_blur_across(from + i * BLURRED, surface_lip_taps, 10);
+    for (int i = 0; i < 4; ++i)
+        light[i] = surface_blur_across(from + i * BLURRED, surface_lip_taps, 10);
     float8 above = (light[LIGHT] + faint) / (light[AREA] + FAINT);
     float8 below = (light[LIGHT_BELOW] + faint) / (light[AREA_BELOW] + FAINT);
     PUT(to, below + EIGHT(to + 3 * LIPS_SIZE) * (above - below));
@@ -350,53 +379,73 @@ SURFACE_STEP void surface_finish_lips(int x, int y, __global const float *blurre
 #define EACH(item, count) (int item = get_local_id(0); item < (count); item += get_local_size(0))
 
 __kernel void surface(
-    __global const float *restrict given, __global const int *restrict rings, __global const SAMPLE *restrict luma,
-    __global const SAMPLE *restrict cb, __global const SAMPLE *restrict cr, __global const float *restrict table,
+    __global const float *restrict given, __global const int *restrict rings,
+    __global const SAMPLE *restrict luma, __global const SAMPLE *restrict cb,
+    __global const SAMPLE *restrict cr, __global const float *restrict table,
     __global float *restrict all_scratch, __global float *restrict out) {
     int region = get_group_id(0), is_lips = region == 0;
-    int wide = is_lips ? LIPS_WIDE : LID_WIDE, high = is_lips ? LIPS_HIGH : LID_HIGH, eights = wide / 8;
-    __global float *scratch = all_scratch + region * SCRATCH, *lid = out + LIDS_AT + 5 * (region - 1) * LID_SIZE;
+    int wide = is_lips ? LIPS_WIDE : LID_WIDE, high = is_lips ? LIPS_HIGH : LID_HIGH,
+        eights = wide / 8;
+    __global float *scratch = all_scratch + region * SCRATCH_SIZE,
+                   *lid = out + LIDS_AT + 5 * (region - 1) * LID_SIZE;
 
-    for EACH(i, is_lips ? 12 : 3) surface_curve(region, i, given, rings, scratch);
+    for
+        EACH(i, is_lips ? 12 : 3) surface_curve(region, i, given, rings, scratch);
     barrier(CLK_GLOBAL_MEM_FENCE);
-    for EACH(x, is_lips ? LIPS_WIDE : 0) surface_bend(x, scratch);
+    for
+        EACH(x, is_lips ? LIPS_WIDE : 0) surface_bend(x, scratch);
     barrier(CLK_GLOBAL_MEM_FENCE);
-    for EACH(x, is_lips ? PATCH_WIDE : 0) surface_patch_column(x, scratch);
-    for EACH(x, is_lips ? LIPS_WIDE : 0) surface_lips_column(x, scratch);
-    for EACH(x, is_lips ? 0 : LID_WIDE) surface_lid_column(x, given[region * PLACE + STEP_PX], scratch);
-    for EACH(i, eights *high / 2)
-        surface_light(
-            i % eights * 8, i / eights * 2, given, given + region * PLACE, luma, cb, cr, table, scratch + LIGHT_AT,
-            wide);
+    for
+        EACH(x, is_lips ? PATCH_WIDE : 0) surface_patch_column(x, scratch);
+    for
+        EACH(x, is_lips ? LIPS_WIDE : 0) surface_lips_column(x, scratch);
+    for
+        EACH(x, is_lips ? 0 : LID_WIDE)
+        surface_lid_column(x, given[region * PLACE_SIZE + STEP_PX_AT], scratch);
+    for
+        EACH(i, eights * high / 2)
+    surface_light(
+        i % eights * 8, i / eights * 2, given, given + region * PLACE_SIZE, luma, cb, cr, table,
+        scratch + LIGHT_AT, wide);
     barrier(CLK_GLOBAL_MEM_FENCE);
-    for EACH(i, is_lips ? PATCH_WIDE / 8 * PATCH_HIGH : 0)
-        surface_odds(i % (PATCH_WIDE / 8) * 8, i / (PATCH_WIDE / 8), given, scratch, out);
+    for
+        EACH(i, is_lips ? PATCH_WIDE / 8 * PATCH_HIGH : 0)
+    surface_odds(i % (PATCH_WIDE / 8) * 8, i / (PATCH_WIDE / 8), given, scratch, out);
     barrier(CLK_GLOBAL_MEM_FENCE);
-    for EACH(i, is_lips ? LIPS_SIZE / 8 : 0)
-        surface_lips_pixels(i % (LIPS_WIDE / 8) * 8, i / (LIPS_WIDE / 8), scratch, out);
-    for EACH(i, is_lips ? 0 : LID_SIZE / 8)
-        surface_lid_pixels(i % (LID_WIDE / 8) * 8, i / (LID_WIDE / 8), scratch, lid);
+    for
+        EACH(i, is_lips ? LIPS_SIZE / 8 : 0)
+    surface_lips_pixels(i % (LIPS_WIDE / 8) * 8, i / (LIPS_WIDE / 8), scratch, out);
+    for
+        EACH(i, is_lips ? 0 : LID_SIZE / 8)
+    surface_lid_pixels(i % (LID_WIDE / 8) * 8, i / (LID_WIDE / 8), scratch, lid);
     barrier(CLK_GLOBAL_MEM_FENCE);
     __global const float *layers = scratch + LAYERS_AT;
     __global float *blurred = scratch + BLURRED_AT;
     if (get_local_id(0) == 0) out[MEANS_AT + region] = surface_mean(scratch, is_lips, wide * high);
-    for EACH(i, is_lips ? LIPS_SIZE / 8 : 0) {
-        int x = i % (LIPS_WIDE / 8) * 8, y = i / (LIPS_WIDE / 8);
-        surface_blur_down(layers, blurred, x, y, LIPS_WIDE, LIPS_HIGH, surface_lip_taps, 10, 4);
-        surface_blur_down(
-            layers + SLOPE_X * LAYER, blurred + SLOPE_X * BLURRED, x, y, LIPS_WIDE, LIPS_HIGH, surface_seam_taps, 3, 2);
-    }
-    for EACH(i, is_lips ? 0 : LID_SIZE / 8)
-        surface_blur_down(
-            layers, blurred, i % (LID_WIDE / 8) * 8, i / (LID_WIDE / 8), LID_WIDE, LID_HIGH, surface_lid_taps, 7, 2);
+    for
+        EACH(i, is_lips ? LIPS_SIZE / 8 : 0) {
+            int x = i % (LIPS_WIDE / 8) * 8, y = i / (LIPS_WIDE / 8);
+            surface_blur_down(layers, blurred, x, y, LIPS_WIDE, LIPS_HIGH, surface_lip_taps, 10, 4);
+            surface_blur_down(
+                layers + SLOPE_X * LAYER, blurred + SLOPE_X * BLURRED, x, y, LIPS_WIDE, LIPS_HIGH,
+                surface_seam_taps, 3, 2);
+        }
+    for
+        EACH(i, is_lips ? 0 : LID_SIZE / 8)
+    surface_blur_down(
+        layers, blurred, i % (LID_WIDE / 8) * 8, i / (LID_WIDE / 8), LID_WIDE, LID_HIGH,
+        surface_lid_taps, 7, 2);
     barrier(CLK_GLOBAL_MEM_FENCE);
-    for EACH(i, is_lips ? LIPS_SIZE / 8 : 0)
-        surface_finish_lips(i % (LIPS_WIDE / 8) * 8, i / (LIPS_WIDE / 8), blurred, out);
-    for EACH(i, is_lips ? 0 : LID_SIZE / 8) {
-        int x = i % (LID_WIDE / 8) * 8, y = i / (LID_WIDE / 8);
-        __global const float *from = blurred + y * PADDED + PAD + x;
-        float8 light = surface_blur_across(from + LIGHT * BLURRED, surface_lid_taps, 7) + FAINT * out[MEANS_AT + region];
-        float8 area = surface_blur_across(from + AREA * BLURRED, surface_lid_taps, 7) + FAINT;
-        PUT(lid + 2 * LID_SIZE + y * LID_WIDE + x, light / area);
-    }
+    for
+        EACH(i, is_lips ? LIPS_SIZE / 8 : 0)
+    surface_finish_lips(i % (LIPS_WIDE / 8) * 8, i / (LIPS_WIDE / 8), blurred, out);
+    for
+        EACH(i, is_lips ? 0 : LID_SIZE / 8) {
+            int x = i % (LID_WIDE / 8) * 8, y = i / (LID_WIDE / 8);
+            __global const float *from = blurred + y * PADDED + PAD + x;
+            float8 light = surface_blur_across(from + LIGHT * BLURRED, surface_lid_taps, 7) +
+                           FAINT * out[MEANS_AT + region];
+            float8 area = surface_blur_across(from + AREA * BLURRED, surface_lid_taps, 7) + FAINT;
+            PUT(lid + 2 * LID_SIZE + y * LID_WIDE + x, light / area);
+        }
 }

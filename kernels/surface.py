@@ -1,7 +1,10 @@
-"""Host side of surface.cl. Its numpy twins are in pipeline/render/regions/lips.py, eyes.py and shading.py."""
+"""Host side of surface.cl, with the constants and buffer layouts that it shares with its twins.
+
+The numpy twins are pipeline/render/regions/lips_reference.py, eyes_reference.py and
+pipeline/render/luminance.py.
+"""
 
 import math
-import struct
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,33 +12,148 @@ from functools import lru_cache
 
 import numpy as np
 import pyopencl as cl
+from makeup_video.kernels import colour
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, matrices, to_linear, to_xyz
+from makeup_video.kernels.definitions import Definitions, floats, offsets
 from makeup_video.kernels.program import LOCAL_SIZE, Device
 from numpy.lib.stride_tricks import as_strided
 
-# As in surface.cl: the patch of the lips, its grid, that of a lid.
+# Rows and columns of the patch of the lips, of the lips' grid, and of a lid's grid.
 PATCH_HW, LIPS_HW, LID_HW = (80, 112), (40, 56), (28, 40)
-_PATCH, _LIPS, _LID = (math.prod(hw) for hw in (PATCH_HW, LIPS_HW, LID_HW))
+RING_POINTS, LASH_POINTS = 11, 9  # of half a ring of the lips, corner to corner; of a lid's curve
 _POINTS, _REGIONS = 478, 3
-_SCRATCH = 60 * 112 + 16 + 7 * _LIPS + 6 * 40 * 88  # floats, of a region
-_STEPS = 1023  # of R'G'B' from 0 to 1, in the table of its light
+_STEPS = 1023  # of R'G'B' from 0 to 1, in the table of linear light
 
-_NOWHERE = (0.0,) * 22  # a place without a region
-_HEAD = struct.Struct("88f")  # of `given`: three places, two planes, the coding
-_POINTS_AT = _HEAD.size // 4
-_LOGITS_AT = _POINTS_AT + 3 * _POINTS
-# Of `out`.
-_LIPS_AT = 2 * _PATCH
-_LIDS_AT = _LIPS_AT + 4 * _LIPS
-_MEANS_AT = _LIDS_AT + 2 * 5 * _LID
+# The lips: where between border (0) and opening (1) the slopes between the mesh's rings hold.
+BETWEEN = (0.19, 0.57, 0.88)
+# Lips are fuller than the mesh: (upper, lower), added to the slope at the border, and how much the
+# addition changes on the way to the opening.
+FULLER, FULLER_CHANGE = (-0.30, 0.45), (0.75, -1.0)
+STEEPEST = 2.5
+REACH = 0.06  # of the mouth's width: how far beyond the contours the mask is trusted
+LIMIT_STEEPNESS = 3.0  # odds per px beyond the contours' reach
+# Where the mask is unsure, the contours count; both draw the border a little too tight.
+CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.0
+WIDER = 0.25
+RIM_START = 0.8  # twice the way from border to opening where the rim begins
+OVER_SEAM = 0.3  # of half the edge: how far the edge is pushed over the line where shut lips meet
+
+# The lids: first column and step of the grid, in widths of the eye.
+LID_LEFT, LID_STEP = -0.85, 1.9 / 39
+LID_STEEPEST = 2.0
+LID_ROUNDNESS = 0.8  # a lid lies on a ball: added to the slope, by the height below its middle
+# Where a lid's light is averaged: heights (lash line 0, crease 1), distance from the middle.
+LID_LIGHT_FROM, LID_LIGHT_TO, LID_LIGHT_BESIDE = 0.15, 1.5, 0.55
+
+# Light is blurred within an area: sigma in px of the grid, and how much the mean counts far away.
+LIPS_SIGMA_PX, LID_SIGMA_PX, SEAM_SIGMA_PX = 2.5, 1.8, 0.8
+FAINT = 0.02
+
+# The buffers of surface.cl, all of float32. A point of the frame lies at
+# to_own (point - near) + origin in a region's own px; `near` is a whole px close to the region, so
+# that the difference is exact in float32.
+PLACE = np.dtype([
+    ("to_own", np.float32, (2, 2)),
+    ("near", np.float32, 2),
+    ("origin", np.float32, 2),
+    ("own_px", np.float32),  # of the region for one px of the frame
+    ("step_px", np.float32),  # px of the frame for one of the region
+    ("to_luma", np.float32, (2, 3)),  # px of the grid -> px of the plane
+    ("to_chroma", np.float32, (2, 3)),
+])  # fmt: skip
+PLANE = np.dtype([
+    ("row_step", np.float32),  # samples from row to row
+    ("last_x", np.float32),  # a little less than the last column, so that the next one exists
+    ("last_y", np.float32),
+])  # fmt: skip
+GIVEN = np.dtype([
+    ("places", PLACE, _REGIONS),
+    ("luma", PLANE),
+    ("chroma", PLANE),
+    ("to_steps", np.float32, (3, 4)),  # codes -> R'G'B' in steps of the table, plus a half
+    ("weights", np.float32, 3),  # of luminance
+    ("last_step", np.float32),  # of the table
+    ("points", np.float32, (_POINTS, 3)),
+    ("logits", np.float32, PATCH_HW),
+])  # fmt: skip
+OUT = np.dtype([
+    ("odds", np.float32, PATCH_HW),
+    ("rim", np.float32, PATCH_HW),
+    ("lips", np.float32, (4, *LIPS_HW)),  # shading, x and y of the normal, upper
+    ("lids", np.float32, (2, 5, *LID_HW)),  # of each up, lash_px, and the first three of the lips
+    ("means", np.float32, _REGIONS),
+])  # fmt: skip
+# The scratch memory of a region. A row by column is as long as the patch is wide. A blurred row has
+# _PAD more on each side, filled by mirroring without repeating the last value.
+_PAD = 16
+_COLUMNS = PATCH_HW[1]
+SCRATCH = np.dtype([
+    ("curves", np.float32, (24, _COLUMNS)),  # height and depth of each curve
+    ("corners", np.float32, 16),  # x of both corners of the mouth
+    ("bends", np.float32, (10, _COLUMNS)),
+    ("columns", np.float32, (26, _COLUMNS)),
+    ("light", np.float32, LIPS_HW),
+    ("layers", np.float32, (6, *LIPS_HW)),
+    ("blurred", np.float32, (6, LIPS_HW[0], LIPS_HW[1] + 2 * _PAD)),
+])  # fmt: skip
+
+DEFINITIONS = colour.DEFINITIONS + Definitions(
+    {
+        "PATCH_HIGH": PATCH_HW[0],
+        "PATCH_WIDE": PATCH_HW[1],
+        "LIPS_HIGH": LIPS_HW[0],
+        "LIPS_WIDE": LIPS_HW[1],
+        "LID_HIGH": LID_HW[0],
+        "LID_WIDE": LID_HW[1],
+        "RING": RING_POINTS,
+        "LASHES": LASH_POINTS,
+        "FIRST_BETWEEN": BETWEEN[0],
+        "MIDDLE_BETWEEN": BETWEEN[1],
+        "LAST_BETWEEN": BETWEEN[2],
+        "FULLER_UPPER": FULLER[0],
+        "FULLER_LOWER": FULLER[1],
+        "FULLER_UPPER_CHANGE": FULLER_CHANGE[0],
+        "FULLER_LOWER_CHANGE": FULLER_CHANGE[1],
+        "STEEPEST": STEEPEST,
+        "REACH": REACH,
+        "LIMIT_STEEPNESS": LIMIT_STEEPNESS,
+        "CONTOUR_SHARE": CONTOUR_SHARE,
+        "CONTOUR_MOST": CONTOUR_MOST,
+        "WIDER": WIDER,
+        "RIM_START": RIM_START,
+        "OVER_SEAM": OVER_SEAM,
+        "LID_LEFT": LID_LEFT,
+        "LID_STEP": LID_STEP,
+        "LID_STEEPEST": LID_STEEPEST,
+        "LID_ROUNDNESS": LID_ROUNDNESS,
+        "LID_LIGHT_FROM": LID_LIGHT_FROM,
+        "LID_LIGHT_TO": LID_LIGHT_TO,
+        "LID_LIGHT_BESIDE": LID_LIGHT_BESIDE,
+        "FAINT": FAINT,
+        "PAD": _PAD,
+        "PLACE_SIZE": floats(PLACE),
+        "SCRATCH_SIZE": floats(SCRATCH),
+    }
+    | offsets(PLACE)
+    | offsets(PLANE)
+    | offsets(GIVEN)
+    | offsets(OUT)
+    | offsets(SCRATCH)
+)
+
+_GIVEN_AT = offsets(GIVEN)
+_HEAD_SIZE = _GIVEN_AT["POINTS_AT"]  # of `given`: three places, two planes, the coding
+_NOWHERE = (0.0,) * floats(PLACE)  # a place without a region
 
 Affine = tuple[float, float, float, float, float, float]  # (2, 3) by rows: (x, y, 1) -> (x, y)
-Stretch = tuple[float, float, float, float]  # px of a frame -> of a plane: of x times, plus; of y
+Stretch = tuple[
+    float, float, float, float
+]  # px of a frame -> of a plane: scale and offset of x, of y
 
 
 @dataclass(frozen=True, slots=True)
 class GridPlace:
-    """A grid on the frame, and the space that its region is measured in.
+    """Where a grid lies on the frame, and the space in which its region is measured.
 
     to_px: px of the grid -> px of the frame.  own_to_px: the region's own px -> px of the frame.
     """
@@ -46,11 +164,12 @@ class GridPlace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightPlanes:
-    """What light is read from.
+    """The planes that light is read from.
 
-    planes: Y', Cb and Cr, (H, W) uint8 or uint16 codes, 2x2 at least, their rows whole; of grey
-    three times Y'.  to_luma, to_chroma: px of the frame -> px of these planes.  has_colour: False for
-    grey.
+    planes: Y', Cb and Cr, (H, W) uint8 or uint16 codes, at least 2x2, with whole rows; three times
+    Y' for a grey frame.
+    to_luma, to_chroma: px of the frame -> px of these planes.
+    has_colour: False for a grey frame.
     """
 
     planes: tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -62,11 +181,12 @@ class LightPlanes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceSurfaces:
-    """Of one face; float32. What had no place holds nothing of use.
+    """The surfaces of one face, float32. A region without a place holds undefined values.
 
-    odds, rim: (80, 112), see LipsSurface.  lips: (4, 40, 56), shading, x and y of the normals, upper.
-    lids: (2, 5, 28, 40), of each up and lash_px (see LidSurface), shading, x and y of the normals.
-    means: of the light on the lips and on both lids.
+    odds, rim: (80, 112), see LipsSurface.
+    lips: (4, 40, 56), shading, x and y of the normals, upper.
+    lids: (2, 5, 28, 40), for each lid up, lash_px (see LidSurface), shading, x and y of normals.
+    means: mean light of the lips and of both lids.
     """
 
     odds: np.ndarray
@@ -77,18 +197,17 @@ class FaceSurfaces:
 
 
 class SurfaceKernel:
-    """The kernel, for one face after the other; threads wait for each other."""
+    """Runs the kernel for one face at a time; threads wait for each other."""
 
     def __init__(self, device: Device, rings: np.ndarray) -> None:
-        """rings: (14, 11), the points of each curve, see surface.cl."""
+        """rings: (14, RING_POINTS), the points of each curve, see surface.cl."""
         self._device = device
         self._lock = threading.Lock()
         self._tables: dict[int, cl.Buffer] = {}
         self._rings = self._kept(rings.astype(np.int32))
-        self._given = np.zeros(_LOGITS_AT + _PATCH, np.float32)
-        self._head = self._given.data
-        scratch = 4 * _REGIONS * _SCRATCH
-        self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, scratch)
+        self._given = np.zeros(floats(GIVEN), np.float32)
+        scratch_bytes = _REGIONS * SCRATCH.itemsize
+        self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, scratch_bytes)
 
     def __call__(
         self,
@@ -97,17 +216,17 @@ class SurfaceKernel:
         logits: np.ndarray,
         light: LightPlanes,
     ) -> FaceSurfaces:
-        """places: of the lips and of both eyes. points_px: (478, 3). logits: (80, 112) of lipstick."""
-        out = np.empty(_MEANS_AT + 3, np.float32)
+        """Make the surfaces of a face.
+
+        places: of the lips and of both eyes.  points_px: (478, 3).  logits: (80, 112) of lipstick.
+        """
+        out = np.empty(floats(OUT), np.float32)
         with self._lock:
             self._fill(places, points_px, logits, light)
             self._run(light, out)
+        (made,) = out.view(OUT)
         return FaceSurfaces(
-            out[:_PATCH].reshape(PATCH_HW),
-            out[_PATCH:_LIPS_AT].reshape(PATCH_HW),
-            out[_LIPS_AT:_LIDS_AT].reshape(4, *LIPS_HW),
-            out[_LIDS_AT:_MEANS_AT].reshape(2, 5, *LID_HW),
-            out[_MEANS_AT:].tolist(),
+            made["odds"], made["rim"], made["lips"], made["lids"], made["means"].tolist()
         )
 
     def _fill(
@@ -124,14 +243,15 @@ class SurfaceKernel:
         numbers += _plane(luma)
         numbers += _plane(chroma)
         numbers += _coding(light.coding, light.has_colour)
-        _HEAD.pack_into(self._head, 0, *numbers)
-        self._given[_POINTS_AT:_LOGITS_AT] = points_px.ravel()
+        self._given[:_HEAD_SIZE] = numbers
+        logits_at = _GIVEN_AT["LOGITS_AT"]
+        self._given[_HEAD_SIZE:logits_at] = points_px.ravel()
         if places[0]:
-            self._given[_LOGITS_AT:] = logits.ravel()
+            self._given[logits_at:] = logits.ravel()
 
     def _run(self, light: LightPlanes, out: np.ndarray) -> None:
         transfer = light.coding.transfer
-        kernel = self._device.kernel("surface", transfer, light.planes[0].dtype)
+        kernel = self._device.kernel("surface", transfer, light.planes[0].dtype, DEFINITIONS)
         planes = [self._lent(plane) for plane in light.planes]
         with self._device.lend(self._given, out) as (given, filled):
             self._device.launch(
@@ -150,7 +270,7 @@ class SurfaceKernel:
         return cl.Buffer(self._device.context, flags, hostbuf=numbers)
 
     def _lent(self, plane: np.ndarray) -> cl.Buffer:
-        """Over a plane's own memory, from its first sample to its last, to be read only."""
+        """Lend a plane's own memory, from its first sample to its last, for reading."""
         (high, wide), size = plane.shape, plane.itemsize
         length = (high - 1) * (plane.strides[0] // size) + wide
         span = as_strided(plane, (length,), (size,), writeable=False)
@@ -160,7 +280,7 @@ class SurfaceKernel:
 
 @lru_cache
 def light_table(transfer: int) -> np.ndarray:
-    """Linear light (1024,) float32 of R'G'B' from 0 to 1."""
+    """Tabulate the linear light of R'G'B' from 0 to 1: (1024,) float32."""
     steps = np.arange(_STEPS + 1) / _STEPS
     table = to_linear(np.repeat(steps[:, None], 3, axis=1), transfer)[:, 0]
     if transfer == HLG:  # the display's gain comes after the sum (BT.2100: OOTF)
@@ -170,7 +290,10 @@ def light_table(transfer: int) -> np.ndarray:
 
 @lru_cache
 def to_steps(coding: Coding, has_colour: bool) -> np.ndarray:
-    """(3, 4) from codes to R'G'B' in steps of the table, and a half; a grey frame's chroma is the middle."""
+    """Return the (3, 4) matrix from codes to R'G'B' in steps of the table, plus a half.
+
+    A grey frame's chroma counts as neutral.
+    """
     steps = matrices(coding)[0] * _STEPS
     steps[:, 3] += 0.5
     if not has_colour:
@@ -180,13 +303,13 @@ def to_steps(coding: Coding, has_colour: bool) -> np.ndarray:
 
 
 def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:
-    """A place as surface.cl takes it."""
+    """Return the numbers of a PLACE."""
     a, b, left, c, d, top = place.own_to_px
     size = a * d - b * c
     if not 0 < abs(size) < math.inf:
         return _NOWHERE
     step = math.sqrt(abs(size))
-    # a whole px of the frame nearby: what a point is away from it is exact in float32
+    # the whole px of the frame from which points are counted
     x, y = float(round(left)), float(round(top))
     right, down = x - left, y - top
     numbers = [d / size, -b / size, -c / size, a / size, x, y]
@@ -199,14 +322,14 @@ def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:
 
 
 def _plane(plane: np.ndarray) -> Sequence[float]:
-    """A plane as surface.cl takes it."""
+    """Return the numbers of a PLANE."""
     high, wide = plane.shape
-    less = 1 - 1e-6  # more than float32 rounds away
+    less = 1 - 1e-6  # more than the rounding of float32
     return plane.strides[0] // plane.itemsize, (wide - 1) * less, (high - 1) * less
 
 
 @lru_cache
 def _coding(coding: Coding, has_colour: bool) -> tuple[float, ...]:
-    """How codes mean light, as surface.cl takes it."""
+    """Return to_steps, weights and last_step of GIVEN."""
     weights = to_xyz(coding.primaries)[1]
     return (*to_steps(coding, has_colour).ravel().tolist(), *weights.tolist(), float(_STEPS))

@@ -1,1 +1,1 @@
-"""The page that shows what is painted, and the server behind it."""
+"""The page that shows the painted picture, and its server."""

@@ -1,4 +1,4 @@
-"""The server's addresses: the page and its files, its WebSocket, photos in, a picture out."""
+"""The server's endpoints: the page and its files, its WebSocket, uploads, and the picture."""
 
 import asyncio
 from collections.abc import Callable
@@ -41,48 +41,59 @@ _KINDS = {
     ".jpg": "image/jpeg",
     ".png": "image/png",
 }
-_TRY_AGAIN_LATER = 1013  # a WebSocket's closing codes, RFC 6455
+_TRY_AGAIN_LATER = 1013  # close codes of a WebSocket, RFC 6455
 _GOING_AWAY = 1001
 Say = Callable[[str], None]
 
 
 def make_app(rooms: Rooms, worker: Worker, host: str, port: int, say: Say) -> ASGIApp:
-    """What uvicorn serves. host: as given to --host; port: where it listens; say: of faults of ours."""
-    doors = Endpoints(rooms, worker)
+    """Make the application that uvicorn serves.
+
+    host: as given to --host.  port: where the server listens.  say: logs internal errors.
+    """
+    endpoints = Endpoints(rooms, worker)
     routes = [
-        Route("/", doors.page, methods=["GET"]),
-        Route("/static/{name}", doors.static, methods=["GET"]),
-        Route("/picture.png", doors.picture, methods=["GET"]),
-        Route("/photo", doors.photo, methods=["POST"]),
-        WebSocketRoute("/ws", doors.watch),
+        Route("/", endpoints.page, methods=["GET"]),
+        Route("/static/{name}", endpoints.static, methods=["GET"]),
+        Route("/picture.png", endpoints.picture, methods=["GET"]),
+        Route("/photo", endpoints.photo, methods=["POST"]),
+        WebSocketRoute("/ws", endpoints.watch),
     ]
     if rooms.show.mode == "demo":
-        routes.append(Route("/portrait", doors.portrait, methods=["POST"]))
+        routes.append(Route("/portrait", endpoints.portrait, methods=["POST"]))
 
-    async def fault(request: Request, error: Exception) -> Response:
+    async def internal_error(request: Request, error: Exception) -> Response:
         say(f"internal error at {request.url.path}: {type(error).__name__}: {error}")
-        return _error(500, "a fault of the program; its terminal says which")
+        return _error(500, "an internal error; the terminal of makeup-video shows which")
 
     app = Starlette(
         routes=routes,
-        exception_handlers={HTTPException: _http_error, MakeupVideoError: _told, Exception: fault},
+        exception_handlers={
+            HTTPException: _http_error,
+            MakeupVideoError: _expected_error,
+            Exception: internal_error,
+        },
     )
     app.router.redirect_slashes = False
     return SameOrigin(app, host, port)
 
 
 class Endpoints:
+    """The functions behind the routes."""
+
     def __init__(self, rooms: Rooms, worker: Worker) -> None:
         self._rooms, self._worker, self._uploads = rooms, worker, Uploads()
 
     async def page(self, _request: Request) -> Response:
+        """Serve the page."""
         return _file("index.html")
 
     async def static(self, request: Request) -> Response:
+        """Serve a file of the page."""
         return _file(request.path_params["name"])
 
     async def watch(self, socket: WebSocket) -> None:
-        """A page's WebSocket, from its hello to its end."""
+        """Serve a page's WebSocket until it closes."""
         await socket.accept()
         try:
             room, viewer = self._rooms.enter(socket.query_params.get("session", ""))
@@ -98,18 +109,18 @@ class Endpoints:
             self._rooms.leave(room, viewer)
 
     async def photo(self, request: Request) -> Response:
-        """The look in a photo, painted from now on. Its three dials stay as the user has set them."""
+        """Read and paint the look in an uploaded photo. The three dials keep their values."""
         room = self._room(request)
         with self._uploads:
             data, name = await read_body(request), file_name(request)
             read = await self._worker.run(lambda: room.session.read(data, name))
         look = _with_dials(read, room.session.look)
-        room = self._rooms.find(room.session.name) or room  # its pages may have left and come back
+        room = self._rooms.find(room.session.name) or room  # all pages may have left and returned
         room.change(look, PhotoLook(name, look))
         return JSONResponse({"name": name, "look": look.to_dict(), "told": look_in_words(look)})
 
     async def portrait(self, request: Request) -> Response:
-        """Somebody to paint."""
+        """Paint an uploaded portrait from now on."""
         room = self._room(request)
         with self._uploads:
             data, name = await read_body(request), file_name(request)
@@ -117,7 +128,7 @@ class Endpoints:
         return JSONResponse({"name": name})
 
     async def picture(self, request: Request) -> Response:
-        """The newest painted picture, whole."""
+        """Serve the newest painted picture in full size, as PNG."""
         room = self._room(request)
         data = await self._worker.run(lambda: _png(room.session.whole_picture()))
         if data is None:
@@ -128,7 +139,7 @@ class Endpoints:
     def _room(self, request: Request) -> Room:
         room = self._rooms.find(request.query_params.get("session", ""))
         if room is None:
-            raise HTTPException(404, "this page's session is over: reload the page")
+            raise HTTPException(404, "the session of this page has ended: reload the page")
         return room
 
 
@@ -142,23 +153,23 @@ async def _send(socket: WebSocket, viewer: Viewer) -> None:
         await socket.send_text(BYE)
         await socket.close(_GOING_AWAY)
     except WebSocketDisconnect:
-        return  # the listener hears of it too
+        return  # `_listen` ends, too
 
 
 async def _listen(socket: WebSocket, room: Room, viewer: Viewer) -> None:
     while (message := await socket.receive())["type"] != "websocket.disconnect":
         text = message.get("text")
         if text is None:
-            viewer.tell_error("a message must be text: JSON")
+            viewer.queue_error("a message must be text: JSON")
         else:
-            room.hear(viewer, text)
+            room.receive(viewer, text)
 
 
 def _file(name: str) -> Response:
-    """A file of the page, by its bare name: nothing that is not in that folder has one."""
+    """Serve a file of the page by its bare name, so that no other file can be reached."""
     path = next((path for path in PAGE.iterdir() if path.name == name and path.is_file()), None)
     if path is None:
-        raise HTTPException(404, "there is no such page")
+        raise HTTPException(404, "there is no such file")
     return Response(
         path.read_bytes(), media_type=_KINDS.get(path.suffix, "application/octet-stream")
     )
@@ -188,8 +199,8 @@ async def _http_error(_request: Request, error: Exception) -> Response:
     return JSONResponse({"error": error.detail}, error.status_code, headers=error.headers)
 
 
-async def _told(_request: Request, error: Exception) -> Response:
-    """The one line of an error of ours, as the command would print it."""
+async def _expected_error(_request: Request, error: Exception) -> Response:
+    """Answer with the one line of the error that the command would print."""
     status = {InputError: 422, LookError: 400, UsageError: 400, InstallError: 500}
     codes = [code for kind, code in status.items() if isinstance(error, kind)]
     return _error(codes[0] if codes else 500, str(error))

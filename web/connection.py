@@ -1,4 +1,4 @@
-"""uvicorn's two protocols, with limits on how long a peer may take and how much work it may make."""
+"""uvicorn's two protocols, with limits on a peer's time and on the work it may cause."""
 
 import asyncio
 import time
@@ -9,21 +9,22 @@ from uvicorn._types import ASGIReceiveEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-# How long a request's header may take, from the beginning of the connection or from the last answer.
-# A connection that waits for one is one of the few that the server has.
+# How long a request's header may take, from the start of the connection or from the last response.
+# A waiting connection occupies one of the few that the server accepts.
 _HEADER_SECONDS = 10.0
-# One message, and answers to pings that have not been read. The largest pictures have 10 MB with what was before.
+# One message, and unread answers to pings. The largest pictures have 10 MB, with the one before.
 _MOST_BYTES = 32_000_000
-# What is read from a WebSocket at once: some looks, or hundreds of the smallest frames (20 ms of work).
+# Bytes read from a WebSocket at once: some looks, or hundreds of the smallest WebSocket frames (20
+# ms of work).
 _READ_BYTES = 4096
-# After each reading the socket rests nine times as long as the reading took, so a flood of frames
-# gets a tenth of a core. Long messages cost more to handle than to read, hence the limit in bytes.
+# After each read the socket pauses nine times as long as the read took, so that a flood gets a
+# tenth of a core. Long messages cost more to handle than to read, hence the limit in bytes.
 _REST = 9.0
 _BYTES_A_SECOND = 2_000_000
 
 
 class Requests(H11Protocol):
-    """HTTP, where a connection is let go when a request's header does not arrive in time."""
+    """HTTP that aborts a connection when a request's header does not arrive in time."""
 
     _waiting: asyncio.TimerHandle | None = None
 
@@ -46,8 +47,8 @@ class Requests(H11Protocol):
     def _wait_or_not(self) -> None:
         """Start or stop the timer.
 
-        A request that is being answered, and a WebSocket, have all the time they need. A running
-        timer is never set anew, so a byte now and then does not buy time.
+        A request that is being answered, and a WebSocket, have no limit. A running timer is never
+        restarted, so a trickle of bytes does not extend the time.
         """
         is_answering = self.cycle is not None and not self.cycle.response_complete
         is_web_socket = self.transport.get_protocol() is not self
@@ -63,9 +64,9 @@ class Requests(H11Protocol):
 
 
 class Connection(WebSocketsSansIOProtocol):
-    """A WebSocket of which one message at most waits in this process.
+    """A WebSocket with at most one waiting message in this process.
 
-    A stalled socket is cut off when it must be. A flood is read slowly: the rest of it waits with its
+    A stalled socket is aborted when necessary. A flood is read slowly, and the rest waits at its
     sender.
     """
 
@@ -73,7 +74,7 @@ class Connection(WebSocketsSansIOProtocol):
 
     def connection_made(self, transport: BaseTransport) -> None:
         super().connection_made(transport)
-        # the next send waits until the kernel has taken all of the last one
+        # the next send waits until the kernel has taken the whole last message
         cast(asyncio.Transport, transport).set_write_buffer_limits(high=0)
         cast(Any, transport).max_size = _READ_BYTES  # of asyncio's transports on sockets
 
@@ -88,7 +89,7 @@ class Connection(WebSocketsSansIOProtocol):
     async def receive(self) -> ASGIReceiveEvent:
         message = await super().receive()
         if self._rests:
-            self.transport.pause_reading()  # which has just been resumed when nothing more waits
+            self.transport.pause_reading()  # uvicorn has just resumed it
         return message
 
     def _read_on(self) -> None:
@@ -103,7 +104,7 @@ class Connection(WebSocketsSansIOProtocol):
 
     def keepalive_timeout(self) -> None:
         super().keepalive_timeout()
-        self.transport.abort()  # a close would wait for what the peer never takes
+        self.transport.abort()  # a close would wait for data that the peer never takes
 
     def shutdown(self) -> None:
         super().shutdown()

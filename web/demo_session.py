@@ -1,4 +1,4 @@
-"""The show without a camera: each page has a portrait and a look of its own."""
+"""The show without a camera: each page has its own portrait and look."""
 
 import asyncio
 import secrets
@@ -16,11 +16,11 @@ from makeup_video.web.session import PhotoLook, Push, Session, ShownPicture
 from makeup_video.web.worker import Worker
 
 MOST_SESSIONS = 16
-GRACE_SECONDS = 30.0  # a page that lost its connection finds its session again
+GRACE_SECONDS = 30.0  # how long a page that lost its connection finds its session again
 
 
 class DemoSession:
-    """One page's portrait and look. The newest look wins: while one is painted, one more waits."""
+    """One page's portrait and look. While one look is painted, only the newest other one waits."""
 
     def __init__(
         self,
@@ -74,8 +74,8 @@ class DemoSession:
             self._worker.submit(self._paint)
 
     def _paint(self) -> None:
-        """On the worker's thread. A look that comes from here on asks for another picture."""
-        self._is_due = False
+        """Paint and push a picture, on the worker's thread."""
+        self._is_due = False  # a look that is set from here on needs another picture
         push, chosen_us, portrait = self._push, self._chosen_us, self._portrait
         if push is None:
             return
@@ -84,14 +84,14 @@ class DemoSession:
         except MakeupVideoError as error:
             self._say(f"{type(error).__name__}: {error}")
             return
-        except Exception as error:  # noqa: BLE001  # nobody looks into what a pool keeps
+        except Exception as error:  # noqa: BLE001  # the pool would swallow it
             self._say(f"internal error while painting: {type(error).__name__}: {error}")
             return
         push(ShownPicture(chosen_us, 0, jpeg, portrait.bare if self._compares else None))
 
 
 class DemoShow:
-    """A session for each page, kept for a while after the page went."""
+    """A session for each page, kept for a while after the page has left."""
 
     mode: Literal["demo"] = "demo"
 
@@ -104,11 +104,11 @@ class DemoShow:
         grace_seconds: float = GRACE_SECONDS,
         photo: PhotoLook | None = None,
     ) -> None:
-        """portrait, look: what every session begins with; photo: where that was read, if it was."""
+        """portrait, look: the start of every session.  photo: the source of the look, if any."""
         self._portrait, self._look, self._worker, self._say = portrait, look, worker, say
         self._grace_seconds, self._photo = grace_seconds, photo
         self._sessions: dict[str, DemoSession] = {}
-        self._left: dict[str, asyncio.TimerHandle] = {}  # who went first is first
+        self._left: dict[str, asyncio.TimerHandle] = {}  # the session left first comes first
 
     def enter(self, name: str) -> DemoSession:
         if (session := self._sessions.get(name)) is not None:

@@ -16,13 +16,13 @@ NAME = "live"
 
 
 class Figures(Protocol):
-    """A dataclass: fps, latency_ms, latency_p95_ms, dropped, level, level_told, notice, sinks."""
+    """A dataclass: fps, latency_ms, latency_p95_ms, dropped, level, level_notice, notice, sinks."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
 
 class Run(Protocol):
-    """What is asked of a live run (`pipeline/live/run.py`); all of it from other threads than its own."""
+    """The part of a live run (`pipeline/live/run.py`) that pages use, from other threads."""
 
     compare: bool  # keep the planes as they came from the camera
 
@@ -33,7 +33,7 @@ class Run(Protocol):
 
 
 class LiveSession:
-    """A live run and its preview sink, as a session. Between pages everything runs on."""
+    """A live run and its preview sink, as a session. The run goes on while no page watches."""
 
     name = NAME
 
@@ -60,7 +60,7 @@ class LiveSession:
         return read_look(photo, name)
 
     def take_portrait(self, photo: bytes, name: str) -> None:
-        raise UsageError("the camera is painted here, not a portrait: see makeup-video demo")
+        raise UsageError("this page paints the camera, not a portrait: see makeup-video demo")
 
     def whole_picture(self) -> np.ndarray | None:
         newest = self._sink.newest
@@ -68,8 +68,10 @@ class LiveSession:
 
 
 class LiveShow:
-    """For `Server`: LiveShow(run, sink), where sink is one of the run's sinks; photo: what the run
-    began with, if that was a photo."""
+    """The show of a live run, for `Server`.
+
+    sink: one of the run's sinks.  photo: the photo that the run's first look was read from, if any.
+    """
 
     mode: Literal["live"] = "live"
 
@@ -80,7 +82,7 @@ class LiveShow:
         return self._session
 
     def leave(self, session: Session) -> None:
-        """It goes on without pages."""
+        """The session goes on without pages."""
 
     def find(self, name: str) -> LiveSession | None:
         return self._session

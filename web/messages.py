@@ -1,19 +1,21 @@
-"""What pages and server say to each other in text: JSON objects with a "type".
+"""The messages of pages and server: JSON objects with a "type".
 
 page -> server
-    look     {look, n}         the whole look; n counts this page's own looks; without it, as from a
-                               file, the look comes back with all that was left out
-    compare  {on}
+    look     {look, n}         the whole look; n counts this page's own looks. Without n, as from a
+                               file, the server returns the look with its defaults filled in
+    compare  {on}              whether pictures without makeup are needed
     shown    {pts_us}          this picture is on the screen
 server -> page
     hello    {mode, session, look, photo, finishes, parameters, regions, photo_bytes_limit}
-                               photo: {name, look, told}, the last that was read and its look in words,
-                               or null
-    look     {look, photo, seen}   photo: where the look has just been read, or null. seen: the newest n that had arrived from this page, or null: a
-                                  page that has sent a newer one since keeps its own
+                               photo: {name, look, told}, the last photo that was read and its look
+                               in words, or null
+    look     {look, photo, seen}
+                               photo: the photo that the look has just been read from, or null
+                               seen: the newest n that had arrived from this page, or null; a page
+                               that has sent a newer look since keeps its own
     figures  {fps, ..., viewers, screen_ms}
     error    {text}
-    bye      {}
+    bye      {}                the server stops
 """
 
 import json
@@ -33,9 +35,11 @@ _LARGEST = 2**63
 
 
 @dataclass(frozen=True, slots=True)
-class LookWanted:
-    """values: the look as it came; it is read when its turn comes, for a newer one may come before.
-    n: the count of the page's newest look.  is_counted: False for a look from a file.
+class LookRequest:
+    """A look that a page wants, read only when it is painted: a newer one may replace it.
+
+    values: the look as it came.  n: the count of the page's newest look.  is_counted: False for a
+    look from a file.
     """
 
     values: Any
@@ -44,31 +48,35 @@ class LookWanted:
 
     @property
     def look(self) -> Look:
-        """Raises LookError when it is none."""
+        """The look that `values` mean. Raises LookError when they are none."""
         return Look.from_dict(self.values)
 
-    def after(self, older: "LookWanted | None") -> "LookWanted":
-        """This look in the place of an older one, whose count was heard, too."""
+    def after(self, older: "LookRequest | None") -> "LookRequest":
+        """Replace an older request, whose count is kept where this one has none."""
         if older is None or self.n is not None:
             return self
-        return LookWanted(self.values, older.n, self.is_counted)
+        return LookRequest(self.values, older.n, self.is_counted)
 
 
 @dataclass(frozen=True, slots=True)
-class Compare:
+class CompareRequest:
+    """A page starts or stops to compare."""
+
     on: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class PictureShown:
+    """A picture is on the page's screen."""
+
     pts_us: int
 
 
-PageMessage = LookWanted | Compare | Shown
+PageMessage = LookRequest | CompareRequest | PictureShown
 
 
 def read_message(text: str) -> PageMessage:
-    """What a page says; a look in it is not read yet.
+    """Parse a page's message. A look in it is not read yet.
 
     Raises LookError or UsageError: one line, for the page.
     """
@@ -79,11 +87,11 @@ def read_message(text: str) -> PageMessage:
     kind = values.get("type") if isinstance(values, dict) else None
     if kind == "look":
         n = _counted(values)
-        return LookWanted(values.get("look"), n, n is not None)
+        return LookRequest(values.get("look"), n, n is not None)
     if kind == "compare" and isinstance(values.get("on"), bool):
-        return Compare(values["on"])
+        return CompareRequest(values["on"])
     if kind == "shown" and _is_count(values.get("pts_us")):
-        return Shown(values["pts_us"])
+        return PictureShown(values["pts_us"])
     raise UsageError(
         'a message must be {"type": "look", "look": {...}}, {"type": "compare", "on": true or '
         'false} or {"type": "shown", "pts_us": whole number}'
@@ -91,6 +99,7 @@ def read_message(text: str) -> PageMessage:
 
 
 def hello(mode: str, session: Session) -> str:
+    """Write the first message of a connection."""
     photo = session.photo
     return json.dumps(
         {
@@ -130,9 +139,9 @@ def _region(info: RegionInfo) -> dict[str, Any]:
 
 
 def look_message(look: Look, photo: PhotoLook | None, seen: int | None) -> str:
-    """photo: when the look has just been read there."""
-    told = None if photo is None else _photo(photo)
-    return json.dumps({"type": "look", "look": look.to_dict(), "photo": told, "seen": seen})
+    """Write a look message.  photo: the photo that the look has just been read from."""
+    source = None if photo is None else _photo(photo)
+    return json.dumps({"type": "look", "look": look.to_dict(), "photo": source, "seen": seen})
 
 
 def _photo(photo: PhotoLook) -> dict[str, Any]:
@@ -159,7 +168,7 @@ def _refuse(name: str) -> None:
 def _counted(values: Mapping[str, Any]) -> int | None:
     n = values.get("n")
     if n is not None and not _is_count(n):
-        raise UsageError("n counts a page's looks: a whole number, or left out")
+        raise UsageError("n counts the looks of a page: give a whole number, or leave it out")
     return n
 
 
@@ -186,11 +195,11 @@ _LABELS = {
     "shimmer_tint": "Colour of sparkles",
     "light_adaptation": "Takes on the light",
 }
-_MOST = 4.0  # a slider needs an end where a look has none: lacquer
+_MOST = 4.0  # the end of sliders whose parameter has no limit; it looks like lacquer
 
 
 def parameters() -> list[dict[str, Any]]:
-    """All 17, in the order of a look file: name, low, high, step, label, help."""
+    """Describe all 17 parameters, in the order of a look file, for the page's sliders."""
     return [
         {
             "name": spec.name,

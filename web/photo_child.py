@@ -1,9 +1,10 @@
 """The process that decodes one visitor's photo: see read_apart.py.
 
-    python -m makeup_video.web.photo_child < (the name as JSON, a line end, the photo's file)
+    python -m makeup_video.web.photo_child < (the name as JSON, a newline, the photo's file)
 
-Writes a line of JSON: [height, width], then the pixels; or a text that says why the photo is refused.
-It imports little, since the visitor waits while it starts: no face nets, no OpenCL, no video library.
+Writes a line of JSON: [height, width], followed by the pixels, or the reason why the photo is
+refused. Imports little, since the visitor waits while it starts: no face nets, no OpenCL, no video
+library.
 """
 
 import json
@@ -13,14 +14,15 @@ from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.images.photo_file import read_photo
 from PIL import AvifImagePlugin, Image
 
-# What cameras call 24 megapixels is up to 24.4 million.
+# Cameras of 24 megapixels take up to 24.4 million.
 MOST_PX = 25_000_000
-# Limits on address space. Pillow's WebP decoder reserves 8 bytes a pixel of whatever size the header
-# claims, 2.1 GB at most, before that size can be asked for. It touches none of it before it decodes.
+# Limits on address space. Before the size can be checked, Pillow's WebP decoder reserves 8 bytes
+# per pixel of the size in the header, at most 2.1 GB. It touches that memory only when it decodes.
 _OPENING_BYTES = 3_000_000_000
 # The largest pictures need half of this: WebP with transparency, AVIF.
 _DECODING_BYTES = 1_000_000_000
-# Threads of the AVIF decoder. With one for each core of a large machine their stacks alone exceed that.
+# Threads of the AVIF decoder. One for each core of a large machine would exceed that by stacks
+# alone.
 _THREADS = 2
 _PROCESSOR_SECONDS = 20
 
@@ -28,7 +30,7 @@ _PROCESSOR_SECONDS = 20
 def main() -> None:
     name = json.loads(sys.stdin.buffer.readline())
     photo = sys.stdin.buffer.read()
-    _limit("RLIMIT_CPU", _PROCESSOR_SECONDS)  # though whoever started this may be gone
+    _limit("RLIMIT_CPU", _PROCESSOR_SECONDS)  # holds even when the parent process is gone
     _limit("RLIMIT_FSIZE", 0)  # a photo stays in memory
     _limit("RLIMIT_AS", _OPENING_BYTES)
     AvifImagePlugin.DEFAULT_MAX_THREADS = _THREADS
@@ -45,14 +47,14 @@ def main() -> None:
 
 
 def _limit(name: str, most: int) -> None:
-    """Where the system has such limits: Windows has none, macOS does not keep the one on memory."""
+    """Set a limit of the process. Windows has none, macOS ignores the one on memory."""
     try:
         import resource
 
         kind = getattr(resource, name)
         resource.setrlimit(kind, (most, resource.getrlimit(kind)[1]))
     except (ImportError, AttributeError, OSError, ValueError):
-        return  # a limit that is lower already stays
+        return  # a lower limit stays
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Somebody to paint: a photo with its faces, found once, in the size that pages show and as a whole."""
+"""A photo to paint on: its faces, found once, at the size of the page and at full size."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -11,7 +11,7 @@ from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.look.look import Look
 
 WHOLE_PX = 2400  # longer side; each session keeps one of these: 17 MB at most
-SHOWN_PX = 1200  # of the picture on the page
+SHOWN_PX = 1200  # longer side of the picture on the page
 _JPEG = (
     cv2.IMWRITE_JPEG_QUALITY, 90,
     cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
@@ -19,38 +19,42 @@ _JPEG = (
 
 
 class Portrait:
-    """Its methods take their time, and are not for two threads at once."""
+    """A photo and its faces. Methods are slow, and only one thread may use them at a time."""
 
     def __init__(
         self, photo: bytes, name: str, read: Callable[[bytes, str], np.ndarray] = read_photo
     ) -> None:
-        """photo: a file's bytes, called `name` in messages.  read: what decodes it. Raises InputError, and
-        PhotoError when nobody is on it."""
+        """Decode a photo and find its faces.
+
+        photo: a file's bytes, called `name` in messages.  read: decodes the photo.
+        Raises InputError, and PhotoError when there is no face.
+        """
         from makeup_video.pipeline import find_faces
 
         self._whole = _no_larger(read(photo, name), WHOLE_PX)
         self._faces = find_faces(self._whole)
         if not self._faces:
             raise PhotoError(
-                f"{name}: no face was found: give a photo that shows one upright, larger or brighter"
+                f"{name}: no face was found: give a photo that shows one upright, larger or "
+                "brighter"
             )
 
     def painted(self, look: Look) -> bytes:
-        """In the pages' size, as JPEG."""
+        """Paint a look at the page's size, and return the JPEG."""
         from makeup_video.pipeline import apply_look
 
         shown, faces = self._shown
         return _jpeg(apply_look(shown, look, faces))
 
     def painted_whole(self, look: Look) -> np.ndarray:
-        """(H, W, 3) uint8 RGB."""
+        """Paint a look at full size: (H, W, 3) uint8 RGB."""
         from makeup_video.pipeline import apply_look
 
         return apply_look(self._whole, look, self._faces)
 
     @cached_property
     def bare(self) -> bytes:
-        """Nobody painted, in the pages' size, as JPEG."""
+        """The photo without makeup at the page's size, as JPEG."""
         return _jpeg(self._shown[0])
 
     @cached_property

@@ -1,4 +1,4 @@
-"""The live run's pictures on their way to the pages: a sink that makes JPEGs while somebody watches."""
+"""The sink of a live run that makes JPEGs for the pages, while a page watches."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -9,15 +9,16 @@ from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.web.session import Push, ShownPicture
 
 _MICRO = Fraction(1, 1_000_000)
-# (planes, chroma, bit_depth, tags) -> a JPEG that a browser shows in right colours
+# (planes, chroma, bit_depth, tags) -> a JPEG that browsers show in the right colours
 MakeJpeg = Callable[[tuple[np.ndarray, ...], tuple[int, int], int, ColourTags], bytes]
 
 
 class PreviewSink:
-    """A LiveSink. `push` and `compares` are set by the server's thread, one whole value at a time."""
+    """A LiveSink for the pages. The server's thread sets `push` and `compares`."""
 
     name = "preview"
     waiting = 1
+    notice = ""  # pages show their own state
 
     def __init__(self, make_jpeg: MakeJpeg) -> None:
         self._make_jpeg = make_jpeg
@@ -44,7 +45,7 @@ class PreviewSink:
         )
 
     def finish(self, stopped: bool) -> None:
-        """The pages keep the last picture."""
+        """Do nothing: the pages keep the last picture."""
 
     def _jpeg(self, picture: LivePicture, planes: tuple[np.ndarray, ...]) -> bytes:
         frame = picture.frame

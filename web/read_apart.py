@@ -1,7 +1,8 @@
-"""Photos of visitors are decoded in a process of their own, with limits on memory and time.
+"""Decodes visitors' photos in a process of its own, with limits on memory and time.
 
-Whatever a file does to a decoder then ends that process, and the picture goes on. A thread would not
-do: Pillow holds Python's lock now and then, and a large WebP stopped the picture for half a second.
+A file that breaks a decoder ends only that process, and the live picture goes on. A thread would
+not
+do: Pillow sometimes holds Python's lock, and a large WebP stopped the picture for half a second.
 """
 
 import json
@@ -12,19 +13,19 @@ import sys
 import numpy as np
 from makeup_video.pipeline.errors import PhotoError
 
-_SECONDS = 20.0  # for one photo; the largest ordinary ones take one or two
+_SECONDS = 20.0  # for one photo; the largest ordinary photos take one or two
 _MODULE = "makeup_video.web.photo_child"
 
 
 def read_apart(photo: bytes, name: str) -> np.ndarray:
-    """(H, W, 3) uint8, as `read_photo` returns it; read-only.
+    """Decode a photo as `read_photo` does: (H, W, 3) uint8, read-only.
 
-    photo: a file's bytes, called `name` in messages. Raises PhotoError: one line for the visitor,
+    photo: a file's bytes, called `name` in messages. Raises PhotoError, one line for the visitor,
     also when the process crashed or took too long.
     """
-    # -P: nothing is imported from the folder where the run was started. The name goes the same way
-    # as the photo, since other users of the machine see arguments. OpenBLAS gets one thread: the
-    # others would only cost time to start.
+    # -P: nothing is imported from the folder where the run was started. The name goes to stdin,
+    # like the photo, since other users of the machine can see arguments. OpenBLAS gets one thread:
+    # others would only take time to start.
     command = [sys.executable, "-P", "-m", _MODULE]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     try:
@@ -49,10 +50,10 @@ def read_apart(photo: bytes, name: str) -> np.ndarray:
 
 
 def _pixels(answer: bytes) -> np.ndarray:
-    """What the process wrote. Raises PhotoError when it refused the photo."""
+    """Read the answer of the process. Raises PhotoError when it refused the photo."""
     begin = answer.index(b"\n") + 1
-    said = json.loads(answer[:begin])
-    if isinstance(said, str):
-        raise PhotoError(said)
-    height, width = said
+    head = json.loads(answer[:begin])
+    if isinstance(head, str):
+        raise PhotoError(head)
+    height, width = head
     return np.frombuffer(answer, np.uint8, offset=begin).reshape(height, width, 3)

@@ -1,4 +1,4 @@
-"""The look in a photo that a page sent; the reasons why there is none are told to a visitor."""
+"""Reads the look in a photo that a page sent, with messages for its visitor."""
 
 from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.look.look import Look
@@ -6,9 +6,9 @@ from makeup_video.web.read_apart import read_apart
 
 
 def read_look(photo: bytes, name: str) -> Look:
-    """The makeup of the only face, passers-by in the background aside; messages call the photo `name`.
+    """Read the makeup of the only face, apart from small ones in the background.
 
-    Raises PhotoError, InputError.
+    name: what messages call the photo. Raises PhotoError, InputError.
     """
     from makeup_video.pipeline import look_from_photo
 

@@ -1,8 +1,8 @@
-"""Who may talk to the server, asked of every request before anything else sees it.
+"""Checks every request, before anything else handles it, for whether its sender may use the server.
 
-The server listens on this machine for its user's browser. But any web page that this browser
-visits can send requests here too: its Origin tells on it, and when it has bent a name of its own to
-this address (DNS rebinding), the Host does.
+The server listens on this machine for its user's browser. But any web page that this browser visits
+can send requests here, too. Its Origin header gives it away, and where it has pointed a name of its
+own to this address (DNS rebinding), its Host header does.
 """
 
 from collections.abc import Mapping
@@ -26,9 +26,9 @@ _SAFE = {
 
 
 class SameOrigin:
-    """Refuses other sites' requests (403) and names that are not ours (421); sets headers on all answers.
+    """Refuses other sites' requests (403) and unknown names (421); sets headers on all responses.
 
-    host: as given to --host; a name that people reach the server by is allowed. port: ours.
+    host: as given to --host; a name of the server is allowed.  port: where the server listens.
     """
 
     def __init__(self, app: ASGIApp, host: str, port: int) -> None:
@@ -36,7 +36,7 @@ class SameOrigin:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
-            return  # no lifespan here
+            return  # the server has no lifespan events
         headers = Headers(scope=scope)
         if (refusal := self._refusal(scope, headers)) is None:
             await self._app(scope, receive, _with_headers(send))
@@ -47,13 +47,10 @@ class SameOrigin:
     def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str] | None:
         hosts = headers.getlist("host")
         if len(hosts) != 1 or not self._is_ours(hosts[0]):
-            return (
-                421,
-                "this name is not this server's: use its IP address, or start it with --host NAME",
-            )
+            return 421, "unknown server name: use the IP address, or start it with --host NAME"
         acts = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
         if acts and headers.getlist("origin") != [f"http://{hosts[0]}"]:
-            return 403, "only the server's own page may do this, and this request is not from it"
+            return 403, "only the server's own page may do this, and this request is from elsewhere"
         if not _same_site(scope, headers, acts):
             return 403, "another site's page asked for this: open the server's own page"
         return None
@@ -70,7 +67,7 @@ class SameOrigin:
 
 
 def _same_site(scope: Scope, headers: Mapping[str, str], acts: bool) -> bool:
-    """Browsers say in Sec-Fetch-Site whose page asks; only opening the page itself is anybody's right."""
+    """Check Sec-Fetch-Site, the requesting site. Every site may link to the page itself."""
     site = headers.get("sec-fetch-site", "none")
     opened = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"
     return site in ("same-origin", "none") or (opened and not acts)

@@ -1,6 +1,6 @@
-"""The web server, in a thread of its own: it starts, and it stops within about a second.
+"""The web server, on a thread of its own, which stops within about a second.
 
-Whoever starts it keeps the main thread and its signals: Ctrl-C is not the server's.
+The caller keeps the main thread and its signals: the server does not handle Ctrl-C.
 """
 
 import asyncio
@@ -24,9 +24,10 @@ _CONNECTIONS = 128
 class Server:
     """Serves a show's page.
 
-    host: a name or address of this machine. port: 0 for a free one.
-    say: a line for the terminal, from the server's thread.
-    ping_seconds: a page that does not answer for twice as long is gone.
+    host: a name or address of this machine.
+    port: 0 for a free one.
+    say: called with a line for the terminal, on the server's thread.
+    ping_seconds: a page that does not answer for twice as long counts as gone.
     """
 
     def __init__(
@@ -48,8 +49,10 @@ class Server:
         self._thread: threading.Thread | None = None
 
     def start(self) -> str:
-        """Returns the page's address, such as "http://127.0.0.1:8080/". Raises UsageError when the
-        port is taken, or host is no address of this machine."""
+        """Start serving, and return the page's address, such as "http://127.0.0.1:8080/".
+
+        Raises UsageError when the port is taken, or host is not an address of this machine.
+        """
         listening = _listen(self._host, self._port)
         port: int = listening.getsockname()[1]
         self._thread = threading.Thread(
@@ -61,16 +64,18 @@ class Server:
         return f"http://{f'[{name}]' if ':' in name else name}:{port}/"
 
     def stop(self) -> None:
-        """Say bye to all pages and end; those that do not listen are cut off. Harmless when it
-        does not run."""
+        """Say bye to all pages and stop; pages that do not react are cut off.
+
+        Does nothing when the server does not run.
+        """
         if self._thread is not None and self._loop is not None and self._thread.is_alive():
             ending = self._end()
             try:
                 asyncio.run_coroutine_threadsafe(ending, self._loop)
-            except RuntimeError:  # it has ended just now
+            except RuntimeError:  # the loop has just ended
                 ending.close()
             self._thread.join(_STOP_SECONDS)
-        self._worker.stop()  # last: until then pages may ask for something
+        self._worker.stop()  # last: until then pages may send requests
 
     def _run(self, listening: socket.socket, port: int) -> None:
         app = make_app(self._rooms, self._worker, self._host, port, self._say)
@@ -82,7 +87,7 @@ class Server:
             ws_max_size=_MESSAGE_BYTES,
             ws_ping_interval=self._ping_seconds,
             ws_ping_timeout=self._ping_seconds,
-            ws_per_message_deflate=False,  # JPEG does not get smaller
+            ws_per_message_deflate=False,  # JPEG does not compress
             lifespan="off",
             log_config=None,
             log_level="critical",
@@ -101,7 +106,7 @@ class Server:
         await server.serve(sockets=[listening])
 
     async def _end(self) -> None:
-        self._rooms.say_bye()
+        self._rooms.end()
         until = asyncio.get_running_loop().time() + _GOODBYE_SECONDS
         while self._rooms.viewers and asyncio.get_running_loop().time() < until:
             await asyncio.sleep(0.01)
@@ -110,7 +115,7 @@ class Server:
 
 
 def _listen(host: str, port: int) -> socket.socket:
-    """A listening socket. Raises UsageError."""
+    """Open a listening socket. Raises UsageError."""
     if not 0 <= port <= 65535:
         raise UsageError(f"--port must be a number in 0..65535, got {port}")
     try:
@@ -125,7 +130,7 @@ def _why_not(host: str, port: int, error: Exception) -> str:
 
     number = getattr(error, "errno", None)
     if number == errno.EADDRINUSE:
-        return f"port {port} on {host} is taken: choose another with --port, or --port 0 for a free one"
+        return f"port {port} on {host} is taken: give another --port, or --port 0 for a free one"
     if number == errno.EACCES:
         return f"port {port} may not be used by this user: choose one from 1024 on with --port"
-    return f"--host {host} is no address of this machine: give one, or leave it out for 127.0.0.1"
+    return f"--host {host} is not an address of this machine: give one, or omit it for 127.0.0.1"

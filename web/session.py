@@ -1,10 +1,11 @@
-"""What a page shows: the protocol that `live` and `demo` implement, and what they hand over.
+"""What pages show: the protocols that `live` and `demo` implement, and their pictures.
 
-A Show has one Session for all its pages (live) or one for each (demo). A Session is one look and the picture it
-is painted on; it knows nothing of sockets, and makes pictures only while somebody watches.
+A Show has one Session for all pages (live) or one for each page (demo). A Session is one look and
+the picture that it is painted on; it knows no sockets, and makes pictures only while a page
+watches.
 
-All methods but `read`, `whole_picture` and `take_portrait` are called on the server's loop: they
-must not block. Those three take their time, and are called on the worker's thread, one at a time.
+All methods but `read`, `whole_picture` and `take_portrait` are called on the server's loop and must
+not block. Those three are slow, and are called on the worker's thread, one at a time.
 """
 
 import struct
@@ -15,17 +16,19 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from makeup_video.pipeline.look.look import Look
 
-PHOTO_BYTES = 32_000_000  # the largest phone photos have 20 MB or so
+PHOTO_BYTES = 32_000_000  # the largest photos of phones have about 20 MB
 HEAD = struct.Struct("<QHHII")  # pts_us, rotation_degrees, flags (0), bytes of either JPEG
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShownPicture:
-    """One painted picture as it goes to the pages.
+    """A painted picture as it goes to the pages.
 
-    pts_us: when it came in (live), or when its look was chosen (demo), in microseconds of
-    time.monotonic().  rotation_degrees: counter-clockwise turn that makes it upright.
-    jpeg, before: painted and as it was, as JPEG files; before only while a page compares.
+    pts_us: when its frame arrived (live) or its look was chosen (demo), in microseconds of
+    time.monotonic().
+    rotation_degrees: the counter-clockwise turn that makes the picture upright.
+    jpeg, before: the picture with and without makeup, as JPEG files; before only while a page
+    compares.
     """
 
     pts_us: int
@@ -34,7 +37,7 @@ class ShownPicture:
     before: bytes | None = None
 
     def packed(self, compare: bool) -> bytes:
-        """The binary message: head, painted JPEG, and for those who compare the JPEG before."""
+        """Pack the binary message: head, painted JPEG, and the one before if a page compares."""
         before = self.before if compare and self.before is not None else b""
         head = HEAD.pack(self.pts_us, self.rotation_degrees, 0, len(self.jpeg), len(before))
         return b"".join((head, self.jpeg, before))
@@ -42,7 +45,7 @@ class ShownPicture:
 
 @dataclass(frozen=True, slots=True)
 class PhotoLook:
-    """The look that was read from a photo, and what the photo is called."""
+    """The look that was read from a photo, and the photo's name."""
 
     name: str
     look: Look
@@ -56,10 +59,10 @@ class Session(Protocol):
 
     @property
     def name(self) -> str:
-        """What pages call it in `?session=`."""
+        """The name that pages give in `?session=`."""
         ...
 
-    photo: PhotoLook | None  # the last one: a page can go back to it
+    photo: PhotoLook | None  # the last photo: a page can return to its look
 
     @property
     def look(self) -> Look: ...
@@ -67,45 +70,47 @@ class Session(Protocol):
     def set_look(self, look: Look, /) -> None: ...
 
     def watch(self, push: Push | None, /) -> None:
-        """Begin to hand over pictures, from any thread: a portrait's at once, a camera's when the next
-        one comes. None: nobody watches any longer."""
+        """Push pictures from now on, from any thread; a portrait's picture comes at once.
+
+        None: no page watches any longer.
+        """
         ...
 
     def compare(self, on: bool, /) -> None:
-        """Whether pictures carry what was there before."""
+        """Choose whether pictures include the one without makeup."""
         ...
 
     def figures(self) -> Mapping[str, Any] | None:
-        """What the message `figures` says, but viewers and screen_ms; None: there is nothing to say."""
+        """Return the fields of `figures` but viewers and screen_ms; None: no such message."""
         ...
 
     def read(self, photo: bytes, name: str) -> Look:
-        """The look in a photo's file, called `name` in messages. Raises MakeupVideoError."""
+        """Read the look in a photo's file, called `name` in messages. Raises MakeupVideoError."""
         ...
 
     def take_portrait(self, photo: bytes, name: str) -> None:
-        """Paint on this from now on. Raises MakeupVideoError."""
+        """Paint on this photo from now on. Raises MakeupVideoError."""
         ...
 
     def whole_picture(self) -> np.ndarray | None:
-        """The newest painted picture, whole and upright: (H, W, 3) uint8 RGB; None: there is none."""
+        """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB, or None."""
         ...
 
 
 class Show(Protocol):
-    """Hands out sessions. Both methods are called on the server's loop."""
+    """Hands out sessions. All methods are called on the server's loop."""
 
     @property
     def mode(self) -> Literal["live", "demo"]: ...
 
     def enter(self, name: str, /) -> Session:
-        """The session of that name, or a new one. Raises UsageError when there are too many."""
+        """Return the session of a name, or a new one. Raises UsageError for too many."""
         ...
 
     def leave(self, session: Session, /) -> None:
-        """Its last page went; it may come back."""
+        """Note that the last page of a session has left; it may come back."""
         ...
 
     def find(self, name: str, /) -> Session | None:
-        """For uploads and downloads: a session that a page has entered."""
+        """Find a session that a page has entered, for uploads and downloads."""
         ...

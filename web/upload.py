@@ -1,4 +1,4 @@
-"""A photo that a page sends: the body of a POST as it is, held in memory and nowhere else."""
+"""A photo that a page uploads: the body of a POST, kept in memory alone."""
 
 import asyncio
 import re
@@ -8,21 +8,21 @@ from makeup_video.web.session import PHOTO_BYTES
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
-_SECONDS = 60  # for all of it
-_SILENT_SECONDS = 10  # between two parts of it: who stalls must not keep others waiting
-# What is too large is read on and thrown away up to here, because a browser that is cut off while
-# it sends never sees the answer.
+_SECONDS = 60  # for the whole body
+_SILENT_SECONDS = 10  # between two parts: a stalled upload must not keep others waiting
+# A body that is too large is read and discarded up to this size, since a browser that is cut off
+# while it sends never sees the response.
 _THROWN_AWAY = 4 * PHOTO_BYTES
-# What is no letter of one line: controls, line ends, marks that turn the reading direction, halves.
+# Characters that have no place in one line: controls, line ends, direction marks, lone surrogates.
 _UNPRINTABLE = re.compile(
     "[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 _LONGEST_NAME = 80
-AT_ONCE = 2  # one is read while the next one comes in
+AT_ONCE = 2  # one photo is read while the next one arrives
 
 
 class Uploads:
-    """How many photos are in memory."""
+    """Limits how many photos are in memory."""
 
     def __init__(self) -> None:
         self._now = 0
@@ -37,9 +37,10 @@ class Uploads:
 
 
 async def read_body(request: Request) -> bytes:
-    """All of it. Raises HTTPException: 413 when it is too large, 408 when it comes too slowly."""
-    told = request.headers.get("content-length", "0")
-    too_large = not told.isascii() or not told.isdigit() or int(told[:18]) > PHOTO_BYTES
+    """Read the body. Raises HTTPException: 413 when it is too large, 408 when it is too slow."""
+    declared = request.headers.get("content-length", "0")
+    is_number = declared.isascii() and declared.isdigit()
+    too_large = not is_number or int(declared[:18]) > PHOTO_BYTES
     data = bytearray()
     size = 0
     try:
@@ -55,9 +56,9 @@ async def read_body(request: Request) -> bytes:
                 if size > _THROWN_AWAY:
                     break
     except TimeoutError:
-        raise HTTPException(408, "the photo came too slowly: try again") from None
+        raise HTTPException(408, "the upload was too slow: try again") from None
     except ClientDisconnect:
-        raise HTTPException(400, "the photo did not arrive as a whole") from None
+        raise HTTPException(400, "the photo did not arrive completely") from None
     if too_large:
         raise HTTPException(
             413,
@@ -67,7 +68,7 @@ async def read_body(request: Request) -> bytes:
 
 
 def file_name(request: Request) -> str:
-    """As the visitor knows the file: never a path, and one line. From X-File-Name, percent-encoded."""
+    """Read the file's name from X-File-Name, percent-encoded: one line without a path."""
     name = unquote(request.headers.get("x-file-name", ""))
     name = _UNPRINTABLE.sub("", re.split(r"[/\\]", name)[-1]).strip()
     if len(name) > _LONGEST_NAME:

@@ -1,6 +1,6 @@
-"""The one thread for what takes its time: reading photos, painting portraits, writing PNG files.
+"""The thread for slow jobs: reading photos, painting portraits, encoding PNG files.
 
-It runs at low priority, so that pictures of a camera go first; one job at a time bounds its memory.
+The thread has low priority, so that live frames come first. One job at a time limits its memory.
 """
 
 import asyncio
@@ -16,23 +16,25 @@ T = TypeVar("T")
 
 
 class Worker:
+    """Runs jobs one after another on one thread."""
+
     def __init__(self) -> None:
-        self._pool = ThreadPoolExecutor(1, "worker", initializer=_step_back)
+        self._pool = ThreadPoolExecutor(1, "worker", initializer=_lower_priority)
 
     def submit(self, job: Callable[[], object]) -> "Future[object]":
-        """Do this after what waits already."""
+        """Run a job after those that wait."""
         return self._pool.submit(job)
 
     async def run(self, job: Callable[[], T]) -> T:
-        """The same, and wait for what comes out of it."""
+        """Run a job after those that wait, and return its result."""
         return await asyncio.wrap_future(self._pool.submit(job))
 
     def stop(self) -> None:
-        """Do nothing more; what is being done is not waited for."""
+        """Cancel the jobs that wait. The running job is not waited for."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _step_back() -> None:
-    """Only on Linux is priority a matter of threads."""
+def _lower_priority() -> None:
+    """Lower the priority of this thread, which only Linux can do."""
     if sys.platform == "linux":
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)

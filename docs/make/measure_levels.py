@@ -17,11 +17,11 @@ import cv2
 import numpy as np
 from makeup_video.benchmark.films import frame_of, make_clip, pictures
 from makeup_video.benchmark.renderer import full_look
+from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.topology import EYE, EYE_CORNERS, LIPS, RIGHT_EYE
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.live.frame_budget import MOST
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
@@ -77,7 +77,7 @@ Shown = tuple[FrameFaces, np.ndarray]
 
 def measure(film: Path) -> list[Level]:
     """All levels on a film, frame by frame."""
-    levels = [Level(number) for number in range(MOST + 1)]
+    levels = [Level(number) for number in QualityLevel]
     films = (pictures(film) for _ in range(len(levels) + 1))
     for number, pictures_now in enumerate(zip(*films, strict=True)):
         bare, *frames = map(frame_of, pictures_now)

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.find import (
     DETECTOR_SIDES_PX,
@@ -89,9 +90,9 @@ class FindFaces:
     """Frame -> FrameFaces; follows faces from frame to frame.
 
     pixel_aspect: the stream's sample aspect ratio.
-    level: of the live frame budget, set between two frames. From level 1 on the detector runs less
-    often. From level 2 on the nets read each face in every second frame; in between, the face moves
-    by its measured motion, where that is reliable.
+    level: a QualityLevel, which may be set between two frames. From FEWER_DETECTIONS on the detector
+    runs less often. From SIMPLER_TRACKING on the nets read each face in every second frame; in
+    between, the face moves by its measured motion, where that is reliable.
     tiny_faces: how many faces were left out because they are too small, counted at each detection.
     frames_with_face: how many frames had a face. faces: how many tracks there were.
     """
@@ -99,7 +100,7 @@ class FindFaces:
     def __init__(self, pixel_aspect: Fraction | float = 1, nets: FaceNets | None = None) -> None:
         self.pixel_aspect = pixel_aspect
         self.nets = nets or load_nets()
-        self.level = 0
+        self.level = QualityLevel.FULL
         self.tiny_faces = 0
         self.frames_with_face = 0
         self._is_cut = CutDetector()
@@ -178,14 +179,14 @@ class FindFaces:
 
         Even tracks are read in even frames, odd tracks in odd ones, so that no frame takes longer.
         """
-        return self.level >= 2 and (index + track.track_id) % 2 == 1
+        return self.level >= QualityLevel.SIMPLER_TRACKING and (index + track.track_id) % 2 == 1
 
     def _detection_is_due(self, seconds: float) -> bool:
         missing = any(
             not t.is_followed and seconds - t.last_seconds < SETTLED_SECONDS for t in self._tracks
         )
         wait, search = DETECT_SECONDS, SEARCH_SECONDS
-        if self.level >= 1:
+        if self.level >= QualityLevel.FEWER_DETECTIONS:
             wait, search = SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS
         if missing or not self._followed():
             wait = search

@@ -1,56 +1,59 @@
-"""How much a slow machine leaves out of every live frame, from level 0 (nothing) to 3.
+"""Chooses how much a slow machine leaves out of every live frame, without a clock of its own.
 
-The rule, which holds no clock: a second of frames is *slow* when more than a tenth of them took over
-three quarters of the time that the camera has for one, or had others dropped beside them. Three slow
-seconds in a row cost a level, so that one hiccup costs none. A second is *easy* when nineteen of twenty
-frames took less than two fifths of that time and none was dropped. Five easy seconds in a row give a
-level back; where that proved too much within twenty seconds, twice as many are wanted the next time.
+A second of frames is *slow* when more than a tenth of its frames took over three quarters of the
+time between two frames of the camera, or had others dropped beside them. Three slow seconds in a
+row lower the quality by one level, so that a single hiccup costs nothing. A second is *easy* when
+at least nineteen of twenty frames took less than two fifths of that time and none was dropped. Five
+easy seconds in a row raise the quality by one level. Where the machine was slow again within twenty
+seconds, the next attempt needs twice as many.
 """
 
-MOST = 3  # the highest level
-TOLD = (
-    "",
-    "slow machine: looking for new faces less often",
-    "slow machine: following faces more simply",
-    "slow machine: painting large faces with less detail",
+from makeup_video.pipeline.engine.quality import QualityLevel
+
+NOTICES = {
+    QualityLevel.FULL: "",
+    QualityLevel.FEWER_DETECTIONS: "slow machine: looking for new faces less often",
+    QualityLevel.SIMPLER_TRACKING: "slow machine: following faces more simply",
+    QualityLevel.LESS_DETAIL: "slow machine: painting large faces with less detail",
+}
+LOWEST = max(QualityLevel)  # the level that leaves out most
+TOO_SLOW = (
+    "this machine is too slow for this camera, so frames are dropped: choose a smaller picture, or "
+    "close other programs"
 )
-HOPELESS = (
-    "this machine is too slow for this camera, so frames are left out: choose a smaller picture, or close"
-    " other programs"
-)
-# Of the time between two frames: capture and the pictures' encoders want the rest of both cores.
+# Of the time between two frames: capture and the pictures' encoders need the rest of both cores.
 LATE_SHARE = 0.75
-# Of the same: what the level before takes more than this one is hardly as much again.
+# Of the same time. Well below LATE_SHARE: raising the quality costs at most about as much again.
 EASY_SHARE = 0.4
-LATE_FRAMES, UNEASY_FRAMES = 0.1, 0.05  # more of them make a second slow, or not easy
+LATE_FRAMES, UNEASY_FRAMES = 0.1, 0.05  # a larger share makes a second slow, or not easy
 SLOW_SECONDS = 3
 EASY_SECONDS, MOST_EASY_SECONDS = 5, 320
-PROBATION_SECONDS = 20  # who is slow again within this was given too much
+PROBATION_SECONDS = 20  # slow again within this time: the quality was raised too early
 
 
 class Budget:
-    """Called once a frame; `level` is what is left out from the next one on.
-
-    told: one line for people about it; empty at level 0.
-    """
+    """Measures every frame; `level` holds from the next frame on."""
 
     def __init__(self) -> None:
-        self.level = 0
+        self.level = QualityLevel.FULL
         self._begin_second()
         self._slow = self._easy = self._fair = 0  # seconds in a row; fair: not slow
         self._seconds_at_level = 0
-        self._is_retry = self._is_hopeless = False
-        # By level: how many easy seconds give it back.
-        self._wanted = [EASY_SECONDS] * MOST
+        self._is_retry = self._is_too_slow = False
+        # By level: how many easy seconds raise the quality to it.
+        self._wanted = [EASY_SECONDS] * LOWEST
 
-    def __call__(self, work_seconds: float, interval_seconds: float, dropped: int = 0) -> int:
-        """The level after a frame.
+    def __call__(
+        self, work_seconds: float, interval_seconds: float, dropped: int = 0
+    ) -> QualityLevel:
+        """Count a frame and return the level for the next one.
 
-        work_seconds: of all stages.  interval_seconds: from the arrival of the last frame that was
-        worked on to that of this one.  dropped: how many more the camera gave since the last call.
+        work_seconds: of all stages.
+        interval_seconds: from the arrival of the last painted frame to that of this one.
+        dropped: number of frames that the camera gave in between and that were dropped.
         """
         if interval_seconds <= 0 or interval_seconds / (1 + dropped) > 1:
-            return self.level  # a clock that was set, or a camera that was away
+            return self.level  # the clock was set, or the camera was away
         self._seconds += interval_seconds
         self._frames.append((work_seconds, dropped))
         if self._seconds >= 1:
@@ -59,18 +62,19 @@ class Budget:
         return self.level
 
     @property
-    def told(self) -> str:
-        return HOPELESS if self._is_hopeless else TOLD[self.level]
+    def notice(self) -> str:
+        """One line for the user about what is left out; empty at full quality."""
+        return TOO_SLOW if self._is_too_slow else NOTICES[self.level]
 
     def _begin_second(self) -> None:
         self._seconds = 0.0
-        self._frames: list[tuple[float, int]] = []  # work in seconds, and how many were dropped
+        self._frames: list[tuple[float, int]] = []  # seconds of work, frames dropped before it
 
     def _end_second(self) -> None:
         count, dropped = len(self._frames), sum(dropped for _, dropped in self._frames)
-        # on the whole: a driver may hand over two at once
+        # over the whole second: a driver may deliver two frames at once
         camera_seconds = self._seconds / (count + dropped)
-        late = sum(gone > 0 or work > LATE_SHARE * camera_seconds for work, gone in self._frames)
+        late = sum(lost > 0 or work > LATE_SHARE * camera_seconds for work, lost in self._frames)
         uneasy = sum(work > EASY_SHARE * camera_seconds for work, _ in self._frames)
         is_slow = late > LATE_FRAMES * count
         is_easy = not dropped and uneasy <= UNEASY_FRAMES * count
@@ -78,8 +82,8 @@ class Budget:
         self._easy = self._easy + 1 if is_easy else 0
         self._fair = 0 if is_slow else self._fair + 1
         self._seconds_at_level += 1
-        if self._slow >= SLOW_SECONDS and self.level == MOST:
-            self._is_hopeless = True
+        if self._slow >= SLOW_SECONDS and self.level == LOWEST:
+            self._is_too_slow = True
         elif self._slow >= SLOW_SECONDS:
             was_too_much = self._is_retry and self._seconds_at_level <= PROBATION_SECONDS
             wanted = 2 * self._wanted[self.level] if was_too_much else EASY_SECONDS
@@ -89,8 +93,9 @@ class Budget:
             self._go_to(self.level - 1)
             self._is_retry = True
         elif self._fair >= EASY_SECONDS:
-            self._is_hopeless = False
+            self._is_too_slow = False
 
     def _go_to(self, level: int) -> None:
-        self.level, self._is_retry, self._is_hopeless = level, False, False
+        self.level = QualityLevel(level)
+        self._is_retry = self._is_too_slow = False
         self._slow = self._easy = self._fair = self._seconds_at_level = 0

@@ -1,4 +1,4 @@
-"""What crosses the channels of a live run, and how its frames tell the time."""
+"""The picture, the source and the sink of a live run, and the time base of its frames."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -8,16 +8,16 @@ from typing import Protocol
 import numpy as np
 from makeup_video.pipeline.frames.frame import Frame
 
-# A live frame's pts is when it arrived, in these ticks of time.monotonic(): how late a picture is can be told
-# anywhere, and a recording's times are those of the wall clock.
+# A live frame's pts is its arrival in these ticks of time.monotonic(), so any stage can compute the
+# delay of a picture, and a recording runs by the wall clock.
 LIVE_TIME_BASE = Fraction(1, 1_000_000)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LivePicture:
-    """One painted picture on its way to the sinks, which all read the same memory: nobody changes it.
+    """A painted frame on its way to the sinks, which share its memory and must not change it.
 
-    before: the frame's planes as they came from the camera; None unless somebody compares.
+    before: the frame's planes as the camera delivered them; None unless a viewer compares.
     """
 
     frame: Frame
@@ -25,37 +25,55 @@ class LivePicture:
 
 
 class LiveSource(Protocol):
-    """Where frames come from, with square pixels: see camera.py.
-
-    frames: blocks until each is there; called once.  close: wakes and ends it, from any thread; may be
-    called again.  notice: what a person should know now ("the camera is gone"), "" when all is
-    well.  dropped: pictures that came and were never handed out.
-    """
+    """Where the frames of a live run come from, with square pixels: see sources/camera.py."""
 
     @property
-    def notice(self) -> str: ...
-    @property
-    def dropped(self) -> int: ...
+    def notice(self) -> str:
+        """What the user should know now, such as "the camera is gone"; "" when all is well."""
+        ...
 
-    def frames(self) -> Generator[Frame, None, None]: ...
-    def close(self) -> None: ...
+    @property
+    def dropped(self) -> int:
+        """Number of frames that arrived and were never handed out."""
+        ...
+
+    def frames(self) -> Generator[Frame, None, None]:
+        """Yield each frame when it arrives. Called once."""
+        ...
+
+    def close(self) -> None:
+        """End `frames`, even while it waits. From any thread; may be called again."""
+        ...
 
 
 class LiveSink(Protocol):
-    """Takes the pictures of a live run, on a thread of its own; `finish` is called once after the last.
+    """Takes the pictures of a live run, on a thread of its own.
 
-    name: how lines and figures call it.  waiting: how many pictures may wait for it: when there
-    are more, the oldest gives way.  It may have a `notice`, as a LiveSource does.
-    sent: how many pictures it has written, sent or shown. A picture that was thrown away because
-    nobody was connected is not among them.  finish: raises OutputError when there were pictures
-    and the sink could send none of them.
+    name: what messages and figures call the sink.
+    waiting: how many pictures may wait for the sink; when more come, the oldest is dropped.
     """
 
     name: str
     waiting: int
 
     @property
-    def sent(self) -> int: ...
+    def notice(self) -> str:
+        """What the user should know now, such as a receiver that is gone; "" when all is well."""
+        ...
 
-    def __call__(self, picture: LivePicture, /) -> None: ...
-    def finish(self, stopped: bool) -> None: ...
+    @property
+    def sent(self) -> int:
+        """Number of pictures written, sent or shown; none while nobody is connected."""
+        ...
+
+    def __call__(self, picture: LivePicture, /) -> None:
+        """Write, send or show one picture."""
+        ...
+
+    def finish(self, stopped: bool) -> None:
+        """Close the sink; called once, after the last picture.
+
+        stopped: the run was stopped before the camera ended. Raises OutputError when there were
+        pictures and the sink could send none of them.
+        """
+        ...

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 from makeup_video.pipeline.engine.machine import one_opencv_thread
+from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
@@ -23,15 +24,16 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
-_FIGURES_SECONDS = 2.0  # what the figures look back on
-_REPEAT_SECONDS = 60.0  # before the same line is said again
+_FIGURES_SECONDS = 2.0  # the figures cover the last seconds
+_REPEAT_SECONDS = 60.0  # before the same line is logged again
 _ALL_IS_WELL = "fast enough again: nothing is left out"
 
 
 @dataclass(frozen=True, slots=True)
 class SinkFigures:
-    """name: as the sink calls itself.  pictures, dropped: since the beginning; pictures: those
-    that the sink has written, sent or shown.
+    """How a sink of a live run is doing, counted since the run began.
+
+    pictures: written, sent or shown.
     """
 
     name: str
@@ -41,14 +43,16 @@ class SinkFigures:
 
 @dataclass(frozen=True, slots=True)
 class LiveFigures:
-    """How the run is doing.
+    """How a live run is doing.
 
-    fps: painted pictures a second, and latency_ms, latency_p95_ms: from a frame's arrival to its being
-    painted, median and 95th percentile, all of the last seconds; None before the first picture.
-    pictures, dropped: since the beginning; dropped: frames that came while one was still
-    waiting, or that the camera had no time for.
-    level, level_told: what a slow machine leaves out: see budget.py.  notice: what is wrong with
-    the source or a sink, or "".
+    fps: pictures painted per second, over the last seconds.
+    latency_ms, latency_p95_ms: median and 95th percentile of the time from a frame's arrival until
+    it is painted, over the last seconds; None before the first picture.
+    pictures: painted since the run began.
+    dropped: frames since the run began that arrived while another one waited, or that the source
+    dropped.
+    level, level_notice: what a slow machine leaves out, as a QualityLevel and in words.
+    notice: what is wrong with the source or a sink, "" when all is well.
     """
 
     fps: float
@@ -56,17 +60,18 @@ class LiveFigures:
     latency_p95_ms: float | None
     pictures: int
     dropped: int
-    level: int
-    level_told: str
+    level: QualityLevel
+    level_notice: str
     notice: str
     sinks: tuple[SinkFigures, ...]
 
 
 class LiveRun:
-    """Paints what a camera sees, now.
+    """Paints what a camera sees, as it comes.
 
-    faces, device: as in Settings.  say: told in a line what happens on the way.  Attributes that
-    other threads may set: `compare`: keep what the camera saw beside what is painted.
+    faces, device: as in Settings.
+    say: called with a line of text for each event on the way.
+    compare: keep the camera's planes in each picture; any thread may set this attribute.
     Raises InstallError, UsageError for the device.
     """
 
@@ -84,24 +89,24 @@ class LiveRun:
         self._camera = camera
         self._find = FindFaces()
         self._smooth = SmoothLive()
-        self._scene = BuildScene(device, exclusive=True)  # photos are read meanwhile
+        self._scene = BuildScene(device, exclusive=True)  # pages read photos meanwhile
         self._composite = Composite(look, device, faces)
         self._runner = LiveRunner(
             camera, self._paint, sinks, say, partial(warm_up, self._scene, self._composite)
         )
         self._budget = Budget()
         self._say = say
-        self._said: dict[str, float] = {}  # what of the level, and when
-        self._last: deque[tuple[float, float]] = deque()  # when painted, how late
+        self._logged: dict[str, float] = {}  # notices of the budget, and when they were logged
+        self._last: deque[tuple[float, float]] = deque()  # time of painting, seconds of delay
         self._pictures = 0
-        self._before = math.nan, 0  # when the last frame arrived, and how many were dropped by then
+        self._before = math.nan, 0  # arrival of the last frame, frames dropped by then
 
     @property
     def look(self) -> Look:
         return self._composite.look
 
     def set_look(self, look: Look) -> None:
-        """From the next frame on; from any thread."""
+        """Paint another look from the next frame on. May be called from any thread."""
         self._composite.set_look(look)
 
     def run(self, on_tick: Callable[[], None] | None = None) -> None:
@@ -109,7 +114,7 @@ class LiveRun:
         try:
             with one_opencv_thread(), _old_objects_left_alone():
                 self._runner.run(on_tick)
-        except KeyboardInterrupt:  # when the runner did not listen: the sinks are to be finished
+        except KeyboardInterrupt:  # before the runner handled it: finish the sinks
             self._runner.stop()
             self._runner.run()
 
@@ -119,13 +124,13 @@ class LiveRun:
 
     @property
     def failures(self) -> list[MakeupVideoError]:
-        """Of the sinks that gave up before the end, or never worked."""
-        return [each.error for each in self._runner.outlets if each.error is not None]
+        """The errors of the sinks that gave up before the end, or never worked."""
+        return [outlet.error for outlet in self._runner.outlets if outlet.error is not None]
 
     def figures(self) -> LiveFigures:
-        """From any thread."""
+        """Measure how the run is doing. May be called from any thread."""
         now = time.monotonic()
-        last = [each for each in tuple(self._last) if now - each[0] < _FIGURES_SECONDS]
+        last = [timing for timing in tuple(self._last) if now - timing[0] < _FIGURES_SECONDS]
         late_ms = sorted(1000 * late for _, late in last)
         fps = (len(last) - 1) / (last[-1][0] - last[0][0]) if len(last) > 1 else 0.0
         return LiveFigures(
@@ -135,11 +140,11 @@ class LiveRun:
             pictures=self._pictures,
             dropped=self._dropped,
             level=self._budget.level,
-            level_told=self._budget.told,
+            level_notice=self._budget.notice,
             notice=self._notice(),
             sinks=tuple(
-                SinkFigures(each.sink.name, each.sink.sent, each.channel.dropped)
-                for each in self._runner.outlets
+                SinkFigures(outlet.sink.name, outlet.sink.sent, outlet.channel.dropped)
+                for outlet in self._runner.outlets
             ),
         )
 
@@ -148,10 +153,11 @@ class LiveRun:
         return self._runner.inbox.dropped + self._camera.dropped
 
     def _notice(self) -> str:
-        """What is wrong now with the camera, or with what a sink sends to."""
-        sinks = [getattr(each.sink, "notice", "") for each in self._runner.outlets]
-        gone = [f"{e.sink.name}: {e.error}" for e in self._runner.outlets if e.error is not None]
-        return "; ".join(filter(None, [self._camera.notice, *sinks, *gone]))
+        """What is wrong now with the camera or a sink."""
+        outlets = self._runner.outlets
+        sinks = [outlet.sink.notice for outlet in outlets]
+        ended = [f"{o.sink.name}: {o.error}" for o in outlets if o.error is not None]
+        return "; ".join(filter(None, [self._camera.notice, *sinks, *ended]))
 
     def _paint(self, frame: Frame) -> LivePicture:
         began = time.monotonic()
@@ -159,31 +165,34 @@ class LiveRun:
         before = _copies(frame) if self.compare else None
         painted = self._composite(scene)
         now = time.monotonic()
-        self._spend(now - began, frame.seconds)
-        self._note(now, now - frame.seconds)
+        self._choose_level(now - began, frame.seconds)
+        self._count(now, now - frame.seconds)
         return LivePicture(painted, before)
 
-    def _spend(self, work_seconds: float, arrived_seconds: float) -> None:
-        """Leave out more, or less, from the next frame on."""
+    def _choose_level(self, work_seconds: float, arrived_seconds: float) -> None:
+        """Leave out more or less from the next frame on."""
         before_seconds, before_dropped = self._before
         dropped = self._dropped
         self._before = arrived_seconds, dropped
         if math.isnan(before_seconds):
             return
-        told = self._budget.told
+        notice = self._budget.notice
         interval = arrived_seconds - before_seconds
         level = self._budget(work_seconds, interval, dropped - before_dropped)
         self._find.level = self._composite.level = level
-        if self._budget.told != told:
-            self._say_now_and_then(self._budget.told or _ALL_IS_WELL, arrived_seconds)
+        if self._budget.notice != notice:
+            self._log_rarely(self._budget.notice or _ALL_IS_WELL, arrived_seconds)
 
-    def _say_now_and_then(self, line: str, seconds: float) -> None:
-        """On a machine with other things to do the level may come and go; the page shows it all the time."""
-        if seconds - self._said.get(line, -math.inf) >= _REPEAT_SECONDS:
-            self._said[line] = seconds
+    def _log_rarely(self, line: str, seconds: float) -> None:
+        """Log a line unless it was logged a short time ago.
+
+        The level may change often on a machine with other work; the page always shows it.
+        """
+        if seconds - self._logged.get(line, -math.inf) >= _REPEAT_SECONDS:
+            self._logged[line] = seconds
             self._say(line)
 
-    def _note(self, now: float, late_seconds: float) -> None:
+    def _count(self, now: float, late_seconds: float) -> None:
         self._pictures += 1
         self._last.append((now, late_seconds))
         while now - self._last[0][0] > _FIGURES_SECONDS:
@@ -196,8 +205,10 @@ def _copies(frame: Frame) -> tuple[np.ndarray, ...]:
 
 @contextmanager
 def _old_objects_left_alone() -> Generator[None, None, None]:
-    """What is loaded by now is not looked through for garbage any more: that takes 10 to 20 ms each time,
-    in the middle of some frame."""
+    """Keep the garbage collector from visiting objects that exist by now.
+
+    Each visit would take 10 to 20 ms in the middle of a frame.
+    """
     gc.collect()
     gc.freeze()
     try:

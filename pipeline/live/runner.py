@@ -1,6 +1,6 @@
 """The threads of a live run: one for the camera, one for the work, one for each sink.
 
-Nobody waits for anybody: between any two of them the newest picture wins, so nothing gets old.
+No thread waits for another: between any two threads the newest picture wins, so none gets old.
 """
 
 import threading
@@ -15,17 +15,17 @@ from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.interfaces import LivePicture, LiveSink, LiveSource
 
-# A stream whose other end is gone must not keep us; a recording is whole long before.
+# A stream whose receiver is gone must not delay the end; a recording is complete long before this.
 _FINISH_SECONDS = 10.0
-# The camera's thread may be stuck in a device that is gone; but who ends the process while it loads
-# nets or compiles kernels makes them crash.
+# The camera's thread may hang in a device that is gone. But it also loads nets and compiles
+# kernels, which crash when the process ends meanwhile.
 _CAMERA_SECONDS = 3.0
 _CAMERA = "camera"
 
 
 @dataclass(slots=True, eq=False)
 class Outlet:
-    """A sink and what waits for it.
+    """A sink and the pictures that wait for it.
 
     error: why the sink ended before the run did, or never worked.
     """
@@ -36,11 +36,11 @@ class Outlet:
 
 
 class LiveRunner:
-    """Runs camera -> work -> sinks until the camera ends, `stop`, Ctrl-C, or a fault.
+    """Runs camera -> work -> sinks until the camera ends, `stop`, Ctrl-C, or an error.
 
-    work: Frame -> LivePicture, always on one thread.  say: told in a line when a sink gives up;
-    the others go on.  prepare: called before the first frame is asked for.  `stop` may be called
-    from any thread.
+    work: Frame -> LivePicture, always on the same thread.
+    say: called with a line of text when a sink gives up; the others go on.
+    prepare: called before the first frame is fetched.
     """
 
     def __init__(
@@ -62,11 +62,11 @@ class LiveRunner:
         self._running: set[str] = set()
 
     def run(self, on_tick: Callable[[], None] | None = None, tick_seconds: float = 0.5) -> None:
-        """Block until all is done; `on_tick` is called meanwhile. Called again after an interrupt it goes on
-        with the same run.
+        """Block until all is done, and call `on_tick` meanwhile.
 
-        Raises the first error of camera or work; the error of a sink when none is left; StoppedError
-        after Ctrl-C or `stop`, once every sink has finished what it had.
+        After an interrupt `run` may be called again to continue the same run.
+        Raises the first error of camera or work; the error of a sink when no sink is left;
+        StoppedError after Ctrl-C or `stop`, once every sink has finished.
         """
         try:
             with interrupted_later():
@@ -75,14 +75,14 @@ class LiveRunner:
                 if on_tick:
                     on_tick()
                 if self.stopped or self._first_error is not None:
-                    break  # from here on nobody is waited for without an end
+                    break  # from here on every wait has a limit
         except BaseException as error:  # noqa: BLE001  # a display that fails, too; raised below
             self.stop()
             if not isinstance(error, KeyboardInterrupt):
                 self._fail(error)
         with undisturbed():
             if not self._wait(_FINISH_SECONDS, self._others):
-                self._say("something that was written or sent did not end in time; leaving it")
+                self._say("an output did not finish in time and is abandoned")
             self._camera.close()
             self._wait(_CAMERA_SECONDS, {_CAMERA})
         if self._first_error is not None:
@@ -91,7 +91,7 @@ class LiveRunner:
             raise StoppedError("stopped by the user")
 
     def stop(self) -> None:
-        """End the run: what waits to be painted is dropped, the sinks finish what they have."""
+        """End the run, from any thread: waiting frames are dropped, and the sinks finish."""
         self.stopped = True
         self.inbox.cancel()
         self._camera.close()
@@ -111,7 +111,7 @@ class LiveRunner:
             ).start()
 
     def _wait(self, seconds: float, names: set[str]) -> bool:
-        """True once these have ended. Not Thread.join: see runner.py."""
+        """True once the named threads have ended. Not Thread.join: see engine/runner.py."""
         with self._ended:
             return self._ended.wait_for(lambda: not self._running & names, seconds)
 
@@ -119,7 +119,7 @@ class LiveRunner:
         try:
             job()
         except ChannelClosed:
-            pass  # the run is over; whoever ended it has said why
+            pass  # the run is over, and its error is kept elsewhere
         except BaseException as error:  # noqa: BLE001  # raised again by `run`
             self._fail(error)
         finally:
@@ -152,10 +152,10 @@ class LiveRunner:
                 outlet.channel.close()
 
     def _hand_out(self, picture: LivePicture) -> None:
-        open_ones = [each for each in self.outlets if each.error is None]
-        if self.outlets and not open_ones:
-            raise ChannelClosed("nobody takes the pictures any more")
-        for outlet in open_ones:
+        working = [outlet for outlet in self.outlets if outlet.error is None]
+        if self.outlets and not working:
+            raise ChannelClosed("no sink takes pictures any more")
+        for outlet in working:
             with suppress(ChannelClosed):  # its sink gave up just now
                 outlet.channel.send(picture)
 
@@ -169,8 +169,8 @@ class LiveRunner:
             outlet.sink.finish(self.stopped or self._first_error is not None)
         except MakeupVideoError as error:
             outlet.error = error
-            outlet.channel.cancel()  # pictures that nobody takes any more must not stay in memory
-            if all(each.error is not None for each in self.outlets):
-                self._fail(error)  # told once, by whoever runs us
+            outlet.channel.cancel()  # free the pictures that wait
+            if all(other.error is not None for other in self.outlets):
+                self._fail(error)  # raised by `run`, so not logged here
             else:
                 self._say(f"{type(error).__name__}: {error}{goes_on}")

@@ -8,10 +8,11 @@ follow below the lash line.
 
 import cv2
 import numpy as np
+from makeup_video.kernels.surface import LID_LEFT, LID_STEP
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.regions.eyes import LEFT, SIZE_WH, STEP
+from makeup_video.pipeline.render.regions.eyes import SIZE_WH
 from makeup_video.pipeline.render.regions.eyes_reference import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside
@@ -42,11 +43,13 @@ def _places(grid: Grid, curves: np.ndarray) -> np.ndarray:
 
     curves: lash line, crease and brow on its grid.
     """
-    columns = np.linspace((_OUT[0] - LEFT) / STEP, (_OUT[1] - LEFT) / STEP, FLAT_WH[0] // 2)
+    columns = np.linspace(
+        (_OUT[0] - LID_LEFT) / LID_STEP, (_OUT[1] - LID_LEFT) / LID_STEP, FLAT_WH[0] // 2
+    )
     lash, crease, brow = (np.interp(columns, np.arange(SIZE_WH[0]), curve) for curve in curves)
     up = np.linspace(_HIGHEST, 0, _ABOVE)[:, None]
     above = np.where(up < 1, lash - up * (lash - crease), crease - (up - 1) * (crease - brow))
-    down = np.linspace(0, _LOWEST / STEP, FLAT_WH[1] - _ABOVE + 1)[1:, None]
+    down = np.linspace(0, _LOWEST / LID_STEP, FLAT_WH[1] - _ABOVE + 1)[1:, None]
     y = np.concatenate([above, lash + down])
     on_grid = np.stack([np.broadcast_to(columns, y.shape), y, np.ones_like(y)])
     places: np.ndarray = np.einsum("ij,jhw->ihw", grid.to_px, on_grid)

@@ -9,6 +9,7 @@ import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.paint import Canvas, PaintedRegion
 from makeup_video.kernels.planes import Rect
+from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import Affine
 from makeup_video.pipeline.frames.frame import Frame
@@ -53,7 +54,7 @@ class Composite:
     painted_frames: how many frames had a face that was painted.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
     numbers: the ids of all faces seen.
-    level: as Budget has it, set between two frames. From 3 on large regions are painted at half size.
+    level: may be set between two frames. At LESS_DETAIL large regions are painted at half size.
     Raises InstallError, UsageError for the device.
     """
 
@@ -63,7 +64,7 @@ class Composite:
         self._largest_id = -1
         self.painted_frames = self.chosen_frames = 0
         self.numbers: set[int] = set()
-        self.level = 0
+        self.level = QualityLevel.FULL
         self._half = HalfSize()
         self._is_small = False
         self.set_look(look)
@@ -98,7 +99,7 @@ class Composite:
         area_px = sum(job.window.width * job.window.height for job in jobs)
         # hysteresis: otherwise the glitter would flicker between the two sizes
         least_px = _STAYS_SMALL * LARGE_PX if self._is_small else LARGE_PX
-        self._is_small = self.level >= 3 and area_px >= least_px
+        self._is_small = self.level >= QualityLevel.LESS_DETAIL and area_px >= least_px
         if self._is_small:
             self._paint_small(item, planes, jobs)
         else:

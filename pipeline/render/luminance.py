@@ -6,7 +6,14 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, to_xyz
-from makeup_video.kernels.surface import GridPlace, LightPlanes, Stretch, light_table, to_steps
+from makeup_video.kernels.surface import (
+    FAINT,
+    GridPlace,
+    LightPlanes,
+    Stretch,
+    light_table,
+    to_steps,
+)
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.sampling import halved, samples_at
 from makeup_video.pipeline.render.grid import Grid
@@ -114,7 +121,7 @@ def broad(
     mean = float((light * inside).sum() / total) if total >= 1 else float(light.mean())
     layers = [layer for weight in weights for layer in (light * weight, weight)]
     blurred = cv2.GaussianBlur(cv2.merge(layers), (0, 0), sigma_px)
-    faint = np.float32(0.02)  # far from the area the mean counts
+    faint = np.float32(FAINT)
     return [
         (blurred[..., at] + faint * np.float32(mean)) / (blurred[..., at + 1] + faint)
         for at in range(0, len(layers), 2)

@@ -160,13 +160,13 @@ def test_no_browser_takes_over_a_bare_terminal(monkeypatch):
 
 def figures(**given):
     plain = {"fps": 29.97, "latency_ms": 12.4, "latency_p95_ms": 20.0, "pictures": 300,
-             "dropped": 0, "level": 0, "level_told": "", "notice": "", "sinks": ()}  # fmt: skip
+             "dropped": 0, "level": 0, "level_notice": "", "notice": "", "sinks": ()}  # fmt: skip
     return LiveFigures(**{**plain, **given})
 
 
 def test_the_line_on_a_terminal_says_how_fast_how_late_and_what_is_wrong():
     assert live_text(figures()) == "30 fps, delay 12 ms"
-    assert live_text(figures(dropped=3, level_told="slow", notice="gone")) == (
+    assert live_text(figures(dropped=3, level_notice="slow", notice="gone")) == (
         "30 fps, delay 12 ms, 3 dropped, slow, gone"
     )
     assert live_text(figures(latency_ms=None)) == "waiting for the first picture"

@@ -6,6 +6,7 @@ import numpy as np
 import pyopencl as cl
 import pytest
 from makeup_video.kernels.colour import (
+    DEFINITIONS,
     HLG,
     LUMA_WEIGHTS,
     PQ,
@@ -63,7 +64,9 @@ def device():
 def kernel(device):
     """(name, transfer) -> kernel, each program built once."""
     source = source_of("colour.h") + SOURCE
-    programs = {transfer: device.build(source, transfer) for transfer in TRANSFERS}
+    programs = {
+        transfer: device.build(source, transfer, definitions=DEFINITIONS) for transfer in TRANSFERS
+    }
     return lambda name, transfer: cl.Kernel(programs[transfer], name)
 
 

@@ -1,18 +1,16 @@
 """What a material does to light: colour, texture, highlights, reflection, sparkles."""
 
-import re
 from dataclasses import fields, replace
-from importlib import resources
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import lights, params, places, product
-from makeup_video import kernels
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.material import (
     ENVIRONMENT_PX,
+    MATERIAL,
     Material,
     Skin,
     added,
@@ -45,19 +43,12 @@ def paint(bare, m, skin=None, weight=1.0, u=0.5, v=0.5):
     ]
 
 
-def test_the_struct_is_declared_as_the_twin_packs_it():
-    text = (resources.files(kernels) / "material.h").read_text(encoding="utf-8")
-    body = re.search(r"typedef struct \{(.*?)\} material;", text, re.DOTALL)[1]
-    body = re.sub(r"/\*.*?\*/", "", body, flags=re.DOTALL)
-    declared = [
-        (name, int(size or 1))
-        for line in re.findall(r"float ([^;]+);", body)
-        for name, size in re.findall(r"(\w+)(?:\[(\d+)\])?", line)
-    ]
+def test_the_struct_holds_the_fields_of_a_material_by_name():
     m = of()
-    packed = [(spec.name, np.size(getattr(m, spec.name))) for spec in fields(Material)]
-    assert declared == packed
-    assert len(m.numbers()) == sum(size for _, size in packed)
+    record = np.array([m.record()], MATERIAL)[0]
+    assert MATERIAL.names == tuple(spec.name for spec in fields(Material))
+    for name in MATERIAL.names:
+        np.testing.assert_allclose(record[name], getattr(m, name), rtol=1e-6)
 
 
 def test_on_even_skin_an_opaque_product_shows_its_own_colour():

@@ -22,7 +22,7 @@ from makeup import (
 )
 from makeup_video.kernels.colour import HLG, PQ, SRGB, Coding, decode, matrices, to_xyz
 from makeup_video.kernels.material import made_up, skin_at
-from makeup_video.kernels.paint import Canvas, on_window, paint_twin, surface_twin
+from makeup_video.kernels.paint import Canvas, on_pixels, paint_twin, region_twin
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
@@ -53,7 +53,7 @@ def made(case):
 
 def twin(luma, chroma, surface, lit, coding):
     """(3, h, w): luma rounded, chroma as it is before that, but as far as a code can say it."""
-    new, change = surface_twin(luma, chroma, replace(surface, material=lit), coding)
+    new, change = region_twin(luma, chroma, replace(surface, material=lit), coding)
     return np.stack([new, *np.clip(chroma + change, 0, coding.max_code)])
 
 
@@ -122,7 +122,7 @@ def test_everything_is_finite_for_every_parameter_and_code(case):
     for change in canvas()._change.array:  # before it is rounded
         assert np.isfinite(change[: SIZE[1], : SIZE[0]][surface.weight > 0]).all()
     assert np.isfinite(twin(luma, chroma, surface, lit, coding)).all()
-    assert np.isfinite(lit.numbers()).all()
+    assert np.isfinite(np.hstack(lit.record())).all()
 
 
 @settings(max_examples=60, deadline=None)
@@ -148,9 +148,9 @@ def test_a_product_that_is_not_worn_gives_the_codes_back(bare, coding, seed):
     np.testing.assert_array_equal(new, [luma, *chroma])
 
 
-def planes_around(windows, block, depth, interleaved, seed):
-    """Planes on which the windows lie, of any codes."""
-    width, height = (max(ends) + 3 for ends in zip(*((w.x + w.width, w.y + w.height) for w in windows), strict=True))  # fmt: skip
+def planes_around(rects, block, depth, interleaved, seed):
+    """Planes on which the rects lie, of any codes."""
+    width, height = (max(ends) + 3 for ends in zip(*((w.x + w.width, w.y + w.height) for w in rects), strict=True))  # fmt: skip
     rng = np.random.default_rng(seed)
     dtype, top = (np.uint8, 256) if depth == 8 else (np.uint16, 1024)
     small = -(-height // block[1]), -(-width // block[0])
@@ -168,18 +168,16 @@ def planes_around(windows, block, depth, interleaved, seed):
                      ((4, 1), False), ((1, 2), False), ((4, 4), False)]),
     st.lists(st.tuples(st.integers(1, 90), st.integers(1, 40)), min_size=1, max_size=4),
 )  # fmt: skip
-def test_windows_of_any_layout_are_painted_together_as_the_twin_paints_them(case, layout, sizes):
+def test_rects_of_any_layout_are_painted_together_as_the_twin(case, layout, sizes):
     *_, lit, coding = made(case)
     block, interleaved = layout
     surfaces, y = [], 0
     for number, (width, height) in enumerate(sizes):
         surface = any_surface(number, (width, height), FACING, 0.5)
-        window = Rect(4 * number, y, width, height)
-        surfaces.append(replace(surface, window=window, material=replace(lit, shimmer=0)))
+        rect = Rect(4 * number, y, width, height)
+        surfaces.append(replace(surface, rect=rect, material=replace(lit, shimmer=0)))
         y += -(-height // 4) * 4
-    planes = planes_around(
-        [one.window for one in surfaces], block, coding.bit_depth, interleaved, 1
-    )
+    planes = planes_around([one.rect for one in surfaces], block, coding.bit_depth, interleaved, 1)
     for plane in planes:  # ordinary colours: others are told apart in other tests
         plane[:] = (plane // 8 + 110 / 256 * 2**coding.bit_depth).astype(plane.dtype)
     want = paint_twin(planes, surfaces, coding, block)
@@ -195,7 +193,7 @@ def test_windows_of_any_layout_are_painted_together_as_the_twin_paints_them(case
 def test_rows_of_a_plane_may_have_gaps_which_are_left_alone():
     whole = [np.full((14, 50), 7, np.uint8) for _ in range(3)]
     planes = tuple(plane[1:-1, 2:-3] for plane in whole)
-    surface = replace(flat_surface((20, 6), 0.2), window=Rect(10, 4, 20, 6))
+    surface = replace(flat_surface((20, 6), 0.2), rect=Rect(10, 4, 20, 6))
     lit = material(product(), 1, white_light(), FACING, Coding())
     paint_on(planes, [replace(surface, material=lit)], Coding(), (1, 1))
     for plane in whole:
@@ -224,7 +222,7 @@ def test_any_size_is_painted_to_its_last_pixel(size):
     assert len(np.unique(new[0])) == 1
 
 
-def test_no_window_at_all_of_weight_paints_nothing():
+def test_no_rect_with_any_weight_paints_nothing():
     planes = tuple(np.full((8, 8), 9, np.uint8) for _ in range(3))
     lit = material(product(), 1, white_light(), FACING, Coding())
     paint_on(planes, [replace(flat_surface((8, 8), 0.2, 0.0), material=lit)], Coding(), (1, 1))
@@ -237,8 +235,8 @@ def test_more_regions_than_there_was_room_for_find_room():
     surfaces = []
     for number in range(40):
         lit = material(product(red=6 * number), 1, white_light(), FACING, coding)
-        window = Rect(0, 4 * number, *size)
-        surfaces.append(replace(flat_surface(size, 0.2), window=window, material=lit))
+        rect = Rect(0, 4 * number, *size)
+        surfaces.append(replace(flat_surface(size, 0.2), rect=rect, material=lit))
     planes = tuple(np.full((160, 9), 120, np.uint8) for _ in range(3))
     want = paint_twin(planes, surfaces, coding, (1, 1))
     paint_on(planes, surfaces, coding, (1, 1))
@@ -256,7 +254,7 @@ def test_a_device_with_memory_of_its_own_paints_the_same(monkeypatch):
         own = Canvas(Device())
         own.device.shares_memory = shares
         monkeypatch.setattr("makeup.canvas", lambda own=own: own)
-        planes = planes_around([surface.window], (2, 2), 8, False, 4)
+        planes = planes_around([surface.rect], (2, 2), 8, False, 4)
         paint_on(planes, surfaces, coding, (2, 2))
         seen.append(planes)
     for one, other in zip(*seen, strict=True):
@@ -297,7 +295,7 @@ def test_more_opacity_moves_every_channel_monotonically_to_the_laid_colour(p, li
 def laid_light(luma, chroma, surface, lit, coding):
     """Linear light that the twin paints, before it is encoded."""
     codes = np.stack([luma, *chroma], axis=-1).astype(float)
-    coarse, nx, ny = on_window(surface)
+    coarse, nx, ny = on_pixels(surface)
     skin = skin_at(coarse, surface.mean, nx, ny, surface.environment.astype(float), lit)
     y, x = np.mgrid[: luma.shape[0], : luma.shape[1]]
     weight = surface.weight.astype(float)

@@ -26,40 +26,40 @@ def planes_of(size_wh, chroma, interleaved=False):
     WINDOW_SIZES,
     st.tuples(*[st.floats(-20, 30)] * 4),
 )
-def test_a_window_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
+def test_a_rect_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
     low, high = np.minimum(ends[:2], ends[2:]), np.maximum(ends[:2], ends[2:])
-    window = Rect.around(low, high, size, chroma)
+    rect = Rect.around(low, high, size, chroma)
     is_inside = [
         (x, y) for y in range(size[1]) for x in range(size[0])
         if low[0] <= x <= high[0] and low[1] <= y <= high[1]
     ]  # fmt: skip
-    if window is None:
+    if rect is None:
         assert not is_inside
         return
-    assert window.x % chroma[0] == 0 and window.y % chroma[1] == 0
+    assert rect.x % chroma[0] == 0 and rect.y % chroma[1] == 0
     for at, extent, size_px, block in (
-        (window.x, window.width, size[0], chroma[0]),
-        (window.y, window.height, size[1], chroma[1]),
+        (rect.x, rect.width, size[0], chroma[0]),
+        (rect.y, rect.height, size[1], chroma[1]),
     ):
         assert at >= 0 and extent > 0 and at + extent <= size_px
         assert (at + extent) % block == 0 or at + extent == size_px
     for x, y in is_inside:
-        assert 0 <= x - window.x < window.width and 0 <= y - window.y < window.height
+        assert 0 <= x - rect.x < rect.width and 0 <= y - rect.y < rect.height
 
 
 @given(
     st.lists(st.tuples(*[st.integers(0, 9)] * 2, *[st.integers(1, 6)] * 2), min_size=2, max_size=2)
 )
-def test_windows_that_share_a_pixel_overlap(boxes):
+def test_rects_that_share_a_pixel_overlap(boxes):
     one, other = (Rect(*box) for box in boxes)
     seen = np.zeros((2, 16, 16), bool)
-    for layer, window in zip(seen, (one, other), strict=True):
-        layer[window.y : window.y + window.height, window.x : window.x + window.width] = True
+    for layer, rect in zip(seen, (one, other), strict=True):
+        layer[rect.y : rect.y + rect.height, rect.x : rect.x + rect.width] = True
     assert one.overlaps(other) == other.overlaps(one) == (seen[0] & seen[1]).any()
 
 
 @pytest.mark.parametrize("ends", [((-9, -9), (-3, 5)), ((20, 2), (30, 5)), ((2, 40), (5, 50))])
-def test_there_is_no_window_where_all_is_outside(ends):
+def test_there_is_no_rect_where_all_is_outside(ends):
     assert Rect.around(np.array(ends[0]), np.array(ends[1]), (16, 9), (2, 2)) is None
 
 
@@ -67,12 +67,12 @@ def test_there_is_no_window_where_all_is_outside(ends):
 @pytest.mark.parametrize("interleaved", [False, True])
 def test_views_are_of_the_very_planes(chroma, interleaved):
     planes = planes_of((15, 9), chroma, interleaved)
-    window = Rect.around(np.array([5, 3]), np.array([30, 30]), (15, 9), chroma)
-    window.luma(planes)[:] = 7
-    for number, part in enumerate(window.chroma(planes, chroma)):
+    rect = Rect.around(np.array([5, 3]), np.array([30, 30]), (15, 9), chroma)
+    rect.luma(planes)[:] = 7
+    for number, part in enumerate(rect.chroma(planes, chroma)):
         part[:] = 8 + number
     across, down = chroma
-    y, x = window.y, window.x
+    y, x = rect.y, rect.x
     assert (planes[0][y:, x:] == 7).all()
     cb, cr = (planes[1][..., 0], planes[1][..., 1]) if interleaved else planes[1:]
     assert (cb[y // down :, x // across :] == 8).all()

@@ -1,6 +1,8 @@
 """Lips and lids made by the kernel against the numpy that says what they are."""
 
+import re
 from fractions import Fraction
+from importlib import resources
 
 import av
 import heads
@@ -9,7 +11,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import LAYOUTS, close_up, lit_of, true_face
-from makeup_video.kernels.colour import HLG, PQ
+from makeup_video import kernels
+from makeup_video.kernels.colour import HLG, PQ, Coding
+from makeup_video.kernels.program import Device
+from makeup_video.kernels.surface import (
+    GIVEN,
+    LID_SIGMA_PX,
+    LIPS_SIGMA_PX,
+    PATCH_HW,
+    SEAM_SIGMA_PX,
+    GridPlace,
+    LightPlanes,
+    SurfaceKernel,
+)
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.colour_tags import ColourTags
@@ -121,3 +135,41 @@ def test_faces_of_no_shape_have_surfaces_that_are_finite(squeezed):
     for lit in lit_of(scene):
         assert np.isfinite(lit.surface.normals).all() and np.isfinite(lit.shading).all()
         assert (np.square(lit.surface.normals).sum(0) < 1.0001).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "sigma"),
+    [("lip", LIPS_SIGMA_PX), ("lid", LID_SIGMA_PX), ("seam", SEAM_SIGMA_PX)],
+)
+def test_taps_are_gaussians_of_the_twins_sigmas(name, sigma):
+    text = (resources.files(kernels) / "surface.h").read_text(encoding="utf-8")
+    listed = re.search(rf"surface_{name}_taps\[\d+\] = \{{(.*?)\}};", text, re.DOTALL)[1]
+    taps = np.array([float(number.strip(" \nf")) for number in listed.split(",")])
+    places = np.arange(-len(taps) + 1, len(taps))
+    bell = np.exp(-(places**2) / (2 * sigma**2))
+    np.testing.assert_allclose(taps, bell[len(taps) - 1 :] / bell.sum(), rtol=2e-7)
+    assert len(taps) == round(4 * sigma) + 1
+
+
+def test_the_head_of_given_lies_as_its_layout_names_it():
+    light = LightPlanes(
+        (np.zeros((6, 8), np.uint8), *[np.zeros((3, 5), np.uint8)] * 2),
+        (1.0, 0.5, 2.0, 0.25), (0.5, 0.125, 1.0, 0.0625), Coding(),
+    )  # fmt: skip
+    place = GridPlace((2.0, 0.0, 10.0, 0.0, 2.0, 20.0), (0.5, 0.0, 10.25, 0.0, 0.5, 20.0))
+    kernel = SurfaceKernel(Device(), np.zeros((14, 11)))
+    points = np.arange(3.0 * 478).reshape(478, 3)
+    kernel._fill([None, place, None], points, np.ones(PATCH_HW), light)
+    (given,) = kernel._given.view(GIVEN)
+    np.testing.assert_array_equal(given["points"], points)
+    assert not given["logits"].any() and not given["places"]["to_own"][[0, 2]].any()
+    assert given["luma"]["row_step"] == 8 and given["chroma"]["last_x"] == pytest.approx(
+        4, rel=1e-5
+    )
+    lid = given["places"][1]
+    assert (lid["own_px"], lid["step_px"]) == (2, 0.5)
+    np.testing.assert_array_equal(lid["to_own"], 2 * np.eye(2))
+    np.testing.assert_array_equal(lid["near"] + 0.5 * -lid["origin"], (10.25, 20))
+    np.testing.assert_array_equal(lid["to_chroma"], [[1, 0, 5.125], [0, 2, 20.0625]])
+    np.testing.assert_allclose(given["weights"].sum(), 1, rtol=1e-6)
+    assert given["last_step"] == 1023

@@ -114,7 +114,7 @@ def any_surface(
     coarse = brightest * rng.uniform(0, 1, (h, w)) ** 3 * (rng.uniform(0, 1, (h, w)) > 0.1)
     coarse = np.pad(coarse, ((0, h < 2), (0, w < 2)), mode="edge")
     normals = rng.uniform(-1.2, 1.2, (2, *coarse.shape)).astype(np.float32)
-    # as fine as the window, or coarser, turned, and not all over it
+    # as fine as the rectangle, or coarser, turned, and not all over it
     to_grid = (1, 0, 0, 0, 1, 0) if seed % 2 else (0.6, 0.2, 1.3, -0.1, 0.5, 2.0)
     mean = float(rng.choice([0, 0.02, 0.3, brightest]))
     step = np.array([[1, 0], [0, 1]]) / place.skin_px
@@ -149,7 +149,7 @@ def paint_codes(
 
 def paint_on(planes, surfaces: list[PaintedRegion], coding: Coding, block: tuple[int, int]) -> None:
     """The surfaces on any planes, in place."""
-    weights = canvas().place([one.window for one in surfaces], block, planes[0].dtype)
+    weights = canvas().place([one.rect for one in surfaces], block, planes[0].dtype)
     for weight, one in zip(weights, surfaces, strict=True):
         assert not weight.any()
         weight[:] = one.weight

@@ -6,17 +6,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, MakeupVideoError, product
-from makeup_video.web.messages import Compare, LookWanted, Shown, hello, read_message
+from makeup_video.web.messages import CompareRequest, LookRequest, PictureShown, hello, read_message
 from makeup_video.web.session import HEAD, PHOTO_BYTES, PhotoLook, ShownPicture
 from shows import BLUE, StandIn
 
 
 def test_what_pages_may_say_is_understood():
     look = json.dumps({"type": "look", "look": BLUE.to_dict(), "n": 3})
-    assert read_message(look) == LookWanted(BLUE.to_dict(), 3, is_counted=True)
+    assert read_message(look) == LookRequest(BLUE.to_dict(), 3, is_counted=True)
     assert read_message(look).look == BLUE
-    assert read_message('{"type": "compare", "on": true}') == Compare(True)
-    assert read_message('{"type": "shown", "pts_us": 12}') == Shown(12)
+    assert read_message('{"type": "compare", "on": true}') == CompareRequest(True)
+    assert read_message('{"type": "shown", "pts_us": 12}') == PictureShown(12)
 
 
 def changed(**values):
@@ -45,9 +45,9 @@ def test_anything_else_is_one_line(text):
 
 def read(text):
     """A look to its very end, which is done when its turn comes."""
-    wish = read_message(text)
-    if isinstance(wish, LookWanted):
-        wish.look  # noqa: B018  # it is for the error
+    message = read_message(text)
+    if isinstance(message, LookRequest):
+        message.look  # noqa: B018  # it is for the error
 
 
 JSON = st.recursive(

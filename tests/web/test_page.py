@@ -171,10 +171,10 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     page = visit(live)
     wear(page, RED)
     page.drop(SAMPLES / "look.jpg")
-    told = page.until(lambda: page.page.inner_text("#told"))
-    assert re.fullmatch(r"lips #\w{6}, .+; eyes #\w{6}, .+", told)
+    words = page.until(lambda: page.page.inner_text("#look-words"))
+    assert re.fullmatch(r"lips #\w{6}, .+; eyes #\w{6}, .+", words)
     look = look_of(page)
-    assert look.eyes is not None and look.lips.hex.lower() in told.lower()
+    assert look.eyes is not None and look.lips.hex.lower() in words.lower()
     assert page.page.is_visible("#photo-slot img")
     page.until(lambda: not is_red(page.lips()))  # they are berry
     page.page.fill("#lips-panel .hex", BLUE)
@@ -183,7 +183,7 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     page.page.fill("#lips-panel .hex", BLUE)
     page.page.reload()  # the server has all but the thumbnail
     page.until(lambda: "look.jpg" in page.page.inner_text("#photo-slot"))
-    assert page.page.inner_text("#told") == told
+    assert page.page.inner_text("#look-words") == words
     page.page.click("#reset")
     page.until(lambda: look_of(page) == look)
 
@@ -193,11 +193,11 @@ def test_a_photo_that_cannot_be_read_says_why_and_the_look_stays(demo, visit, tm
     before = look_of(page)
     (tmp_path / "bad.jpg").write_text("no photo")
     page.drop(tmp_path / "bad.jpg", ".target")
-    page.until(lambda: "bad.jpg" in page.page.inner_text("#photo-slot .said"))
+    page.until(lambda: "bad.jpg" in page.page.inner_text("#photo-slot .error"))
     grey = np.full((64, 64, 3), 128, np.uint8)
     cv2.imwrite(str(tmp_path / "grey.png"), grey)
     page.drop(tmp_path / "grey.png", "#portrait-slot")
-    page.until(lambda: "grey.png" in page.page.inner_text("#portrait-slot .said"))
+    page.until(lambda: "grey.png" in page.page.inner_text("#portrait-slot .error"))
     assert look_of(page) == before
     assert not page.page.is_visible("#photo-slot img")
 
@@ -257,7 +257,7 @@ def test_look_and_picture_are_taken_home_and_a_look_is_brought(demo, visit, tmp_
     page.until(lambda: page.page.input_value("#lips-panel .hex") == "#C820C0")
     (tmp_path / "typo.json").write_text(text.replace("gloss_detail", "glos_detail"))
     page.drop(tmp_path / "typo.json")
-    page.until(lambda: "glos_detail" in page.page.inner_text("#said"))
+    page.until(lambda: "glos_detail" in page.page.inner_text("#error"))
     assert look_of(page).lips.red == 200
 
 

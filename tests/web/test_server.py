@@ -214,7 +214,7 @@ def test_there_is_room_for_so_many_and_the_next_one_is_told_why(url):
     with contextlib.ExitStack() as stack:
         pages = [stack.enter_context(Page(url)) for _ in range(MOST_VIEWERS)]
         with Page(url) as one_more:
-            assert f"{MOST_VIEWERS} pages watch already" in one_more.hello["text"]
+            assert f"{MOST_VIEWERS} pages are open already" in one_more.hello["text"]
         pages[0].close()
         until(lambda: comes_in(url))
 
@@ -237,11 +237,11 @@ def test_a_port_that_is_taken_is_one_line_that_names_it():
 @pytest.mark.parametrize(
     ("host", "port", "words"),
     [
-        ("no-such-name.invalid", 0, "--host no-such-name.invalid is no address"),
-        ("203.0.113.9", 0, "--host 203.0.113.9 is no address"),
+        ("no-such-name.invalid", 0, "--host no-such-name.invalid is not an address"),
+        ("203.0.113.9", 0, "--host 203.0.113.9 is not an address"),
         ("", 70000, "port"),
         ("127.0.0.1", -1, "port"),
-        ("x" * 300, 0, "no address"),
+        ("x" * 300, 0, "not an address"),
     ],
 )
 def test_where_it_cannot_listen_is_one_line(host, port, words):

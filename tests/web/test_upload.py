@@ -139,7 +139,7 @@ def test_a_photo_that_stalls_on_its_way_is_let_go(show, page, monkeypatch):
 
     answer = page.post("/photo", stalling())
     assert (answer.status_code, show.photos) == (408, [])
-    assert answer.json() == {"error": "the photo came too slowly: try again"}
+    assert answer.json() == {"error": "the upload was too slow: try again"}
     assert page.post("/photo", b"another").status_code == 200
 
 

@@ -67,14 +67,14 @@ class Page:
     def __init__(self, room):
         self.room, self.viewer = room, Viewer("{}")
         self.look, self.count, self.errors = room.session.look.to_dict(), 0, []
-        room.join(self.viewer)
+        room.add(self.viewer)
 
     def say(self, look):
         self.look, self.count = look, self.count + 1
         self.send(look=look, n=self.count)
 
     def send(self, **values):
-        self.room.hear(self.viewer, json.dumps({"type": "look", **values}))
+        self.room.receive(self.viewer, json.dumps({"type": "look", **values}))
 
     def listen(self):
         """Take all that the server has for this page by now."""
@@ -174,7 +174,7 @@ def test_the_last_look_of_a_page_that_goes_is_painted():
         pages[0].say(LOOKS[1].to_dict())
         loop.go_on(0)
         pages[0].say(LOOKS[2].to_dict())
-        room.part(pages[0].viewer)
+        room.remove(pages[0].viewer)
         assert room.session.look == LOOKS[2]
         loop.go_on(1)
         assert room.session.look == LOOKS[2]

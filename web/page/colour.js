@@ -1,4 +1,4 @@
-// A colour: as hex digits, and the well and field that change it.
+// A colour: its hex digits, and the well and field that change it.
 
 import { el } from "./elements.js";
 
@@ -10,7 +10,7 @@ export const hexOf = (params) =>
     .join("")
     .toUpperCase();
 
-/** {red, green, blue} of "#B4002E", "b4002e" or "#b03"; null when it is none of these. */
+/** {red, green, blue} of "#B4002E", "b4002e" or "#b03"; null for any other text. */
 function readHex(text) {
   let digits = text.trim().replace(/^#/, "");
   if (/^[0-9a-f]{3}$/i.test(digits)) digits = digits.replace(/./g, "$&$&");
@@ -20,8 +20,8 @@ function readHex(text) {
 }
 
 /**
- * name: of the product. onInput({red, green, blue}) when somebody chose another.
- * Returns {element, set(params)}; a field that is being typed in is left alone by `set`.
+ * name: of the product. onInput({red, green, blue}): called when the visitor chooses a colour.
+ * Returns {element, set(params)}; `set` does not change a field while the visitor types in it.
  */
 export function colourField(name, onInput) {
   const label = `Colour of the ${name.toLowerCase()}`;
@@ -38,7 +38,8 @@ export function colourField(name, onInput) {
   hex.addEventListener("input", () => {
     const rgb = readHex(hex.value);
     hex.setCustomValidity(rgb === null ? "Six hex digits, such as B4002E" : "");
-    if (rgb !== null && hex.value.trim().length >= 6) onInput(rgb); // three digits may become six
+    // three digits may still become six
+    if (rgb !== null && hex.value.trim().length >= 6) onInput(rgb);
   });
   hex.addEventListener("change", () => {
     const rgb = readHex(hex.value);

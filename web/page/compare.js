@@ -1,9 +1,10 @@
-// Before and after: the divider over the picture, and the key that shows the picture before.
+// Before and after: the divider over the picture, and the key that shows the picture without
+// makeup.
 
 const STEP = 0.02;
 const PAGE = 0.1;
 
-/** `ask(on)` tells the server whether pictures before are needed. */
+/** ask(on): called when pictures without makeup are needed, and when they no longer are. */
 export class Compare {
   #picture;
   #ask;
@@ -33,7 +34,7 @@ export class Compare {
     this.#show();
   }
 
-  /** So that the arrow keys move the divider. */
+  /** Focus the divider, so that the arrow keys move it. */
   focus() {
     if (this.#isOn) this.#divider.focus({ preventScroll: true });
   }
@@ -46,7 +47,7 @@ export class Compare {
     this.#show();
   }
 
-  /** After the connection came back, the server knows nothing of it. */
+  /** Ask again after a new connection, since the server has forgotten. */
   askAgain() {
     this.#asked = false;
     this.#show();

@@ -1,10 +1,10 @@
-// The WebSocket: messages in and out, pictures in, and coming back after it was lost.
+// The WebSocket: messages in and out, pictures in, and reconnecting.
 
 const HEADER_BYTES = 20; // <QHHII: pts in us, rotation, flags, bytes painted, bytes before
 const FIRST_PAUSE_MS = 400;
 const LONGEST_PAUSE_MS = 5000;
 
-/** One picture as it came: {pts, rotation, painted: Blob, before: Blob or null}. */
+/** Parse a picture: {pts, rotation, painted: Blob, before: Blob or null}. */
 export function parsePicture(buffer) {
   const header = new DataView(buffer, 0, HEADER_BYTES);
   const paintedEnd = HEADER_BYTES + header.getUint32(12, true);
@@ -21,26 +21,26 @@ export function parsePicture(buffer) {
 
 /**
  * Stays connected. `on` has a function for each type of message (hello, look, figures, error, bye),
- * `picture` for pictures, and `lost(stopped)`, called once whenever the connection goes.
+ * `picture` for pictures, and `lost(stopped)`, called once whenever the connection is lost.
  */
 export class Connection {
   #on;
   #socket = null;
   #pauseMs = FIRST_PAUSE_MS;
   #timer = 0;
-  #stopped = false; // the server said that it stops
+  #stopped = false; // the server announced that it stops
   #isUp = false;
-  #session = ""; // what we were in: the server takes us back into it
+  #session = ""; // our last session, which the server may still have
 
   constructor(on) {
     this.#on = on;
     this.#open();
-    // no reason to wait out a pause when something says that it may work now
+    // reconnect at once when the browser is online or visible again
     window.addEventListener("online", () => this.#hurry());
     document.addEventListener("visibilitychange", () => document.hidden || this.#hurry());
   }
 
-  /** Send a message; nothing happens while the connection is lost. */
+  /** Send a message; does nothing while the connection is lost. */
   send(message) {
     if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(message));
   }

@@ -1,9 +1,9 @@
-// The controls of a look: a tab for each product, and what holds for all of it.
+// The controls of a look: a tab for each product, and the strength of the whole look.
 
 import { Product } from "./product.js";
 import { portion, slider } from "./slider.js";
 
-/** Builds all controls into the page and keeps them as the look is. */
+/** Builds all controls into the page and updates them with the look. */
 export class Controls {
   #products;
   #set = [];
@@ -16,7 +16,7 @@ export class Controls {
       tab.addEventListener("click", () => this.#select(at));
       tab.addEventListener("keydown", (event) => this.#selectByKey(event, at));
     });
-    const help = "How much of the whole look.";
+    const help = "How strong the whole look is.";
     const spec = portion("strength", "Strength", help);
     const strength = slider(spec, (value) => store.edit((look) => (look.strength = value)), false);
     document.getElementById("whole").replaceChildren(strength.element);

@@ -1,6 +1,6 @@
-// Small helpers that make elements.
+// Helpers that make elements.
 
-/** el("button", {type: "button"}, "text", child): properties, or attributes where there is none. */
+/** el("button", {type: "button"}, "text", child). Sets a property, else an attribute. */
 export function el(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -11,7 +11,7 @@ export function el(tag, properties = {}, ...children) {
   return element;
 }
 
-/** A canvas of a size in CSS pixels, sharp on the screen that it is on (twice as fine at most). */
+/** A canvas of a size in CSS pixels, with up to two pixels of the screen for each. */
 export function fineCanvas(width, height) {
   const scale = Math.min(2, Math.max(1, window.devicePixelRatio));
   return el("canvas", {
@@ -24,14 +24,14 @@ export function fineCanvas(width, height) {
 let ids = 0;
 export const newId = (stem) => `${stem}-${++ids}`;
 
-/** One call with the next refresh of the screen, however often it is asked for. */
+/** A function that calls `work` once at the screen's next refresh, however often it is called. */
 export function oncePerFrame(work) {
-  let asked = false;
+  let scheduled = false;
   return () => {
-    if (asked) return;
-    asked = true;
+    if (scheduled) return;
+    scheduled = true;
     requestAnimationFrame(() => {
-      asked = false;
+      scheduled = false;
       work();
     });
   };

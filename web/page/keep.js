@@ -1,21 +1,21 @@
-// What people take home, and bring: the look as a file, the picture as PNG, undo and redo.
+// Saving and opening: the look as a file, the picture as PNG, undo and redo.
 
 import { lookFile } from "./look.js";
 
-const SAID_MS = 20_000;
-const said = document.getElementById("said");
+const ERROR_MS = 20_000;
+const error = document.getElementById("error");
 const name = document.getElementById("name");
 let clearing = 0;
 const button = (id) => document.getElementById(id);
 
-/** One line where the files are: what went wrong; "" clears it, as time does. */
-export function say(text) {
-  said.textContent = text;
+/** Show an error near the buttons for files, for some time; "" clears it. */
+export function showError(text) {
+  error.textContent = text;
   clearTimeout(clearing);
-  clearing = setTimeout(() => (said.textContent = ""), SAID_MS);
+  clearing = setTimeout(() => (error.textContent = ""), ERROR_MS);
 }
 
-/** The look's name is what it was read from, until somebody names it. */
+/** Name the look after the file that it was read from. */
 export function nameAfter(file) {
   const stem = file.name.replace(/\.[^.]*$/, "");
   if (stem) name.value = stem;
@@ -30,28 +30,29 @@ function download(blob, ending) {
 }
 
 async function downloadPicture(session) {
-  say("");
+  showError("");
   try {
     const response = await fetch(`/picture.png?session=${encodeURIComponent(session)}`);
     if (response.ok) download(await response.blob(), "png");
-    else say((await response.json()).error);
+    else showError((await response.json()).error);
   } catch {
-    say("There is no picture: the server does not answer.");
+    showError("The picture could not be saved: the server does not answer.");
   }
 }
 
-/** `send` what is in a look file; the server tells what it means, or what is wrong with it. */
+/** Read a look file and `send` it; the server returns the complete look, or an error. */
 export async function openLook(file, send) {
-  say("");
+  showError("");
   try {
     const look = JSON.parse((await file.text()).replace(/^\uFEFF/, ""));
     nameAfter(file);
     send(look);
   } catch {
-    say(`${file.name} is no look: a look file is JSON, as “Save look” writes it.`);
+    showError(`${file.name} is not a look file: choose a JSON file made by “Save look”.`);
   }
 }
 
+/** Connect the buttons for files, undo and redo. */
 export function wireKeep(store, session, send) {
   button("undo").onclick = () => store.undo();
   button("redo").onclick = () => store.redo();

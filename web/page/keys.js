@@ -1,9 +1,10 @@
-// Keys of the whole page. They are listed under "?" in index.html.
+// Keys of the whole page. The "?" dialog in index.html lists them.
 
 const TYPED =
-  "input:not([type=range], [type=checkbox], [type=radio], [type=file], [type=color]), textarea, select";
+  "input:not([type=range], [type=checkbox], [type=radio], [type=file], [type=color]), " +
+  "textarea, select";
 
-/** actions: {compare, mirror, full, help, undo, redo, held(on)}. */
+/** Call actions for keys: {compare, mirror, full, help, undo, redo, held(on)}. */
 export function listenToKeys(actions) {
   const plain = { c: actions.compare, m: actions.mirror, f: actions.full, "?": actions.help };
   document.addEventListener("keydown", (event) => {
@@ -24,5 +25,5 @@ export function listenToKeys(actions) {
     "keyup",
     (event) => event.key.toLowerCase() === "b" && actions.held(false),
   );
-  window.addEventListener("blur", () => actions.held(false)); // the key may go up elsewhere
+  window.addEventListener("blur", () => actions.held(false)); // the key may be released elsewhere
 }

@@ -1,10 +1,10 @@
-// The look that is worn: changed by hand, by photos and by other pages; sent, undone, written out.
+// The current look: changed by hand, by photos and by other pages; sent, undone, saved.
 
-const SETTLED_AFTER_MS = 500; // changes closer than this are one step for undo
+const SETTLED_AFTER_MS = 500; // changes closer together are one step of undo
 const STEPS = 100;
-const CODE_VALUES = ["red", "green", "blue"]; // whole numbers; all others have a point
+const CODE_VALUES = ["red", "green", "blue"]; // whole numbers; all others get a decimal point
 
-/** Equal numbers give equal texts, in whatever order the keys came. */
+/** A text that is equal for equal values, whatever the order of their keys. */
 function canonical(value) {
   if (value === null || typeof value !== "object") return JSON.stringify(value);
   const keys = Object.keys(value).sort();
@@ -20,13 +20,13 @@ export function lookFile(look) {
   return `${written}\n`;
 }
 
-/** Fires "change" whenever `look` is another one. Its objects are never changed in place. */
+/** Fires "change" whenever `look` changes. Its objects are never changed in place. */
 export class LookStore extends EventTarget {
   look = null;
-  photoLook = null; // what was last read from a photo
+  photoLook = null; // the look that was last read from a photo
   #send;
-  #sendAsked = false;
-  #count = 0; // of our own looks on this connection, the one about to be sent included
+  #sendScheduled = false;
+  #count = 0; // of our own looks on this connection, with the one about to be sent
   #past = [];
   #future = [];
   #settled = true;
@@ -50,15 +50,15 @@ export class LookStore extends EventTarget {
     return this.photoLook === null || canonical(this.photoLook) === canonical(this.look);
   }
 
-  /** The first look of a connection, and what was last read from a photo. */
+  /** Take the first look of a connection, and the look that was last read from a photo. */
   start(look, photoLook) {
     this.photoLook = photoLook;
     this.#count = 0;
-    this.#sendAsked = false;
+    this.#sendScheduled = false;
     this.#adopt(look);
   }
 
-  /** A change by hand: `change` gets a copy and alters it. */
+  /** Change the look by hand: `change` alters a copy. */
   edit(change) {
     const look = structuredClone(this.look);
     change(look);
@@ -70,7 +70,7 @@ export class LookStore extends EventTarget {
     this.#put(look);
   }
 
-  /** Another look altogether, one step for undo. */
+  /** Replace the look, as one step of undo. */
   replace(look) {
     if (canonical(look) === canonical(this.look)) return;
     this.#remember();
@@ -79,8 +79,8 @@ export class LookStore extends EventTarget {
   }
 
   /**
-   * A look from the server. photoLook: if it has just been read from a photo.
-   * seen: how many of ours it had by then; newer ones win over it.
+   * Take a look from the server. photoLook: set when it has just been read from a photo.
+   * seen: how many of our looks the server had by then; newer ones win over this look.
    */
   receive(look, photoLook, seen) {
     if (photoLook) this.photoLook = photoLook;
@@ -110,7 +110,7 @@ export class LookStore extends EventTarget {
   #adopt(look) {
     if (this.look !== null) {
       if (canonical(look) === canonical(this.look)) {
-        this.dispatchEvent(new Event("change")); // what the photo's look is may have changed
+        this.dispatchEvent(new Event("change")); // photoLook may have changed
         return;
       }
       if (this.#settled) this.#remember();
@@ -120,12 +120,12 @@ export class LookStore extends EventTarget {
 
   #put(look) {
     this.#show(look);
-    if (this.#sendAsked) return;
-    this.#sendAsked = true;
+    if (this.#sendScheduled) return;
+    this.#sendScheduled = true;
     this.#count += 1;
     requestAnimationFrame(() => {
-      if (!this.#sendAsked) return; // the connection went meanwhile
-      this.#sendAsked = false;
+      if (!this.#sendScheduled) return; // a new connection has started meanwhile
+      this.#sendScheduled = false;
       this.#send(this.look, this.#count);
     });
   }

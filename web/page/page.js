@@ -1,17 +1,17 @@
-// The page: what it hears from the server, and who is told.
+// The page: connects the server's messages with the parts of the page.
 
 import { Compare } from "./compare.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
-import { nameAfter, openLook, say, wireKeep } from "./keep.js";
+import { nameAfter, openLook, showError, wireKeep } from "./keep.js";
 import { listenToKeys } from "./keys.js";
 import { LookStore } from "./look.js";
 import { Picture } from "./picture.js";
 import { hideFigures, showFigures, showVeil } from "./status.js";
 import { Photos } from "./upload.js";
 
-const LOST = "The connection was lost. Trying again …";
-const STOPPED = "makeup-video was stopped. Start it again, and the picture comes back here.";
+const LOST = "The connection was lost. Reconnecting …";
+const STOPPED = "makeup-video was stopped. Start it again to see the picture here.";
 const WAITING = "Waiting for the first picture …";
 
 const byId = (id) => document.getElementById(id);
@@ -25,7 +25,7 @@ const picture = new Picture(
   (width, height) => byId("stage").style.setProperty("--ratio", width / height),
 );
 const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
-// without a count: it comes back, with all that was left out
+// without a count: the server returns the look with its defaults filled in
 const sendFile = (look) => connection.send({ type: "look", look });
 const photos = new Photos({ look: (file) => openLook(file, sendFile), photo: nameAfter });
 
@@ -33,18 +33,18 @@ const connection = new Connection({
   hello: welcome,
   look({ look, photo, seen }) {
     store.receive(look, photo?.look, seen);
-    if (photo) tellPhoto(photo);
+    if (photo) showPhoto(photo);
   },
   figures: showFigures,
-  error: ({ text }) => (hello === null ? showVeil(text) : say(text)),
+  error: ({ text }) => (hello === null ? showVeil(text) : showError(text)),
   bye: () => showVeil(STOPPED),
   lost(stopped) {
     hideFigures();
     showVeil(stopped ? STOPPED : LOST);
   },
-  picture(one) {
+  picture(received) {
     showVeil(null);
-    picture.show(one);
+    picture.show(received);
   },
 });
 
@@ -54,23 +54,23 @@ function welcome(message) {
   hello = message;
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
-  byId("mirror-button").hidden = hello.mode === "demo"; // a habit of people before a camera
+  byId("mirror-button").hidden = hello.mode === "demo"; // only of use before a camera
   store.start(hello.look, forgotten ? store.photoLook : (hello.photo?.look ?? null));
   controls ??= new Controls(hello, store);
   photos.start(hello);
-  if (hello.photo) tellPhoto(hello.photo);
+  if (hello.photo) showPhoto(hello.photo);
   if (forgotten) store.replace(mine);
   compare.askAgain();
   showVeil(picture.isShown ? null : WAITING);
 }
 
-/** What was last read from a photo: here, on another page, or before this one was opened. */
-function tellPhoto({ name, told }) {
-  byId("told").textContent = told;
+/** Show the last photo that was read, here or on another page, and its look in words. */
+function showPhoto({ name, told: words }) {
+  byId("look-words").textContent = words;
   photos.name("photo", name);
 }
 
-/** A button that is on or off. */
+/** Make a button switch on and off; returns the switch. */
 function toggle(id, change) {
   const button = byId(id);
   return (button.onclick = () => {

@@ -1,20 +1,20 @@
-// The canvas: pictures are decoded off the main thread, the newest wins, and each is acknowledged.
+// The canvas. Pictures are decoded off the main thread; the newest wins; each is acknowledged.
 
-/** Draws what comes; `acknowledge(pts)` is called once for every picture. */
+/** Draws pictures; acknowledge(pts): called once for every picture. */
 export class Picture {
   #canvas;
   #context;
   #acknowledge;
-  #next = null; // came while another was being decoded
+  #next = null; // arrived while another one was being decoded
   #decoding = false;
   #shown = null; // {pts, rotation, painted, before}: bitmaps
   #drawAsked = null;
-  #onScreen = Promise.resolve(); // when the newest picture is
+  #onScreen = Promise.resolve(); // resolves when the newest picture is on the screen
   #mirrored = false;
-  #split = null; // where the divider stands, 0 to 1 from the left; null: no divider
+  #split = null; // place of the divider, 0 to 1 from the left; null: no divider
   #held = false;
 
-  /** onSize(width, height): called when the upright picture has another shape. */
+  /** onSize(width, height): called when the size of the upright picture changes. */
   constructor(canvas, acknowledge, onSize) {
     this.#canvas = canvas;
     this.#context = canvas.getContext("2d", { alpha: false });
@@ -31,20 +31,20 @@ export class Picture {
     this.#askToDraw();
   }
 
-  /** The part of the width that shows the picture before; null: none. */
+  /** The share of the width that shows the picture without makeup; null: none. */
   set split(part) {
     this.#split = part;
     this.#askToDraw();
   }
 
-  /** The whole picture before, while a key is held. */
+  /** Show only the picture without makeup, while a key is held. */
   set held(on) {
     this.#held = on;
     this.#askToDraw();
   }
 
   show(picture) {
-    if (this.#next !== null) this.#acknowledge(this.#next.pts); // nobody will see it
+    if (this.#next !== null) this.#acknowledge(this.#next.pts); // it will not be shown
     this.#next = picture;
     if (!this.#decoding) this.#decode();
   }
@@ -57,10 +57,10 @@ export class Picture {
       try {
         const jpegs = [painted, before];
         const bitmaps = await Promise.all(jpegs.map((jpeg) => jpeg && createImageBitmap(jpeg)));
-        await this.#onScreen; // the one before: the next is decoded meanwhile, but none is skipped
+        await this.#onScreen; // the last picture: decoding may overtake it, drawing must not
         this.#put({ pts, rotation, painted: bitmaps[0], before: bitmaps[1] });
       } catch {
-        this.#acknowledge(pts); // cannot be decoded: the next one comes anyway
+        this.#acknowledge(pts); // it cannot be decoded; another one will come
       }
     }
     this.#decoding = false;
@@ -73,7 +73,7 @@ export class Picture {
     this.#onScreen = this.#askToDraw().then(() => this.#acknowledge(shown.pts));
   }
 
-  /** At the screen's next refresh; a page that nobody sees draws and acknowledges nothing. */
+  /** Draw at the screen's next refresh. A hidden page draws and acknowledges nothing. */
   #askToDraw() {
     this.#drawAsked ||= new Promise((resolve) =>
       requestAnimationFrame(() => {
@@ -101,7 +101,7 @@ export class Picture {
     this.#canvas.dataset.pts = pts;
   }
 
-  /** The bitmap made upright, and mirrored if wished, between two columns of the canvas. */
+  /** Draw a bitmap upright, and mirrored if chosen, between two columns of the canvas. */
   #drawTurned(bitmap, rotation, left, right) {
     const { width, height } = this.#canvas;
     const context = this.#context;

@@ -1,4 +1,4 @@
-// A slider with its number, for one parameter.
+// A slider and a number field for one parameter.
 
 import { el, newId } from "./elements.js";
 
@@ -10,8 +10,9 @@ export function portion(name, label, help) {
 }
 
 /**
- * spec: {name, low, high, step, label, help}. onInput(value) while it moves.
- * Returns {element, set(value)}; what is being dragged or typed is left alone by `set`.
+ * spec: {name, low, high, step, label, help}. onInput(value): called while the slider moves.
+ * Returns {element, set(value)}; `set` does not disturb a slider being dragged or a number being
+ * typed.
  */
 export function slider(spec, onInput, showHelp) {
   const id = newId(spec.name);
@@ -44,7 +45,7 @@ export function slider(spec, onInput, showHelp) {
   });
   number.addEventListener("input", () => {
     const value = number.valueAsNumber;
-    if (!(value >= spec.low && value <= spec.high)) return; // not yet a number in range
+    if (!(value >= spec.low && value <= spec.high)) return; // not a number in range yet
     range.value = value;
     show(value);
     onInput(value);
@@ -68,7 +69,7 @@ export function slider(spec, onInput, showHelp) {
   return { element, set };
 }
 
-/** step="any" makes dragging smooth; arrow keys would then not go by the step. */
+/** Arrow keys move by the step, which step="any" (for smooth dragging) would not do. */
 function stepByKey(event, range, spec) {
   const steps = {
     ArrowRight: 1,

@@ -1,4 +1,4 @@
-// Swatches: a stroke of the product on skin, lit from above, so that its finish can be told.
+// Swatches: a stroke of the product on skin, lit from above, which shows its finish.
 
 const UNDER = [0.5, 0.3, 0.23]; // linear light of the skin below
 const LIGHT = unit([-0.35, -0.7, 0.75]);
@@ -19,14 +19,14 @@ function toLinear(code) {
   return encoded <= 0.04045 ? encoded / 12.92 : ((encoded + 0.055) / 1.055) ** 2.4;
 }
 
-/** The same number in [0, 1) for the same cell. */
+/** A pseudo-random number in [0, 1), always the same for a cell. */
 function noise(x, y) {
   let h = (x * 374761393 + y * 668265263) | 0;
   h = Math.imul(h ^ (h >>> 13), 1274126177);
   return ((h ^ (h >>> 16)) >>> 0) / 4294967296;
 }
 
-/** Normals (x, y) and coverage of a stroke that fills width x height, kept for the next time. */
+/** Normals (x, y) of a stroke that fills width x height, cached by size. */
 function strokeShape(width, height) {
   const key = `${width}x${height}`;
   if (shapes.has(key)) return shapes.get(key);
@@ -45,7 +45,7 @@ function strokeShape(width, height) {
   return shape;
 }
 
-/** What depends on the product alone. */
+/** The part of the optics that depends on the product alone. */
 function optics(params) {
   const roughness = 0.08 + 0.5 * params.gloss_roughness;
   return {
@@ -59,20 +59,21 @@ function optics(params) {
   };
 }
 
-/** Light on one point: [how bright the colour is, what is added as white, what as a sparkle]. */
+/** Light of one point: [brightness of the colour, white light added, light of a sparkle]. */
 function lit(nx, ny, x, y, o) {
   const nz = Math.sqrt(Math.max(0.05, 1 - nx * nx - ny * ny));
   const facing = Math.max(0, nx * LIGHT[0] + ny * LIGHT[1] + nz * LIGHT[2]);
   const offHalf = 1 - Math.min(1, nx * HALF[0] + ny * HALF[1] + nz * HALF[2]);
   const glint = o.shine * Math.exp((-2 * offHalf) / o.width2);
-  const window = 1 / (1 + Math.exp((ny + 0.3) / (0.35 * o.soft))); // the bright upper half of a room
+  // the bright upper half of a room
+  const mirrored = 1 / (1 + Math.exp((ny + 0.3) / (0.35 * o.soft)));
   let sparkle = 0;
   if (o.share > 0) {
     const cx = Math.floor(x / o.cell);
     const cy = Math.floor(y / o.cell);
     if (noise(cx, cy) < o.share) sparkle = (0.25 + noise(cy, cx + 7)) * (0.35 + facing);
   }
-  return [0.45 + 0.65 * facing, glint + 0.12 * o.room * window, sparkle];
+  return [0.45 + 0.65 * facing, glint + 0.12 * o.room * mirrored, sparkle];
 }
 
 /** Fill the canvas with a stroke of the product (the 17 parameters of a region). */

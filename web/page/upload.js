@@ -1,4 +1,4 @@
-// Photos: chosen, dropped or pasted; shown as thumbnails; sent to be read; and why one was refused.
+// Photos: chosen, dropped or pasted; uploaded; shown as thumbnails or with the reason of a refusal.
 
 import { el } from "./elements.js";
 
@@ -6,9 +6,9 @@ const SLOTS = {
   photo: {
     title: "Makeup of",
     empty: "Choose a photo",
-    hint: "or drop one anywhere, or paste it",
+    hint: "or drop or paste one anywhere",
     reading: "Reading the makeup …",
-    aim: "Take the makeup of this photo",
+    aim: "Use the makeup of this photo",
   },
   portrait: {
     title: "Painted on",
@@ -20,17 +20,17 @@ const SLOTS = {
 };
 const NO_ANSWER = "The photo could not be sent: the server does not answer.";
 
-/** A place for one photo: click to choose, drop onto, thumbnail, state. */
+/** A slot for one photo: a button to choose it, a drop target, its thumbnail and state. */
 class Slot {
-  file = null; // what was taken last
-  known = ""; // what the server calls it
+  file = null; // the last photo that was accepted
+  known = ""; // its name on the server
   #kind;
   #upload;
   #thumb = el("img", { alt: "", hidden: true });
   #hint;
   #request = null;
 
-  /** upload(kind, file, signal) resolves to null, or to the reason why it was refused. */
+  /** upload(kind, file, signal): resolves to null, or to the reason for a refusal. */
   constructor(kind, upload) {
     const { title, empty, hint } = SLOTS[kind];
     this.#kind = kind;
@@ -44,10 +44,10 @@ class Slot {
     });
     input.addEventListener("change", () => {
       if (input.files.length) this.take(input.files[0]);
-      input.value = ""; // the same file again is a change, too
+      input.value = ""; // so that the same file fires "change" again
     });
-    this.#thumb.addEventListener("error", () => (this.#thumb.hidden = true)); // HEIC, mostly
-    this.said = el("p", { className: "said", role: "alert" });
+    this.#thumb.addEventListener("error", () => (this.#thumb.hidden = true)); // mostly HEIC
+    this.error = el("p", { className: "error", role: "alert" });
     this.element = el(
       "div",
       { className: "slot", id: `${kind}-slot` },
@@ -58,30 +58,30 @@ class Slot {
         el("span", { className: "thumb" }, this.#thumb),
         el("span", { className: "words" }, el("small", {}, title), this.text, this.#hint),
       ),
-      this.said,
+      this.error,
     );
   }
 
   async take(file) {
-    this.#request?.abort(); // the newest photo is the one that is wanted
+    this.#request?.abort(); // the newest photo wins
     const request = (this.#request = new AbortController());
     this.#state("reading", "");
     const refused = await this.#upload(this.#kind, file, request.signal);
     if (request.signal.aborted) return;
     this.#request = null;
     this.#state("", refused ?? "");
-    if (refused === null) this.#taken(file);
+    if (refused === null) this.#accept(file);
   }
 
-  #state(className, said) {
+  #state(className, error) {
     this.element.classList.toggle("reading", className === "reading");
     this.element.setAttribute("aria-busy", className === "reading");
     this.#hint.textContent =
       className === "reading" ? SLOTS[this.#kind].reading : SLOTS[this.#kind].hint;
-    this.said.textContent = said;
+    this.error.textContent = error;
   }
 
-  #taken(file) {
+  #accept(file) {
     this.file = file;
     if (this.#thumb.src) URL.revokeObjectURL(this.#thumb.src);
     this.#thumb.src = URL.createObjectURL(file);
@@ -89,7 +89,7 @@ class Slot {
     this.text.textContent = file.name || "pasted photo";
   }
 
-  /** It is that photo: its pixels are here if it is ours, else another page has them. */
+  /** Name the photo. The thumbnail goes when another page uploaded it. */
   name(name) {
     if (name === this.known) return;
     this.text.textContent = name;
@@ -97,13 +97,13 @@ class Slot {
   }
 }
 
-/** on: {look(text) for a look file, photo(file) after one was read}. */
+/** on: {look(file): a look file was given; photo(file): a photo was read}. */
 export class Photos {
   #hello = null;
   #slots = {};
   #on;
   #drop = document.getElementById("drop");
-  #depth = 0; // dragenter and dragleave come for every element on the way
+  #depth = 0; // dragenter and dragleave fire for every nested element
 
   constructor(on) {
     this.#on = on;
@@ -114,21 +114,22 @@ export class Photos {
     document.addEventListener("paste", (event) => this.#pasted(event));
   }
 
-  /** Once for each hello; what the page has is kept. */
+  /** Called for each hello; keeps the slots and their photos. */
   start(hello) {
     const isNew = this.#hello !== null && this.#hello.session !== hello.session;
     this.#hello = hello;
     for (const kind of hello.mode === "demo" ? ["photo", "portrait"] : ["photo"]) {
-      this.#slots[kind] ??= new Slot(kind, (...one) => this.#upload(...one));
+      this.#slots[kind] ??= new Slot(kind, (...photo) => this.#upload(...photo));
     }
     document
       .getElementById("photos")
       .replaceChildren(...Object.values(this.#slots).map(({ element }) => element));
     const portrait = this.#slots.portrait?.file;
-    if (isNew && portrait) this.#slots.portrait.take(portrait); // a new session has none
+    // a new session has no portrait of ours
+    if (isNew && portrait) this.#slots.portrait.take(portrait);
   }
 
-  /** What the photo of a place is called, when it came from elsewhere. */
+  /** Name the photo of a slot, which may come from another page. */
   name(kind, name) {
     this.#slots[kind].name(name);
   }
@@ -136,7 +137,8 @@ export class Photos {
   async #upload(kind, file, signal) {
     const limit = this.#hello.photo_bytes_limit;
     if (file.size > limit) {
-      return `This file has ${Math.ceil(file.size / 1e6)} MB; a photo may have ${Math.floor(limit / 1e6)} MB.`;
+      const [size, most] = [Math.ceil(file.size / 1e6), Math.floor(limit / 1e6)];
+      return `This file has ${size} MB; a photo may have at most ${most} MB.`;
     }
     try {
       const address = `/${kind}?session=${encodeURIComponent(this.#hello.session)}`;
@@ -169,11 +171,11 @@ export class Photos {
     this.#depth += 1;
   }
 
-  /** What a drop would do: in demo a photo may be meant for either. */
+  /** Show what a drop would do. In the demo a photo may be dropped on either slot. */
   #aim(event) {
     const isLook = event.dataTransfer.items?.[0]?.type === "application/json";
     const aims = isLook
-      ? [["photo", "Wear this look"]]
+      ? [["photo", "Apply this look"]]
       : Object.keys(this.#slots).map((kind) => [kind, SLOTS[kind].aim]);
     this.#drop.replaceChildren(
       ...aims.map(([kind, aim]) => {

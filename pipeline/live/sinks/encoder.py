@@ -1,4 +1,4 @@
-"""Frames of a live run -> packets whose times begin at 0. What recording and stream have in common."""
+"""Frames of a live run -> packets whose times begin at 0: the encoder of recording and stream."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -13,12 +13,14 @@ from makeup_video.pipeline.media.encode import describe_pictures
 
 
 class LiveEncoder:
-    """An encoder, and its stream in `container`, opened for frames like the one given.
+    """An encoder and its stream in `container`, opened for frames like the given one.
 
-    The pictures are only read: other sinks have them too. No B-frames, so packets come in the
-    order of their times.  rate: frames a second, for rate control alone.
-    bit_rate: bits a second, None where the options say how good.  global_header: the container wants the
-    codec's own data once, not in each key frame.  at_once: every picture comes out before the next goes in.
+    The encoder only reads the pictures, since other sinks have them too. There are no B-frames, so
+    packets come in the order of their times.
+    rate: frames per second, for rate control alone.
+    bit_rate: bits per second; None where the options set the quality.
+    global_header: the container stores the codec's headers once, not in each key frame.
+    at_once: every picture comes out before the next one goes in.
     Raises EncodeError when the encoder refuses.
     """
 
@@ -41,7 +43,7 @@ class LiveEncoder:
         describe_pictures(self.stream, frame)
         context = self.stream.codec_context
         self.stream.time_base = context.time_base = LIVE_TIME_BASE
-        # frame threads keep two cores busier, but hold back a picture each
+        # frame threads use two cores better, but each holds back a picture
         context.thread_type = "SLICE" if at_once else "AUTO"
         if bit_rate is not None:
             context.bit_rate = bit_rate
@@ -57,10 +59,10 @@ class LiveEncoder:
             ) from error
 
     def __call__(self, picture: av.VideoFrame | None) -> Iterator[Any]:
-        """The packets that are ready; None empties the encoder. Raises EncodeError."""
+        """Encode a picture and yield what packets are ready; None flushes. Raises EncodeError."""
         if picture is not None:
             if picture.pts is None or picture.pts <= self._last_us:
-                return  # its time has been encoded already
+                return  # a picture of this time is encoded already
             self._last_us = picture.pts
         try:
             for packet in self.stream.encode_lazy(picture):

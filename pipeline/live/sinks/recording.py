@@ -1,4 +1,4 @@
-"""What is painted live -> a file that is whole whenever the run is stopped."""
+"""The pictures of a live run -> a file that is complete whenever the run is stopped."""
 
 import contextlib
 import os
@@ -25,18 +25,20 @@ from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
 
 class Recording:
-    """Writes the pictures with the times at which they came, the first at 0; frames that were
-    dropped are gaps, so the file lasts as long as the run did.
+    """Writes the pictures at the times when they arrived, the first at 0.
 
-    path: .mp4, .m4v, .mov, .mkv or .webm; it grows as NAME.part.EXT and gets its name at the end, which for
-    a live run is whenever it is stopped.  source: the file that is played as the camera, None for a device.
-    codec, crf, preset: as for a video; a preset left out is one fast enough to be live.
-    rate: frames a second that are expected, for rate control alone.
-    Raises UsageError or OutputError before anything is written; a call raises EncodeError or
-    OutputError, and what was recorded until then stays as the part file.
+    Dropped frames leave gaps, so the file lasts as long as the run.
+    path: .mp4, .m4v, .mov, .mkv or .webm. The file grows as NAME.part.EXT and gets its name when
+    the run is stopped.
+    source: the file that is played as the camera; None for a device.
+    codec, crf, preset: as for a video; the default preset is one fast enough for a live run.
+    rate: expected frames per second, for rate control alone.
+    Raises UsageError or OutputError before anything is written. A call raises EncodeError or
+    OutputError, and the recording so far stays as the part file.
     """
 
     waiting = 15  # encoders work in bursts
+    notice = ""  # a recording works, or it ends with an error
 
     def __init__(
         self,
@@ -56,11 +58,11 @@ class Recording:
         self._options.update(self._codec.live_options)
         keep_quiet(self._options, self._codec)
         self._rate = Fraction(rate).limit_denominator(1001)
-        self._door = ConvertPixelFormat(self._codec)
+        self._convert = ConvertPixelFormat(self._codec)
         check_place(os.fspath(path), source, overwrite=overwrite)
         self._path, self._source, self._overwrite = Path(path), source, overwrite
         self._part = part_of(target_of(self._path))
-        # comes with the first picture: a run that never begins leaves nothing behind
+        # made with the first picture: a run without pictures leaves no file
         self._target: OutputFile | None = None
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
@@ -68,11 +70,10 @@ class Recording:
 
     def __call__(self, picture: LivePicture) -> None:
         frame = picture.frame
-        shown = self._door(frame.picture)
-        if shown is not frame.picture:
-            frame = Frame(
-                shown, frame.pts, frame.time_base, ColourTags.of(shown), frame.rotation_degrees
-            )
+        converted = self._convert(frame.picture)
+        if converted is not frame.picture:
+            tags = ColourTags.of(converted)
+            frame = Frame(converted, frame.pts, frame.time_base, tags, frame.rotation_degrees)
         try:
             self._write(frame)
         except Exception as error:
@@ -80,7 +81,7 @@ class Recording:
             raise
 
     def finish(self, stopped: bool) -> None:
-        """Empty the encoder, close the file and give it its name; without any picture there is no file."""
+        """Flush the encoder, close the file and rename it. Without any picture there is no file."""
         if self._encoder is None or self._target is None:
             return
         try:
@@ -105,8 +106,8 @@ class Recording:
             self._container.mux_one(packet)
 
     def _open(self, path: Path, frame: Frame) -> LiveEncoder:
-        # mp4 and mov grow in fragments of two seconds, which play without an end, and become an ordinary
-        # file when they are closed
+        # mp4 and mov grow in fragments of two seconds, which play even when the file is cut off,
+        # and become an ordinary file when they are closed
         options = {"movflags": "+hybrid_fragmented", "frag_duration": "2000000"}
         options["video_track_timescale"] = "90000"
         if self._format in MATROSKA:
@@ -125,7 +126,7 @@ class Recording:
         return encoder
 
     def _leave(self, error: Exception) -> None:
-        """Close what can be closed, and say where it is."""
+        """Close the file as far as possible, and add its name to the error."""
         with contextlib.suppress(Exception):
             self._container.close()
         if self._target is None:
@@ -135,4 +136,4 @@ class Recording:
             return
         self._target.leave()
         if isinstance(error, OutputError):
-            error.extend(after=f"; what was recorded until then is {self._part}")
+            error.extend(after=f"; the recording so far is {self._part}")

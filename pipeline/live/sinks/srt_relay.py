@@ -1,4 +1,4 @@
-"""Sends MPEG-TS on by an ffmpeg that knows SRT: PyAV's build does not."""
+"""Sends MPEG-TS through an ffmpeg program that supports SRT, which PyAV's FFmpeg does not."""
 
 import contextlib
 import os
@@ -14,13 +14,13 @@ TIMEOUT_SECONDS = 5
 
 
 class SrtRelay:
-    """A file to write MPEG-TS to, which an `ffmpeg` on this machine sends on: PyAV's has no SRT."""
+    """A file object for MPEG-TS; an `ffmpeg` on this machine sends what is written to it."""
 
     name = "relay"
 
     def __init__(self, program: str, url: str) -> None:
         command = [program, "-nostdin", "-loglevel", "quiet"]
-        # it looks at so many microseconds before it sends anything; 5 seconds, if nothing is said
+        # microseconds of input that ffmpeg analyses before it sends anything; 5 seconds by default
         command += ["-analyzeduration", "500000", "-f", "mpegts", "-i", "pipe:0"]
         command += ["-c", "copy", "-f", "mpegts", url]
         self._process = subprocess.Popen(
@@ -29,21 +29,22 @@ class SrtRelay:
         assert self._process.stdin is not None
         self._pipe = self._process.stdin.fileno()
         self.has_sent_all = False
-        self._waits = os.name == "posix"  # elsewhere a pipe cannot be waited for
+        self._waits = os.name == "posix"  # other systems cannot wait for a pipe
         if self._waits:
             os.set_blocking(self._pipe, False)
 
     def write(self, data: bytes) -> int:
-        """Raises OSError when the relay has ended, or takes nothing for some seconds."""
+        """Write all data. Raises OSError when the relay has ended or takes nothing for seconds."""
         rest = memoryview(data)
         while rest:
             if self._waits and not select.select([], [self._pipe], [], float(TIMEOUT_SECONDS))[1]:
-                raise TimeoutError(110, "nothing is taken any more")
+                raise TimeoutError(110, "the relay takes no more data")
             with contextlib.suppress(BlockingIOError):
                 rest = rest[os.write(self._pipe, rest) :]
         return len(data)
 
     def close(self) -> None:
+        """End the relay: after a second it is killed."""
         with contextlib.suppress(OSError):
             self._process.stdin and self._process.stdin.close()
         try:
@@ -54,10 +55,10 @@ class SrtRelay:
 
 
 def needs_relay(url: str) -> bool:
-    """True when FFmpeg as PyAV brings it does not know the protocol; nothing is connected for that."""
+    """True when PyAV's FFmpeg lacks the protocol of the URL. Nothing is connected."""
     scheme = urlsplit(url).scheme.lower()
     if scheme != "srt":
-        return False  # the others are always there
+        return False  # every build has the other protocols
     try:
         av.open(f"{scheme}:").close()
     except av.error.ProtocolNotFoundError:
@@ -68,7 +69,7 @@ def needs_relay(url: str) -> bool:
 
 
 def relay_program(name: str) -> str:
-    """An `ffmpeg` that knows SRT. Raises UsageError when there is none."""
+    """Find an `ffmpeg` that supports SRT. Raises UsageError when there is none."""
     program = shutil.which("ffmpeg")
     if program:
         asked = subprocess.run(
@@ -77,5 +78,6 @@ def relay_program(name: str) -> str:
         if "srt" in asked.stdout.split():
             return program
     raise UsageError(
-        f"{name} needs an ffmpeg with SRT on the PATH (apt install ffmpeg): install one, or use rtmp://"
+        f"{name} needs an ffmpeg with SRT on the PATH (apt install ffmpeg): install one, or use "
+        "rtmp://"
     )

@@ -1,4 +1,4 @@
-"""What is painted live -> a receiver on the network: RTMP, SRT or MPEG-TS over UDP."""
+"""The pictures of a live run -> a receiver on the network: RTMP, SRT or MPEG-TS over UDP."""
 
 import contextlib
 import os
@@ -25,24 +25,24 @@ from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 _FORMATS = {"rtmp": "flv", "rtmps": "flv", "srt": "mpegts", "udp": "mpegts"}
 _KEY_SECONDS = 2
 _LONGEST_PAUSE_SECONDS = 30.0
-_STEADY_SECONDS = 10  # a connection that held for so long was a good one
-_UDP_BYTES = 1316  # seven packets of MPEG-TS: what fits into a datagram on any network
+_STEADY_SECONDS = 10  # a connection that held so long was good: the next pause is short again
+_UDP_BYTES = 1316  # seven packets of MPEG-TS, which fit into a datagram on any network
 _BIT_RATE_720P = 3_000_000
-# Zero latency: no look-ahead and no B-frames, and slices rather than frames in parallel.
+# zerolatency: no look-ahead, no B-frames, and slices rather than frames in parallel
 _OPTIONS = {"preset": str(PLAYS_EVERYWHERE.live_preset), "tune": "zerolatency", "forced-idr": "1"}
 
 
 class Stream:
-    """Sends the pictures as H.264, upright, without delay of its own; a key frame every 2 s.
+    """Sends the pictures as H.264, upright, without a delay of its own, a key frame every 2 s.
 
-    url: rtmp://, rtmps://, srt:// or udp://, opened with the first picture. Nothing of it but scheme and
-    host is ever shown: the rest may be a key.
-    bit_rate: bits a second; None: what suits the size.  rate: frames a second that are expected.
-    say: gets a line when the receiver is not there or goes away, and when it is back; in between it is
-    tried again, in pauses that grow. What is painted meanwhile is not kept.
-    sent: pictures that a connection took. What went into an SRT relay counts once the relay has
-    held for some seconds, or has ended well: until then nobody knows whether it is connected.
-    Raises UsageError for an address of another kind, or one that this machine cannot reach.
+    While the receiver is away, the sink tries to connect again after pauses that grow, and drops
+    the pictures.
+    url: rtmp://, rtmps://, srt:// or udp://, opened with the first picture. Messages show only its
+    scheme and host, since the rest may contain a key.
+    bit_rate: bits per second; None chooses one for the size.
+    rate: expected frames per second.
+    say: called with a line of text when the receiver is away, and when it is back.
+    Raises UsageError for another scheme, or one that this machine cannot send to.
     """
 
     waiting = 2
@@ -60,7 +60,7 @@ class Stream:
         self._relay_program = relay_program(self.name) if needs_relay(url) else None
         self._rate = Fraction(rate).limit_denominator(1001)
         self._bit_rate = bit_rate
-        self._line: _Line | None = None
+        self._connection: _Connection | None = None
         self._pause = 1.0
         self._next_try = 0.0
         self._sent_before = 0  # on connections that are closed by now
@@ -69,32 +69,37 @@ class Stream:
 
     @property
     def sent(self) -> int:
-        line = self._line  # another thread asks
-        return self._sent_before + (line.pictures if line and line.is_proven else 0)
+        """Number of pictures that a receiver took.
+
+        Pictures written to an SRT relay count once the relay has held for some seconds, or has
+        ended well: before that it may not be connected.
+        """
+        current = self._connection  # read once: another thread may replace it
+        return self._sent_before + (current.pictures if current and current.is_proven else 0)
 
     def __call__(self, picture: LivePicture) -> None:
         """Raises EncodeError when the encoder refuses."""
-        if self._line is None and time.monotonic() < self._next_try:
+        if self._connection is None and time.monotonic() < self._next_try:
             return
         try:
-            if self._line is None:
-                self._line = self._connect(picture.frame)
-            self._line.send(picture.frame)
-        except EncodeError:  # an OSError, too, but trying again would not help
+            if self._connection is None:
+                self._connection = self._connect(picture.frame)
+            self._connection.send(picture.frame)
+        except EncodeError:  # also an OSError, but another connection would not help
             self._hang_up()
             raise
         except (av.FFmpegError, OSError) as error:
             self._failed(error)
             return
-        if self._line.seconds > _STEADY_SECONDS:
+        if self._connection.seconds > _STEADY_SECONDS:
             self._pause = 1.0
-        if self.notice and self._line.is_proven:
+        if self.notice and self._connection.is_proven:
             self.notice = ""
             self._say(f"{self.name}: sending")
 
     def finish(self, stopped: bool) -> None:
         """Raises OutputError when no picture could be sent in the whole run."""
-        was_open = self._line is not None
+        was_open = self._connection is not None
         self._hang_up()
         if not self._sent_before and (was_open or self._reason):
             raise OutputError(
@@ -103,16 +108,16 @@ class Stream:
             )
 
     def _hang_up(self) -> None:
-        if self._line is not None:
-            self._line.close()
-            if self._line.is_proven:
-                self._sent_before += self._line.pictures
-            self._line = None
+        if self._connection is not None:
+            self._connection.close()
+            if self._connection.is_proven:
+                self._sent_before += self._connection.pictures
+            self._connection = None
 
-    def _connect(self, frame: Frame) -> "_Line":
+    def _connect(self, frame: Frame) -> "_Connection":
         bit_rate = self._bit_rate or bit_rate_for(frame.width_px * frame.height_px)
         relay = self._relay_program and SrtRelay(self._relay_program, self._url)
-        return _Line(self._url, self._format, relay or None, frame, self._rate, bit_rate)
+        return _Connection(self._url, self._format, relay or None, frame, self._rate, bit_rate)
 
     def _failed(self, error: Exception) -> None:
         self._hang_up()
@@ -120,23 +125,23 @@ class Stream:
         self._next_try = time.monotonic() + self._pause
         self._pause = min(2 * self._pause, _LONGEST_PAUSE_SECONDS)
         if not self.notice:
-            self.notice = f"{self.name}: {self._reason}; it is tried again and again"
+            self.notice = f"{self.name}: {self._reason}; trying again"
             self._say(self.notice)
 
 
 def _reason(error: Exception) -> str:
-    """What the system says; FFmpeg's whole message would show the address."""
+    """Return the system's message; FFmpeg's whole message would show the address."""
     number = getattr(error, "errno", None) or 0
     return os.strerror(number) if 0 < number < 200 else "no connection"
 
 
 def bit_rate_for(pixels: int) -> int:
-    """Bits a second: 3 million at 720p, 5.5 at 1080p; the larger, the less a pixel needs."""
+    """Choose bits per second: 3 million at 720p, 5.5 at 1080p, less per pixel for larger ones."""
     return int(_BIT_RATE_720P * float((pixels / (1280 * 720)) ** 0.75))
 
 
-class _Line:
-    """One connection: encoder, container, and what carries its bytes. Raises FFmpeg's errors, or OSError."""
+class _Connection:
+    """One connection: encoder, container and relay. Raises FFmpeg's errors, or OSError."""
 
     def __init__(
         self,
@@ -155,14 +160,14 @@ class _Line:
         try:
             self._container = _container(url, format_name, relay)
             options = {**_OPTIONS, "maxrate": str(bit_rate), "bufsize": str(bit_rate)}
-            options["g"] = str(round(_KEY_SECONDS * 5 * rate))  # ours come by the clock, before
+            options["g"] = str(round(_KEY_SECONDS * 5 * rate))  # `send` asks for key frames earlier
             flv = format_name == "flv"
-            shown = Frame(upright(frame), frame.pts, frame.time_base, frame.tags)
+            turned = Frame(upright(frame), frame.pts, frame.time_base, frame.tags)
             self._encoder = LiveEncoder(
                 self._container,
                 PLAYS_EVERYWHERE.encoder,
                 options,
-                shown,
+                turned,
                 rate,
                 bit_rate=bit_rate,
                 global_header=flv,
@@ -175,12 +180,12 @@ class _Line:
 
     @property
     def seconds(self) -> float:
-        """How long it has held."""
+        """How long the connection has held."""
         return time.monotonic() - self._began
 
     @property
     def is_proven(self) -> bool:
-        """False while nobody can tell: a relay takes everything until it gives up connecting."""
+        """False while a relay may still fail: it takes all data until it gives up connecting."""
         if self._relay is None or self._relay.has_sent_all:
             return True
         return self.seconds > TIMEOUT_SECONDS
@@ -190,14 +195,14 @@ class _Line:
         if frame.pts >= self._key_at:
             self._key_at = frame.pts + _KEY_SECONDS * LIVE_TIME_BASE.denominator
             if picture is frame.picture:
-                picture = copied(picture)  # the other sinks have it too
+                picture = copied(picture)  # the other sinks use the same picture
             picture.pict_type = 1
         for packet in self._encoder(picture):
             self._container.mux_one(packet)
         self.pictures += 1
 
     def close(self) -> None:
-        """Never raises: the receiver may be gone."""
+        """Close encoder and relay. Never raises, since the receiver may be gone."""
         with contextlib.suppress(Exception):
             if self._container is not None:
                 self._container.close()
@@ -209,7 +214,7 @@ def _container(url: str, format_name: str, relay: "SrtRelay | None") -> Any:
     if relay is not None:
         return av.open(relay, "w", format=format_name)
     if format_name == "flv":
-        # PyAV hands no options to the connection of an output; FFmpeg's tee does
+        # PyAV passes no options to the connection of an output; FFmpeg's tee muxer does
         micros = TIMEOUT_SECONDS * 1_000_000
         options = f"f=flv:onfail=abort:rw_timeout={micros}:flvflags=no_duration_filesize"
         return av.open(f"[{options}]{_escaped(url)}", "w", format="tee")
@@ -219,12 +224,12 @@ def _container(url: str, format_name: str, relay: "SrtRelay | None") -> Any:
 
 
 def _escaped(url: str) -> str:
-    """As FFmpeg's tee reads an address: what has a meaning there, after a backslash."""
+    """Escape an address for FFmpeg's tee muxer."""
     return "".join(f"\\{letter}" if letter in "\\'|[] " else letter for letter in url)
 
 
 def _checked(url: str) -> tuple[str, str]:
-    """(what may be shown of it, FFmpeg's format). Raises UsageError that shows no more than that."""
+    """Return the part of a URL that may be shown, and FFmpeg's format. Raises UsageError."""
     try:
         parts = urlsplit(url)
         host, scheme = parts.hostname, parts.scheme.lower()

@@ -1,4 +1,4 @@
-"""What is painted live -> a camera that other programs see, by pyvirtualcam."""
+"""The pictures of a live run -> a camera that other programs can open, by pyvirtualcam."""
 
 from fractions import Fraction
 from typing import Any
@@ -12,13 +12,13 @@ from makeup_video.pipeline.frames.transform import ffmpeg_matrix, ffmpeg_range, 
 from makeup_video.pipeline.live.interfaces import LivePicture
 
 _HELP = (
-    "on Linux load v4l2loopback (sudo modprobe v4l2loopback exclusive_caps=1), on macOS and Windows "
-    "install OBS Studio"
+    "on Linux load v4l2loopback (sudo modprobe v4l2loopback exclusive_caps=1), on macOS and "
+    "Windows install OBS Studio"
 )
 
 
 def _pyvirtualcam() -> Any:
-    """The library, which is an extra. Raises UsageError with the command that installs it."""
+    """Import the library, an extra. Raises UsageError with the command that installs it."""
     try:
         import pyvirtualcam
     except ImportError:
@@ -31,14 +31,16 @@ def _pyvirtualcam() -> Any:
 class VirtualCamera:
     """Shows the pictures, upright, as a camera of this machine.
 
-    They go as planes (I420), limited range and BT.601, as webcams give them: that is how the programs
-    which read cameras take them.
-    device: as pyvirtualcam names it (/dev/video4, "OBS Virtual Camera"); None: the first there is.
-    rate: frames a second to announce; pictures are shown when they come.
-    Raises UsageError when pyvirtualcam is missing; a call raises OutputError when there is no such device.
+    Pictures are sent as planes (I420) in limited range and BT.601, which programs expect of
+    webcams.
+    device: as pyvirtualcam names it (/dev/video4, "OBS Virtual Camera"); None: the first one.
+    rate: announced frames per second; pictures are shown when they come.
+    Raises UsageError when pyvirtualcam is missing; a call raises OutputError when there is no such
+    device.
     """
 
     waiting = 1
+    notice = ""  # a virtual camera works, or it ends with an error
 
     def __init__(self, device: str | None = None, *, rate: Fraction | float = 30) -> None:
         self._library = _pyvirtualcam()
@@ -59,7 +61,7 @@ class VirtualCamera:
         except (RuntimeError, OSError, ValueError) as error:
             self.finish(stopped=True)
             raise OutputError(
-                f"{self.name} takes no pictures any more: {_one_line(error)}"
+                f"{self.name} no longer takes pictures: {_one_line(error)}"
             ) from error
         self.sent += 1
 
@@ -81,7 +83,7 @@ class VirtualCamera:
 
 
 def as_webcam(frame: Frame) -> tuple[np.ndarray, ...]:
-    """The planes of a 4:2:0 frame, upright, in limited range and BT.601; without a copy where they are that."""
+    """Convert a 4:2:0 frame to upright planes in limited range and BT.601; copies if needed."""
     picture = upright(frame)
     coding = resolve(frame.tags, frame.width_px, frame.height_px, 8)
     if ffmpeg_matrix(coding) != Colorspace.ITU601 or coding.full_range:

@@ -1,4 +1,4 @@
-"""Where the pictures of a live run come from: a camera, or a file played in real time."""
+"""The source of a live run: a camera, or a file played in real time."""
 
 import re
 import sys
@@ -18,12 +18,14 @@ PIXELS = ("mjpeg", "yuyv422")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraSettings:
-    """Which camera, and what to ask of it.
+    """Which camera to open, and which mode to request. A file ignores size, rate and pixels.
 
-    name: a device (/dev/video0; on macOS "0" or the camera's name, on Windows its name), or a video file
-    on this machine; None: the first camera that opens.  size: as "1280x720".  rate: frames a second.
-    size and rate None: what the camera likes best.  pixels: "mjpeg" or "yuyv422"; None: what reaches most.
-    loop: a file begins again when it ends.  Size, rate and pixels mean nothing to a file.
+    name: a device (/dev/video0; on macOS "0" or the camera's name, on Windows its name), or a video
+    file on this machine; None: the first camera that opens.
+    size: as "1280x720"; None: the camera's default.
+    rate: frames per second; None: the camera's default.
+    pixels: "mjpeg" or "yuyv422"; None: the one that allows the highest rate.
+    loop: a file starts again when it ends.
     """
 
     name: str | None = None
@@ -44,10 +46,10 @@ class CameraSettings:
 
 
 class Camera:
-    """Opens the camera at once; `frames` gives what it sees, each with the time when it came.
+    """A camera or a file, opened at once. `frames` yields its frames with their times of arrival.
 
-    Raises InputError or DecodeError, one line, when there is nothing to open.
-    name: how lines call it.  path: the file, None for a device.  rate: frames a second, as far as is said.
+    path: the file; None for a device.
+    Raises InputError or DecodeError, one line, when it cannot be opened.
     """
 
     def __init__(self, settings: CameraSettings, say: Callable[[str], None]) -> None:
@@ -56,38 +58,40 @@ class Camera:
         if self.path is not None:
             self._source = FileCamera(open_video(self.path), loop=settings.loop)
         else:
-            wish = CameraRequest(settings.size, settings.rate, settings.pixels)
-            self._source = DeviceCamera(_device_of(settings.name), wish, say)
+            request = CameraRequest(settings.size, settings.rate, settings.pixels)
+            self._source = DeviceCamera(_device_of(settings.name), request, say)
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Blocks until each is there; ends with the file, or when `close` was called. To be called once."""
+        """Yield each frame when it arrives, until the file ends or `close` is called. Call once."""
         return self._source.frames()
 
     def close(self) -> None:
-        """Wakes and ends `frames`, from another thread."""
+        """End `frames`, even while it waits; from another thread."""
         self._source.close()
 
     @property
     def name(self) -> str:
+        """What messages call the source."""
         return self._source.name
 
     @property
     def rate(self) -> Fraction:
+        """Frames per second, as far as the source declares a rate."""
         return self._source.rate
 
     @property
     def notice(self) -> str:
-        """What people should know of it now, such as that it is unplugged; "" when all is well."""
+        """What the user should know now, such as an unplugged camera; "" when all is well."""
         return self._source.notice
 
     @property
     def dropped(self) -> int:
-        """Pictures that came and were never handed out: old, or late."""
+        """Number of frames that arrived and were never handed out: old, or late."""
         return self._source.dropped
 
     @property
     def damaged(self) -> int:
-        """Packets that could not be decoded."""
+        """Number of packets that could not be decoded."""
         return self._source.damaged
 
 
@@ -97,7 +101,7 @@ def _device_of(name: str | None) -> str | None:
 
 
 def _file_of(name: str | None) -> Path | None:
-    """The file that a name means; None when it means a device. Raises InputError when it can be neither."""
+    """Return the file that a name means, None for a device. Raises InputError for neither."""
     if name is None:
         return None
     path = Path(name)
@@ -113,5 +117,5 @@ def _is_device(path: Path) -> bool:
     if sys.platform.startswith("linux"):
         may_be = str(path).isdecimal() or path.is_char_device() or path.is_relative_to("/dev")
     else:
-        may_be = not path.exists()  # cameras have names of their own there
+        may_be = not path.exists()  # these systems give cameras names, not paths
     return may_be and not path.is_file()

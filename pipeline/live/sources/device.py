@@ -1,4 +1,4 @@
-"""A camera of this machine -> Frame ...: the newest wins, and it may be unplugged and come back."""
+"""A camera of this machine -> frames: the newest wins, and the camera may be unplugged."""
 
 import errno
 import sys
@@ -19,17 +19,18 @@ from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
 _RETRY_SECONDS = 1.0
-_SILENT_SECONDS = 2.0  # a camera that sends nothing for so long is as good as gone
+_SILENT_SECONDS = 2.0  # a camera that sends nothing for so long counts as gone
 _NOT_THERE = (errno.ENOENT, errno.ENODEV, errno.ENXIO)
 _HELP = {
-    errno.EACCES: "you may not use it: add yourself to the group video, or allow cameras in the settings",
-    errno.EBUSY: "another program uses it: close that",
+    errno.EACCES: "you may not use it: add yourself to the group video, or allow cameras in the "
+    "settings",
+    errno.EBUSY: "another program uses it: close that program",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class CameraRequest:
-    """What is asked of a camera; None: what it likes best.  pixels: "mjpeg" or "yuyv422"."""
+    """The mode requested of a camera; None: its default.  pixels: "mjpeg" or "yuyv422"."""
 
     size: str | None
     rate: int | None
@@ -37,71 +38,78 @@ class CameraRequest:
 
 
 def open_camera(name: str, system: str, options: dict[str, str]) -> Any:
-    """The one place where a device is opened: FFmpeg's container, whose packets are the pictures."""
+    """Open a device as FFmpeg's container, whose packets are the pictures."""
     if system == "dshow" and not name.startswith("video="):
         name = f"video={name}"
     return av.open(name, format=system, container_options=options)
 
 
 def devices_found() -> list[str]:
-    """The cameras that the system knows, as `open_camera` wants them named."""
+    """List the cameras of the system by the names that `open_camera` takes."""
     if sys.platform.startswith("linux"):
         paths = [path for path in Path("/dev").glob("video*") if path.name[5:].isdecimal()]
         return [str(path) for path in sorted(paths, key=lambda path: int(path.name[5:]))]
     if sys.platform == "darwin":
-        return ["default"]  # AVFoundation's own word for the camera that the system prefers
+        return ["default"]  # AVFoundation's name for the camera that the system prefers
     try:
         found = enumerate_input_devices(_system())
     except (av.FFmpegError, NotImplementedError, ValueError):
-        return []  # the system cannot list them: that no camera was found is told with how to name one
-    return [each.name for each in found if "video" in each.media_types]
+        return []  # the system cannot list its cameras
+    return [device.name for device in found if "video" in device.media_types]
 
 
-def attempts(wish: CameraRequest, system: str) -> list[dict[str, str]]:
-    """Options for opening, the best first. MJPEG reaches 720p at 30 a second on USB 2, where YUYV gives
-    10; the last attempt asks for nothing."""
-    common = {"fflags": "nobuffer"}  # or what FFmpeg reads to look at it comes out again, old
-    asked = dict(common)
-    if wish.size:
-        asked["video_size"] = wish.size
-    if wish.rate:
-        asked["framerate"] = str(wish.rate)
+def attempts(request: CameraRequest, system: str) -> list[dict[str, str]]:
+    """List options for opening a camera, the best first; the last attempt requests nothing.
+
+    MJPEG reaches 720p at 30 frames per second on USB 2, where YUYV reaches 10.
+    """
+    common = {"fflags": "nobuffer"}  # or the frames that FFmpeg reads for analysis come out late
+    requested = dict(common)
+    if request.size:
+        requested["video_size"] = request.size
+    if request.rate:
+        requested["framerate"] = str(request.rate)
     spelling = {"v4l2": ("input_format", "input_format"), "dshow": ("vcodec", "pixel_format")}
     mjpeg, raw = spelling.get(system, ("", "pixel_format"))
-    each = {"mjpeg": {mjpeg: "mjpeg"}, "yuyv422": {raw: "yuyv422"}}
-    order = [wish.pixels] if wish.pixels else []
-    order += [name for name in each if name != wish.pixels] if system != "avfoundation" else []
-    named = [each[name] for name in order if "" not in each[name]]
-    without_size = {key: value for key, value in asked.items() if key != "video_size"}
-    tries = [{**asked, **one} for one in named] + [asked, without_size, common]
-    return [one for index, one in enumerate(tries) if one not in tries[:index]]
+    by_pixels = {"mjpeg": {mjpeg: "mjpeg"}, "yuyv422": {raw: "yuyv422"}}
+    order = [request.pixels] if request.pixels else []
+    if system != "avfoundation":
+        order += [name for name in by_pixels if name != request.pixels]
+    pixels = [by_pixels[name] for name in order if "" not in by_pixels[name]]
+    without_size = {key: value for key, value in requested.items() if key != "video_size"}
+    tries = [{**requested, **options} for options in pixels] + [requested, without_size, common]
+    return [options for index, options in enumerate(tries) if options not in tries[:index]]
 
 
 class DeviceCamera:
-    """Reads a camera on a thread of its own from the moment it is made, and keeps the newest picture.
+    """Reads a camera on a thread of its own from construction on, and keeps the newest picture.
 
-    say: gets a line when something changes: it gives other than was asked, it is gone, it is back.
-    dropped: pictures that were old before they were read, or that nobody fetched, counted from when
-    `frames` was asked for.  damaged: packets that could not be decoded.  notice: what there is to
-    say about it now, "" when all is well.
+    say: called with a line of text when the camera gives another mode than requested, is gone, or
+    is back.
+    dropped: number of pictures that were old when they were read, or that were never fetched,
+    counted from the call of `frames` on.
+    damaged: number of packets that could not be decoded.
+    notice: what the user should know now, "" when all is well.
     Raises InputError when there is no such camera.
     """
 
-    def __init__(self, name: str | None, wish: CameraRequest, say: Callable[[str], None]) -> None:
-        self._asked, self._wish, self._say = name, wish, say
-        self.rate = Fraction(wish.rate or 30)
+    def __init__(
+        self, name: str | None, request: CameraRequest, say: Callable[[str], None]
+    ) -> None:
+        self._requested_name, self._request, self._say = name, request, say
+        self.rate = Fraction(request.rate or 30)
         self.name = name or ""
         self.dropped = self.damaged = 0
         self.notice = ""
-        self._door = NormaliseCamera(is_device=True)
+        self._normalise = NormaliseCamera(is_device=True)
         self._closing = Event()
         self._news = Condition()
         self._newest: Frame | None = None
-        self._is_asked = False  # before that nobody misses a picture
+        self._counts_dropped = False  # from the call of `frames` on
         self._failure: Exception | None = None
-        self._has_ended_well = False  # whether JPEGs of this camera end as they should
+        self._has_ended_well = False  # whether JPEGs of this camera have an end marker
         container = self._open()
-        self._tell_what_it_gives(container)
+        self._log_mode(container)
         self._thread = Thread(
             target=self._run, args=(container,), name="makeup-camera", daemon=True
         )
@@ -111,11 +119,11 @@ class DeviceCamera:
         self._closing.set()
         with self._news:
             self._news.notify_all()
-        self._thread.join(_RETRY_SECONDS)  # a read that hangs is left behind, on a daemon's thread
+        self._thread.join(_RETRY_SECONDS)  # a read that hangs stays behind on its daemon thread
 
     def frames(self) -> Generator[Frame, None, None]:
-        """The newest picture each time, until `close`. Raises what the reading thread could not handle."""
-        self._is_asked = True
+        """Yield the newest frame each time, until `close`. Raises the reading thread's error."""
+        self._counts_dropped = True
         return self._fetched()
 
     def _fetched(self) -> Generator[Frame, None, None]:
@@ -124,11 +132,11 @@ class DeviceCamera:
             del frame
 
     def _next(self) -> Frame | None:
-        """Wait for a picture; None after `close`."""
+        """Wait for a frame; None after `close`."""
         with self._news:
             while not self._news.wait_for(self._has_news, _SILENT_SECONDS):
                 if not self.notice:
-                    self._tell(f"camera {self.name} sends no pictures: waiting for it")
+                    self._notify(f"camera {self.name} sends no pictures: waiting for it")
             if self._failure is not None:
                 raise self._failure
             frame, self._newest = self._newest, None
@@ -137,8 +145,8 @@ class DeviceCamera:
     def _has_news(self) -> bool:
         return self._newest is not None or self._failure is not None or self._closing.is_set()
 
-    def _tell(self, notice: str, line: str = "") -> None:
-        """Said once: a camera that opens and gives nothing is gone all the time."""
+    def _notify(self, notice: str, line: str = "") -> None:
+        """Set the notice and log it, or `line` instead; an unchanged notice is not logged again."""
         if notice == self.notice:
             return
         self.notice = notice
@@ -152,14 +160,14 @@ class DeviceCamera:
                 try:
                     self._read(container)
                 except MakeupVideoError:
-                    raise  # its pictures cannot be used
+                    raise  # the pictures cannot be used
                 except (av.FFmpegError, OSError):
-                    pass  # it was unplugged
+                    pass  # the camera was unplugged
                 finally:
                     container.close()
                 if self._closing.is_set():
                     return
-                self._tell(f"camera {self.name} is gone: waiting for it")
+                self._notify(f"camera {self.name} is gone: waiting for it")
                 container = self._open_again()
         except Exception as error:  # noqa: BLE001  # raised again by `frames`
             with self._news:
@@ -172,27 +180,27 @@ class DeviceCamera:
                 return self._open()
             except InputError:
                 continue
-        return _Nothing()
+        return _NoCamera()
 
     def _read(self, container: Any) -> None:
-        """Until the camera fails, ends, or is closed."""
+        """Read packets until the camera fails, ends or is closed."""
         video = container.streams.video[0]
         context = video.codec_context
-        context.thread_count = 1  # more threads hold pictures back
+        context.thread_count = 1  # more threads would hold pictures back
         freshness = Freshness()
-        independent = context.name in ("mjpeg", "rawvideo")  # of others none may be left out
+        independent = context.name in ("mjpeg", "rawvideo")  # other codecs need every packet
         began = time.monotonic()
         for packet in self._packets(container, video):
             now = time.monotonic()
             stamp = None if packet.pts is None else float(packet.pts * packet.time_base)
             arrived = freshness(stamp, now, now - began)
             if not packet.size:
-                self.damaged += 1  # V4L2: the driver says that the picture is spoilt
+                self.damaged += 1  # V4L2: the driver reports a damaged picture
             elif arrived is not None or not independent:
                 self._decode(context, packet, now if arrived is None else arrived)
             else:
-                self.dropped += self._is_asked
-            del packet  # its memory is the camera's
+                self.dropped += self._counts_dropped
+            del packet  # its memory belongs to the camera
             if self._closing.is_set():
                 return
             began = time.monotonic()
@@ -205,11 +213,13 @@ class DeviceCamera:
             except av.BlockingIOError:
                 self._closing.wait(0.002)  # macOS: no picture yet
             except av.InvalidDataError:
-                self.damaged += 1  # V4L2: a picture of which not everything came
+                self.damaged += 1  # V4L2: an incomplete picture
 
     def _decode(self, context: Any, packet: Any, arrived: float) -> None:
-        """Decode a copy: the packet's memory belongs to the driver, wants it back soon, and loses it when the
-        camera is closed."""
+        """Decode a copy of the packet.
+
+        Its memory belongs to the driver, which needs it back soon and frees it with the camera.
+        """
         data = bytes(packet)
         if not self._is_whole(context, data):
             self.damaged += 1
@@ -223,11 +233,13 @@ class DeviceCamera:
             if picture.is_corrupt:
                 self.damaged += 1
             else:
-                self._show(self._door(picture, arrived))
+                self._offer(self._normalise(picture, arrived))
 
     def _is_whole(self, context: Any, data: bytes) -> bool:
-        """False for a JPEG that breaks off, which the decoder would fill with grey. Some cameras end
-        none as they should: those are believed."""
+        """False for a JPEG that breaks off, which the decoder would fill with grey.
+
+        Some cameras never write the end marker; their JPEGs count as whole.
+        """
         if context.name != "mjpeg":
             return True
         begins, end = data.find(b"\xff\xda"), data.rfind(b"\xff\xd9")
@@ -235,21 +247,21 @@ class DeviceCamera:
         self._has_ended_well |= ends
         return ends or not self._has_ended_well
 
-    def _show(self, frame: Frame) -> None:
+    def _offer(self, frame: Frame) -> None:
         with self._news:
-            self.dropped += self._is_asked and self._newest is not None
+            self.dropped += self._counts_dropped and self._newest is not None
             self._newest = frame
             self._news.notify_all()
         if self.notice:
-            self._tell("", f"camera {self.name} is back")
+            self._notify("", f"camera {self.name} is back")
 
     # -- opening -------------------------------------------------------------------------------
 
     def _open(self) -> Any:
-        names = [self._asked] if self._asked else devices_found()
+        names = [self._requested_name] if self._requested_name else devices_found()
         reason = "none was found"
         for name in names:
-            for options in attempts(self._wish, _system()):
+            for options in attempts(self._request, _system()):
                 try:
                     container = open_camera(name, _system(), options)
                 except (av.FFmpegError, OSError, ValueError) as error:
@@ -263,40 +275,42 @@ class DeviceCamera:
                     return container
                 container.close()
                 reason = "it gives no pictures"
-        raise InputError(_no_camera(self._asked, reason))
+        raise InputError(_no_camera(self._requested_name, reason))
 
-    def _tell_what_it_gives(self, container: Any) -> None:
-        """One line when it is other than what was asked for."""
-        video, wish = container.streams.video[0], self._wish
+    def _log_mode(self, container: Any) -> None:
+        """Log one line when the camera's mode differs from the requested one."""
+        video, request = container.streams.video[0], self._request
         size = f"{video.codec_context.width}x{video.codec_context.height}"
         rate = video.average_rate or video.guessed_rate
         pixels = {"rawvideo": video.codec_context.pix_fmt}.get(video.name, video.name)
         differs = []
-        if wish.size and size != wish.size:
-            differs.append(f"{size}, not {wish.size}")
+        if request.size and size != request.size:
+            differs.append(f"{size}, not {request.size}")
         if rate and 0 < rate <= 240:
             self.rate = Fraction(rate)
-            if wish.rate and abs(float(rate) - wish.rate) > 0.5:
-                differs.append(f"{float(rate):.3g} frames a second, not {wish.rate}")
-        if wish.pixels and pixels != wish.pixels:
-            differs.append(f"{pixels}, not {wish.pixels}")
+            if request.rate and abs(float(rate) - request.rate) > 0.5:
+                differs.append(f"{float(rate):.3g} frames a second, not {request.rate}")
+        if request.pixels and pixels != request.pixels:
+            differs.append(f"{pixels}, not {request.pixels}")
         if differs:
             self._say(f"camera {self.name} gives {'; '.join(differs)}")
 
 
-class _Nothing:
-    """Stands for a camera that never came back before the run ended."""
+class _NoCamera:
+    """Stands for a camera that did not come back before the run ended."""
 
     def close(self) -> None: ...
 
 
 def _system() -> str:
-    """FFmpeg's name of the way to cameras on this system."""
+    """Return FFmpeg's name for the camera interface of this system."""
     return _SYSTEMS.get("linux" if sys.platform.startswith("linux") else sys.platform, "v4l2")
 
 
-def _no_camera(asked: str | None, reason: str) -> str:
-    found = devices_found()
-    seen = f"found: {', '.join(found)}" if found else "no camera was found on this machine"
-    what = f"the camera {asked} cannot be opened" if asked else "no camera can be opened"
-    return f"{what} ({reason}; {seen}): plug one in and name it, or give a video file in its place"
+def _no_camera(name: str | None, reason: str) -> str:
+    names = devices_found()
+    found = f"found: {', '.join(names)}" if names else "no camera was found on this machine"
+    problem = f"the camera {name} cannot be opened" if name else "no camera can be opened"
+    return (
+        f"{problem} ({reason}; {found}): plug one in and name it, or give a video file in its place"
+    )

@@ -1,4 +1,4 @@
-"""A file played in real time, as if it were a camera: how people rehearse, and what the tests use."""
+"""A file played in real time as if it were a camera, for rehearsals and tests."""
 
 import time
 from collections.abc import Generator
@@ -12,16 +12,16 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from makeup_video.pipeline.media.input_file import VideoSource, open_video, packets_of
 
-_GAP_SECONDS = 10.0  # a longer way from one frame to the next is a fault in the file's clock
-_LATE_FRAMES = 3  # more than these are left out, as a camera would
-_FAR_BEHIND_SECONDS = 1.0  # from here on nothing is decoded before the next keyframe that is due
+_GAP_SECONDS = 10.0  # a longer gap between two frames is an error in the file's times
+_LATE_FRAMES = 3  # frames that are later than so many are dropped, as a camera would
+_FAR_BEHIND_SECONDS = 1.0  # when later than this, decoding skips to the next key frame that is due
 
 
 class Timeline:
-    """Frame times of a file, again and again -> seconds since its beginning, strictly increasing.
+    """Converts frame times of repeated passes of a file to strictly increasing seconds from 0.
 
-    A time that is missing or goes back is mended by the frame's length, one that jumps is taken for a
-    clock set anew, and another pass of the file goes on where the last one ended.
+    A time that is missing or goes back becomes that of the last frame plus its duration, a jump
+    counts as a reset of the clock, and each pass goes on where the last one ended.
     """
 
     def __init__(self, frame_seconds: float) -> None:
@@ -30,30 +30,35 @@ class Timeline:
         self._shift: float | None = None
 
     def begin_pass(self) -> None:
+        """Take the next time as the first of another pass."""
         self._shift = None
 
     def __call__(self, seconds: float | None, length: float = 0.0) -> float:
-        """seconds: as the file says, None when it does not. length: how long the frame is shown, 0: not said."""
-        at = self._last = self.peek(seconds)
+        """Convert a frame's time.
+
+        seconds: in the file; None when missing.  length: the frame's duration; 0 when missing.
+        """
+        due = self._last = self.peek(seconds)
         self._length = length if 0 < length <= _GAP_SECONDS else self._usual
-        return at
+        return due
 
     def peek(self, seconds: float | None) -> float:
-        """What the next call with this time would return."""
+        """Return what a call with this time would return."""
         after = 0.0 if self._last is None else self._last + self._length
         if seconds is None:
             return after
         if self._shift is None or abs(seconds + self._shift - after) > _GAP_SECONDS:
             self._shift = after - seconds
-        at = seconds + self._shift
-        return at if self._last is None or at > self._last else after
+        due = seconds + self._shift
+        return due if self._last is None or due > self._last else after
 
 
 class FileCamera:
-    """Plays a file: every frame comes when it is due, and carries the time when it was due.
+    """Plays a file: every frame comes when it is due, and carries that time.
 
-    dropped: frames left out because decoding was late.  damaged: packets that could not be decoded.
-    Raises InputError or DecodeError when the file is none to play.
+    dropped: number of frames left out because decoding was late.
+    damaged: number of packets that could not be decoded.
+    Raises InputError or DecodeError when the file cannot be played.
     """
 
     def __init__(self, source: VideoSource, *, loop: bool) -> None:
@@ -62,7 +67,8 @@ class FileCamera:
         self.name = source.path.name
         self.dropped = self.damaged = 0
         self.notice = ""
-        self._door = NormaliseCamera(is_device=False, pixel_aspect=source.video.sample_aspect_ratio)
+        aspect = source.video.sample_aspect_ratio
+        self._normalise = NormaliseCamera(is_device=False, pixel_aspect=aspect)
         self._closing = Event()
         self._timeline = Timeline(float(1 / source.rate))
         self._began = 0.0
@@ -72,21 +78,21 @@ class FileCamera:
         self._closing.set()
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Raises DecodeError when nothing in the file can be decoded, or not be converted."""
-        for picture, at in self._pictures():
+        """Yield frames. Raises DecodeError when no frame can be decoded, or one not converted."""
+        for picture, seconds in self._pictures():
             if not self._began:
-                self._began = time.monotonic() - at
-            due = self._began + at
+                self._began = time.monotonic() - seconds
+            due = self._began + seconds
             if self._leaves_out(due):
                 continue
-            frame = self._door(picture, due)
+            frame = self._normalise(picture, due)
             if self._closing.wait(max(0.0, due - time.monotonic())):
                 return
-            if not self._leaves_out(due):  # we may have been stopped while we waited
+            if not self._leaves_out(due):  # the process may have been suspended meanwhile
                 yield frame
 
     def _leaves_out(self, due: float) -> bool:
-        """True, and counted, for a frame that would come too late."""
+        """True for a frame that would come too late; counts it as dropped."""
         late = time.monotonic() - due
         if late * self.rate <= _LATE_FRAMES:
             return False
@@ -95,7 +101,7 @@ class FileCamera:
         return True
 
     def _pictures(self) -> Generator[tuple[av.VideoFrame, float], None, None]:
-        """The pictures of the file, pass after pass, with the seconds since the beginning when each is due."""
+        """Yield the pictures of all passes with the seconds from the start when each is due."""
         following: VideoSource | None = None
         while not self._closing.is_set():
             self._timeline.begin_pass()
@@ -106,7 +112,7 @@ class FileCamera:
                     yield picture, self._timeline(self._seconds(picture), length)
                     count += 1
                     if self._loop and following is None:
-                        following = open_video(self._source.path)  # now, to be no pause at the seam
+                        following = open_video(self._source.path)  # early: no pause between passes
             finally:
                 self._source.close()
                 if following is not None and self._closing.is_set():
@@ -117,7 +123,7 @@ class FileCamera:
                 )
             if not self._loop:
                 return
-            # Another one, not sought back in: not every file can be, and its decoder starts afresh.
+            # Opened again, since not every file can seek, and the decoder must start fresh.
             self._source, following = following or open_video(self._source.path), None
 
     def _seconds(self, timed: Any) -> float | None:
@@ -143,7 +149,7 @@ class FileCamera:
                 self.damaged += 1
 
     def _catches_up(self, packet: Any, context: Any) -> bool:
-        """True for the packet with which decoding can go on: a keyframe that is not yet due."""
+        """True for the packet where decoding can go on: a key frame that is not yet due."""
         if not packet.size:
             return False
         seconds = self._seconds(packet)

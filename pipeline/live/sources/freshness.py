@@ -1,16 +1,16 @@
-"""Whether a camera's picture is new: drivers keep some in buffers, which come out old after a stall."""
+"""Whether a camera's picture is new: after a stall, drivers deliver old pictures from buffers."""
 
-_OLD_SECONDS = 0.1  # a picture that waited longer than this is not shown any more
+_OLD_SECONDS = 0.1  # a picture that waited longer is dropped
 _AT_ONCE_SECONDS = 0.001  # a read that takes less found the picture waiting
-_DRIFT = 2e-4  # by so much may a camera's clock go slower than ours
-_JUMP_SECONDS = 60.0  # no picture waits so long: the camera's clock was set anew
+_DRIFT = 2e-4  # a camera's clock may be slower than ours by this share
+_JUMP_SECONDS = 60.0  # no picture waits so long: the camera's clock was reset
 
 
 class Freshness:
-    """Tells how long a picture waited before it was read, by the stamp that it carries.
+    """Measures how long a picture waited before it was read, by its timestamp.
 
-    V4L2 stamps a picture when the camera made it. On whose clock does not matter: the least distance
-    from a stamp to the time of reading is that of a picture which was read at once.
+    V4L2 stamps a picture when the camera takes it. The clock of the stamp does not matter: the
+    least difference between stamp and time of reading belongs to a picture that was read at once.
     """
 
     def __init__(self) -> None:
@@ -21,10 +21,10 @@ class Freshness:
     def __call__(
         self, stamped_seconds: float | None, read_seconds: float, took_seconds: float
     ) -> float | None:
-        """When the picture arrived; None when it is too old to be shown.
+        """Return when the picture arrived, None when it is too old to be shown.
 
-        stamped_seconds: on the camera's clock, None: it has none.  read_seconds: when reading it ended, by
-        ours.  took_seconds: how long the read waited.
+        stamped_seconds: on the camera's clock; None when the camera sets no stamp.
+        read_seconds: when the read ended, on our clock.  took_seconds: how long the read took.
         """
         if stamped_seconds is None:
             return read_seconds
@@ -34,11 +34,11 @@ class Freshness:
         if late <= _OLD_SECONDS:
             self._doubted = False
         elif self._doubted:
-            # It was waited for, and so was the one before: it is the way from camera to us that has
-            # become longer, as with long exposures in the dark.
+            # The read waited for this picture and for the one before, so none was buffered: the
+            # time from camera to us has grown, as with long exposures in the dark.
             self._doubted, self._best = False, read_seconds - stamped_seconds
         else:
-            self._doubted = True  # or we were stopped while we waited
+            self._doubted = True  # or the process was suspended during the read
             return None
         return read_seconds
 

@@ -1,4 +1,4 @@
-"""av.VideoFrame -> Frame, at the door of a live run: one layout, one size, true tags, the time it came."""
+"""av.VideoFrame -> Frame for a live run: one layout, one size, complete tags, time of arrival."""
 
 from fractions import Fraction
 
@@ -12,46 +12,48 @@ from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
 from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
-# One layout for every sink: 4:2:0 is what browsers, players, receivers and programs that read cameras take,
-# and to convert once here costs less than once a sink. Numbers keep their matrix and range.
+# One layout for every sink: browsers, players, receivers and programs that read cameras take 4:2:0,
+# and converting once here costs less than once per sink. Matrix and range stay as they are.
 _LIVE = PLAYS_EVERYWHERE._replace(name="live", pix_fmts=("yuv420p",))
-# DV, HDV and anamorphic film have 8:15 to 2; others are rubbish
+# DV, HDV and anamorphic film have 8:15 to 2; values beyond these limits are errors
 _ASPECTS = Fraction(1, 4), Fraction(4)
 
 
 class NormaliseCamera:
-    """Makes live frames of what a camera or a file gives.
+    """Makes live frames of the pictures of a camera or a file.
 
-    is_device: the pictures are a camera's. What those leave unsaid of their colours is what the USB Video
-    Class lays down for a camera that says nothing: BT.601's matrix, BT.709's primaries and transfer, and limited
-    range unless it is JPEG.
-    pixel_aspect: the file's sample aspect ratio; its pictures are made wide enough for square pixels, which is
-    what pages, receivers and programs that read cameras take all pictures to have.
-    size_wh: that of the run, from its first picture. What comes later in another size is fitted into it, and what
-    comes in another range is brought to that of the first: another camera may have been plugged in.
+    is_device: the pictures are a camera's. Their unspecified colour tags become the defaults of the
+    USB Video Class: BT.601's matrix, BT.709's primaries and transfer, and limited range unless the
+    picture is JPEG.
+    pixel_aspect: the file's sample aspect ratio. Its pictures are widened to square pixels, which
+    pages, receivers and programs that read cameras expect.
+    size_wh: the size of the first picture. Later pictures of another size are fitted into it, and
+    their range is converted to that of the first: another camera may have been plugged in.
     """
 
     def __init__(self, *, is_device: bool, pixel_aspect: Fraction | None = None) -> None:
         self._is_device = is_device
         aspect = Fraction(pixel_aspect or 1)
         self._aspect = aspect if _ASPECTS[0] <= aspect <= _ASPECTS[1] else Fraction(1)
-        self._door = ConvertPixelFormat(_LIVE)
-        self._seen: tuple[int, int, str] | None = None
+        self._convert = ConvertPixelFormat(_LIVE)
+        self._source: tuple[int, int, str] | None = None  # size and layout of the last picture
         self._last_us = -1
         self.size_wh: tuple[int, int] | None = None
         self._range: int | None = None
 
     def __call__(self, picture: av.VideoFrame, arrived_seconds: float) -> Frame:
-        """arrived_seconds: by time.monotonic(). Times increase strictly, whatever is given.
+        """Normalise a picture. The times of frames always increase.
 
-        Raises DecodeError for pictures that cannot be converted."""
-        seen = (picture.width, picture.height, picture.format.name)
-        if seen != self._seen:
-            self._door, self._seen = ConvertPixelFormat(_LIVE), seen
+        arrived_seconds: by time.monotonic().
+        Raises DecodeError for pictures that cannot be converted.
+        """
+        source = (picture.width, picture.height, picture.format.name)
+        if source != self._source:
+            self._convert, self._source = ConvertPixelFormat(_LIVE), source
         turned = round(picture.rotation / 90) * 90 % 360
         picture = squared(self._converted(picture), self._aspect)
         if self._is_device:
-            _say_what_cameras_leave_out(picture)
+            _fill_in_tags(picture)
         picture = self._like_the_first(picture)
         self._last_us = max(self._last_us + 1, int(arrived_seconds * LIVE_TIME_BASE.denominator))
         picture.pts, picture.time_base = self._last_us, LIVE_TIME_BASE
@@ -61,11 +63,12 @@ class NormaliseCamera:
 
     def _converted(self, picture: av.VideoFrame) -> av.VideoFrame:
         try:
-            return self._door(picture)
+            return self._convert(picture)
         except av.FFmpegError as error:
             raise DecodeError(
-                f"pictures of layout {picture.format.name}, matrix {int(picture.colorspace)} (ITU-T H.273) "
-                "cannot be converted for painting: choose other pixels, or convert the video first"
+                f"pictures of layout {picture.format.name}, matrix {int(picture.colorspace)} "
+                "(ITU-T H.273) cannot be converted for painting: choose other pixels, or convert "
+                "the video first"
             ) from error
 
     def _like_the_first(self, picture: av.VideoFrame) -> av.VideoFrame:
@@ -81,7 +84,8 @@ class NormaliseCamera:
         return picture if size == self.size_wh else fitted(picture, self.size_wh)
 
 
-def _say_what_cameras_leave_out(picture: av.VideoFrame) -> None:
+def _fill_in_tags(picture: av.VideoFrame) -> None:
+    """Replace unspecified colour tags by the defaults of the USB Video Class."""
     if picture.colorspace == 2:
         picture.colorspace = 6  # SMPTE 170M
     if picture.color_range == 0:

@@ -14,7 +14,17 @@ from typing import Any, ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.kernels.surface import LID_HW, FaceSurfaces, GridPlace
+from makeup_video.kernels.surface import (
+    LID_HW,
+    LID_LEFT,
+    LID_LIGHT_BESIDE,
+    LID_LIGHT_FROM,
+    LID_LIGHT_TO,
+    LID_SIGMA_PX,
+    LID_STEP,
+    FaceSurfaces,
+    GridPlace,
+)
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, compose
@@ -25,9 +35,7 @@ from makeup_video.pipeline.render.regions.base import LitSurface, SeenFace
 from makeup_video.pipeline.render.scene import SceneLight
 
 SIZE_WH = LID_HW[::-1]
-_SHADING_SIGMA = 1.8  # px of the grid: what is finer is texture
-LEFT, STEP = -0.85, 1.9 / 39  # of the grid: its first column, its step, in widths of the eye
-_TOP = -0.95  # its first row
+_TOP = -0.95  # the first row of the grid, in widths of the eye
 # From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
@@ -41,7 +49,7 @@ _NARROWEST_PX = 4
 # The same from the inner to the outer corner, as points of the face: of both eyes, (6, 9).
 LID_RINGS = np.concatenate([eye[CURVES[:, ::-1]] for eye in (EYE, RIGHT_EYE)])
 COLUMNS = np.arange(SIZE_WH[0])
-OUTWARDS = LEFT + STEP * COLUMNS
+OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +123,7 @@ class LidSurface:
         """Fill (h, w) float32 with the weight of eye-shadow on the frame's pixels from origin_xy on."""
         to_px = self.grid.to_px.copy()
         to_px[:, 2] -= origin_xy
-        feather_px = max(_LASH_FEATHER * self.grid.step_px() / STEP, 1.2)
+        feather_px = max(_LASH_FEATHER * self.grid.step_px() / LID_STEP, 1.2)
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
         np.multiply(self.lash_px, 1 / feather_px, out=maps[..., 0])
@@ -129,8 +137,9 @@ class LidSurface:
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light, alike, and its mean over the lid: a twin too."""
-        is_lid = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
-        (light,), mean = broad(luminance, (is_lid,), _SHADING_SIGMA)
+        is_lid = (self.up > LID_LIGHT_FROM) & (self.up < LID_LIGHT_TO)
+        is_lid &= np.abs(self.out) < LID_LIGHT_BESIDE
+        (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX)
         return light, mean
 
     def scaled(self, to_new: AffineArray) -> "LidSurface":
@@ -227,7 +236,7 @@ def _eye_place(
     if x * up_xy[0] + y * up_xy[1] > 0:
         x, y = -x, -y
     to_px = (
-        right * STEP, x * STEP, (x0 + x1) / 2 + right * LEFT + x * _TOP,
-        down * STEP, y * STEP, (y0 + y1) / 2 + down * LEFT + y * _TOP,
+        right * LID_STEP, x * LID_STEP, (x0 + x1) / 2 + right * LID_LEFT + x * _TOP,
+        down * LID_STEP, y * LID_STEP, (y0 + y1) / 2 + down * LID_LEFT + y * _TOP,
     )  # fmt: skip
     return GridPlace(to_px, to_px)

@@ -1,7 +1,7 @@
 """The lids' surface in numpy: the reference that kernels/surface.cl is tested against."""
 
 import numpy as np
-from makeup_video.kernels.surface import LID_HW
+from makeup_video.kernels.surface import LASH_POINTS, LID_HW, LID_ROUNDNESS, LID_STEEPEST
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
 from makeup_video.pipeline.render.grid import Grid, slopes_along
@@ -89,11 +89,12 @@ def _curves(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _normals(y: np.ndarray, depth: np.ndarray, height: np.ndarray) -> np.ndarray:
     """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is towards the viewer."""
-    falls = np.clip((depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1), -2, 2)
+    falls = (depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1)
+    falls = np.clip(falls, -LID_STEEPEST, LID_STEEPEST)
     below, above = falls[:, 0, None], falls[:, 1, None]
     gy = below + (above - below) * np.clip(height - 0.5, 0, 1)
-    gy += 0.8 * np.clip(0.5 - height, -0.5, 0.5)  # a lid lies on a ball
-    gx = np.clip(slopes_along(depth[:, 1, None], 1), -2, 2)
+    gy += LID_ROUNDNESS * np.clip(0.5 - height, -0.5, 0.5)
+    gx = np.clip(slopes_along(depth[:, 1, None], 1), -LID_STEEPEST, LID_STEEPEST)
     shrink = 1 / np.sqrt(1 + gx * gx + gy * gy)
     return np.stack([gx * shrink, gy * shrink], axis=1)
 
@@ -112,4 +113,4 @@ def _catmull_rom(count: int, between: int) -> np.ndarray:
     return np.stack(rows)
 
 
-_SMOOTH = _catmull_rom(9, 4)
+_SMOOTH = _catmull_rom(LASH_POINTS, 4)

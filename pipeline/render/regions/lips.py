@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.kernels.surface import LIPS_HW, FaceSurfaces, GridPlace
+from makeup_video.kernels.surface import LIPS_HW, LIPS_SIGMA_PX, OVER_SEAM, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.frames.affine import AffineArray, compose
@@ -21,7 +21,6 @@ from makeup_video.pipeline.render.regions.base import LitSurface, SeenFace
 from makeup_video.pipeline.render.scene import SceneLight
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
-_SHADING_SIGMA = 2.5  # of that grid: what is finer is texture
 # The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
 _RINGS = (0, 40, 60, 20)
 LOWER = np.array([[ring + i for i in range(11)] for ring in _RINGS])
@@ -33,7 +32,6 @@ _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
 _BEYOND = -15.0  # beyond the patch: half the odds
 _AROUND = 3  # px of the patch around what is seen
-OVER_SEAM = 0.3  # of that half: how far the edge is pushed over the line where shut lips meet
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +114,7 @@ class LipsSurface:
         odds = cv2.resize(self.odds, luminance.shape[::-1], interpolation=cv2.INTER_AREA)
         upper = (odds > 0) * self.upper
         lower = (odds > 0) - upper
-        (above, below), mean = broad(luminance, (upper, lower), _SHADING_SIGMA)
+        (above, below), mean = broad(luminance, (upper, lower), LIPS_SIGMA_PX)
         return below + self.upper * (above - below), mean
 
     def scaled(self, to_new: AffineArray) -> "LipsSurface":

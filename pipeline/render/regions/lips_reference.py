@@ -2,6 +2,20 @@
 
 import cv2
 import numpy as np
+from makeup_video.kernels.surface import (
+    BETWEEN,
+    CONTOUR_MOST,
+    CONTOUR_SHARE,
+    FULLER,
+    FULLER_CHANGE,
+    LIMIT_STEEPNESS,
+    OVER_SEAM,
+    REACH,
+    RIM_START,
+    SEAM_SIGMA_PX,
+    STEEPEST,
+    WIDER,
+)
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.frames.sampling import step_px
@@ -9,25 +23,10 @@ from makeup_video.pipeline.render.grid import Grid, slopes_along
 from makeup_video.pipeline.render.regions.lips import (
     COARSE,
     LOWER,
-    OVER_SEAM,
     UPPER,
     LipsSurface,
     lip_place,
 )
-
-# Between the rings, from border (0) to opening (1), where their slopes hold.
-_BETWEEN = (0.19, 0.57, 0.88)
-# Lips are fuller than the mesh: added to the slope at the border, and on the way to the opening.
-_FULLER = np.array([[-0.30, 0.45], [0.75, -1.0]], np.float32)[..., None, None]  # upper, lower
-_STEEPEST = 2.5
-_SEAM_SIGMA = 0.8  # px of the coarse grid
-_REACH = 0.06  # of the mouth's width: the mask is trusted so far beyond the contours
-_LIMIT_STEEPNESS = 3.0  # odds for a px beyond the contours' reach
-
-# What the contours say is mixed in where the mask is not sure of itself, and both draw the border
-# a little too tight.
-_CONTOUR_SHARE, _CONTOUR_MOST = 0.25, 4.0
-_WIDER = 0.25
 
 
 def lips_surface(face: Face) -> LipsSurface | None:
@@ -48,10 +47,10 @@ def lips_surface(face: Face) -> LipsSurface | None:
     y = _curves(xyz, columns)[:, ::3, 0]  # of the border and of the opening
     inside, reach, opening = _contours(y, rows, left, right)
     normals, upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
-    odds = np.float32(1 - _CONTOUR_SHARE) * patch.logits
-    odds += np.float32(_CONTOUR_SHARE) * np.clip(inside, -_CONTOUR_MOST, _CONTOUR_MOST)
-    odds += np.float32(_WIDER) * (opening <= 0)
-    np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
+    odds = np.float32(1 - CONTOUR_SHARE) * patch.logits
+    odds += np.float32(CONTOUR_SHARE) * np.clip(inside, -CONTOUR_MOST, CONTOUR_MOST)
+    odds += np.float32(WIDER) * (opening <= 0)
+    np.minimum(odds, LIMIT_STEEPNESS * (inside + reach), out=odds)
     rim = np.maximum(opening, OVER_SEAM * opening)
     grid = Grid.at(place.to_px, upper.shape)
     return LipsSurface(face, grid, odds, rim, normals, upper)
@@ -78,7 +77,7 @@ def _contours(
     slope = slopes_along(y, 1)
     (at_top, at_upper), (at_bottom, at_lower) = 1 / np.sqrt(1 + slope * slope)
     columns = np.arange(y.shape[-1], dtype=np.float32)
-    reach = _REACH * max(right - left, 1.0)
+    reach = REACH * max(right - left, 1.0)
     beside = np.minimum(columns - np.float32(left), np.float32(right) - columns)
     inside = np.minimum(np.minimum((rows - top) * at_top, (bottom - rows) * at_bottom), beside)
     within = np.minimum((rows - upper) * at_upper, (lower - rows) * at_lower)  # of the opening
@@ -88,14 +87,14 @@ def _contours(
         (rows - top) / np.maximum(upper - top, 1),
         (bottom - rows) / np.maximum(bottom - lower, 1),
     )
-    return np.minimum(inside, -within), reach, (2 * gap - 1) * np.clip(2 * near - 0.8, 0, 1)
+    return np.minimum(inside, -within), reach, (2 * gap - 1) * np.clip(2 * near - RIM_START, 0, 1)
 
 
 def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(2, rows, columns) float32: x and y of the unit normal towards the viewer; `upper`."""
     y, z = curves[:, :, 0], curves[:, :, 1]  # (2, 4, C)
     down = _at_least_half(y[:, 1:] - y[:, :-1])
-    slopes = np.clip((z[:, 1:] - z[:, :-1]) / down, -_STEEPEST, _STEEPEST)
+    slopes = np.clip((z[:, 1:] - z[:, :-1]) / down, -STEEPEST, STEEPEST)
     middle = 0.5 * (curves[:, 1] + curves[:, 2])  # (2, 2, C), y and z
     bends = np.concatenate([slopes, slopes_along(middle, COARSE)], axis=1)
     bends = cv2.blur(bends.reshape(10, -1), (7, 1)).reshape(2, 5, 1, -1)
@@ -105,7 +104,7 @@ def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarr
     upper = np.clip((0.5 * (y[0, 3] + y[1, 3]) - rows) * (1 / COARSE) + 0.5, 0, 1)
     gx, gy = np.where(upper > 0.5, *_slopes(across, bends).swapaxes(0, 1))
     # where the lips meet the slope would jump, and be seen as steps
-    gx, gy = (cv2.GaussianBlur(slope, (0, 0), _SEAM_SIGMA) for slope in (gx, gy))
+    gx, gy = (cv2.GaussianBlur(slope, (0, 0), SEAM_SIGMA_PX) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
     return np.stack([gx / length, gy / length]), upper
 
@@ -118,14 +117,15 @@ def _at_least_half(length: np.ndarray) -> np.ndarray:
 
 def _slopes(across: np.ndarray, bends: np.ndarray) -> np.ndarray:
     """(2, 2, rows, columns): dz/dx and dz/dy of both lips, from those between the rings and along them."""
-    first, middle, last = _BETWEEN
+    first, middle, last = BETWEEN
     outer, inner = bends[:, 1] - bends[:, 0], bends[:, 2] - bends[:, 1]
     down = np.where(
         across < middle,
         bends[:, 0] + outer * ((across - first) / (middle - first)),
         bends[:, 1] + inner * ((across - middle) / (last - middle)),
     )
-    down += _FULLER[0] + _FULLER[1] * across
-    down = np.clip(down, -_STEEPEST, _STEEPEST)
+    border, change = np.array([FULLER, FULLER_CHANGE], np.float32)[..., None, None]
+    down += border + change * across
+    down = np.clip(down, -STEEPEST, STEEPEST)
     along, tilt = bends[:, 4], bends[:, 3]
-    return np.stack([np.clip(along - 0.5 * down * tilt, -_STEEPEST, _STEEPEST), down])
+    return np.stack([np.clip(along - 0.5 * down * tilt, -STEEPEST, STEEPEST), down])

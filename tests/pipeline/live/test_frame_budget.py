@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.live import frame_budget as rule
 from makeup_video.pipeline.live.frame_budget import Budget
 
@@ -45,14 +46,14 @@ def changes(levels: list[int]) -> list[int]:
 def test_a_fast_machine_leaves_nothing_out():
     budget = Budget()
     assert {level for _, level, _ in live(steady(0.01), 120, budget)} == {0}
-    assert budget.told == ""
+    assert budget.notice == ""
 
 
 def test_a_hopeless_machine_ends_at_the_highest_level_stays_there_and_says_so():
     budget = Budget()
     levels = [level for _, level, _ in live(steady(0.5), 300, budget)]
     assert changes(levels) == [1, 1, 1]
-    assert levels[-1] == rule.MOST and budget.told == rule.HOPELESS
+    assert levels[-1] == rule.LOWEST and budget.notice == rule.TOO_SLOW
 
 
 def test_three_slow_seconds_cost_a_level():
@@ -84,7 +85,7 @@ def test_a_detector_that_is_too_slow_for_one_frame_in_seven_costs_a_level():
 
     levels = [level for _, level, _ in live(work_of, 60, budget)]
     assert changes(levels) == [1]
-    assert budget.told == rule.TOLD[1]
+    assert budget.notice == rule.NOTICES[1]
 
 
 @given(st.floats(0.001, 0.3), st.floats(0.001, 0.3), st.sampled_from([1 / 15, TICK, 1 / 60]))
@@ -182,9 +183,14 @@ def test_what_people_are_told_does_not_flicker():
     for second in range(600):
         for _ in range(30):
             budget(0.02 if second % 6 == 5 else 0.04, TICK)
-            told.append(budget.told)
+            told.append(budget.notice)
     assert sum(a != b for a, b in itertools.pairwise(told)) <= 4
-    assert told[-1] == rule.HOPELESS
+    assert told[-1] == rule.TOO_SLOW
     for _ in range(30 * 7):
         budget(0.02, TICK)
-    assert budget.told == rule.TOLD[rule.MOST]
+    assert budget.notice == rule.NOTICES[rule.LOWEST]
+
+
+def test_every_level_but_the_first_has_a_notice_of_its_own():
+    assert list(rule.NOTICES) == list(QualityLevel)
+    assert rule.NOTICES[QualityLevel.FULL] == "" and len(set(rule.NOTICES.values())) == 4

@@ -7,7 +7,7 @@ import pytest
 from makeup_video.pipeline import Look, product
 from makeup_video.pipeline.errors import StoppedError
 from makeup_video.pipeline.live import run as live
-from makeup_video.pipeline.live.frame_budget import TOLD, Budget
+from makeup_video.pipeline.live.frame_budget import NOTICES, Budget
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
 from makeup_video.pipeline.live.run import LiveRun
 from makeup_video.pipeline.render.build_scene import BuildScene
@@ -39,7 +39,7 @@ class Camera:
 
 
 class Sink:
-    name, waiting = "list", 99
+    name, waiting, notice = "list", 99, ""
 
     def __init__(self, camera):
         self.camera, self.pictures, self.sent = camera, [], 0
@@ -163,7 +163,7 @@ def test_what_a_slow_machine_leaves_out_is_handed_to_the_stages_and_said_once_a_
     camera.before_frame = lambda number: seen.append((run.figures().level, run._find.level))
     run.run()
     assert seen == [(level, level) for level in (0, 0, 0, 1, 0, 1, 0, 1)]  # after each frame
-    assert lines == [TOLD[1], "fast enough again: nothing is left out", TOLD[2]]
+    assert lines == [NOTICES[1], "fast enough again: nothing is left out", NOTICES[2]]
 
 
 def test_what_the_camera_had_no_time_for_counts_against_the_budget(monkeypatch):

@@ -21,7 +21,9 @@ def numbers(pictures):
 
 
 class List:
-    """A sink that keeps what it gets; it may be held up, or break."""
+    """A sink that keeps its pictures; it may be held up, or break."""
+
+    notice = ""
 
     def __init__(self, name="list", waiting=1, gate=None, error=None):
         self.name, self.waiting = name, waiting
@@ -322,7 +324,7 @@ def test_after_a_fault_a_sink_that_hangs_is_left_behind(monkeypatch):
     runner = LiveRunner(Frames(frames()), LivePicture, [Hanging(gate=gate)], lines.append)
     with pytest.raises(InputError):
         runner.run(tick_seconds=0.01)
-    assert lines == ["something that was written or sent did not end in time; leaving it"]
+    assert lines == ["an output did not finish in time and is abandoned"]
     gate.set()
     until(lambda: not our_threads())
 

@@ -45,7 +45,7 @@ from makeup_video.kernels.colour import (
     to_xyz,
 )
 from makeup_video.kernels.material import made_up, skin_at
-from makeup_video.kernels.paint import on_window
+from makeup_video.kernels.paint import on_pixels
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
 from makeup_video.pipeline.faces.tracker import FindFaces
@@ -288,7 +288,7 @@ def test_the_same_picture_looks_the_same_in_every_coding(p, seed, brightest):
 
 def exactly_painted(codes, lit, coding):
     """Without any rounding."""
-    coarse, nx, ny = on_window(SURFACE)
+    coarse, nx, ny = on_pixels(SURFACE)
     skin = skin_at(coarse, SURFACE.mean, nx, ny, SURFACE.environment, lit)
     return encode(made_up(decode(codes, coding), SURFACE.weight, coarse, coarse, skin, lit), coding)
 

@@ -92,7 +92,7 @@ def test_hdr_has_room_for_highlights_beyond_white():
 @given(params(), st.floats(0, 1), lights(), places(), codings(), st.booleans())
 def test_every_number_is_finite_and_in_its_range(p, amount, light, axes, coding, spares):
     m = material(p, amount, light, axes, coding, spares)
-    assert np.isfinite(np.hstack(astuple(m))).all() and np.isfinite(m.numbers()).all()
+    assert np.isfinite(np.hstack(astuple(m))).all() and np.isfinite(np.hstack(m.record())).all()
     for share in (m.opacity, m.texture, m.undertone, m.reflection, m.shimmer):
         assert 0 <= share <= 1
     assert 0 < m.lobe < 1 and m.spot > 0 and m.cells > 0 and m.dark > 0

@@ -164,7 +164,7 @@ def test_a_full_disk_is_one_line_and_what_was_recorded_plays(tmp_path, end):
     ).stdout  # fmt: skip
     part = tmp_path / f"out.part{end}"
     assert "cannot be written" in said and len(said.splitlines()) == 1
-    assert said.strip().endswith(f"what was recorded until then is {part}")
+    assert said.strip().endswith(f"the recording so far is {part}")
     assert frames_that_play(part) >= 5 and not path.exists()
 
 

@@ -143,7 +143,7 @@ def test_a_receiver_that_goes_away_is_said_and_tried_again_in_growing_pauses(mon
     pauses = np.diff(tries)
     assert pauses == pytest.approx([1.4, 2, 4, 8, 16, 30, 30], abs=0.21)
     assert lines == [
-        "rtmp://host: Broken pipe; it is tried again and again",
+        "rtmp://host: Broken pipe; trying again",
         "rtmp://host: sending",
     ]
     assert stream.notice == ""
@@ -192,7 +192,7 @@ def test_a_receiver_that_is_not_there_is_one_line_without_the_key(capfd):
     stream = Stream(f"rtmp://user:{SECRET}@127.0.0.1:{port}/live/{SECRET}", say=lines.append)
     for each in live([0, 40, 80]):
         stream(each)
-    assert lines == ["rtmp://127.0.0.1: Connection refused; it is tried again and again"]
+    assert lines == ["rtmp://127.0.0.1: Connection refused; trying again"]
     assert stream.notice == lines[0]
     assert SECRET not in "".join([*capfd.readouterr(), *lines, stream.name])
 
@@ -264,7 +264,7 @@ def test_an_encoder_that_fails_ends_the_stream_and_leaves_no_relay_behind(progra
     stream = Stream("srt://127.0.0.1:1", say=pytest.fail)
     first, second = live([0, 40])
     stream(first)
-    relay = stream._line._relay._process
+    relay = stream._connection._relay._process
     monkeypatch.setattr(live_stream.LiveEncoder, "__call__", refuse)
     with pytest.raises(EncodeError):
         stream(second)
@@ -283,7 +283,7 @@ def test_a_relay_that_ends_is_a_receiver_that_went_away(program):
     with pytest.raises(OutputError, match="Broken pipe; no picture was sent"):
         stream.finish(stopped=True)
     assert stream.sent == 0
-    assert lines == ["srt://127.0.0.1: Broken pipe; it is tried again and again"]
+    assert lines == ["srt://127.0.0.1: Broken pipe; trying again"]
 
 
 def test_a_relay_that_was_not_connected_by_the_end_has_sent_nothing(program):

@@ -576,7 +576,7 @@ def test_what_waited_in_the_driver_during_a_stall_is_not_shown(tmp_path, plug, m
     begin, ended, stay = threading.Event(), threading.Event(), threading.Event()
     monkeypatch.setattr(camera_device.time, "monotonic", lambda: clock[0])
     monkeypatch.setattr(
-        camera_device.DeviceCamera, "_show", lambda self, frame: shown.append(frame.seconds)
+        camera_device.DeviceCamera, "_offer", lambda self, frame: shown.append(frame.seconds)
     )
     fresh = [(0.50, 0.50), (0.53, 0.53)]
     stalled = [(0.56, 1.56), (0.60, 1.56), (0.63, 1.56)]  # the first was being read when we stopped
