@@ -48,7 +48,7 @@ LIDS = (
 MAKE_FILM = (
     "import sys; from pathlib import Path; from makeup_video.benchmark.films import make_clip; "
     "clip, film, height, frames = sys.argv[1:]; "
-    "print(make_clip(Path(clip), Path(film), int(height), int(frames)).told)"
+    "print(make_clip(Path(clip), Path(film), int(height), int(frames)).description)"
 )
 
 

@@ -15,10 +15,15 @@ SHIPPED = files("makeup_video.pipeline") / "weights"
 
 
 class Net:
-    """One net: uint8 RGB crops (N, H, W, 3) -> its outputs, float32. Raises InstallError."""
+    """One net: uint8 RGB crops (N, H, W, 3) -> its outputs, float32. Raises InstallError.
 
-    def __init__(self, name: str, folder: Traversable = SHIPPED, threads: int = 1) -> None:
-        options = onnxruntime.SessionOptions()
+    options: ONNX Runtime's, to begin with; None for its defaults.
+    """
+
+    def __init__(
+        self, name: str, folder: Traversable = SHIPPED, threads: int = 1, options: Any = None
+    ) -> None:
+        options = options or onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         options.inter_op_num_threads = 1
         # a thread that spins while it waits takes the codec's core
