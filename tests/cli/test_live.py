@@ -13,7 +13,7 @@ import av
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
-from makeup_video.cli.console import say
+from makeup_video.cli.console import log
 from makeup_video.cli.progress import live_summary, live_text, show_live
 from makeup_video.cli.serve_page import has_screen, is_loopback
 from makeup_video.pipeline import Look, product
@@ -75,7 +75,7 @@ def test_a_recording_is_not_overwritten_without_being_told_so(folder):
         (
             ["--camera", "in.mkv", "--color", "#D00020", "--no-preview"],
             2,
-            "--no-preview leaves nobody",
+            "--no-preview leaves no output",
         ),
         (["--camera", "in.mkv", "--no-preview", "-o", "out.mkv"], 2, "no look given"),
         (["--camera", "in.mkv", "--finish", "gloss"], 2, "--finish gloss needs a colour"),
@@ -190,7 +190,7 @@ def test_a_terminal_that_is_closed_ends_no_run(monkeypatch):
     monkeypatch.setattr(sys, "stderr", ClosedTerminal())
     with show_live(quiet=False) as shown:
         shown(figures())
-        say("a line on the way")
+        log("a line on the way")
 
 
 def test_the_closing_line_tells_what_each_output_got_and_leaves_out_the_page():

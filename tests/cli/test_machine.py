@@ -75,7 +75,7 @@ def test_a_kernel_folder_of_its_own_ends_with_the_process_also_after_ctrl_c(fold
     (folder / "file").touch()
     code = (
         "import os, signal; from makeup_video.cli import main; from makeup_video.kernels import cache\n"
-        "cache.settle(); assert os.path.isdir(os.environ['POCL_CACHE_DIR']); main._end(130)"
+        "cache.settle(); assert os.path.isdir(os.environ['POCL_CACHE_DIR']); main._exit(130)"
     )
     environment = {**os.environ, "POCL_CACHE_DIR": str(folder / "file"), "TMPDIR": str(folder)}
     done = subprocess.run([sys.executable, "-c", code], env=environment, check=False)

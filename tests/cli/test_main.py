@@ -11,8 +11,7 @@ import sys
 import time
 
 import pytest
-from makeup_video.cli import console as say
-from makeup_video.cli import main
+from makeup_video.cli import console, main
 from makeup_video.cli.app import app
 from media import damage, decoded, make_clip
 from typer.testing import CliRunner
@@ -233,16 +232,16 @@ def test_what_a_thread_still_does_keeps_neither_the_process_nor_its_exit_code():
     """Such as a photo that a page sent, and that takes its time to be read."""
     code = (
         "import time; from makeup_video.cli import main; from makeup_video.web.worker import Worker\n"
-        "worker = Worker(); worker.submit(lambda: time.sleep(600)); worker.stop(); main._end(5)"
+        "worker = Worker(); worker.submit(lambda: time.sleep(600)); worker.stop(); main._exit(5)"
     )
     assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 5
 
 
-def test_ctrl_c_has_its_exit_code_also_while_python_makes_code_of_text():
+def test_ctrl_c_keeps_its_exit_code_while_python_compiles():
     """Python remembers such an interruption, and would end by the signal."""
     code = (
         "import sys, types; from makeup_video.cli import main\n"
-        "def app(standalone_mode): exec('raise KeyboardInterrupt')\n"
+        "def app(**_): exec('raise KeyboardInterrupt')\n"
         "sys.modules['makeup_video.cli.app'] = types.SimpleNamespace(app=app); main.main()"
     )
     assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 130
@@ -466,9 +465,9 @@ def test_ctrl_c_that_comes_out_as_another_error_is_still_a_stop(monkeypatch, cap
             raise ImportError("initialization failed") from None
 
     monkeypatch.setattr("makeup_video.cli.app.app", app)
-    monkeypatch.setattr(main, "_end", ended.append)
+    monkeypatch.setattr(main, "_exit", ended.append)
     monkeypatch.setattr(main, "_came", [])
-    monkeypatch.setattr(say, "_lines", 0)
+    monkeypatch.setattr(console, "_lines", 0)
     before = {
         name: signal.getsignal(name) for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     }
