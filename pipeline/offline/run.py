@@ -11,7 +11,7 @@ from typing import Any, cast
 
 from makeup_video.pipeline.engine.machine import cores, peak_memory_bytes
 from makeup_video.pipeline.engine.runner import Runner, Stage
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
@@ -49,7 +49,8 @@ def run_stages(
         raise UsageError(f"the output {dst} names a folder: give the name of a file")
     if is_picture(path):
         if given := settings.of_videos():
-            raise UsageError(f"{src} is a picture: leave out {', '.join(given)} (for videos only)")
+            names = ", ".join(map(option, given))
+            raise UsageError(f"{src} is a picture: leave out {names} (for videos only)")
         report = process_picture(
             path,
             Path(dst),

@@ -9,18 +9,18 @@ from makeup_video.pipeline.engine.runner import Observe
 from makeup_video.pipeline.errors import UsageError, option
 
 BIT_DEPTHS = (8, 10, 12)
-# (as typed, name of the field): settings that a picture does not have
+# settings that a picture does not have
 _OF_VIDEOS = (
-    ("--codec", "codec"),
-    ("--crf", "crf"),
-    ("--preset", "preset"),
-    ("--start", "start_seconds"),
-    ("--end", "end_seconds"),
-    ("--bit-depth", "bit_depth"),
-    ("--sdr", "sdr"),
-    ("decoder_threads", "decoder_threads"),
-    ("encoder_threads", "encoder_threads"),
-    ("stage_threads", "stage_threads"),
+    "codec",
+    "crf",
+    "preset",
+    "start_seconds",
+    "end_seconds",
+    "bit_depth",
+    "sdr",
+    "decoder_threads",
+    "encoder_threads",
+    "stage_threads",
 )
 
 
@@ -84,6 +84,6 @@ class Settings:
             )
 
     def of_videos(self) -> list[str]:
-        """The options given that apply to videos only, as they are typed."""
+        """Names of the settings that are given and apply to videos only."""
         default = Settings()
-        return [flag for flag, name in _OF_VIDEOS if getattr(self, name) != getattr(default, name)]
+        return [name for name in _OF_VIDEOS if getattr(self, name) != getattr(default, name)]
