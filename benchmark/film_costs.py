@@ -1,4 +1,4 @@
-"""The costs of one film: bare codec, --look none and the whole product in turn; start and memory."""
+"""The costs of a film: bare codec, --look none and the whole product in turn; start, memory."""
 
 from pathlib import Path
 from statistics import median
@@ -19,9 +19,9 @@ _START_SECONDS, _STARTS = 2, 3
 def compare(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
     """Bare loops, `--look none` and the whole product in turn (A B C D, B C D A, ...).
 
-    bare: the loop with its best threads, which is the limit.  codec: the loop with the product's threads;
-    the product's CPU time beyond it is all that is not codec.
-    Ratios are those of medians. Their spread is that of the rounds, and shows how busy the machine was.
+    bare: the loop with its best threads, which is the limit.  codec: the loop with the product's
+    threads; the product's CPU time beyond it is all that is not codec.
+    Ratios are those of medians. Their spread is that of the rounds; a busy machine makes it wide.
     """
     bare_file, our_file = bench.folder / "bare.mp4", bench.folder / "ours.mp4"
     bench.log(f"{name}: the bare loop's best threads")

@@ -1,7 +1,7 @@
 """The films that `makeup-video bench` measures with, all made from one clip.
 
-A film may be longer than its clip, which is then played forwards, backwards, forwards ... without a jump.
-A jump would be a scene cut, where the detector looks for every face anew.
+A film may be longer than its clip, which is then played forwards, backwards, forwards ... without a
+jump. A jump would be a scene cut, where the detector looks for every face anew.
 """
 
 from collections.abc import Iterable, Iterator
@@ -36,7 +36,8 @@ Box = tuple[int, int, int, int]  # x0, y0, x1, y1 px; beyond the picture its bor
 class Clip:
     """A film to measure with.
 
-    faces: how many it shows.  is_cropped: cropped so that its one face fills FACE_SHARE of the height.
+    faces: how many it shows.  is_cropped: cropped so that its one face fills FACE_SHARE of the
+    height.
     """
 
     path: Path
@@ -163,7 +164,7 @@ def _scaled(planes: np.ndarray, box: Box, size_wh: tuple[int, int]) -> av.VideoF
 
 
 def _there_and_back(film: Path, unique: int) -> Iterator[av.VideoFrame]:
-    """The pictures 0 1 2 ... n-1 n-2 ... 1 0 1 ... of a film with keyframes every _GROUP, for ever."""
+    """The pictures 0 1 ... n-1 n-2 ... 1 0 1 ... of a film with keyframes every _GROUP, endless."""
     return chain.from_iterable(
         chain(pictures(film), _backwards(film, unique)) for _ in repeat(None)
     )
@@ -242,7 +243,7 @@ def repeat_film(film: Path, target: Path, times: int) -> Path:
 
 
 def tile(film: Path, target: Path, faces: int, grid: tuple[int, int]) -> Path:
-    """Show the film in the first tiles of a grid of (columns, rows), one per face; the rest is grey."""
+    """Show a film in the first tiles of a (columns, rows) grid, one per face; the rest is grey."""
     columns, rows = grid
 
     def tiled(picture: av.VideoFrame) -> av.VideoFrame:

@@ -1,7 +1,8 @@
 """The floor: the time that no program could save, whatever it is written in.
 
-It consists of decoding and encoding; moving the painted pixels through memory once; the arithmetic of
-their paint; and the multiplications of the face nets, at the rates that one core of this machine reaches.
+It consists of decoding and encoding; moving the painted pixels through memory once; the arithmetic
+of their paint; and the multiplications of the face nets, at the rates that one core of this machine
+reaches.
 """
 
 import gc
@@ -20,8 +21,9 @@ from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.faces.tracker import FindFaces
 
-# Counted by hand in kernels/paint.cl and its headers, for SDR: 160 between codes and light, 90 for the
-# surface and what it mirrors, 70 for shimmer, 170 for the product. Roots and divisions count as one.
+# Counted by hand in kernels/paint.cl and its headers, for SDR: 160 between codes and light, 90 for
+# the surface and what it mirrors, 70 for shimmer, 170 for the product. Roots and divisions count as
+# one.
 OPERATIONS_PER_PX = 490
 BYTES_PER_PX = 3  # 4:2:0 in 8 bits, 1.5 read and 1.5 written
 _NETS = ("detector", "mesh", "lips", "eye")
@@ -35,7 +37,7 @@ _COPY_BYTES = 64 * 1024  # of the copy that the speed of memory is measured with
 def floor_of(clip: Path, folder: Path, painted_px: int) -> dict[str, float]:
     """CPU ms a frame of all that must be done, and the counts behind it.
 
-    decode_ms, encode_ms: the codec, each with one thread.  least_ms: the least time for all the rest.
+    decode_ms, encode_ms: the codec, each with one thread.  least_ms: the least time for the rest.
     """
     decode_ms = min(_decode_ms(clip) for _ in range(_CODEC_PASSES))
     both_ms = min(
@@ -66,7 +68,7 @@ def _decode_ms(clip: Path) -> float:
 
 
 def net_operations(clip: Path) -> float:
-    """Multiplications and additions of the face nets per frame, counted while they run over a film."""
+    """Multiplications and additions of the face nets per frame, counted while they run."""
     with TemporaryDirectory() as folder:
         nets = FaceNets()
         for name in _NETS:
@@ -85,7 +87,7 @@ def net_operations(clip: Path) -> float:
 
 
 def _profiling_options(prefix: str) -> Any:
-    """ONNX Runtime's options for a profile of every node of the graph as exported, with its shapes."""
+    """ONNX Runtime's options for a profile of all nodes of the graph as exported, with shapes."""
     import onnxruntime  # after the pipeline, which switches its telemetry off
 
     options = onnxruntime.SessionOptions()
@@ -114,14 +116,14 @@ def _shapes(tensors: list[dict[str, list[int]]]) -> list[list[int]]:
 
 
 def operations_per_ms() -> float:
-    """Multiplications and additions that one core does in a ms, measured on a product of matrices."""
+    """Multiplications and additions of one core in a ms, measured on a product of matrices."""
     left, right = np.ones((2, _MATRIX, _MATRIX), np.float32)
     out = np.empty_like(left)
     return float(2 * _MATRIX**3 / least_ms(lambda: np.matmul(left, right, out=out)))
 
 
 def copy_ms(count: int) -> float:
-    """CPU ms to read and write so many bytes once, in the nearer caches, where a film's regions lie."""
+    """CPU ms to read and write so many bytes once, in the nearer caches, as in a run."""
     source, target = np.ones(_COPY_BYTES, np.uint8), np.empty(_COPY_BYTES, np.uint8)
     return count / _COPY_BYTES * least_ms(lambda: np.copyto(target, source))
 

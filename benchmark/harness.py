@@ -20,9 +20,9 @@ class Bench:
     """What to measure with. Raises UsageError for a look that paints nothing.
 
     source: the clip that the films are made from.  folder: for films and outputs.
-    look: what is painted.  photo: what the look was read from, None for a look file; the command that is
-    measured in its own process reads it, too.  seconds: length of a film.  log: gets a line
-    for each step.  child_stderr: a file descriptor for the errors of child processes, None for ours.
+    look: what is painted.  photo: what the look was read from, None for a look file; the command
+    that is measured in its own process reads it, too.  seconds: length of a film.  log: gets a line
+    for each step.  child_stderr: a file descriptor for errors of child processes, None for ours.
     look_words: the options that give the command this look.
     """
 
@@ -81,8 +81,8 @@ def middle(runs: list[Run]) -> dict[str, Any]:
 def beside(runs: list[Run], bare: list[Run], codec: list[Run] | None = None) -> dict[str, Any]:
     """The runs compared with the bare loop of the same rounds.
 
-    ratio: frames/s by those of the bare loop.  not_codec_cpu_ms: CPU time per frame beyond that of the
-    codec alone (None: of the bare loop).
+    ratio: frames/s by those of the bare loop.  not_codec_cpu_ms: CPU time per frame beyond that of
+    the codec alone (None: of the bare loop).
     """
     ratios = [ours.fps / limit.fps for ours, limit in zip(runs, bare, strict=True)]
     return {

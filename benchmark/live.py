@@ -1,8 +1,8 @@
 """`makeup-video bench --live`: how late and how steadily a camera's picture reaches a page.
 
-A film plays in real time as the camera, in a process of its own with the page's server (live_process.py).
-A viewer in another process (live_viewer.py) takes every picture. The latency of a frame is the time from
-its arrival to its painted JPEG in the viewer's hands.
+A film plays in real time as the camera, in a process of its own with the page's server
+(live_process.py). A viewer in another process (live_viewer.py) takes every picture. The latency of
+a frame is the time from its arrival to its painted JPEG in the viewer's hands.
 """
 
 import json
@@ -58,11 +58,12 @@ def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
 def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict[str, Any]:
     """The figures of a run: latency, dropped frames, stages, CPU time and memory.
 
-    frames: (N, len(COLUMNS)) float64, NaN: never.  samples: (M, 3) float64: monotonic seconds, MB in
-    memory (NaN: unknown), CPU seconds.  viewed: as live_viewer.watch writes it.
+    frames: (N, len(COLUMNS)) float64, NaN: never.  samples: (M, 3) float64: monotonic seconds, MB
+    in memory (NaN: unknown), CPU seconds.  viewed: as live_viewer.watch writes it.
 
-    dropped: frames that were due and never reached the viewer. The file as camera drops them when it is
-    late; the run drops them before painting when a newer one arrives; the preview drops the rest.
+    dropped: frames that were due and never reached the viewer. The file as camera drops them when
+    it is late; the run drops them before painting when a newer one arrives; the preview drops the
+    rest.
     """
     began = frames[0, 1] + WARM_SECONDS
     counted = frames[frames[:, 1] >= began]

@@ -2,8 +2,8 @@
 
     python -m makeup_video.benchmark.live_viewer WS_URL ORIGIN OUT.npy
 
-Prints "ready" once it watches. Acknowledges each picture as a browser does; ends when the server says
-goodbye.
+Prints "ready" once it watches. Acknowledges each picture as a browser does; ends when the server
+says goodbye.
 """
 
 import asyncio
@@ -20,7 +20,7 @@ _PTS_BYTES = 8
 
 
 def watch(url: str, origin: str, target: Path) -> None:
-    """Write (N, 2) float64: the pts of each picture in microseconds, and its arrival in monotonic seconds.
+    """Write (N, 2) float64: each picture's pts in microseconds, and its arrival, monotonic seconds.
 
     The last row is 0 and the CPU seconds of this process.
     """

@@ -1,7 +1,8 @@
 """The cost of painting by itself, for `makeup-video bench`.
 
-One face fills half the height of the frame; lips and eyes are painted with everything that a look has.
-Faces are found beforehand, so that only the scene (surfaces and light) and the composite are timed.
+One face fills half the height of the frame; lips and eyes are painted with everything that a look
+has. Faces are found beforehand, so that only the scene (surfaces and light) and the composite are
+timed.
 """
 
 import time
@@ -50,7 +51,7 @@ def paint_costs(clip: Path, rounds: int) -> dict[str, Any]:
 
 
 def larger_frame_ratio(clip: Path, folder: Path, rounds: int) -> float:
-    """The cost of the same faces in a frame LARGER times as wide and high, by their cost in the clip."""
+    """The cost of the same faces in a frame LARGER times as wide and high, by that in the clip."""
     faces = find_in(clip)
     larger, moved = paste_into_larger(clip, folder / "larger.mkv", faces)
     pairs = [(paint_clip(clip, faces), paint_clip(larger, moved)) for _ in range(rounds)]
@@ -61,7 +62,7 @@ def larger_frame_ratio(clip: Path, folder: Path, rounds: int) -> float:
 def paste_into_larger(
     clip: Path, target: Path, faces: list[tuple[Face, ...]]
 ) -> tuple[Path, list[tuple[Face, ...]]]:
-    """Paste each frame into the middle of one LARGER times as wide and high; the film, and its faces."""
+    """Paste each frame into one LARGER times as wide and high; returns the film and its faces."""
     margins: tuple[int, int] = (0, 0)  # px above and on the left
 
     def paste(picture: av.VideoFrame) -> av.VideoFrame:
@@ -116,8 +117,8 @@ def paint_clip(clip: Path, faces: list[tuple[Face, ...]]) -> dict[str, float]:
 def kernel_alone(clip: Path, faces: list[tuple[Face, ...]], look: Look) -> dict[str, float]:
     """The kernels' share of a composite, medians of frames.
 
-    kernel_ms: CPU time of all threads, launches included.  launches: of kernels.  work_items: of all
-    launches.  painted_px: pixels whose luma changed.
+    kernel_ms: CPU time of all threads, launches included.  launches: of kernels.  work_items: of
+    all launches.  painted_px: pixels whose luma changed.
     """
     build, composite = BuildScene(), Composite(look)
     frames: list[tuple[float, int, int, int]] = []

@@ -12,8 +12,8 @@ from makeup_video.benchmark.harness import BARE_THREADS, Bench, beside, in_turn,
 from makeup_video.benchmark.runs import SETTINGS, Run, run_bare, run_command, run_product
 from makeup_video.pipeline import UsageError
 
-# threads of (decoder, encoder, stages), 0 = FFmpeg's own choice; the product itself chooses the first on
-# two cores
+# threads of (decoder, encoder, stages), 0 = FFmpeg's own choice; the product itself chooses the
+# first on two cores
 SHARED = ((1, 0, 1), (1, 0, 2), (1, 0, 4), (1, 1, 1), (1, 2, 1), (2, 0, 1), (0, 0, 4))
 _POCL_THREADS = (1, 2)
 FACES, _GRID = (1, 2, 4, 8), (4, 2)
@@ -101,7 +101,8 @@ def _codecs(decoder: int, encoder: int) -> str:
 def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:
     """The real command on a film of this length: its speed, and its memory over time.
 
-    memory: [[seconds, MB], ...].  growth: memory in the last tenth of the run by that in the third tenth.
+    memory: [[seconds, MB], ...].  growth: memory in the last tenth of the run by that in the third
+    tenth.
     """
     clip = bench.clip(height_px, loops=True)
     times = max(1, round(minutes * 60 * RATE / clip.frames))

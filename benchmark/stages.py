@@ -1,4 +1,4 @@
-"""The time of each stage per frame, as in Table 3 of the paper, and which stage is the bottleneck."""
+"""The time of each stage per frame, as in Table 3 of the paper, and the bottleneck."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -66,10 +66,11 @@ def bottleneck(
 ) -> str:
     """The stage that the others wait for.
 
-    That is the source where all channels are nearly empty, otherwise the stage that the fullest channel
-    leads to; of stages that share a thread, the one with the longest mean_ms.
+    That is the source where all channels are nearly empty, otherwise the stage that the fullest
+    channel leads to; of stages that share a thread, the one with the longest mean_ms.
 
-    stages: from decoder to encoder, with mean_ms.  channels: "-> NAME" leads to the first stage of a thread.
+    stages: from decoder to encoder, with mean_ms.  channels: "-> NAME" leads to the first stage of
+    a thread.
     """
     share = {name: channel["mean_fill"] / channel["capacity"] for name, channel in channels.items()}
     fullest = max(share, key=lambda name: share[name], default="")

@@ -18,8 +18,8 @@ _SHORT = "painted.mkv"  # the first _PAINTED_FRAMES of the film
 class Extras:
     """What is measured beside the film itself.
 
-    renderer: painting by itself, and the floor.  faces: the cost by number of faces.  threads: other
-    numbers of threads.  minutes: length of a long film, 0 for none.
+    renderer: painting by itself, and the floor.  faces: the cost by number of faces.  threads:
+    other numbers of threads.  minutes: length of a long film, 0 for none.
     """
 
     renderer: bool = True
@@ -122,7 +122,7 @@ def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, 
 
 
 def _painting(bench: "Bench", film: Path, name: str, measured_ms: float) -> dict[str, Any]:
-    """The renderer by itself with a look that has everything; the floor of the look that is painted."""
+    """The renderer by itself with a look that has everything; the floor of the painted look."""
     from makeup_video.benchmark.films import first_frames
     from makeup_video.benchmark.floor import floor_of
     from makeup_video.benchmark.renderer import find_in, kernel_alone, paint_costs

@@ -13,7 +13,7 @@ _ALIKE = 0.7  # of difflib: an unknown first word this close to a command's name
 
 
 class DefaultGroup(Group):
-    """Runs the default command when the first word is neither a command nor an option of the group."""
+    """Runs the default command when the first word is neither a command nor an own option."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own = {name for param in self.params for name in (*param.opts, *param.secondary_opts)}

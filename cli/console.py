@@ -7,8 +7,8 @@ import sys
 
 _lines = 0
 _own_stderr: int | None = None
-# Characters that move the cursor, colour the terminal, begin a line or turn the reading direction; and
-# lone surrogates, which stand for bytes of file names that are not UTF-8.
+# Characters that move the cursor, colour the terminal, begin a line or turn the reading direction;
+# and lone surrogates, which stand for bytes of file names that are not UTF-8.
 _RAW = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
@@ -47,7 +47,7 @@ def _redirect_stderr_to_null() -> None:
 
 
 def child_stderr() -> int | None:
-    """The file descriptor for the stderr of our child processes; None: they inherit descriptor 2."""
+    """The file descriptor for the stderr of child processes; None: they inherit descriptor 2."""
     return _own_stderr
 
 
@@ -72,7 +72,8 @@ def log(text: str) -> None:
 def print_result(text: str) -> None:
     """Print on stdout, escaped where its encoding lacks a character.
 
-    A reader that closes the pipe early is no error. Raises OutputError when stdout cannot be written.
+    A reader that closes the pipe early is no error. Raises OutputError when stdout cannot be
+    written.
     """
     if sys.stdout is None:
         return

@@ -50,7 +50,7 @@ def estimate(
         str | None,
         typer.Option(
             metavar="CSV",
-            help="Name the nearest of these products (brand, product, shade, hex; category optional).",
+            help="Name the nearest products: brand, product, shade, hex, maybe category.",
             rich_help_panel=OUTPUT,
         ),
     ] = None,

@@ -44,7 +44,7 @@ class Group(TyperGroup):
     """The commands, of which the default one needs no name; the help shows its options, too."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write usage, the options of the default command, the other commands, examples, exit codes."""
+        """Write usage, options of the default command, other commands, examples, exit codes."""
         default = self.commands[DEFAULT]
         params = default.params
         formatter.write_usage(PROGRAM, _usage(params))
@@ -59,8 +59,8 @@ class Group(TyperGroup):
             formatter.write_dl(_EXIT_CODES)
         formatter.write_paragraph()
         formatter.write_text(
-            f"`{PROGRAM} COMMAND --help` lists the options of a command. A file that is named like a "
-            "command is given as ./NAME."
+            f"`{PROGRAM} COMMAND --help` lists the options of a command. A file that is named like "
+            "a command is given as ./NAME."
         )
 
 

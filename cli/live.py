@@ -100,7 +100,7 @@ def live(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Paint a look on what a camera sees: in the browser, a recording, a stream, a virtual camera."""
+    """Paint a look on a camera's picture, for the browser, a file, a stream, a virtual camera."""
     from makeup_video.cli.serve_page import serve_page
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.images.jpeg import PreviewJpeg

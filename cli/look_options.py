@@ -104,8 +104,8 @@ class LookOptions:
     def base_look(self, quiet: bool) -> "Look | None":
         """The look of --look or --ref, None when neither was given.
 
-        The look of a photo is logged in one line, unless quiet. Raises UsageError, LookError, InputError,
-        PhotoError.
+        The look of a photo is logged in one line, unless quiet. Raises UsageError, LookError,
+        InputError, PhotoError.
         """
         from makeup_video.pipeline import Look, UsageError
 

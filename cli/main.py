@@ -29,7 +29,7 @@ _whole: list[int] = []  # outputs that are whole
 
 
 def main() -> None:
-    """Run the command line; every error is one line and never a traceback, unless --debug is given."""
+    """Run the command line; every error is one line, without --debug never a traceback."""
     _whole.clear()
     try:
         if "--debug" not in sys.argv:
@@ -73,7 +73,7 @@ def _interrupt(*_: object) -> None:
 
 
 def _handle_stop_signals(handler: "Any") -> None:
-    """Set the handler of each signal that ends a run, unless it was ignored at the start (nohup)."""
+    """Set the handler of each signal that ends a run, but those ignored from the start (nohup)."""
     for name in _STOP:
         if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:
             signal.signal(getattr(signal, name), handler)
@@ -82,8 +82,8 @@ def _handle_stop_signals(handler: "Any") -> None:
 def _exit(code: int) -> "NoReturn":
     """End the process with this exit code, whatever its threads still do.
 
-    One more Ctrl-C must not change the exit code, and a thread that still reads a photo for a closed
-    page must not keep the process alive.
+    One more Ctrl-C must not change the exit code, and a thread that still reads a photo for a
+    closed page must not keep the process alive.
     """
     import contextlib
     import threading
@@ -94,8 +94,9 @@ def _exit(code: int) -> "NoReturn":
     for thread in threading.enumerate():
         if thread is not threading.current_thread():
             thread.join(max(0.0, deadline - time.monotonic()))
-    # Python's own exit would wait for a thread, or free memory that it uses. And after a Ctrl-C within
-    # `exec`, as while dataclasses are made, Python ends by the signal, whatever the exit code is.
+    # Python's own exit would wait for a thread, or free memory that it uses. And after a Ctrl-C
+    # within `exec`, as while dataclasses are made, Python ends by the signal, whatever the exit
+    # code is.
     if code == _STOPPED or threading.active_count() > 1:
         # what Python's own exit would have removed
         if cache := sys.modules.get("makeup_video.kernels.cache"):

@@ -1,4 +1,4 @@
-"""Options that several commands share, each defined once, and the groups in which the help shows them."""
+"""Options that several commands share, each defined once, and the groups of the help."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Usage errors of the command line in one line: what is wrong, what was meant, which help to read."""
+"""Usage errors in one line: what is wrong, what was meant, which help to read."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches

@@ -2,9 +2,9 @@
 
     python docs/make/make_performance.py --clip talk.mp4 --hour --peer peer/bin/python
 
-It takes most of an hour, two with --hour, on a machine that does nothing else. Parts can be measured one
-by one (--parts faces length). Their results are kept in --results, and the page is written from all of
-them; its text outside the markers stays. The script needs the extra `plot`.
+It takes most of an hour, two with --hour, on a machine that does nothing else. Parts can be
+measured one by one (--parts faces length). Their results are kept in --results, and the page is
+written from all of them; its text outside the markers stays. The script needs the extra `plot`.
 """
 
 import argparse

@@ -1,10 +1,10 @@
-"""Measures the savings and the errors of each quality level of a live run: the table of docs/live.md.
+"""Measures savings and errors of each quality level of a live run: the table of docs/live.md.
 
     python docs/make/measure_levels.py samples/in.mp4 talk.mp4
 
-All levels run in turn on every frame, in one thread, without a codec. The script prints a Markdown table:
-CPU time of the stages, and how far the smoothed lips and eyes, and the painted picture, are off those of
-level 0.
+All levels run in turn on every frame, in one thread, without a codec. The script prints a Markdown
+table: CPU time of the stages, and how far the smoothed lips and eyes, and the painted picture, are
+off those of level 0.
 """
 
 import argparse

@@ -1,18 +1,19 @@
 """Measures what a skilled user would write instead: MediaPipe's Face Mesh and OpenCV on BGR frames.
 
-The peer paints lips and eye-shadow in one loop and encodes as `makeup-video bench` does. It runs in turn
-with the bare codec loop and with our product, on the same film:
+The peer paints lips and eye-shadow in one loop and encodes as `makeup-video bench` does. It runs in
+turn with the bare codec loop and with our product, on the same film:
 
     python3.11 -m venv peer && peer/bin/pip install mediapipe==0.10.21 av
     peer/bin/python docs/make/peer_mediapipe.py --product .venv/bin/makeup-video [CLIP]
 
-MediaPipe 0.10.21 is the last version with these models inside. It needs Python 3.12 or older, and other
-versions of numpy and OpenCV than makeup-video: hence the environment of its own. Its models are loaded
-before the clock starts, ours after it.
+MediaPipe 0.10.21 is the last version with these models inside. It needs Python 3.12 or older, and
+other versions of numpy and OpenCV than makeup-video: hence the environment of its own. Its models
+are loaded before the clock starts, ours after it.
 
-There are two loops, neither slow on purpose: FaceMesh follows one face, its detector runs only when the
-face is lost, and all but the weights is uint8 and OpenCV's own code. "whole frames" blends as tutorials do;
-"face boxes" blends only around lips and lids. The colour goes into a and b of Lab, so light and dark stay.
+There are two loops, neither slow on purpose: FaceMesh follows one face, its detector runs only when
+the face is lost, and all but the weights is uint8 and OpenCV's own code. "whole frames" blends as
+tutorials do; "face boxes" blends only around lips and lids. The colour goes into a and b of Lab, so
+light and dark stay.
 """
 
 import argparse
@@ -146,7 +147,7 @@ def peer(film: Path, target: Path, threads: tuple[int, int], whole: bool) -> dic
 
 
 def compare(options: argparse.Namespace, film: Path, folder: Path) -> dict[str, dict[str, float]]:
-    """Medians of all, run in turn; every round begins with another. The loops have their best threads."""
+    """Medians of all, run in turn, every round beginning with another; loops with best threads."""
     target = folder / "out.mp4"
     loop(film, target, THREADS[0])  # warms the file cache, not counted
     best = max(THREADS, key=lambda threads: loop(film, target, threads)["fps"])

@@ -14,7 +14,8 @@ FOLDER = DOCS / "pictures"
 PICTURES = tuple(f"performance_{name}.png" for name in ("resolution", "faces", "length"))
 
 _BARE, _OURS, _MORE = "#9aa5b1", "#b4002e", "#5b8db8"
-# The targets: label, how the value is read from the results of a size, at least or at most, limits by size.
+# The targets: label, how the value is read from the results of a size, at least or at most, limits
+# by size.
 _Read = Callable[[Mapping[str, Any]], float]
 TARGETS: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
     (
@@ -42,7 +43,8 @@ TARGETS: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
 def write_page(measured: Mapping[str, Any], page: Path, folder: Path) -> None:
     """Write each measured part between its markers in the page, and its plot into the folder.
 
-    The rest of the page stays as it is. Raises ValueError when the page lacks the markers of a part.
+    The rest of the page stays as it is. Raises ValueError when the page lacks the markers of a
+    part.
     """
     text = page.read_text(encoding="utf-8")
     for part, values in measured.items():

@@ -39,9 +39,9 @@ def run_stages(
 ) -> Report:
     """Read src, run every frame through the stages, write dst.
 
-    stages(source), or stages(None) for a picture, is called before the output is begun. Together the
-    stages turn a Frame into a Frame; for a picture none of them may look ahead.
-    on_progress: see process_video.  Raises one of `errors`; dst then does not exist, or is what it was.
+    stages(source), or stages(None) for a picture, is called before the output is begun. Together
+    the stages turn a Frame into a Frame; for a picture none of them may look ahead.
+    on_progress: see process_video.  Raises one of `errors`; dst is then missing, or what it was.
     """
     began, cpu_began = time.monotonic(), time.process_time()
     path, settings = local_file(src), settings or Settings()
@@ -85,7 +85,7 @@ def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
 
 
 def _side_by_side(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
-    """Show a frame before and after the last stage, the one that paints; without stages, twice the same."""
+    """Show a frame before and after the last stage, which paints; without stages, twice."""
     *others, (name, last) = stages or [("compare", lambda frame: frame)]
     return [*others, (name, SideBySide(last))]
 
@@ -147,8 +147,8 @@ def _run(
 def decoder_threads() -> int:
     """Half as many threads as there are cores.
 
-    FFmpeg's own choice is one a core and one more, each with pictures in memory; but a film waits for the
-    encoder, not for the decoder.
+    FFmpeg's own choice is one a core and one more, each with pictures in memory; but a film waits
+    for the encoder, not for the decoder.
     """
     return max(1, cores() // 2)
 

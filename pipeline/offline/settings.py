@@ -37,10 +37,10 @@ class Settings:
     faces: whom to paint: "all", "largest", or the number of a face, as `inspect` shows it.
     compare: show before and after side by side.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
-    decoder_threads, encoder_threads: 0: FFmpeg chooses; None: half as many as there are cores for the
-    decoder, FFmpeg's choice for the encoder.
+    decoder_threads, encoder_threads: 0: FFmpeg chooses; None: half as many as there are cores for
+    the decoder, FFmpeg's choice for the encoder.
     stage_threads: threads that share the stages between decoder and encoder; None: as in Runner.
-    observe: called with the time that each stage took for each item, from the threads of the stages.
+    observe: called with the time that each stage took for each item, by the threads of the stages.
     on_whole: called, by any thread, when the output is whole and about to get its name.
 
     Raises UsageError.
@@ -78,8 +78,8 @@ class Settings:
         start, end = self.start_seconds or Fraction(0), self.end_seconds
         if start < 0 or (end is not None and end <= start):
             raise UsageError(
-                f"{option('start_seconds')} must be at least 0 and {option('end_seconds')} later than "
-                f"it, got {float(start):g} s to "
+                f"{option('start_seconds')} must be at least 0 and {option('end_seconds')} later "
+                f"than it, got {float(start):g} s to "
                 f"{'the end' if end is None else f'{float(end):g} s'}"
             )
 

@@ -1,4 +1,4 @@
-"""The benchmark asks the product by settings and observers: nothing that is shipped patches anything."""
+"""The benchmark uses settings and observers: no file of the wheel patches anything."""
 
 import ast
 from pathlib import Path

@@ -15,7 +15,7 @@ def observed(*films):
     return stage_log
 
 
-def test_a_hundred_frames_are_skipped_and_five_hundred_counted():
+def test_100_frames_are_skipped_and_500_counted():
     items = [("faces", 1000)] * 100 + [("faces", ms) for ms in range(500)] + [("faces", 10**6)]
     row = observed(items, items).table(600)["faces"]
     assert row["mean_ms"] == row["p50_ms"] == pytest.approx(249.5)

@@ -191,7 +191,7 @@ def test_parts_that_the_photo_leaves_bare_need_a_colour(folder, reads):
     assert "--parts names the eyes, which the look leaves bare: add --color" in done.output
 
 
-def test_a_photo_without_makeup_is_refused_unless_there_is_a_colour(folder, reads):
+def test_a_photo_without_makeup_is_refused_without_a_colour(folder, reads):
     reads(Look())
     done = run(PHOTO, "--ref", PHOTO, "-o", "out.png")
     assert done.exit_code == 3 and len(done.output.splitlines()) == 1

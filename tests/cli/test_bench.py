@@ -1,4 +1,4 @@
-"""`makeup-video bench` as a command: what it takes, what it prints, what it refuses. Nothing is timed."""
+"""`makeup-video bench` as a command: its options, output and errors. Nothing is timed."""
 
 import json
 import sys
@@ -62,7 +62,8 @@ def test_people_get_every_number_as_tables(results):
     more = {
         "faces": {"height_px": 720, "further_face_cpu_ms": 2.5,
                   "counts": {"1": {"fps": 99.0, "ratio": 0.5, "not_codec_cpu_ms": 4.0}}},
-        "threads": {"size": "720p", "best": "x", "settings": {"x": {"fps": 9.0, "cpu_ms_per_frame": 8.0}}},
+        "threads": {"size": "720p", "best": "x",
+                    "settings": {"x": {"fps": 9.0, "cpu_ms_per_frame": 8.0}}},
         "length": {"size": "360p", "minutes": 60.0, "fps": 150.0, "peak_memory_mb": 250.0,
                    "growth": 1.001, "memory": []},
     }  # fmt: skip

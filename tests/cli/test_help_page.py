@@ -1,4 +1,4 @@
-"""Help pages: options in groups, examples, nothing cut, and the option of every parameter just once."""
+"""Help pages: every option in one group, examples that parse, no text cut."""
 
 import io
 import os

@@ -183,7 +183,7 @@ def test_the_report_never_takes_the_place_of_another_file(folder, name):
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_an_old_report_is_overwritten_with_yes_only_and_kept_when_the_run_fails(folder):
+def test_an_old_report_is_overwritten_only_with_yes(folder):
     words = ["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json"]
     (folder / "r.json").write_text("old")
     assert run(*words).exit_code == 2
@@ -228,10 +228,11 @@ def test_a_second_ctrl_c_does_not_cost_the_part_file(folder, long_clip):
     assert len(decoded(part)) > 0
 
 
-def test_what_a_thread_still_does_keeps_neither_the_process_nor_its_exit_code():
+def test_a_busy_thread_keeps_neither_process_nor_exit_code():
     """Such as a photo that a page sent, and that takes its time to be read."""
     code = (
-        "import time; from makeup_video.cli import main; from makeup_video.web.worker import Worker\n"
+        "import time; from makeup_video.cli import main\n"
+        "from makeup_video.web.worker import Worker\n"
         "worker = Worker(); worker.submit(lambda: time.sleep(600)); worker.stop(); main._exit(5)"
     )
     assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 5
@@ -317,7 +318,7 @@ def test_the_report_is_json_with_every_promised_figure(folder):
     assert report["painted_frames"] is None and report["frames_with_face"] is None
 
 
-def test_damaged_input_is_done_as_far_as_possible_and_exits_with_5(folder):
+def test_damaged_input_is_done_as_far_as_possible(folder):
     damage(make_clip(folder / "long.mp4", frames=60, size_wh=(320, 240)))
     for quiet in ([], ["-q"]):
         result = run("long.mp4", "--look", "none", "-o", "out.mp4", "-y", *quiet)
@@ -338,7 +339,7 @@ def test_trimming_reads_seconds_and_clock_times(folder):
 
 @pytest.mark.parametrize("name", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
-def test_ctrl_c_leaves_a_playable_part_file_within_two_seconds(folder, long_clip, name, end):
+def test_ctrl_c_leaves_a_playable_part_within_two_seconds(folder, long_clip, name, end):
     slow = [] if end == ".webm" else ["--preset", "slow"]
     process = command(long_clip, "--look", "none", "-o", f"out{end}", *slow)
     part = folder / f"out.part{end}"
@@ -404,7 +405,8 @@ def test_a_read_only_folder_is_refused_even_for_root(folder):
 def test_on_a_terminal_a_bar_shows_frames_speed_and_time_left(folder, long_clip):
     leader, follower = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "makeup_video.cli", str(long_clip), "--look", "none", "-o", "out.mp4"],
+        [sys.executable, "-m", "makeup_video.cli", str(long_clip), "--look", "none",
+         "-o", "out.mp4"],
         stderr=follower, stdout=follower, stdin=follower,
         env={**os.environ, "TERM": "xterm-256color", "COLUMNS": "100"},
     )  # fmt: skip
@@ -454,7 +456,7 @@ def test_nothing_heavy_is_imported_before_it_is_needed():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_ctrl_c_that_comes_out_as_another_error_is_still_a_stop(monkeypatch, capsys):
+def test_ctrl_c_raised_as_another_error_is_still_a_stop(monkeypatch, capsys):
     """As when it comes while a C module is being loaded."""
     ended = []
 

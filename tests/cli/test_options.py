@@ -1,4 +1,4 @@
-"""Options that several commands share: each is defined once, and a command gets them as one value."""
+"""Options that several commands share: defined once, and passed as one value."""
 
 import ast
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ def test_apply_and_live_share_every_option_of_the_look():
         assert [getattr(one, key) for key in shared] == [getattr(other, key) for key in shared]
 
 
-def test_no_two_files_define_the_same_option_with_the_same_text():
+def test_no_two_options_are_defined_with_the_same_text():
     texts = []
     for path in CLI.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -29,7 +29,7 @@ def folder(tmp_path, monkeypatch):
     [
         (["inspct"], "did you mean inspect?", "makeup-video --help"),
         (["Lvie", "--ref", "a.jpg"], "did you mean live?", "makeup-video --help"),
-        (["in.mp4", "--colr", "B02"], "no option --colr: did you mean --color?", "makeup-video --help"),
+        (["in.mp4", "--colr", "B02"], "--colr: did you mean --color?", "makeup-video --help"),
         (["estimate", "a.jpg", "--jsn"], "did you mean --json?", "makeup-video estimate --help"),
         (["in.mp4", "--helpp"], "did you mean --help?", "makeup-video --help"),
         (["in.mp4", "--qqqq"], "has no option --qqqq.", "makeup-video --help"),
