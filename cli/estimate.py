@@ -61,7 +61,7 @@ def estimate(
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.pipeline import look_from_photo
     from makeup_video.pipeline.look.catalogue import read_catalogue
-    from makeup_video.pipeline.look.finishes import REGIONS
+    from makeup_video.pipeline.look.regions import REGIONS
     from makeup_video.pipeline.media.sidecar import LookFile
 
     with report_errors("estimate", output, debug):

@@ -4,7 +4,7 @@ Linear light is display light in the frame's own primaries; 1 is diffuse white. 
 beyond 0..1 the curves go on, odd about 0, so that colours outside the gamut come back as the
 codes they were. Code points are those of ITU-T H.273 (07/2021).
 
-SDR light is what the sRGB curve makes of R'G'B', whatever the transfer tag says (docs/decisions.md
+SDR light is what the sRGB curve makes of R'G'B', whatever the transfer tag says (docs/decisions/colour.md
 has the reason). HDR light is counted in units of HDR reference white, 203 cd/m2, which is 58 % PQ
 and 75 % HLG (ITU-R BT.2408-8, table 1); HLG is seen on its 1000 cd/m2 display.
 """

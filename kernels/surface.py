@@ -64,8 +64,8 @@ class LightPlanes:
 class FaceSurfaces:
     """Of one face; float32. What had no place holds nothing of use.
 
-    odds, rim: (80, 112), see LipRegion.  lips: (4, 40, 56), shading, x and y of the normals, upper.
-    lids: (2, 5, 28, 40), of each up and lash_px (see EyeRegion), shading, x and y of the normals.
+    odds, rim: (80, 112), see LipsSurface.  lips: (4, 40, 56), shading, x and y of the normals, upper.
+    lids: (2, 5, 28, 40), of each up and lash_px (see LidSurface), shading, x and y of the normals.
     means: of the light on the lips and on both lids.
     """
 

@@ -2,7 +2,9 @@
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from makeup_video.pipeline.errors import (
@@ -14,6 +16,7 @@ from makeup_video.pipeline.errors import (
 )
 from makeup_video.pipeline.look.finishes import look_in_words
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.same_origin import SameOrigin
@@ -162,7 +165,9 @@ def _file(name: str) -> Response:
 
 
 def _with_dials(read: Look, now: Look) -> Look:
-    return Look(read.lips, read.eyes, now.strength, now.zone, now.intensity)
+    """The products of one look, with the strength and the regions' dials of another."""
+    products: dict[str, Any] = {name: getattr(read, name) for name in REGIONS}
+    return replace(now, **products)
 
 
 def _png(rgb8: np.ndarray | None) -> bytes | None:

@@ -6,7 +6,7 @@ page -> server
     compare  {on}
     shown    {pts_us}          this picture is on the screen
 server -> page
-    hello    {mode, session, look, photo, finishes, parameters, zones, photo_bytes_limit}
+    hello    {mode, session, look, photo, finishes, parameters, regions, photo_bytes_limit}
                                photo: {name, look, told}, the last that was read and its look in words,
                                or null
     look     {look, photo, seen}   photo: where the look has just been read, or null. seen: the newest n that had arrived from this page, or null: a
@@ -23,8 +23,10 @@ from typing import Any
 
 from makeup_video.pipeline.errors import LookError, UsageError
 from makeup_video.pipeline.look.finishes import FINISHES, look_in_words
-from makeup_video.pipeline.look.look import ZONES, Look, whole_number
+from makeup_video.pipeline.look.look import Look, whole_number
 from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.regions.info import RegionInfo
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
@@ -99,10 +101,32 @@ def hello(mode: str, session: Session) -> str:
             "photo": None if photo is None else _photo(photo),
             "finishes": FINISHES,
             "parameters": parameters(),
-            "zones": ZONES,
+            "regions": [_region(info) for info in REGIONS.values()],
             "photo_bytes_limit": PHOTO_BYTES,
         }
     )
+
+
+def _region(info: RegionInfo) -> dict[str, Any]:
+    """What the page makes a region's controls from."""
+    red, green, blue = info.first_rgb
+    return {
+        "name": info.name,
+        "title": info.title,
+        "product": info.product,
+        "first": {"red": red, "green": green, "blue": blue},
+        "dials": [
+            {
+                "name": dial.name,
+                "title": dial.title,
+                "help": dial.meaning,
+                "choices": dial.choices,
+                "low": dial.low,
+                "high": dial.high,
+            }
+            for dial in info.dials
+        ],
+    }
 
 
 def look_message(look: Look, photo: PhotoLook | None, seen: int | None) -> str:

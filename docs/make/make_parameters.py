@@ -7,7 +7,9 @@ from typing import Any
 import contact_sheet as sheet
 import numpy as np
 from makeup_video.pipeline import FINISHES, GraphicsParams, Look, product
-from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.look.regions.info import RegionInfo
 
 PAGE = sheet.DOCS / "parameters.md"
 STEPS = 5
@@ -134,6 +136,11 @@ def _parameter_row(spec: Any) -> list[str]:
     return [f"`{spec.name}`", reach, default, spec.metadata["meaning"]]
 
 
+def _finishes_of(info: RegionInfo) -> str:
+    remark = f" ({info.remark})" if info.remark else ""
+    return f"{info.title}{remark}:\n\n{_finish_table(info.name)}\n"
+
+
 def _finish_table(region: str) -> str:
     settings = [
         spec.name for spec in fields(GraphicsParams) if spec.name in FINISHES["matte"][region]
@@ -188,14 +195,7 @@ Three dials belong to the whole look, not to a product:
 
 {_table(["finish", "what it is"], [[f"`{name}`", _FINISHES[name]] for name in FINISHES])}
 
-Lips:
-
-{_finish_table("lips")}
-
-Eyes (a powder: softer borders, broader highlights):
-
-{_finish_table("eyes")}
-
+{chr(10).join(_finishes_of(info) for info in REGIONS.values())}
 How they look on faces and in different light: [sheets.md](sheets.md).
 
 ## What each one does

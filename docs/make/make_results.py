@@ -15,7 +15,7 @@ import contact_sheet as sheet
 import numpy as np
 import results_page as page
 import results_pictures as pictures
-from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.training.reference.draw_products import SPLITS
 from makeup_video.training.reference.evaluate import COUNT, Measured, calm, held_out, measure
 from makeup_video.training.reference.people import People

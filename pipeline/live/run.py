@@ -89,7 +89,7 @@ class LiveRun:
         self._camera = camera
         self._find = FindFaces()
         self._smooth = SmoothLive()
-        self._scene = BuildScene(device, waits_for_nobody=True)  # photos are read meanwhile
+        self._scene = BuildScene(device, exclusive=True)  # photos are read meanwhile
         self._composite = Composite(look, device, faces)
         self._runner = LiveRunner(
             camera, self._paint, sinks, say, partial(warm_up, self._scene, self._composite)

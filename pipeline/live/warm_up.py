@@ -5,6 +5,7 @@ compiled before, and 45, 20, 8, 10 and 10 ms where it had.
 """
 
 from fractions import Fraction
+from typing import Any
 
 import av
 from makeup_video.pipeline.faces.face import FrameFaces
@@ -18,6 +19,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import FramePicture
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 
@@ -39,7 +41,10 @@ def warm_up(build: BuildScene, paint: Composite) -> None:
     close = nets.look_closer(picture, view)
     seen = FaceLandmarks(xy, _IOD_PX * mean[:, 2], (1, 1), where, close.lips, view, close.middles)
     faces = (to_face(seen, picture, 0),)
-    look = Look(product((180, 0, 46), "shimmer"), product((60, 80, 150), "shimmer", "eyes"))
+    products: dict[str, Any] = {
+        name: product(info.first_rgb, "shimmer", name) for name, info in REGIONS.items()
+    }
+    look = Look(**products)
     paint.rehearse(build(FrameFaces(frame, faces)), look)
 
 

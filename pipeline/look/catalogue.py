@@ -14,19 +14,16 @@ import numpy as np
 from makeup_video.pipeline.errors import CatalogueError
 from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
-from makeup_video.pipeline.look.finishes import REGIONS
 from makeup_video.pipeline.look.params import rgb_of_hex
+from makeup_video.pipeline.look.regions import REGIONS
 
 COLUMNS = ("brand", "product", "shade", "hex")
 KIND_COLUMNS = ("category", "product_type", "type")  # what shops call it; each may be left out
 _MOST_BYTES = 200_000_000
 _MOST_LINES = 3_000_000  # of 60 bytes each, as catalogues have them
-# Which region a kind of product is for, as in lip_gloss, Lippenstift, eyeliner; and kinds for neither.
-_OF_REGION = {
-    "lips": re.compile(r"(?<![a-z])lip"),
-    "eyes": re.compile(r"(?<![a-z])eye(?![ _-]?(brow|lash))"),
-}
-_OF_NEITHER = re.compile(
+# Which region a kind of product is for, as in lip_gloss, Lippenstift, eyeliner; and kinds for none.
+_OF_REGION = {name: re.compile(info.category) for name, info in REGIONS.items()}
+_OF_NONE = re.compile(
     r"(?<![a-z])(eye[ _-]?)?(brow|lash|mascara|nail|face|foundation|concealer|blush|bronzer|cheek)"
 )
 _BLOCK = 1 << 15  # rows at a time: CIEDE2000 holds some thirty arrays of them
@@ -43,7 +40,7 @@ class Shade:
     product: str
     shade: str
     rgb: tuple[int, int, int]
-    regions: tuple[str, ...] = REGIONS
+    regions: tuple[str, ...] = tuple(REGIONS)
 
 
 class Catalogue:
@@ -83,8 +80,8 @@ class Catalogue:
     ) -> list[tuple[float, Shade]]:
         """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best first.
 
-        region: leave out what is known to be for something else.
-        Of several that are equally near, those that come first in the catalogue.
+        region: shades that are known to be for other regions are left out. Equally near shades come
+        in the order of the catalogue.
         """
         fit = np.ones(len(self), bool) if region is None else self._fits[region]
         count = min(count, int(fit.sum()))
@@ -93,7 +90,7 @@ class Catalogue:
         wanted = lab_of(np.array(rgb, np.float64))
         off = np.concatenate([ciede2000(block, wanted) for block in self._lab])
         off[~fit] = np.inf
-        # all that are as near as the last one told: argpartition alone would choose among equals
+        # all that are as near as the last one: argpartition alone would choose among equals
         near = np.flatnonzero(off <= off[np.argpartition(off, count - 1)[count - 1]])
         near = near[np.argsort(off[near], kind="stable")][:count]
         return [(float(off[index]), self.at(index)) for index in near.tolist()]
@@ -169,9 +166,9 @@ def _shade(cells: list[str], regions: tuple[str, ...], where: str) -> Shade:
 
 @lru_cache(maxsize=1000)
 def _regions_of(kind: str) -> tuple[str, ...]:
-    """For which regions a kind of product is, in lower case; all when that tells of none."""
+    """The regions that a kind of product, in lower case, is for; all when its words name none."""
     named = tuple(name for name in REGIONS if _OF_REGION[name].search(kind))
-    return named or (() if _OF_NEITHER.search(kind) else REGIONS)
+    return named or (() if _OF_NONE.search(kind) else tuple(REGIONS))
 
 
 def _blocks(rows: np.ndarray) -> Iterator[np.ndarray]:

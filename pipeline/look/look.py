@@ -11,26 +11,54 @@ In a region, renderer settings may follow the seven parameters of the product; e
 """
 
 import json
-from dataclasses import asdict, dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 from makeup_video.pipeline.errors import LookError
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.look.params import GraphicsParams, check_number, refuse_unknown, shown
+from makeup_video.pipeline.look.regions import REGIONS
 
-ZONES = ("lid", "crease", "full", "outer")
+T = TypeVar("T")
 _MOST_BYTES = 1_000_000  # a look has 1 kB
 _MOST_DIGITS = 400  # no number in range has more, and Python reads no more than 4300
 
 
 @dataclass(frozen=True, slots=True)
+class Layer:
+    """One product on one region.
+
+    region: a key of REGIONS.  amount: how much of the product, 0 to 1.  shape: the region's dials by name.
+    """
+
+    region: str
+    product: GraphicsParams
+    amount: float
+    shape: Mapping[str, Any]
+
+
+def _with_regions(cls: type[T]) -> type[T]:
+    """Adds a field for each region and dial of the registry that the class does not declare itself."""
+    for info in REGIONS.values():
+        for name, default in ((info.name, None), *((d.name, d.default) for d in info.dials)):
+            if name not in cls.__annotations__:
+                cls.__annotations__[name] = Any
+                setattr(cls, name, default)
+    return cls
+
+
+@dataclass(frozen=True, slots=True)
+@_with_regions
 class Look:
-    """Makeup for the lips and for the eyes (None: bare), and the user's own three dials.
+    """Makeup: a product for each region (None: bare), the regions' dials, and the strength of all.
 
     strength scales all of it, 0..1. zone says where eye-shadow goes; intensity, 0..1, how much.
     """
 
+    # declared for type checkers; regions that come later need no line here
     lips: GraphicsParams | None = None
     eyes: GraphicsParams | None = None
     strength: float = 1.0
@@ -41,38 +69,50 @@ class Look:
 
     def __post_init__(self) -> None:
         check_number("strength", self.strength, 0, 1)
-        check_number("intensity", self.intensity, 0, 1)
-        if self.zone not in ZONES:
-            raise LookError(f"zone must be one of {', '.join(ZONES)}, got {shown(self.zone)}")
+        for info in REGIONS.values():
+            for dial in info.dials:
+                dial.check(getattr(self, dial.name))
+
+    @property
+    def products(self) -> dict[str, GraphicsParams]:
+        """What is worn, by region, in the order in which it is painted; bare regions are left out."""
+        worn = {name: getattr(self, name) for name in REGIONS}
+        return {name: params for name, params in worn.items() if params is not None}
+
+    @property
+    def layers(self) -> list[Layer]:
+        """What is painted, in order; nothing of which the amount is 0."""
+        layers = []
+        for name, params in self.products.items():
+            dials = REGIONS[name].dials
+            factors = [self.strength, *(getattr(self, d.name) for d in dials if d.scales)]
+            if all(factors):
+                shape = {dial.name: getattr(self, dial.name) for dial in dials}
+                layers.append(Layer(name, params, math.prod(factors), shape))
+        return layers
 
     @property
     def is_bare(self) -> bool:
         """True when nothing will be painted, so that every frame passes untouched."""
-        return self.strength == 0 or (
-            self.lips is None and (self.eyes is None or self.intensity == 0)
-        )
+        return not self.layers
 
     @classmethod
     def from_dict(cls, values: Any) -> Self:
         """Read the parsed JSON. Raises LookError, one line naming the key and its range."""
         if not isinstance(values, dict):
             raise LookError(f"a look must be a JSON object, got {shown(values)}")
-        known = ("version", "lips", "eyes", "strength", "zone", "intensity")
-        refuse_unknown("the look", values, known)
+        refuse_unknown("the look", values, ("version", *(spec.name for spec in fields(cls))))
         version = values.get("version")
         if type(version) is not int or version != cls.VERSION:
             raise LookError(f"version must be {cls.VERSION}, got {shown(version)}")
-        for region in ("lips", "eyes"):
-            if region not in values:
-                raise LookError(f"{region} is missing: give an object, or null for none")
-        regions: dict[str, Any] = {
-            name: None if values[name] is None else GraphicsParams.from_dict(values[name], name)
-            for name in ("lips", "eyes")
-        }
-        rest: dict[str, Any] = {
-            name: values[name] for name in ("strength", "zone", "intensity") if name in values
-        }
-        return cls(**regions, **rest)
+        for info in REGIONS.values():
+            if info.is_required and info.name not in values:
+                raise LookError(f"{info.name} is missing: give an object, or null for none")
+        settings = {name: value for name, value in values.items() if name != "version"}
+        for name in REGIONS:
+            if settings.get(name) is not None:
+                settings[name] = GraphicsParams.from_dict(settings[name], name)
+        return cls(**settings)
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object, all keys written out; `from_dict` gives the same look back."""

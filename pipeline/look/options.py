@@ -1,27 +1,28 @@
-"""Puts a look together from what a user chose: a look file, a colour, a finish, parts, dials."""
+"""A look from what a user chose: a look file or a photo, a colour, a finish, parts, dials."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, cast
 
-from makeup_video.pipeline.errors import LookError, UsageError
-from makeup_video.pipeline.look.finishes import FINISHES, REGIONS, product
+from makeup_video.pipeline.errors import LookError, UsageError, option
+from makeup_video.pipeline.look.finishes import FINISHES, product
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams, rgb_of_hex
+from makeup_video.pipeline.look.regions import REGIONS
 
 DEFAULT_FINISH = "satin"
+_COLOUR = option("color", "'#B4002E'")
 _NOTHING = (
-    "no look given: add --look FILE.json, --color '#B4002E', --ref PHOTO, or --look none to paint "
-    "nothing"
+    f"no look given: add {option('look', 'FILE.json')}, {_COLOUR}, {option('ref', 'PHOTO')}, or "
+    f"{option('look', 'none')} to paint nothing"
 )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """What was said on the command line; None: not said.
+    """The options of the command that make a look, as they were typed; None: not given.
 
-    base: the look of --look, empty for `none`, or the one read from --ref.  The others are the options of the same names, as
-    they were typed.
+    base: the look of --look, empty for `none`, or the one read from --ref.
     """
 
     base: Look | None = None
@@ -36,9 +37,9 @@ class Choice:
 def choose_look(choice: Choice) -> Look:
     """The look that a choice means.
 
-    Without --look or --ref, --color paints the lips, or the --parts. On top of a look, --color replaces the
-    colour, --finish all but the colour, of the --parts, which are else all parts that the look has;
-    parts left out of --parts become bare.  Raises UsageError or LookError, one line naming the
+    Without a base, the colour paints the parts, or the lips. On top of a base, the colour replaces
+    the base's colour, and the finish all but the colour, of the parts, or of all parts that the base
+    has. Parts that are not chosen become bare.  Raises UsageError or LookError, one line naming the
     option.
     """
     check_options(choice)
@@ -48,27 +49,30 @@ def choose_look(choice: Choice) -> Look:
         raise UsageError(_NOTHING if choice.finish is None else _colourless(choice.finish))
     base = choice.base or Look()
     if parts is None:
-        parts = tuple(name for name in REGIONS if getattr(base, name) is not None)
+        parts = tuple(base.products)
         if not parts and rgb is not None:
-            parts = ("lips",)
+            parts = tuple(REGIONS)[:1]
         if not parts and choice.finish is not None:
             raise UsageError(_colourless(choice.finish))
-    regions: dict[str, Any] = {
-        name: _region(name, getattr(base, name), rgb, choice.finish) if name in parts else None
+    products = {
+        name: _product(name, getattr(base, name), rgb, choice.finish) if name in parts else None
         for name in REGIONS
     }
-    return _with_dials(replace(base, **regions), choice)
+    look: Look = replace(base, **cast(dict[str, Any], products))
+    return _with_dials(look, choice)
 
 
 def check_options(choice: Choice) -> None:
-    """What can be told of the options before there is a base. Raises UsageError as choose_look does."""
+    """Check what needs no base. Raises UsageError as choose_look does."""
     if choice.color is not None:
         parse_color(choice.color)
     if choice.finish is not None and choice.finish not in FINISHES:
-        raise UsageError(f"--finish must be one of {', '.join(FINISHES)}, got {choice.finish!r}")
+        raise UsageError(
+            f"{option('finish')} must be one of {', '.join(FINISHES)}, got {choice.finish!r}"
+        )
     if choice.parts is not None:
         parse_parts(choice.parts)
-    _dialled(Look(), _dials(choice))
+    _set_dials(Look(), _dials(choice))
 
 
 def parse_color(text: str) -> tuple[int, int, int]:
@@ -76,27 +80,30 @@ def parse_color(text: str) -> tuple[int, int, int]:
     rgb = rgb_of_hex(text)
     if rgb is None:
         raise UsageError(
-            f"--color must be 3 or 6 hex digits such as '#B4002E' (quote the #), got {text!r}"
+            f"{option('color')} must be 3 or 6 hex digits such as '#B4002E' (quote the #), got "
+            f"{text!r}"
         )
     return rgb
 
 
 def parse_parts(text: str) -> tuple[str, ...]:
-    """The regions named in 'lips,eyes', each once. Raises UsageError."""
+    """The regions named in 'lips,eyes', each once, in the registry's order. Raises UsageError."""
     names = [name.strip() for name in text.split(",")]
     if any(name not in REGIONS for name in names):
-        raise UsageError(f"--parts must be {', '.join(REGIONS)} or lips,eyes, got {text!r}")
+        raise UsageError(
+            f"{option('parts')} must be {', '.join(REGIONS)} or {','.join(REGIONS)}, got {text!r}"
+        )
     return tuple(name for name in REGIONS if name in names)
 
 
-def _region(
+def _product(
     name: str, old: GraphicsParams | None, rgb: Sequence[float] | None, finish: str | None
 ) -> GraphicsParams:
-    """The region painted: what it was, with another colour or another finish."""
+    """What a chosen region wears: the old product in another colour or another finish, or a new one."""
     if old is None:
         if rgb is None:
             raise UsageError(
-                f"--parts names the {name}, which the look leaves bare: add --color '#B4002E', or "
+                f"{option('parts')} names the {name}, which the look leaves bare: add {_COLOUR}, or "
                 f"leave {name} out"
             )
         return product(rgb, finish or DEFAULT_FINISH, name)
@@ -108,33 +115,35 @@ def _region(
 
 def _with_dials(look: Look, choice: Choice) -> Look:
     dials = _dials(choice)
-    for name in ("zone", "intensity"):
-        if name in dials and look.eyes is None:
-            raise UsageError(
-                f"--{name} is for eye-shadow, and no eyes are painted: add --parts eyes or "
-                f"--parts lips,eyes, or leave --{name} out"
-            )
-    return _dialled(look, dials)
+    for region in REGIONS.values():
+        for dial in region.dials:
+            if dial.name in dials and region.name not in look.products:
+                flag = option(dial.name)
+                raise UsageError(
+                    f"{flag} is for {region.product.lower()}, and no {region.name} are painted: add "
+                    f"{option('parts', region.name)} or {option('parts', ','.join(REGIONS))}, or "
+                    f"leave {flag} out"
+                )
+    return _set_dials(look, dials)
 
 
 def _dials(choice: Choice) -> dict[str, Any]:
-    return {
-        spec.name: value
-        for spec in fields(Choice)
-        if spec.name in ("zone", "intensity", "strength")
-        and (value := getattr(choice, spec.name)) is not None
-    }
+    names = ["strength", *(dial.name for region in REGIONS.values() for dial in region.dials)]
+    values = {name: getattr(choice, name, None) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
 
 
-def _dialled(look: Look, dials: dict[str, Any]) -> Look:
-    try:
-        return replace(look, **dials)
-    except LookError as error:
-        raise UsageError(f"--{error}") from None
+def _set_dials(look: Look, dials: dict[str, Any]) -> Look:
+    for name, value in dials.items():
+        try:
+            look = replace(look, **{name: value})
+        except LookError as error:  # its message begins with the name
+            raise UsageError(option(name) + str(error).removeprefix(name)) from None
+    return look
 
 
 def _colourless(finish: str) -> str:
     return (
-        f"--finish {finish} needs a colour: add --color '#B4002E', --ref PHOTO, or --look FILE.json "
-        "that has one"
+        f"{option('finish', finish)} needs a colour: add {_COLOUR}, {option('ref', 'PHOTO')}, or "
+        f"{option('look', 'FILE.json')} that has one"
     )

@@ -11,7 +11,7 @@ from makeup_video.pipeline.errors import LookError
 
 
 def rgb_of_hex(text: str) -> tuple[int, int, int] | None:
-    """The same; None when it is no colour."""
+    """Red, green, blue, 0..255, from '#B4002E', 'B4002E' or '#B02'; None for what is no colour."""
     if not re.fullmatch(r"#?([0-9a-fA-F]{3}|[0-9a-fA-F]{6})", text):
         return None
     digits = text.removeprefix("#")
@@ -143,10 +143,7 @@ def shown(value: Any, spell: Callable[[Any], str] = _as_json) -> str:
     """A value in one short line, as JSON writes it or as `spell` does."""
     try:
         text = spell(value)
-    except (
-        ValueError,
-        TypeError,
-        RecursionError,
-    ):  # too many digits, keys that are no text, a circle
+    except (ValueError, TypeError, RecursionError):
+        # too many digits, keys that are not text, or an object that contains itself
         text = f"something of type {type(value).__name__} that cannot be shown"
     return text if len(text) <= 60 else text[:57] + "..."

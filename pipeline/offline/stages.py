@@ -16,6 +16,7 @@ from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.render.build_scene import BuildScene
@@ -94,11 +95,8 @@ class PaintRun(FaceRun):
         composite, whom = self._composite, self._faces
         if not composite.chosen_frames and whom.isdigit():
             return f"--faces {whom}, but {_numbered(sorted(composite.numbers))}"
-        hidden = [
-            part
-            for part, params in (("mouth", self._look.lips), ("eyes", self._look.eyes))
-            if params is not None and params.is_worn
-        ]
+        worn = self._look.products.items()
+        hidden = [REGIONS[name].part for name, params in worn if params.is_worn]
         if not hidden:
             return "the look neither covers, nor shines, nor mirrors"
         return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"

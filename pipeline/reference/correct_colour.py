@@ -13,7 +13,7 @@ from makeup_video.pipeline.faces.face import Face, FrameFaces, iod_px, moved
 from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.frames.rgb import merge, to_frame
 from makeup_video.pipeline.frames.sampling import sample
-from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
@@ -69,9 +69,9 @@ def _painted(
     frame = to_frame(stored)
     before = [plane.copy() for plane in frame.planes]
     scene = BuildScene().under((light,), FrameFaces(frame, (face,)))
-    lit, weight = scene.faces[0].lips, np.zeros(rgb8.shape[:2], np.float32)
-    if lit is not None:
-        lit.region.weigh(weight, (0, 0), lips.edge_softness, ZONES[0])
+    weight = np.zeros(rgb8.shape[:2], np.float32)
+    for lit in scene.faces[0].regions["lips"]:
+        lit.surface.weigh(weight, (0, 0), lips.edge_softness, {})
     painted = Composite(Look(lips=lips))(scene)
     return merge(stored, painted, before)[..., ::-1], weight > _CERTAIN
 

@@ -1,17 +1,20 @@
 """FrameFaces -> FrameScene: each face's lips and lids as surfaces, and the light on them."""
 
 import math
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.surface import SurfaceKernel
+from makeup_video.kernels.surface import FaceSurfaces, GridPlace, SurfaceKernel
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.luminance import light_planes
 from makeup_video.pipeline.render.opencl import open_device
-from makeup_video.pipeline.render.regions.eyes import LID_RINGS, eye_places, eye_regions_of
-from makeup_video.pipeline.render.regions.lips import LIP_RINGS, lip_place, lip_region_of
+from makeup_video.pipeline.render.regions import PAINTED
+from makeup_video.pipeline.render.regions.base import SeenFace
+from makeup_video.pipeline.render.regions.eyes import LID_RINGS
+from makeup_video.pipeline.render.regions.lips import LIP_RINGS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.scene_light import EstimateLight
 
@@ -19,21 +22,22 @@ from makeup_video.pipeline.render.scene_light import EstimateLight
 # is seen on the product at once, as on the skin.
 _SETTLE_SECONDS = 0.5
 _FORGET_SECONDS = 1.0
-# Points around all that light is read for: borders of the lips, lash lines and brows.
+_OF_KERNEL = ("lips", "eyes")  # the regions of kernels/surface.cl, in the order of its grids
+# Points around all that the kernel reads light for: borders of the lips, lash lines and brows.
 _LIT = np.concatenate(
     [LIP_RINGS[::4, ::2].ravel(), LID_RINGS[::3, ::8].ravel(), LID_RINGS[2::3, ::4].ravel()]
 )
 
 
 class BuildScene:
-    """Keeps, for each track, the light of its regions.
+    """FrameFaces -> FrameScene; keeps, for each track, the light of its regions.
 
-    device: as for open_device.  waits_for_nobody: with kernels of its own, which a thread of less
-    priority cannot hold.  Raises InstallError, UsageError for the device.
+    device: as for open_device.  exclusive: with kernel objects of its own, so that a thread of lower
+    priority cannot block this one.  Raises InstallError, UsageError for the device.
     """
 
-    def __init__(self, device: str = "", *, waits_for_nobody: bool = False) -> None:
-        self._surface = _surface(device) if waits_for_nobody else _shared_surface(device)
+    def __init__(self, device: str = "", *, exclusive: bool = False) -> None:
+        self._surface = _surface(device) if exclusive else _shared_surface(device)
         self._light = EstimateLight()
         self._means: dict[tuple[int, str], tuple[float, float]] = {}
 
@@ -61,29 +65,40 @@ class BuildScene:
     def _face(
         self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float
     ) -> FaceScene:
-        mouth, eyes = lip_place(face), eye_places(face)
-        places = [place for place in (mouth, *eyes) if place]
-        if not places:
-            return FaceScene(face, light, None, ())
-        planes = light_planes(frame, coding, places, face.points_px[_LIT].tolist())
-        made = self._surface((mouth, *eyes), face.points_px, face.lips.logits, planes)
-        lips = None
-        if mouth:
-            mean = self._smooth((face.track_id, "lips"), made.means[0], seconds)
-            lips = Lit(lip_region_of(face, mouth, made), made.lips[0], mean)
-        lids = []
-        for number, region in enumerate(eye_regions_of(eyes, made)):
-            if region:
-                key = face.track_id, f"eye {number}"
-                mean = self._smooth(key, made.means[1 + number], seconds)
-                lids.append(Lit(region, made.lids[number, 2], mean))
-        return FaceScene(face, light, lips, tuple(lids))
+        places = {name: region.places(face) for name, region in PAINTED.items()}
+        surfaces = self._surfaces(frame, coding, face, places)
+        seen = SeenFace(frame, coding, face, surfaces)
+        regions = {}
+        for name, region in PAINTED.items():
+            lit = []
+            for number, made in enumerate(region.surfaces(seen, places[name])):
+                if made is not None:
+                    surface, shading, mean = made
+                    key = face.track_id, f"{name} {number}"
+                    lit.append(Lit(surface, shading, self._smooth(key, mean, seconds)))
+            regions[name] = tuple(lit)
+        return FaceScene(face, light, regions)
+
+    def _surfaces(
+        self,
+        frame: Frame,
+        coding: Coding,
+        face: Face,
+        places: Mapping[str, list[GridPlace | None]],
+    ) -> FaceSurfaces | None:
+        """What the kernel makes of lips and lids, all at once; None where none of them is seen."""
+        grids = [place for name in _OF_KERNEL for place in places[name]]
+        there = [place for place in grids if place]
+        if not there:
+            return None
+        planes = light_planes(frame, coding, there, face.points_px[_LIT].tolist())
+        return self._surface(grids, face.points_px, face.lips.logits, planes)
 
     def _smooth(self, key: tuple[int, str], mean: float, seconds: float) -> float:
         """The mean light of a region, smoothed by the frames' time."""
         before, at = self._means.get(key, (mean, seconds))
         since = seconds - at
-        # no time since: a second face of one number
+        # no time has passed: a second face with the same id
         share = 1 - math.exp(-since / _SETTLE_SECONDS) if 0 < since < _FORGET_SECONDS else 1.0
         smooth = before + share * (mean - before)
         self._means[key] = smooth, seconds
@@ -92,7 +107,7 @@ class BuildScene:
 
 @cache
 def _shared_surface(device: str) -> SurfaceKernel:
-    """One for all threads: pictures that stand alone, and rendered ones, build a scene each."""
+    """One kernel for all threads: single pictures build a scene each."""
     return _surface(device)
 
 

@@ -1,8 +1,9 @@
 """FrameScene -> Frame: lays the look on the planes. Bytes outside every mask stay the decoder's."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
@@ -10,32 +11,32 @@ from makeup_video.kernels.paint import Canvas, PaintedRegion
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.environment import environment_of
 from makeup_video.pipeline.render.half_resolution import LARGE_PX, HalfSize, half_of, half_size
 from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
-from makeup_video.pipeline.render.regions.eyes import EyeRegion
-from makeup_video.pipeline.render.regions.lips import LipRegion
+from makeup_video.pipeline.render.regions import PAINTED
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 
-_LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
-_MUCH_LARGER = 1.3  # areas
-_STAYS_SMALL = 0.8  # the same, of what is painted at half size
-# Regions of a face that wear one product, the product, and how much of it.
-_Part = tuple[tuple[Lit[LipRegion] | Lit[EyeRegion], ...], GraphicsParams, float]
+_MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup over
+_STAYS_SMALL = 0.8  # share of LARGE_PX down to which painting stays at half size
+# The surfaces of a face that wear one layer of the look, and how much of its product is shown.
+_Part = tuple[tuple[Lit, ...], Layer, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Job:
-    """A region to be painted: the product and how much of it, under which light, where.
+    """A surface to be painted: the product and how much of it, under which light, where.
 
-    shade: as for material.  environment: as for PaintedRegion.  skin_px: as for SkinAxes.
+    shape: as for Surface.  shade: as for material.  environment: as for PaintedRegion.
+    skin_px: as for SkinAxes.
     """
 
-    lit: Lit[LipRegion] | Lit[EyeRegion]
+    lit: Lit
     params: GraphicsParams
+    shape: Mapping[str, Any]
     amount: float
     light: SceneLight
     shade: float
@@ -50,7 +51,7 @@ class Composite:
     device: as for open_device.  faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
-    numbers: the numbers of all faces that came.
+    numbers: the ids of all faces seen.
     level: as Budget has it, set between two frames. From 3 on large regions are painted at half size.
     Raises InstallError, UsageError for the device.
     """
@@ -74,37 +75,34 @@ class Composite:
         chosen = self._chosen(item.faces)
         self.numbers.update(scene.face.track_id for scene in item.faces)
         self.chosen_frames += bool(chosen)
-        # the look is asked for once: another thread may set one while this frame is painted
-        self.painted_frames += self._wear(item, chosen, self.look)
+        # read once: another thread may set a new look while this frame is painted
+        self.painted_frames += self._paint_faces(item, chosen, self.look)
         return item.frame
 
     def rehearse(self, item: FrameScene, look: Look) -> None:
-        """Paint a look on all faces of a frame that nobody sees: kernels are loaded then, which takes 30 ms, and 300
-        where they were never compiled, and not while somebody waits."""
-        self._wear(item, item.faces, look)
+        """Paint once off screen, so that kernels are ready before the first frame: loading them takes
+        30 ms, and compiling them 300."""
+        self._paint_faces(item, item.faces, look)
 
-    def _wear(self, item: FrameScene, faces: tuple[FaceScene, ...], look: Look) -> bool:
-        """False when there was nothing to paint."""
+    def _paint_faces(self, item: FrameScene, faces: tuple[FaceScene, ...], look: Look) -> bool:
+        """Paint a look on some faces; False when there was nothing to paint."""
         chosen = [(scene, self._parts(scene, look)) for scene in faces]
         chosen = [(scene, parts) for scene, parts in chosen if parts]
         if not chosen or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return False
         planes = item.frame.writable_planes()
         jobs = [
-            job
-            for scene, parts in chosen
-            for part in parts
-            for job in _jobs(item, scene, part, look.zone)
+            job for scene, parts in chosen for part in parts for job in _jobs(item, scene, part)
         ]
         area_px = sum(job.window.width * job.window.height for job in jobs)
-        # once small, it stays so while a face hardly changes: glitter would look now so, now so
+        # hysteresis: otherwise the glitter would flicker between the two sizes
         least_px = _STAYS_SMALL * LARGE_PX if self._is_small else LARGE_PX
         self._is_small = self.level >= 3 and area_px >= least_px
         if self._is_small:
-            self._paint_small(item, planes, jobs, look.zone)
+            self._paint_small(item, planes, jobs)
         else:
             for together in _apart(jobs):
-                self._paint(item, planes, together, look.zone)
+                self._paint(item, planes, together)
         return True
 
     def _chosen(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
@@ -115,8 +113,8 @@ class Composite:
         return tuple(scene for scene in faces if str(scene.face.track_id) == self._faces)
 
     def _largest(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
-        """One at most. Of two of about a size the makeup would go to and fro: so it stays on a face
-        until that is gone or another is much larger."""
+        """The largest face, or none. Between two faces of about the same size the makeup would jump
+        back and forth, so it stays on one until that face is gone or another is much larger."""
         stays = [scene for scene in faces if scene.face.track_id == self._largest_id]
         if not stays or faces[0].face.area_px2 > _MUCH_LARGER * stays[0].face.area_px2:
             stays = list(faces[:1])
@@ -125,64 +123,64 @@ class Composite:
         return tuple(stays[:1])
 
     def _parts(self, scene: FaceScene, look: Look) -> list[_Part]:
-        parts: list[_Part] = []
-        if look.lips and scene.lips and look.lips.is_worn:
-            parts.append(((scene.lips,), look.lips, look.strength * scene.face.mouth_weight))
-        if look.eyes and look.eyes.is_worn:
-            parts.append((scene.eyes, look.eyes, look.strength * look.intensity))
-        return [part for part in parts if part[0] and part[2] > 0]
+        parts = []
+        for layer in look.layers:
+            surfaces = scene.regions.get(layer.region, ())
+            amount = layer.amount * PAINTED[layer.region].amount(scene.face)
+            if surfaces and amount > 0 and layer.product.is_worn:
+                parts.append((surfaces, layer, amount))
+        return parts
 
     def _paint_small(
-        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[_Job], zone: str
+        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[_Job]
     ) -> None:
-        small = [half for job in jobs for half in _half(job, item.frame, zone)]
+        small = [half for job in jobs for half in _half(job, item.frame)]
         for together in _apart(small):
 
             def paint(planes: tuple[np.ndarray, ...], together: list[_Job] = together) -> None:
-                self._paint(item, planes, together, zone)
+                self._paint(item, planes, together)
 
             windows = [job.window for job in together]
             self._half.paint(planes, windows, item.frame.chroma, item.coding.max_code, paint)
 
-    def _paint(
-        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[_Job], zone: str
-    ) -> None:
+    def _paint(self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[_Job]) -> None:
         windows = [job.window for job in jobs]
         weights = self._canvas.place(windows, item.frame.chroma, planes[0].dtype)
         surfaces = []
         for job, weight in zip(jobs, weights, strict=True):
             origin_xy = job.window.x, job.window.y
-            job.lit.region.weigh(weight, origin_xy, job.params.edge_softness, zone)
+            job.lit.surface.weigh(weight, origin_xy, job.params.edge_softness, job.shape)
             surfaces.append(_surface(job, weight, item.coding))
         self._canvas.paint(planes, surfaces, item.coding)
 
 
-def _half(job: _Job, frame: Frame, zone: str) -> Iterator[_Job]:
-    """The same on the picture at half size."""
+def _half(job: _Job, frame: Frame) -> Iterator[_Job]:
+    """A job on the picture at half size; none when nothing of it lies there."""
     lit = half_of(job.lit)
-    reach = lit.region.reach(job.params.edge_softness, zone)
+    reach = lit.surface.reach(job.params.edge_softness, job.shape)
     window = Rect.around(*reach, half_size((frame.width_px, frame.height_px)), frame.chroma)
     if window is not None:
         yield replace(job, lit=lit, skin_px=job.skin_px / 2, window=window)
 
 
-def _jobs(item: FrameScene, scene: FaceScene, part: _Part, zone: str) -> Iterator[_Job]:
-    """The regions of a part that lie on the frame."""
-    regions, params, amount = part
+def _jobs(item: FrameScene, scene: FaceScene, part: _Part) -> Iterator[_Job]:
+    """The surfaces of a part that lie on the frame."""
+    surfaces, layer, amount = part
+    params, region = layer.product, PAINTED[layer.region]
     frame, environment = item.frame, environment_of(scene.light, params, item.coding)
     size, block, skin_px = (frame.width_px, frame.height_px), frame.chroma, iod_px(scene.face)
-    for lit in regions:
-        low_xy, high_xy = lit.region.reach(params.edge_softness, zone)
+    for lit in surfaces:
+        low_xy, high_xy = lit.surface.reach(params.edge_softness, layer.shape)
         window = Rect.around(low_xy, high_xy, size, block)
         if window is not None:
-            shade = 1.0
-            if isinstance(lit.region, EyeRegion):
-                shade = _shade_of_lids(scene.light, lit.mean)
-            yield _Job(lit, params, amount, scene.light, shade, environment, skin_px, window)
+            yield _Job(
+                lit, params, layer.shape, amount, scene.light, region.shade(scene.light, lit.mean),
+                environment, skin_px, window,
+            )  # fmt: skip
 
 
 def _apart(jobs: Iterable[_Job]) -> Iterator[list[_Job]]:
-    """In their order, as many at once as have windows that do not overlap."""
+    """The jobs in order, in groups whose rectangles do not overlap."""
     together: list[_Job] = []
     for job in jobs:
         if any(job.window.overlaps(other.window) for other in together):
@@ -194,8 +192,8 @@ def _apart(jobs: Iterable[_Job]) -> Iterator[list[_Job]]:
 
 
 def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> PaintedRegion:
-    region = job.lit.region
-    (a, b, c), (d, e, f) = region.grid.to_px.tolist()
+    surface = job.lit.surface
+    (a, b, c), (d, e, f) = surface.grid.to_px.tolist()
     c, f = c - job.window.x, f - job.window.y
     along, across = math.hypot(a, d), math.hypot(b, e)  # px of a step on the grid
     turn = (a / along, b / across), (d / along, e / across)
@@ -208,22 +206,12 @@ def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> PaintedRegion:
         a / size,
         (d * c - a * f) / size,
     )
-    # the region's own axes, in units of the eyes' distance
+    # the surface's own axes, in units of the eyes' distance
     units = [along / job.skin_px] * 3 + [across / job.skin_px] * 3
     to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]
     place = SkinAxes(turn, job.skin_px)
-    product = material(job.params, job.amount, job.light, place, coding, region.spared, job.shade)
+    product = material(job.params, job.amount, job.light, place, coding, surface.spared, job.shade)
     return PaintedRegion(
-        job.window, weight, job.lit.shading, region.normals, to_grid, job.lit.mean, to_skin,
+        job.window, weight, job.lit.shading, surface.normals, to_grid, job.lit.mean, to_skin,
         job.environment, product,
     )  # fmt: skip
-
-
-def _shade_of_lids(light: SceneLight, mean: float) -> float:
-    """Lids are skin: where they are darker than the face, less light falls on them, by that much.
-
-    So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
-    """
-    if light.skin <= 0:
-        return 1.0
-    return min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)

@@ -18,10 +18,10 @@ _EVEN = np.full(ENVIRONMENT_PX, 1 / ENVIRONMENT_PX, np.float32)
 
 
 def environment_of(light: SceneLight, params: GraphicsParams, coding: Coding) -> np.ndarray:
-    """(3, 16, 16) float32: what the product mirrors, as blurred as it is told to be.
+    """(3, 16, 16) float32: what the product mirrors, blurred as its parameters say.
 
-    What is as dark as the room's own average adds little: gloss shows windows and lamps, and an
-    even room would only lay a veil over the colour.
+    The room's own average is taken off: gloss shows windows and lamps, and an even room would only
+    lay a veil over the colour.
     """
     if not params.reflection:
         return _NO_ROOM
@@ -35,8 +35,11 @@ def environment_of(light: SceneLight, params: GraphicsParams, coding: Coding) ->
 
 @lru_cache
 def _room_columns(sigma: float, primaries: int) -> tuple[np.ndarray, np.ndarray]:
-    """(48, 48) float32, of a row of texels of three colours each: the three colours' rows, blurred, with
-    less colour, in the primaries that products are mixed in; and of such rows, what is taken off them."""
+    """Two (48, 48) float32 matrices for a row of 16 texels with three colours each.
+
+    The first blurs each colour, takes some of the saturation and changes to the primaries in which
+    products are mixed. The second gives what is subtracted from such a row.
+    """
     colours = _ROOM_COLOUR * np.eye(3) + (1 - _ROOM_COLOUR) / 3
     colours = np.reshape(film_matrices(primaries)[0], (3, 3)) @ colours
     columns = np.einsum("ix,jc->xcji", _blur(sigma), colours)
@@ -47,7 +50,7 @@ def _room_columns(sigma: float, primaries: int) -> tuple[np.ndarray, np.ndarray]
 
 @lru_cache
 def _blur(sigma: float) -> np.ndarray:
-    """(16, 16) float32: times the rows of an environment, these blurred; the border is repeated."""
+    """(16, 16) float32: the matrix that blurs the rows of an environment; the border is repeated."""
     rows = np.eye(ENVIRONMENT_PX, dtype=np.float32)
     taps = cv2.getGaussianKernel(2 * math.ceil(4 * sigma) + 1, sigma, cv2.CV_32F)
     border = cv2.BORDER_REPLICATE

@@ -10,7 +10,7 @@ Box = tuple[int, int, int, int]  # x, y, width, height; empty: 0, 0, 0, 0
 
 
 def box_of(seen: np.ndarray) -> Box:
-    """Of what is True of (H, W) bool."""
+    """The bounding box of the True pixels of (H, W) bool."""
     x, y, wide, high = cv2.boundingRect(seen.view(np.uint8))
     return x, y, wide, high
 

@@ -11,11 +11,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from makeup_video.kernels.planes import Rect
-from makeup_video.pipeline.faces.face import moved
-from makeup_video.pipeline.frames.sampling import Affine, compose
-from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.regions.eyes import EyeRegion
-from makeup_video.pipeline.render.regions.lips import LipRegion
+from makeup_video.pipeline.frames.sampling import Affine
 from makeup_video.pipeline.render.scene import Lit
 
 # Luma px of all windows of a frame. Below, less than a sixth of painting is saved, and it is seen more.
@@ -23,15 +19,9 @@ LARGE_PX = 30_000
 _TO_HALF: Affine = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # px centres at whole numbers
 
 
-def half_of(lit: Lit[LipRegion] | Lit[EyeRegion]) -> Lit[LipRegion] | Lit[EyeRegion]:
-    """The same region on the picture at half size."""
-    region = lit.region
-    grid = Grid(compose(_TO_HALF, region.grid.to_px), region.grid.size_wh)
-    if isinstance(region, LipRegion):
-        lips = replace(region, grid=grid, face=moved(region.face, _TO_HALF), boxes={})
-        return Lit(lips, lit.shading, lit.mean)
-    lid = replace(region, grid=grid, lash_px=region.lash_px * np.float32(0.5))
-    return Lit(lid, lit.shading, lit.mean)
+def half_of(lit: Lit) -> Lit:
+    """The same surface on the picture at half size."""
+    return replace(lit, surface=lit.surface.scaled(_TO_HALF))
 
 
 class HalfSize:

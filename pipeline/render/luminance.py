@@ -17,9 +17,9 @@ _AROUND = 0.08  # of what the points cover: farther away light counts for nothin
 def light_planes(
     frame: Frame, coding: Coding, places: Sequence[GridPlace], points_px: list[list[float]]
 ) -> LightPlanes:
-    """What is to be seen of a frame on some grids, as far as it counts: around points (x, y, z).
+    """The part of a frame's planes around some points (x, y, z), to read light from on grids.
 
-    Planes of which more than two px lie between two of a grid are averaged, 2x2, 4x4, ...
+    Planes more than twice as fine as the grids are averaged, 2x2, 4x4, ...
     """
     x, y, _ = zip(*points_px, strict=True)
     x0, y0, x1, y1 = min(x), min(y), max(x), max(y)
@@ -43,7 +43,7 @@ def _near(
     step: float,
 ) -> tuple[list[np.ndarray], Stretch]:
     """The part of planes of one size around px of the frame, averaged where `step` is large, and the
-    way to its px.
+    map from px of the frame to px of that part.
 
     chroma: px of the frame for one of the planes.
     """
@@ -63,10 +63,10 @@ def _near(
 def _span(
     low: float, high: float, share: int, size: int, length: int
 ) -> tuple[int, int, tuple[float, float]]:
-    """First and last px of a plane, in whole boxes of `size`, around low..high px of a frame; and the way
-    from there to boxes.
+    """First and last px of a plane around low..high px of a frame, and the map from the frame to boxes.
 
-    So averages do not swim with the face. share: px of the frame for one of the plane.
+    The span is made of whole boxes of `size` px, so that averages do not shift with the face.
+    share: px of the frame for one of the plane.
     """
     scale, last = 1 / (share * size), length // size - 1
     first = min(max(int(low * scale) - 2, 0), max(last - 1, 0))
@@ -77,8 +77,8 @@ def _span(
 def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarray]:
     """Linear luminance on each grid, (H, W) float32; beyond the frame its border is repeated.
 
-    The grids lie close together and have about the same step: they are read at once. About the twin
-    of kernels/surface.cl, which does not round on the way, and looks at less of the chroma.
+    The grids lie close together and have about the same step: they are read at once. Nearly the twin
+    of kernels/surface.cl, which does not round on the way and reads less of the chroma.
     """
     places = np.concatenate([grid.places() for grid in grids], axis=1)
     step = max(grid.step_px() for grid in grids)
@@ -104,7 +104,7 @@ def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
 def broad(
     light: np.ndarray, areas: Sequence[np.ndarray], sigma_px: float
 ) -> tuple[list[np.ndarray], float]:
-    """Light blurred within each of one or two areas, and its mean over all; of everything without any.
+    """Light blurred within each of one or two areas, and its mean over them, or over all if they are empty.
 
     light: (H, W) float32. areas: (H, W) bool or shares 0..1, together 1 at most.
     """

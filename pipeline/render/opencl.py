@@ -9,12 +9,12 @@ if TYPE_CHECKING:
 
 
 def open_device(choice: str = "") -> "Device":
-    """The device of a number, counted from 0, or of a part of its name; "" is PoCL's processor.
+    """The OpenCL device by its number, from 0, or by a part of its name; "" is the processor, by PoCL.
 
     Raises InstallError when there is none at all, UsageError when there is none of that name,
-    OutputError when no folder has room for what it compiles.
+    OutputError when no folder has room for compiled kernels.
     """
-    # PyOpenCL takes a quarter of a second to load: not for those who only copy or inspect
+    # PyOpenCL takes a quarter of a second to load: runs that only copy or inspect do without
     from makeup_video.kernels.cache import NoRoomError
     from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError
 

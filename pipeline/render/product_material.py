@@ -43,16 +43,16 @@ def material(
     params: GraphicsParams,
     amount: float,
     light: SceneLight,
-    place: SkinAxes,
+    axes: SkinAxes,
     coding: Coding,
     spared: float = 0.0,
     shade: float = 1.0,
 ) -> Material:
-    """amount: 0..1, scales all of the product (strength, intensity).
+    """A product under a light, as the kernel paints it.
 
-    spared: what is darker than this share of the broad light around it is left bare (lashes, the
-    dark of a mouth), from twice that on all is painted; 0 paints all.
-
+    amount: 0..1, scales all of the product (strength, intensity).
+    spared: pixels darker than this share of the broad light around them stay bare (lashes, the dark
+    of a mouth); from twice that share on they are fully painted. 0 paints everything.
     shade: share of the light that falls on the region.
     """
     mixed = _mixed(params)
@@ -60,13 +60,13 @@ def material(
     share, strength = params.light_adaptation, light.strength * shade
     gain = [1 + share * (max(part, 0.0) * strength - 1) for part in _turned(light, to_film)]
     gloss = min(params.gloss, _MOST_GLOSS) * amount
-    cell, spot, resolved = _cells(params, place)
+    cell, spot, resolved = _cells(params, axes)
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
     pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
     sparkle = _SPARKLE * resolved * amount * worn
     ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
     room = (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * params.environment_blur)
-    (a, b), (c, d) = place.turn
+    (a, b), (c, d) = axes.turn
     return Material(
         product=tuple([_lit(p, g, ceiling) for p, g in zip(mixed.product, gain, strict=True)]),
         glint=tuple([
@@ -80,7 +80,7 @@ def material(
         undertone=params.undertone,
         own_highlights=_OWN * gloss * params.gloss_detail,
         lobe=(0.14 + 0.7 * params.gloss_roughness) ** 2,
-        half_way=_half_way(light, place),
+        half_way=_half_way(light, axes),
         reflection=params.reflection * amount,
         fresnel_front=0.7 * (1 - params.fresnel) + 0.1,
         fresnel_rim=5.0 * params.fresnel,
@@ -99,8 +99,8 @@ def material(
 
 @dataclass(frozen=True, slots=True)
 class _Mixed:
-    """What a product is in any light, as red, green, blue: its own colour, that of its shimmer, and of
-    its highlight at gloss 1."""
+    """A product's colours before any light falls on it, as red, green, blue: its own, that of its
+    shimmer, and that of its highlight at gloss 1."""
 
     product: tuple[float, ...]
     tint: tuple[float, ...]
@@ -120,7 +120,7 @@ def _mixed(params: GraphicsParams) -> _Mixed:
 
 
 def _turned(light: SceneLight, rows: tuple[float, ...]) -> list[float]:
-    """Its colour in other primaries."""
+    """The light's colour in other primaries; rows: a (3, 3) matrix, row by row."""
     red, green, blue = light.colour.tolist()
     return [rows[i] * red + rows[i + 1] * green + rows[i + 2] * blue for i in (0, 3, 6)]
 
@@ -133,25 +133,26 @@ def film_matrices(primaries: int) -> tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def _lit(product: float, gain: float, ceiling: float) -> float:
-    """Its colour in that light; strong light leaves a pale product room for its highlights."""
+    """A channel of a product under a light of that gain; strong light leaves a pale product room for its
+    highlights."""
     below, above = product * min(gain, 1.0), product * max(gain - 1, 0.0)
     room = max(ceiling - below, 0.0) + LEAST_ROOM  # as `added` does
     return below + room * above / (room + above)
 
 
-def _cells(params: GraphicsParams, place: SkinAxes) -> tuple[float, float, float]:
-    """Of shimmer: size of a cell, radius of a sparkle in cells, how far pixels resolve it (0..1).
+def _cells(params: GraphicsParams, axes: SkinAxes) -> tuple[float, float, float]:
+    """Shimmer: size of a cell, radius of a sparkle in cells, how far pixels resolve it (0..1).
 
-    Sparkles of less than a pixel would flicker: they fade, and grow to a pixel before.
+    Sparkles smaller than a pixel would flicker, so they grow to a pixel and then fade out.
     """
     cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
-    cell_px = cell * place.skin_px
+    cell_px = cell * axes.skin_px
     return cell, min(max(_SPOT, 0.75 / cell_px), 0.3), min(max(cell_px - 1.0, 0.0), 1.0)
 
 
-def _half_way(light: SceneLight, place: SkinAxes) -> tuple[float, float, float]:
+def _half_way(light: SceneLight, axes: SkinAxes) -> tuple[float, float, float]:
     """Unit vector between the light and the viewer, in the region's axes, z to the viewer."""
-    (a, b), (c, d) = place.turn
+    (a, b), (c, d) = axes.turn
     right, down, away = light.direction.tolist()
     size = a * d - b * c
     x, y, z = (d * right - b * down) / size, (a * down - c * right) / size, 1 - away

@@ -1,17 +1,14 @@
 """What the renderer knows of a frame: its faces as painted regions, and the light on them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Generic, TypeVar
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.render.regions.eyes import EyeRegion
-from makeup_video.pipeline.render.regions.lips import LipRegion
-
-Region = TypeVar("Region", LipRegion, EyeRegion)
+from makeup_video.pipeline.render.surface import Surface
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,26 +44,28 @@ def white_light() -> SceneLight:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lit(Generic[Region]):
-    """A region and the broad light on it.
+class Lit:
+    """A surface and the broad light on it.
 
-    shading: luminance without texture on the region's grid, (H, W) float32, linear.
-    mean: that of the whole region, smoothed over time.
+    shading: luminance without texture on the surface's grid, (H, W) float32, linear.
+    mean: that of the whole surface, smoothed over time.
     """
 
-    region: Region
+    surface: Surface
     shading: np.ndarray
     mean: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceScene:
-    """One face as the renderer sees it. What cannot be seen of it is missing."""
+    """One face as the renderer sees it.
+
+    regions: by region the surfaces that are seen, in the order of painting.
+    """
 
     face: Face
     light: SceneLight
-    lips: Lit[LipRegion] | None
-    eyes: tuple[Lit[EyeRegion], ...]
+    regions: Mapping[str, tuple[Lit, ...]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""FrameFaces -> the light on each face, smoothed over time; light_reading.py reads it."""
+"""FrameFaces -> the light on each face, smoothed over time; skin_light.py reads it from one frame."""
 
 import math
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from makeup_video.pipeline.render.skin_light import (
     read_room,
 )
 
-LOOK_SECONDS = 0.2  # between two readings of a face or of the room; the smoothing fills in
+READ_SECONDS = 0.2  # between two readings of a face or of the room; the smoothing fills in
 SMOOTH_SECONDS = 0.5  # time constant: a hand's shadow hardly counts, a lamp switched on soon does
 ROOM_SMOOTH_SECONDS = 0.4  # the same of the environment
-FORGET_SECONDS = 2.0  # after four time constants hardly anything is left of what was
-_EARLY = 1e-6  # clocks of 30 and 60 fps must meet at the same readings in spite of rounding
+FORGET_SECONDS = 2.0  # four time constants: hardly anything of the old value is left
+_EARLY = 1e-6  # so that films of 30 and 60 fps are read at the same times despite rounding
 
 
 @dataclass(slots=True)
@@ -66,7 +66,7 @@ class EstimateLight:
         oldest = now - FORGET_SECONDS
         self._tracks = {i: t for i, t in self._tracks.items() if t.seen_seconds >= oldest}
         optics = optics_of(coding_of(item.frame))
-        room = self._room = _see_room(self._room, item.frame, optics, now)
+        room = self._room = _follow_room(self._room, item.frame, optics, now)
         return tuple(
             _light(self._follow(face, item.frame, optics, room, now), optics, room.value)
             for face in item.faces
@@ -75,15 +75,15 @@ class EstimateLight:
     def _follow(
         self, face: Face, frame: Frame, optics: Optics, room: _Room, now: float
     ) -> list[float]:
-        """What is taken to be the light of a face now, as in `_Track`."""
+        """The light of a face now, smoothed, as in `_Track`."""
         track = self._tracks.get(face.track_id)
-        if track is not None and track.seen_seconds == now:  # a second face of one number
+        if track is not None and track.seen_seconds == now:  # a second face with the same id
             return _read(face, frame, optics, room)
         if track is None:
             target = _read(face, frame, optics, room)
             track = self._tracks[face.track_id] = _Track(now, now, target, target)
             return track.value
-        if now - track.read_seconds >= LOOK_SECONDS - _EARLY:
+        if now - track.read_seconds >= READ_SECONDS - _EARLY:
             track.target = _read(face, frame, optics, room)
             track.read_seconds = now
         share = -math.expm1((track.seen_seconds - now) / SMOOTH_SECONDS)
@@ -116,12 +116,12 @@ def light_of(item: FrameFaces) -> tuple[SceneLight, ...]:
     return EstimateLight()(item)
 
 
-def _see_room(room: _Room | None, frame: Frame, optics: Optics, now: float) -> _Room:
-    """The room as it is taken to be now."""
+def _follow_room(room: _Room | None, frame: Frame, optics: Optics, now: float) -> _Room:
+    """The room now, smoothed."""
     if room is None or now - room.seen_seconds > FORGET_SECONDS:
         target = read_room(frame, optics)
         return _Room(now, now, target, log_mean(target, optics), target)
-    if now - room.read_seconds >= LOOK_SECONDS - _EARLY:
+    if now - room.read_seconds >= READ_SECONDS - _EARLY:
         room.target, room.read_seconds = read_room(frame, optics), now
         room.mean = log_mean(room.target, optics)
     share = -math.expm1((room.seen_seconds - now) / ROOM_SMOOTH_SECONDS)

@@ -2,10 +2,10 @@
 
 Observed skin is albedo times light, so in logarithms it is a sum. Skin varies along one line, from
 light to dark and from pale to saturated; light varies otherwise, in exposure and between red and
-blue. With both as Gaussians, and the frame's mean as a second, vague witness, the most probable
-light is linear in what was seen: dark skin is read as dark skin, a blue cast as light.
+blue. With both as Gaussians, and with the frame's mean as weaker evidence, the most probable light is
+linear in the observations: dark skin is read as dark skin, a blue cast as light.
 
-Some sixty pixels of a face are looked at and two thousand of a frame, whatever its size.
+Some sixty pixels of a face and two thousand of a frame are read, whatever the size of the frame.
 """
 
 import math
@@ -31,7 +31,7 @@ _TINT = 0.8  # largest log of a channel of the light's colour: 2.2 times
 _BLACK = 1e-3  # linear light; darker is noise
 _DIM = 0.01  # skin darker than this has a doubtful colour
 _CLIPPED = 0.9  # of SDR: a channel of typical skin from here on is clipped in parts
-_GREY = 0.06  # channels of skin that differ by less, for their height, have no colour
+_GREY = 0.06  # skin whose channels differ by less than this share of the brightest has no colour
 
 # Log linear light in sRGB's primaries. `python -m makeup_video.training.skin_light` fits both: the
 # covariance on 625 foundation shades (pudding, MIT), each lightness counting the same, the mean on
@@ -70,11 +70,11 @@ SKIN_POINTS, _CORNERS = np.unique(TRIANGLES, return_inverse=True)
 _CORNERS = np.ascontiguousarray(_CORNERS.reshape(-1, 3).T)  # (3, T): a, b, c in SKIN_POINTS
 # Of the samples by luminance: below are beard, hair, shadow and frames of glasses, above highlights.
 _BAND = 0.35, 0.85
-_ENOUGH = 12  # samples of skin; with fewer the frame alone is asked
-_CHIN, _BROW = 152, 10  # from one to the other is up
+_ENOUGH = 12  # samples of skin; with fewer, the frame alone is used
+_CHIN, _BROW = 152, 10  # the line from the first to the second points up
 
 # Shading is a + b . n in units of the face's median: from the front and above, some of it from
-# everywhere. Standard deviations; that of a triangle is large, for neighbours err together.
+# everywhere. Standard deviations; a triangle's is large, because neighbours err together.
 _AMBIENT, _AMBIENT_SPREAD = 0.4, 0.3
 _DIRECT, _DIRECT_SPREAD = 0.8, 0.35
 _TRIANGLE_SPREAD = 0.6
@@ -106,7 +106,7 @@ class _Skin:
     """What is seen of a face's skin.
 
     log: (3,) typical linear light in sRGB's primaries. trust: how far its colour counts, 0 to 1.
-    luminance: (N,) linear, at SKIN_POINTS. usual: the middle one. inside: (N,) in the picture.
+    luminance: (N,) linear, at SKIN_POINTS. usual: its median. inside: (N,) in the picture.
     """
 
     log: np.ndarray
@@ -177,9 +177,12 @@ def _codes(frame: Frame, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return codes
 
 
-def read_face(face: Face, frame: Frame, optics: Optics, around: np.ndarray) -> np.ndarray:
-    """The light of a face as in `_Track`, from this frame alone."""
-    off = around - _ROOM_MEAN
+def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) -> np.ndarray:
+    """The light on a face from this frame alone: 8 numbers, as scene_light keeps them.
+
+    room_log: what `log_mean` gives of the frame.
+    """
+    off = room_log - _ROOM_MEAN
     expected = _expected_direction(face, frame)
     skin = _read_skin(face.points_px, frame, optics)
     if skin is None:
@@ -218,11 +221,11 @@ def _typical(light: np.ndarray, optics: Optics) -> tuple[np.ndarray, float]:
     red, green, blue = log.tolist()
     trust = min(1.0, math.exp(green) / _DIM)
     if optics.transfer == SRGB:
-        # A clipped red may have been any more: then what green and blue tell of it counts.
+        # A clipped red may have been any amount higher: estimate it from green and blue.
         beyond = min(2 * green - blue + _RED_BEYOND, 1.0) - red
         log[0] += max(beyond, 0.0) * min(max(2 * (math.exp(red) - _CLIPPED) / (1 - _CLIPPED), 0), 1)
         trust = min(trust, max(0.0, (1 - math.exp(green)) / (1 - _CLIPPED)))
-    if float(np.ptp(light, axis=1).max()) < _GREY * float(light.max()):  # a film without colour
+    if float(np.ptp(light, axis=1).max()) < _GREY * float(light.max()):  # black and white
         log += _EXPECTED_TINT - (log - log.mean())
         trust = 0.0
     return log, trust
@@ -287,7 +290,8 @@ def _spread(deviations: tuple[float, float, float]) -> np.ndarray:
 
 
 def _gains() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Log light from what was seen less what is usual: from the skin with the room, and alone."""
+    """Matrices from deviations of observed log light to the log of the light on the face: of the skin
+    and of the room together, and of the room alone."""
     light, skin, room = (
         np.linalg.inv(c) for c in (_spread(_LIGHT_SPREAD), SKIN_COVARIANCE, _spread(_ROOM_SPREAD))
     )

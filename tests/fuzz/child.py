@@ -37,9 +37,9 @@ def warm_up() -> None:
     import cv2
     import makeup_video.cli.app
     import makeup_video.cli.progress
-    import makeup_video.pipeline.catalogue
-    import makeup_video.pipeline.paint
-    import makeup_video.pipeline.reference  # noqa: F401
+    import makeup_video.pipeline.look.catalogue
+    import makeup_video.pipeline.offline.stages
+    import makeup_video.pipeline.reference.estimate  # noqa: F401
     from PIL import Image
 
     Image.init()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup import LAYOUTS, close_up, true_face
+from makeup import LAYOUTS, close_up, lit_of, true_face
 from makeup_video.kernels.colour import HLG, PQ
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.frames.colour_tags import ColourTags
@@ -16,8 +16,8 @@ from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.frames.sampling import compose
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.luminance import luminances
-from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
-from makeup_video.pipeline.render.regions.lips_reference import lip_region
+from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.regions.lips_reference import lips_surface
 from people import frame_of
 
 SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample
@@ -26,12 +26,12 @@ SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample
 def made_and_meant(frame: Frame, face: Face):
     """Pairs of a lit region by the kernel and one by numpy, each with shading and mean; lips first."""
     (scene,) = BuildScene()(FrameFaces(frame, (face,))).faces
-    made = [lit for lit in (scene.lips, *scene.eyes) if lit is not None]
-    meant = [region for region in (lip_region(face), *eye_regions(face)) if region is not None]
+    made = lit_of(scene)
+    meant = [region for region in (lips_surface(face), *lid_surfaces(face)) if region is not None]
     light = luminances(frame, coding_of(frame), [region.grid for region in meant])
     assert len(made) == len(meant)
     for lit, region, luminance in zip(made, meant, light, strict=True):
-        yield lit.region, lit.shading, lit.mean, region, *region.shaded(luminance)
+        yield lit.surface, lit.shading, lit.mean, region, *region.shaded(luminance)
 
 
 def assert_same_surface(made, meant):
@@ -107,7 +107,7 @@ def test_frames_smaller_than_a_face_do_no_harm(size_wh, pix_fmt):
         (scene,) = BuildScene()(
             FrameFaces(frame_of(rgb8, pix_fmt=pix_fmt), (heads.face(at),))
         ).faces
-        for lit in (scene.lips, *scene.eyes):
+        for lit in lit_of(scene):
             assert np.isfinite(lit.shading).all() and np.ptp(lit.shading) < 1e-3
             assert lit.mean == pytest.approx(0.27, abs=0.03)
 
@@ -118,6 +118,6 @@ def test_faces_of_no_shape_have_surfaces_that_are_finite(squeezed):
     points = np.column_stack([points, points[:, 0]]) * squeezed + (20, 20, 0)
     face = heads.face(points, to_px=heads.face(points + 0.0).lips.to_px + np.eye(2, 3))
     (scene,) = BuildScene()(FrameFaces(frame_of(rgb8), (face,))).faces
-    for lit in (scene.lips, *scene.eyes):
-        assert np.isfinite(lit.region.normals).all() and np.isfinite(lit.shading).all()
-        assert (np.square(lit.region.normals).sum(0) < 1.0001).all()
+    for lit in lit_of(scene):
+        assert np.isfinite(lit.surface.normals).all() and np.isfinite(lit.shading).all()
+        assert (np.square(lit.surface.normals).sum(0) < 1.0001).all()

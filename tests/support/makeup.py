@@ -23,9 +23,9 @@ from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.product_material import SkinAxes
-from makeup_video.pipeline.render.regions.eyes import EyeRegion
-from makeup_video.pipeline.render.regions.lips import LipRegion
-from makeup_video.pipeline.render.scene import FrameScene, SceneLight, white_light
+from makeup_video.pipeline.render.regions.eyes import LidSurface
+from makeup_video.pipeline.render.regions.lips import LipsSurface
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight, white_light
 from people import clip, clip_points, frame_of
 
 LAYOUTS = (
@@ -246,6 +246,11 @@ def paint_planes(scene: FrameScene, look: Look) -> list[np.ndarray]:
     return copied(painter()(replace(scene, frame=target)))
 
 
+def lit_of(face: FaceScene) -> list[Lit]:
+    """Every surface of a face that is seen: the lips, then the lids."""
+    return [lit for surfaces in face.regions.values() for lit in surfaces]
+
+
 def weights_of(scene: FrameScene, look: Look, monkeypatch) -> np.ndarray:
     """(H, W): the largest weight that a look lays on each pixel of a frame."""
     frame = scene.frame
@@ -261,7 +266,7 @@ def weights_of(scene: FrameScene, look: Look, monkeypatch) -> np.ndarray:
         return weigh_and_note
 
     with monkeypatch.context() as patch:
-        for region in (LipRegion, EyeRegion):
+        for region in (LipsSurface, LidSurface):
             patch.setattr(region, "weigh", noted(region.weigh))
         paint_planes(scene, look)
     return total

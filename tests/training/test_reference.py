@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.find import find_faces
-from makeup_video.pipeline.look.finishes import FINISHES, REGIONS, nearest_finish
+from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.reference.crops import (
     CROPS,
     NUMBERS,
@@ -139,7 +140,7 @@ def test_every_finish_is_nearest_to_itself(region):
 
 
 @settings(max_examples=30)
-@given(st.integers(0, 10**6), st.sampled_from(REGIONS))
+@given(st.integers(0, 10**6), st.sampled_from(list(REGIONS)))
 def test_drawn_settings_make_a_look(seed, region):
     rng = np.random.default_rng(seed)
     values = mixture().draw(1, rng)[0]

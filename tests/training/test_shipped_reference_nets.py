@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from makeup_video.pipeline.faces.net import Net
-from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.training.reference.fixed_crops import fixed_crops
 
 EXPECTED = json.loads((Path(__file__).parent / "reference_targets.json").read_text())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
-from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.reference.crops import to_targets
 from makeup_video.training.reference import draw_products as shades
 from makeup_video.training.reference import read_look as reading

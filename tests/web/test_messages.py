@@ -68,9 +68,12 @@ def test_no_message_is_a_fault_of_ours(values):
 def test_hello_carries_all_that_a_page_needs():
     said = json.loads(hello("live", StandIn()))
     assert said["mode"] == "live" and said["session"] == "stand-in"
-    assert said["photo_bytes_limit"] == PHOTO_BYTES and said["zones"][0] == "lid"
+    assert said["photo_bytes_limit"] == PHOTO_BYTES
     assert said["finishes"]["gloss"]["lips"]["opacity"] == 0.94
     assert len(said["parameters"]) == 17
+    lips, eyes = said["regions"]
+    assert (lips["product"], lips["dials"]) == ("Lipstick", [])
+    assert [dial["name"] for dial in eyes["dials"]] == ["zone", "intensity"]
     assert said["photo"] is None
     shown = StandIn()
     shown.photo = PhotoLook("anna.jpg", Look(lips=product((180, 0, 46), "gloss")))

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from makeup_video.pipeline.look.finishes import FINISHES, REGIONS, nearest_finish
-from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish
+from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.regions.eyes import ZONES
 from makeup_video.pipeline.reference.crops import NUMBERS
 
 COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)

@@ -15,8 +15,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.pipeline.look.finishes import REGIONS
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.reference.crops import NUMBERS
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.training.reference.baselines import transfer_mean_colour

@@ -15,8 +15,8 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.lip_mask import lip_mask
-from makeup_video.pipeline.look.finishes import REGIONS
-from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
+from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
 from makeup_video.training.faces.evaluate import skin_tone
 
 # As in faces/prepare.py the last pictures of each source are held out: half to watch the training
@@ -45,7 +45,7 @@ def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
     skin = np.concatenate([rgb8[y - 4 : y + 5, x - 4 : x + 5].reshape(-1, 3) for x, y in at])
     lips = rgb8[lip_mask(rgb8, face) > 0.9]
     lids = []
-    for eye in eye_regions(face):
+    for eye in lid_surfaces(face):
         is_lid = (eye.up > 0.2) & (eye.up < 1) & (np.abs(eye.out) < 0.4)
         x, y = np.rint(eye.grid.places()).astype(int)[:, is_lid.ravel()]
         inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)

@@ -10,8 +10,8 @@ import onnxruntime
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.frames.views import RgbPicture
-from makeup_video.pipeline.look.finishes import REGIONS
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.reference.correct_colour import second_look
 from makeup_video.pipeline.reference.crops import CROPS, numbers_told, read_crop
 from makeup_video.pipeline.reference.estimate import photo_light, product_with

@@ -24,8 +24,9 @@ from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, PICTURE_TICK
 from makeup_video.pipeline.frames.sampling import Affine, sample
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
-from makeup_video.pipeline.look.finishes import REGIONS
-from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.regions.eyes import ZONES
 from makeup_video.pipeline.reference.crops import CROPS, crop_of, places_of, shifted, window_of
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite

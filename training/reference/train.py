@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.reference.crops import NUMBERS, from_targets, to_targets
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.model import normalise

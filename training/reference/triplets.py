@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
-from makeup_video.pipeline.look.finishes import REGIONS
-from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.regions.eyes import ZONES
 from makeup_video.pipeline.reference.crops import NUMBERS
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
-from makeup_video.pipeline.render.regions.lips_reference import lip_region
+from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.regions.lips_reference import lips_surface
 from makeup_video.training.reference.augment import jpeg
 from makeup_video.training.reference.draw_products import draw_settings, look_of
 from makeup_video.training.reference.people import People
@@ -86,12 +87,12 @@ def shot_of(rgb8: np.ndarray, face: Face) -> Shot:
 
 def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> np.ndarray:
     """(H, W) float32: how much of a product of medium edge there is at each px of a picture."""
-    mouth = lip_region(face)
-    parts = eye_regions(face) if region == "eyes" else [mouth] if mouth else []
+    mouth = lips_surface(face)
+    parts = lid_surfaces(face) if region == "eyes" else [mouth] if mouth else []
     total = np.zeros(size_wh[::-1], np.float32)
     for part in parts:
         weight = np.empty_like(total)
-        part.weigh(weight, (0, 0), _HALF, zone)
+        part.weigh(weight, (0, 0), _HALF, {"zone": zone})
         np.maximum(total, weight, out=total)
     return total
 

@@ -1,6 +1,6 @@
 // The controls of a look: a tab for each product, and what holds for all of it.
 
-import { Product, REGIONS } from "./product.js";
+import { Product } from "./product.js";
 import { portion, slider } from "./slider.js";
 
 /** Builds all controls into the page and keeps them as the look is. */
@@ -9,15 +9,14 @@ export class Controls {
   #set = [];
 
   constructor(hello, store) {
-    const regions = Object.keys(REGIONS);
-    this.#products = regions.map((region) => new Product(region, hello, store));
+    this.#products = hello.regions.map((info) => new Product(info, hello, store));
     document.getElementById("products").replaceChildren(...this.#products.map(({ tab }) => tab));
     document.getElementById("regions").replaceChildren(...this.#products.map(({ panel }) => panel));
     this.#products.forEach(({ tab }, at) => {
       tab.addEventListener("click", () => this.#select(at));
       tab.addEventListener("keydown", (event) => this.#selectByKey(event, at));
     });
-    const help = "How much of all of it, lips and eyes.";
+    const help = "How much of the whole look.";
     const spec = portion("strength", "Strength", help);
     const strength = slider(spec, (value) => store.edit((look) => (look.strength = value)), false);
     document.getElementById("whole").replaceChildren(strength.element);

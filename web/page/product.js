@@ -1,15 +1,11 @@
-// One product of a look, lipstick or eye-shadow: its tab, and its panel of controls.
+// One product of a look, such as lipstick: its tab, and its panel of controls.
 
 import { colourField, hexOf } from "./colour.js";
 import { el, fineCanvas, newId, oncePerFrame } from "./elements.js";
-import { portion, slider } from "./slider.js";
+import { slider } from "./slider.js";
 import { drawSwatch } from "./swatch.js";
 
 const MAIN = ["opacity", "gloss", "gloss_roughness", "reflection"];
-export const REGIONS = {
-  lips: { title: "Lips", product: "Lipstick", red: 180, green: 0, blue: 46 },
-  eyes: { title: "Eyes", product: "Eye-shadow", red: 90, green: 58, blue: 46 },
-};
 const FIRST_FINISH = "satin";
 const EXACT = 1e-9;
 
@@ -24,18 +20,19 @@ function finishOf(params, finishes, region) {
 /** One product: its tab, and its panel. */
 export class Product {
   #store;
-  #region;
+  #info; // of its region: name, title, product, first, dials
+  #region; // its name
   #hello;
   #last; // what it was before it was taken off, or what it begins with
   #parts = []; // set(params) of each control
   #swatches = []; // [canvas, params => params]
 
-  constructor(region, hello, store) {
-    this.#region = region;
+  constructor(info, hello, store) {
+    this.#info = info;
+    this.#region = info.name;
     this.#hello = hello;
     this.#store = store;
-    const { red, green, blue } = REGIONS[region];
-    this.#last = { red, green, blue, ...hello.finishes[FIRST_FINISH][region] };
+    this.#last = { ...info.first, ...hello.finishes[FIRST_FINISH][info.name] };
     this.panel = this.#makePanel();
     this.tab = this.#makeTab();
     this.draw = oncePerFrame(() => this.#drawSwatches());
@@ -69,13 +66,13 @@ export class Product {
       "button",
       { type: "button", role: "tab", id: `${this.#region}-tab`, "aria-controls": this.panel.id },
       canvas,
-      el("b", {}, REGIONS[this.#region].title),
+      el("b", {}, this.#info.title),
       this.tabText,
     );
   }
 
   #makePanel() {
-    const { product } = REGIONS[this.#region];
+    const { product } = this.#info;
     this.switch = el("input", { type: "checkbox", role: "switch" });
     this.switch.addEventListener("change", () =>
       this.#store.edit(
@@ -90,7 +87,9 @@ export class Product {
       el("legend", { className: "hidden" }, product),
       this.#makeFinishes(),
       ...parameters.filter(isMain).map((spec) => this.#makeSlider(spec, false)),
-      ...(this.#region === "eyes" ? [this.#makeZones(), this.#makeIntensity()] : []),
+      ...this.#info.dials.map((dial) =>
+        dial.choices.length ? this.#makeChoices(dial) : this.#makeDial(dial),
+      ),
       el(
         "details",
         {},
@@ -112,7 +111,7 @@ export class Product {
   }
 
   #makeColour() {
-    const { element, set } = colourField(REGIONS[this.#region].product, (rgb) =>
+    const { element, set } = colourField(this.#info.product, (rgb) =>
       this.#edit((params) => Object.assign(params, rgb)),
     );
     this.#parts.push(set);
@@ -150,30 +149,27 @@ export class Product {
     return element;
   }
 
-  #makeZones() {
-    const group = newId("zone");
-    const choices = this.#hello.zones.map((zone) => {
-      const radio = el("input", { type: "radio", name: group, value: zone });
-      radio.addEventListener("change", () => this.#edit((_, look) => (look.zone = zone)));
-      this.#parts.push((_, look) => (radio.checked = look.zone === zone));
-      return el("label", {}, radio, el("span", {}, zone));
+  #makeChoices({ name, title, help, choices }) {
+    const group = newId(name);
+    const buttons = choices.map((choice) => {
+      const radio = el("input", { type: "radio", name: group, value: choice });
+      radio.addEventListener("change", () => this.#edit((_, look) => (look[name] = choice)));
+      this.#parts.push((_, look) => (radio.checked = look[name] === choice));
+      return el("label", {}, radio, el("span", {}, choice));
     });
     return el(
       "div",
-      { className: "zones", role: "radiogroup", "aria-label": "Where the eye-shadow goes" },
-      el("span", { "aria-hidden": "true" }, "Zone"),
-      ...choices,
+      { className: "zones", role: "radiogroup", "aria-label": help },
+      el("span", { "aria-hidden": "true" }, title),
+      ...buttons,
     );
   }
 
-  #makeIntensity() {
-    const spec = portion("intensity", "Intensity", "How much of the eye-shadow.");
-    const { element, set } = slider(
-      spec,
-      (value) => this.#edit((_, look) => (look.intensity = value)),
-      false,
-    );
-    this.#parts.push((_, look) => set(look.intensity));
+  #makeDial({ name, title, help, low, high }) {
+    const spec = { name, low, high, step: 0.01, label: title, help };
+    const change = (value) => this.#edit((_, look) => (look[name] = value));
+    const { element, set } = slider(spec, change, false);
+    this.#parts.push((_, look) => set(look[name]));
     return element;
   }
 

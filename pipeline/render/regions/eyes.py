@@ -7,17 +7,21 @@ and the lid grows with it, as lids do.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
 from makeup_video.kernels.surface import LID_HW, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
+from makeup_video.pipeline.frames.sampling import Affine, compose, step_px
 from makeup_video.pipeline.render.grid import Grid, box_of
 from makeup_video.pipeline.render.luminance import broad
+from makeup_video.pipeline.render.regions.base import LitSurface, SeenFace
+from makeup_video.pipeline.render.scene import SceneLight
 
 SIZE_WH = LID_HW[::-1]
 _SHADING_SIGMA = 1.8  # px of the grid: what is finer is texture
@@ -29,6 +33,7 @@ _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
 _FAINTEST = 1 / 512
+_LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 CURVES = np.stack([_LASHES, _CREASE, _BROW])
 _CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
 _NARROWEST_PX = 4
@@ -74,7 +79,7 @@ class ZoneWeights:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EyeRegion:
+class LidSurface:
     """One eye's lid, ready to be painted; (28, 40) float32 on its grid.
 
     up: height above the lash line, 1 at the crease, 2 below the brow.  lash_px: the same in px of the
@@ -96,13 +101,15 @@ class EyeRegion:
         weight: np.ndarray = self.zones.weights(zone, softness)[self.number]
         return weight
 
-    def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
+    def reach(self, softness: float, shape: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        inside: np.ndarray = (self.zone_weight(ZONES[zone], softness) > 0) & (self.lash_px > 0)
+        inside: np.ndarray = (self.zone_weight(ZONES[shape["zone"]], softness) > 0) & (
+            self.lash_px > 0
+        )
         return self.grid.box_px(box_of(inside), more=1)  # weights are interpolated
 
     def weigh(
-        self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
+        self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, shape: Mapping[str, Any]
     ) -> None:
         """Fill (h, w) float32 with the weight of eye-shadow on the frame's pixels from origin_xy on."""
         to_px = self.grid.to_px.copy()
@@ -111,7 +118,7 @@ class EyeRegion:
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
         np.multiply(self.lash_px, 1 / feather_px, out=maps[..., 0])
-        maps[..., 1] = self.zone_weight(ZONES[zone], softness)
+        maps[..., 1] = self.zone_weight(ZONES[shape["zone"]], softness)
         there = cv2.warpAffine(
             maps, to_px, out.shape[::-1], borderMode=cv2.BORDER_CONSTANT, borderValue=(-1e3, 0)
         )
@@ -124,6 +131,11 @@ class EyeRegion:
         is_lid = (self.up > 0.15) & (self.up < 1.5) & (np.abs(self.out) < 0.55)
         (light,), mean = broad(luminance, (is_lid,), _SHADING_SIGMA)
         return light, mean
+
+    def scaled(self, to_new: Affine) -> "LidSurface":
+        """The same on a picture of another size."""
+        grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
+        return replace(self, grid=grid, lash_px=self.lash_px * np.float32(step_px(to_new)))
 
 
 @lru_cache
@@ -151,6 +163,37 @@ def _ramp(at: np.ndarray, corners: tuple[float, float, float, float], wide: floa
     return weight
 
 
+class Eyes:
+    """The region of eye-shadow: the lids of both eyes, which kernels/surface.cl makes."""
+
+    def places(self, face: Face) -> list[GridPlace | None]:
+        return eye_places(face)
+
+    def surfaces(
+        self, seen: SeenFace, places: Sequence[GridPlace | None]
+    ) -> list[LitSurface | None]:
+        made = seen.surfaces
+        if made is None:
+            return [None for _ in places]
+        lids = zip(lid_surfaces_of(places, made), made.lids, made.means[1:], strict=True)
+        return [None if surface is None else (surface, lid[2], mean) for surface, lid, mean in lids]
+
+    def amount(self, face: Face) -> float:
+        return 1.0
+
+    def shade(self, light: SceneLight, mean: float) -> float:
+        """Lids are skin: where they are darker than the face, less light falls on them, by that much.
+
+        So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
+        """
+        if light.skin <= 0:
+            return 1.0
+        return min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
+
+
+REGION = Eyes()
+
+
 def eye_places(face: Face) -> list[GridPlace | None]:
     """Where the grids of both eyes lie; None for one too narrow to be seen (a face from the side)."""
     forehead, chin, left, left_inner, right, right_inner = face.points_px[_CORNERS, :2].tolist()
@@ -158,11 +201,13 @@ def eye_places(face: Face) -> list[GridPlace | None]:
     return [_eye_place(left, left_inner, up), _eye_place(right, right_inner, up)]
 
 
-def eye_regions_of(places: list[GridPlace | None], made: FaceSurfaces) -> list[EyeRegion | None]:
+def lid_surfaces_of(
+    places: Sequence[GridPlace | None], made: FaceSurfaces
+) -> list[LidSurface | None]:
     """The lids that kernels/surface.cl made."""
     zones = ZoneWeights(made.lids[:, 0])
     return [
-        EyeRegion(Grid.at(place.to_px, LID_HW), lid[0], lid[1], OUTWARDS, lid[3:], zones, number)
+        LidSurface(Grid.at(place.to_px, LID_HW), lid[0], lid[1], OUTWARDS, lid[3:], zones, number)
         if place
         else None
         for number, (place, lid) in enumerate(zip(places, made.lids, strict=True))

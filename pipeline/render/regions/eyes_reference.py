@@ -10,7 +10,7 @@ from makeup_video.pipeline.render.regions.eyes import (
     CURVES,
     OUTWARDS,
     SIZE_WH,
-    EyeRegion,
+    LidSurface,
     ZoneWeights,
     eye_places,
 )
@@ -18,7 +18,7 @@ from makeup_video.pipeline.render.regions.eyes import (
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
 
 
-def eye_regions(face: Face) -> list[EyeRegion]:
+def lid_surfaces(face: Face) -> list[LidSurface]:
     """The lids of both eyes that are seen, in numpy: the twin of kernels/surface.cl."""
     seen = [eye for eye in _eyes(face) if eye is not None]
     if not seen:
@@ -34,7 +34,7 @@ def eye_regions(face: Face) -> list[EyeRegion]:
     normals = _normals(y, depth, height)
     zones = ZoneWeights(height)
     return [
-        EyeRegion(grid, height[number], lash_px[number], OUTWARDS, normals[number], zones, number)
+        LidSurface(grid, height[number], lash_px[number], OUTWARDS, normals[number], zones, number)
         for number, (grid, _) in enumerate(seen)
     ]
 

@@ -4,17 +4,20 @@ All of it lives on the grid of the face's lip patch, which is turned with the fa
 cut into columns; each has four contour points and the depths of the mesh's four rings.
 """
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
 from makeup_video.kernels.surface import LIPS_HW, FaceSurfaces, GridPlace
-from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS
-from makeup_video.pipeline.frames.sampling import step_px
+from makeup_video.pipeline.frames.sampling import Affine, compose, step_px
 from makeup_video.pipeline.render.grid import Box, Grid, box_of
 from makeup_video.pipeline.render.luminance import broad
+from makeup_video.pipeline.render.regions.base import LitSurface, SeenFace
+from makeup_video.pipeline.render.scene import SceneLight
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
 _SHADING_SIGMA = 2.5  # of that grid: what is finer is texture
@@ -33,7 +36,7 @@ OVER_SEAM = 0.3  # of that half: how far the edge is pushed over the line where 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LipRegion:
+class LipsSurface:
     """Lips, ready to be painted; (H, W) float32 on the patch, (H/2, W/2) on the coarse grid.
 
     grid: where the coarse grid lies on the frame.  odds: (H, W) log-odds of lipstick, limited to the
@@ -53,13 +56,13 @@ class LipRegion:
     boxes: dict[float, Box] = field(default_factory=dict, repr=False)
     spared: ClassVar[float] = 0.17  # the dark of the mouth: see `material`
 
-    def reach(self, softness: float, zone: str) -> tuple[np.ndarray, np.ndarray]:
+    def reach(self, softness: float, shape: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
         return patch.box_px(self._box(softness), more=2)  # weights are interpolated
 
     def weigh(
-        self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, zone: str
+        self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, shape: Mapping[str, Any]
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
 
@@ -115,6 +118,11 @@ class LipRegion:
         (above, below), mean = broad(luminance, (upper, lower), _SHADING_SIGMA)
         return below + self.upper * (above - below), mean
 
+    def scaled(self, to_new: Affine) -> "LipsSurface":
+        """The same on a picture of another size."""
+        grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
+        return replace(self, grid=grid, face=moved(self.face, to_new), boxes={})
+
 
 def lip_place(face: Face) -> GridPlace | None:
     """Where the lips' coarse grid and patch lie; None when the mouth is hidden."""
@@ -129,7 +137,31 @@ def lip_place(face: Face) -> GridPlace | None:
     return GridPlace(coarse, (a, b, left, c, d, top))
 
 
-def lip_region_of(face: Face, place: GridPlace, made: FaceSurfaces) -> LipRegion:
+class Lips:
+    """The region of lipstick. Its one surface comes from kernels/surface.cl."""
+
+    def places(self, face: Face) -> list[GridPlace | None]:
+        return [lip_place(face)]
+
+    def surfaces(
+        self, seen: SeenFace, places: Sequence[GridPlace | None]
+    ) -> list[LitSurface | None]:
+        (place,), made = places, seen.surfaces
+        if place is None or made is None:
+            return [None]
+        return [(lips_surface_of(seen.face, place, made), made.lips[0], made.means[0])]
+
+    def amount(self, face: Face) -> float:
+        return face.mouth_weight
+
+    def shade(self, light: SceneLight, mean: float) -> float:
+        return 1.0
+
+
+REGION = Lips()
+
+
+def lips_surface_of(face: Face, place: GridPlace, made: FaceSurfaces) -> LipsSurface:
     """The lips that kernels/surface.cl made."""
     grid = Grid.at(place.to_px, LIPS_HW)
-    return LipRegion(face, grid, made.odds, made.rim, made.lips[1:3], made.lips[3])
+    return LipsSurface(face, grid, made.odds, made.rim, made.lips[1:3], made.lips[3])

@@ -11,7 +11,7 @@ from makeup_video.pipeline.render.regions.lips import (
     LOWER,
     OVER_SEAM,
     UPPER,
-    LipRegion,
+    LipsSurface,
     lip_place,
 )
 
@@ -30,7 +30,7 @@ _CONTOUR_SHARE, _CONTOUR_MOST = 0.25, 4.0
 _WIDER = 0.25
 
 
-def lip_region(face: Face) -> LipRegion | None:
+def lips_surface(face: Face) -> LipsSurface | None:
     """The same in numpy, the twin of kernels/surface.cl. None when the mouth is hidden."""
     place = lip_place(face)
     if place is None:
@@ -54,7 +54,7 @@ def lip_region(face: Face) -> LipRegion | None:
     np.minimum(odds, _LIMIT_STEEPNESS * (inside + reach), out=odds)
     rim = np.maximum(opening, OVER_SEAM * opening)
     grid = Grid.at(place.to_px, upper.shape)
-    return LipRegion(face, grid, odds, rim, normals, upper)
+    return LipsSurface(face, grid, odds, rim, normals, upper)
 
 
 def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:

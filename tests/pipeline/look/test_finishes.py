@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import FINISHES, GraphicsParams, LookError, UsageError, product
-from makeup_video.pipeline.look.finishes import REGIONS
+from makeup_video.pipeline.look.regions import REGIONS
 
 CODES = st.tuples(*[st.integers(0, 255)] * 3)
 NAMES = st.sampled_from(list(FINISHES))
@@ -14,7 +14,7 @@ NAMES = st.sampled_from(list(FINISHES))
 
 def test_there_are_six_finishes_for_both_regions():
     assert list(FINISHES) == ["matte", "satin", "sheer", "gloss", "metallic", "shimmer"]
-    assert all(tuple(by_region) == REGIONS for by_region in FINISHES.values())
+    assert all(list(by_region) == list(REGIONS) for by_region in FINISHES.values())
 
 
 @pytest.mark.parametrize("region", REGIONS)
@@ -25,7 +25,7 @@ def test_a_finish_says_everything_but_the_colour(region):
         assert set(by_region[region]) == names
 
 
-@given(CODES, NAMES, st.sampled_from(REGIONS))
+@given(CODES, NAMES, st.sampled_from(list(REGIONS)))
 def test_every_colour_in_every_finish_is_a_product(rgb, finish, region):
     made = product(rgb, finish, region)
     assert (made.red, made.green, made.blue) == rgb

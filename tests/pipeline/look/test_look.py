@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import GraphicsParams, Look, LookError
-from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.look.regions.eyes import ZONES
 
 SPECS = {spec.name: spec.metadata for spec in fields(GraphicsParams)}
 SEVEN = ("red", "green", "blue", "opacity", "gloss", "gloss_roughness", "reflection")
@@ -139,7 +139,7 @@ def test_a_byte_order_mark_is_no_fault(tmp_path):
 
 
 def test_the_example_of_the_documentation_reads():
-    import makeup_video.pipeline.look as module
+    import makeup_video.pipeline.look.look as module
 
     text = module.__doc__.split("\n\n")[1]
     assert Look.from_dict(json.loads(text)).lips.red == 180

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import FINISHES, GraphicsParams, Look, UsageError, product
-from makeup_video.pipeline.look.look import ZONES
 from makeup_video.pipeline.look.options import (
     DEFAULT_FINISH,
     Choice,
@@ -14,6 +13,8 @@ from makeup_video.pipeline.look.options import (
     parse_color,
     parse_parts,
 )
+from makeup_video.pipeline.look.regions.eyes import ZONES
+from refusals import refused
 
 REGIONS = ("lips", "eyes")
 UNIT = st.floats(0, 1)
@@ -72,13 +73,13 @@ def test_three_digits_are_each_said_twice(nibbles):
     ],
 )
 def test_what_is_no_colour_is_refused_with_an_example(text):
-    with pytest.raises(UsageError, match="--color must be 3 or 6 hex digits such as '#B4002E'"):
+    with refused(UsageError, "--color must be 3 or 6 hex digits such as '#B4002E'"):
         parse_color(text)
 
 
 @pytest.mark.parametrize("text", ["", "nose", "lips,", "lips eyes", ",", "Lips"])
 def test_what_is_no_part_is_refused(text):
-    with pytest.raises(UsageError, match="--parts must be lips, eyes or lips,eyes"):
+    with refused(UsageError, "--parts must be lips, eyes or lips,eyes"):
         parse_parts(text)
 
 
@@ -124,7 +125,7 @@ def test_parts_are_painted_and_no_others(base, parts, rgb):
     choice = Choice(base=base, parts=parts, color=None if rgb is None else spelled(rgb))
     missing = [name for name in REGIONS if name in parts and getattr(base, name) is None]
     if missing and rgb is None:
-        with pytest.raises(UsageError, match=f"names the {missing[0]}.* leaves bare: add --color"):
+        with refused(UsageError, f"names the {missing[0]}.* leaves bare: add --color"):
             choose_look(choice)
         return
     look = choose_look(choice)
@@ -163,9 +164,8 @@ def test_dials_that_are_given_replace_those_of_the_look(base, strength, intensit
     ],
 )
 def test_each_mistake_is_one_line_that_names_the_option(choice, words):
-    with pytest.raises(UsageError, match=words) as caught:
+    with refused(UsageError, words):
         choose_look(Choice(**choice))
-    assert "\n" not in str(caught.value)
 
 
 def test_none_paints_nothing():

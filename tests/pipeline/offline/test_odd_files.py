@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from makeup import close_up_scene, paint_planes, painter
 from makeup_video.pipeline import Look, Settings, apply_look, find_faces, process_video, product
-from makeup_video.pipeline.render.regions.eyes import EyeRegion
+from makeup_video.pipeline.render.regions.eyes import LidSurface
 from media import decoded
 from people import clip, film, frame_of, portrait
 
@@ -50,13 +50,13 @@ def test_a_look_that_is_set_while_a_frame_is_painted_waits_for_the_next(monkeypa
     old = Look(eyes=EYES, zone="lid")
     scene = close_up_scene()
     wanted = paint_planes(scene, old)
-    weigh = EyeRegion.weigh
+    weigh = LidSurface.weigh
 
     def weigh_and_set(self, *rest):
         weigh(self, *rest)
         painter().set_look(replace(old, zone="full", strength=0.5))
 
-    monkeypatch.setattr(EyeRegion, "weigh", weigh_and_set)
+    monkeypatch.setattr(LidSurface, "weigh", weigh_and_set)
     for new, plane in zip(paint_planes(scene, old), wanted, strict=True):
         np.testing.assert_array_equal(new, plane)
 

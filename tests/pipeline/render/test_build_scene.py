@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import heads
 import numpy as np
 import pytest
-from makeup import close_up, scene_of, true_face
+from makeup import close_up, lit_of, scene_of, true_face
 from makeup_video.kernels.colour import decode
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.faces.face import FrameFaces
@@ -22,7 +22,7 @@ def item(pts=0, gain=1.0, track_id=0, cut=False):
 
 def means(build, *items):
     """Mean light of the lips after each frame."""
-    return [build(one).faces[0].lips.mean for one in items]
+    return [build(one).faces[0].regions["lips"][0].mean for one in items]
 
 
 def test_a_frame_without_faces_is_a_scene_without_faces():
@@ -33,20 +33,20 @@ def test_a_frame_without_faces_is_a_scene_without_faces():
 def test_a_face_has_lips_and_two_lids_each_with_its_light():
     scene = scene_of(frame_of(RGB8), (true_face(POINTS),))
     (face,) = scene.faces
-    assert len(face.eyes) == 2
-    for lit in (face.lips, *face.eyes):
-        assert lit.shading.shape == lit.region.normals.shape[1:]
+    assert len(face.regions["eyes"]) == 2
+    for lit in lit_of(face):
+        assert lit.shading.shape == lit.surface.normals.shape[1:]
         assert lit.shading.dtype == np.float32
         assert 0.02 < lit.mean < 0.7 and lit.shading.min() > 0
     codes = np.stack(frame_of(RGB8, pix_fmt="yuv444p").planes, axis=-1).astype(float)
     skin = decode(codes, scene.coding) @ (0.2126, 0.7152, 0.0722)
     lips = skin[round(POINTS[17, 1]) - 3, round(POINTS[17, 0])]  # above the lower border
-    assert face.lips.mean == pytest.approx(lips, rel=0.6)
+    assert face.regions["lips"][0].mean == pytest.approx(lips, rel=0.6)
 
 
 def test_a_hidden_mouth_is_missing_and_the_eyes_are_not():
     (face,) = scene_of(frame_of(RGB8), (true_face(POINTS, mouth_visible=0.1),)).faces
-    assert face.lips is None and len(face.eyes) == 2
+    assert not face.regions["lips"] and len(face.regions["eyes"]) == 2
 
 
 def test_faces_keep_their_order_and_their_lights():
@@ -58,7 +58,9 @@ def test_faces_keep_their_order_and_their_lights():
 def test_a_face_outside_the_frame_is_no_trouble():
     scene = scene_of(frame_of(RGB8), (true_face(POINTS + 5000), true_face(POINTS - 5000, 1)))
     for face in scene.faces:
-        assert np.isfinite(face.lips.shading).all() and np.isfinite(face.light.strength)
+        assert np.isfinite(face.regions["lips"][0].shading).all() and np.isfinite(
+            face.light.strength
+        )
 
 
 def test_a_face_from_the_side_has_the_lid_that_is_seen():
@@ -68,7 +70,7 @@ def test_a_face_from_the_side_has_the_lid_that_is_seen():
         points[:, 0] < middle, middle + 0.02 * (points[:, 0] - middle), points[:, 0]
     )
     (face,) = scene_of(frame_of(RGB8), (heads.face(points),)).faces
-    assert len(face.eyes) <= 2 and face.lips is not None
+    assert len(face.regions["eyes"]) <= 2 and face.regions["lips"]
 
 
 def test_light_settles_slowly_and_by_time_not_by_frames():
@@ -124,5 +126,6 @@ def test_threads_that_build_scenes_at_once_do_not_mix_them_up():
     with ThreadPoolExecutor(2) as pool:
         for scenes, want in zip(pool.map(many, (0, 1)), alone, strict=True):
             for scene in scenes:
-                np.testing.assert_array_equal(scene.lips.shading, want.lips.shading)
-                np.testing.assert_array_equal(scene.eyes[1].region.up, want.eyes[1].region.up)
+                (lips, *lids), (wanted, *wanted_lids) = lit_of(scene), lit_of(want)
+                np.testing.assert_array_equal(lips.shading, wanted.shading)
+                np.testing.assert_array_equal(lids[1].surface.up, wanted_lids[1].surface.up)

@@ -146,7 +146,7 @@ def test_a_face_whose_size_wavers_is_painted_one_way(monkeypatch):
             job.window
             for face in scene.faces
             for part in composite._parts(face, BOTH)
-            for job in composite_module._jobs(scene, face, part, BOTH.zone)
+            for job in composite_module._jobs(scene, face, part)
         ]
         areas.append(sum(window.width * window.height for window in windows))
     assert areas[1] < areas[0]

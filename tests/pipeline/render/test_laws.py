@@ -21,6 +21,7 @@ from makeup import (
     flat_surface,
     inside,
     lights,
+    lit_of,
     paint_codes,
     paint_planes,
     params,
@@ -51,7 +52,8 @@ from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.finishes import product as finished
-from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions.eyes import ZONES
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import white_light
@@ -193,9 +195,9 @@ def test_even_frames_of_any_code_and_transfer_are_painted_without_nan(look, ligh
         scene = scene_of(frame, (true_face(points),), light)
         planes = paint_planes(scene, look)
     assert max(plane.max() for plane in planes) <= 1023
-    for lit in (scene.faces[0].lips, *scene.faces[0].eyes):
+    for lit in lit_of(scene.faces[0]):
         assert np.isfinite(lit.shading).all() and np.isfinite(lit.mean)
-        assert np.isfinite(lit.region.normals).all()
+        assert np.isfinite(lit.surface.normals).all()
 
 
 # 5

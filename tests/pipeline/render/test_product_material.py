@@ -14,9 +14,9 @@ from makeup_video.pipeline.render.scene import SceneLight, white_light
 FACING = SkinAxes(np.eye(2), 200.0)
 
 
-def lit(light=None, amount=1.0, place=FACING, coding=None, **given_params):
+def lit(light=None, amount=1.0, axes=FACING, coding=None, **given_params):
     return material(
-        product(**given_params), amount, light or white_light(), place, coding or Coding()
+        product(**given_params), amount, light or white_light(), axes, coding or Coding()
     )
 
 
@@ -59,7 +59,7 @@ def test_shimmer_fades_with_a_product_that_is_hardly_there():
 
 
 def test_sparkles_finer_than_a_pixel_are_not_drawn():
-    small, large = (lit(shimmer=1, place=SkinAxes(np.eye(2), px)) for px in (30.0, 900.0))
+    small, large = (lit(shimmer=1, axes=SkinAxes(np.eye(2), px)) for px in (30.0, 900.0))
     assert sum(small.sparkle) == 0 and sum(large.sparkle) > 0
 
 
@@ -80,7 +80,7 @@ def test_a_highlight_lies_between_light_and_viewer_in_the_region_s_own_axes():
     x, y, z = lit(left).half_way
     assert x < -0.2 and abs(y) < 1e-6 and z > 0.8
     upside_down = SkinAxes(-np.eye(2), 200.0)
-    assert lit(left, place=upside_down).half_way[:2] == pytest.approx((-x, -y))
+    assert lit(left, axes=upside_down).half_way[:2] == pytest.approx((-x, -y))
 
 
 def test_hdr_has_room_for_highlights_beyond_white():
@@ -90,8 +90,8 @@ def test_hdr_has_room_for_highlights_beyond_white():
 
 @settings(max_examples=150, deadline=None)
 @given(params(), st.floats(0, 1), lights(), places(), codings(), st.booleans())
-def test_every_number_is_finite_and_in_its_range(p, amount, light, place, coding, spares):
-    m = material(p, amount, light, place, coding, spares)
+def test_every_number_is_finite_and_in_its_range(p, amount, light, axes, coding, spares):
+    m = material(p, amount, light, axes, coding, spares)
     assert np.isfinite(np.hstack(astuple(m))).all() and np.isfinite(m.numbers()).all()
     for share in (m.opacity, m.texture, m.undertone, m.reflection, m.shimmer):
         assert 0 <= share <= 1

@@ -8,17 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import close_up, inside, true_face
 from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, RIGHT_EYE
-from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.look.regions.eyes import ZONES
 from makeup_video.pipeline.render.regions.eyes import ZONES as ZONE_OF
-from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
+from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
 
 HW = (220, 200)
 
 
 def weights(points, zone="lid", softness=0.5, hw=HW):
     out = np.zeros((2, *hw), np.float32)
-    for region, part in zip(eye_regions(true_face(points)), out, strict=True):
-        region.weigh(part, (0, 0), softness, zone)
+    for region, part in zip(lid_surfaces(true_face(points)), out, strict=True):
+        region.weigh(part, (0, 0), softness, {"zone": zone})
     return out
 
 
@@ -86,11 +86,11 @@ def test_a_closing_lid_takes_the_shadow_down_with_it():
 def test_zones_turn_with_the_face_and_stay_within_their_corners(degrees, scale, softness, zone):
     _, points = close_up()
     points = turned(points, degrees, scale)
-    for region in eye_regions(true_face(points)):
-        low, high = region.reach(softness, zone)
+    for region in lid_surfaces(true_face(points)):
+        low, high = region.reach(softness, {"zone": zone})
         origin = np.floor(low).astype(int) - 15
         out = np.zeros(tuple(np.ceil(high - low).astype(int)[::-1] + 30), np.float32)
-        region.weigh(out, tuple(origin), softness, zone)
+        region.weigh(out, tuple(origin), softness, {"zone": zone})
         assert np.isfinite(out).all() and 0.3 < out.max() <= 1
         y, x = np.nonzero(out)
         assert (x + origin[0] >= low[0] - 1.5).all() and (x + origin[0] <= high[0] + 1.5).all()
@@ -109,7 +109,7 @@ def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean):
     points = np.column_stack([points, lean * points[:, 0] - 3 * lean * points[:, 1]])
     shaken = points + np.random.default_rng(1).normal(0, 6, points.shape)
     for some in (points, points * (0.2, 1, 1), shaken, 0 * points + 50):
-        for region in eye_regions(heads.face(some)):
+        for region in lid_surfaces(heads.face(some)):
             assert np.isfinite(region.normals).all() and np.isfinite(region.up).all()
             assert (np.square(region.normals).sum(0) < 1).all()
 
@@ -119,15 +119,15 @@ def test_eyes_too_narrow_to_be_seen_are_left_out():
     gone = points.copy()
     gone[EYE] = points[EYE].mean(0) + (points[EYE] - points[EYE].mean(0)) * (0.05, 1)
     gone[[33, 133], 1] = gone[33, 1]
-    assert len(eye_regions(true_face(points))) == 2
-    assert len(eye_regions(true_face(gone))) == 1
+    assert len(lid_surfaces(true_face(points))) == 2
+    assert len(lid_surfaces(true_face(gone))) == 1
 
 
 def test_the_light_of_a_lid_is_measured_on_skin():
     """What is bright on the eyeball does not count."""
     _, points = close_up()
     for region, contour in zip(
-        eye_regions(true_face(points)), (EYE_CONTOUR, RIGHT_EYE[:16]), strict=True
+        lid_surfaces(true_face(points)), (EYE_CONTOUR, RIGHT_EYE[:16]), strict=True
     ):
         eyeball = inside(points[contour], HW, 1).astype(np.float32)
         back = cv2.invertAffineTransform(region.grid.to_px)

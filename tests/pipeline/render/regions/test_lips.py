@@ -10,14 +10,14 @@ from makeup import close_up, inside, true_face
 from makeup_video.pipeline.faces.face import MIN_FACE_PX
 from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.frames.sampling import compose
-from makeup_video.pipeline.render.regions.lips_reference import lip_region
+from makeup_video.pipeline.render.regions.lips_reference import lips_surface
 
 HW = (220, 200)
 
 
 def weight_of(face, hw=HW, softness=0.5, origin_xy=(0, 0)):
     out = np.full(hw, np.nan, np.float32)
-    lip_region(face).weigh(out, origin_xy, softness, "lid")
+    lips_surface(face).weigh(out, origin_xy, softness, {})
     return out
 
 
@@ -83,8 +83,8 @@ def test_a_mask_that_leaves_something_out_is_believed():
 @pytest.mark.parametrize("visible", [0.0, 0.1, 0.2])
 def test_a_hidden_mouth_has_no_lips(visible):
     _, points = close_up()
-    assert lip_region(heads.face(points, mouth_visible=visible)) is None
-    assert lip_region(heads.face(points, mouth_visible=0.3)) is not None
+    assert lips_surface(heads.face(points, mouth_visible=visible)) is None
+    assert lips_surface(heads.face(points, mouth_visible=0.3)) is not None
 
 
 def test_a_window_is_a_part_of_the_whole():
@@ -107,8 +107,8 @@ def test_nothing_is_painted_beyond_the_region_s_corners(degrees, scale, softness
         logits=face.lips.logits,
         to_px=compose(spin, face.lips.to_px),
     )
-    region = lip_region(face)
-    low, high = region.reach(softness, "lid")
+    region = lips_surface(face)
+    low, high = region.reach(softness, {})
     hw = tuple(np.ceil(high - low).astype(int)[::-1] + 40)
     origin = np.floor(low).astype(int) - 20
     weight = weight_of(face, hw, softness, tuple(origin))
@@ -124,7 +124,7 @@ def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean, depth
     points = turned(points, degrees)
     leaning = np.column_stack([points, depth * np.abs(points[:, 0] - 90) + lean * points[:, 1]])
     for some in (leaning, leaning * (0.0, 1.0, 1.0), leaning * 0 + 50):
-        region = lip_region(heads.face(some, to_px=heads.face(points).lips.to_px))
+        region = lips_surface(heads.face(some, to_px=heads.face(points).lips.to_px))
         if region is not None:
             assert np.isfinite(region.normals).all() and np.isfinite(region.odds).all()
             assert (np.square(region.normals).sum(0) < 1).all()
@@ -133,7 +133,7 @@ def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean, depth
 def test_lips_bulge_towards_the_viewer():
     """The border of the upper lip looks up, that of the lower one down."""
     _, points = close_up()
-    region = lip_region(true_face(points))
+    region = lips_surface(true_face(points))
     back = cv2.invertAffineTransform(region.grid.to_px)
     top, bottom = (points[at] @ back[:, :2].T + back[:, 2] for at in (0, 17))
     ny = region.normals[1]

@@ -5,19 +5,19 @@ from dataclasses import replace
 import heads
 import numpy as np
 from makeup import close_up, true_face
-from makeup_video.pipeline.render.regions.lips_reference import lip_region
+from makeup_video.pipeline.render.regions.lips_reference import lips_surface
 
 
 def test_where_the_lips_meet_the_light_follows_the_mouth_without_steps():
     face = true_face(close_up()[1])
-    here = lip_region(face)
+    here = lips_surface(face)
     rows = np.arange(here.upper.shape[0])[:, None]
     luminance = np.where(rows < here.upper.sum(0).mean(), 0.1, 0.3) + np.zeros_like(here.upper)
     step_px = here.grid.step_px() / 8
     seen = []
     for eighths in range(9):
         moved = replace(face, points_px=face.points_px + np.float32([0, eighths * step_px, 0]))
-        seen.append(lip_region(moved).shaded(luminance.astype(np.float32))[0])
+        seen.append(lips_surface(moved).shaded(luminance.astype(np.float32))[0])
     jumps = np.abs(np.diff(seen, axis=0))
     whole = np.abs(seen[-1] - seen[0]).max()
     assert whole > 0.05, "the line has moved by a pixel of the grid"
@@ -28,6 +28,6 @@ def test_where_a_contour_is_steep_the_border_is_no_stair():
     points = close_up()[1].copy()
     points[:, 0] *= 0.6  # lips as for a kiss
     face = heads.face(points, logits=np.full((80, 112), 30, np.float32))
-    odds = lip_region(face).odds
+    odds = lips_surface(face).odds
     steep = np.hypot(*np.gradient(odds))[np.abs(odds) < 6]
     assert np.quantile(steep, 0.95) < 1.3 * np.median(steep)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from heads import HEAD_PX, face
 from makeup_video.pipeline.render.regions.eyes import ZONES
-from makeup_video.pipeline.render.regions.eyes_reference import eye_regions
-from makeup_video.pipeline.render.regions.lips_reference import lip_region
+from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.regions.lips_reference import lips_surface
 
 
 def seen(region, softness, zone):
     """Where in a large picture there is weight: lowest and highest (x, y), or None."""
     weight = np.zeros((720, 1280), np.float32)
-    region.weigh(weight, (0, 0), softness, zone)
+    region.weigh(weight, (0, 0), softness, {"zone": zone})
     y, x = np.nonzero(weight)
     return (np.array([x.min(), y.min()]), np.array([x.max(), y.max()])) if len(x) else None
 
@@ -21,14 +21,14 @@ def seen(region, softness, zone):
 def test_no_weight_lies_beyond_the_reach(softness, zone):
     for index in range(0, len(HEAD_PX), 60):
         one = face(HEAD_PX[index])
-        for region in (lip_region(one), *eye_regions(one)):
-            low, high = region.reach(softness, zone)
+        for region in (lips_surface(one), *lid_surfaces(one)):
+            low, high = region.reach(softness, {"zone": zone})
             there = seen(region, softness, zone)
             assert (there[0] >= np.floor(low)).all() and (there[1] <= np.ceil(high)).all()
 
 
 def test_the_reach_of_a_lid_is_no_more_than_its_zone_needs():
-    for region in eye_regions(face(HEAD_PX[0])):
-        low, high = region.reach(0.5, "lid")
+    for region in lid_surfaces(face(HEAD_PX[0])):
+        low, high = region.reach(0.5, {"zone": "lid"})
         there = seen(region, 0.5, "lid")
         assert np.prod(high - low) < 1.6 * np.prod(there[1] - there[0])

@@ -1,0 +1,19 @@
+"""Errors as the command spells them: options that a message names have their dashes."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from makeup_video.cli.outcome import option_of_command
+from makeup_video.pipeline import MakeupVideoError
+
+
+@contextmanager
+def refused(kind: type[MakeupVideoError], match: str) -> Iterator[None]:
+    """What happens inside must raise `kind`, in one line in which `match` is found."""
+    with pytest.raises(kind) as caught:
+        yield
+    line = caught.value.spelled(option_of_command)
+    assert re.search(match, line), line
+    assert "\n" not in line
