@@ -1,4 +1,4 @@
-"""The options of `apply` that say what is painted, on whom, and how it is shown."""
+"""The options of `apply`: the look, the faces, the comparison and the saved look."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Lines for people: whatever is in a name, a terminal shows it and does not obey it."""
+"""Log lines: a terminal shows every character of a name and obeys none."""
 
 import pytest
 from makeup_video.cli.console import log, printable

@@ -1,4 +1,4 @@
-"""`makeup-video demo`: it says where the page is, and Ctrl-C is its good end."""
+"""`makeup-video demo`: it prints the address of the page and succeeds after Ctrl-C."""
 
 import re
 import signal

@@ -1,4 +1,4 @@
-"""`makeup-video estimate`: what was read, for people, for programs and as a look file."""
+"""`makeup-video estimate`: the makeup of a photo as text, as JSON and as a look file."""
 
 import json
 import os

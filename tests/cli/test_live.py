@@ -1,4 +1,4 @@
-"""`live` with a film as the camera: what it writes, what it refuses, and how it ends."""
+"""`makeup-video live` with a film as the camera: its outputs, its errors, and its end."""
 
 import io
 import re
@@ -39,7 +39,7 @@ def lines(done):
 
 
 def reddest(path):
-    """Of each frame, how far Cr is above the middle at its reddest."""
+    """By frame, how far the highest Cr is above the middle, in codes."""
     return [int(picture.to_ndarray()[-90:].max()) - 128 for picture in decoded(path)]
 
 
@@ -104,7 +104,7 @@ def test_a_port_that_is_taken_is_told_with_what_to_do(folder):
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
 def test_ctrl_c_is_the_usual_end_and_the_recording_is_whole(folder, name):
-    """However often Ctrl-C comes, until the very last moment."""
+    """Ctrl-C is repeated until the process ends."""
     words = ["live", "--camera", "in.mkv", "--loop", "--color", "#D00020", "-o", "out.mp4"]
     with subprocess.Popen(
         [sys.executable, "-m", "makeup_video.cli", *words, "--port", "0", "--no-browser"],
@@ -174,7 +174,7 @@ def test_the_terminal_line_has_speed_delay_and_notices():
 
 
 class ClosedTerminal(io.StringIO):
-    """One whose window was closed: it is a terminal, and nothing can be written any more."""
+    """A terminal whose window was closed: every write fails."""
 
     def isatty(self):
         return True

@@ -1,4 +1,4 @@
-"""The command line, run in-process where that is enough and as a real process where it is not."""
+"""The command line, as a real process where running it in this one is not enough."""
 
 import json
 import os
@@ -229,7 +229,7 @@ def test_a_second_ctrl_c_does_not_cost_the_part_file(folder, long_clip):
 
 
 def test_a_busy_thread_keeps_neither_process_nor_exit_code():
-    """Such as a photo that a page sent, and that takes its time to be read."""
+    """Such a thread reads a large photo that a page sent."""
     code = (
         "import time; from makeup_video.cli import main\n"
         "from makeup_video.web.worker import Worker\n"
@@ -239,7 +239,7 @@ def test_a_busy_thread_keeps_neither_process_nor_exit_code():
 
 
 def test_ctrl_c_keeps_its_exit_code_while_python_compiles():
-    """Python remembers such an interruption, and would end by the signal."""
+    """Python remembers such an interruption, and would otherwise end by the signal."""
     code = (
         "import sys, types; from makeup_video.cli import main\n"
         "def app(**_): exec('raise KeyboardInterrupt')\n"
@@ -357,7 +357,7 @@ def test_ctrl_c_leaves_a_playable_part_within_two_seconds(folder, long_clip, nam
 
 
 def test_a_full_disk_is_one_line_and_leaves_no_file(folder, long_clip):
-    """A limit on the file's size stands for the disk; the kernel's answer is much the same."""
+    """A limit on the size of files stands for a full disk; the error is much the same."""
 
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
@@ -396,7 +396,7 @@ def test_a_folder_without_write_permission(folder):
 
 
 def test_a_read_only_folder_is_refused_even_for_root(folder):
-    """/proc takes no new file from anybody."""
+    """Nobody can create a file in /proc."""
     result = run("in.mp4", "--look", "none", "-o", "/proc/out.mp4")
     assert result.exit_code == 4
     assert len(result.output.splitlines()) == 1 and "cannot be written" in result.output
@@ -444,7 +444,7 @@ def test_elsewhere_a_plain_line_now_and_then(monkeypatch, capsys):
 
 
 def test_nothing_heavy_is_imported_before_it_is_needed():
-    """Start-up is part of the job: no OpenCV, no ONNX Runtime, no OpenCL, no rich for --help."""
+    """A quick start: --help loads no OpenCV, no ONNX Runtime, no OpenCL and no rich."""
     code = (
         "import sys; from makeup_video.cli.app import app\n"
         "heavy = {'cv2', 'onnxruntime', 'pyopencl', 'av', 'numpy'} & set(sys.modules)\n"
@@ -457,7 +457,7 @@ def test_nothing_heavy_is_imported_before_it_is_needed():
 
 
 def test_ctrl_c_raised_as_another_error_is_still_a_stop(monkeypatch, capsys):
-    """As when it comes while a C module is being loaded."""
+    """This happens while a C module is being loaded."""
     ended = []
 
     def app(**_):

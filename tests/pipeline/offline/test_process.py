@@ -375,9 +375,15 @@ def test_the_report_counts_what_happened(tmp_path):
 
 @pytest.mark.parametrize(
     ("cores", "threads", "expected"),
-    [(1, 0, (1, 0)), (2, 0, (1, 0)), (8, 0, (4, 0)), (8, 3, (3, 3))],
+    [
+        (1, (None, None), (1, 0)),
+        (2, (None, None), (1, 0)),
+        (8, (None, None), (4, 0)),
+        (8, (3, 2), (3, 2)),
+        (8, (0, 0), (0, 0)),
+    ],
 )
-def test_codecs_take_the_threads_that_suit_the_cores_or_were_asked_for(
+def test_codecs_take_the_threads_of_the_settings_or_the_cores(
     tmp_path, monkeypatch, cores, threads, expected
 ):
     taken = {}
@@ -395,7 +401,10 @@ def test_codecs_take_the_threads_that_suit_the_cores_or_were_asked_for(
     monkeypatch.setattr(process, "VideoEncoder", encode)
     monkeypatch.setattr(process, "cores", lambda: cores)
     src = make_clip(tmp_path / "in.mp4", frames=3)
-    through(src, tmp_path / "out.mp4", threads=threads)
+    decoder_threads, encoder_threads = threads
+    through(
+        src, tmp_path / "out.mp4", decoder_threads=decoder_threads, encoder_threads=encoder_threads
+    )
     assert (taken["decode"], taken["encode"]) == expected
 
 
