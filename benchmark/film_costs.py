@@ -1,4 +1,4 @@
-"""One film: bare codec, --look none and the whole product in turn; start and memory."""
+"""The costs of a film: bare codec, --look none and the whole product in turn; start, memory."""
 
 from pathlib import Path
 from statistics import median
@@ -7,29 +7,29 @@ from typing import Any
 
 from makeup_video.benchmark.films import RATE, Clip, first_frames
 from makeup_video.benchmark.harness import BARE_THREADS, Bench, beside, in_turn, middle, own_threads
-from makeup_video.benchmark.runs import Run, first_time, run_bare, run_command, run_product
-from makeup_video.benchmark.stages import Observed, bottleneck, fills
+from makeup_video.benchmark.runs import Run, empty_caches, run_bare, run_command, run_product
+from makeup_video.benchmark.stages import StageLog, bottleneck, fills
 from makeup_video.pipeline import Report, Settings, process_video
 
-_CHOOSING = 150  # frames, while the best threads are looked for
-_DEFAULT_RUNS = 2  # with the default preset and quality: they only tell times real time
+_CHOOSING = 150  # frames on which the bare loop's threads are compared
+_DEFAULT_RUNS = 2  # with the default preset and quality, for times real time alone
 _START_SECONDS, _STARTS = 2, 3
 
 
 def compare(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
     """Bare loops, `--look none` and the whole product in turn (A B C D, B C D A, ...).
 
-    bare: the loop with its best threads, which is the limit.  codec: with the product's own, so that the CPU
-    time that the product takes more is all that is not codec.
-    Ratios are those of medians; their spread is that of the rounds, and tells how quiet the machine was.
+    bare: the loop with its best threads, which is the limit.  codec: the loop with the product's
+    threads; the product's CPU time beyond it is all that is not codec.
+    Ratios are those of medians. Their spread is that of the rounds; a busy machine makes it wide.
     """
     bare_file, our_file = bench.folder / "bare.mp4", bench.folder / "ours.mp4"
-    bench.told(f"{name}: the bare loop's best threads")
+    bench.log(f"{name}: the bare loop's best threads")
     by_threads = _bare_by_threads(bench, clip)
     best = max(by_threads, key=lambda threads: by_threads[threads])
-    # what is loaded and compiled once is told apart: see own_process
+    # loads and compiles what is needed once, which own_process measures
     run_product(bench.folder / "short.mp4", our_file, bench.look)
-    observed, reports = Observed(), []
+    observed, reports = StageLog(), []
 
     def whole() -> Run:
         observed.start()
@@ -48,11 +48,11 @@ def compare(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
         },
         bench.rounds,
     )
-    bench.told(f"{name}: the default preset")
+    bench.log(f"{name}: the default preset")
     times = [_times_real_time(bench, clip) for _ in range(min(_DEFAULT_RUNS, bench.rounds))]
     stages, channels = observed.table(clip.frames), fills(report.channels for report in reports)
     return {
-        "film": clip.told,
+        "film": clip.description,
         "bare": {**middle(runs["bare"]), "threads": list(best)},
         "bare_by_threads": {f"{a}+{b}": fps for (a, b), fps in by_threads.items()},
         "codec": {**middle(runs["codec"]), "threads": list(own_threads())},
@@ -61,7 +61,7 @@ def compare(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
             **middle(runs["product"]),
             **beside(runs["product"], runs["bare"], runs["codec"]),
         },
-        "painted_share": min(_painted(report) for report in reports),
+        "painted_share": min(_painted_share(report) for report in reports),
         "default_times_real_time": median(times),
         "stages": stages,
         "channels": channels,
@@ -69,7 +69,7 @@ def compare(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
     }
 
 
-def _painted(report: Report) -> float:
+def _painted_share(report: Report) -> float:
     return (report.painted_frames or 0) / report.frames_out
 
 
@@ -80,38 +80,38 @@ def _times_real_time(bench: Bench, clip: Clip) -> float:
 
 
 def _bare_by_threads(bench: Bench, clip: Clip) -> dict[tuple[int, int], float]:
-    """Frames/s of the bare loop by its threads; two passes over all, the better one counts."""
+    """Frames/s of the bare loop by its threads, the better of two passes."""
     short, target = bench.folder / "short.mp4", bench.folder / "bare.mp4"
     first_frames(clip.path, short, _CHOOSING)
     run_bare(short, target, BARE_THREADS[0])  # warms the file cache, not counted
     passes = [{t: run_bare(short, target, t).fps for t in BARE_THREADS} for _ in range(2)]
-    return {threads: max(done[threads] for done in passes) for threads in BARE_THREADS}
+    return {threads: max(fps[threads] for fps in passes) for threads in BARE_THREADS}
 
 
 def own_process(bench: Bench, clip: Clip, name: str) -> dict[str, float]:
-    """What only the real command in its own process shows: peak memory, and how long it takes to start.
+    """What only the real command in its own process shows: peak memory and start-up time.
 
-    first: where our kernels were never compiled; warm: the median of some later starts.
+    first_start_seconds: with empty kernel caches.  start_seconds: median of later starts.
     """
-    bench.told(f"{name}: start and memory")
+    bench.log(f"{name}: start and memory")
     target = bench.folder / "own.mp4"
     short = ("--end", str(_START_SECONDS))
 
     def start(environment: dict[str, str]) -> float:
-        done = run_command(
+        values = run_command(
             clip.path,
             target,
-            bench.worn,
+            bench.look_words,
             words=short,
             environment=environment,
             stderr=bench.child_stderr,
         )
-        return float(done["start_seconds"])
+        return float(values["start_seconds"])
 
     with TemporaryDirectory(dir=bench.folder) as caches:
-        kept = first_time(Path(caches))
-        first, *warm = [start(kept) for _ in range(1 + _STARTS)]
-    whole = run_command(clip.path, target, bench.worn, stderr=bench.child_stderr)
+        environment = empty_caches(Path(caches))
+        first, *warm = [start(environment) for _ in range(1 + _STARTS)]
+    whole = run_command(clip.path, target, bench.look_words, stderr=bench.child_stderr)
     return {
         "first_start_seconds": first,
         "start_seconds": median(warm),

@@ -1,7 +1,7 @@
 """The films that `makeup-video bench` measures with, all made from one clip.
 
-They are as long as is asked for: played forwards, backwards, forwards ..., so that nothing jumps; a
-jump would be a cut, where every face is looked for anew.
+A film may be longer than its clip, which is then played forwards, backwards, forwards ... without a
+jump. A jump would be a scene cut, where the detector looks for every face anew.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,31 +21,36 @@ from makeup_video.pipeline.media.input_file import local_file, open_video
 
 CODEC, PRESET, CRF = "libx264", "veryfast", 20
 RATE = 30  # frames/s of every film here
-FACE_SHARE = 0.5  # of the height of a film: from the top of the forehead to the chin
+FACE_SHARE = 0.5  # of the height of a film, from the top of the forehead to the chin
 LIKE_A_FILM = {"preset": PRESET, "crf": str(CRF)}
-_NEARLY_LOSSLESS = {"preset": "ultrafast", "crf": "12"}  # for what is only read again
-_GROUP = 15  # frames from one keyframe to the next, where a film is read backwards too
-_PROBE = 30  # every so many frames, faces are looked for
+_NEARLY_LOSSLESS = {"preset": "ultrafast", "crf": "12"}  # for intermediate files
+_GROUP = 15  # frames from one keyframe to the next, in a film that is also read backwards
+_PROBE = 30  # faces are counted in every 30th frame
 _FOREHEAD, _CHIN = 10, 152
 _GREY = 110
 
-Box = tuple[int, int, int, int]  # x0, y0, x1, y1 px; what lies beyond the border repeats it
+Box = tuple[int, int, int, int]  # x0, y0, x1, y1 px; beyond the picture its border is repeated
 
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """A film to measure with. faces: how many it shows; cut: one face was brought to FACE_SHARE."""
+    """A film to measure with.
+
+    faces: how many it shows.  is_cropped: cropped so that its one face fills FACE_SHARE of the
+    height.
+    """
 
     path: Path
     size_wh: tuple[int, int]
     frames: int
     faces: int
-    is_cut: bool
+    is_cropped: bool
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
+        """Size, length and faces in words."""
         shown = f"{self.faces} face{'' if self.faces == 1 else 's'}"
-        if self.is_cut:
+        if self.is_cropped:
             shown = f"one face, brought to {FACE_SHARE:g} of the height"
         return f"{self.size_wh[0]}x{self.size_wh[1]}, {self.frames} frames, {shown}"
 
@@ -60,15 +65,16 @@ def make_clip(
     width_px: int | None = None,
     loops: bool = False,
 ) -> Clip:
-    """`source` scaled to a height, so many frames long, as H.264 at 30 frames/s without sound.
+    """Scale a clip to a height, as H.264 at 30 frames/s without sound.
 
-    Where it shows one face, it is cut to 16:9 (or to width_px) so that this fills FACE_SHARE of the
-    height; where it shows several, or as_is, it is only scaled.  loops: its end leads to its
-    beginning; it may then be shorter.  Raises InputError where no face is seen.
+    A clip of one face is cropped to 16:9 (or to width_px) so that the face fills FACE_SHARE of the
+    height. A clip of several faces is only scaled, as is every clip with as_is.
+    frames: length of the film.  loops: the end of the film leads to its beginning; it may then be
+    shorter.  Raises InputError for a clip without a face, or a damaged one.
     """
     faces, size_wh, box = _view(source, frames)
-    is_cut = faces == 1 and not as_is
-    if is_cut:
+    is_cropped = faces == 1 and not as_is
+    if is_cropped:
         width_px = width_px or round(height_px * 8 / 9) * 2
         box = _around(box, width_px / height_px, size_wh)
     else:
@@ -76,19 +82,21 @@ def make_clip(
         width_px = max(round(size_wh[0] * height_px / size_wh[1] / 2), 1) * 2
     most = frames // 2 + 1 if loops else frames
     with TemporaryDirectory(dir=target.parent) as folder:
-        kept = Path(folder) / "kept.mkv"
+        forwards = Path(folder) / "forwards.mkv"
         pictures = islice(_upright(source), most)
         scaled = (_scaled(planes, box, (width_px, height_px)) for planes in pictures)
-        unique = write_film(kept, scaled, {**_NEARLY_LOSSLESS, "g": str(_GROUP)})
+        unique = write_film(forwards, scaled, {**_NEARLY_LOSSLESS, "g": str(_GROUP)})
         if loops:
             frames = max(2 * (unique - 1), 1)
-        write_film(target, islice(_there_and_back(kept, unique), frames), LIKE_A_FILM)
-    return Clip(target, (width_px, height_px), frames, faces, is_cut)
+        write_film(target, islice(_there_and_back(forwards, unique), frames), LIKE_A_FILM)
+    return Clip(target, (width_px, height_px), frames, faces, is_cropped)
 
 
 def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Box]:
-    """How many faces a film shows, its size, and where one face is: its middle column, forehead and
-    chin as a box of no width."""
+    """The number of faces in a clip, its size, and its face as a box of no width.
+
+    The box is a line in the middle of the face, from the forehead to the chin, on average.
+    """
     counts, ends, size_wh = [], [], (0, 0)
     for planes in islice(_upright(source), 0, frames, _PROBE):
         size_wh = planes.shape[2], planes.shape[1]
@@ -110,8 +118,10 @@ def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Box]:
 
 
 def _around(face: Box, aspect: float, size_wh: tuple[int, int]) -> Box:
-    """A box of that width / height where the face has FACE_SHARE of the height: the face in the
-    middle, or off it as far as needed to stay within the picture."""
+    """A box of this width / height in which the face fills FACE_SHARE of the height.
+
+    The face is in the middle of the box, or off it as far as needed to keep the box in the picture.
+    """
     x, y0, _, y1 = face
     height = round((y1 - y0) / FACE_SHARE)
     width = round(height * aspect)
@@ -124,7 +134,7 @@ def _around(face: Box, aspect: float, size_wh: tuple[int, int]) -> Box:
 
 
 def _upright(source: Path) -> Iterator[np.ndarray]:
-    """The pictures of any film: (3, H, W) uint8, Y'CbCr 4:4:4, as they are shown. Raises InputError."""
+    """The pictures of any film, upright: (3, H, W) uint8, Y'CbCr 4:4:4. Raises InputError."""
     opened = open_video(local_file(source))
     try:
         for picture in opened.container.decode(opened.video):
@@ -139,29 +149,29 @@ def _upright(source: Path) -> Iterator[np.ndarray]:
 
 
 def _scaled(planes: np.ndarray, box: Box, size_wh: tuple[int, int]) -> av.VideoFrame:
-    """A box of (3, H, W), scaled to a size, as 4:2:0."""
+    """The box of planes (3, H, W), scaled to a size, as 4:2:0."""
     x0, y0, x1, y1 = box
     height, width = planes.shape[1:]
-    part = planes[:, max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
+    inside = planes[:, max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
     beyond = (
         (0, 0),
         (max(-y0, 0), max(y1 - height, 0)),
         (max(-x0, 0), max(x1 - width, 0)),
     )
-    part = np.ascontiguousarray(np.pad(part, beyond, mode="edge"))
-    picture = av.VideoFrame.from_ndarray(part, format="yuv444p")
+    cropped = np.ascontiguousarray(np.pad(inside, beyond, mode="edge"))
+    picture = av.VideoFrame.from_ndarray(cropped, format="yuv444p")
     return picture.reformat(*size_wh, format="yuv420p")
 
 
 def _there_and_back(film: Path, unique: int) -> Iterator[av.VideoFrame]:
-    """The pictures 0 1 2 ... n-1 n-2 ... 1 0 1 ... of a film with keyframes every _GROUP, for ever."""
+    """The pictures 0 1 ... n-1 n-2 ... 1 0 1 ... of a film with keyframes every _GROUP, endless."""
     return chain.from_iterable(
         chain(pictures(film), _backwards(film, unique)) for _ in repeat(None)
     )
 
 
 def _backwards(film: Path, unique: int) -> Iterator[av.VideoFrame]:
-    """The pictures n-2 ... 1; a few of them are in memory at a time."""
+    """The pictures n-2 ... 1, one group of them in memory at a time."""
     with av.open(str(film)) as box:
         video = box.streams.video[0]
         assert video.time_base is not None
@@ -179,7 +189,7 @@ def _backwards(film: Path, unique: int) -> Iterator[av.VideoFrame]:
 
 
 def pictures(film: Path, count: int | None = None) -> Iterator[av.VideoFrame]:
-    """Decoded by one thread, so that nothing else runs while painting is timed."""
+    """Decoded pictures, by a single thread, so that nothing else runs while painting is timed."""
     with av.open(str(film)) as box:
         video = box.streams.video[0]
         video.thread_type, video.codec_context.thread_count = "NONE", 1
@@ -193,7 +203,7 @@ def frame_of(picture: av.VideoFrame) -> Frame:
 
 
 def write_film(target: Path, film: Iterable[av.VideoFrame], options: dict[str, str]) -> int:
-    """Pictures in 4:2:0, one every 1/30 s; how many there were."""
+    """Write pictures in 4:2:0, one every 1/30 s; returns their number."""
     index = -1
     with av.open(str(target), "w") as out:
         stream: Any = None
@@ -210,12 +220,12 @@ def write_film(target: Path, film: Iterable[av.VideoFrame], options: dict[str, s
 
 
 def first_frames(film: Path, target: Path, count: int) -> int:
-    """Write the first pictures of a film alone; how many there were."""
+    """Write only the first pictures of a film; returns their number."""
     return write_film(target, pictures(film, count), LIKE_A_FILM)
 
 
 def repeat_film(film: Path, target: Path, times: int) -> Path:
-    """A film that `loops`, so many times in a row: its packets are copied, not encoded again."""
+    """Repeat a film that `loops`; its packets are copied, not encoded again."""
     with av.open(str(film)) as box, av.open(str(target), "w") as out:
         video = box.streams.video[0]
         stream = out.add_stream_from_template(video)
@@ -233,17 +243,17 @@ def repeat_film(film: Path, target: Path, times: int) -> Path:
 
 
 def tile(film: Path, target: Path, faces: int, grid: tuple[int, int]) -> Path:
-    """The same film in so many tiles of a grid of (columns, rows), side by side; the rest is grey."""
+    """Show a film in the first tiles of a (columns, rows) grid, one per face; the rest is grey."""
     columns, rows = grid
 
     def tiled(picture: av.VideoFrame) -> av.VideoFrame:
-        one = picture.reformat(format="yuv444p").to_ndarray()
-        _, height, width = one.shape
+        planes = picture.reformat(format="yuv444p").to_ndarray()
+        _, height, width = planes.shape
         whole = np.empty((3, rows * height, columns * width), np.uint8)
         whole[0], whole[1:] = _GREY, 128
         for number in range(faces):
             y, x = number // columns * height, number % columns * width
-            whole[:, y : y + height, x : x + width] = one
+            whole[:, y : y + height, x : x + width] = planes
         return av.VideoFrame.from_ndarray(whole, format="yuv444p").reformat(format="yuv420p")
 
     write_film(target, map(tiled, pictures(film)), LIKE_A_FILM)

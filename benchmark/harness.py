@@ -1,4 +1,4 @@
-"""The measurements behind `makeup-video bench`: each compares runs in turn and returns plain numbers."""
+"""What every comparison of `makeup-video bench` shares: its input, its rounds, its medians."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -9,19 +9,21 @@ from typing import Any
 from makeup_video.benchmark.films import RATE, Clip, make_clip
 from makeup_video.benchmark.runs import Run
 from makeup_video.pipeline import Look, UsageError
-from makeup_video.pipeline.offline import run as process
+from makeup_video.pipeline.offline.run import decoder_threads
 
-# (decoder threads, encoder threads), 0 = FFmpeg's own choice: the bare loop may have the best
+# (decoder threads, encoder threads), 0 = FFmpeg's own choice. The bare loop may use the best pair.
 BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))
 
 
 @dataclass(slots=True)
 class Bench:
-    """What is measured with. told: hears what is done now.
+    """What to measure with. Raises UsageError for a look that paints nothing.
 
-    look: what is painted.  photo: what it was read from, if it was: the command that is measured in
-    its own process then reads it too.  child_stderr: a file descriptor for the errors of such
-    processes, None for ours.  worn: that command's options.
+    source: the clip that the films are made from.  folder: for films and outputs.
+    look: what is painted.  photo: what the look was read from, None for a look file; the command
+    that is measured in its own process reads it, too.  seconds: length of a film.  log: gets a line
+    for each step.  child_stderr: a file descriptor for errors of child processes, None for ours.
+    look_words: the options that give the command this look.
     """
 
     source: Path
@@ -30,44 +32,44 @@ class Bench:
     seconds: float
     rounds: int
     as_is: bool = False
-    told: Callable[[str], None] = lambda text: None
+    log: Callable[[str], None] = lambda text: None
     photo: Path | None = None
     child_stderr: int | None = None
-    worn: tuple[str, ...] = field(init=False)
+    look_words: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         if self.look.is_bare:
             raise UsageError("the look paints nothing: give one with lips or eyes to measure with")
         if self.photo is not None:
-            self.worn = "--ref", str(self.photo)
+            self.look_words = "--ref", str(self.photo)
         else:
             self.look.save(self.folder / "look.json")
-            self.worn = "--look", str(self.folder / "look.json")
+            self.look_words = "--look", str(self.folder / "look.json")
 
-    def clip(self, height_px: int, seconds: float | None = None, **how: Any) -> Clip:
-        """The film to measure with, at a height."""
-        self.told(f"{height_px}p: making the film")
+    def clip(self, height_px: int, seconds: float | None = None, **options: Any) -> Clip:
+        """The film to measure with, at a height; options: those of make_clip."""
+        self.log(f"{height_px}p: making the film")
         frames = round((seconds or self.seconds) * RATE)
         target = self.folder / f"film{height_px}.mp4"
-        return make_clip(self.source, target, height_px, frames, as_is=self.as_is, **how)
+        return make_clip(self.source, target, height_px, frames, as_is=self.as_is, **options)
 
 
 def in_turn(
-    bench: Bench, name: str, work: Mapping[str, Callable[[], Run]], rounds: int
+    bench: Bench, title: str, work: Mapping[str, Callable[[], Run]], rounds: int
 ) -> dict[str, list[Run]]:
-    """Each of them once a round, every round beginning with another."""
-    runs: dict[str, list[Run]] = {one: [] for one in work}
+    """Run each piece of work once a round; every round begins with another one."""
+    runs: dict[str, list[Run]] = {name: [] for name in work}
     order = list(work)
     for number in range(rounds):
         first = number % len(order)
-        for one in order[first:] + order[:first]:
-            bench.told(f"{name}: round {number + 1} of {rounds}, {one}")
-            runs[one].append(work[one]())
+        for name in order[first:] + order[:first]:
+            bench.log(f"{title}: round {number + 1} of {rounds}, {name}")
+            runs[name].append(work[name]())
     return runs
 
 
 def middle(runs: list[Run]) -> dict[str, Any]:
-    """Medians, and the slowest and quickest of the runs."""
+    """Medians of the runs, and the slowest and quickest of them."""
     fps = [run.fps for run in runs]
     return {
         "fps": median(fps),
@@ -77,8 +79,11 @@ def middle(runs: list[Run]) -> dict[str, Any]:
 
 
 def beside(runs: list[Run], bare: list[Run], codec: list[Run] | None = None) -> dict[str, Any]:
-    """Ours by the bare loop's frames/s, and the CPU time that ours took more than the codec (None:
-    the bare loop) in the same round."""
+    """The runs compared with the bare loop of the same rounds.
+
+    ratio: frames/s by those of the bare loop.  not_codec_cpu_ms: CPU time per frame beyond that of
+    the codec alone (None: of the bare loop).
+    """
     ratios = [ours.fps / limit.fps for ours, limit in zip(runs, bare, strict=True)]
     return {
         "ratio": median(run.fps for run in runs) / median(run.fps for run in bare),
@@ -91,5 +96,5 @@ def beside(runs: list[Run], bare: list[Run], codec: list[Run] | None = None) -> 
 
 
 def own_threads() -> tuple[int, int]:
-    """Of decoder and encoder, as the product chooses them."""
-    return process.decoder_threads(), 0
+    """Threads of decoder and encoder as the product chooses them; 0: FFmpeg chooses."""
+    return decoder_threads(), 0

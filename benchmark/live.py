@@ -1,7 +1,8 @@
 """`makeup-video bench --live`: how late and how steadily a camera's picture reaches a page.
 
-A film plays in real time as the camera, in a process of its own (live_trial.py) with the page's server; a viewer in another
-(live_viewer.py) takes every picture. Late is what lies between a frame's arrival and its painted JPEG in the viewer's hands.
+A film plays in real time as the camera, in a process of its own with the page's server
+(live_process.py). A viewer in another process (live_viewer.py) takes every picture. The latency of
+a frame is the time from its arrival to its painted JPEG in the viewer's hands.
 """
 
 import json
@@ -19,15 +20,16 @@ from makeup_video.benchmark.runs import check_painted
 if TYPE_CHECKING:
     from makeup_video.benchmark.harness import Bench
 
-WARM_SECONDS = 1.0  # from the first frame on, nothing is counted: caches are cold, threads start
-ENDS_SECONDS = 10.0  # at the beginning and at the end of the run
+WARM_SECONDS = 1.0  # not counted, from the first frame on: caches are cold, threads start
+ENDS_SECONDS = 10.0  # reported separately, at the beginning and at the end of the run
 _STAGES = ("work", "faces", "smooth", "scene", "composite", "preview")
+# of the table of frames: microseconds for pts, monotonic seconds for all the rest
 COLUMNS = ("pts", "came", *(f"{name} {what}" for name in _STAGES for what in ("begins", "ends")))
 FRAMES, SAMPLES, VIEWED = "frames.npy", "samples.npy", "viewed.npy"
 
 
 def measure_live(bench: "Bench", heights: list[int], minutes: float) -> dict[str, Any]:
-    """Of the first size, and under "sizes" of each."""
+    """The figures of the first size, and under "sizes" those of every size."""
     sizes = {f"{height}p": _one_size(bench, height, minutes) for height in heights}
     return {**next(iter(sizes.values())), "sizes": sizes}
 
@@ -37,48 +39,51 @@ def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
     clip = bench.clip(height_px, min(seconds, bench.seconds), loops=True)
     times = math.ceil(seconds * RATE / clip.frames)
     film = repeat_film(clip.path, bench.folder / f"live{height_px}.mp4", times)
-    bench.told(f"{height_px}p: {clip.frames * times / RATE:.0f} s live")
+    bench.log(f"{height_px}p: {clip.frames * times / RATE:.0f} s live")
     with TemporaryDirectory(dir=bench.folder) as name:
         folder = Path(name)
         bench.look.save(folder / "look.json")
         command = [sys.executable, "-m", "makeup_video.benchmark.live_process"]
         command += [str(film), str(folder / "look.json"), str(folder)]
-        said = subprocess.run(
+        result = subprocess.run(
             command, check=True, stdout=subprocess.PIPE, stderr=bench.child_stderr
         ).stdout
         tables = [np.load(folder / table) for table in (FRAMES, SAMPLES, VIEWED)]
     film.unlink()
-    told = json.loads(said)
-    check_painted(round(told["painted_share"] * clip.frames * times), clip.frames * times)
-    return {"film": clip.told, **figures(*tables), **told}
+    values = json.loads(result)
+    check_painted(round(values["painted_share"] * clip.frames * times), clip.frames * times)
+    return {"film": clip.description, **figures(*tables), **values}
 
 
 def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict[str, Any]:
-    """frames: (N, len(COLUMNS)), seconds but for pts in microseconds; NaN: never.  samples: (M, 3), seconds, MB (NaN: not told),
-    CPU seconds.  viewed: as live_viewer.watch writes it.
+    """The figures of a run: latency, dropped frames, stages, CPU time and memory.
 
-    dropped: frames that were due and never reached the viewer: left out by the file as camera, which
-    was late; at the door, where a newer one came while one was being painted; or in the preview.
+    frames: (N, len(COLUMNS)) float64, NaN: never.  samples: (M, 3) float64: monotonic seconds, MB
+    in memory (NaN: unknown), CPU seconds.  viewed: as live_viewer.watch writes it.
+
+    dropped: frames that were due and never reached the viewer. The file as camera drops them when
+    it is late; the run drops them before painting when a newer one arrives; the preview drops the
+    rest.
     """
     began = frames[0, 1] + WARM_SECONDS
     counted = frames[frames[:, 1] >= began]
     due = counted[:, 0] / 1e6
-    at = dict(viewed[:-1])
-    seen = _seen(counted, at)
+    viewed_at = dict(viewed[:-1])
+    seen = _seen(counted, viewed_at)
     painted = _column(counted, "work ends")
-    late = _late(counted, at)
+    latency = _latency_ms(counted, viewed_at)
     last = counted[-1, 1]
     camera = round((due[-1] - due[0]) * RATE) - (len(due) - 1)
     door, preview = int(np.isnan(painted).sum()), int(np.isnan(seen[~np.isnan(painted)]).sum())
     return {
         "warm_up_seconds": WARM_SECONDS,
-        "warm_up_latency_ms": _spread(_late(frames[frames[:, 1] < began], at)),
+        "warm_up_latency_ms": _spread(_latency_ms(frames[frames[:, 1] < began], viewed_at)),
         "seconds": last - began,
         "frames": len(counted),
         "fps": float((~np.isnan(seen)).sum() - 1) / float(np.nanmax(seen) - np.nanmin(seen)),
-        "latency_ms": _spread(late),
-        "first_seconds_latency_ms": _spread(late[counted[:, 1] < began + ENDS_SECONDS]),
-        "last_seconds_latency_ms": _spread(late[counted[:, 1] >= last - ENDS_SECONDS]),
+        "latency_ms": _spread(latency),
+        "first_seconds_latency_ms": _spread(latency[counted[:, 1] < began + ENDS_SECONDS]),
+        "last_seconds_latency_ms": _spread(latency[counted[:, 1] >= last - ENDS_SECONDS]),
         "dropped": camera + door + preview,
         "dropped_by_camera": camera,
         "dropped_at_door": door,
@@ -89,16 +94,17 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     }
 
 
-def _seen(frames: np.ndarray, at: dict[float, float]) -> np.ndarray:
-    return np.array([at.get(pts, math.nan) for pts in frames[:, 0]])
+def _seen(frames: np.ndarray, viewed_at: dict[float, float]) -> np.ndarray:
+    """(N,) monotonic seconds at which the viewer had each frame, NaN: never."""
+    return np.array([viewed_at.get(pts, math.nan) for pts in frames[:, 0]])
 
 
-def _late(frames: np.ndarray, at: dict[float, float]) -> np.ndarray:
-    return 1000 * _seen(frames, at) - frames[:, 0] / 1000
+def _latency_ms(frames: np.ndarray, viewed_at: dict[float, float]) -> np.ndarray:
+    return 1000 * _seen(frames, viewed_at) - frames[:, 0] / 1000
 
 
 def _ways(counted: np.ndarray, due: np.ndarray, seen: np.ndarray) -> dict[str, dict[str, float]]:
-    """Where the time goes, in the order of the frame's way: stages, and the ways between them."""
+    """Where the time goes, from arrival to viewer: stages, and the ways between them, in ms."""
 
     def column(name: str) -> np.ndarray:
         return _column(counted, name)
@@ -120,15 +126,15 @@ def _column(table: np.ndarray, name: str) -> np.ndarray:
 
 
 def _spread(ms: np.ndarray) -> dict[str, float]:
-    there = ms[~np.isnan(ms)]
-    if not there.size:
+    known = ms[~np.isnan(ms)]
+    if not known.size:
         return {}
-    p50, p95, p99 = np.percentile(there, (50, 95, 99)).tolist()
-    return {"p50": p50, "p95": p95, "p99": p99, "max": float(there.max())}
+    p50, p95, p99 = np.percentile(known, (50, 95, 99)).tolist()
+    return {"p50": p50, "p95": p95, "p99": p99, "max": float(known.max())}
 
 
 def _process(samples: np.ndarray, began: float, last: float, frames: int) -> dict[str, Any]:
-    """What the process took: all but the viewer and the making of the film."""
+    """CPU time and memory of the process: all but the viewer and the making of the film."""
     seconds, memory_mb, cpu = samples.T
     first, end = np.interp((began, last), seconds, cpu)
     early, late = np.interp((min(began + ENDS_SECONDS, last), last), seconds, memory_mb)

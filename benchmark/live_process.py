@@ -1,9 +1,8 @@
-"""A live run that is measured, in a process of its own: the parts of `makeup-video live` with a file as
-camera, the page's server, and one viewer.
+"""A measured live run in a process of its own: a file as camera, the page's server, and one viewer.
 
     python -m makeup_video.benchmark.live_process FILM LOOK.json FOLDER
 
-Leaves frames.npy, samples.npy and viewed.npy in the folder, and says on stdout what else there is to know (JSON).
+Writes frames.npy, samples.npy and viewed.npy into the folder, and prints the other figures as JSON.
 """
 
 import json
@@ -11,138 +10,144 @@ import math
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
-from functools import wraps
+from collections.abc import Generator
+from contextlib import closing, contextmanager, suppress
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
-from makeup_video.benchmark.live import COLUMNS, SAMPLES
+from makeup_video.benchmark.live import COLUMNS, FRAMES, SAMPLES, VIEWED
+from makeup_video.benchmark.runs import memory_mb
 from makeup_video.pipeline import Look, OutputError, StoppedError
-from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.jpeg import PreviewJpeg
+from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.run import LiveRun
 from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
-from makeup_video.pipeline.render.build_scene import BuildScene
-from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.smoothing.realtime import SmoothLive
 from makeup_video.web.live_session import LiveShow
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.server import Server
 from makeup_video.web.worker import Worker
 
-_STAGES = {"faces": FindFaces, "smooth": SmoothLive, "scene": BuildScene, "composite": Composite}
+_STAGES = ("faces", "smooth", "scene", "composite")
 _MOST_FRAMES = 60 * 60 * 60  # an hour at 60 frames/s
-_IN_HAND = 100  # so many frames are told apart at a time; far fewer are on their way
+_MOST_UNDER_WAY = 100  # frames whose rows are remembered; far fewer are under way
 
 
-class Log:
-    """When each frame came and went: a table that is there from the beginning, or memory would seem to grow.
+class FrameLog:
+    """When each frame came and went, as a table that is allocated at the start.
 
-    Every column is written by one thread.
+    A table that grew would show as memory that grows. Every column is written by one thread.
     """
 
     def __init__(self, frames: int) -> None:
         self._table = np.full((frames, len(COLUMNS)), np.nan)
-        self._count, self._worked_on = 0, 0
+        self._count = 0
         self._row_of: dict[int, int] = {}
 
-    def coming(self, frames: Callable[[Camera], Iterable[Frame]]) -> Callable[..., Iterator[Frame]]:
-        """The same frames, noted as they come."""
-
-        def noted(camera: Camera) -> Iterator[Frame]:
-            for frame in frames(camera):
-                self._came(frame)
-                yield frame
-                del frame
-
-        return noted
-
-    def timed(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
-        """The same method, its time noted with the frame that is painted now."""
-        begin, end = COLUMNS.index(f"{name} begins"), COLUMNS.index(f"{name} ends")
-
-        @wraps(call)
-        def noted(stage: Any, item: Any) -> Any:
-            if name == "work":
-                self._worked_on = self._row_of[item.pts]
-            row = self._row_of[item.frame.pts] if name == "preview" else self._worked_on
-            self._table[row, begin] = time.monotonic()
-            made = call(stage, item)
-            self._table[row, end] = time.monotonic()
-            return made
-
-        return noted
-
-    def _came(self, frame: Frame) -> None:
+    def arrive(self, frame: Frame) -> None:
+        """A frame leaves the camera."""
         row = min(self._count, len(self._table) - 1)
-        if len(self._row_of) >= _IN_HAND:
+        if len(self._row_of) >= _MOST_UNDER_WAY:
             del self._row_of[next(iter(self._row_of))]
         self._row_of[frame.pts] = row
         self._table[row, :2] = frame.pts, time.monotonic()
         self._count = row + 1
 
+    def observe(self, frame: Frame, marks: tuple[float, ...]) -> None:
+        """The observer of LiveRun."""
+        self.note(frame, "work", marks[0], marks[-1])
+        for name, (began, ended) in zip(_STAGES, pairwise(marks), strict=True):
+            self.note(frame, name, began, ended)
+
+    def note(self, frame: Frame, name: str, began: float, ended: float) -> None:
+        """Monotonic seconds at which something began and ended for a frame."""
+        column = COLUMNS.index(f"{name} begins")
+        self._table[self._row_of[frame.pts], column : column + 2] = began, ended
+
     def save(self, target: Path) -> None:
         np.save(target, self._table[: self._count])
 
 
+class LoggedCamera:
+    """A camera whose frames are logged as they arrive; a LiveSource."""
+
+    def __init__(self, camera: Camera, frame_log: FrameLog) -> None:
+        self._camera, self._log = camera, frame_log
+
+    @property
+    def notice(self) -> str:
+        return self._camera.notice
+
+    @property
+    def dropped(self) -> int:
+        return self._camera.dropped
+
+    def frames(self) -> Generator[Frame, None, None]:
+        with closing(self._camera.frames()) as frames:
+            for frame in frames:
+                self._log.arrive(frame)
+                yield frame
+                del frame
+
+    def close(self) -> None:
+        self._camera.close()
+
+
+class LoggedPreview(PreviewSink):
+    """The preview, whose time is logged for each picture."""
+
+    def __init__(self, frame_log: FrameLog) -> None:
+        super().__init__(PreviewJpeg())
+        self._log = frame_log
+
+    def __call__(self, picture: LivePicture, /) -> None:
+        began = time.monotonic()
+        super().__call__(picture)
+        self._log.note(picture.frame, "preview", began, time.monotonic())
+
+
 def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
     """Play the film once, from beginning to end."""
-    camera = Camera(CameraSettings(name=str(film)), say=_say)
-    log = Log(_frames_of(film))
-    with _noted(log):
-        sink = PreviewSink(PreviewJpeg())
-        live = LiveRun(camera, look, [sink], say=_say)
-        samples: list[list[float]] = []
+    frame_log = FrameLog(_count_frames(film))
+    camera = LoggedCamera(Camera(CameraSettings(name=str(film)), say=_log_line), frame_log)
+    sink = LoggedPreview(frame_log)
+    live = LiveRun(camera, look, [sink], say=_log_line, observe=frame_log.observe)
+    samples: list[list[float]] = []
 
-        def on_tick() -> None:
-            samples.append([time.monotonic(), *_memory_and_cpu()])
+    def on_tick() -> None:
+        samples.append([time.monotonic(), *_memory_and_cpu()])
 
-        with _watched(LiveShow(live, sink), folder):
-            on_tick()
-            with suppress(StoppedError):  # Ctrl-C: what there is counts
-                live.run(on_tick)
-            on_tick()
-    log.save(folder / "frames.npy")
+    with _watched(LiveShow(live, sink), folder):
+        on_tick()
+        with suppress(StoppedError):  # after Ctrl-C what was measured so far counts
+            live.run(on_tick)
+        on_tick()
+    frame_log.save(folder / FRAMES)
     np.save(folder / SAMPLES, np.array(samples))
-    done = live.figures()
+    figures = live.figures()
     return {
-        "level": done.level,
-        "painted_share": live._composite.painted_frames / max(done.pictures, 1),
+        "level": figures.level,
+        "painted_share": live.painted_frames / max(figures.pictures, 1),
     }
 
 
 @contextmanager
-def _noted(log: Log) -> Generator[None, None, None]:
-    methods = [("work", LiveRun, "_paint"), ("preview", PreviewSink, "__call__")]
-    methods += [(name, stage, "__call__") for name, stage in _STAGES.items()]
-    with ExitStack() as stack:
-        stack.enter_context(patch.object(Camera, "frames", log.coming(Camera.frames)))
-        for name, owner, method in methods:
-            stack.enter_context(
-                patch.object(owner, method, log.timed(name, getattr(owner, method)))
-            )
-        yield
-
-
-@contextmanager
 def _watched(show: LiveShow, folder: Path) -> Generator[None, None, None]:
-    """One viewer watches meanwhile."""
+    """Serve the page with one viewer on it. Raises OutputError when the viewer cannot connect."""
     worker = Worker()
-    server = Server(show, worker, port=0, say=_say)
+    server = Server(show, worker, port=0, say=_log_line)
     address = server.start().rstrip("/")
     command = [sys.executable, "-m", "makeup_video.benchmark.live_viewer"]
     command += [address.replace("http", "ws", 1) + "/ws?session=live", address]
-    viewer = subprocess.Popen([*command, str(folder / "viewed.npy")], stdout=subprocess.PIPE)
+    viewer = subprocess.Popen([*command, str(folder / VIEWED)], stdout=subprocess.PIPE)
     try:
         assert viewer.stdout is not None
         if not viewer.stdout.readline():
             raise OutputError(f"{address}/ shows no pictures to a viewer: try makeup-video live")
         yield
-        time.sleep(0.2)  # the last pictures are on their way
+        time.sleep(0.2)  # the last pictures are under way
     finally:
         server.stop()
         try:
@@ -152,21 +157,19 @@ def _watched(show: LiveShow, folder: Path) -> Generator[None, None, None]:
 
 
 def _memory_and_cpu() -> tuple[float, float]:
-    """MB in memory (NaN where the system does not tell), and CPU seconds so far."""
-    from makeup_video.benchmark.runs import memory_mb
-
-    held_mb = memory_mb("self")
-    return math.nan if held_mb is None else held_mb, time.process_time()
+    """MB in memory (NaN where the system does not report it), and CPU seconds so far."""
+    size_mb = memory_mb("self")
+    return math.nan if size_mb is None else size_mb, time.process_time()
 
 
-def _frames_of(film: Path) -> int:
+def _count_frames(film: Path) -> int:
     import av
 
-    with av.open(str(film)) as box:
-        return min(box.streams.video[0].frames or _MOST_FRAMES, _MOST_FRAMES)
+    with av.open(str(film)) as container:
+        return min(container.streams.video[0].frames or _MOST_FRAMES, _MOST_FRAMES)
 
 
-def _say(line: str) -> None:
+def _log_line(line: str) -> None:
     print(line, file=sys.stderr)
 
 

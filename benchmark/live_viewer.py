@@ -1,8 +1,9 @@
-"""A page without a screen, in a process of its own: takes every picture of a live run and notes when it came.
+"""A page without a screen, in a process of its own: takes every picture of a live run.
 
     python -m makeup_video.benchmark.live_viewer WS_URL ORIGIN OUT.npy
 
-Says "ready" once it watches. Acknowledges as a browser does; ends when the server says goodbye.
+Prints "ready" once it watches. Acknowledges each picture as a browser does; ends when the server
+says goodbye.
 """
 
 import asyncio
@@ -14,13 +15,15 @@ from pathlib import Path
 
 import numpy as np
 
-# the head of a picture, as in web/session.py: its pts in microseconds comes first
+# of the pts in microseconds, with which the head of a picture begins: see web/session.py
 _PTS_BYTES = 8
 
 
 def watch(url: str, origin: str, target: Path) -> None:
-    """Write (N, 2) float64: a picture's pts in microseconds, and the monotonic seconds when it came;
-    the last row is 0 and this process's CPU seconds."""
+    """Write (N, 2) float64: each picture's pts in microseconds, and its arrival, monotonic seconds.
+
+    The last row is 0 and the CPU seconds of this process.
+    """
     rows = asyncio.run(_watch(url, origin))
     np.save(target, np.array([*rows, (0.0, time.process_time())]))
 

@@ -1,4 +1,4 @@
-"""The numbers of `makeup-video bench` as a picture; needs matplotlib, the extra `plot`."""
+"""The results of `makeup-video bench` as a plot; needs matplotlib, the extra `plot`."""
 
 from collections.abc import Mapping
 from importlib import import_module
@@ -14,7 +14,7 @@ _DPI = 90
 
 
 def check_plot_path(target: str) -> None:
-    """Before anything is measured. Raises UsageError, OutputError, InstallError."""
+    """Check the path and matplotlib. Raises UsageError, OutputError, InstallError."""
     path = Path(target)
     if path.suffix.lower() != ".png":
         raise UsageError(f"--plot must name a .png file, got {target!r}")
@@ -25,7 +25,7 @@ def check_plot_path(target: str) -> None:
 
 
 def new_figure(columns: int) -> tuple[Any, list[Any]]:
-    """A figure, and its axes side by side."""
+    """A figure and its axes, side by side."""
     figure = import_module("matplotlib.figure").Figure(
         figsize=(5 * columns, 3.6), dpi=_DPI, layout="constrained"
     )
@@ -36,13 +36,13 @@ def new_figure(columns: int) -> tuple[Any, list[Any]]:
 
 
 def draw(results: Mapping[str, Any], target: Path) -> None:
-    """Frames/s by size, and where a frame's CPU time goes, as PNG."""
+    """Write a PNG: frames/s by size, and where a frame's CPU time goes. Raises OutputError."""
     sizes = results["sizes"]
     figure, (speed, cost) = new_figure(2)
-    for at, (kind, colour) in enumerate(_KINDS.items()):
+    for index, (kind, colour) in enumerate(_KINDS.items()):
         rows = [size[kind] for size in sizes.values()]
         heights = [row["fps"] for row in rows]
-        x = [size + 0.27 * (at - 1) for size in range(len(rows))]
+        x = [size + 0.27 * (index - 1) for size in range(len(rows))]
         low_high = [[abs(row["fps"] - end) for row, end in zip(rows, ends, strict=True)]
                     for ends in zip(*(row["fps_spread"] for row in rows), strict=True)]  # fmt: skip
         bars = speed.bar(
@@ -60,24 +60,24 @@ def draw(results: Mapping[str, Any], target: Path) -> None:
 
 
 def _stack(axis: Any, stages: Mapping[str, Mapping[str, Mapping[str, float]]]) -> None:
-    """Own CPU of each stage, one above the other; the codec's own threads are not in it."""
+    """Stack the CPU time of the stages' own threads; the codec's threads are not in it."""
     codec = {"decode", "encode"}
     names = [name for name in next(iter(stages.values())) if name not in codec]
     bottom = [0.0] * len(stages)
     for name in names:
-        part = [rows[name]["cpu_mean_ms"] for rows in stages.values()]
-        axis.bar(range(len(part)), part, 0.5, bottom=bottom, label=name)
-        bottom = [low + more for low, more in zip(bottom, part, strict=True)]
+        cpu_ms = [rows[name]["cpu_mean_ms"] for rows in stages.values()]
+        axis.bar(range(len(cpu_ms)), cpu_ms, 0.5, bottom=bottom, label=name)
+        bottom = [low + more for low, more in zip(bottom, cpu_ms, strict=True)]
     axis.set_ylabel("own CPU of each stage, ms a frame")
 
 
 def legend_below(axis: Any, by: float = 0.1) -> None:
-    """Where it hides nothing; by: of the axis' height."""
+    """Put the legend below the axis, where it hides nothing; by: share of the axis' height."""
     axis.legend(fontsize=8, frameon=False, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -by))
 
 
 def save(figure: Any, target: Path) -> None:
-    """Without the time and version, so that the same numbers make the same file. Raises OutputError."""
+    """Write a PNG without time and version, the same for the same numbers. Raises OutputError."""
     try:
         figure.savefig(target, format="png", metadata={"Software": None})
     except OSError as error:

@@ -1,18 +1,19 @@
-"""What painting costs: the part of `makeup-video bench` about the renderer. Plain numbers again.
+"""The cost of painting by itself, for `makeup-video bench`.
 
-One face that fills half the height of its frame, lips and eyes painted with everything on. Faces are
-found beforehand, so that only the scene (surfaces and light) and the composite are timed.
+One face fills half the height of the frame; lips and eyes are painted with everything that a look
+has. Faces are found beforehand, so that only the scene (surfaces and light) and the composite are
+timed.
 """
 
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
-from unittest.mock import patch
 
 import av
 import numpy as np
@@ -30,9 +31,9 @@ from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 
 WARM_FRAMES = 10  # not counted
-LARGER = 3  # times as wide and high is the frame that the same face is pasted into
+LARGER = 3  # width and height of the larger frame by those of the clip
 _KERNEL_FRAMES = 40
-_HELD_BACK = 8  # frames decoded ahead, as in a run: what is painted has left the nearer caches
+_DECODED_AHEAD = 8  # frames, as in a run: a frame to paint has left the nearer caches
 
 
 def full_look() -> Look:
@@ -50,41 +51,41 @@ def paint_costs(clip: Path, rounds: int) -> dict[str, Any]:
 
 
 def larger_frame_ratio(clip: Path, folder: Path, rounds: int) -> float:
-    """What the same faces cost in a frame LARGER times as wide and high, by what they cost here."""
+    """The cost of the same faces in a frame LARGER times as wide and high, by that in the clip."""
     faces = find_in(clip)
-    larger, there = paste_into_larger(clip, folder / "larger.mkv", faces)
-    pairs = [(paint_clip(clip, faces), paint_clip(larger, there)) for _ in range(rounds)]
-    same, more = (_middle(list(side))["together_ms"] for side in zip(*pairs, strict=True))
-    return more / same
+    larger, moved = paste_into_larger(clip, folder / "larger.mkv", faces)
+    pairs = [(paint_clip(clip, faces), paint_clip(larger, moved)) for _ in range(rounds)]
+    small_ms, large_ms = (_middle(list(side))["together_ms"] for side in zip(*pairs, strict=True))
+    return large_ms / small_ms
 
 
 def paste_into_larger(
     clip: Path, target: Path, faces: list[tuple[Face, ...]]
 ) -> tuple[Path, list[tuple[Face, ...]]]:
-    """The same pixels in the middle of a frame LARGER times as wide and high, and where its faces are."""
-    around: tuple[int, int] = (0, 0)
+    """Paste each frame into one LARGER times as wide and high; returns the film and its faces."""
+    margins: tuple[int, int] = (0, 0)  # px above and on the left
 
     def paste(picture: av.VideoFrame) -> av.VideoFrame:
-        nonlocal around
+        nonlocal margins
         planes = picture.reformat(format="yuv444p").to_ndarray().astype(np.uint8, copy=False)
-        around = tuple((LARGER - 1) * length // 4 * 2 for length in planes.shape[1:])
-        whole = np.pad(planes, ((0, 0), *((one, one) for one in around)), mode="edge")
+        margins = tuple((LARGER - 1) * length // 4 * 2 for length in planes.shape[1:])
+        whole = np.pad(planes, ((0, 0), *((margin, margin) for margin in margins)), mode="edge")
         return av.VideoFrame.from_ndarray(whole, format="yuv444p").reformat(format="yuv420p")
 
     write_film(target, map(paste, pictures(clip, len(faces))), LIKE_A_FILM)
-    shift = np.array([[1.0, 0, around[1]], [0, 1, around[0]]])
+    shift = np.array([[1.0, 0, margins[1]], [0, 1, margins[0]]])
 
     def moved(face: Face) -> Face:
-        points = face.points_px + np.array([*around[::-1], 0], np.float32)
+        points = face.points_px + np.array([*margins[::-1], 0], np.float32)
         return replace(
             face, points_px=points, lips=LipPatch(face.lips.logits, compose(shift, face.lips.to_px))
         )
 
-    return target, [tuple(moved(face) for face in there) for there in faces]
+    return target, [tuple(moved(face) for face in in_frame) for in_frame in faces]
 
 
 def find_in(clip: Path) -> list[tuple[Face, ...]]:
-    """The faces of each frame, steadied as in a run."""
+    """The faces of each frame, smoothed as in a run."""
     find, smooth = FindFaces(), SmoothAhead()
     smoothed = [smooth(find(frame_of(picture))) for picture in pictures(clip)]
     items = [item for item in smoothed if item is not None] + list(smooth.drain())
@@ -92,7 +93,7 @@ def find_in(clip: Path) -> list[tuple[Face, ...]]:
 
 
 def paint_clip(clip: Path, faces: list[tuple[Face, ...]]) -> dict[str, float]:
-    """CPU ms a frame of scene and composite, the threads of OpenCL included: medians and means."""
+    """CPU ms a frame of scene and composite, OpenCL's threads included: medians and a mean."""
     build, composite = BuildScene(), Composite(full_look())
     times = []
     with one_opencv_thread():  # as in a run
@@ -114,43 +115,54 @@ def paint_clip(clip: Path, faces: list[tuple[Face, ...]]) -> dict[str, float]:
 
 
 def kernel_alone(clip: Path, faces: list[tuple[Face, ...]], look: Look) -> dict[str, float]:
-    """What the kernels take of a composite: medians of frames.
+    """The kernels' share of a composite, medians of frames.
 
-    kernel_ms: CPU time of all threads, launches included.  launches: of kernels.  work_items: theirs.
-    painted_px: those whose luma changed.
+    kernel_ms: CPU time of all threads, launches included.  launches: of kernels.  work_items: of
+    all launches.  painted_px: pixels whose luma changed.
     """
-    build, composite, launch = BuildScene(), Composite(look), Device.launch
+    build, composite = BuildScene(), Composite(look)
     frames: list[tuple[float, int, int, int]] = []
-    notes: list[tuple[float, int]] = []
-
-    def noted(device: Device, kernel: Any, size_wh: tuple[int, int], *rest: Any) -> None:
-        began = time.process_time()
-        launch(device, kernel, size_wh, *rest)
-        device.queue.finish()
-        notes.append((1000 * (time.process_time() - began), size_wh[0] * size_wh[1]))
-
-    with one_opencv_thread(), patch.object(Device, "launch", noted):
+    with one_opencv_thread(), _watched_launches() as launches:
         for item in islice(_items(clip, faces), _KERNEL_FRAMES):
             before, scene = item.frame.planes[0].copy(), build(item)
-            notes.clear()  # the scene has a kernel too
+            launches.clear()  # the scene has a kernel, too
             after = composite(scene).planes[0]
-            painted = int(np.count_nonzero(before != after))
-            frames.append(
-                (sum(ms for ms, _ in notes), len(notes), sum(n for _, n in notes), painted)
-            )
+            kernel_ms, work_items = sum(ms for ms, _ in launches), sum(n for _, n in launches)
+            painted_px = int(np.count_nonzero(before != after))
+            frames.append((kernel_ms, len(launches), work_items, painted_px))
     names = ("kernel_ms", "launches", "work_items", "painted_px")
     return dict(zip(names, map(median, zip(*frames[1:], strict=True)), strict=True))
 
 
+@contextmanager
+def _watched_launches() -> Generator[list[tuple[float, int]], None, None]:
+    """Collect (CPU ms, work-items) of every launch of a kernel; each is waited for."""
+    launches: list[tuple[float, int]] = []
+
+    @contextmanager
+    def watch(device: Device, work_items: int) -> Generator[None, None, None]:
+        began = time.process_time()
+        yield
+        device.finish()
+        launches.append((1000 * (time.process_time() - began), work_items))
+
+    Device.watch = watch
+    try:
+        yield launches
+    finally:
+        Device.watch = None
+
+
 def _items(clip: Path, faces: list[tuple[Face, ...]]) -> Iterator[FrameFaces]:
+    """The frames of a clip with their faces."""
     waiting: deque[Frame] = deque()
-    given = iter(faces)
+    of_frames = iter(faces)
     for picture in pictures(clip):
         waiting.append(frame_of(picture))
-        if len(waiting) > _HELD_BACK:
-            yield FrameFaces(waiting.popleft(), next(given))
+        if len(waiting) > _DECODED_AHEAD:
+            yield FrameFaces(waiting.popleft(), next(of_frames))
     while waiting:
-        yield FrameFaces(waiting.popleft(), next(given))
+        yield FrameFaces(waiting.popleft(), next(of_frames))
 
 
 def _middle(runs: list[dict[str, float]]) -> dict[str, float]:

@@ -1,11 +1,11 @@
-"""One run of each kind that `makeup-video bench` compares: each returns plain numbers."""
+"""One run of each kind that `makeup-video bench` compares; each returns plain numbers."""
 
 import json
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,8 @@ from makeup_video.pipeline import InputError, Look, Report, Settings, process_vi
 from makeup_video.pipeline.engine.runner import Observe
 
 SETTINGS = Settings(codec="h264", preset=PRESET, crf=CRF, overwrite=True)
-LEAST_PAINTED = 0.95  # of the frames: what paints nothing is quick
-_EMPTY_CACHES = (
+LEAST_PAINTED = 0.95  # of the frames: a run that paints nothing is quick
+_KERNEL_CACHES = (
     "POCL_CACHE_DIR",
     "XDG_CACHE_HOME",
 )  # where PoCL and PyOpenCL keep what they compile
@@ -40,14 +40,11 @@ class Run:
         return 1000 * self.cpu_seconds / self.frames
 
 
-class RunTimer:
-    """Wall and CPU time since it was made."""
-
-    def __init__(self) -> None:
-        self._wall, self._cpu = time.perf_counter(), time.process_time()
-
-    def run(self, frames: int) -> Run:
-        return Run(frames, time.perf_counter() - self._wall, time.process_time() - self._cpu)
+def time_run(work: Callable[[], int]) -> Run:
+    """Wall and CPU time of a piece of work that returns its number of frames."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    frames = work()
+    return Run(frames, time.perf_counter() - wall, time.process_time() - cpu)
 
 
 def run_bare(source: Path, target: Path, threads: tuple[int, int]) -> Run:
@@ -55,20 +52,24 @@ def run_bare(source: Path, target: Path, threads: tuple[int, int]) -> Run:
 
     threads: of the decoder and of the encoder, 0 is FFmpeg's own choice.
     """
-    clock, frames = RunTimer(), 0
-    with av.open(str(source)) as box, av.open(str(target), "w") as out:
-        video = box.streams.video[0]
+    return time_run(lambda: _transcode(source, target, threads))
+
+
+def _transcode(source: Path, target: Path, threads: tuple[int, int]) -> int:
+    frames = 0
+    with av.open(str(source)) as container, av.open(str(target), "w") as out:
+        video = container.streams.video[0]
         video.thread_type, video.thread_count = "AUTO", threads[0]
         stream: Any = out.add_stream(CODEC, rate=video.average_rate, options=LIKE_A_FILM)
         stream.width, stream.height, stream.pix_fmt = video.width, video.height, video.pix_fmt
         stream.codec_context.time_base = video.time_base
         stream.codec_context.thread_count, stream.codec_context.thread_type = threads[1], "AUTO"
-        for picture in box.decode(video):
+        for picture in container.decode(video):
             picture.pict_type = 0
             out.mux(stream.encode(picture))
             frames += 1
         out.mux(stream.encode(None))
-    return clock.run(frames)
+    return frames
 
 
 def run_product(
@@ -78,18 +79,24 @@ def run_product(
     settings: Settings = SETTINGS,
     observe: Observe | None = None,
 ) -> tuple[Run, Report]:
-    """The product in this process; None is `--look none`. Raises InputError when it had too few
-    faces to paint."""
-    clock = RunTimer()
-    report = process_video(source, target, look, replace(settings, observe=observe))
-    run = clock.run(report.frames_out)
+    """The product in this process; look None is `--look none`.
+
+    Raises InputError when too few frames were painted to measure painting.
+    """
+    reports: list[Report] = []
+
+    def work() -> int:
+        reports.append(process_video(source, target, look, replace(settings, observe=observe)))
+        return reports[0].frames_out
+
+    run = time_run(work)
     if look is not None:
-        check_painted(report.painted_frames, report.frames_out)
-    return run, report
+        check_painted(reports[0].painted_frames, run.frames)
+    return run, reports[0]
 
 
 def check_painted(painted: int | None, frames: int) -> None:
-    """Raises InputError where a run painted too few frames to be measured."""
+    """Raises InputError when a run painted too few frames to measure painting."""
     if (painted or 0) < LEAST_PAINTED * frames:
         raise InputError(
             f"a face was painted in {painted or 0} of {frames} frames, at least "
@@ -101,22 +108,24 @@ def check_painted(painted: int | None, frames: int) -> None:
 def run_command(
     source: Path,
     target: Path,
-    worn: tuple[str, ...],
+    look_words: tuple[str, ...],
     *,
     words: tuple[str, ...] = (),
     environment: Mapping[str, str] | None = None,
     sample_seconds: float | None = None,
     stderr: int | None = None,
 ) -> dict[str, Any]:
-    """The real command in its own process: the values of its report, and start_seconds, from its start
-    to the first packet written; with sample_seconds also memory: [[seconds, MB], ...].
+    """The real command in its own process: the values of its report, and two more.
 
-    worn: what is painted, such as ("--ref", "look.jpg").  words: more of its options.  stderr: as
-    of subprocess.Popen.
+    start_seconds: from the start of the process to the first packet written.  memory: [[seconds,
+    MB], ...] every sample_seconds; empty without them.
+
+    look_words: what is painted, such as ("--ref", "look.jpg").  words: further options.
+    environment: variables to add.  stderr: as for subprocess.Popen.
     """
     report = target.with_suffix(".json")
     command = [sys.executable, "-m", "makeup_video.cli", str(source), "-q", "-y", *words]
-    command += ["-o", str(target), *worn, "--report", str(report)]
+    command += ["-o", str(target), *look_words, "--report", str(report)]
     command += ["--codec", "h264", "--preset", PRESET, "--crf", str(CRF)]
     began = time.time()
     process = subprocess.Popen(
@@ -135,15 +144,15 @@ def run_command(
     return {**values, "memory": memory}
 
 
-def first_time(folder: Path) -> dict[str, str]:
-    """The environment of a machine where our kernels were never compiled."""
-    return {name: str(folder / name.lower()) for name in _EMPTY_CACHES}
+def empty_caches(folder: Path) -> dict[str, str]:
+    """Environment variables that put the kernel caches into a folder: nothing is compiled yet."""
+    return {name: str(folder / name.lower()) for name in _KERNEL_CACHES}
 
 
 def _memory_of(process: "subprocess.Popen[bytes]", every_seconds: float) -> list[list[float]]:
-    """[seconds, MB in memory] now and then until it ends; nothing where the system does not tell."""
+    """[seconds, MB] at intervals until the process ends; empty where memory_mb is None."""
     began, samples = time.monotonic(), []
-    # it has ended when it holds nothing, though nobody has asked yet how
+    # a process that has ended holds no memory, even before its exit code is collected
     while process.poll() is None and (size_mb := memory_mb(process.pid)):
         samples.append([time.monotonic() - began, size_mb])
         time.sleep(every_seconds)
@@ -151,9 +160,9 @@ def _memory_of(process: "subprocess.Popen[bytes]", every_seconds: float) -> list
 
 
 def memory_mb(process: int | str) -> float | None:
-    """What a process ("self": this one) holds in memory; None where the system does not tell."""
+    """Resident memory of a process ("self": this one), None where the system does not report it."""
     try:
         pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
-    except (OSError, IndexError):  # another system, or it ended just now
+    except (OSError, IndexError):  # another system, or the process ended just now
         return None
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6

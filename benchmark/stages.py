@@ -1,4 +1,4 @@
-"""What each stage takes for a frame, as in Table 3 of the paper, and which of them is the bottleneck."""
+"""The time of each stage per frame, as in Table 3 of the paper, and the bottleneck."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 SKIPPED, COUNTED = 100, 500  # frames: the paper skips the first hundred and averages five hundred
-_EMPTY = 0.25  # of what a channel holds: who sends into one that is emptier was waited for
+_EMPTY = 0.25  # of a channel's capacity: below it, the stage before the channel is waited for
 
 
-class Observed:
-    """Hears what each stage took for each item; the runs of a clip one after the other."""
+class StageLog:
+    """The observer of Settings: notes the time of each stage for each item, run by run."""
 
     def __init__(self) -> None:
         self._runs: list[dict[str, list[tuple[float, float]]]] = []
@@ -23,20 +23,22 @@ class Observed:
         self._runs.append(defaultdict(list))
 
     def __call__(self, name: str, wall_seconds: float, cpu_seconds: float) -> None:
-        """Each stage calls from a thread of its own, and has a list of its own."""
+        """Called from the thread of the stage; each stage has a list of its own."""
         self._runs[-1][name].append((wall_seconds, cpu_seconds))
 
     def table(self, frames: int) -> dict[str, dict[str, float]]:
-        """Of each stage, in the order of the film's way: ms a frame at work and of its own CPU.
+        """By stage, from decoder to encoder: ms a frame at work, and CPU ms of its own thread.
 
-        frames: of the clip; of a short one fewer are skipped.
+        frames: length of the clip; fewer frames of a short clip are skipped.
         """
         skipped = min(SKIPPED, frames // 6)
         counted = slice(skipped, min(skipped + COUNTED, frames))
         table = {}
         for name in self._runs[0]:
             items = [item for run in self._runs for item in run[name][counted]]
-            busy, cpu = ([1000 * seconds for seconds in part] for part in zip(*items, strict=True))
+            busy, cpu = (
+                [1000 * seconds for seconds in column] for column in zip(*items, strict=True)
+            )
             table[name] = {
                 "mean_ms": mean(busy),
                 "p50_ms": median(busy),
@@ -48,7 +50,7 @@ class Observed:
 
 
 def fills(reports: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, dict[str, float]]:
-    """Of each channel: what it holds at most, and how many it held on average; medians of runs."""
+    """By channel: its capacity, and the items it held on average; medians of runs."""
     runs = list(reports)
     return {
         name: {
@@ -62,10 +64,13 @@ def fills(reports: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, dic
 def bottleneck(
     channels: Mapping[str, Mapping[str, float]], stages: Mapping[str, Mapping[str, Any]]
 ) -> str:
-    """Who is waited for: the source where all channels are empty, else whoever the fullest one leads to;
-    of stages that share a thread, the one that works longest.
+    """The stage that the others wait for.
 
-    stages: with mean_ms, in the order of the film's way; channels lead to the first stage of a thread.
+    That is the source where all channels are nearly empty, otherwise the stage that the fullest
+    channel leads to; of stages that share a thread, the one with the longest mean_ms.
+
+    stages: from decoder to encoder, with mean_ms.  channels: "-> NAME" leads to the first stage of
+    a thread.
     """
     share = {name: channel["mean_fill"] / channel["capacity"] for name, channel in channels.items()}
     fullest = max(share, key=lambda name: share[name], default="")

@@ -1,5 +1,6 @@
 """What `makeup-video bench` measures, in order."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,11 +10,57 @@ if TYPE_CHECKING:
 
 _SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 _PAINTED_ROUNDS, _PAINTED_FRAMES = 3, 120  # enough for a median
-_LARGER_FROM_PX = 1080  # three times as high are 8 megapixels a plane and more
-_SHORT = "painted.mkv"  # so many frames of the film
+_LARGER_UP_TO_PX = 1080  # a frame three times as high would have planes of 8 megapixels and more
+_SHORT = "painted.mkv"  # the first _PAINTED_FRAMES of the film
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extras:
+    """What is measured beside the film itself.
+
+    renderer: painting by itself, and the floor.  faces: the cost by number of faces.  threads:
+    other numbers of threads.  minutes: length of a long film, 0 for none.
+    """
+
+    renderer: bool = True
+    faces: bool = False
+    threads: bool = False
+    minutes: float = 0.0
+
+
+def heights_of(sizes: str) -> list[int]:
+    """Heights in pixels from "720p,1080p". Raises UsageError."""
+    from makeup_video.pipeline import UsageError
+
+    parts = [part.removesuffix("p") for part in sizes.split(",")]
+    heights = [int(part) for part in parts if part.isascii() and part.isdecimal() and len(part) < 5]
+    if len(heights) != len(parts) or any(not 2 <= h <= 4320 or h % 2 for h in heights):
+        raise UsageError(f"--sizes must be even heights such as 720p,1080p, got {sizes!r}")
+    return heights
+
+
+def check_options(
+    seconds: float, rounds: int, extras: Extras, *, live: bool, plot: str | None
+) -> None:
+    """Refuse options before anything is measured. Raises UsageError, OutputError, InstallError."""
+    from makeup_video.pipeline import UsageError
+
+    if not (0.5 <= seconds <= 3600 and rounds >= 1):
+        raise UsageError(
+            f"--seconds must be 0.5 to 3600 and --rounds at least 1, got {seconds:g} and {rounds}"
+        )
+    if not 0 <= extras.minutes <= 600:
+        raise UsageError(f"--length must be 0 to 600 minutes, got {extras.minutes:g}")
+    if live and (extras.faces or extras.threads or plot is not None):
+        raise UsageError("--live is measured alone: leave out --faces, --threads and --plot")
+    if plot is not None:
+        from makeup_video.benchmark.plots import check_plot_path
+
+        check_plot_path(plot)
 
 
 def sample_clip(clip: str | None) -> Path:
+    """The clip to measure with, by default our sample. Raises InputError where that is missing."""
     from makeup_video.pipeline import InputError
 
     source = Path(clip) if clip else _SAMPLES / "in.mp4"
@@ -23,8 +70,11 @@ def sample_clip(clip: str | None) -> Path:
 
 
 def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]":
-    """The look to paint, lips and eyes, and the photo that it was read from: our sample, but where that
-    is not installed."""
+    """The look to paint, and the photo that it was read from, if any.
+
+    By default the look of our sample photo; where that is missing, a fixed look of lips and eyes.
+    Raises UsageError, LookError, InputError, PhotoError.
+    """
     from makeup_video.pipeline import Look, UsageError, look_from_photo, product
 
     if look is not None and ref is not None:
@@ -35,6 +85,16 @@ def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]"
     if ref is None and not photo.exists():
         return Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes")), None
     return look_from_photo(photo), photo
+
+
+def run_suite(bench: "Bench", heights: list[int], extras: Extras, *, live: bool) -> dict[str, Any]:
+    """The results of the command, as its --json prints them."""
+    if live:
+        from makeup_video.benchmark.live import measure_live
+
+        return {"live": measure_live(bench, heights, extras.minutes)}
+    results = measure(bench, heights, renderer=extras.renderer)
+    return results | measure_scaling(bench, heights[0], extras)
 
 
 def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, Any]:
@@ -49,56 +109,55 @@ def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, 
         "rounds": bench.rounds,
         "sizes": {},
     }
-    for at, height in enumerate(heights):
+    for index, height in enumerate(heights):
         name = f"{height}p"
         film = bench.clip(height)
         row = compare(bench, film, name) | own_process(bench, film, name)
         if renderer:
             row |= _painting(bench, film.path, name, row["product"]["not_codec_cpu_ms"])
-            if at == 0 and height <= _LARGER_FROM_PX:
-                results["larger_frame_ratio"] = _larger(bench)
+            if index == 0 and height <= _LARGER_UP_TO_PX:
+                results["larger_frame_ratio"] = _larger_frame_ratio(bench)
         results["sizes"][name] = row
     return results
 
 
 def _painting(bench: "Bench", film: Path, name: str, measured_ms: float) -> dict[str, Any]:
-    """The renderer by itself with a look that has everything, and the floor of the one that is painted."""
+    """The renderer by itself with a look that has everything; the floor of the painted look."""
     from makeup_video.benchmark.films import first_frames
     from makeup_video.benchmark.floor import floor_of
     from makeup_video.benchmark.renderer import find_in, kernel_alone, paint_costs
 
-    bench.told(f"{name}: painting by itself")
+    bench.log(f"{name}: painting by itself")
     short = bench.folder / _SHORT
     first_frames(film, short, _PAINTED_FRAMES)
     costs = paint_costs(short, min(bench.rounds, _PAINTED_ROUNDS))
-    bench.told(f"{name}: the floor")
+    bench.log(f"{name}: the floor")
     kernel = kernel_alone(short, find_in(short), bench.look)
     floor = floor_of(short, bench.folder, round(kernel["painted_px"]))
     return {"renderer": costs, "floor": floor, "times_the_floor": measured_ms / floor["least_ms"]}
 
 
-def _larger(bench: "Bench") -> float:
+def _larger_frame_ratio(bench: "Bench") -> float:
     from makeup_video.benchmark.films import first_frames
     from makeup_video.benchmark.renderer import larger_frame_ratio
 
-    bench.told("the same face in a larger frame")
+    bench.log("the same face in a larger frame")
     short = bench.folder / "shorter.mkv"
     first_frames(bench.folder / _SHORT, short, _PAINTED_FRAMES // 2)
     return larger_frame_ratio(short, bench.folder, min(bench.rounds, _PAINTED_ROUNDS))
 
 
-def more(
-    bench: "Bench", height_px: int, *, faces: bool, threads: bool, minutes: float
-) -> dict[str, Any]:
-    """What takes its time, and is measured when it is asked for, at one size."""
+def measure_scaling(bench: "Bench", height_px: int, extras: Extras) -> dict[str, Any]:
+    """The cost by faces, threads and length at one size, as far as each was asked for."""
     from makeup_video.benchmark.scaling import by_faces, by_threads, over_length
 
     results: dict[str, Any] = {}
-    if faces:
+    if extras.faces:
         results["faces"] = by_faces(bench, height_px)
-    if threads:
+    if extras.threads:
         film = bench.clip(height_px)
         results["threads"] = {"size": f"{height_px}p", **by_threads(bench, film, "threads")}
-    if minutes:
-        results["length"] = {"size": f"{height_px}p", **over_length(bench, height_px, minutes)}
+    if extras.minutes:
+        length = over_length(bench, height_px, extras.minutes)
+        results["length"] = {"size": f"{height_px}p", **length}
     return results

@@ -1,4 +1,4 @@
-"""The numbers of `makeup-video bench` as tables for people."""
+"""The results of `makeup-video bench` as tables."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
@@ -6,9 +6,12 @@ from typing import Any
 Row = tuple[str, ...]
 _Values = Mapping[str, Any]
 
+_STAGE_HEAD = ("", "at work: mean", "p50", "p95", "own CPU: mean", "p50", "waiting before it")
+_STAGE_KEYS = ("mean_ms", "p50_ms", "p95_ms", "cpu_mean_ms", "cpu_p50_ms")
+
 
 def print_tables(results: _Values) -> None:
-    """Everything that was measured, on stdout."""
+    """Print everything that was measured on stdout."""
     from rich.console import Console
     from rich.table import Table
 
@@ -21,12 +24,12 @@ def print_tables(results: _Values) -> None:
 
 
 def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
-    """Title, heads of the columns, rows."""
+    """Title, column heads and rows of every table."""
     if "live" in results:
         yield from live_tables(results["live"]["sizes"])
     sizes: Mapping[str, _Values] = results.get("sizes", {})
     if sizes:
-        yield _title(results), ("", *sizes), list(_whole(sizes.values()))
+        yield _title(results), ("", *sizes), list(_films(sizes.values()))
     for name, size in sizes.items():
         yield f"{name}: ms a frame", _STAGE_HEAD, list(_stages(size))
     if any("renderer" in size for size in sizes.values()):
@@ -37,16 +40,16 @@ def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
 
 
 def live_tables(sizes: Mapping[str, _Values]) -> Iterator[tuple[str, Row, list[Row]]]:
-    """What the live run says of itself, and where the time goes."""
+    """The figures of the live run, and where the time goes."""
     warm = next(iter(sizes.values()))["warm_up_seconds"]
-    title = f"live, from a frame's arrival to its picture in a page's hands; without the first {warm:g} s"
+    title = f"live, from a frame's arrival to its picture on a page; without the first {warm:g} s"
     yield title, ("", *sizes), list(_live(list(sizes.values())))
     for name, size in sizes.items():
         rows = [
             (way, *(f"{ms:.1f}" for ms in spread.values()))
             for way, spread in size["ways_ms"].items()
         ]
-        yield f"{name}: where the time goes, ms", ("", "p50", "p95", "p99", "most"), rows
+        yield f"{name}: where the time goes, ms", ("", "p50", "p95", "p99", "max"), rows
 
 
 def _live(rows: list[_Values]) -> Iterator[Row]:
@@ -60,17 +63,21 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("first 10 s", rows, lambda r: spread(r["first_seconds_latency_ms"]))
     yield _row("last 10 s", rows, lambda r: spread(r["last_seconds_latency_ms"]))
     yield _row("dropped by the file as camera", rows, lambda r: str(r["dropped_by_camera"]))
-    yield _row("dropped at the door", rows, lambda r: str(r["dropped_at_door"]))
+    yield _row("dropped before painting", rows, lambda r: str(r["dropped_at_door"]))
     yield _row("dropped in the preview", rows, lambda r: str(r["dropped_in_preview"]))
     yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
     yield _row("pictures/s", rows, lambda r: f"{r['fps']:.2f}")
     yield _row("CPU ms a frame", rows, lambda r: f"{r['cpu_ms_per_frame']:.1f}")
     yield _row("cores busy", rows, lambda r: f"{r['cpu_cores']:.2f}")
-    yield _row("the viewer's CPU ms a frame", rows, lambda r: f"{r['viewer_cpu_ms_per_frame']:.1f}")
+    yield _row(
+        "CPU ms a frame of the viewer", rows, lambda r: f"{r['viewer_cpu_ms_per_frame']:.1f}"
+    )
     for when, label in (("after_10_s", "after 10 s"), ("at_end", "at the end")):
-        held = [r["memory_mb"][when] for r in rows]
-        yield _row(f"memory {label}, MB", held, lambda mb: "unknown" if mb is None else f"{mb:.0f}")
-    yield _row("level of haste at the end", rows, lambda r: str(r["level"]))
+        sizes_mb = [r["memory_mb"][when] for r in rows]
+        yield _row(
+            f"memory {label}, MB", sizes_mb, lambda mb: "unknown" if mb is None else f"{mb:.0f}"
+        )
+    yield _row("quality level at the end", rows, lambda r: str(r["level"]))
 
 
 def _title(results: _Values) -> str:
@@ -79,19 +86,19 @@ def _title(results: _Values) -> str:
     return f"{results['clip']}, {results['codec']}, {many}"
 
 
-def _row(label: str, values: Iterable[Any], told: Callable[[Any], str]) -> Row:
-    return (label, *(told(value) for value in values))
+def _row(label: str, values: Iterable[Any], text_of: Callable[[Any], str]) -> Row:
+    return (label, *(text_of(value) for value in values))
 
 
-def _whole(sizes: Iterable[_Values]) -> Iterator[Row]:
+def _films(sizes: Iterable[_Values]) -> Iterator[Row]:
     rows = list(sizes)
     of = {kind: [row[kind] for row in rows] for kind in ("bare", "codec", "none", "product")}
 
-    def fps(one: _Values) -> str:
-        return f"{one['fps']:.1f} ({one['fps_spread'][0]:.0f} to {one['fps_spread'][1]:.0f})"
+    def fps(run: _Values) -> str:
+        return f"{run['fps']:.1f} ({run['fps_spread'][0]:.0f} to {run['fps_spread'][1]:.0f})"
 
-    def ratio(one: _Values) -> str:
-        return f"{one['ratio']:.3f} ({one['ratio_spread'][0]:.2f} to {one['ratio_spread'][1]:.2f})"
+    def ratio(run: _Values) -> str:
+        return f"{run['ratio']:.3f} ({run['ratio_spread'][0]:.2f} to {run['ratio_spread'][1]:.2f})"
 
     yield _row("film", rows, lambda r: r["film"])
     yield _row("bare decode+encode, frames/s", of["bare"], fps)
@@ -109,7 +116,7 @@ def _whole(sizes: Iterable[_Values]) -> Iterator[Row]:
         ("none", "--look none"),
         ("product", "whole product"),
     ):
-        yield _row(f"{label}, CPU ms", of[kind], lambda one: f"{one['cpu_ms_per_frame']:.2f}")
+        yield _row(f"{label}, CPU ms", of[kind], lambda run: f"{run['cpu_ms_per_frame']:.2f}")
     yield _row(
         "not codec, CPU ms",
         of["product"],
@@ -117,17 +124,13 @@ def _whole(sizes: Iterable[_Values]) -> Iterator[Row]:
     )
     yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
     yield _row("start to first packet, s", rows, lambda r: f"{r['start_seconds']:.2f}")
-    yield _row("the first time ever, s", rows, lambda r: f"{r['first_start_seconds']:.2f}")
+    yield _row("cold start, s", rows, lambda r: f"{r['first_start_seconds']:.2f}")
     yield _row("peak memory, MB", rows, lambda r: f"{r['peak_memory_mb']:.0f}")
     yield _row("bottleneck", rows, lambda r: r["bottleneck"])
 
 
 def _threads_of(bare: _Values) -> str:
     return " + ".join(str(count or "auto") for count in bare["threads"])
-
-
-_STAGE_HEAD = ("", "at work: mean", "p50", "p95", "own CPU: mean", "p50", "waiting before it")
-_STAGE_KEYS = ("mean_ms", "p50_ms", "p95_ms", "cpu_mean_ms", "cpu_p50_ms")
 
 
 def _stages(size: _Values) -> Iterator[Row]:
@@ -147,7 +150,7 @@ def _renderer(sizes: Mapping[str, _Values]) -> Iterator[Row]:
         ("together_mean_ms", "together, mean"),
     ):
         yield _row(label, [row[key] for row in rows], "{:.2f}".format)
-    yield _row("of it the kernels", kernels, lambda k: f"{k['kernel_ms']:.2f}")
+    yield _row("of this, the kernels", kernels, lambda k: f"{k['kernel_ms']:.2f}")
     label = "launches / work-items / px painted"
     shape = "{launches:.0f} / {work_items:.0f} / {painted_px:.0f}"
     yield _row(label, kernels, lambda k: shape.format(**k))
@@ -159,9 +162,9 @@ def _floor(sizes: Mapping[str, _Values]) -> Iterator[Row]:
         ("decode_ms", "decoding, one thread"),
         ("encode_ms", "encoding, one thread"),
         ("copy_ms", "moving the painted px once"),
-        ("paint_ms", "their paint's arithmetic"),
-        ("nets_ms", "the nets' multiplications"),
-        ("least_ms", "least of all but the codec"),
+        ("paint_ms", "arithmetic of their paint"),
+        ("nets_ms", "multiplications of the nets"),
+        ("least_ms", "floor, all but the codec"),
     ):
         yield _row(label, [row[key] for row in rows], "{:.3g}".format)
     measured = [size["product"]["not_codec_cpu_ms"] for size in sizes.values()]
@@ -172,7 +175,7 @@ def _floor(sizes: Mapping[str, _Values]) -> Iterator[Row]:
 
 
 def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
-    """What was measured because it was asked for."""
+    """The tables of faces, threads and length, as far as each was asked for."""
     if "faces" in results:
         faces = results["faces"]
         title = (
@@ -185,17 +188,17 @@ def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
         title = f"threads, {threads['size']}; best: {threads['best']}"
         yield title, ("", "frames/s", "CPU ms a frame"), list(_threads(threads))
     if "length" in results:
-        one = results["length"]
+        film = results["length"]
         shape = "{minutes:.1f} {fps:.1f} {peak_memory_mb:.0f} {growth:.3f}"
         head = ("minutes of film", "frames/s", "peak memory, MB", "memory, end / beginning")
-        yield f"a long film, {one['size']}", head, [tuple(shape.format(**one).split())]
+        yield f"a long film, {film['size']}", head, [tuple(shape.format(**film).split())]
 
 
 def _faces(faces: _Values) -> Iterator[Row]:
-    for count, one in faces["counts"].items():
-        yield count, f"{one['fps']:.1f}", f"{one['ratio']:.3f}", f"{one['not_codec_cpu_ms']:.2f}"
+    for count, run in faces["counts"].items():
+        yield count, f"{run['fps']:.1f}", f"{run['ratio']:.3f}", f"{run['not_codec_cpu_ms']:.2f}"
 
 
 def _threads(threads: _Values) -> Iterator[Row]:
-    for name, one in threads["settings"].items():
-        yield name, f"{one['fps']:.1f}", f"{one['cpu_ms_per_frame']:.2f}"
+    for name, run in threads["settings"].items():
+        yield name, f"{run['fps']:.1f}", f"{run['cpu_ms_per_frame']:.2f}"

@@ -1,4 +1,4 @@
-"""`python -m makeup_video.cli` is the same as `makeup-video`."""
+"""`python -m makeup_video.cli`, the same as the command `makeup-video`."""
 
 from makeup_video.cli.main import main
 

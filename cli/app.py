@@ -1,58 +1,53 @@
-"""The group of commands, and `apply` as the one that needs no name."""
+"""The commands of `makeup-video`, and `apply` as the one that needs no name."""
 
-from importlib.metadata import version
+import os
+from difflib import get_close_matches
 from typing import Annotated, Any
 
 import typer
-from makeup_video.cli.apply import apply
-from makeup_video.cli.bench import bench
-from makeup_video.cli.demo import demo
-from makeup_video.cli.estimate import estimate
-from makeup_video.cli.inspect import inspect
-from makeup_video.cli.live import live
-from typer.core import TyperGroup
+from makeup_video.cli import apply, bench, demo, estimate, inspect, live
+from makeup_video.cli.help_page import DEFAULT, PROGRAM, Command, Group
+from makeup_video.cli.options import RUN
 
-_DEFAULT = "apply"
-_EPILOG = (
-    "Without a command name, `apply` runs: makeup-video IN --color '#B4002E' -o OUT. "
-    "A file that is named like a command is given as ./NAME. "
-    "Exit codes: 0 done; 1 the machine lacks something, or a fault of ours; 2 options or look file "
-    "wrong, or the output exists; 3 the input or the photo cannot be read; 4 the output cannot be "
-    "written; 5 done, but the input was damaged; 6 --strict, and something could not be kept; "
-    "130 stopped by Ctrl-C before the output was whole."
-)
+_ALIKE = 0.7  # of difflib: an unknown first word this close to a command's name is a mistyped one
 
 
-class DefaultGroup(TyperGroup):
-    """Runs `apply` when the first word is neither a command nor an option of the group."""
+class DefaultGroup(Group):
+    """Runs the default command when the first word is neither a command nor an own option."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own = {name for param in self.params for name in (*param.opts, *param.secondary_opts)}
         own |= set(self.get_help_option_names(ctx))
         if args and args[0] not in own and args[0] not in self.commands:
-            args = [_DEFAULT, *args]
+            self._refuse_mistyped_command(ctx, args[0])
+            args = [DEFAULT, *args]
         return super().parse_args(ctx, args)
+
+    def _refuse_mistyped_command(self, ctx: Any, word: str) -> None:
+        """Raise a usage error when a word is no file and nearly a command."""
+        matches = get_close_matches(word.lower(), self.commands, 1, _ALIKE)
+        if matches and not word.startswith("-") and not os.path.exists(word):
+            ctx.fail(f"there is no command and no file {word}: did you mean {matches[0]}?")
 
 
 app = typer.Typer(
+    name=PROGRAM,
     cls=DefaultGroup,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    epilog=_EPILOG,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command()(apply)
-app.command()(estimate)
-app.command()(inspect)
-app.command()(live)
-app.command()(demo)
-app.command()(bench)
+for module in (apply, estimate, inspect, live, demo, bench):
+    name = module.__name__.rpartition(".")[2]
+    app.command(name, cls=Command, epilog="\n".join(module.EXAMPLES))(getattr(module, name))
 
 
 def _print_version(wanted: bool) -> None:
     if wanted:
+        from importlib.metadata import version  # 10 ms that other runs need not wait for
+
         typer.echo(f"makeup-video {version('makeup-video')}")
         raise typer.Exit
 
@@ -62,7 +57,11 @@ def group(
     show_version: Annotated[
         bool,
         typer.Option(
-            "--version", help="Print the version.", callback=_print_version, is_eager=True
+            "--version",
+            help="Print the version.",
+            callback=_print_version,
+            is_eager=True,
+            rich_help_panel=RUN,
         ),
     ] = False,
 ) -> None:

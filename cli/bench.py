@@ -1,110 +1,139 @@
 """`makeup-video bench`: what the product costs beside the bare codec, in one run."""
 
 import json
-import tempfile
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from makeup_video.benchmark.suite import measure, more, sample_clip, sample_look
-from makeup_video.cli.console import put, stderr_of_children
-from makeup_video.cli.outcome import told_in_one_line
+from makeup_video.cli.console import child_stderr, print_result
+from makeup_video.cli.options import FILM, MEASUREMENTS, OUTPUT, PrintJson, RefPhoto, SavedLook
+from makeup_video.cli.outcome import report_errors
+
+EXAMPLES = (
+    "makeup-video bench",
+    "makeup-video bench talk.mp4 --sizes 720p --rounds 3",
+    "makeup-video bench --live --length 10",
+)
 
 
 def bench(
     clip: Annotated[
-        str | None, typer.Argument(metavar="CLIP", help="A video; default: our sample.")
+        str | None, typer.Argument(metavar="[CLIP]", help="A video; default: our sample.")
     ] = None,
-    sizes: Annotated[str, typer.Option(help="Heights to scale it to.")] = "720p,1080p",
+    ref: RefPhoto = None,
+    look: SavedLook = None,
+    sizes: Annotated[
+        str,
+        typer.Option(metavar="SIZES", help="Heights to scale CLIP to.", rich_help_panel=FILM),
+    ] = "720p,1080p",
     seconds: Annotated[
-        float, typer.Option(help="Length of the film; it is played to and fro until then.")
+        float,
+        typer.Option(
+            metavar="S",
+            help="Length of the film: CLIP is played forwards and backwards.",
+            rich_help_panel=FILM,
+        ),
     ] = 20.0,
-    rounds: Annotated[int, typer.Option(help="How often each is run; medians count.")] = 5,
-    look: Annotated[
-        str | None, typer.Option(metavar="FILE", help="The look that is painted (JSON).")
-    ] = None,
-    ref: Annotated[
-        str | None, typer.Option(metavar="PHOTO", help="Or a photo of it; default: our sample.")
-    ] = None,
     as_is: Annotated[
         bool,
-        typer.Option("--as-is", help="Only scale CLIP, don't bring its face to half the height."),
+        typer.Option(
+            "--as-is",
+            help="Only scale CLIP; do not crop its one face to half the height.",
+            rich_help_panel=FILM,
+        ),
     ] = False,
-    faces: Annotated[bool, typer.Option("--faces", help="Also 1, 2, 4 and 8 faces.")] = False,
-    threads: Annotated[bool, typer.Option("--threads", help="Also other threads.")] = False,
+    rounds: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Runs of each kind; medians are printed.",
+            rich_help_panel=MEASUREMENTS,
+        ),
+    ] = 5,
+    renderer: Annotated[
+        bool,
+        typer.Option(
+            help="Measure painting by itself, and the theoretical minimum.",
+            rich_help_panel=MEASUREMENTS,
+        ),
+    ] = True,
+    faces: Annotated[
+        bool,
+        typer.Option(
+            "--faces", help="Also measure 1, 2, 4 and 8 faces.", rich_help_panel=MEASUREMENTS
+        ),
+    ] = False,
+    threads: Annotated[
+        bool,
+        typer.Option("--threads", help="Also measure other threads.", rich_help_panel=MEASUREMENTS),
+    ] = False,
     length: Annotated[
-        float, typer.Option("--length", metavar="MINUTES", help="Also a film so long.")
+        float,
+        typer.Option(
+            "--length",
+            metavar="MINUTES",
+            help="Also measure a film of this length.",
+            rich_help_panel=MEASUREMENTS,
+        ),
     ] = 0.0,
     live: Annotated[
-        bool, typer.Option("--live", help="Only the live run: how late its pictures reach a page.")
+        bool,
+        typer.Option(
+            "--live",
+            help="Measure only the live run: the latency of its pictures on a page.",
+            rich_help_panel=MEASUREMENTS,
+        ),
     ] = False,
-    renderer: Annotated[
-        bool, typer.Option(help="Measure what painting costs by itself, and the floor.")
-    ] = True,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: PrintJson = False,
     plot: Annotated[
-        str | None, typer.Option(metavar="PNG", help="Draw it: needs makeup-video[plot].")
+        str | None,
+        typer.Option(
+            metavar="PNG",
+            help="Draw the results: needs makeup-video[plot].",
+            rich_help_panel=OUTPUT,
+        ),
     ] = None,
 ) -> None:
     """Measure the product beside a bare decode-and-encode loop: speed, CPU, memory, start."""
+    from tempfile import TemporaryDirectory
+
     from makeup_video.cli.progress import show_steps
-    from makeup_video.pipeline import UsageError
 
-    with told_in_one_line():
+    with report_errors("bench"):
+        from makeup_video.benchmark.suite import Extras, check_options, heights_of, run_suite
+
         heights = heights_of(sizes)
-        _check(seconds, rounds, length)
-        if live and (faces or threads or plot is not None):
-            raise UsageError("--live is measured alone: leave out --faces, --threads and --plot")
-        if plot is not None:
-            from makeup_video.benchmark.plots import check_plot_path, draw
-
-            check_plot_path(plot)
+        extras = Extras(renderer=renderer, faces=faces, threads=threads, minutes=length)
+        check_options(seconds, rounds, extras, live=live, plot=plot)
         with (
-            tempfile.TemporaryDirectory(prefix="makeup-video-bench-") as name,
-            show_steps() as told,
+            TemporaryDirectory(prefix="makeup-video-bench-") as folder,
+            show_steps() as log_step,
         ):
             from makeup_video.benchmark.harness import Bench
+            from makeup_video.benchmark.suite import sample_clip, sample_look
 
             source = sample_clip(clip)
-            told("reading the look")
-            worn, photo = sample_look(look, ref)
-            made = Bench(
-                source, Path(name), worn, seconds, rounds, as_is, told, photo, stderr_of_children()
+            log_step("reading the look")
+            painted, photo = sample_look(look, ref)
+            measured = Bench(
+                source,
+                Path(folder),
+                painted,
+                seconds,
+                rounds,
+                as_is,
+                log_step,
+                photo,
+                child_stderr(),
             )
-            if live:
-                from makeup_video.benchmark.live import measure_live
-
-                results = {"live": measure_live(made, heights, length)}
-            else:
-                results = measure(made, heights, renderer=renderer)
-                results |= more(made, heights[0], faces=faces, threads=threads, minutes=length)
+            results = run_suite(measured, heights, extras, live=live)
         if plot is not None:
+            from makeup_video.benchmark.plots import draw
+
             draw(results, Path(plot))
         if as_json:
-            put(json.dumps(results, indent=2) + "\n")
+            print_result(json.dumps(results, indent=2) + "\n")
             return
     from makeup_video.benchmark.tables import print_tables
 
     print_tables(results)
-
-
-def heights_of(sizes: str) -> list[int]:
-    """Of "720p,1080p". Raises UsageError."""
-    from makeup_video.pipeline import UsageError
-
-    parts = [part.removesuffix("p") for part in sizes.split(",")]
-    heights = [int(part) for part in parts if part.isascii() and part.isdecimal() and len(part) < 5]
-    if len(heights) != len(parts) or any(not 2 <= h <= 4320 or h % 2 for h in heights):
-        raise UsageError(f"--sizes must be even heights such as 720p,1080p, got {sizes!r}")
-    return heights
-
-
-def _check(seconds: float, rounds: int, minutes: float) -> None:
-    from makeup_video.pipeline import UsageError
-
-    if not (0.5 <= seconds <= 3600 and rounds >= 1):
-        raise UsageError(
-            f"--seconds must be 0.5 to 3600 and --rounds at least 1, got {seconds:g} and {rounds}"
-        )
-    if not 0 <= minutes <= 600:
-        raise UsageError(f"--length must be 0 to 600 minutes, got {minutes:g}")

@@ -1,4 +1,4 @@
-"""Lines for people, on stderr, and results, on stdout."""
+"""Log lines on stderr, results on stdout."""
 
 import io
 import os
@@ -7,8 +7,8 @@ import sys
 
 _lines = 0
 _own_stderr: int | None = None
-# What could move the cursor, colour the terminal, begin a line or turn the reading direction; and
-# halves of characters, which stand for bytes of file names that are not UTF-8.
+# Characters that move the cursor, colour the terminal, begin a line or turn the reading direction;
+# and lone surrogates, which stand for bytes of file names that are not UTF-8.
 _RAW = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
@@ -17,47 +17,47 @@ def printable(text: str) -> str:
     return _RAW.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
-def keep_stderr_to_ourselves() -> None:
-    """From now on what C libraries print on stderr goes nowhere; what Python prints still arrives.
+def silence_libraries() -> None:
+    """Send what C libraries print on stderr to the null device; Python's stderr still works.
 
-    libpng, libjpeg, LLVM and others print what our one line says, or what is no concern of the
-    user's. They know file descriptor 2 alone, so Python's stderr moves to a copy of it: for every
-    thread, at any time, and no line of ours is lost.
+    libpng, libjpeg, LLVM and others repeat what our error line says, or print what does not concern
+    the user. They know only file descriptor 2, so Python's stderr moves to a copy of it. This holds
+    for every thread until the process ends.
     """
     global _own_stderr
-    if sys.stderr is None:  # closed: the output's file must not get number 2, and their lines
-        _hush()
+    if sys.stderr is None:  # closed: the output file must not get descriptor 2, and their lines
+        _redirect_stderr_to_null()
         return
     before = sys.__stderr__
     if before is None or sys.stderr is not before or _own_stderr is not None:
         return
     before.flush()
     _own_stderr = os.dup(2)
-    sys.stderr = open(  # noqa: SIM115  # for as long as the process lasts
+    sys.stderr = open(  # noqa: SIM115  # stays open as long as the process lasts
         _own_stderr, "w", buffering=1, encoding=before.encoding, errors=before.errors
     )
-    _hush()
+    _redirect_stderr_to_null()
 
 
-def _hush() -> None:
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    if nowhere != 2:
-        os.dup2(nowhere, 2)
-        os.close(nowhere)
+def _redirect_stderr_to_null() -> None:
+    null = os.open(os.devnull, os.O_WRONLY)
+    if null != 2:
+        os.dup2(null, 2)
+        os.close(null)
 
 
-def stderr_of_children() -> int | None:
-    """What `subprocess` is to give to a process whose lines are ours too."""
+def child_stderr() -> int | None:
+    """The file descriptor for the stderr of child processes; None: they inherit descriptor 2."""
     return _own_stderr
 
 
-def has_said() -> bool:
-    """True once a line was said, so that an ending is told once and not twice."""
+def has_logged() -> bool:
+    """True once a line was logged, so that the end of a run is not reported twice."""
     return _lines > 0
 
 
-def say(text: str) -> None:
-    """Print one line on stderr, made printable. When nobody listens any more, the work goes on all the same."""
+def log(text: str) -> None:
+    """Print one line on stderr, made printable. A closed stderr is no error: the work goes on."""
     global _lines
     _lines += 1
     if sys.stderr is None:
@@ -65,14 +65,15 @@ def say(text: str) -> None:
     try:
         print(printable(text), file=sys.stderr, flush=True)
     except (OSError, ValueError):
-        # so that Python does not fail on it once more when it exits
+        # otherwise Python would fail on it once more at exit
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
-def put(text: str) -> None:
-    """Print results on stdout, escaped where its encoding lacks a character.
+def print_result(text: str) -> None:
+    """Print on stdout, escaped where its encoding lacks a character.
 
-    Who stops reading has read enough. Raises OutputError when stdout cannot be written.
+    A reader that closes the pipe early is no error. Raises OutputError when stdout cannot be
+    written.
     """
     if sys.stdout is None:
         return

@@ -5,55 +5,49 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.console import say
-from makeup_video.cli.outcome import told_in_one_line
-from makeup_video.cli.serve_page import PORT, page
+from makeup_video.cli.console import log
+from makeup_video.cli.options import Debug, PageOptions, RefPhoto, SavedLook, with_options
+from makeup_video.cli.outcome import report_errors
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
     from makeup_video.web.portrait import Portrait
 
-_COLOUR = 180, 0, 46  # the README's red
+EXAMPLES = (
+    "makeup-video demo",
+    "makeup-video demo --ref look.jpg",
+    "makeup-video demo me.jpg --look look.json",
+)
+_RED = 180, 0, 46  # R'G'B' of the lips to begin with: the README's red
 
 
+@with_options
 def demo(
+    page: PageOptions,
     portrait: Annotated[
         str | None,
-        typer.Argument(metavar="[PORTRAIT]", help="Whom to paint; left out: our own portrait."),
+        typer.Argument(metavar="[PORTRAIT]", help="Whom to paint; default: our own portrait."),
     ] = None,
-    ref: Annotated[
-        str | None, typer.Option(metavar="PHOTO", help="Begin with the makeup of a photo.")
-    ] = None,
-    look: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Begin with a look file.")
-    ] = None,
-    host: Annotated[
-        str, typer.Option(help="Where the page listens; 0.0.0.0 for other machines too.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Of the page; 0 for any free one.")] = PORT,
-    browser: Annotated[bool, typer.Option(help="Open the page when it is there.")] = True,
-    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
+    ref: RefPhoto = None,
+    look: SavedLook = None,
+    debug: Debug = False,
 ) -> None:
-    """Open a page: drop a photo, see its makeup as numbers and on a portrait, change it."""
+    """Open a page without a camera: read a photo's makeup, see it on a portrait, change it."""
+    from makeup_video.cli.serve_page import serve_page
     from makeup_video.web.demo_session import DemoShow
     from makeup_video.web.session import PhotoLook
     from makeup_video.web.worker import Worker
 
-    with told_in_one_line(debug=debug):
+    with report_errors("demo", debug=debug):
         worker = Worker()
-        worn = _look(ref, look)
-        show = DemoShow(
-            _portrait(portrait),
-            worn,
-            worker,
-            say,
-            photo=PhotoLook(Path(ref).name, worn) if ref else None,
-        )
-        with page(show, worker, host, port, browser=browser, told=say):
+        first = _first_look(ref, look)
+        photo = PhotoLook(Path(ref).name, first) if ref else None
+        show = DemoShow(_portrait(portrait), first, worker, log, photo=photo)
+        with serve_page(show, worker, page, log):
             try:
                 threading.Event().wait()
             except KeyboardInterrupt:
-                say("stopped")  # as it was meant to end: exit code 0
+                log("stopped")  # the usual end: exit code 0
 
 
 def _portrait(path: str | None) -> "Portrait":
@@ -64,17 +58,17 @@ def _portrait(path: str | None) -> "Portrait":
     return Portrait(_bytes(file), file)
 
 
-def _look(ref: str | None, look: str | None) -> "Look":
+def _first_look(ref: str | None, look: str | None) -> "Look":
     from makeup_video.pipeline import Look, UsageError, product
     from makeup_video.web.read_look import read_look
 
     if ref is not None and look is not None:
-        raise UsageError("--ref and --look both say what to begin with: give one of them")
+        raise UsageError("--ref and --look both give a look: give one of them")
     if ref is not None:
         return read_look(_bytes(ref), ref)
     if look is not None:
         return Look.load(look)
-    return Look(lips=product(_COLOUR, "satin"))
+    return Look(lips=product(_RED, "satin"))
 
 
 def _bytes(path: str) -> bytes:

@@ -1,44 +1,66 @@
-"""`makeup-video inspect IN -o OVERLAY`: what the face nets see."""
+"""`makeup-video inspect IN -o OVERLAY`: what the face nets find."""
 
 from typing import Annotated
 
 import typer
-from makeup_video.cli.look_options import parse_time
-from makeup_video.cli.outcome import tell, told_in_one_line
+from makeup_video.cli.options import (
+    OUTPUT,
+    Debug,
+    End,
+    Overwrite,
+    Quiet,
+    Source,
+    Start,
+    parse_time,
+)
+from makeup_video.cli.outcome import print_summary, report_errors
+
+EXAMPLES = (
+    "makeup-video inspect photo.jpg -o faces.png",
+    "makeup-video inspect in.mp4 -o faces.mp4 --json faces.json",
+)
 
 
 def inspect(
-    source: Annotated[str, typer.Argument(metavar="IN", help="A video or a picture.")],
+    source: Source,
     output: Annotated[
-        str, typer.Option("-o", "--output", metavar="OVERLAY", help="Where to write the drawing.")
+        str,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="OVERLAY",
+            help="Where to write the drawing.",
+            rich_help_panel=OUTPUT,
+        ),
     ],
     points: Annotated[
-        str | None, typer.Option("--json", metavar="FILE", help="Write all points as JSON.")
+        str | None,
+        typer.Option(
+            "--json", metavar="FILE", help="Write all points as JSON.", rich_help_panel=OUTPUT
+        ),
     ] = None,
-    start: Annotated[str | None, typer.Option(help="Begin here, as in apply.")] = None,
-    end: Annotated[str | None, typer.Option(help="End here.")] = None,
-    overwrite: Annotated[
-        bool, typer.Option("-y", "--yes", help="Overwrite what exists: OVERLAY, FILE.")
-    ] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
+    overwrite: Overwrite = False,
+    start: Start = None,
+    end: End = None,
+    quiet: Quiet = False,
+    debug: Debug = False,
 ) -> None:
     """Draw the points, lip mask, number and scores of every face on a picture or a video."""
-    from makeup_video.cli.main import nothing_is_left_to_stop
+    from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import Settings, inspect_video
 
-    with told_in_one_line(output, debug):
+    with report_errors("inspect", output, debug):
         settings = Settings(
-            start_seconds=None if start is None else parse_time(start, "--start"),
-            end_seconds=None if end is None else parse_time(end, "--end"),
+            start_seconds=parse_time(start, "--start"),
+            end_seconds=parse_time(end, "--end"),
             overwrite=overwrite,
-            on_whole=nothing_is_left_to_stop,
+            on_whole=mark_output_whole,
         )
         with show_progress(quiet) as on_progress:
-            done = inspect_video(source, output, points, settings, on_progress)
-    tell(done, quiet, f"; {_faces(done.faces, done.frames_with_face)}")
+            report = inspect_video(source, output, points, settings, on_progress)
+    print_summary(report, quiet, f"; {_count_faces(report.faces, report.frames_with_face)}")
 
 
-def _faces(faces: int | None, frames: int | None) -> str:
+def _count_faces(faces: int | None, frames: int | None) -> str:
     return f"faces: {faces}, in {frames} frame{'' if frames == 1 else 's'}"

@@ -1,86 +1,138 @@
-"""The options that several commands say a look with, and the look that they mean before colours and finishes."""
+"""The options of `apply` and `live` that say what to paint, on whom, and on which device."""
 
-import re
-from fractions import Fraction
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.console import say
-from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.cli.console import log
+from makeup_video.cli.options import FACES, LOOK, RUN, RefPhoto
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
+    from makeup_video.pipeline.look.options import Choice
 
 
-def parse_time(text: str, option: str) -> Fraction:
-    """Seconds, exact, from '12.5', '1:02.5' or '0:01:02.5'. Raises UsageError."""
-    from makeup_video.pipeline import UsageError
+# The help names regions, finishes and zones in words: loading them would take every command 20 ms
+# more. A test compares the words with the regions.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LookOptions:
+    """What to paint, on whom, and on which device, as typed."""
 
-    if not re.fullmatch(r"(\d{1,9}:){0,2}\d{1,9}(\.\d{1,9})?", text, re.ASCII):
-        raise UsageError(f"{option} must be seconds or [hh:]mm:ss[.fraction], got {text!r}")
-    values = [Fraction(part) for part in text.split(":")]
-    if any(value >= 60 for value in values[1:]):
-        raise UsageError(f"{option} has a part of 60 or more after a colon: {text!r}")
-    return sum((v * 60**i for i, v in enumerate(reversed(values))), Fraction(0))
+    ref: RefPhoto = None
+    color: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HEX", help="The product's colour, such as '#B4002E'.", rich_help_panel=LOOK
+        ),
+    ] = None
+    look: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="A look file (JSON), or 'none' to paint nothing.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+    finish: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="matte, satin, sheer, gloss, metallic or shimmer.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+    parts: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PARTS",
+            help="{regions}; default: those of the look, or lips.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+    zone: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Where eye-shadow goes: lid, crease, full or outer.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+    intensity: Annotated[
+        float | None,
+        typer.Option(metavar="0..1", help="How much eye-shadow.", rich_help_panel=LOOK),
+    ] = None
+    strength: Annotated[
+        float | None,
+        typer.Option(metavar="0..1", help="How much of the whole look.", rich_help_panel=LOOK),
+    ] = None
+    faces: Annotated[
+        str,
+        typer.Option(
+            metavar="FACE",
+            help="Whom to paint: all, largest, or a face's number as inspect shows it.",
+            rich_help_panel=FACES,
+        ),
+    ] = "all"
+    ref_face: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FACE",
+            help="Whose makeup in PHOTO: largest, or a number as inspect shows it.",
+            rich_help_panel=FACES,
+        ),
+    ] = None
+    device: Annotated[
+        str,
+        typer.Option(
+            metavar="DEVICE",
+            help="The OpenCL device that paints: its number or part of its name; default: the CPU.",
+            rich_help_panel=RUN,
+        ),
+    ] = ""
+
+    def choice(self) -> "Choice":
+        """The options that change the look of --look or --ref."""
+        from makeup_video.pipeline.look.options import Choice
+
+        return Choice(
+            color=self.color,
+            finish=self.finish,
+            parts=self.parts,
+            zone=self.zone,
+            intensity=self.intensity,
+            strength=self.strength,
+        )
+
+    def base_look(self, quiet: bool) -> "Look | None":
+        """The look of --look or --ref, None when neither was given.
+
+        The look of a photo is logged in one line, unless quiet. Raises UsageError, LookError,
+        InputError, PhotoError.
+        """
+        from makeup_video.pipeline import Look, UsageError
+
+        if self.look is not None and self.ref is not None:
+            raise UsageError("--look and --ref both give a look: leave one of them out")
+        if self.ref is not None:
+            return _look_of_photo(self.ref, self.ref_face or "", self.color, quiet)
+        if self.ref_face is not None:
+            raise UsageError(
+                "--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out"
+            )
+        if self.look is None:
+            return None
+        return Look() if self.look == "none" else Look.load(self.look)
 
 
-LookFile = Annotated[
-    str | None, typer.Option(metavar="FILE", help="A look file (JSON), or 'none'.")
-]
-Color = Annotated[
-    str | None, typer.Option(metavar="HEX", help="The product's colour, such as '#B4002E'.")
-]
-Finish = Annotated[
-    str | None, typer.Option(help="matte, satin, sheer, gloss, metallic or shimmer.")
-]
-Parts = Annotated[
-    str | None,
-    typer.Option(
-        help=f"{', '.join(REGIONS)}, or several: lips,eyes; default: those of the look, lips."
-    ),
-]
-Zone = Annotated[str | None, typer.Option(help="Of eye-shadow: lid, crease, full or outer.")]
-Intensity = Annotated[float | None, typer.Option(metavar="0..1", help="How much eye-shadow.")]
-Strength = Annotated[float | None, typer.Option(metavar="0..1", help="How much of all of it.")]
-Faces = Annotated[str, typer.Option(help="all, largest, or a face's number as inspect shows it.")]
-OpenclDevice = Annotated[
-    str, typer.Option(help="The OpenCL device: a number or part of a name; default: the CPU.")
-]
-RefPhoto = Annotated[
-    str | None, typer.Option(metavar="PHOTO", help="A photo of the makeup to paint.")
-]
-RefFace = Annotated[
-    str | None, typer.Option(help="Whose makeup: largest, or a number as inspect shows it.")
-]
-
-
-def base_look(
-    look: str | None, ref: str | None, ref_face: str | None, color: str | None, quiet: bool
-) -> "Look | None":
-    """The look of --look or --ref, None when neither was given."""
-    from makeup_video.pipeline import Look, UsageError
-
-    if look is not None and ref is not None:
-        raise UsageError("--look and --ref both give a look: leave one of them out")
-    if ref is not None:
-        return _look_of_photo(ref, ref_face or "", color, quiet)
-    if ref_face is not None:
-        raise UsageError("--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out")
-    if look is None:
-        return None
-    return Look() if look == "none" else Look.load(look)
-
-
-def _look_of_photo(ref: str, face: str, color: str | None, quiet: bool) -> "Look":
-    """The look of a photo, told in a line."""
+def _look_of_photo(photo: str, face: str, color: str | None, quiet: bool) -> "Look":
     from makeup_video.pipeline import PhotoError, look_from_photo
     from makeup_video.pipeline.look.finishes import look_in_words
 
-    look = look_from_photo(ref, face)
+    look = look_from_photo(photo, face)
     if look.is_bare and color is None:
         raise PhotoError(
-            f"{ref}: no makeup was found to paint: add --color '#B4002E', or give another photo"
+            f"{photo}: no makeup was found to paint: add --color '#B4002E', or give another photo"
         )
     if not quiet:
-        say(f"{ref}: {look_in_words(look)}")
+        log(f"{photo}: {look_in_words(look)}")
     return look

@@ -1,17 +1,17 @@
-"""`makeup-video`: starts fast, says one line, ends with a documented exit code."""
+"""`makeup-video`: starts fast, reports errors in one line, ends with a documented exit code."""
 
-# Next to nothing is imported before `main` listens to Ctrl-C.
+# Next to nothing is imported before `main` handles Ctrl-C.
 import os
 import signal
 import sys
 
-from makeup_video.cli.console import has_said, keep_stderr_to_ourselves, say
+from makeup_video.cli.console import has_logged, log, silence_libraries
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, NoReturn
 
-_LAST_SECONDS = 1.0
+_THREADS_END_SECONDS = 1.0
 _STOPPED = 130
 _NO_MEMORY = (
     "std::bad_alloc",
@@ -28,35 +28,35 @@ _whole: list[int] = []  # outputs that are whole
 
 
 def main() -> None:
-    """Run the command line; whatever goes wrong is one line and never a traceback."""
+    """Run the command line; every error is one line, without --debug never a traceback."""
     _whole.clear()
     try:
         if "--debug" not in sys.argv:
-            keep_stderr_to_ourselves()
+            silence_libraries()
         # a supervisor's SIGTERM and a closed terminal stop a run as Ctrl-C does: cleanly, with a
         # playable part file
-        _on_stop(_interrupt)
-        # Typer takes a tenth of a second: Ctrl-C in that time is handled here too
+        _handle_stop_signals(_interrupt)
+        # Typer takes a tenth of a second: Ctrl-C in that time is handled here, too
         from makeup_video.cli.app import app
 
-        code = app(standalone_mode=False) or 0
-        if code == _STOPPED and not has_said():
+        code = app(prog_name="makeup-video", standalone_mode=False) or 0
+        if code == _STOPPED and not has_logged():
             raise KeyboardInterrupt  # Typer turned it into a bare exit code
     except KeyboardInterrupt:
-        say("stopped")
+        log("stopped")
         code = _STOPPED
     except Exception as error:  # noqa: BLE001  # the last resort: no user sees a traceback
-        if _came:  # a C module that was being loaded made another error of Ctrl-C
+        if _came:  # a C module that was being loaded turned Ctrl-C into another error
             code = _STOPPED
-            if not has_said():
-                say("stopped")
+            if not has_logged():
+                log("stopped")
         else:
-            code = _explain(error)
-    _end(code)
+            code = _report_error(error)
+    _exit(code)
 
 
-def nothing_is_left_to_stop() -> None:
-    """The output is whole and gets its name now: a later Ctrl-C comes too late.
+def mark_output_whole() -> None:
+    """Note that the output is whole and gets its name now: a later Ctrl-C comes too late.
 
     The run then ends with the exit code and the files that it would have without Ctrl-C. Any thread
     may call this.
@@ -71,68 +71,75 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def _on_stop(handler: "Any") -> None:
+def _handle_stop_signals(handler: "Any") -> None:
+    """Set the handler of each signal that ends a run, but those ignored from the start (nohup)."""
     from makeup_video.pipeline.engine.signals import stop_signals
 
     for number in stop_signals():
         signal.signal(number, handler)
 
 
-def _end(code: int) -> "NoReturn":
-    """All is said and done. One more Ctrl-C must not spoil the exit code, and a photo that takes its time
-    to be read, for a page that is gone, must not keep the process."""
+def _exit(code: int) -> "NoReturn":
+    """End the process with this exit code, whatever its threads still do.
+
+    One more Ctrl-C must not change the exit code, and a thread that still reads a photo for a
+    closed page must not keep the process alive.
+    """
     import contextlib
     import threading
     import time
 
-    _on_stop(signal.SIG_IGN)
-    until = time.monotonic() + _LAST_SECONDS
+    _handle_stop_signals(signal.SIG_IGN)
+    deadline = time.monotonic() + _THREADS_END_SECONDS
     for thread in threading.enumerate():
         if thread is not threading.current_thread():
-            thread.join(max(0.0, until - time.monotonic()))
-    # Python would wait for a thread, or pull its memory from under it. And when Ctrl-C came within `exec`,
-    # as while dataclasses are made, it would end by the signal whatever the code is.
+            thread.join(max(0.0, deadline - time.monotonic()))
+    # Python's own exit would wait for a thread, or free memory that it uses. And after a Ctrl-C
+    # within `exec`, as while dataclasses are made, Python ends by the signal, whatever the exit
+    # code is.
     if code == _STOPPED or threading.active_count() > 1:
         # what Python's own exit would have removed
         if cache := sys.modules.get("makeup_video.kernels.cache"):
             cache.give_back()
         if parts := sys.modules.get("makeup_video.pipeline.files.part_file"):
             parts.remove_empty()
-        with contextlib.suppress(OSError, ValueError, AttributeError):  # nobody listens any more
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # stdout is closed
             sys.stdout.flush()
         os._exit(code)
     raise SystemExit(code)
 
 
-def _explain(error: Exception) -> int:
-    """Say what went wrong in one line; the exit code for it."""
+def _report_error(error: Exception) -> int:
+    """Log what went wrong in one line; returns the exit code for it."""
     if type(error).__name__ == "NoArgsIsHelpError":
         error.show()  # type: ignore[attr-defined]  # the help text, for a bare `makeup-video`
         return 2
     if hasattr(error, "format_message"):  # Typer's own errors, about options
-        say(f"UsageError: {' '.join(error.format_message().split())} See makeup-video --help.")
+        from makeup_video.cli.usage import usage_line
+
+        log(f"UsageError: {usage_line(error)}")
         return 2
     if "--debug" in sys.argv:
         import traceback
 
         traceback.print_exc()
     if type(error).__name__ == "TooLittleMemoryError":
-        say(f"TooLittleMemoryError: {error}")
+        log(f"TooLittleMemoryError: {error}")
         return 1
-    if _is_want_of_memory(error):
-        say(
+    if _is_out_of_memory(error):
+        log(
             "TooLittleMemoryError: there is not enough memory for this: close other programs, or "
             "raise the limit (ulimit -v, the container's)"
         )
         return 1
-    say(
+    log(
         f"makeup-video: internal error: {type(error).__name__}: {error}. "
         "Run again with --debug and report it."
     )
     return 1
 
 
-def _is_want_of_memory(error: Exception) -> bool:
-    """Libraries say it in their own words, the loader of C modules, threads and C++ among them."""
+def _is_out_of_memory(error: Exception) -> bool:
+    """True for a MemoryError, and for what loader, threads, C++ and OpenCL raise in its place."""
     text = str(error).lower()
-    return isinstance(error, MemoryError) or any(words in text for words in _NO_MEMORY)
+    return isinstance(error, MemoryError) or any(phrase in text for phrase in _NO_MEMORY)

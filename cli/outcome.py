@@ -1,5 +1,6 @@
-"""How every command ends: what it says, and the documented exit code."""
+"""How every command ends: its lines on stderr and the documented exit code."""
 
+import re
 import traceback
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
@@ -7,32 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from makeup_video.cli.console import say
+from makeup_video.cli.console import log
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline import Face, Report
-
-
-@contextmanager
-def told_in_one_line(output: str | None = None, debug: bool = False) -> Generator[None, None, None]:
-    """Whatever the pipeline raises becomes one line and its exit code."""
-    from makeup_video.pipeline import MakeupVideoError, SeveralFacesError, StoppedError
-
-    try:
-        yield
-    except StoppedError:
-        part = None if output is None else _part_of(Path(output))
-        kept = f"; {part} holds what was done" if part is not None and part.exists() else ""
-        say(f"stopped{kept}")
-        raise typer.Exit(StoppedError.exit_code) from None
-    except MakeupVideoError as error:
-        if debug:
-            traceback.print_exc()
-        if isinstance(error, SeveralFacesError):
-            error.extend(after=_choice_of(error.faces))
-        say(f"{type(error).__name__}: {error.spelled(option_of_command)}")
-        raise typer.Exit(error.exit_code) from None
-
+    from makeup_video.pipeline import Face, MakeupVideoError, Report
 
 # Options whose names differ from those of Python by more than a hyphen.
 _NAMES = {
@@ -41,10 +20,52 @@ _NAMES = {
     "overwrite": "-y",
     "face": "--ref-face",
 }
+_LONG_OPTION = re.compile(r"(?<!\S)--[a-z]")
+
+
+@contextmanager
+def report_errors(
+    command: str, output: str | None = None, debug: bool = False
+) -> Generator[None, None, None]:
+    """Turn every error of the pipeline into one line and its exit code.
+
+    command: whose help page a usage error points to.  output: after Ctrl-C the line names the part
+    file of this output, if there is one.  debug: print the traceback, too.
+    """
+    from makeup_video.pipeline import MakeupVideoError, SeveralFacesError, StoppedError
+
+    try:
+        yield
+    except StoppedError:
+        part = None if output is None else _part_of(Path(output))
+        kept = f"; {part} holds what was done" if part is not None and part.exists() else ""
+        log(f"stopped{kept}")
+        raise typer.Exit(StoppedError.exit_code) from None
+    except MakeupVideoError as error:
+        if debug:
+            traceback.print_exc()
+        if isinstance(error, SeveralFacesError):
+            error.extend(after=_choice_of(error.faces))
+        log(_error_line(error, command))
+        raise typer.Exit(error.exit_code) from None
+
+
+def _error_line(error: "MakeupVideoError", command: str) -> str:
+    from makeup_video.pipeline import UsageError
+
+    text = error.spelled(option_of_command)
+    if isinstance(error, UsageError) and _LONG_OPTION.search(text):
+        text = f"{text.rstrip('.')}. See {help_page(command)}."
+    return f"{type(error).__name__}: {text}"
+
+
+def help_page(command: str) -> str:
+    """The command line that prints the help of a command."""
+    return "makeup-video --help" if command == "apply" else f"makeup-video {command} --help"
 
 
 def option_of_command(name: str, value: str | None) -> str:
-    """An option as it is typed: `bit_depth`, "8" -> `--bit-depth 8`; a flag that is to be set has no value."""
+    """An option as it is typed: `bit_depth`, "8" -> `--bit-depth 8`. A flag has no value."""
     flag = _NAMES.get(name, "--" + name.replace("_", "-"))
     return flag if value in (None, "True") else f"{flag} {value}"
 
@@ -58,16 +79,20 @@ def _choice_of(faces: "Sequence[Face]") -> str:
     )
 
 
-def tell(done: "Report", quiet: bool, more: str = "") -> None:
-    """What was lost or changed, and the closing line; exit code 5 when the input was damaged."""
+def print_summary(report: "Report", quiet: bool, more: str = "") -> None:
+    """Log what was lost or changed, and the closing line.
+
+    Raises typer.Exit with exit code 5 when the input was damaged; its warnings are logged even when
+    quiet.
+    """
     from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
 
-    for line in done.warnings():
-        if not quiet or done.damaged:
-            say(line)
+    for line in report.warnings():
+        if not quiet or report.damaged:
+            log(line)
     if not quiet:
-        say(done.summary() + more)
-    if done.damaged:
+        log(report.summary() + more)
+    if report.damaged:
         raise typer.Exit(EXIT_DAMAGED_INPUT)
 
 

@@ -1,4 +1,4 @@
-"""How far a run is: a bar on a terminal, a plain line now and then elsewhere, or nothing."""
+"""The progress of a run: a bar on a terminal, a line every few seconds elsewhere, or nothing."""
 
 import sys
 import time
@@ -7,13 +7,13 @@ from contextlib import contextmanager
 from fractions import Fraction
 from typing import IO, TYPE_CHECKING, Any, cast
 
-from makeup_video.cli.console import say
+from makeup_video.cli.console import log
 
 if TYPE_CHECKING:
     from makeup_video.pipeline.live.run import LiveFigures
     from rich.console import Console
 
-_PLAIN_SECONDS = 5.0  # between two plain lines: a log file should stay short
+_LINE_SECONDS = 5.0  # between two lines, so that a log file stays short
 
 
 def _console() -> "Console":
@@ -23,7 +23,7 @@ def _console() -> "Console":
 
 
 class _Terminal:
-    """stderr for what changes on it all the time. When it is closed, the work goes on all the same."""
+    """stderr as rich writes on it. When the terminal is closed, the work goes on."""
 
     def __init__(self, stream: IO[str]) -> None:
         self._stream, self._is_open = stream, True
@@ -49,7 +49,7 @@ class _Terminal:
 
 @contextmanager
 def show_progress(quiet: bool) -> Generator[Any, None, None]:
-    """Yields the callback for process_video, or None when nothing shall be printed."""
+    """Yield the progress callback of process_video, or None when quiet."""
     if quiet:
         yield None
     elif sys.stderr is not None and sys.stderr.isatty():
@@ -63,19 +63,21 @@ def show_progress(quiet: bool) -> Generator[Any, None, None]:
 
 
 class _PlainLines:
+    """Logs a line every few seconds."""
+
     def __init__(self) -> None:
-        self.began = self.said = time.monotonic()
+        self.began = self.logged = time.monotonic()
 
     def __call__(self, done: int, expected: int | None, rate: Fraction) -> None:
         now = time.monotonic()
-        if now - self.said < _PLAIN_SECONDS or not done:
+        if now - self.logged < _LINE_SECONDS or not done:
             return
-        self.said = now
-        say(progress_text(done, expected, rate, now - self.began))
+        self.logged = now
+        log(progress_text(done, expected, rate, now - self.began))
 
 
 class _Bar:
-    """A rich bar; built at the first call, so that importing rich delays no frame."""
+    """A rich bar, built at the first call so that importing rich delays no frame."""
 
     def __init__(self) -> None:
         self.bar: Any = None
@@ -114,7 +116,7 @@ class _Bar:
 
 
 def progress_text(done: int, expected: int | None, rate: Fraction, seconds: float) -> str:
-    """One line: frames, frames/s, times real time, time left."""
+    """Frames, frames/s, times real time and time left, in one line."""
     fps = done / seconds if seconds else 0.0
     total = f"/{expected}" if expected else ""
     text = f"{done}{total} frames, {fps:.0f} fps, {fps / rate:.1f}x real time"
@@ -126,9 +128,9 @@ def progress_text(done: int, expected: int | None, rate: Fraction, seconds: floa
 
 @contextmanager
 def show_steps() -> Generator[Callable[[str], None], None, None]:
-    """Yields what to tell the steps of a long job to: one line that changes on a terminal, else lines."""
+    """Yield the log of a long job's steps: one line that changes on a terminal, lines elsewhere."""
     if sys.stderr is None or not sys.stderr.isatty():
-        yield say
+        yield log
         return
     with _console().status("") as status:
         yield lambda text: status.update(text)
@@ -136,7 +138,7 @@ def show_steps() -> Generator[Callable[[str], None], None, None]:
 
 @contextmanager
 def show_live(quiet: bool) -> Generator[Any, None, None]:
-    """Yields what to tell the figures of a live run to: a line that changes on a terminal, else nothing."""
+    """Yield a callback that shows a live run's figures: a line that changes, on a terminal only."""
     if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield lambda figures: None
         return
@@ -145,7 +147,7 @@ def show_live(quiet: bool) -> Generator[Any, None, None]:
 
 
 def live_text(figures: "LiveFigures") -> str:
-    """One line: frames/s, delay, what was dropped, what must be known."""
+    """Frames/s, delay, dropped frames and notices, in one line."""
     if figures.latency_ms is None:
         return figures.notice or "waiting for the first picture"
     parts = [f"{figures.fps:.0f} fps", f"delay {figures.latency_ms:.0f} ms"]
@@ -155,7 +157,7 @@ def live_text(figures: "LiveFigures") -> str:
 
 
 def live_summary(figures: "LiveFigures", seconds: float) -> str:
-    """The closing line: how many pictures were painted, and how many of them each output got."""
+    """The closing line: pictures painted, and how many of them each output got."""
     fps = figures.pictures / seconds if seconds else 0.0
     text = (
         f"{figures.pictures} pictures in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"

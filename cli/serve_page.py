@@ -1,4 +1,4 @@
-"""The page in the browser, as every command that has one opens it."""
+"""The page in the browser, served for `live` and `demo`."""
 
 import ipaddress
 import os
@@ -8,39 +8,35 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from makeup_video.cli.console import say
+from makeup_video.cli.console import log
+from makeup_video.cli.options import PageOptions
 
 if TYPE_CHECKING:
     from makeup_video.web.session import Show
     from makeup_video.web.worker import Worker
 
-PORT = 8760
-
 
 @contextmanager
-def page(
-    show: "Show",
-    worker: "Worker",
-    host: str,
-    port: int,
-    *,
-    browser: bool,
-    told: Callable[[str], None],
+def serve_page(
+    show: "Show", worker: "Worker", options: PageOptions, log_line: Callable[[str], None]
 ) -> Generator[str, None, None]:
-    """Serves the page within the block; yields its address, which is told in a line and opened in the
-    browser. Raises UsageError when it cannot be served there."""
+    """Serve the page within the block and open a browser; yields the page's address.
+
+    log_line: gets the address, and a warning when other machines can reach the page.  Raises
+    UsageError when the page cannot be served at this address.
+    """
     from makeup_video.pipeline.engine.signals import undisturbed
     from makeup_video.web.server import Server
 
-    server = Server(show, worker, host, port, say=say)
+    server = Server(show, worker, options.host, options.port, say=log)
     url = server.start()
     try:
-        told(f"{url} shows the page; Ctrl-C ends it")
-        if not is_loopback(host):
-            told(
+        log_line(f"{url} shows the page; Ctrl-C ends it")
+        if not is_loopback(options.host):
+            log_line(
                 "everybody who reaches this machine sees that page, and can change what is painted"
             )
-        if browser and has_screen():
+        if options.browser and has_screen():
             webbrowser.open(url)
         yield url
     finally:
@@ -49,7 +45,7 @@ def page(
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach what listens there."""
+    """Whether only this machine can reach an address."""
     try:
         return host == "localhost" or ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -57,7 +53,7 @@ def is_loopback(host: str) -> bool:
 
 
 def has_screen() -> bool:
-    """Whether a browser would be a window: in a bare terminal Python opens one that takes the terminal."""
+    """Whether a browser would open a window; in a bare terminal it would take over the terminal."""
     if not sys.platform.startswith("linux"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -6,10 +6,10 @@ Only one thread at a time may use a Device: OpenCL keeps a kernel's arguments in
 import math
 import os
 import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import resources
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pyopencl as cl
@@ -125,7 +125,12 @@ def source_of(name: str) -> str:
 
 
 class Device:
-    """An OpenCL device and its queue. Programs and kernels are built at first use and kept."""
+    """An OpenCL device and its queue. Programs and kernels are built at first use and kept.
+
+    watch: for measurements: (device, work-items) -> what every launch runs within; None for nothing.
+    """
+
+    watch: "ClassVar[Callable[[Device, int], AbstractContextManager[None]] | None]" = None
 
     def __init__(self, choice: str = "") -> None:
         """choice: as for pick. Raises NoDeviceError, NoRoomError, UnknownDeviceError."""
@@ -233,7 +238,9 @@ class Device:
         if arguments:
             kernel.set_args(*arguments)
         width = -(-size_wh[0] // local_wh[0]) * local_wh[0]
-        cl.enqueue_nd_range_kernel(self.queue, kernel, (width, size_wh[1]), local_wh)
+        watch = Device.watch
+        with watch(self, size_wh[0] * size_wh[1]) if watch else nullcontext():
+            cl.enqueue_nd_range_kernel(self.queue, kernel, (width, size_wh[1]), local_wh)
 
     @contextmanager
     def lend(self, *planes: np.ndarray) -> Iterator[list[Any]]:

@@ -1,7 +1,7 @@
-"""The guard of the product's speed: work is counted, for seconds are noise on a shared machine.
+"""Guards the speed of the product by counting work, since seconds are noise on a shared machine.
 
-A limit lies about a tenth above what was counted when it was set. Who makes a frame do more raises it here,
-and says in docs/performance.md what that buys.
+Each limit lies about a tenth above the count at the time when it was set. A change that needs more
+work per frame raises the limit here, and docs/performance.md says what the work buys.
 """
 
 from pathlib import Path
@@ -36,11 +36,11 @@ def test_a_frame_costs_no_more_work_than_it_did(work, name):
     assert work.get(name, 0) <= LIMITS[name]
 
 
-def test_what_opencv_makes_of_a_frame_is_less_than_a_third_of_it_in_rgb(work):
+def test_opencv_returns_less_than_a_third_of_a_frame_in_rgb(work):
     assert 0 < work["bytes_converted"] < 1280 * 720 * 3 / 3
 
 
-def test_in_a_frame_of_four_times_the_area_only_pixels_cost_more(work, tmp_path):
+def test_in_a_larger_frame_only_pixels_cost_more(work, tmp_path):
     with av.open(str(SAMPLE)) as box:
         larger = [
             picture.reformat(2560, 1440, format="rgb24").to_ndarray()
@@ -50,7 +50,7 @@ def test_in_a_frame_of_four_times_the_area_only_pixels_cost_more(work, tmp_path)
     more = measure_work(clip, full_look(), FRAMES)
     for name in ("net_runs", "kernels_launched", "calls"):
         assert more[name] <= 1.1 * work[name]
-    # only half as many of the larger frame's bytes are looked at
+    # opencv reads only half as many of the larger frame's bytes
     assert more["bytes_converted"] <= 0.75 * 4 * work["bytes_converted"]
 
 

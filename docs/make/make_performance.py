@@ -2,9 +2,9 @@
 
     python docs/make/make_performance.py --clip talk.mp4 --hour --peer peer/bin/python
 
-It takes the better part of an hour, two with --hour, on a machine that does nothing else. Parts can be measured
-one by one (--parts faces length) and are kept in --results; the page is written from all that is there. What
-is written in the page outside the markers stays. It needs the extra `plot`.
+It takes most of an hour, two with --hour, on a machine that does nothing else. Parts can be
+measured one by one (--parts faces length). Their results are kept in --results, and the page is
+written from all of them; its text outside the markers stays. The script needs the extra `plot`.
 """
 
 import argparse
@@ -18,69 +18,68 @@ from pathlib import Path
 from typing import Any
 
 import performance_page as page
-from makeup_video.benchmark import harness as measure
-from makeup_video.benchmark.runs import run_bare, run_product
-from makeup_video.cli import bench as command
+from makeup_video.benchmark.harness import Bench, beside, in_turn, middle, own_threads
+from makeup_video.benchmark.runs import Run, run_bare, run_product
+from makeup_video.benchmark.scaling import by_faces, by_threads, over_length
+from makeup_video.benchmark.suite import heights_of, measure
 from makeup_video.pipeline import look_from_photo
 
 SAMPLES = page.DOCS.parent / "samples"
 LENGTHS_MINUTES, AN_HOUR = (1 / 6, 1, 10), 60
 
 
-class Measuring:
-    """One method for each part of the page."""
+class Measurements:
+    """The parts of the page; each method measures the part of its name."""
 
     def __init__(self, options: argparse.Namespace, folder: Path) -> None:
         self.options, self.folder = options, folder
         self.look = look_from_photo(SAMPLES / "look.jpg")
 
-    def bench(self, clip: Path | None = None, seconds: float | None = None) -> measure.Bench:
+    def bench(self, clip: Path | None = None, seconds: float | None = None) -> Bench:
         options = self.options
-        return measure.Bench(
+        return Bench(
             clip or SAMPLES / "in.mp4", self.folder, self.look, seconds or options.seconds,
-            options.rounds, told=say, photo=SAMPLES / "look.jpg",
+            options.rounds, log=log, photo=SAMPLES / "look.jpg",
         )  # fmt: skip
 
     def whole(self) -> dict[str, Any]:
-        """By clip, what the command measures."""
-        heights = command.heights_of(self.options.sizes)
+        """The results of the command, by clip."""
+        heights = heights_of(self.options.sizes)
         clips = [SAMPLES / "in.mp4", *self.options.clip]
-        return {
-            clip.name: command.measure(self.bench(clip), heights, renderer=True) for clip in clips
-        }
+        return {clip.name: measure(self.bench(clip), heights, renderer=True) for clip in clips}
 
     def resolution(self) -> dict[str, Any]:
         """Bare loop and product in turn, by height."""
         bench, rows = self.bench(), {}
         target = self.folder / "out.mp4"
-        for height in command.heights_of(self.options.resolutions):
+        for height in heights_of(self.options.resolutions):
             film = bench.clip(height, self.options.seconds / 2)
-            work: dict[str, Callable[[], measure.Run]] = {
-                "bare": partial(run_bare, film.path, target, measure.own_threads()),
+            work: dict[str, Callable[[], Run]] = {
+                "bare": partial(run_bare, film.path, target, own_threads()),
                 "product": lambda film=film: run_product(film.path, target, self.look)[0],
             }
-            runs = measure.in_turn(bench, f"{height}p", work, bench.rounds)
+            runs = in_turn(bench, f"{height}p", work, bench.rounds)
             bare, product = runs["bare"], runs["product"]
             rows[f"{height}p"] = {
                 "px": film.size_wh[0] * film.size_wh[1],
-                "bare": measure.middle(bare),
-                "product": {**measure.middle(product), **measure.beside(product, bare)},
+                "bare": middle(bare),
+                "product": {**middle(product), **beside(product, bare)},
             }
         return {"heights": rows}
 
     def faces(self) -> dict[str, Any]:
-        return measure.by_faces(self.bench(), 1080)
+        return by_faces(self.bench(), 1080)
 
     def threads(self) -> dict[str, Any]:
         bench = self.bench()
-        return {"size": "720p", **measure.by_threads(bench, bench.clip(720), "threads")}
+        return {"size": "720p", **by_threads(bench, bench.clip(720), "threads")}
 
     def length(self) -> list[dict[str, Any]]:
         minutes = [*LENGTHS_MINUTES, *([AN_HOUR] if self.options.hour else [])]
-        return [measure.over_length(self.bench(), self.options.long_height, m) for m in minutes]
+        return [over_length(self.bench(), self.options.long_height, m) for m in minutes]
 
     def peer(self) -> str:
-        """What docs/make/peer_mediapipe.py prints, in its own environment."""
+        """The output of docs/make/peer_mediapipe.py, run in its own environment."""
         product = Path(sys.executable).with_name("makeup-video")
         words = [
             self.options.peer,
@@ -92,14 +91,14 @@ class Measuring:
         return done.stdout.decode()
 
 
-def say(what: str) -> None:
-    print(what, file=sys.stderr, flush=True)
+def log(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
-def parsed() -> argparse.Namespace:
+def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--parts", nargs="*", choices=page.PARTS, help="default: all; none: draw")
-    parser.add_argument("--clip", type=Path, nargs="*", default=[], help="beside our sample")
+    parser.add_argument("--clip", type=Path, nargs="*", default=[], help="further clips")
     parser.add_argument("--sizes", default="720p,1080p,2160p")
     parser.add_argument("--resolutions", default="360p,540p,720p,1080p,1440p,2160p")
     parser.add_argument("--seconds", type=float, default=20, help="of film")
@@ -116,20 +115,20 @@ def parsed() -> argparse.Namespace:
 
 
 def main() -> None:
-    options = parsed()
+    options = parse_arguments()
     measured = json.loads(options.results.read_text()) if options.results.exists() else {}
     parts = page.PARTS if options.parts is None else options.parts
     options.results.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
-        measuring = Measuring(options, Path(name))
+        measurements = Measurements(options, Path(name))
         for part in parts:
             if part == "peer" and options.peer is None:
-                say("the peer is left out: give --peer PYTHON")
+                log("the peer is left out: give --peer PYTHON")
                 continue
-            measured[part] = getattr(measuring, part)()
+            measured[part] = getattr(measurements, part)()
             options.results.write_text(json.dumps(measured, indent=1), encoding="utf-8")
     page.write_page(measured, options.page, options.pictures)
-    say(f"wrote {options.page}")
+    log(f"wrote {options.page}")
 
 
 if __name__ == "__main__":

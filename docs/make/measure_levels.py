@@ -1,9 +1,10 @@
-"""Measures what each level of a slow machine saves, and what it spoils: the table of docs/live.md.
+"""Measures savings and errors of each quality level of a live run: the table of docs/live.md.
 
     python docs/make/measure_levels.py samples/in.mp4 talk.mp4
 
-All levels run in turn on every frame, in one thread, without codec: processor time of the stages, and how
-far the smoothed lips and eyes, and the painted picture, are off those of level 0. Prints a Markdown table.
+All levels run in turn on every frame, in one thread, without a codec. The script prints a Markdown
+table: CPU time of the stages, and how far the smoothed lips and eyes, and the painted picture, are
+off those of level 0.
 """
 
 import argparse
@@ -33,7 +34,7 @@ PARTS = np.concatenate([LIPS, EYE, RIGHT_EYE])
 
 @dataclass
 class Level:
-    """The stages at one level, what they took and how far off they were."""
+    """The stages at one level, with their CPU times and their errors."""
 
     number: int
     milliseconds: list[list[float]] = field(default_factory=list)  # by frame and stage
@@ -46,8 +47,8 @@ class Level:
         self.find.level = self.paint.level = self.number
 
     def __call__(self, frame: Frame) -> tuple[FrameFaces, np.ndarray]:
-        """Smoothed faces, and the painted luma."""
-        frame.writable_planes()  # a camera's frames are nobody else's
+        """Process a frame; returns the smoothed faces and the painted luma."""
+        frame.writable_planes()  # as a camera gives them
         times = [time.process_time()]
         found = self.find(frame)
         times.append(time.process_time())
@@ -61,6 +62,7 @@ class Level:
         return faces, painted.planes[0]
 
     def compare(self, mine: "Shown", whole: "Shown", bare: np.ndarray) -> None:
+        """Add the errors of this level's result to the lists; whole: that of level 0."""
         for face, true in zip(mine[0].faces, whole[0].faces, strict=False):
             xy = true.points_px[:, :2]
             unit = np.linalg.norm(np.subtract(*xy[list(EYE_CORNERS)]))
@@ -76,12 +78,12 @@ Shown = tuple[FrameFaces, np.ndarray]
 
 
 def measure(film: Path) -> list[Level]:
-    """All levels on a film, frame by frame."""
+    """Run all levels on a film, frame by frame."""
     levels = [Level(number) for number in QualityLevel]
     films = (pictures(film) for _ in range(len(levels) + 1))
     for number, pictures_now in enumerate(zip(*films, strict=True)):
         bare, *frames = map(frame_of, pictures_now)
-        # who comes first pays for the caches: so each does in turn
+        # the first level pays for cold caches: so each is first in turn
         first = number % len(levels)
         order = levels[first:] + levels[:first]
         shown = {level.number: level(frames[level.number]) for level in order}
@@ -91,9 +93,10 @@ def measure(film: Path) -> list[Level]:
 
 
 def rows(name: str, height_px: int, levels: list[Level]) -> Iterator[str]:
+    """A row of the table for each level."""
     for level in levels:
         spent = np.array(level.milliseconds)[WARM_UP:]
-        stages = " | ".join(f"{each:.2f}" for each in spent.mean(0))
+        stages = " | ".join(f"{stage_ms:.2f}" for stage_ms in spent.mean(0))
         total = spent.sum(1)
         off, codes = np.array(level.points_off or [0.0]), np.array(level.codes_off or [0.0])
         yield (

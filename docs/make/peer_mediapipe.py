@@ -1,18 +1,19 @@
-"""Measures what a skilled user would write without us: MediaPipe's Face Mesh and OpenCV on BGR frames.
+"""Measures what a skilled user would write instead: MediaPipe's Face Mesh and OpenCV on BGR frames.
 
-It paints lips and eye-shadow in one loop and encodes as our bench does, in turn with the bare codec loop
-and with our product on the same film:
+The peer paints lips and eye-shadow in one loop and encodes as `makeup-video bench` does. It runs in
+turn with the bare codec loop and with our product, on the same film:
 
     python3.11 -m venv peer && peer/bin/pip install mediapipe==0.10.21 av
     peer/bin/python docs/make/peer_mediapipe.py --product .venv/bin/makeup-video [CLIP]
 
-MediaPipe 0.10.21 is the last one that has these models inside. It needs Python 3.12 or older and another
-numpy and OpenCV than makeup-video, hence the environment of its own. Its models are loaded before the clock
-starts, ours after it.
+MediaPipe 0.10.21 is the last version with these models inside. It needs Python 3.12 or older, and
+other versions of numpy and OpenCV than makeup-video: hence the environment of its own. Its models
+are loaded before the clock starts, ours after it.
 
-Two loops, neither of them meant to be slow: FaceMesh follows one face, the detector runs only when it is lost; all is
-uint8 and OpenCV's own code but for the weights. "whole frames" blends as tutorials do; "face boxes" blends
-only around lips and lids. The colour goes into the a and b of Lab, so light and dark stay.
+There are two loops, neither slow on purpose: FaceMesh follows one face, its detector runs only when
+the face is lost, and all but the weights is uint8 and OpenCV's own code. "whole frames" blends as
+tutorials do; "face boxes" blends only around lips and lids. The colour goes into a and b of Lab, so
+light and dark stay.
 """
 
 import argparse
@@ -48,12 +49,12 @@ LIDS = (
 MAKE_FILM = (
     "import sys; from pathlib import Path; from makeup_video.benchmark.films import make_clip; "
     "clip, film, height, frames = sys.argv[1:]; "
-    "print(make_clip(Path(clip), Path(film), int(height), int(frames)).told)"
+    "print(make_clip(Path(clip), Path(film), int(height), int(frames)).description)"
 )
 
 
 class Peer:
-    """A decoded picture -> it with makeup on; `painted` counts those that had a face."""
+    """Paints a decoded picture; `painted` counts the pictures with a face."""
 
     def __init__(self, whole: bool) -> None:
         self.whole, self.painted = whole, 0
@@ -77,7 +78,7 @@ class Peer:
         return out
 
     def paint(self, bgr8, add, leave_out, colour) -> None:
-        """Lay a colour over what lies within the rings `add` and outside `leave_out`, in place."""
+        """Paint inside the rings `add` and outside the rings `leave_out`, in place."""
         x, y, width, height = cv2.boundingRect(np.concatenate(add))
         blur = max(3, width // 16 | 1)
         x0, y0 = max(x - blur, 0), max(y - blur, 0)
@@ -100,7 +101,7 @@ class Peer:
 
 
 def loop(film: Path, target: Path, threads: tuple[int, int], change=None) -> dict[str, float]:
-    """Decode, change each picture (None: nothing), encode; what that took."""
+    """Decode, change each picture (None: nothing), encode; returns frames/s and CPU ms a frame."""
     began, cpu, frames = time.perf_counter(), time.process_time(), 0
     with av.open(str(film)) as box, av.open(str(target), "w") as out:
         video = box.streams.video[0]
@@ -121,7 +122,7 @@ def loop(film: Path, target: Path, threads: tuple[int, int], change=None) -> dic
 
 
 def ours(product: Path, film: Path, target: Path, ref: Path) -> dict[str, float]:
-    """The real command, by its own report: from its opening the film to the end, as for the loops."""
+    """Run the real command; its report times it from opening the film to the end, as the loops."""
     report = target.with_suffix(".json")
     command = [product, film, "--ref", ref, "-o", target, "--report", report, "-q", "-y"]
     command += ["--codec", "h264", "--preset", OPTIONS["preset"], "--crf", OPTIONS["crf"]]
@@ -138,7 +139,7 @@ def check(painted: int, frames: int, who: str) -> None:
 
 
 def peer(film: Path, target: Path, threads: tuple[int, int], whole: bool) -> dict[str, float]:
-    """Its models are loaded before the clock starts."""
+    """Run the peer; its models are loaded before the clock starts."""
     change = Peer(whole)
     done = loop(film, target, threads, change)
     check(change.painted, done["frames"], "the peer")
@@ -146,7 +147,7 @@ def peer(film: Path, target: Path, threads: tuple[int, int], whole: bool) -> dic
 
 
 def compare(options: argparse.Namespace, film: Path, folder: Path) -> dict[str, dict[str, float]]:
-    """All in turn, every round beginning with another; medians. The loops have their best threads."""
+    """Medians of all, run in turn, every round beginning with another; loops with best threads."""
     target = folder / "out.mp4"
     loop(film, target, THREADS[0])  # warms the file cache, not counted
     best = max(THREADS, key=lambda threads: loop(film, target, threads)["fps"])
@@ -169,8 +170,8 @@ def compare(options: argparse.Namespace, film: Path, folder: Path) -> dict[str, 
     }
 
 
-def print_table(height: str, told: str, rows: dict[str, dict[str, float]]) -> None:
-    print(f"\n{height}: {told}\n\n| | frames/s | by bare | CPU ms a frame | makeup-video is |")
+def print_table(height: str, film: str, rows: dict[str, dict[str, float]]) -> None:
+    print(f"\n{height}: {film}\n\n| | frames/s | by bare | CPU ms a frame | makeup-video is |")
     print("|---|---|---|---|---|")
     bare, best = rows["bare"]["fps"], rows["makeup-video"]["fps"]
     for name, row in rows.items():
@@ -179,7 +180,7 @@ def print_table(height: str, told: str, rows: dict[str, dict[str, float]]) -> No
         print(f"| {name} | {' | '.join(cells)} |")
 
 
-def parsed() -> argparse.Namespace:
+def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("clip", type=Path, nargs="?", default=SAMPLES / "in.mp4")
     parser.add_argument(
@@ -194,15 +195,17 @@ def parsed() -> argparse.Namespace:
 
 
 def main() -> None:
-    options = parsed()
+    options = parse_arguments()
     with tempfile.TemporaryDirectory() as name:
         film = Path(name) / "film.mp4"
         for size in options.sizes.split(","):
             height, frames = size.removesuffix("p"), str(round(options.seconds * 30))
             command = [options.product.with_name("python"), "-c", MAKE_FILM, options.clip, film]
             words = [str(word) for word in (*command, height, frames)]
-            told = subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout
-            print_table(size, told.strip(), compare(options, film, Path(name)))
+            description = subprocess.run(
+                words, check=True, stdout=subprocess.PIPE, text=True
+            ).stdout
+            print_table(size, description.strip(), compare(options, film, Path(name)))
         if options.picture:
             with av.open(str(film)) as box:
                 Peer(whole=True)(next(box.decode(video=0))).to_image().save(options.picture)

@@ -14,9 +14,10 @@ FOLDER = DOCS / "pictures"
 PICTURES = tuple(f"performance_{name}.png" for name in ("resolution", "faces", "length"))
 
 _BARE, _OURS, _MORE = "#9aa5b1", "#b4002e", "#5b8db8"
-# What was asked for, by size: how it is read from a size's results, at least or at most, and how much.
+# The targets: label, how the value is read from the results of a size, at least or at most, limits
+# by size.
 _Read = Callable[[Mapping[str, Any]], float]
-REACH: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
+TARGETS: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
     (
         "whole product / bare, frames/s",
         lambda row: row["product"]["ratio"], ">=",
@@ -40,9 +41,10 @@ REACH: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
 
 
 def write_page(measured: Mapping[str, Any], page: Path, folder: Path) -> None:
-    """Put every part that was measured between its markers, its plot into the folder; the rest of the page stays.
+    """Write each measured part between its markers in the page, and its plot into the folder.
 
-    Raises ValueError where the page has no place for a part.
+    The rest of the page stays as it is. Raises ValueError when the page lacks the markers of a
+    part.
     """
     text = page.read_text(encoding="utf-8")
     for part, values in measured.items():
@@ -51,7 +53,7 @@ def write_page(measured: Mapping[str, Any], page: Path, folder: Path) -> None:
 
 
 def between_markers(page: str, part: str, text: str) -> str:
-    """The page with other text between the markers of a part."""
+    """Replace the text between the markers of a part. Raises ValueError when there are none."""
     markers = re.compile(rf"(<!-- measured: {part} -->\n).*?(<!-- end -->)", re.DOTALL)
     if not markers.search(page):
         raise ValueError(f"the page has no <!-- measured: {part} --> ... <!-- end -->: add them")
@@ -59,25 +61,28 @@ def between_markers(page: str, part: str, text: str) -> str:
 
 
 def _whole(clips: Mapping[str, Mapping[str, Any]], folder: Path) -> str:
-    """By clip: what `makeup-video bench --json` prints."""
+    """The tables of every clip.
+
+    clips: by name, what `makeup-video bench --json` prints.
+    """
     parts = []
     for results in clips.values():
         sizes = list(results["sizes"])
         command = f"    makeup-video bench CLIP --sizes {','.join(sizes)}\n"
-        parts += [f"### {results['clip']}\n", command, _reach(results["sizes"])]
+        parts += [f"### {results['clip']}\n", command, _targets(results["sizes"])]
         parts += [f"{title}:\n\n{_table(head, rows)}" for title, head, rows in tables(results)]
     return "\n".join(parts)
 
 
-def _reach(sizes: Mapping[str, Mapping[str, Any]]) -> str:
+def _targets(sizes: Mapping[str, Mapping[str, Any]]) -> str:
     rows = []
-    for label, read, sign, limits in REACH:
-        cells = [_beside(read(row), sign, limits.get(name)) for name, row in sizes.items()]
+    for label, read, sign, limits in TARGETS:
+        cells = [_with_limit(read(row), sign, limits.get(name)) for name, row in sizes.items()]
         rows.append((label, *cells))
     return _table(("measured (to reach)", *sizes), rows)
 
 
-def _beside(value: float, sign: str, limit: float | None) -> str:
+def _with_limit(value: float, sign: str, limit: float | None) -> str:
     shown = f"{value:.0f}" if value >= 100 else f"{value:.3g}"
     if limit is None:
         return shown
@@ -129,8 +134,8 @@ def _faces(values: Mapping[str, Any], folder: Path) -> str:
     speed.set_ylabel("frames/s")
     speed.set_ylim(0)
     _finish(figure, (cost, speed), "faces", folder / PICTURES[1])
-    (only,) = tables({"sizes": {}, "faces": values})
-    return _shown(PICTURES[1], "Cost by faces") + f"{only[0]}:\n\n" + _table(*only[1:])
+    ((title, *table),) = tables({"sizes": {}, "faces": values})
+    return _shown(PICTURES[1], "Cost by faces") + f"{title}:\n\n" + _table(*table)
 
 
 def _length(films: Sequence[Mapping[str, Any]], folder: Path) -> str:
@@ -140,10 +145,10 @@ def _length(films: Sequence[Mapping[str, Any]], folder: Path) -> str:
     speed.set_ylim(0)
     speed.set_ylabel("frames/s, start included")
     longest = max(films, key=lambda film: film["minutes"])
-    at, size_mb = zip(*longest["memory"], strict=True)
+    seconds, size_mb = zip(*longest["memory"], strict=True)
     label = f"a film of {longest['minutes']:.3g} minutes"
-    done = [longest["minutes"] * second / at[-1] for second in at]
-    memory.plot(done, size_mb, color=_OURS, label=label)
+    done_minutes = [longest["minutes"] * second / seconds[-1] for second in seconds]
+    memory.plot(done_minutes, size_mb, color=_OURS, label=label)
     memory.set_ylim(0)
     memory.set_ylabel("memory, MB")
     _finish(figure, (speed, memory), "minutes of film", folder / PICTURES[2])
@@ -162,8 +167,8 @@ def _length(films: Sequence[Mapping[str, Any]], folder: Path) -> str:
 
 
 def _threads(values: Mapping[str, Any], folder: Path) -> str:
-    (only,) = tables({"sizes": {}, "threads": values})
-    return f"{only[0]}:\n\n" + _table(*only[1:])
+    ((title, *table),) = tables({"sizes": {}, "threads": values})
+    return f"{title}:\n\n" + _table(*table)
 
 
 def _peer(text: str, folder: Path) -> str:
@@ -180,15 +185,15 @@ PARTS: Mapping[str, Callable[[Any, Path], str]] = {
 }
 
 
-def _finish(figure: Any, axes: Iterable[Any], across: str, target: Path) -> None:
+def _finish(figure: Any, axes: Iterable[Any], x_label: str, target: Path) -> None:
     for axis in axes:
-        axis.set_xlabel(across)
+        axis.set_xlabel(x_label)
         legend_below(axis, 0.18)
     save(figure, target)
 
 
-def _shown(picture: str, told: str) -> str:
-    return f"![{told}](pictures/{picture})\n\n"
+def _shown(picture: str, description: str) -> str:
+    return f"![{description}](pictures/{picture})\n\n"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -17,11 +17,14 @@ SHIPPED = files("makeup_video.pipeline") / "weights"
 class Net:
     """One net: crops (N, H, W, 3) uint8 R'G'B' -> its outputs by name, float32.
 
+    options: ONNX Runtime's, to begin with; None for its defaults.
     Raises InstallError when its weights are missing or damaged.
     """
 
-    def __init__(self, name: str, folder: Traversable = SHIPPED, threads: int = 1) -> None:
-        options = onnxruntime.SessionOptions()
+    def __init__(
+        self, name: str, folder: Traversable = SHIPPED, threads: int = 1, options: Any = None
+    ) -> None:
+        options = options or onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         options.inter_op_num_threads = 1
         # A thread that spins while it waits would take the codec's core.

@@ -26,6 +26,8 @@ from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
 _FIGURES_SECONDS = 2.0  # the figures cover the last seconds
 _REPEAT_SECONDS = 60.0  # before the same line is logged again
+# a frame, and monotonic seconds: its work began, faces, smooth, scene and composite ended
+Observe = Callable[[Frame, tuple[float, float, float, float, float]], None]
 _ALL_IS_WELL = "fast enough again: nothing is left out"
 
 
@@ -72,6 +74,7 @@ class LiveRun:
     faces, device: as in Settings.
     say: called with a line of text for each event on the way.
     compare: keep the camera's planes in each picture; any thread may set this attribute.
+    observe: called for each frame with the times at which its stages ended.
     Raises InstallError, UsageError for the device.
     """
 
@@ -84,8 +87,10 @@ class LiveRun:
         faces: str = "all",
         device: str = "",
         say: Callable[[str], None] = lambda line: None,
+        observe: Observe | None = None,
     ) -> None:
         self.compare = False
+        self._observe = observe
         self._camera = camera
         self._find = FindFaces()
         self._smooth = SmoothLive()
@@ -104,6 +109,11 @@ class LiveRun:
     @property
     def look(self) -> Look:
         return self._composite.look
+
+    @property
+    def painted_frames(self) -> int:
+        """Frames that were painted on so far."""
+        return self._composite.painted_frames
 
     def set_look(self, look: Look) -> None:
         """Paint another look from the next frame on. May be called from any thread."""
@@ -161,10 +171,17 @@ class LiveRun:
 
     def _paint(self, frame: Frame) -> LivePicture:
         began = time.monotonic()
-        scene = self._scene(self._smooth(self._find(frame)))
+        found = self._find(frame)
+        found_at = time.monotonic()
+        smoothed = self._smooth(found)
+        smoothed_at = time.monotonic()
+        scene = self._scene(smoothed)
         before = _copies(frame) if self.compare else None
+        scene_at = time.monotonic()
         painted = self._composite(scene)
         now = time.monotonic()
+        if self._observe:
+            self._observe(frame, (began, found_at, smoothed_at, scene_at, now))
         self._choose_level(now - began, frame.seconds)
         self._count(now, now - frame.seconds)
         return LivePicture(painted, before)

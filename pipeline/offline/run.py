@@ -1,4 +1,4 @@
-"""Puts the pipeline together for a file: source -> stages -> sink, and the report of it."""
+"""Runs a file through the pipeline: source -> stages -> sink, and a report."""
 
 import os
 import time
@@ -11,7 +11,7 @@ from typing import Any, cast
 
 from makeup_video.pipeline.engine.machine import cores, peak_memory_bytes
 from makeup_video.pipeline.engine.runner import Runner, Stage
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
@@ -39,8 +39,9 @@ def run_stages(
 ) -> Report:
     """Read src, run every frame through the stages, write dst.
 
-    stages(source), or stages(None) for a picture, is called before the output is begun; all of
-    them together turn a Frame into a Frame. In those for a picture none may look ahead.
+    stages(source), or stages(None) for a picture, is called before the output is begun. Together
+    the stages turn a Frame into a Frame; for a picture none of them may look ahead.
+    on_progress: see process_video.  Raises one of `errors`; dst is then missing, or what it was.
     """
     began, cpu_began = time.monotonic(), time.process_time()
     path, settings = local_file(src), settings or Settings()
@@ -48,7 +49,8 @@ def run_stages(
         raise UsageError(f"the output {dst} names a folder: give the name of a file")
     if is_picture(path):
         if given := settings.of_videos():
-            raise UsageError(f"{src} is a picture: leave out {', '.join(given)} (for videos only)")
+            names = ", ".join(map(option, given))
+            raise UsageError(f"{src} is a picture: leave out {names} (for videos only)")
         report = process_picture(
             path,
             Path(dst),
@@ -62,10 +64,10 @@ def run_stages(
         source = open_video(path)
         try:
             check_start(source, settings.start_seconds)
-            made = stages(source)
+            steps = stages(source)
             if settings.compare:
-                made = _compared(made)
-            report = _run(source, Path(dst), made, settings, on_progress)
+                steps = _side_by_side(steps)
+            report = _run(source, Path(dst), steps, settings, on_progress)
         finally:
             source.close()
     report.seconds = time.monotonic() - began
@@ -75,14 +77,15 @@ def run_stages(
 
 
 def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
+    """A single frame through all stages."""
     item: Any = frame
     for _, stage in stages:
         item = stage(item)
     return cast(Frame, item)
 
 
-def _compared(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
-    """The last stage is the one that changes the picture; without any, both halves are the same."""
+def _side_by_side(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
+    """Show a frame before and after the last stage, which paints; without stages, twice."""
     *others, (name, last) = stages or [("compare", lambda frame: frame)]
     return [*others, (name, SideBySide(last))]
 
@@ -101,12 +104,12 @@ def _run(
         deep = settings.bit_depth > 8
     codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)
     options = encoder_options(codec, settings.crf, settings.preset)
-    depth = settings.bit_depth
+    depth, threads = settings.bit_depth, settings.decoder_threads
     if depth is None and becomes_sdr:
-        depth = min(map(bits_of, codec.pix_fmts))  # 8 bits do, but ProRes has none
+        depth = min(map(bits_of, codec.pix_fmts))  # 8 bits suffice, but ProRes has no such format
     if depth is not None:
-        pick_pix_fmt("yuv420p", codec, depth)  # refuses a depth before the output is begun
-    bytes_in = source.container.size  # of the open file: nobody knows what has its name at the end
+        pick_pix_fmt("yuv420p", codec, depth)  # raises UsageError before the output is begun
+    bytes_in = source.container.size  # of the open file: its name may be another file's at the end
     target = OutputFile(
         output, source.path, overwrite=settings.overwrite, on_whole=settings.on_whole
     )
@@ -119,11 +122,15 @@ def _run(
             muxer,
             start_seconds=settings.start_seconds,
             end_seconds=settings.end_seconds,
-            threads=settings.threads or decoder_threads(),
+            threads=decoder_threads() if threads is None else threads,
         )
-        encoder = VideoEncoder(muxer, source, codec, options, settings.threads)
+        encoder = VideoEncoder(muxer, source, codec, options, settings.encoder_threads or 0)
         runner = Runner(
-            ("decode", decoder.frames()), stages, ("encode", encoder), observe=settings.observe
+            ("decode", decoder.frames()),
+            stages,
+            ("encode", encoder),
+            observe=settings.observe,
+            workers=settings.stage_threads,
         )
         tick = on_progress
         expected = decoder.expected_frames
@@ -138,8 +145,11 @@ def _run(
 
 
 def decoder_threads() -> int:
-    """How many it takes: left to FFmpeg one a core and one more, with pictures for each, but encoding,
-    not decoding, is what a film waits for."""
+    """Half as many threads as there are cores.
+
+    FFmpeg's own choice is one a core and one more, each with pictures in memory; but a film waits
+    for the encoder, not for the decoder.
+    """
     return max(1, cores() // 2)
 
 

@@ -1,4 +1,4 @@
-"""How the output of an offline run is written."""
+"""The settings of an offline run: what to keep, how to write it, and who is painted."""
 
 import re
 from collections.abc import Callable
@@ -9,20 +9,41 @@ from makeup_video.pipeline.engine.runner import Observe
 from makeup_video.pipeline.errors import UsageError, option
 
 BIT_DEPTHS = (8, 10, 12)
+# settings that a picture does not have
+_OF_VIDEOS = (
+    "codec",
+    "crf",
+    "preset",
+    "start_seconds",
+    "end_seconds",
+    "bit_depth",
+    "sdr",
+    "decoder_threads",
+    "encoder_threads",
+    "stage_threads",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """How to write the output. None: the default that suits source and container.
 
-    start_seconds, end_seconds: the part to keep, counted from where the file begins.  threads: of decoder
-    and encoder each, 0: what suits the cores there are.  strict: raise rather than drop or convert a track.
-    faces: whom to paint: "all", "largest", or the number of one (as `inspect` shows it).
-    bit_depth: 8, 10 or 12 bits a sample; None: those of the source, but 8 in H.264.
+    codec, crf, preset: of the video encoder.
+    start_seconds, end_seconds: the part to keep, counted from where the file begins.
+    overwrite: replace an output that exists.
+    strict: raise rather than drop or convert a stream.
+    bit_depth: 8, 10 or 12 bits a sample; None: that of the source, but 8 in H.264.
     sdr: turn HDR into SDR.
-    compare: show before and after beside each other.  device: the OpenCL device that paints, by its
-    number or a part of its name, "" for the processor.  observe: told what each stage took for each item.
+    faces: whom to paint: "all", "largest", or the number of a face, as `inspect` shows it.
+    compare: show before and after side by side.
+    device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
+    decoder_threads, encoder_threads: 0: FFmpeg chooses; None: half as many as there are cores for
+    the decoder, FFmpeg's choice for the encoder.
+    stage_threads: threads that share the stages between decoder and encoder; None: as in Runner.
+    observe: called with the time that each stage took for each item, by the threads of the stages.
     on_whole: called, by any thread, when the output is whole and about to get its name.
+
+    Raises UsageError.
     """
 
     codec: str | None = None
@@ -34,10 +55,12 @@ class Settings:
     strict: bool = False
     bit_depth: int | None = None
     sdr: bool = False
-    threads: int = 0
     faces: str = "all"
     compare: bool = False
     device: str = ""
+    decoder_threads: int | None = None
+    encoder_threads: int | None = None
+    stage_threads: int | None = None
     observe: Observe | None = None
     on_whole: Callable[[], None] | None = None
 
@@ -55,24 +78,12 @@ class Settings:
         start, end = self.start_seconds or Fraction(0), self.end_seconds
         if start < 0 or (end is not None and end <= start):
             raise UsageError(
-                f"{option('start_seconds')} must be at least 0 and {option('end_seconds')} later than "
-                f"it, got {float(start):g} s to "
+                f"{option('start_seconds')} must be at least 0 and {option('end_seconds')} later "
+                f"than it, got {float(start):g} s to "
                 f"{'the end' if end is None else f'{float(end):g} s'}"
             )
 
     def of_videos(self) -> list[str]:
-        """The options given that mean nothing to a picture."""
-        plain = Settings()
-        return [flag for flag, name in _OF_VIDEOS if getattr(self, name) != getattr(plain, name)]
-
-
-_OF_VIDEOS = (
-    ("--codec", "codec"),
-    ("--crf", "crf"),
-    ("--preset", "preset"),
-    ("--start", "start_seconds"),
-    ("--end", "end_seconds"),
-    ("--bit-depth", "bit_depth"),
-    ("--sdr", "sdr"),
-    ("threads", "threads"),
-)
+        """Names of the settings that are given and apply to videos only."""
+        default = Settings()
+        return [name for name in _OF_VIDEOS if getattr(self, name) != getattr(default, name)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.benchmark import films as measure
+from makeup_video.benchmark import films
 from makeup_video.pipeline import InputError
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from media import decoded, make_clip, packets_of, times_of
@@ -35,23 +35,23 @@ def bounce(index, unique):
 @pytest.fixture(scope="module")
 def numbers(tmp_path_factory):
     """{count: a film of so many numbered pictures with a keyframe every group}"""
-    folder, films = tmp_path_factory.mktemp("numbers"), {}
+    folder, made = tmp_path_factory.mktemp("numbers"), {}
     for count in (1, 2, 3, 15, 16, 31, UNIQUE):
-        films[count] = folder / f"{count}.mkv"
+        made[count] = folder / f"{count}.mkv"
         pictures = (
             av.VideoFrame.from_ndarray(numbered(i), format="rgb24").reformat(format="yuv420p")
             for i in range(count)
         )
-        options = {"preset": "ultrafast", "crf": "12", "g": str(measure._GROUP)}
-        assert measure.write_film(films[count], pictures, options) == count
-    return films
+        options = {"preset": "ultrafast", "crf": "12", "g": str(films._GROUP)}
+        assert films.write_film(made[count], pictures, options) == count
+    return made
 
 
 @pytest.mark.parametrize("unique", [1, 2, 3, 15, 16, 31, UNIQUE])
 def test_it_goes_to_and_fro_without_a_jump(numbers, unique):
     count = 3 * unique + 5
     played = [
-        number_of(one) for one in islice(measure._there_and_back(numbers[unique], unique), count)
+        number_of(one) for one in islice(films._there_and_back(numbers[unique], unique), count)
     ]
     assert played == [bounce(index, unique) for index in range(count)]
 
@@ -59,7 +59,7 @@ def test_it_goes_to_and_fro_without_a_jump(numbers, unique):
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory):
     target = tmp_path_factory.mktemp("sample") / "face.mp4"
-    return measure.make_clip(SAMPLES / "in.mp4", target, 240, 70)
+    return films.make_clip(SAMPLES / "in.mp4", target, 240, 70)
 
 
 def test_it_is_as_long_and_as_large_as_asked_for(sample):
@@ -67,12 +67,12 @@ def test_it_is_as_long_and_as_large_as_asked_for(sample):
     assert times_of(sample.path) == [Fraction(n, 30) for n in range(70)]
     first = decoded(sample.path)[0]
     assert (first.width, first.height, first.format.name) == (426, 240, "yuv420p")
-    assert "0.5 of the height" in sample.told
+    assert "0.5 of the height" in sample.description
 
 
 def test_the_face_fills_half_the_height(sample):
     for picture in decoded(sample.path)[::23]:
-        (face,) = find_faces_in_frame(measure.frame_of(picture))[0].faces
+        (face,) = find_faces_in_frame(films.frame_of(picture))[0].faces
         top, chin = face.points_px[[10, 152], :2]
         assert np.linalg.norm(top - chin) == pytest.approx(120, rel=0.1)
         assert abs((top + chin)[0] / 2 - 213) < 24
@@ -80,27 +80,27 @@ def test_the_face_fills_half_the_height(sample):
 
 def test_neighbours_are_alike_also_where_it_turns_back(tmp_path):
     short = film(tmp_path / "short.mkv", clip(20))
-    made = measure.make_clip(short, tmp_path / "long.mp4", 120, 60)
+    made = films.make_clip(short, tmp_path / "long.mp4", 120, 60)
     lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(made.path)]
     steps = [np.abs(b - a).mean() for a, b in pairwise(lumas)]
     assert len(lumas) == 60 and max(steps) < 3  # codes
 
 
 def test_a_clip_can_be_taken_as_it_is(tmp_path):
-    made = measure.make_clip(SAMPLES / "in.mp4", tmp_path / "a.mp4", 180, 3, as_is=True)
-    assert made.size_wh == (320, 180) and not made.is_cut and "1 face" in made.told
+    made = films.make_clip(SAMPLES / "in.mp4", tmp_path / "a.mp4", 180, 3, as_is=True)
+    assert made.size_wh == (320, 180) and not made.is_cropped and "1 face" in made.description
 
 
 def test_several_faces_are_left_as_they_are(tmp_path):
     both = [np.hstack([rgb8, rgb8]) for rgb8 in clip(2)]
-    made = measure.make_clip(film(tmp_path / "two.mkv", both), tmp_path / "a.mp4", 180, 4)
-    assert made.faces == 2 and not made.is_cut and made.size_wh == (640, 180)
+    made = films.make_clip(film(tmp_path / "two.mkv", both), tmp_path / "a.mp4", 180, 4)
+    assert made.faces == 2 and not made.is_cropped and made.size_wh == (640, 180)
 
 
 def test_a_clip_without_a_face_is_refused(tmp_path):
     source = film(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
     with pytest.raises(InputError, match="no face to paint on in 1 of the 1 frames"):
-        measure.make_clip(source, tmp_path / "out.mp4", 48, 3)
+        films.make_clip(source, tmp_path / "out.mp4", 48, 3)
 
 
 def test_a_damaged_clip_is_refused(tmp_path):
@@ -110,13 +110,13 @@ def test_a_damaged_clip_is_refused(tmp_path):
         data[at : at + 32] = bytes(32)
     source.write_bytes(data)
     with pytest.raises(InputError, match=r"short\.mp4 is damaged"):
-        measure.make_clip(source, tmp_path / "out.mp4", 120, 6)
+        films.make_clip(source, tmp_path / "out.mp4", 120, 6)
 
 
 def test_a_turned_clip_is_measured_upright(tmp_path):
     turned = film(tmp_path / "turned.mkv", clip(2), rotation_degrees=90)
-    made = measure.make_clip(turned, tmp_path / "a.mp4", 180, 2)
-    assert made.faces == 1 and made.is_cut
+    made = films.make_clip(turned, tmp_path / "a.mp4", 180, 2)
+    assert made.faces == 1 and made.is_cropped
 
 
 @given(
@@ -125,7 +125,7 @@ def test_a_turned_clip_is_measured_upright(tmp_path):
 )  # fmt: skip
 def test_the_cut_stays_in_the_picture_where_it_can(x, y, tall, aspect):
     size = 2000, 1400
-    x0, y0, x1, y1 = measure._around((x, y, x, y + tall), aspect, size)
+    x0, y0, x1, y1 = films._around((x, y, x, y + tall), aspect, size)
     assert y1 - y0 == pytest.approx(2 * tall, abs=1)
     assert x1 - x0 == pytest.approx(aspect * (y1 - y0), abs=1)
     if y1 - y0 <= size[1]:
@@ -135,9 +135,9 @@ def test_the_cut_stays_in_the_picture_where_it_can(x, y, tall, aspect):
 
 
 def test_a_film_that_loops_can_be_repeated_without_encoding(tmp_path):
-    one = measure.make_clip(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
+    one = films.make_clip(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
     assert one.frames == 20
-    film = measure.repeat_film(one.path, tmp_path / "long.mp4", 3)
+    film = films.repeat_film(one.path, tmp_path / "long.mp4", 3)
     assert times_of(film) == [Fraction(n, 30) for n in range(60)]
     assert {data for _, data in packets_of(film, "video")} == {
         data for _, data in packets_of(one.path, "video")
@@ -149,7 +149,7 @@ def test_a_film_that_loops_can_be_repeated_without_encoding(tmp_path):
 
 @pytest.mark.parametrize("count", [1, 3, 8])
 def test_tiles_show_so_many_copies(numbers, tmp_path, count):
-    tiled = decoded(measure.tile(numbers[3], tmp_path / "tiled.mp4", count, (4, 2)))
+    tiled = decoded(films.tile(numbers[3], tmp_path / "tiled.mp4", count, (4, 2)))
     assert len(tiled) == 3 and (tiled[0].width, tiled[0].height) == (256, 96)
     rgb8 = tiled[1].to_ndarray(format="rgb24").astype(int)
     tiles = [rgb8[y : y + 48, x : x + 64].mean() for y in (0, 48) for x in range(0, 256, 64)]

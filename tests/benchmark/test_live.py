@@ -35,7 +35,7 @@ def samples(seconds: float) -> np.ndarray:
     return np.column_stack([100 + at, 200 + at, 0.3 * at])
 
 
-def test_late_is_from_arrival_to_the_viewer_and_the_start_does_not_count():
+def test_latency_runs_from_arrival_to_viewer_after_warm_up():
     frames = table(30)
     viewed = seen(frames)
     viewed[: round(WARM_SECONDS * 30), 1] += 5
@@ -61,7 +61,7 @@ def test_a_delay_that_grows_shows_at_the_end():
     assert last - first > 70
 
 
-def test_frames_that_are_lost_are_counted_where_they_were_lost():
+def test_lost_frames_are_counted_where_they_were_lost():
     frames = table(20)
     frames[100:103, 2:] = np.nan  # a newer one came while another was painted
     viewed = seen(frames)

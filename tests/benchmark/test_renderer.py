@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from makeup_video.benchmark import films as measure_clip
-from makeup_video.benchmark import renderer as measure
+from makeup_video.benchmark import films, renderer
 from media import decoded
 from people import SAMPLES
 
@@ -13,12 +12,12 @@ FRAMES = 12
 @pytest.fixture(scope="module")
 def face_clip(tmp_path_factory):
     target = tmp_path_factory.mktemp("renderer") / "face.mkv"
-    return measure_clip.make_clip(SAMPLES / "in.mp4", target, 240, FRAMES).path
+    return films.make_clip(SAMPLES / "in.mp4", target, 240, FRAMES).path
 
 
 @pytest.fixture(scope="module")
 def faces(face_clip):
-    return measure.find_in(face_clip)
+    return renderer.find_in(face_clip)
 
 
 def test_faces_are_found_in_every_frame(faces):
@@ -26,7 +25,7 @@ def test_faces_are_found_in_every_frame(faces):
 
 
 def test_a_larger_frame_holds_the_same_face(face_clip, faces, tmp_path):
-    larger, moved = measure.paste_into_larger(face_clip, tmp_path / "larger.mkv", faces)
+    larger, moved = renderer.paste_into_larger(face_clip, tmp_path / "larger.mkv", faces)
     before, after = decoded(face_clip)[0], decoded(larger)[0]
     assert after.width >= 2.9 * before.width and after.height >= 2.9 * before.height
     shift = moved[0][0].points_px - faces[0][0].points_px
@@ -38,18 +37,18 @@ def test_a_larger_frame_holds_the_same_face(face_clip, faces, tmp_path):
 
 
 def test_the_full_look_asks_for_everything():
-    look = measure.full_look()
+    look = renderer.full_look()
     for params in (look.lips, look.eyes):
         assert min(params.opacity, params.gloss, params.reflection, params.shimmer) > 0
 
 
 def test_every_number_is_there(face_clip, faces):
-    times = measure.paint_clip(face_clip, faces)
+    times = renderer.paint_clip(face_clip, faces)
     assert set(times) == {"scene_ms", "composite_ms", "together_ms", "together_mean_ms"}
     assert min(times.values()) > 0
 
 
 def test_kernels_are_counted_whoever_launches_them(face_clip, faces):
-    kernel = measure.kernel_alone(face_clip, faces, measure.full_look())
+    kernel = renderer.kernel_alone(face_clip, faces, renderer.full_look())
     assert kernel["launches"] >= 1 and kernel["kernel_ms"] > 0
     assert 0 < kernel["painted_px"] <= kernel["work_items"] < 240 * 427 / 5

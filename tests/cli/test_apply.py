@@ -1,4 +1,4 @@
-"""The options of `apply` that say what is painted, on whom, and how it is shown."""
+"""The options of `apply`: the look, the faces, the comparison and the saved look."""
 
 import json
 import os
@@ -191,7 +191,7 @@ def test_parts_that_the_photo_leaves_bare_need_a_colour(folder, reads):
     assert "--parts names the eyes, which the look leaves bare: add --color" in done.output
 
 
-def test_a_photo_without_makeup_is_refused_unless_there_is_a_colour(folder, reads):
+def test_a_photo_without_makeup_is_refused_without_a_colour(folder, reads):
     reads(Look())
     done = run(PHOTO, "--ref", PHOTO, "-o", "out.png")
     assert done.exit_code == 3 and len(done.output.splitlines()) == 1
@@ -242,12 +242,13 @@ def test_the_photo_is_never_overwritten(folder, reads, out, more):
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_help_names_every_finish_and_zone():
+def test_help_names_every_region_finish_and_zone():
     from makeup_video.pipeline import FINISHES
+    from makeup_video.pipeline.look.regions import REGIONS
     from makeup_video.pipeline.look.regions.eyes import ZONES
 
     said = " ".join(run("apply", "--help").output.split())
-    assert all(name in said for name in (*FINISHES, *ZONES))
+    assert all(name in said for name in (*REGIONS, *FINISHES, *ZONES))
 
 
 def test_painting_nothing_loads_no_nets_and_no_opencl(folder):

@@ -1,4 +1,4 @@
-"""`makeup-video bench` as a command: what it takes, what it prints, what it refuses. Nothing is timed."""
+"""`makeup-video bench` as a command: its options, output and errors. Nothing is timed."""
 
 import json
 import sys
@@ -7,9 +7,7 @@ import cv2
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.benchmark import harness as measure
-from makeup_video.benchmark import plots as bench_plot
-from makeup_video.cli import bench as command
+from makeup_video.benchmark import film_costs, plots, suite
 from makeup_video.cli.app import app
 from makeup_video.pipeline import UsageError
 from people import SAMPLES, film, grey
@@ -28,11 +26,11 @@ def run(*args):
 def results(tmp_path_factory):
     plot = tmp_path_factory.mktemp("bench") / "plot.png"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measure, "_STARTS", 1)
-        patch.setattr(measure, "BARE_THREADS", ((0, 0), (1, 2)))
+        patch.setattr(film_costs, "_STARTS", 1)
+        patch.setattr(film_costs, "BARE_THREADS", ((0, 0), (1, 2)))
         done = run(*ARGS, "--json", "--plot", plot)
     assert done.exit_code == 0, done.output
-    assert bench_plot.find_spec("matplotlib")
+    assert plots.find_spec("matplotlib")
     assert cv2.imread(str(plot)).shape[1] > 600 and plot.stat().st_size < 60e3
     return json.loads(done.stdout)
 
@@ -64,7 +62,8 @@ def test_people_get_every_number_as_tables(results):
     more = {
         "faces": {"height_px": 720, "further_face_cpu_ms": 2.5,
                   "counts": {"1": {"fps": 99.0, "ratio": 0.5, "not_codec_cpu_ms": 4.0}}},
-        "threads": {"size": "720p", "best": "x", "settings": {"x": {"fps": 9.0, "cpu_ms_per_frame": 8.0}}},
+        "threads": {"size": "720p", "best": "x",
+                    "settings": {"x": {"fps": 9.0, "cpu_ms_per_frame": 8.0}}},
         "length": {"size": "360p", "minutes": 60.0, "fps": 150.0, "peak_memory_mb": 250.0,
                    "growth": 1.001, "memory": []},
     }  # fmt: skip
@@ -79,14 +78,14 @@ def test_people_get_every_number_as_tables(results):
 
 @given(st.lists(st.integers(1, 2160).map(lambda half: 2 * half), min_size=1, max_size=4))
 def test_sizes_are_read(heights):
-    assert command.heights_of(",".join(f"{h}p" for h in heights)) == heights
-    assert command.heights_of(",".join(str(h) for h in heights)) == heights
+    assert suite.heights_of(",".join(f"{h}p" for h in heights)) == heights
+    assert suite.heights_of(",".join(str(h) for h in heights)) == heights
 
 
 @pytest.mark.parametrize("sizes", ["", "p", "720p,", "0p", "721p", "9999p", "-2", "1e3", "²p", "x"])
 def test_other_sizes_are_refused(sizes):
     with pytest.raises(UsageError, match="even heights such as 720p,1080p"):
-        command.heights_of(sizes)
+        suite.heights_of(sizes)
 
 
 @pytest.mark.parametrize(
@@ -108,9 +107,9 @@ def test_wrong_options_are_one_line(args, told):
     assert told in done.stderr and "Traceback" not in done.output
 
 
-def test_a_plot_without_matplotlib_is_refused_before_anything_is_measured(monkeypatch):
+def test_a_plot_without_matplotlib_is_refused_at_once(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.setattr(bench_plot, "find_spec", lambda name: None)
+    monkeypatch.setattr(plots, "find_spec", lambda name: None)
     done = run(*ARGS, "--plot", "a.png")
     assert done.exit_code != 0
     assert done.stderr.splitlines() == [
@@ -131,12 +130,10 @@ def test_a_look_without_makeup_is_refused(tmp_path):
     assert done.exit_code == 2 and "paints nothing" in done.stderr
 
 
-def test_where_our_samples_are_not_installed_it_asks_for_a_clip_and_has_a_look(
-    tmp_path, monkeypatch
-):
-    monkeypatch.setattr(command, "_SAMPLES", tmp_path)
+def test_without_our_samples_it_asks_for_a_clip(tmp_path, monkeypatch):
+    monkeypatch.setattr(suite, "_SAMPLES", tmp_path)
     done = run("bench", *ARGS[2:])
     assert done.exit_code == 3 and "give a CLIP" in done.stderr
-    look, photo = command._look(None, None)
+    look, photo = suite.sample_look(None, None)
     assert photo is None
     assert look.lips and look.eyes

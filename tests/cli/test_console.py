@@ -1,7 +1,7 @@
-"""Lines for people: whatever is in a name, a terminal shows it and does not obey it."""
+"""Log lines: a terminal shows every character of a name and obeys none."""
 
 import pytest
-from makeup_video.cli.console import printable, say
+from makeup_video.cli.console import log, printable
 
 
 @pytest.mark.parametrize(
@@ -16,5 +16,5 @@ from makeup_video.cli.console import printable, say
 )
 def test_what_a_terminal_would_obey_is_escaped(capsys, text, shown):
     assert printable(text) == shown
-    say(text)
+    log(text)
     assert capsys.readouterr().err == shown + "\n"

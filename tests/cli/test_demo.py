@@ -1,4 +1,4 @@
-"""`makeup-video demo`: it says where the page is, and Ctrl-C is its good end."""
+"""`makeup-video demo`: it prints the address of the page and succeeds after Ctrl-C."""
 
 import re
 import signal
@@ -36,7 +36,7 @@ def ended(process, number):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_serves_the_page_until_it_is_stopped_and_that_is_success(number):
+def test_it_serves_the_page_until_stopped_and_succeeds(number):
     process = running()
     url = address(process)
     assert httpx.get(url).headers["content-type"].startswith("text/html")
@@ -54,7 +54,7 @@ def test_it_begins_with_a_look_file(tmp_path):
     assert ended(process, signal.SIGINT)[0] == 0
 
 
-def test_it_begins_with_the_makeup_of_a_photo_on_a_portrait_of_ones_own():
+def test_it_begins_with_a_photo_and_a_portrait_of_the_user():
     process = running(SAMPLES / "portrait.jpg", "--ref", SAMPLES / "look.jpg")
     with Page(address(process)) as page:
         assert Look.from_dict(page.hello["look"]) == look_from_photo(SAMPLES / "look.jpg")

@@ -1,4 +1,4 @@
-"""`makeup-video estimate`: what was read, for people, for programs and as a look file."""
+"""`makeup-video estimate`: the makeup of a photo as text, as JSON and as a look file."""
 
 import json
 import os
@@ -206,7 +206,7 @@ def test_a_name_that_stdout_has_no_letters_for_is_escaped(folder, form):
 
 
 @pytest.mark.parametrize("form", [[], ["--json"]])
-def test_who_stops_reading_ends_it_quietly_and_a_full_disk_is_told(folder, form):
+def test_a_closed_pipe_is_no_error_and_a_full_disk_is_one(folder, form):
     reading, writing = os.pipe()
     os.close(reading)
     done = subprocess.run(script(PHOTO, *form), stdout=writing, stderr=subprocess.PIPE, check=False)

@@ -28,7 +28,7 @@ def run(*args):
     return CliRunner().invoke(app, ["inspect", *map(str, args)])
 
 
-def test_a_video_comes_out_with_all_frames_times_and_sound_and_its_points(folder):
+def test_a_video_keeps_frames_times_and_sound(folder):
     done = run(SAMPLES / "in.mp4", "-o", "out.mp4", "--json", "points.json", "--end", "1")
     assert done.exit_code == 0
     assert "faces: 1, in 30 frames" in done.output
@@ -101,7 +101,7 @@ def test_every_mistake_is_one_line_with_its_exit_code(folder, args, code, words)
 
 
 @pytest.mark.parametrize("name", ["in.mp4", "out.mp4", "./out.part.mp4"])
-def test_from_python_too_the_points_never_take_the_place_of_another_file(folder, name):
+def test_python_too_never_writes_points_over_another_file(folder, name):
     data = make_clip(folder / "in.mp4").read_bytes()
     with pytest.raises(UsageError, match="own files"):
         inspect_video("in.mp4", "out.mp4", name, Settings(overwrite=True))
@@ -124,7 +124,7 @@ def test_an_error_on_the_way_leaves_no_points(folder):
     assert [path.name for path in folder.iterdir()] == ["in.mp4"]
 
 
-def test_damaged_input_exits_with_5_and_says_so_even_when_quiet(folder):
+def test_damaged_input_exits_with_5_and_warns_when_quiet(folder):
     damage(make_clip(folder / "in.mp4", frames=60, size_wh=(320, 240)))
     for quiet in ([], ["-q"]):
         done = run("in.mp4", "-o", "out.mp4", "--json", "points.json", "-y", *quiet)
@@ -138,7 +138,8 @@ def test_ctrl_c_leaves_a_playable_part_and_the_points_so_far(folder):
     make_clip(folder / "in.mp4", frames=600, size_wh=(640, 360))
     words = [sys.executable, "-m", "makeup_video.cli", "inspect", "in.mp4", "-o", "out.mp4"]
     process = subprocess.Popen(
-        [*words, "--json", "points.json"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        [*words, "--json", "points.json"],
+        stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     part = folder / "out.part.mp4"
     deadline = time.monotonic() + 30
@@ -154,7 +155,7 @@ def test_ctrl_c_leaves_a_playable_part_and_the_points_so_far(folder):
     assert not {"out.mp4", "points.json"} & {path.name for path in folder.iterdir()}
 
 
-def test_faces_that_are_too_small_are_counted_in_a_picture_too(folder):
+def test_faces_that_are_too_small_are_counted_in_a_picture(folder):
     picture = put(put(grey(640, 360), face_of(28), 60, 100), face_of(100), 300, 80)
     cv2.imwrite("in.png", picture[..., ::-1])
     done = run("in.png", "-o", "out.png")

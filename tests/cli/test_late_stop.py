@@ -8,7 +8,8 @@ import pytest
 from media import decoded, make_clip
 from people import SAMPLES
 
-# The real command; a signal comes when `name` of `where` is called, and is heard before that goes on.
+# The real command; a signal comes when `name` of `where` is called, and is heard before that goes
+# on.
 HOOKED = """
 import importlib, os, signal, sys, time
 from makeup_video.cli import main
@@ -67,7 +68,7 @@ FILM = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--sa
         ("makeup_video.pipeline.offline.run", "_report", "after", "SIGINT"),
     ],
 )
-def test_an_output_that_is_whole_ends_with_0_and_all_its_files(folder, where, name, moment, number):
+def test_a_whole_output_ends_with_0_and_all_its_files(folder, where, name, moment, number):
     code, said = run_hooked(where, name, moment, number, *FILM)
     assert (code, len(said)) == (0, 1) and said[0].startswith("out.mp4: 12 frames in")
     assert sorted(path.name for path in folder.iterdir()) == [
@@ -80,7 +81,7 @@ def test_an_output_that_is_whole_ends_with_0_and_all_its_files(folder, where, na
 
 
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
-def test_an_output_that_is_not_whole_ends_with_130_and_without_side_files(folder, number):
+def test_an_unfinished_output_ends_with_130_and_no_sidecars(folder, number):
     encoder = "makeup_video.pipeline.media.encode:VideoEncoder"
     code, said = run_hooked(encoder, "__call__", "after", number, *FILM)
     assert (code, said) == (130, ["stopped; out.part.mp4 holds what was done"])

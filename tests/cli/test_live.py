@@ -1,4 +1,4 @@
-"""`live` with a film as the camera: what it writes, what it refuses, and how it ends."""
+"""`makeup-video live` with a film as the camera: its outputs, its errors, and its end."""
 
 import io
 import re
@@ -13,7 +13,7 @@ import av
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
-from makeup_video.cli.console import say
+from makeup_video.cli.console import log
 from makeup_video.cli.progress import live_summary, live_text, show_live
 from makeup_video.cli.serve_page import has_screen, is_loopback
 from makeup_video.pipeline import Look, product
@@ -39,11 +39,11 @@ def lines(done):
 
 
 def reddest(path):
-    """Of each frame, how far Cr is above the middle at its reddest."""
+    """By frame, how far the highest Cr is above the middle, in codes."""
     return [int(picture.to_ndarray()[-90:].max()) - 128 for picture in decoded(path)]
 
 
-def test_a_film_that_plays_is_painted_and_recorded_with_the_times_of_the_clock(folder):
+def test_a_film_is_painted_and_recorded_at_clock_times(folder):
     done = run("--camera", "in.mkv", "--color", "#D00020", "--no-preview", "-o", "out.mkv")
     assert done.exit_code == 0, done.output
     assert [p.name for p in folder.iterdir() if "part" in p.name] == []
@@ -75,7 +75,7 @@ def test_a_recording_is_not_overwritten_without_being_told_so(folder):
         (
             ["--camera", "in.mkv", "--color", "#D00020", "--no-preview"],
             2,
-            "--no-preview leaves nobody",
+            "--no-preview leaves no output",
         ),
         (["--camera", "in.mkv", "--no-preview", "-o", "out.mkv"], 2, "no look given"),
         (["--camera", "in.mkv", "--finish", "gloss"], 2, "--finish gloss needs a colour"),
@@ -88,7 +88,7 @@ def test_a_recording_is_not_overwritten_without_being_told_so(folder):
         (["--camera", "in.mkv", "--color", "#D00020", "-o", "in.mkv", "-y"], 2, "in.mkv"),
     ],
 )
-def test_what_cannot_be_is_said_in_one_line_before_anything_is_written(folder, words, code, told):
+def test_mistakes_are_one_line_before_anything_is_written(folder, words, code, told):
     done = run(*words, "--no-browser", "--port", "0")
     assert (done.exit_code, len(lines(done))) == (code, 1), done.output
     assert told in done.output
@@ -103,8 +103,8 @@ def test_a_port_that_is_taken_is_told_with_what_to_do(folder):
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
-def test_ctrl_c_or_a_closed_terminal_is_its_usual_end_and_the_recording_is_whole(folder, name):
-    """However often Ctrl-C comes, until the very last moment."""
+def test_ctrl_c_is_the_usual_end_and_the_recording_is_whole(folder, name):
+    """Ctrl-C is repeated until the process ends."""
     words = ["live", "--camera", "in.mkv", "--loop", "--color", "#D00020", "-o", "out.mp4"]
     with subprocess.Popen(
         [sys.executable, "-m", "makeup_video.cli", *words, "--port", "0", "--no-browser"],
@@ -128,7 +128,7 @@ def test_ctrl_c_or_a_closed_terminal_is_its_usual_end_and_the_recording_is_whole
         assert sum(1 for _ in whole.decode(video=0)) >= 1
 
 
-def test_without_a_look_the_page_begins_bare_and_a_photo_gives_one(folder):
+def test_without_a_look_the_page_begins_bare(folder):
     done = run("--camera", "in.mkv", "--port", "0", "--no-browser")
     assert done.exit_code == 0 and "shows the page" in done.output
     done = run("--camera", "in.mkv", "--port", "0", "--no-browser", "--ref", SAMPLES / "look.jpg")
@@ -164,7 +164,7 @@ def figures(**given):
     return LiveFigures(**{**plain, **given})
 
 
-def test_the_line_on_a_terminal_says_how_fast_how_late_and_what_is_wrong():
+def test_the_terminal_line_has_speed_delay_and_notices():
     assert live_text(figures()) == "30 fps, delay 12 ms"
     assert live_text(figures(dropped=3, level_notice="slow", notice="gone")) == (
         "30 fps, delay 12 ms, 3 dropped, slow, gone"
@@ -174,7 +174,7 @@ def test_the_line_on_a_terminal_says_how_fast_how_late_and_what_is_wrong():
 
 
 class ClosedTerminal(io.StringIO):
-    """One whose window was closed: it is a terminal, and nothing can be written any more."""
+    """A terminal whose window was closed: every write fails."""
 
     def isatty(self):
         return True
@@ -190,19 +190,20 @@ def test_a_terminal_that_is_closed_ends_no_run(monkeypatch):
     monkeypatch.setattr(sys, "stderr", ClosedTerminal())
     with show_live(quiet=False) as shown:
         shown(figures())
-        say("a line on the way")
+        log("a line on the way")
 
 
-def test_the_closing_line_tells_what_each_output_got_and_leaves_out_the_page():
+def test_the_closing_line_counts_every_output_but_the_page():
     outputs = SinkFigures("out.mkv", 300, 0), SinkFigures("rtmp://host", 0, 0)
     text = live_summary(figures(sinks=(SinkFigures("preview", 5, 90), *outputs)), 10.0)
     assert text == (
-        "300 pictures in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 300 of them; rtmp://host got 0 of them"
+        "300 pictures in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 300 of them; "
+        "rtmp://host got 0 of them"
     )
 
 
 @pytest.mark.parametrize("words", [[], ["-o", "out.mkv"], ["-o", "out.mkv", "-q"]])
-def test_a_stream_that_refuses_throughout_is_told_and_ends_the_command_with_4(folder, words):
+def test_a_stream_that_always_refuses_exits_with_4(folder, words):
     with socket.socket() as closed:  # bound, and never listening
         closed.bind(("127.0.0.1", 0))
         url = f"rtmp://127.0.0.1:{closed.getsockname()[1]}/live/s3cr3t"
@@ -217,7 +218,7 @@ def test_a_stream_that_refuses_throughout_is_told_and_ends_the_command_with_4(fo
         assert decoded(folder / "out.mkv")  # the recording is whole all the same
 
 
-def test_a_sink_that_fails_on_the_way_ends_the_command_with_its_code(folder, monkeypatch):
+def test_a_sink_that_fails_gives_its_exit_code(folder, monkeypatch):
     from makeup_video.pipeline import EncodeError
     from makeup_video.pipeline.live.sinks.recording import Recording
 

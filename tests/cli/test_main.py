@@ -1,4 +1,4 @@
-"""The command line, run in-process where that is enough and as a real process where it is not."""
+"""The command line, as a real process where running it in this one is not enough."""
 
 import json
 import os
@@ -11,8 +11,7 @@ import sys
 import time
 
 import pytest
-from makeup_video.cli import console as say
-from makeup_video.cli import main
+from makeup_video.cli import console, main
 from makeup_video.cli.app import app
 from media import damage, decoded, make_clip
 from typer.testing import CliRunner
@@ -184,7 +183,7 @@ def test_the_report_never_takes_the_place_of_another_file(folder, name):
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_an_old_report_is_overwritten_with_yes_only_and_kept_when_the_run_fails(folder):
+def test_an_old_report_is_overwritten_only_with_yes(folder):
     words = ["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json"]
     (folder / "r.json").write_text("old")
     assert run(*words).exit_code == 2
@@ -229,20 +228,21 @@ def test_a_second_ctrl_c_does_not_cost_the_part_file(folder, long_clip):
     assert len(decoded(part)) > 0
 
 
-def test_what_a_thread_still_does_keeps_neither_the_process_nor_its_exit_code():
-    """Such as a photo that a page sent, and that takes its time to be read."""
+def test_a_busy_thread_keeps_neither_process_nor_exit_code():
+    """Such a thread reads a large photo that a page sent."""
     code = (
-        "import time; from makeup_video.cli import main; from makeup_video.web.worker import Worker\n"
-        "worker = Worker(); worker.submit(lambda: time.sleep(600)); worker.stop(); main._end(5)"
+        "import time; from makeup_video.cli import main\n"
+        "from makeup_video.web.worker import Worker\n"
+        "worker = Worker(); worker.submit(lambda: time.sleep(600)); worker.stop(); main._exit(5)"
     )
     assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 5
 
 
-def test_ctrl_c_has_its_exit_code_also_while_python_makes_code_of_text():
-    """Python remembers such an interruption, and would end by the signal."""
+def test_ctrl_c_keeps_its_exit_code_while_python_compiles():
+    """Python remembers such an interruption, and would otherwise end by the signal."""
     code = (
         "import sys, types; from makeup_video.cli import main\n"
-        "def app(standalone_mode): exec('raise KeyboardInterrupt')\n"
+        "def app(**_): exec('raise KeyboardInterrupt')\n"
         "sys.modules['makeup_video.cli.app'] = types.SimpleNamespace(app=app); main.main()"
     )
     assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 130
@@ -318,7 +318,7 @@ def test_the_report_is_json_with_every_promised_figure(folder):
     assert report["painted_frames"] is None and report["frames_with_face"] is None
 
 
-def test_damaged_input_is_done_as_far_as_possible_and_exits_with_5(folder):
+def test_damaged_input_is_done_as_far_as_possible(folder):
     damage(make_clip(folder / "long.mp4", frames=60, size_wh=(320, 240)))
     for quiet in ([], ["-q"]):
         result = run("long.mp4", "--look", "none", "-o", "out.mp4", "-y", *quiet)
@@ -339,7 +339,7 @@ def test_trimming_reads_seconds_and_clock_times(folder):
 
 @pytest.mark.parametrize("name", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
-def test_ctrl_c_leaves_a_playable_part_file_within_two_seconds(folder, long_clip, name, end):
+def test_ctrl_c_leaves_a_playable_part_within_two_seconds(folder, long_clip, name, end):
     slow = [] if end == ".webm" else ["--preset", "slow"]
     process = command(long_clip, "--look", "none", "-o", f"out{end}", *slow)
     part = folder / f"out.part{end}"
@@ -357,7 +357,7 @@ def test_ctrl_c_leaves_a_playable_part_file_within_two_seconds(folder, long_clip
 
 
 def test_a_full_disk_is_one_line_and_leaves_no_file(folder, long_clip):
-    """A limit on the file's size stands for the disk; the kernel's answer is much the same."""
+    """A limit on the size of files stands for a full disk; the error is much the same."""
 
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
@@ -396,7 +396,7 @@ def test_a_folder_without_write_permission(folder):
 
 
 def test_a_read_only_folder_is_refused_even_for_root(folder):
-    """/proc takes no new file from anybody."""
+    """Nobody can create a file in /proc."""
     result = run("in.mp4", "--look", "none", "-o", "/proc/out.mp4")
     assert result.exit_code == 4
     assert len(result.output.splitlines()) == 1 and "cannot be written" in result.output
@@ -405,7 +405,8 @@ def test_a_read_only_folder_is_refused_even_for_root(folder):
 def test_on_a_terminal_a_bar_shows_frames_speed_and_time_left(folder, long_clip):
     leader, follower = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "makeup_video.cli", str(long_clip), "--look", "none", "-o", "out.mp4"],
+        [sys.executable, "-m", "makeup_video.cli", str(long_clip), "--look", "none",
+         "-o", "out.mp4"],
         stderr=follower, stdout=follower, stdin=follower,
         env={**os.environ, "TERM": "xterm-256color", "COLUMNS": "100"},
     )  # fmt: skip
@@ -443,7 +444,7 @@ def test_elsewhere_a_plain_line_now_and_then(monkeypatch, capsys):
 
 
 def test_nothing_heavy_is_imported_before_it_is_needed():
-    """Start-up is part of the job: no OpenCV, no ONNX Runtime, no OpenCL, no rich for --help."""
+    """A quick start: --help loads no OpenCV, no ONNX Runtime, no OpenCL and no rich."""
     code = (
         "import sys; from makeup_video.cli.app import app\n"
         "heavy = {'cv2', 'onnxruntime', 'pyopencl', 'av', 'numpy'} & set(sys.modules)\n"
@@ -455,8 +456,8 @@ def test_nothing_heavy_is_imported_before_it_is_needed():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_ctrl_c_that_comes_out_as_another_error_is_still_a_stop(monkeypatch, capsys):
-    """As when it comes while a C module is being loaded."""
+def test_ctrl_c_raised_as_another_error_is_still_a_stop(monkeypatch, capsys):
+    """This happens while a C module is being loaded."""
     ended = []
 
     def app(**_):
@@ -466,9 +467,9 @@ def test_ctrl_c_that_comes_out_as_another_error_is_still_a_stop(monkeypatch, cap
             raise ImportError("initialization failed") from None
 
     monkeypatch.setattr("makeup_video.cli.app.app", app)
-    monkeypatch.setattr(main, "_end", ended.append)
+    monkeypatch.setattr(main, "_exit", ended.append)
     monkeypatch.setattr(main, "_came", [])
-    monkeypatch.setattr(say, "_lines", 0)
+    monkeypatch.setattr(console, "_lines", 0)
     before = {
         name: signal.getsignal(name) for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     }

@@ -1,7 +1,7 @@
-"""What painting a film does, counted and not timed: the same on every machine, however busy.
+"""Counts the work of painting a film; counts are the same on every machine, however busy.
 
-`tests/cli/test_measure_work.py` holds every count to a limit, so that a change that makes frames dearer
-is seen where seconds would only be noise.
+`tests/test_work_per_frame.py` compares every count with a limit, so that a change that makes frames
+more expensive shows where seconds would only be noise.
 """
 
 import sys
@@ -26,17 +26,18 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.input_file import local_file, open_video
 from makeup_video.pipeline.offline.stages import PaintRun
 
-# OpenCV's functions that make pictures of pictures.
-_MAKERS = ("remap", "warpAffine", "resize", "transform", "merge", "split", "cvtColor",
+# OpenCV functions that return pictures.
+_OPENCV_FUNCTIONS = ("remap", "warpAffine", "resize", "transform", "merge", "split", "cvtColor",
            "GaussianBlur", "blur", "convertScaleAbs")  # fmt: skip
 
 
 def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
-    """The work of one frame, the mean of the first `frames` of a film; nothing is encoded.
+    """The work of one frame: the mean of the first `frames` of a film; nothing is encoded.
 
     net_runs, and net_runs_<name> of each net.  kernels_launched.  work_items: of these kernels.
-    bytes_converted: what OpenCV made of a frame's pixels (crops, maps, blurs).  frames_converted:
-    whole frames that PyAV turned into another layout.  calls: of Python's and C functions.
+    bytes_converted: size of the pictures that OpenCV returned (crops, maps, blurs).
+    frames_converted: whole frames that PyAV converted to another layout.  calls: of Python and C
+    functions.
     """
     counted: Counter[str] = Counter()
     source = open_video(local_file(clip))
@@ -59,7 +60,7 @@ def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
 
 @contextmanager
 def _counting(counted: Counter[str]) -> Iterator[None]:
-    """Count, while it lasts, what nets, kernels and OpenCV do."""
+    """Count the work of nets, kernels and OpenCV within the block."""
     names = _names_of_nets()
     run, launch = Net.__call__, cl.enqueue_nd_range_kernel
 
@@ -73,21 +74,21 @@ def _counting(counted: Counter[str]) -> Iterator[None]:
         counted["work_items"] += int(np.prod(size))
         return launch(queue, kernel, size, *rest)
 
-    def counted_maker(maker: Callable[..., Any]) -> Callable[..., Any]:
-        def make(*arguments: Any, **options: Any) -> Any:
-            made = maker(*arguments, **options)
-            parts = made if isinstance(made, (tuple, list)) else (made,)
-            counted["bytes_converted"] += sum(part.nbytes for part in parts)
-            return made
+    def counted_function(function: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any, **options: Any) -> Any:
+            result = function(*arguments, **options)
+            pictures = result if isinstance(result, (tuple, list)) else (result,)
+            counted["bytes_converted"] += sum(picture.nbytes for picture in pictures)
+            return result
 
-        return make
+        return call
 
     with ExitStack() as stack:
         stack.enter_context(patch.object(Net, "__call__", counted_run))
         stack.enter_context(patch.object(cl, "enqueue_nd_range_kernel", counted_launch))
-        for name in _MAKERS:
-            maker = counted_maker(getattr(cv2, name))
-            stack.enter_context(patch.object(cv2, name, maker))
+        for name in _OPENCV_FUNCTIONS:
+            function = counted_function(getattr(cv2, name))
+            stack.enter_context(patch.object(cv2, name, function))
         yield
 
 
@@ -97,16 +98,16 @@ def _names_of_nets() -> dict[int, str]:
 
 @contextmanager
 def _calls(counted: Counter[str]) -> Iterator[None]:
-    """Count the calls of functions on this thread, Python's and C's; and whole frames converted."""
+    """Count the calls of Python and C functions on this thread, and whole frames converted."""
 
-    def heard(frame: FrameType, event: str, function: Any) -> None:
+    def count(frame: FrameType, event: str, function: Any) -> None:
         if event in ("call", "c_call"):
             counted["calls"] += 1
         if event == "c_call" and isinstance(getattr(function, "__self__", None), av.VideoFrame):
             counted["frames_converted"] += function.__name__ in ("reformat", "to_ndarray", "to_rgb")
 
     before = sys.getprofile()
-    sys.setprofile(heard)
+    sys.setprofile(count)
     try:
         yield
     finally:

@@ -375,7 +375,13 @@ def test_the_report_counts_what_happened(tmp_path):
 
 @pytest.mark.parametrize(
     ("cores", "threads", "expected"),
-    [(1, 0, (1, 0)), (2, 0, (1, 0)), (8, 0, (4, 0)), (8, 3, (3, 3))],
+    [
+        (1, (None, None), (1, 0)),
+        (2, (None, None), (1, 0)),
+        (8, (None, None), (4, 0)),
+        (8, (3, 2), (3, 2)),
+        (8, (0, 0), (0, 0)),
+    ],
 )
 def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, threads, expected):
     taken = {}
@@ -393,7 +399,10 @@ def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, t
     monkeypatch.setattr(run, "VideoEncoder", encode)
     monkeypatch.setattr(run, "cores", lambda: cores)
     src = make_clip(tmp_path / "in.mp4", frames=3)
-    through(src, tmp_path / "out.mp4", threads=threads)
+    decoder_threads, encoder_threads = threads
+    through(
+        src, tmp_path / "out.mp4", decoder_threads=decoder_threads, encoder_threads=encoder_threads
+    )
     assert (taken["decode"], taken["encode"]) == expected
 
 

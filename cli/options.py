@@ -1,0 +1,117 @@
+"""Options that several commands share, each defined once, and the groups of the help."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+# Groups of options in the help, in the order in which a page lists them.
+LOOK, FACES, CAMERA, FILM, MEASUREMENTS = "Look", "Faces", "Camera", "Film", "Measurements"
+OUTPUT, PAGE, RUN = "Output", "Page", "Run"
+GROUPS = (LOOK, FACES, CAMERA, FILM, MEASUREMENTS, OUTPUT, PAGE, RUN)
+
+PORT = 8760
+
+Source = Annotated[str, typer.Argument(metavar="IN", help="A video or a picture.")]
+RefPhoto = Annotated[
+    str | None,
+    typer.Option(metavar="PHOTO", help="A photo of the makeup to paint.", rich_help_panel=LOOK),
+]
+SavedLook = Annotated[
+    str | None, typer.Option(metavar="FILE", help="A look file (JSON).", rich_help_panel=LOOK)
+]
+Start = Annotated[
+    str | None,
+    typer.Option(
+        metavar="TIME",
+        help="Begin here: seconds, or [hh:]mm:ss[.fraction].",
+        rich_help_panel=OUTPUT,
+    ),
+]
+End = Annotated[
+    str | None,
+    typer.Option(metavar="TIME", help="End here, on the same clock.", rich_help_panel=OUTPUT),
+]
+Overwrite = Annotated[
+    bool, typer.Option("-y", "--yes", help="Overwrite files that exist.", rich_help_panel=OUTPUT)
+]
+PrintJson = Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=OUTPUT)]
+Quiet = Annotated[
+    bool, typer.Option("-q", "--quiet", help="Print errors only.", rich_help_panel=RUN)
+]
+Debug = Annotated[bool, typer.Option("--debug", help="Show tracebacks.", rich_help_panel=RUN)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PageOptions:
+    """Where the page in the browser is served."""
+
+    host: Annotated[
+        str,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Address of the page; 0.0.0.0 lets other machines see it.",
+            rich_help_panel=PAGE,
+        ),
+    ] = "127.0.0.1"
+    port: Annotated[
+        int,
+        typer.Option(
+            metavar="PORT", help="Port of the page; 0 for any free one.", rich_help_panel=PAGE
+        ),
+    ] = PORT
+    browser: Annotated[
+        bool, typer.Option(help="Open the page in a browser.", rich_help_panel=PAGE)
+    ] = True
+
+
+def with_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Replace each parameter that is a dataclass of options by the fields of the dataclass.
+
+    Typer then sees one option per field; the command receives the dataclass.
+    """
+    bundles: dict[str, Any] = {}
+    flat: list[Parameter] = []
+    for name, parameter in signature(command).parameters.items():
+        if is_dataclass(parameter.annotation):
+            bundles[name] = parameter.annotation
+            flat += [_parameter(f.name, f.type, f.default) for f in fields(parameter.annotation)]
+        else:
+            flat.append(_parameter(name, parameter.annotation, parameter.default))
+
+    @wraps(command)
+    def run(**values: Any) -> None:
+        for name, kind in bundles.items():
+            values[name] = kind(**{field.name: values.pop(field.name) for field in fields(kind)})
+        command(**values)
+
+    run.__signature__ = Signature(flat)  # type: ignore[attr-defined]
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in flat}
+    return run
+
+
+def _parameter(name: str, annotation: Any, default: Any) -> Parameter:
+    return Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+
+
+def parse_time(text: str | None, option: str) -> "Fraction | None":
+    """Exact seconds from "12.5", "1:02.5" or "0:01:02.5"; None stays None. Raises UsageError."""
+    if text is None:
+        return None
+    from fractions import Fraction
+
+    from makeup_video.pipeline import UsageError
+
+    if not re.fullmatch(r"(\d{1,9}:){0,2}\d{1,9}(\.\d{1,9})?", text, re.ASCII):
+        raise UsageError(f"{option} must be seconds or [hh:]mm:ss[.fraction], got {text!r}")
+    values = [Fraction(part) for part in text.split(":")]
+    if any(value >= 60 for value in values[1:]):
+        raise UsageError(f"{option} has a part of 60 or more after a colon: {text!r}")
+    return sum((v * 60**i for i, v in enumerate(reversed(values))), Fraction(0))

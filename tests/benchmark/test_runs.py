@@ -1,0 +1,55 @@
+"""One run of each kind. Nothing here is timed."""
+
+import pytest
+from makeup_video.benchmark import harness, runs
+from makeup_video.pipeline import InputError, Look, product
+from makeup_video.pipeline.offline import run as offline
+from people import clip, film, grey
+
+LOOK = Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes"))
+
+
+@pytest.mark.parametrize(("painted", "frames"), [(0, 1), (94, 100), (None, 10)])
+def test_a_run_that_painted_too_little_counts_for_nothing(painted, frames):
+    with pytest.raises(InputError, match=f"in {painted or 0} of {frames} frames, at least 95%"):
+        runs.check_painted(painted, frames)
+
+
+def test_so_does_a_film_where_the_face_leaves(tmp_path):
+    source = film(tmp_path / "leaves.mkv", [*clip(20), *[grey()] * 10])
+    with pytest.raises(InputError, match="of 30 frames"):
+        runs.run_product(source, tmp_path / "out.mp4", LOOK)
+    run, report = runs.run_product(source, tmp_path / "out.mp4", None)
+    assert run.frames == report.frames_out == 30
+
+
+def test_the_bare_loop_encodes_every_frame(tmp_path):
+    source = film(tmp_path / "a.mkv", clip(10))
+    run = runs.run_bare(source, tmp_path / "out.mp4", (1, 2))
+    assert run.frames == 10 and run.fps > 0 and run.cpu_ms_per_frame > 0
+
+
+def test_the_codec_alone_has_the_threads_of_the_product(tmp_path, monkeypatch):
+    seen = {}
+
+    class Noted(offline.Decoder):
+        def __init__(self, *given, threads, **named):
+            super().__init__(*given, threads=threads, **named)
+            seen["decoder"] = threads
+
+    class NotedEncoder(offline.VideoEncoder):
+        def __init__(self, *given):
+            super().__init__(*given)
+            seen["encoder"] = self.threads
+
+    monkeypatch.setattr(offline, "Decoder", Noted)
+    monkeypatch.setattr(offline, "VideoEncoder", NotedEncoder)
+    source = film(tmp_path / "a.mkv", clip(10))
+    runs.run_product(source, tmp_path / "out.mp4", LOOK)
+    assert (seen["decoder"], seen["encoder"]) == harness.own_threads()
+
+
+def test_empty_caches_lie_in_the_folder(tmp_path):
+    variables = runs.empty_caches(tmp_path)
+    assert set(variables) == {"POCL_CACHE_DIR", "XDG_CACHE_HOME"}
+    assert all(folder.startswith(str(tmp_path)) for folder in variables.values())

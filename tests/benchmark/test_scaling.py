@@ -1,0 +1,71 @@
+"""The cost by faces, threads and length. Nothing here is timed."""
+
+from collections import Counter
+
+import pytest
+from makeup_video.benchmark import films, harness, scaling
+from makeup_video.pipeline import Look, UsageError, product
+from makeup_video.pipeline.offline import run as offline
+from people import SAMPLES
+
+LOOK = Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes"))
+
+
+@pytest.fixture
+def bench(tmp_path):
+    return harness.Bench(SAMPLES / "in.mp4", tmp_path, LOOK, seconds=0.5, rounds=1)
+
+
+def test_faces_cost_by_their_number(bench, monkeypatch):
+    monkeypatch.setattr(scaling, "FACES", (1, 2))
+    found = scaling.by_faces(bench, 360)
+    assert list(found["counts"]) == ["1", "2"]
+    one, two = found["counts"].values()
+    more = two["not_codec_cpu_ms"] - one["not_codec_cpu_ms"]
+    assert found["further_face_cpu_ms"] == pytest.approx(more)
+
+
+def test_faces_are_counted_on_a_clip_of_one(bench, monkeypatch):
+    several = films.Clip(bench.source, (64, 48), 10, 2, False)
+    monkeypatch.setattr(harness.Bench, "clip", lambda *_, **__: several)
+    with pytest.raises(UsageError, match="shows 2"):
+        scaling.by_faces(bench, 360)
+
+
+def test_threads_of_codecs_and_of_pocl_are_compared(bench, monkeypatch):
+    monkeypatch.setattr(scaling, "SHARED", ((1, 2, 1), (0, 0, 4)))
+    monkeypatch.setattr(scaling, "BARE_THREADS", ((0, 0),))
+    monkeypatch.setattr(scaling, "_POCL_THREADS", (1,))
+    found = scaling.by_threads(bench, bench.clip(144), "threads")
+    kinds = Counter(name.split(":")[0] for name in found["settings"])
+    assert kinds == {"bare": 1, "product": 2, "command": 1}
+    assert found["best"] in found["settings"] and found["best"].startswith("product")
+
+
+def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
+    seen = []
+
+    class Noted(offline.Runner):
+        def __init__(self, source, stages, sink, **named):
+            super().__init__(source, stages, sink, **named)
+            seen[-1] += sink[1].threads, len(self.channels) - 1
+
+    class NotedDecoder(offline.Decoder):
+        def __init__(self, *given, threads, **named):
+            super().__init__(*given, threads=threads, **named)
+            seen.append((threads,))
+
+    monkeypatch.setattr(offline, "Runner", Noted)
+    monkeypatch.setattr(offline, "Decoder", NotedDecoder)
+    film = bench.clip(144).path
+    for threads in ((1, 3, 2), (0, 0, 4)):
+        scaling._run_with_threads(bench, film, *threads)
+    assert seen == [(1, 3, 2), (0, 0, 4)]
+
+
+def test_the_memory_of_a_long_film_is_sampled(bench):
+    found = scaling.over_length(bench, 144, minutes=0.05)
+    assert found["minutes"] == pytest.approx(0.05, rel=0.2) and found["frames"] >= 80
+    assert found["memory"] and found["memory"] == sorted(found["memory"])
+    assert max(size for _, size in found["memory"]) <= found["peak_memory_mb"] * 1.05
+    assert found["growth"] > 0
