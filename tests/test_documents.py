@@ -34,7 +34,7 @@ def test_pages_are_what_the_code_writes(maker):
         assert page == maker.text() + maker.kept_judgement()
 
 
-def test_every_picture_is_named_there_and_small(maker):
+def test_every_picture_of_a_page_is_named_and_small(maker):
     named = re.findall(r"!\[[^]]*\]\(([^)]+)\)", maker.PAGE.read_text(encoding="utf-8"))
     assert sorted(named) == sorted(f"pictures/{name}" for name in maker.PICTURES)
     sizes = [(DOCS / name).stat().st_size for name in named]
@@ -43,7 +43,7 @@ def test_every_picture_is_named_there_and_small(maker):
     assert all(cv2.imread(str(DOCS / name)) is not None for name in named)
 
 
-def test_no_picture_is_left_over():
+def test_no_picture_is_without_a_page():
     drawn = {name for maker in MAKERS for name in import_module(maker).PICTURES}
     drawn |= set(import_module("results_pictures").GRIDS) | set(
         import_module("make_strip").PICTURES
@@ -53,7 +53,7 @@ def test_no_picture_is_left_over():
     assert {path.name for path in (DOCS / "pictures").iterdir()} <= drawn
 
 
-def test_the_page_of_results_shows_its_pictures_which_are_there_and_small():
+def test_the_results_page_shows_all_of_its_small_pictures():
     page = DOCS / "results.md"  # measured, so it cannot be written again to compare
     if not page.exists():
         pytest.skip("nothing was measured yet")
@@ -73,7 +73,7 @@ def test_every_parameter_zone_and_finish_is_explained():
         assert f"\n| `{name}` | " in text
 
 
-def test_a_judgement_survives_a_new_sheet(monkeypatch, tmp_path):
+def test_a_written_judgement_survives_a_new_sheet(monkeypatch, tmp_path):
     sheets = import_module("make_sheets")
     page = tmp_path / "sheets.md"
     monkeypatch.setattr(sheets, "PAGE", page)
@@ -118,7 +118,7 @@ def measured():
     }
 
 
-def test_measured_numbers_take_their_places_in_the_page_of_performance(tmp_path):
+def test_measured_numbers_fill_the_performance_page(tmp_path):
     pytest.importorskip("matplotlib")
     performance = import_module("performance_page")
     page, before = tmp_path / "page.md", performance.PAGE.read_text(encoding="utf-8")
@@ -136,13 +136,13 @@ def test_measured_numbers_take_their_places_in_the_page_of_performance(tmp_path)
     assert page.read_text(encoding="utf-8") == text
 
 
-def test_a_part_without_a_place_is_told():
+def test_a_missing_marker_is_named():
     between = import_module("performance_page").between_markers
     with pytest.raises(ValueError, match="measured: faces"):
         between("<!-- measured: whole -->\n<!-- end -->", "faces", "x")
 
 
-def test_the_page_of_performance_shows_what_is_there():
+def test_the_performance_page_shows_the_existing_pictures():
     performance = import_module("performance_page")
     text = performance.PAGE.read_text(encoding="utf-8")
     named = set(re.findall(r"\]\(pictures/([^)]+)\)", text))

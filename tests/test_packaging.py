@@ -39,7 +39,7 @@ def test_every_folder_with_code_is_a_package_and_listed():
     assert (ROOT / "package" / "py.typed").exists()
 
 
-def test_only_the_runners_and_what_they_use_know_threads():
+def test_only_the_listed_modules_use_threads():
     users = {
         path.relative_to(ROOT / "pipeline").as_posix()
         for path in sources("pipeline")
@@ -56,7 +56,7 @@ def test_only_the_runners_and_what_they_use_know_threads():
     }
 
 
-def test_nothing_but_the_promised_libraries_is_needed():
+def test_only_the_promised_libraries_are_required():
     needed = {re.split(r"[<>=; \[]", text)[0] for text in requires("makeup-video") or []
               if "extra ==" not in text}  # fmt: skip
     assert needed == {
@@ -65,7 +65,7 @@ def test_nothing_but_the_promised_libraries_is_needed():
     }  # fmt: skip
 
 
-def test_nothing_needs_the_folder_that_users_do_not_have():
+def test_no_file_refers_to_the_folder_above_the_repository():
     for path in ROOT.glob("*/**/*.py"):
         if ".venv" not in path.parts and path != Path(__file__):
             assert "../" not in path.read_text(), path

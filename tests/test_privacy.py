@@ -46,7 +46,7 @@ def run(tmp_path, *command, mode="quiet"):
         "socket.getaddrinfo('example.org', 80)",
     ],
 )
-def test_the_sandbox_ends_whoever_tries(tmp_path, mode, attempt):
+def test_the_sandbox_kills_a_process_that_tries(tmp_path, mode, attempt):
     done = run(tmp_path, sys.executable, "-c", f"import socket; {attempt}", mode=mode)
     assert done.returncode == -signal.SIGSYS
 
@@ -90,7 +90,7 @@ def test_nets_that_stay_loaded_send_nothing_later(tmp_path):
     ],
     ids=["live", "demo"],
 )
-def test_a_page_only_listens(tmp_path, words):
+def test_a_served_page_only_listens(tmp_path, words):
     command = [*COMMAND, *words, "--port", "0", "--no-browser"]
     with subprocess.Popen(
         [sys.executable, str(TOOL), "serves", *map(str, command)],
@@ -136,7 +136,7 @@ def test_telemetry_is_off_before_onnx_runtime_is_imported(module):
     assert done.returncode == 0, done.stderr
 
 
-def test_only_packages_that_switch_telemetry_off_import_onnx_runtime():
+def test_only_one_module_imports_onnx_runtime():
     uses = {
         path.relative_to(ROOT).as_posix()
         for folder in ("pipeline", "kernels", "web", "benchmark", "cli", "docs", "samples")

@@ -32,7 +32,7 @@ def work():
 
 
 @pytest.mark.parametrize("name", LIMITS)
-def test_a_frame_costs_no_more_work_than_it_did(work, name):
+def test_a_frame_costs_no_more_work_than_its_limit(work, name):
     assert work.get(name, 0) <= LIMITS[name]
 
 

@@ -48,7 +48,7 @@ def numbers(tmp_path_factory):
 
 
 @pytest.mark.parametrize("unique", [1, 2, 3, 15, 16, 31, UNIQUE])
-def test_it_goes_to_and_fro_without_a_jump(numbers, unique):
+def test_frames_play_back_and_forth_without_a_jump(numbers, unique):
     count = 3 * unique + 5
     played = [
         number_of(one) for one in islice(films._there_and_back(numbers[unique], unique), count)
@@ -62,7 +62,7 @@ def sample(tmp_path_factory):
     return films.make_clip(SAMPLES / "in.mp4", target, 240, 70)
 
 
-def test_it_is_as_long_and_as_large_as_asked_for(sample):
+def test_a_clip_has_the_size_and_length_asked_for(sample):
     assert sample.size_wh == (426, 240) and sample.frames == 70
     assert times_of(sample.path) == [Fraction(n, 30) for n in range(70)]
     first = decoded(sample.path)[0]
@@ -78,7 +78,7 @@ def test_the_face_fills_half_the_height(sample):
         assert abs((top + chin)[0] / 2 - 213) < 24
 
 
-def test_neighbours_are_alike_also_where_it_turns_back(tmp_path):
+def test_neighbouring_frames_are_alike_at_the_turns_too(tmp_path):
     short = film(tmp_path / "short.mkv", clip(20))
     made = films.make_clip(short, tmp_path / "long.mp4", 120, 60)
     lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(made.path)]
@@ -123,7 +123,7 @@ def test_a_turned_clip_is_measured_upright(tmp_path):
     st.integers(0, 2000), st.integers(0, 1000), st.integers(20, 900),
     st.sampled_from((16 / 9, 8 / 9)),
 )  # fmt: skip
-def test_the_cut_stays_in_the_picture_where_it_can(x, y, tall, aspect):
+def test_the_crop_stays_in_the_picture_where_it_fits(x, y, tall, aspect):
     size = 2000, 1400
     x0, y0, x1, y1 = films._around((x, y, x, y + tall), aspect, size)
     assert y1 - y0 == pytest.approx(2 * tall, abs=1)
@@ -148,7 +148,7 @@ def test_a_film_that_loops_can_be_repeated_without_encoding(tmp_path):
 
 
 @pytest.mark.parametrize("count", [1, 3, 8])
-def test_tiles_show_so_many_copies(numbers, tmp_path, count):
+def test_tiles_show_the_given_number_of_copies(numbers, tmp_path, count):
     tiled = decoded(films.tile(numbers[3], tmp_path / "tiled.mp4", count, (4, 2)))
     assert len(tiled) == 3 and (tiled[0].width, tiled[0].height) == (256, 96)
     rgb8 = tiled[1].to_ndarray(format="rgb24").astype(int)

@@ -73,14 +73,14 @@ def test_lost_frames_are_counted_where_they_were_lost():
     assert got["latency_ms"]["max"] == pytest.approx(10, abs=0.01)
 
 
-def test_memory_that_no_system_tells_is_unknown():
+def test_memory_that_the_system_does_not_report_is_unknown():
     told = samples(10)
     told[:, 1] = np.nan
     got = figures(table(10), told, seen(table(10)))
     assert got["memory_mb"] == {"after_10_s": None, "at_end": None}
 
 
-def test_the_way_of_a_frame_is_told_in_its_order():
+def test_the_steps_of_a_frame_are_listed_in_order():
     got = figures(table(10), samples(10), seen(table(10)))
     ways = list(got["ways_ms"])
     assert ways[0] == "arrival to work" and ways[-1] == "to the viewer"
@@ -94,7 +94,7 @@ def results():
     return json.loads(done.stdout)
 
 
-def test_a_real_run_says_what_was_asked_of_it(results):
+def test_a_real_run_reports_every_figure(results):
     live = results["live"]
     assert set(live["latency_ms"]) >= {"p50", "p95", "p99"}
     assert 0 < live["latency_ms"]["p50"] <= live["latency_ms"]["p99"]
@@ -106,14 +106,14 @@ def test_a_real_run_says_what_was_asked_of_it(results):
         assert live["ways_ms"][way]["p50"] > 0
 
 
-def test_people_get_it_as_tables(results):
+def test_results_are_printed_as_tables(results):
     (title, head, rows), (_, ways_head, ways) = tables(results)
     assert "live" in title and head == ("", "144p")
     assert all(len(row) == len(head) for row in rows)
     assert ways and all(len(row) == len(ways_head) for row in ways)
 
 
-def test_other_measurements_are_not_taken_beside_it(tmp_path):
+def test_live_refuses_other_measurements_beside_it(tmp_path):
     for more in (["--faces"], ["--threads"], ["--plot", tmp_path / "x.png"]):
         done = run(*ARGS, *more)
         assert done.exit_code == 2 and "--live" in done.output

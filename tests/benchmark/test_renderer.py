@@ -36,7 +36,7 @@ def test_a_larger_frame_holds_the_same_face(face_clip, faces, tmp_path):
     np.testing.assert_allclose(moved[0][0].lips.to_px[:, 2] - faces[0][0].lips.to_px[:, 2], [x, y])
 
 
-def test_the_full_look_asks_for_everything():
+def test_the_full_look_uses_every_effect():
     look = renderer.full_look()
     for params in (look.lips, look.eyes):
         assert min(params.opacity, params.gloss, params.reflection, params.shimmer) > 0
@@ -48,7 +48,7 @@ def test_every_number_is_there(face_clip, faces):
     assert min(times.values()) > 0
 
 
-def test_kernels_are_counted_whoever_launches_them(face_clip, faces):
+def test_kernel_launches_are_counted_whoever_starts_them(face_clip, faces):
     kernel = renderer.kernel_alone(face_clip, faces, renderer.full_look())
     assert kernel["launches"] >= 1 and kernel["kernel_ms"] > 0
     assert 0 < kernel["painted_px"] <= kernel["work_items"] < 240 * 427 / 5

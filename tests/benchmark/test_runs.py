@@ -10,12 +10,12 @@ LOOK = Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "ey
 
 
 @pytest.mark.parametrize(("painted", "frames"), [(0, 1), (94, 100), (None, 10)])
-def test_a_run_that_painted_too_little_counts_for_nothing(painted, frames):
+def test_a_run_that_painted_too_few_frames_is_refused(painted, frames):
     with pytest.raises(InputError, match=f"in {painted or 0} of {frames} frames, at least 95%"):
         runs.check_painted(painted, frames)
 
 
-def test_so_does_a_film_where_the_face_leaves(tmp_path):
+def test_a_film_where_the_face_leaves_is_refused(tmp_path):
     source = film(tmp_path / "leaves.mkv", [*clip(20), *[grey()] * 10])
     with pytest.raises(InputError, match="of 30 frames"):
         runs.run_product(source, tmp_path / "out.mp4", LOOK)

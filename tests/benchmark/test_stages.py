@@ -24,7 +24,7 @@ def test_100_frames_are_skipped_and_500_counted():
 
 
 @given(st.integers(1, 700))
-def test_of_a_short_film_something_is_left(frames):
+def test_a_short_film_still_has_frames_to_measure(frames):
     items = [("decode", 2)] * (frames + 1) + [("encode", 3)] * (frames + 1)
     table = observed(items).table(frames)
     assert list(table) == ["decode", "encode"]
@@ -43,13 +43,13 @@ STAGES = {name: {"mean_ms": ms} for name, ms in
     ("fills", "waited_for"),
     [((0.1, 0.9), "encode"), ((0.9, 0.1), "scene"), ((0.0, 0.1), "decode")],
 )
-def test_the_bottleneck_is_who_is_waited_for(fills, waited_for):
+def test_the_bottleneck_is_the_stage_that_others_wait_for(fills, waited_for):
     channels = dict(zip(("-> faces", "-> encode"), map(channel, fills), strict=True))
     assert stages.bottleneck(channels, STAGES) == waited_for
     assert stages.bottleneck({}, STAGES) == "decode"
 
 
-def test_a_stage_with_a_thread_of_its_own_is_named_itself():
+def test_a_stage_on_its_own_thread_is_named_as_the_bottleneck():
     channels = {f"-> {name}": channel(0.1) for name in list(STAGES)[1:]} | {"-> faces": channel(1)}
     assert stages.bottleneck(channels, STAGES) == "faces"
 

@@ -113,7 +113,7 @@ def test_a_comparison_is_twice_as_wide(folder):
     assert (both[:, width:] != photo).any()
 
 
-def test_a_film_without_a_face_says_so_and_is_no_error(folder):
+def test_a_film_without_a_face_is_reported_but_no_error(folder):
     make_clip(folder / "in.mp4")
     done = run("in.mp4", "--color", "B02", "-o", "out.mp4")
     assert done.exit_code == 0
@@ -149,7 +149,7 @@ def reads(monkeypatch):
     return pretend
 
 
-def test_the_makeup_of_a_photo_is_painted_and_told(folder):
+def test_the_makeup_of_a_photo_is_painted_and_described(folder):
     read = look_from_photo(PHOTO)
     color = ["--color", "B02"] if read.is_bare else []
     done = run(PHOTO, "--ref", PHOTO, *color, "-o", "out.png", "--save-look", "look.json")
@@ -174,7 +174,7 @@ def test_the_makeup_of_a_photo_is_painted_and_told(folder):
         ),
     ],
 )
-def test_every_option_is_on_top_of_what_was_read(folder, reads, words, look):
+def test_options_override_what_the_photo_showed(folder, reads, words, look):
     reads(Look(lips=product((180, 0, 46), "gloss")))
     words = [*words, "-o", "out.png", "--save-look", "look.json"]
     done = run(PHOTO, "--ref", PHOTO, *words)

@@ -56,7 +56,7 @@ def test_json_holds_every_number(results):
     assert results["larger_frame_ratio"] > 0
 
 
-def test_people_get_every_number_as_tables(results):
+def test_every_number_is_printed_in_tables(results):
     from makeup_video.benchmark.tables import tables
 
     more = {

@@ -14,7 +14,7 @@ from makeup_video.cli.console import log, printable
         ("bad\udcff.jpg", r"bad\udcff.jpg"),
     ],
 )
-def test_what_a_terminal_would_obey_is_escaped(capsys, text, shown):
+def test_terminal_control_characters_are_escaped(capsys, text, shown):
     assert printable(text) == shown
     log(text)
     assert capsys.readouterr().err == shown + "\n"

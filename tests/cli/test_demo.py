@@ -46,7 +46,7 @@ def test_it_serves_the_page_until_stopped_and_succeeds(number):
         assert ended(process, number) == (0, "stopped\n")
 
 
-def test_it_begins_with_a_look_file(tmp_path):
+def test_the_page_begins_with_the_given_look_file(tmp_path):
     RED.save(tmp_path / "look.json")
     process = running("--look", tmp_path / "look.json")
     with Page(address(process)) as page:
@@ -67,7 +67,7 @@ def refusal(*args):
     return done.exit_code, done.output
 
 
-def test_what_is_wrong_is_one_line_before_anything_is_served(tmp_path):
+def test_mistakes_are_one_line_before_the_page_is_served(tmp_path):
     cv2.imwrite(str(tmp_path / "wall.png"), grey())
     assert refusal(tmp_path / "none.jpg")[0] == 3
     code, said = refusal(tmp_path / "wall.png")

@@ -47,7 +47,7 @@ def run(*args):
     return CliRunner().invoke(app, ["estimate", *map(str, args)])
 
 
-def test_both_regions_are_told_with_colour_words_and_numbers(folder, reads):
+def test_both_regions_print_colour_words_and_numbers(folder, reads):
     reads(WORN)
     done = run(PHOTO)
     assert done.exit_code == 0
@@ -89,7 +89,7 @@ def test_products_for_the_lips_are_not_offered_for_the_eyes(folder, reads):
     assert len(said["lips"]["nearest"]) == 5 and said["eyes"]["nearest"] == []
 
 
-def test_json_says_all_of_it(folder, reads):
+def test_json_holds_everything_that_is_printed(folder, reads):
     reads(Look(lips=WORN.lips))
     said = json.loads(run(PHOTO, "--catalogue", "shades.csv", "--json").stdout)
     assert said["photo"] == str(PHOTO) and said["eyes"] is None
@@ -101,7 +101,7 @@ def test_json_says_all_of_it(folder, reads):
     assert "nearest" not in json.loads(run(PHOTO, "--json").stdout)["lips"]
 
 
-def test_a_bare_face_is_told_as_bare_in_one_more_line(folder, reads):
+def test_a_bare_face_adds_one_line_about_it(folder, reads):
     reads(Look())
     done = run(PHOTO)
     assert done.exit_code == 0
@@ -197,7 +197,7 @@ def test_nothing_in_a_catalogue_reaches_the_terminal_raw(folder, reads):
 
 
 @pytest.mark.parametrize("form", [[], ["--json"]])
-def test_a_name_that_stdout_has_no_letters_for_is_escaped(folder, form):
+def test_names_that_stdout_cannot_encode_are_escaped(folder, form):
     (folder / "odd.csv").write_text(ESCAPES, encoding="utf-8")
     env = {**os.environ, "PYTHONIOENCODING": "ascii"}
     words = script(PHOTO, "--catalogue", "odd.csv", *form)
@@ -237,7 +237,7 @@ def test_yes_overwrites_an_old_look(folder, reads):
     assert {path.name for path in folder.iterdir()} == {"look.json", "shades.csv"}
 
 
-def test_an_array_of_the_photo_reads_alike(folder):
+def test_a_photo_and_its_array_give_the_same_colour(folder):
     cv2.imwrite("in.png", portrait()[..., ::-1])
     lips = json.loads(run("in.png", "--json").stdout)["lips"]
     read = reference.estimate_look(portrait()).lips

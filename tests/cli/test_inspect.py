@@ -54,14 +54,14 @@ def test_a_picture_is_drawn_on(folder, end):
     assert (folder / f"out{end}").stat().st_size > 10_000
 
 
-def test_a_film_without_a_face_says_so_and_is_no_error(folder):
+def test_a_film_without_a_face_is_reported_but_no_error(folder):
     make_clip(folder / "in.mp4")
     done = run("in.mp4", "-o", "out.mp4")
     assert done.exit_code == 0
     assert "no face was found" in done.output
 
 
-def test_quiet_says_nothing(folder):
+def test_quiet_prints_nothing(folder):
     make_clip(folder / "in.mp4")
     assert run("in.mp4", "-o", "out.mp4", "-q").output == ""
 
@@ -118,7 +118,7 @@ def test_yes_overwrites_both_and_leaves_no_part(folder):
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.mp4", "points.json"]
 
 
-def test_an_error_on_the_way_leaves_no_points(folder):
+def test_an_error_leaves_no_points_file(folder):
     (folder / "in.mp4").write_bytes(b"no film")
     assert run("in.mp4", "-o", "out.mp4", "--json", "points.json").exit_code == 3
     assert [path.name for path in folder.iterdir()] == ["in.mp4"]

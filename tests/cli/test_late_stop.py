@@ -89,7 +89,7 @@ def test_an_unfinished_output_ends_with_130_and_no_sidecars(folder, number):
 
 
 @pytest.mark.parametrize("moment", ["before", "after"])
-def test_a_picture_too_is_whole_or_not_there(folder, moment):
+def test_a_stopped_picture_is_whole_or_absent(folder, moment):
     words = (str(SAMPLES / "look.jpg"), "--look", "none", "-o", "out.png", "--report", "r.json")
     code, said = run_hooked(PART, "rename", moment, "SIGINT", *words)
     assert (code, said[0].split(":")[0]) == (0, "out.png")
@@ -99,7 +99,7 @@ def test_a_picture_too_is_whole_or_not_there(folder, moment):
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.png", "r.json"]
 
 
-def test_points_that_belong_to_a_whole_drawing_get_their_name(folder):
+def test_points_of_a_whole_drawing_get_their_final_name(folder):
     words = ("inspect", "in.mp4", "-o", "seen.mp4", "--json", "p.json")
     code, said = run_hooked(PART, "rename", "after", "SIGINT", *words)
     assert code == 0 and said[-1].startswith("seen.mp4: ")

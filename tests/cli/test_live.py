@@ -59,7 +59,7 @@ def test_a_film_is_painted_and_recorded_at_clock_times(folder):
     assert min(reddest(folder / "out.mkv")) > max(reddest(folder / "plain.mkv")) + 10
 
 
-def test_a_recording_is_not_overwritten_without_being_told_so(folder):
+def test_a_recording_is_only_overwritten_with_y(folder):
     (folder / "out.mkv").write_bytes(b"mine")
     words = "--camera", "in.mkv", "--color", "#D00020", "--no-preview", "-o", "out.mkv"
     refused = run(*words)
@@ -95,7 +95,7 @@ def test_mistakes_are_one_line_before_anything_is_written(folder, words, code, t
     assert sorted(path.name for path in folder.iterdir()) == ["in.mkv"]
 
 
-def test_a_port_that_is_taken_is_told_with_what_to_do(folder):
+def test_a_port_in_use_is_refused_with_advice(folder):
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
         done = run("--camera", "in.mkv", "--port", port, "--no-browser")
@@ -135,7 +135,7 @@ def test_without_a_look_the_page_begins_bare(folder):
     assert done.exit_code == 0 and "lips #" in done.output
 
 
-def test_a_page_for_everybody_is_said_to_be_one(folder):
+def test_a_page_open_to_the_network_is_announced_as_one(folder):
     done = run("--camera", "in.mkv", "--port", "0", "--no-browser", "--host", "0.0.0.0")
     assert done.exit_code == 0 and "everybody who reaches this machine" in done.output
 
@@ -149,7 +149,7 @@ def test_only_this_machine_reaches_a_loopback_address(host, is_local):
     assert is_loopback(host) is is_local
 
 
-def test_no_browser_takes_over_a_bare_terminal(monkeypatch):
+def test_no_browser_opens_without_a_display(monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)

@@ -126,13 +126,13 @@ def test_libjpeg_and_libtiff_print_nothing(folder):
         assert code == 3 and len(said) == 1 and said[0].startswith("PhotoError: "), said
 
 
-def test_with_debug_libraries_are_heard(folder):
+def test_debug_shows_what_libraries_print(folder):
     (folder / "odd.png").write_bytes(png_with(b"tIME", b"\0"))
     _, said = run(["odd.png", "--look", "none", "-o", "out.png", "--debug"])
     assert "libpng warning: tIME: too short" in said
 
 
-def test_onnx_runtime_keeps_nothing_and_tells_nobody(folder):
+def test_onnx_runtime_stores_nothing_and_sends_nothing(folder):
     code = (
         "import os; import makeup_video.pipeline.faces.net\n"
         "print(os.environ['ORT_DISABLE_TELEMETRY'])"

@@ -49,13 +49,13 @@ def nth(kind, change, number=2):
     return once
 
 
-def test_a_true_report_is_no_fault(film):
+def test_a_true_report_has_no_faults(film):
     assert film_faults(*film, trimmed=False) == []
 
 
 @pytest.mark.parametrize("name", sorted(FILMS))
 @pytest.mark.parametrize("end", [".mp4", ".mkv"])
-def test_no_whole_film_is_taken_for_a_broken_one(tmp_path, name, end):
+def test_no_whole_film_is_called_broken(tmp_path, name, end):
     source, output = tmp_path / name, tmp_path / f"out{end}"
     FILMS[name].write(source)
     try:
@@ -105,7 +105,7 @@ def test_subtitles_that_differ_are_found(film):
 
 
 @pytest.mark.parametrize("kind", ["audio", "subtitle"])
-def test_a_track_that_is_missing_is_found_unless_it_is_reported(film, tmp_path, kind):
+def test_a_missing_stream_is_found_unless_reported(film, tmp_path, kind):
     source, _, report = film
     index = {"audio": 1, "subtitle": 2}[kind]
     bare = make_clip(tmp_path / "bare.mkv", frames=10, audio=None if kind == "audio" else "mp2")

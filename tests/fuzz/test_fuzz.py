@@ -96,7 +96,7 @@ def test_cases_follow_from_seed_and_number(seeds, kind):
 @pytest.mark.parametrize(
     "data", [b"\0", b"ab", b"\xff\xd8\xff\xe0", b"II*\0", b"\x89PNG\r\n\x1a\n"]
 )
-def test_mutations_take_whatever_is_left_of_a_file(data):
+def test_mutations_accept_any_remains_of_a_file(data):
     own = [mutation for some in (*OWN_FILMS.values(), *OWN_PHOTOS.values()) for mutation in some]
     for number in range(20):
         for mutation in (*GENERAL, *own):
@@ -110,7 +110,7 @@ def test_texts_are_damaged_in_every_way(seeds):
     assert len({mutate_catalogue(Random(n), files["commas.csv"])[1] for n in range(200)}) == 12
 
 
-def test_what_is_well_is_no_fault(monkeypatch):
+def test_a_clean_refusal_has_no_faults(monkeypatch):
     result = played(monkeypatch, lambda _: Answer("refused InputError", "one line"))
     assert (result.outcome, result.faults) == ("refused InputError", [])
 
@@ -120,7 +120,7 @@ def test_a_crash_is_found(monkeypatch):
     assert result.faults == ["ended by SIGSEGV"]
 
 
-def test_a_process_that_ends_without_a_word_is_found(monkeypatch):
+def test_a_process_that_ends_without_an_answer_is_found(monkeypatch):
     result = played(monkeypatch, lambda _: os._exit(0))
     assert result.faults == ["ended with exit code 0 and no answer"]
 
@@ -184,7 +184,7 @@ def test_an_output_that_is_not_there_is_found(monkeypatch):
     assert played(monkeypatch, lambda _: Answer("done")).faults == ["not there: out.mkv"]
 
 
-def test_an_older_output_must_survive_an_error_and_no_more(monkeypatch):
+def test_an_old_output_must_survive_errors_and_only_errors(monkeypatch):
     case = replace(CASE, has_old=True)
     assert played(monkeypatch, lambda _: Answer("refused InputError", "x"), case).faults == []
     assert played(monkeypatch, lambda _: Answer("done"), case).faults == [
@@ -208,7 +208,7 @@ def test_an_older_output_must_survive_an_error_and_no_more(monkeypatch):
         (3, "libx: oh\nInputError: no\n", "printed beside our lines: libx: oh"),
     ],
 )
-def test_what_a_command_says_is_judged(monkeypatch, code, said, fault):
+def test_the_output_of_a_command_is_judged(monkeypatch, code, said, fault):
     def command(_):
         sys.stderr.flush()
         os.write(2, said.encode())
@@ -219,7 +219,7 @@ def test_what_a_command_says_is_judged(monkeypatch, code, said, fault):
     assert faults == [] if fault is None else faults[0].startswith(fault)
 
 
-def test_what_is_wrong_is_told_with_the_command_that_repeats_it(capsys):
+def test_a_fault_is_printed_with_the_command_to_repeat_it(capsys):
     job = run.Job("photo", "5", 17, False, Limits(), None)
     tally = run.Tally()
     tally.take(job, {"name": "a.jpg", "told": "cut", "command": "c"}, Result("done", "", ["bad"]))

@@ -30,7 +30,7 @@ def own_folders(tmp_path):
     return list((tmp_path / "temporary").glob("makeup-video-*"))
 
 
-def test_the_folder_is_the_one_that_pocl_would_take(monkeypatch, tmp_path):
+def test_the_folder_is_the_one_that_pocl_would_choose(monkeypatch, tmp_path):
     assert settle() == tmp_path / "xdg/pocl/kcache"
     assert os.environ["POCL_CACHE_DIR"] == str(tmp_path / "xdg/pocl/kcache")
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path / "given"))
@@ -40,7 +40,7 @@ def test_the_folder_is_the_one_that_pocl_would_take(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("variable", ["XDG_CACHE_HOME", "POCL_CACHE_DIR"])
-def test_a_folder_that_cannot_be_made_is_replaced_for_this_process(monkeypatch, tmp_path, variable):
+def test_a_temporary_folder_replaces_one_that_cannot_be_made(monkeypatch, tmp_path, variable):
     (tmp_path / "file").touch()
     monkeypatch.setenv(variable, str(tmp_path / "file" / "below"))
     folder = settle()
@@ -50,7 +50,7 @@ def test_a_folder_that_cannot_be_made_is_replaced_for_this_process(monkeypatch, 
     assert own_folders(tmp_path) == []
 
 
-def test_a_user_without_a_home_gets_no_folder_of_that_name_here(monkeypatch, tmp_path):
+def test_without_a_home_no_folder_named_tilde_is_made(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", "~/.cache")
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
@@ -62,7 +62,7 @@ def full(folder):
     raise OSError(28, "No space left on device", str(folder))
 
 
-def test_a_full_disk_is_found_out_before_pocl_does(monkeypatch, tmp_path):
+def test_a_full_disk_is_noticed_before_pocl_fails_on_it(monkeypatch, tmp_path):
     allocate = cache._allocate
     usual = tmp_path / "xdg/pocl/kcache"
     monkeypatch.setattr(cache, "_allocate", lambda at: (full if at == usual else allocate)(at))
@@ -95,7 +95,7 @@ def test_no_room_anywhere_is_one_line_that_names_all_places(monkeypatch, tmp_pat
     assert own_folders(tmp_path) == [] and os.environ["POCL_CACHE_DIR"] == ""
 
 
-def test_only_what_pocl_left_goes(tmp_path):
+def test_only_leftovers_of_pocl_are_removed(tmp_path):
     def made(name, text="", age=0):
         (tmp_path / name).write_text(text)
         os.utime(tmp_path / name, (time.time() - age,) * 2)
@@ -119,7 +119,7 @@ def test_only_what_pocl_left_goes(tmp_path):
     }  # fmt: skip
 
 
-def test_a_process_that_paints_leaves_only_kernels(tmp_path):
+def test_a_process_that_paints_leaves_only_kernels_behind(tmp_path):
     code = (
         "import numpy as np; from makeup_video.kernels.program import Device\n"
         "device = Device(); plane = np.zeros((1, 16), np.uint8)\n"
@@ -133,7 +133,7 @@ def test_a_process_that_paints_leaves_only_kernels(tmp_path):
     assert {path.name for path in left} == {"program.bc", "last_accessed", "one.so"}
 
 
-def test_kernels_are_built_though_their_folder_was_removed_meanwhile(tmp_path):
+def test_kernels_are_built_though_their_folder_was_removed(tmp_path):
     code = (
         "import os, shutil; from makeup_video.kernels.program import Device\n"
         "device = Device(); shutil.rmtree(os.environ['POCL_CACHE_DIR'])\n"

@@ -65,13 +65,13 @@ def test_broad_shade_of_the_skin_stays_on_the_product():
 
 
 @pytest.mark.parametrize("keep", [0.0, 0.5, 1.0])
-def test_texture_is_kept_as_far_as_it_is_told_to_be(keep):
+def test_texture_keep_sets_how_much_texture_stays(keep):
     m = of(texture_keep=keep, green=90)
     dim, plain = paint(0.16, m), paint(0.2, m)
     np.testing.assert_allclose(dim / plain, 1 - keep * 0.2, atol=0.01)
 
 
-def test_undertone_takes_the_skin_s_own_hue_and_the_product_s_light():
+def test_undertone_keeps_the_skins_hue_at_the_products_light():
     skin = np.array([0.4, 0.2, 0.1])
     m = of(undertone=1.0, red=120, green=120, blue=120)
     light = float(skin @ m.luminance)
@@ -80,7 +80,7 @@ def test_undertone_takes_the_skin_s_own_hue_and_the_product_s_light():
     assert got @ m.luminance == pytest.approx(np.dot(m.product, m.luminance), rel=0.03)
 
 
-def test_light_upon_light_stays_below_the_ceiling_and_never_falls():
+def test_added_light_never_falls_and_stays_below_the_ceiling():
     base = np.linspace(-0.3, 1, 50)[:, None]
     more = np.concatenate([[0], np.geomspace(1e-6, 1e6, 50)])[None]
     both = added(base, more, 1.0)
@@ -89,7 +89,7 @@ def test_light_upon_light_stays_below_the_ceiling_and_never_falls():
     np.testing.assert_array_equal(both[:, 0], base[:, 0])
 
 
-def test_gloss_peaks_half_way_between_light_and_viewer_and_falls_off_around():
+def test_gloss_peaks_half_way_between_light_and_viewer():
     m = of(gloss=1.0, gloss_detail=0.0)
     x, y = np.meshgrid(np.linspace(-0.9, 0.9, 41), np.linspace(-0.9, 0.9, 41))
     lobe = skin_at(0.2 + 0 * x, 0.2, x, y, DARK_ROOM, m).lobe
@@ -105,7 +105,7 @@ def test_a_rough_product_has_broader_highlights():
     assert even(m=sharp, **away).lobe < 0.2
 
 
-def test_gloss_lifts_the_highlights_that_are_there():
+def test_gloss_brightens_the_skins_own_highlights():
     bare = 0.2 * 2  # twice as bright as the skin around
     shown = [paint(bare, of(gloss=g, gloss_detail=1.0)).sum() for g in (0, 0.5, 1, 4)]
     assert (np.diff(shown) > 0).all()
@@ -113,7 +113,7 @@ def test_gloss_lifts_the_highlights_that_are_there():
     assert matte[0] == pytest.approx(matte[1])  # there is nothing to lift
 
 
-def test_reflections_come_from_where_the_mirrored_ray_goes():
+def test_reflections_come_from_where_the_mirrored_ray_points():
     room = np.zeros((3, 16, 16))
     room[:, :, 12:] = 1  # a window at the right
     m = of(reflection=1.0, environment_blur=0.0, fresnel=0.0)
@@ -127,14 +127,14 @@ def test_a_surface_that_turns_away_reflects_more():
     assert even(nx=0.8, m=of(fresnel=1.0)).mirror == 0
 
 
-def test_normals_that_turn_away_from_the_viewer_are_held():
+def test_normals_facing_away_are_clamped_towards_the_viewer():
     for slope in (0.99, 1.2, 30.0):
         skin = even(nx=slope, ny=slope)
         assert skin.nx[0, 0] ** 2 + skin.ny[0, 0] ** 2 == pytest.approx(0.96)
         assert np.isfinite(skin.lobe).all() and np.isfinite(skin.mirror).all()
 
 
-def test_places_between_texels_are_mixed():
+def test_values_between_texels_are_interpolated():
     image = np.arange(3 * ENVIRONMENT_PX**2, dtype=float).reshape(3, ENVIRONMENT_PX, -1)
     np.testing.assert_allclose(bilinear(image, np.array(2.5), np.array(3.25))[0], 3.25 * 16 + 2.5)
 
@@ -146,7 +146,7 @@ def sparkling(density, at=None, **given_params):
     return sparkles(u, v, flat, m)
 
 
-def test_more_shimmer_has_more_sparkles_and_keeps_those_that_there_are():
+def test_more_shimmer_adds_sparkles_and_keeps_the_old_ones():
     few, many = sparkling(0.2), sparkling(0.8)
     assert not sparkling(0.0).any()
     assert 0 < (few > 0).sum() < (many > 0).sum()
@@ -177,7 +177,7 @@ def test_sparkles_come_and_go_with_the_tilt_of_the_surface():
     assert seen[0].any() and seen[1].any() and (seen[0] & ~seen[1]).any()
 
 
-def test_what_is_far_darker_than_the_skin_is_spared_where_it_is_told():
+def test_lashes_are_spared_where_the_material_says_so():
     lash = 0.2 * 0.15
     eyes, lips = of(spared=0.2, red=250), of(red=250)
     np.testing.assert_allclose(paint(lash, eyes), lash, atol=1e-9)

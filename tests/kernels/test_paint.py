@@ -137,7 +137,7 @@ def test_where_there_is_no_weight_nothing_changes(case):
 
 @settings(max_examples=60, deadline=None)
 @given(params(opacity=0.0, gloss=0.0, reflection=0.0), codings(), st.integers(0, 99))
-def test_a_product_that_is_not_worn_gives_the_codes_back(bare, coding, seed):
+def test_a_product_without_effect_gives_the_codes_back(bare, coding, seed):
     luma, chroma = any_codes(seed, SIZE, coding)
     if coding.transfer == PQ:  # beyond 1.25 it is cut
         luma, chroma = luma[1:6], chroma[:, 1:6]
@@ -202,7 +202,7 @@ def test_rows_of_a_plane_may_have_gaps_which_are_left_alone():
         assert (plane == 7).all()
 
 
-def test_a_block_that_is_partly_beyond_the_edge_takes_the_mean_of_the_rest():
+def test_a_block_across_the_edge_takes_the_mean_of_its_inside():
     coding, block = Coding(), (2, 2)
     planes = (np.full((5, 7), 120, np.uint8), *np.full((2, 3, 4), 128, np.uint8))
     lit = material(product(red=20, green=40, blue=200), 1, white_light(), FACING, coding)
@@ -222,14 +222,14 @@ def test_any_size_is_painted_to_its_last_pixel(size):
     assert len(np.unique(new[0])) == 1
 
 
-def test_no_rect_with_any_weight_paints_nothing():
+def test_a_region_without_weight_paints_nothing():
     planes = tuple(np.full((8, 8), 9, np.uint8) for _ in range(3))
     lit = material(product(), 1, white_light(), FACING, Coding())
     paint_on(planes, [replace(flat_surface((8, 8), 0.2, 0.0), material=lit)], Coding(), (1, 1))
     assert all((plane == 9).all() for plane in planes)
 
 
-def test_more_regions_than_there_was_room_for_find_room():
+def test_buffers_grow_when_more_regions_are_painted():
     """After few on the same canvas; each has its own product."""
     coding, size = Coding(), (9, 4)
     surfaces = []
@@ -263,7 +263,7 @@ def test_a_device_with_memory_of_its_own_paints_the_same(monkeypatch):
 
 @settings(max_examples=60, deadline=None)
 @given(params(**FLAT), lights(), codings(), st.integers(0, 99))
-def test_more_opacity_moves_every_channel_monotonically_to_the_laid_colour(p, light, coding, seed):
+def test_more_opacity_moves_every_channel_to_the_laid_colour(p, light, coding, seed):
     luma, chroma = any_codes(seed, SIZE, coding)
     surface = any_surface(seed, SIZE, FACING, 1.0 if coding.transfer == SRGB else 8.0)
     surface.weight[:] = 1

@@ -65,7 +65,7 @@ def test_there_is_no_rect_where_all_is_outside(ends):
 
 @pytest.mark.parametrize("chroma", SUBSAMPLINGS)
 @pytest.mark.parametrize("interleaved", [False, True])
-def test_views_are_of_the_very_planes(chroma, interleaved):
+def test_views_share_the_memory_of_the_planes(chroma, interleaved):
     planes = planes_of((15, 9), chroma, interleaved)
     rect = Rect.around(np.array([5, 3]), np.array([30, 30]), (15, 9), chroma)
     rect.luma(planes)[:] = 7
@@ -99,7 +99,7 @@ def test_the_same_change_everywhere_is_added_and_clipped(chroma, size, change, h
 
 
 @pytest.mark.parametrize("chroma", SUBSAMPLINGS)
-def test_a_block_takes_the_mean_of_its_pixels_and_other_blocks_nothing(chroma):
+def test_a_block_takes_the_mean_change_of_its_own_pixels_only(chroma):
     across, down = chroma
     part = np.full((3, 4), 100, np.uint16)
     change = np.zeros((2, 3 * down, 4 * across), np.float32)

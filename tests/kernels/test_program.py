@@ -46,7 +46,7 @@ def test_kernels_and_programs_are_built_once(device, what, name):
 
 
 @pytest.mark.parametrize("shares", [True, False])
-def test_memory_holds_what_kernels_leave_there(device, shares):
+def test_device_memory_shows_what_kernels_wrote(device, shares):
     device.shares_memory = shares
     memory = device.memory((3, 7), np.uint8)
     assert memory.array.shape == (3, 7) and memory.array.ctypes.data % 4096 == 0
@@ -77,7 +77,7 @@ def test_interleaved_chroma_is_lent_as_it_lies(device):
     assert whole[1:5, 2:7].all() and whole.sum() == 4 * 5 * 2
 
 
-def test_a_device_with_memory_of_its_own_brings_the_planes_back(device):
+def test_a_device_with_its_own_memory_writes_the_planes_back(device):
     device.shares_memory = False
     plane = np.zeros((5, 7), np.uint8)
     add(device, plane)
@@ -115,7 +115,7 @@ def test_sources_hold_their_includes_and_keep_other_text():
     assert program._INCLUDE.sub(r"[\1]", text) == "int a;\n[b.h]\nint c;"
 
 
-def test_the_sample_of_a_program_is_the_dtype_of_its_planes():
+def test_a_program_has_the_sample_type_of_its_planes():
     device = Device()
     source = "__kernel void size(__global int *out) { *out = sizeof(SAMPLE); }"
     for dtype in (np.uint8, np.uint16):
@@ -153,7 +153,7 @@ def test_pocl_comes_first_among_platforms(monkeypatch):
     assert program.devices() == ["cpu", "gpu"]
 
 
-def test_the_device_without_threads_of_its_own_comes_first_unless_the_user_chose(monkeypatch):
+def test_the_device_without_threads_comes_first_by_default(monkeypatch):
     code = "from makeup_video.kernels.program import devices; print(*[d.name for d in devices()])"
     seen = []
     for chosen in (None, "pthread"):
@@ -166,7 +166,7 @@ def test_the_device_without_threads_of_its_own_comes_first_unless_the_user_chose
     assert seen[1].startswith("pthread") and "basic" not in seen[1]
 
 
-def test_a_pocl_that_knows_other_names_is_asked_again_without_any(monkeypatch):
+def test_pocl_is_asked_again_without_names_it_does_not_know(monkeypatch):
     monkeypatch.delenv("POCL_DEVICES", raising=False)
     there = program._found()
     monkeypatch.setattr(program, "_found", lambda: [] if "POCL_DEVICES" in os.environ else there)
@@ -212,7 +212,7 @@ def test_a_variable_that_hides_every_device_is_named(tmp_path, variable, value, 
     assert "NoDeviceError: " in last and says in last and "pip install" not in last
 
 
-def test_without_a_linker_pocl_is_not_left_to_end_the_process(monkeypatch, tmp_path):
+def test_without_a_linker_an_error_comes_before_pocl_aborts(monkeypatch, tmp_path):
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(NoDeviceError, match="there is no ld on the PATH"):
@@ -223,7 +223,7 @@ def test_without_a_linker_pocl_is_not_left_to_end_the_process(monkeypatch, tmp_p
     assert Device().queue is not None
 
 
-def test_a_build_that_ctrl_c_disturbed_is_tried_once_more(monkeypatch):
+def test_a_build_disturbed_by_ctrl_c_is_tried_once_more(monkeypatch):
     device, built = Device(), []
     build = cl.Program.build
 

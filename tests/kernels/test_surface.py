@@ -114,7 +114,7 @@ def test_hdr_has_the_light_of_numpy(transfer):
 
 @pytest.mark.parametrize("size_wh", [(1, 1), (2, 1), (3, 5), (16, 16)])
 @pytest.mark.parametrize("pix_fmt", ["yuv420p", "nv12", "yuv444p10le", "gray"])
-def test_frames_smaller_than_a_face_do_no_harm(size_wh, pix_fmt):
+def test_frames_smaller_than_a_face_give_finite_surfaces(size_wh, pix_fmt):
     rgb8 = np.full((*size_wh[::-1], 3), 140, np.uint8)
     _, points = close_up()
     for at in (points, points - 5000, points + 1e6):
@@ -127,7 +127,7 @@ def test_frames_smaller_than_a_face_do_no_harm(size_wh, pix_fmt):
 
 
 @pytest.mark.parametrize("squeezed", [(0.2, 1, 1), (0, 1, 1), (0, 0, 0), (1, 1, 1e6)])
-def test_faces_of_no_shape_have_surfaces_that_are_finite(squeezed):
+def test_degenerate_faces_have_finite_surfaces(squeezed):
     rgb8, points = close_up(OPEN)
     points = np.column_stack([points, points[:, 0]]) * squeezed + (20, 20, 0)
     face = heads.face(points, to_px=heads.face(points + 0.0).lips.to_px + np.eye(2, 3))

@@ -29,7 +29,7 @@ def test_a_text_is_quoted_in_python_and_typed_in_a_command():
 
 
 @given(st.text())
-def test_a_message_without_options_is_the_same_for_all(text):
+def test_a_message_without_options_is_the_same_everywhere(text):
     error = UsageError(text.translate(dict.fromkeys(range(0xE000, 0xE003))))
     assert str(error) == error.spelled(option_of_command) == error.args[0]
 

@@ -50,7 +50,7 @@ def test_stretch_keeps_a_linear_map_exact():
     assert np.abs(crops.stretch(coarse, (w, h)) - np.dstack([x, y])).max() < 8 / 32
 
 
-def test_a_covered_mouth_is_no_mouth_and_that_is_known():
+def test_a_covered_mouth_is_masked_out_and_marked():
     mask = np.dstack([np.full((8, 8, 2), 255, np.uint8), np.zeros((8, 8), np.uint8)])
     cover = np.zeros((8, 8), np.float32)
     cover[:, :4] = 1
@@ -59,14 +59,14 @@ def test_a_covered_mouth_is_no_mouth_and_that_is_known():
     assert (mask[:, :4, 2] == 255).all() and (mask[:, 4:, 2] == 0).all()
 
 
-def test_hand_drawn_curves_pass_through_their_points_with_sharp_corners():
+def test_drawn_curves_meet_their_points_with_sharp_corners():
     square = [[x, y] for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)) for _ in range(2)]
     curve = lipoutlines.spline(square)
     assert np.allclose(curve[::12][:4], square[1::2])
     assert curve.min() >= -1e-9 and curve.max() <= 1 + 1e-9  # straight sides do not bulge
 
 
-def test_outlined_lips_interiors_and_covers_share_out_every_pixel():
+def test_lips_interior_and_cover_never_overfill_a_pixel():
     mouths = lipoutlines.read_mouths((96, 72), 1.4)
     assert len(mouths) >= 40
     for mouth in mouths:
@@ -79,7 +79,7 @@ def test_enclosed_is_sure_on_lips_and_between_them_only():
     assert lipevidence.enclosed(column)[:, 0].tolist() == [-5, 4, 3, 3, 3, -5]
 
 
-def test_lipstick_goes_inside_the_mouth_and_outside_its_opening():
+def test_lipstick_goes_on_the_mouth_but_not_on_its_opening():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     logits = model.torch.tensor([[3.0, 3.0, -3.0], [-2.0, 2.0, -2.0]])[None, :, None]
     margin = model.OPENING_MARGIN
@@ -107,7 +107,7 @@ def test_detector_targets_decode_to_the_same_faces():
         assert np.allclose(pose[:, 0], unit * np.array([np.cos(turn), np.sin(turn)]), rtol=1e-4)
 
 
-def test_mistakes_of_the_detector_are_told_from_the_face_itself():
+def test_wrong_detections_are_told_from_the_face_itself():
     score = pytest.importorskip(
         "makeup_video.training.faces.train_face_score", reason="needs PyTorch"
     )
@@ -123,7 +123,7 @@ def test_mistakes_of_the_detector_are_told_from_the_face_itself():
     assert score._is_elsewhere(guess(200, 150, 20), middle, unit)  # its nose
 
 
-def test_a_rounded_convolution_tells_about_what_it_was_and_only_256_values():
+def test_a_quantised_convolution_stays_close_on_256_values():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     from makeup_video.training.faces.fake_quantise import rounded, roundings
 
@@ -144,7 +144,7 @@ def test_a_rounded_convolution_tells_about_what_it_was_and_only_256_values():
     assert off.mean() < 0.02 * want.max()
 
 
-def test_laid_out_for_integers_a_net_tells_the_same():
+def test_a_net_laid_out_for_integers_gives_the_same_output():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     from makeup_video.training.faces import export_int8 as integers
     from makeup_video.training.faces import fake_quantise as rounded
@@ -167,7 +167,7 @@ def test_laid_out_for_integers_a_net_tells_the_same():
     assert float((got_mask - mask).abs().max()) < 1.5 * step
 
 
-def test_parts_that_are_kept_stay_float_and_fitted_ranges_tell_more_nearly_the_same():
+def test_kept_parts_stay_float_and_fitted_ranges_are_closer():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     from makeup_video.training.faces import (
         export_int8 as integers,

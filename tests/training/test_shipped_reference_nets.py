@@ -13,7 +13,7 @@ EXPECTED = json.loads((Path(__file__).parent / "reference_targets.json").read_te
 
 
 @pytest.mark.parametrize("region", REGIONS)
-def test_onnx_tells_what_pytorch_told(region):
+def test_onnx_gives_the_outputs_of_pytorch(region):
     told = Net(f"reference_{region}")(fixed_crops(region))["targets"]
     assert told.shape == (16, 7) and (told >= 0).all()
     assert np.ptp(told, axis=0).min() > 0.01  # no number is stuck

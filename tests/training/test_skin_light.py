@@ -15,13 +15,13 @@ def drawn(lightness):
     return along + np.log(luminance / (np.exp(along) @ to_xyz(1)[1]))[:, None]
 
 
-def test_how_often_a_lightness_is_listed_does_not_count():
+def test_the_spread_ignores_how_often_a_lightness_is_listed():
     even = light.fit_covariance(drawn(RNG.uniform(30, 85, 20000)))
     mostly_pale = light.fit_covariance(drawn(30 + 55 * RNG.uniform(0, 1, 20000) ** 0.6))
     np.testing.assert_allclose(mostly_pale, even, rtol=0.1, atol=0.01)
 
 
-def test_how_often_a_face_of_some_lightness_is_seen_does_not_count():
+def test_the_mean_ignores_how_often_a_lightness_is_seen():
     pale, dark = drawn(RNG.uniform(70.5, 74, 5000)), drawn(RNG.uniform(41, 44, 50))
     want = light.fit_mean(np.concatenate([pale[:50], dark]))
     assert np.allclose(light.fit_mean(np.concatenate([pale, dark])), want, atol=0.03)

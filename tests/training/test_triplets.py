@@ -58,7 +58,7 @@ def knowing(values):
     return lambda rgb8: np.tile(to_targets(values), (len(rgb8), 1))
 
 
-def test_halves_share_nobody_and_leave_out_nobody():
+def test_the_halves_share_no_person_and_leave_none_out():
     wearers, others = triplets.halves(SamePeople())
     assert sorted([*wearers, *others]) == list(range(PEOPLE))
 
@@ -92,7 +92,7 @@ def test_a_look_of_numbers_keeps_them():
     assert np.allclose(triplets.numbers_of(look, "eyes"), RED / 2) and look.zone == "outer"
 
 
-def test_a_look_is_read_from_a_photo_alone_and_none_without_a_face():
+def test_a_look_is_read_from_a_photo_that_has_a_face():
     nets = {"lips": knowing(RED)}
     look = reading.estimate_look(portrait(), nets)
     read = triplets.numbers_of(look, "lips")
@@ -172,7 +172,7 @@ def test_lpips_takes_published_weights_and_misses_none(tmp_path):
         lpips.load(files[:1])
 
 
-def test_true_numbers_are_measured_as_nearly_right_and_a_bare_face_as_far_off():
+def test_true_numbers_score_well_and_a_bare_face_badly():
     pytest.importorskip("torch")
     from makeup_video.training.reference import evaluate
 
@@ -198,7 +198,7 @@ def test_a_photo_without_a_face_leaves_the_source_as_it_is(monkeypatch):
     assert "half" not in found.scores
 
 
-def test_errors_of_colours_count_where_they_show():
+def test_colour_errors_count_where_they_are_visible():
     pytest.importorskip("torch")
     from makeup_video.training.reference import evaluate
 
@@ -211,7 +211,7 @@ def test_errors_of_colours_count_where_they_show():
     assert np.isnan(evaluate.colour_error(true[1:], told[1:]))
 
 
-def test_the_page_shows_misses_first_and_keeps_what_people_wrote(monkeypatch, tmp_path):
+def test_the_page_shows_misses_first_and_keeps_written_notes(monkeypatch, tmp_path):
     pytest.importorskip("torch")
     from makeup_video.training.reference import evaluate
 

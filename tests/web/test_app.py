@@ -78,7 +78,7 @@ def test_without_a_picture_there_is_nothing_to_download(url):
 
 
 @pytest.mark.parametrize("session", ["", "unknown", "stand-in"])  # nobody watches the last one
-def test_a_session_that_is_over_says_so(url, session):
+def test_a_session_that_is_over_is_reported(url, session):
     answers = [
         post(url, f"/photo?session={session}", b"x"),
         post(url, f"/portrait?session={session}", b"x"),
@@ -88,7 +88,7 @@ def test_a_session_that_is_over_says_so(url, session):
         assert answer.status_code == 404 and "reload the page" in answer.json()["error"]
 
 
-def test_a_portrait_is_for_the_demo_alone(show, url):
+def test_only_the_demo_accepts_a_portrait(show, url):
     with Page(url) as page:
         assert page.post("/portrait", b"x").status_code == 200
     assert show.portraits == [(b"x", "the photo")]
@@ -96,7 +96,7 @@ def test_a_portrait_is_for_the_demo_alone(show, url):
         assert page.post("/portrait", b"x").status_code == 404
 
 
-def test_a_fault_of_ours_is_one_line_here_and_there(show):
+def test_a_bug_of_ours_is_one_line_on_page_and_terminal(show):
     def fails(photo, name):
         raise ZeroDivisionError("ours")
 

@@ -49,13 +49,13 @@ def hurried(monkeypatch):
 
 
 @pytest.mark.parametrize("begun", [b"", b"G", HOST, HOST + b"127.0.0.1\r\nX: y\r\n"])
-def test_who_never_ends_a_header_is_let_go(hurried, begun):
+def test_a_header_that_never_ends_closes_the_connection(hurried, begun):
     with opened(hurried) as raw:
         raw.sendall(begun)
         assert is_let_go(raw)
 
 
-def test_a_byte_now_and_then_is_no_header(hurried):
+def test_a_header_sent_byte_by_byte_closes_the_connection(hurried):
     with opened(hurried) as raw, contextlib.suppress(BrokenPipeError, ConnectionResetError):
         raw.sendall(HOST)
         for _ in range(1000):
@@ -64,7 +64,7 @@ def test_a_byte_now_and_then_is_no_header(hurried):
         pytest.fail("it was read for ever")
 
 
-def test_nor_is_one_that_follows_an_answer(hurried):
+def test_a_second_header_that_never_ends_closes_it_too(hurried):
     host = urlsplit(hurried).netloc.encode()
     with opened(hurried) as raw:
         raw.sendall(HOST + host + b"\r\n\r\n")
@@ -73,7 +73,7 @@ def test_nor_is_one_that_follows_an_answer(hurried):
         assert is_let_go(raw)
 
 
-def test_nor_is_the_rest_of_a_body_that_nobody_wants(hurried):
+def test_an_unwanted_body_is_not_read_for_ever(hurried):
     host = urlsplit(hurried).netloc.encode()
     with opened(hurried) as raw, contextlib.suppress(BrokenPipeError, ConnectionResetError):
         raw.sendall(b"POST / HTTP/1.1\r\nHost: " + host + b"\r\nContent-Length: 99999\r\n\r\n")
@@ -84,7 +84,7 @@ def test_nor_is_the_rest_of_a_body_that_nobody_wants(hurried):
         pytest.fail("it was read for ever")
 
 
-def test_a_photo_and_a_web_socket_may_take_longer_than_a_header(hurried):
+def test_photos_and_web_sockets_may_outlast_the_header_limit(hurried):
     def slowly():
         for _ in range(4):
             yield b"part"
@@ -96,7 +96,7 @@ def test_a_photo_and_a_web_socket_may_take_longer_than_a_header(hurried):
         assert page.message("error")
 
 
-def test_half_a_header_on_every_connection_keeps_nobody_out_for_long(hurried):
+def test_half_headers_on_every_connection_block_only_briefly(hurried):
     with contextlib.ExitStack() as stack:
         for _ in range(128):
             raw = stack.enter_context(opened(hurried))
@@ -194,14 +194,14 @@ def test_after_reading_a_socket_rests_nine_times_as_long(flooded, opcode):
     assert transport.reads is (opcode > 8)  # a message must be heard first
 
 
-def test_what_a_socket_brings_in_a_second_is_limited_too(flooded):
+def test_bytes_per_second_of_a_socket_are_limited_too(flooded):
     one, loop, _ = flooded
     one.data_received(b"\x81\xff" + (1_000_000).to_bytes(8, "big") + bytes(4) + bytes(400_000))
     assert loop.later[0][0] == pytest.approx(0.2, rel=0.01)  # two million bytes a second
 
 
 @pytest.mark.parametrize("heard_first", [True, False])
-def test_it_reads_on_when_all_is_heard_and_it_has_rested(flooded, heard_first):
+def test_reading_resumes_after_the_rest_and_all_messages(flooded, heard_first):
     one, loop, transport = flooded
     one.data_received(frame("x"))
     rested = loop.later[0][1]
@@ -219,7 +219,7 @@ def hear(one):
             receiving.send(None)
 
 
-def test_of_a_flood_a_little_is_read_at_once_and_its_last_look_is_painted(monkeypatch):
+def test_a_flood_is_read_slowly_and_its_last_look_is_painted(monkeypatch):
     read = []
 
     def noting(self, data):

@@ -85,7 +85,7 @@ def test_a_large_portrait_is_shown_small_and_kept_large():
         (png_of(grey()), "me.png: no face"),
     ],
 )
-def test_a_portrait_that_cannot_be_painted_is_one_line_with_its_name(photo, words):
+def test_an_unusable_portrait_is_one_line_with_its_name(photo, words):
     with pytest.raises(InputError) as caught:
         Portrait(photo, "me.png")
     assert str(caught.value).startswith(words) and "\n" not in str(caught.value)
@@ -105,7 +105,7 @@ def test_a_page_sees_the_portrait_and_each_look_painted_on_it(url):
     assert lips_of(blue, faces)[2] > lips_of(red, faces)[2] + 30
 
 
-def test_who_compares_gets_the_bare_portrait_too(url):
+def test_a_page_that_compares_gets_the_bare_portrait_too(url):
     with Page(url) as page:
         assert page.picture()[3] == b""
         page.say("compare", on=True)
@@ -126,7 +126,7 @@ def test_each_page_has_its_own_look_and_its_own_portrait(url):
         assert other.picture()[2] == same[2]
 
 
-def test_a_photo_of_two_people_is_refused_since_nobody_says_whose_makeup_is_meant(url):
+def test_a_photo_of_two_people_is_refused(url):
     both = np.hstack([portrait(), portrait()])
     with Page(url) as page:
         answer = page.post("/photo", png_of(both), x_file_name="both.png")
@@ -137,7 +137,7 @@ def test_a_photo_of_two_people_is_refused_since_nobody_says_whose_makeup_is_mean
         )
 
 
-def test_a_photo_without_a_face_is_no_portrait_and_the_old_one_stays(url):
+def test_a_portrait_without_a_face_leaves_the_old_one(url):
     with Page(url) as page:
         first = page.picture()[2]
         answer = page.post("/portrait", png_of(grey()), x_file_name="wall.png")
@@ -231,7 +231,7 @@ def test_a_look_that_is_the_same_is_not_painted_again():
     assert len(pictures) == 1
 
 
-def test_nothing_is_painted_for_nobody():
+def test_nothing_is_painted_while_nobody_watches():
     quick, worker = Bare(), Worker()
     session = DemoShow(quick, RED, worker, print).enter("")
     session.set_look(BLUE)
@@ -246,7 +246,7 @@ def test_nothing_is_painted_for_nobody():
         (ZeroDivisionError("0"), "internal error while painting: ZeroDivisionError: 0"),
     ],
 )
-def test_a_painter_that_fails_is_said(error, line):
+def test_an_error_of_the_painter_is_logged(error, line):
     worker, said = Worker(), []
     broken = Bare(error)
     broken.go_on.set()
@@ -255,7 +255,7 @@ def test_a_painter_that_fails_is_said(error, line):
     assert said == [line]
 
 
-def test_sessions_end_a_while_after_their_page_and_their_number_is_limited():
+def test_sessions_end_after_their_page_and_are_limited():
     async def pages():
         show = DemoShow(Bare(), RED, Worker(), print, grace_seconds=0.01)
         short = show.enter("")

@@ -96,7 +96,7 @@ def test_before_is_made_only_while_somebody_compares(parts):
     assert not run.compare
 
 
-def test_times_are_microseconds_whatever_counts_them(parts):
+def test_times_become_microseconds_from_any_time_base(parts):
     _, _, sink, _ = parts
     got = []
     sink.push = got.append
@@ -132,7 +132,7 @@ def test_a_camera_takes_no_portrait(parts):
         parts[3].enter("").take_portrait(b"", "me.jpg")
 
 
-def test_both_names_of_the_same_matrix_are_one(parts):
+def test_both_numbers_of_the_same_matrix_look_alike(parts):
     _, _, sink, show = parts
     for matrix in (5, 6):
         shown = picture(matrix=5)

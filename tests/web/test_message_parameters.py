@@ -6,7 +6,7 @@ from makeup_video.pipeline import FINISHES, GraphicsParams
 from makeup_video.web.messages import parameters
 
 
-def test_all_numbers_of_a_product_are_there_in_the_order_of_a_look_file():
+def test_parameters_come_in_the_order_of_a_look_file():
     assert [one["name"] for one in parameters()] == [spec.name for spec in fields(GraphicsParams)]
 
 

@@ -11,7 +11,7 @@ from makeup_video.web.session import HEAD, PHOTO_BYTES, PhotoLook, ShownPicture
 from shows import BLUE, StandIn
 
 
-def test_what_pages_may_say_is_understood():
+def test_valid_messages_are_understood():
     look = json.dumps({"type": "look", "look": BLUE.to_dict(), "n": 3})
     assert read_message(look) == LookRequest(BLUE.to_dict(), 3, is_counted=True)
     assert read_message(look).look == BLUE
@@ -37,7 +37,7 @@ def changed(**values):
         json.dumps({"type": "look", "look": BLUE.to_dict(), "n": "x"}),
     ],
 )  # fmt: skip
-def test_anything_else_is_one_line(text):
+def test_invalid_messages_are_refused_in_one_line(text):
     with pytest.raises(MakeupVideoError) as caught:
         read(text)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
@@ -58,7 +58,7 @@ JSON = st.recursive(
 
 @settings(deadline=None)
 @given(st.dictionaries(st.sampled_from(["type", "look", "on", "pts_us", "n"]), JSON | st.sampled_from(["look", "shown", "compare"])))  # fmt: skip
-def test_no_message_is_a_fault_of_ours(values):
+def test_any_message_is_read_or_refused_in_one_line(values):
     try:
         read(json.dumps(values))
     except MakeupVideoError as error:
@@ -82,7 +82,7 @@ def test_hello_carries_all_that_a_page_needs():
     assert photo["name"] == "anna.jpg" and photo["told"].startswith("lips #B4002E, glossy")
 
 
-def test_a_picture_is_head_and_jpegs_and_before_is_for_those_who_compare():
+def test_a_picture_is_packed_with_before_only_when_compared():
     picture = ShownPicture(2**40, 270, b"painted", b"bare!")
     assert HEAD.size == 20
     assert picture.packed(True) == HEAD.pack(2**40, 270, 0, 7, 5) + b"paintedbare!"

@@ -106,7 +106,7 @@ def test_the_camera_s_picture_arrives_upright_and_moves(live, visit):
     )
 
 
-def test_a_colour_set_on_the_page_is_on_the_lips_in_the_picture(live, visit):
+def test_a_colour_set_on_the_page_appears_on_the_lips(live, visit):
     page = visit(live)
     wear(page, RED)
     page.until(lambda: is_red(page.lips()))
@@ -130,7 +130,7 @@ def test_keys_alone_reach_a_slider_and_change_the_lips(demo, visit):
     page.until(lambda: is_red(page.lips()))
 
 
-def test_two_pages_stay_in_step_and_a_stalled_one_holds_nobody_up(live, visit):
+def test_two_pages_stay_in_step_beside_a_stalled_one(live, visit):
     first, second, stalled = visit(live), visit(live), visit(live)
     devtools = stalled.context.new_cdp_session(stalled.page)
     devtools.send("Debugger.enable")
@@ -146,7 +146,7 @@ def test_two_pages_stay_in_step_and_a_stalled_one_holds_nobody_up(live, visit):
     first.until(lambda: is_red(first.lips()))
 
 
-def test_a_slider_that_is_dragged_is_not_thrown_back_by_another_page(live, visit):
+def test_a_dragged_slider_is_not_reset_by_another_page(live, visit):
     one, other = visit(live), visit(live)
     wear(one, RED)
     other.until(lambda: other.page.input_value("#lips-panel .hex") == RED)
@@ -188,7 +188,7 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     page.until(lambda: look_of(page) == look)
 
 
-def test_a_photo_that_cannot_be_read_says_why_and_the_look_stays(demo, visit, tmp_path):
+def test_an_unreadable_photo_shows_why_and_the_look_stays(demo, visit, tmp_path):
     page = visit(demo)
     before = look_of(page)
     (tmp_path / "bad.jpg").write_text("no photo")
@@ -235,7 +235,7 @@ def test_left_of_the_divider_is_the_untouched_picture(demo, visit):
     page.until(lambda: is_red(page.lips()))
 
 
-def test_look_and_picture_are_taken_home_and_a_look_is_brought(demo, visit, tmp_path):
+def test_looks_and_pictures_are_downloaded_and_a_look_loaded(demo, visit, tmp_path):
     page = visit(demo)
     wear(page, BLUE, "gloss")
     page.page.fill("#name", "my look")
@@ -262,7 +262,7 @@ def test_look_and_picture_are_taken_home_and_a_look_is_brought(demo, visit, tmp_
 
 
 @pytest.mark.parametrize("kind", ["live", "demo"])
-def test_on_a_phone_nothing_is_wider_than_the_screen_or_too_small_to_touch(kind, visit, request):
+def test_on_a_phone_everything_fits_and_can_be_touched(kind, visit, request):
     page = visit(request.getfixturevalue(kind), **PHONE)
     page.page.click("#eyes-tab")
     page.page.set_checked("#eyes-panel [role=switch]", True)
@@ -276,7 +276,7 @@ def test_on_a_phone_nothing_is_wider_than_the_screen_or_too_small_to_touch(kind,
     assert small == []
 
 
-def test_the_page_tells_that_the_server_stopped_and_comes_back_with_it(chromium, visit):
+def test_the_page_shows_a_stopped_server_and_reconnects(chromium, visit):
     served = Served("demo")
     page = visit(served)
     wear(page, BLUE)

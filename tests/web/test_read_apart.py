@@ -37,7 +37,7 @@ def test_a_photo_is_refused_by_its_own_name(name):
     assert str(caught.value).startswith(f"{name} is no photo that can be read")
 
 
-def test_other_users_do_not_see_what_a_photo_is_called(monkeypatch):
+def test_other_users_do_not_see_the_name_of_a_photo(monkeypatch):
     commands = []
 
     def noting(command, **options):
@@ -76,7 +76,7 @@ def child(lines, photo):
 
 
 @on_linux
-def test_memory_processor_time_and_files_are_limited_before_anything_is_decoded():
+def test_limits_are_set_before_anything_is_decoded():
     lines = """
 import resource as r
 def read(photo, name, most_px, before_decoding):
@@ -90,7 +90,7 @@ c.read_photo = read"""
 
 @on_linux
 @pytest.mark.parametrize("kind", ["JPEG", "WEBP", "PNG"])
-def test_a_picture_that_needs_more_memory_than_it_may_is_one_line(kind):
+def test_a_picture_above_the_memory_limit_is_one_line(kind):
     file = io.BytesIO()
     Image.new("RGB", (4000, 4000), (200, 90, 80)).save(file, kind)
     code, said = child("c._DECODING_BYTES = 160_000_000", file.getvalue())
@@ -98,7 +98,7 @@ def test_a_picture_that_needs_more_memory_than_it_may_is_one_line(kind):
     assert json.loads(child("", file.getvalue())[1]) == [4000, 4000]
 
 
-def test_it_starts_without_the_libraries_that_take_long_to_load():
+def test_the_child_starts_without_heavy_libraries():
     heavy = "av cv2 onnxruntime pyopencl simplejpeg uvicorn starlette"
     lines = f"import sys; print([n for n in {heavy.split()} if n in sys.modules]); sys.exit()"
     assert child(lines, b"")[1] == b"[]"
@@ -121,7 +121,7 @@ def broken(request, monkeypatch, tmp_path):
     return "takes too long to read" if request.param == "hangs" else "cannot be read: save it again"
 
 
-def test_a_decoder_that_breaks_is_one_line_to_the_visitor_and_the_page_goes_on(broken):
+def test_a_decoder_that_crashes_is_one_line_on_the_page(broken):
     show = StandIn()
     show.reads = read_look
     with serving(show) as url, Page(url) as page:
@@ -133,19 +133,19 @@ def test_a_decoder_that_breaks_is_one_line_to_the_visitor_and_the_page_goes_on(b
         assert page.picture()[0] == 3
 
 
-def test_where_no_process_can_be_started_the_visitor_is_told_to_try_again(monkeypatch):
+def test_without_a_process_the_visitor_is_asked_to_try_again(monkeypatch):
     monkeypatch.setattr(read_apart.sys, "executable", "/nowhere/python")
     with pytest.raises(PhotoError, match=r"^x cannot be read now: .*; try again later$"):
         read_apart.read_apart(LOOK, "x")
 
 
-def test_what_lies_in_the_folder_of_the_run_is_not_imported(monkeypatch, tmp_path):
+def test_modules_in_the_working_folder_are_not_imported(monkeypatch, tmp_path):
     (tmp_path / "PIL.py").write_text("raise SystemExit(3)")
     monkeypatch.chdir(tmp_path)
     assert read_apart.read_apart(LOOK, "x").shape == (1200, 1024, 3)
 
 
-def test_the_largest_picture_that_is_let_in_is_read():
+def test_the_largest_accepted_picture_is_read():
     side = int(photo_child.MOST_PX**0.5)
     photo = cv2.imencode(".png", np.full((side, side, 3), 90, np.uint8))[1].tobytes()
     assert read_apart.read_apart(photo, "x").shape == (side // 2, side // 2, 3)

@@ -43,13 +43,13 @@ def test_addresses_and_localhost_are_ours(host):
         "127.0.0.1:8080@evil", "127.0.0.1:8080/x", "[::1", "", ":8080", "127.0.0.1:x", "a b:8080",
     ],
 )  # fmt: skip
-def test_a_bent_name_is_refused_whatever_it_asks_for(host):
+def test_a_foreign_host_name_is_refused_for_every_path(host):
     for path in ("/", "/picture.png?session=stand-in", "/static/index.html"):
         answer = ask("GET", path, {"host": host})
         assert answer.status_code == 421 and "error" in answer.json()
 
 
-def test_the_name_that_host_was_given_is_ours():
+def test_the_name_given_with_host_is_ours():
     answer = ask("GET", "/", {"host": "Studio.local:8080"}, "studio.local")
     assert answer.status_code == 200
 
@@ -95,7 +95,7 @@ def refusal(url, named, **options):
     return caught.value.response.status_code
 
 
-def test_two_origins_are_none():
+def test_two_origin_headers_are_refused():
     twice = httpx.Headers([("origin", HERE), ("origin", HERE)])
     assert ask("POST", "/photo", twice).status_code == 403
 
@@ -112,7 +112,7 @@ def test_a_link_opens_the_page_and_nothing_else(site):
     ("method", "path", "status"),
     [("GET", "/", 200), ("GET", "/nothing", 404), ("POST", "/", 405), ("GET", "/photo", 405)],
 )
-def test_every_answer_carries_the_headers_that_keep_others_out(method, path, status):
+def test_every_answer_carries_the_security_headers(method, path, status):
     answer = ask(method, path, {"origin": HERE})
     assert answer.status_code == status
     policy = answer.headers["content-security-policy"]
@@ -121,6 +121,6 @@ def test_every_answer_carries_the_headers_that_keep_others_out(method, path, sta
     assert answer.headers["cross-origin-resource-policy"] == "same-origin"
 
 
-def test_refusals_carry_them_too():
+def test_refusals_carry_the_security_headers_too():
     answer = ask("GET", "/", {"host": "evil.example"})
     assert answer.headers["x-content-type-options"] == "nosniff"

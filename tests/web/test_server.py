@@ -44,7 +44,7 @@ def test_a_picture_arrives_with_its_time_and_turn(show, url):
         assert page.picture() == (7, 90, b"painted", b"")
 
 
-def test_two_pages_see_every_picture_and_one_of_them_what_was_before(show, url):
+def test_two_pages_see_every_picture_and_one_compares(show, url):
     with Page(url) as page, Page(url) as other:
         other.say("compare", on=True)
         until(lambda: show.compares)
@@ -56,7 +56,7 @@ def test_two_pages_see_every_picture_and_one_of_them_what_was_before(show, url):
         until(lambda: not show.compares)
 
 
-def test_before_is_asked_for_until_the_last_page_that_compares_goes(show, url):
+def test_before_is_made_until_the_last_comparing_page_leaves(show, url):
     with Page(url):
         with Page(url) as other:
             other.say("compare", on=True)
@@ -71,7 +71,7 @@ def test_pictures_are_made_only_while_somebody_watches(show, url):
     until(lambda: not show.watched.is_set())
 
 
-def test_who_comes_later_sees_the_newest_picture_at_once(show, url):
+def test_a_page_that_joins_later_sees_the_newest_picture(show, url):
     with Page(url) as page:
         show.show(5)
         page.picture()
@@ -79,7 +79,7 @@ def test_who_comes_later_sees_the_newest_picture_at_once(show, url):
             assert other.picture()[0] == 5
 
 
-def test_two_pictures_are_on_their_way_at_most_and_then_the_newest_comes(show, url):
+def test_at_most_two_pictures_are_in_flight_then_the_newest(show, url):
     with Page(url) as page, Page(url) as quick:
         for at in range(1, 10):
             show.show(at)
@@ -103,14 +103,14 @@ def test_what_was_never_sent_cannot_be_shown(show, url, pts_us):
         assert page.picture(shown=False)[0] == 4
 
 
-def test_a_page_that_never_reads_delays_nobody_and_holds_no_more_than_two(show, url):
+def test_a_page_that_never_reads_delays_nobody(show, url):
     with stalled(url), Page(url) as page:
         for at in range(1, 60):
             show.show(at, noise(1_000_000))
             assert page.picture()[0] == at
 
 
-def test_a_page_that_never_reads_is_let_go(show):
+def test_a_page_that_never_reads_is_disconnected(show):
     show.told = {}
     with serving(show, ping_seconds=1) as url, Page(url) as page, stalled(url):
         while page.message("figures")["viewers"] != 2:
@@ -120,7 +120,7 @@ def test_a_page_that_never_reads_is_let_go(show):
             pass
 
 
-def test_a_page_that_pings_and_never_reads_is_let_go(url):
+def test_a_page_that_pings_and_never_reads_is_disconnected(url):
     ping = b"\x89\xfd\0\0\0\0" + bytes(125)
     with stalled(url) as pinging, pytest.raises(OSError):
         for _ in range(2000):  # 120 MB of answers
@@ -130,7 +130,7 @@ def test_a_page_that_pings_and_never_reads_is_let_go(url):
 # -- looks
 
 
-def test_what_one_page_changes_the_others_see_and_it_does_not_come_back(show, url):
+def test_a_change_reaches_other_pages_and_does_not_come_back(show, url):
     with Page(url) as page, Page(url) as other:
         for red in range(10):
             look = {**RED.to_dict(), "lips": {**RED.to_dict()["lips"], "red": red}}
@@ -145,7 +145,7 @@ def test_what_one_page_changes_the_others_see_and_it_does_not_come_back(show, ur
     assert show.look == BLUE
 
 
-def test_a_look_without_a_count_comes_back_as_it_was_understood(show, url):
+def test_a_look_without_a_count_returns_as_it_was_understood(show, url):
     short = RED.to_dict()
     del short["zone"], short["intensity"]
     with Page(url) as page:
@@ -153,7 +153,7 @@ def test_a_look_without_a_count_comes_back_as_it_was_understood(show, url):
         assert page.message("look")["look"] == RED.to_dict()
 
 
-def test_a_look_that_is_refused_is_told_and_the_true_one_comes_again(show, url):
+def test_a_refused_look_is_answered_with_the_current_one(show, url):
     with Page(url) as page:
         page.say("look", look={**RED.to_dict(), "strength": 7})
         said = [page.message("error", "look") for _ in range(2)]
@@ -184,7 +184,7 @@ def test_figures_come_with_the_delay_to_the_screen(show, url):
 @pytest.mark.parametrize(
     "message", ["{", "[" * 60_000, b"\0\xff", "", '{"type": "look", "look": NaN}']
 )
-def test_garbage_is_answered_with_one_line_and_the_page_goes_on(show, url, message):
+def test_garbage_is_answered_with_one_line_and_pictures_go_on(show, url, message):
     with Page(url) as page:
         page.socket.send(message)
         assert "\n" not in page.message("error")["text"]
@@ -210,7 +210,7 @@ def test_a_thousand_bad_messages_cost_a_few_answers(show, url):
         assert page.picture()[0] == 9
 
 
-def test_there_is_room_for_so_many_and_the_next_one_is_told_why(url):
+def test_one_page_too_many_is_refused_with_the_reason(url):
     with contextlib.ExitStack() as stack:
         pages = [stack.enter_context(Page(url)) for _ in range(MOST_VIEWERS)]
         with Page(url) as one_more:
@@ -244,16 +244,16 @@ def test_a_port_that_is_taken_is_one_line_that_names_it():
         ("x" * 300, 0, "not an address"),
     ],
 )
-def test_where_it_cannot_listen_is_one_line(host, port, words):
+def test_an_address_that_cannot_be_bound_is_one_line(host, port, words):
     with pytest.raises(UsageError, match=words):
         Server(StandIn(), Worker(), host, port, say=print).start()
 
 
-def test_it_listens_on_loopback_alone(url):
+def test_the_server_listens_on_loopback_alone(url):
     assert url.startswith("http://127.0.0.1:")
 
 
-def test_every_page_hears_bye_and_the_thread_ends():
+def test_every_page_gets_bye_and_the_thread_ends():
     server = Server(StandIn(), Worker(), say=print)
     with contextlib.ExitStack() as stack:
         url = server.start().rstrip("/")
@@ -263,7 +263,7 @@ def test_every_page_hears_bye_and_the_thread_ends():
     assert not [thread for thread in threading.enumerate() if thread.name == "web server"]
 
 
-def test_it_ends_though_a_page_never_reads():
+def test_the_server_stops_though_a_page_never_reads():
     show = StandIn()
     server = Server(show, Worker(), say=print)
     url = server.start().rstrip("/")
@@ -273,7 +273,7 @@ def test_it_ends_though_a_page_never_reads():
         assert not [thread for thread in threading.enumerate() if thread.name == "web server"]
 
 
-def test_it_ends_though_a_photo_is_being_read():
+def test_the_server_stops_though_a_photo_is_being_read():
     show, begun, go_on, said = StandIn(), threading.Event(), threading.Event(), []
 
     def slow(photo, name):

@@ -33,7 +33,7 @@ def page(show):
         yield page
 
 
-def test_a_photo_changes_the_look_of_all_pages_and_says_how_in_words(show, page):
+def test_a_photo_changes_the_look_of_all_pages_in_words_too(show, page):
     with Page(page.url) as other:
         answer = page.post("/photo", b"bytes", x_file_name="anna.jpg")
         told = "lips #1400C8, glossy, opaque; eyes bare"
@@ -46,7 +46,7 @@ def test_a_photo_changes_the_look_of_all_pages_and_says_how_in_words(show, page)
     assert show.look == BLUE and show.photos == [(b"bytes", "anna.jpg")]
 
 
-def test_a_page_that_came_back_while_its_photo_was_read_hears_of_the_look(show):
+def test_a_page_that_reconnects_gets_the_look_of_its_photo(show):
     reading, go_on = threading.Event(), threading.Event()
 
     def read(photo, name):
@@ -82,14 +82,14 @@ def test_a_photo_as_large_as_allowed_comes_through_whole(show, page):
     assert show.photos[0][0] == data
 
 
-def test_one_byte_more_is_refused(show, page):
+def test_a_photo_one_byte_too_large_is_refused(show, page):
     answer = page.post("/photo", bytes(PHOTO_BYTES + 1), x_file_name="large.jpg")
     assert answer.status_code == 413
     assert answer.json()["error"] == "large.jpg is larger than 32 MB: make it smaller"
     assert not show.photos
 
 
-def test_so_is_one_that_does_not_say_its_size(show, page):
+def test_a_photo_without_a_declared_size_is_limited_too(show, page):
     answer = page.post("/photo", (bytes(1_000_000) for _ in range(40)))  # sent in chunks
     assert answer.status_code == 413 and not show.photos
 
@@ -108,7 +108,7 @@ def test_so_is_one_that_does_not_say_its_size(show, page):
         ("%2F", "the photo"),
     ],
 )
-def test_a_photo_is_called_as_the_visitor_knows_it(show, page, sent, known):
+def test_a_photo_keeps_the_visitors_name_for_it(show, page, sent, known):
     page.post("/photo", b"x", x_file_name=sent)
     assert show.photos[0][1] == known
 
@@ -119,7 +119,7 @@ def test_a_long_name_is_shortened(show, page):
     assert len(name) == 80 and name.endswith("a.jpg")
 
 
-def test_a_reason_is_told_to_the_page_that_asked(show, page):
+def test_the_page_that_asked_gets_the_reason_of_a_refusal(show, page):
     def refuses(photo, name):
         raise PhotoError(f"{name}: no face was found")
 
@@ -143,7 +143,7 @@ def test_a_photo_that_stalls_on_its_way_is_let_go(show, page, monkeypatch):
     assert page.post("/photo", b"another").status_code == 200
 
 
-def test_while_photos_are_read_a_third_one_is_busy_and_the_pictures_go_on(show, page):
+def test_a_third_photo_at_once_is_busy_and_pictures_go_on(show, page):
     go_on, answers = threading.Event(), queue.Queue()
 
     def slow(photo, name):
@@ -178,7 +178,7 @@ def test_a_bare_face_is_refused_as_the_command_does(monkeypatch):
         read_look(LOOK.read_bytes(), "me.jpg")
 
 
-def test_a_photo_without_a_face_is_refused_by_the_visitors_name():
+def test_a_photo_without_a_face_is_refused_by_its_own_name():
     wall = cv2.imencode(".png", grey())[1].tobytes()
     with pytest.raises(PhotoError, match=r"^wall.png: no face was found"):
         read_look(wall, "wall.png")
@@ -210,7 +210,7 @@ def png_of(width, height):
         (noise(3_000_000), "x.jpg is no photo that can be read"),
     ],
 )  # fmt: skip
-def test_what_is_no_photo_is_refused_in_one_line_and_the_look_stays(show, page, photo, words):
+def test_anything_but_a_photo_is_refused_and_the_look_stays(show, page, photo, words):
     show.reads = read_look
     answer = page.post("/photo", photo, x_file_name="x.jpg")
     assert answer.status_code == 422 and answer.json()["error"].startswith(words)

@@ -105,7 +105,7 @@ def in_a_room(test):
     asyncio.run(called())
 
 
-def test_of_a_flood_of_looks_only_the_newest_is_read_and_it_is_painted():
+def test_only_the_newest_of_a_flood_of_looks_is_painted():
     def flood(room, loop, pages):
         for number in range(1000):
             pages[0].say(LOOKS[number % 6].to_dict())
@@ -116,7 +116,7 @@ def test_of_a_flood_of_looks_only_the_newest_is_read_and_it_is_painted():
     in_a_room(flood)
 
 
-def test_looks_take_turns_and_the_last_one_is_never_left_out():
+def test_looks_are_rate_limited_but_the_last_is_never_lost():
     def steady(room, loop, pages):
         for number in range(100):  # a look each millisecond
             pages[0].say(LOOKS[number % 6].to_dict())
@@ -128,7 +128,7 @@ def test_looks_take_turns_and_the_last_one_is_never_left_out():
     in_a_room(steady)
 
 
-def test_the_first_look_after_a_pause_waits_for_nothing():
+def test_the_first_look_after_a_pause_is_painted_at_once():
     def alone(room, loop, pages):
         for look in LOOKS:
             loop.go_on(LOOKS_SECONDS)
@@ -139,7 +139,7 @@ def test_the_first_look_after_a_pause_waits_for_nothing():
     in_a_room(alone)
 
 
-def test_what_is_wrong_with_the_newest_look_is_told_and_the_page_shows_again_what_is_painted():
+def test_a_wrong_newest_look_is_answered_with_the_painted_one():
     def wrong(room, loop, pages):
         pages[0].say(LOOKS[1].to_dict())
         loop.go_on(1)
@@ -169,7 +169,7 @@ def test_a_photo_wins_over_the_looks_that_came_before_it():
     in_a_room(photo)
 
 
-def test_the_last_look_of_a_page_that_goes_is_painted():
+def test_the_last_look_of_a_page_that_leaves_is_painted():
     def goes(room, loop, pages):
         pages[0].say(LOOKS[1].to_dict())
         loop.go_on(0)
@@ -191,7 +191,7 @@ what_happens = st.one_of(
 
 @settings(deadline=None)
 @given(st.lists(what_happens))
-def test_whatever_pages_say_at_once_all_of_them_end_up_with_what_is_painted(happens):
+def test_pages_always_end_up_with_the_painted_look(happens):
     def conversation(room, loop, pages):
         last = Look.to_dict(room.session.look)
         for kind, number, look in happens:

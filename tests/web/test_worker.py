@@ -11,13 +11,13 @@ from makeup_video.web import worker
 from makeup_video.web.worker import Worker
 
 
-def test_only_the_server_and_the_worker_know_threads():
+def test_only_the_server_and_the_worker_use_threads():
     web = Path(worker.__file__).parent
     users = {path.name for path in web.glob("*.py") if "threading" in path.read_text()}
     assert users == {"server.py", "worker.py"}
 
 
-def test_jobs_are_done_one_after_another_on_one_thread_that_is_not_ours():
+def test_jobs_run_one_after_another_on_a_thread_of_their_own():
     one_thread = Worker()
     seen = [one_thread.submit(threading.get_native_id) for _ in range(5)]
     (only,) = {one.result(20) for one in seen}
@@ -27,14 +27,14 @@ def test_jobs_are_done_one_after_another_on_one_thread_that_is_not_ours():
 @pytest.mark.skipif(
     sys.platform != "linux", reason="priority is a matter of threads on Linux alone"
 )
-def test_it_steps_back_behind_all_other_threads():
+def test_the_worker_has_lower_priority_than_other_threads():
     def priority():
         return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
 
     assert Worker().submit(priority).result(20) > priority()
 
 
-def test_what_a_job_returns_or_raises_comes_to_who_waits_for_it():
+def test_the_result_or_error_of_a_job_reaches_its_waiter():
     async def waiting():
         one = Worker()
         assert await one.run(lambda: 3) == 3
@@ -44,7 +44,7 @@ def test_what_a_job_returns_or_raises_comes_to_who_waits_for_it():
     asyncio.run(waiting())
 
 
-def test_after_its_stop_what_waited_is_not_done():
+def test_waiting_jobs_are_cancelled_by_a_stop():
     one, go_on, done = Worker(), threading.Event(), []
     first = one.submit(lambda: go_on.wait(20))
     second = one.submit(lambda: done.append(1))

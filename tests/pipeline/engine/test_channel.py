@@ -50,7 +50,7 @@ def test_close_lets_the_receiver_drain():
 
 
 @pytest.mark.parametrize("waiting", ["sender", "receiver"])
-def test_cancel_wakes_whoever_waits_and_drops_what_is_there(waiting):
+def test_cancel_wakes_both_ends_and_drops_waiting_items(waiting):
     channel, outcome = Channel("test", 1), []
     if waiting == "sender":
         channel.send(1)
@@ -70,7 +70,7 @@ def test_cancel_wakes_whoever_waits_and_drops_what_is_there(waiting):
     assert channel.fill == 0
 
 
-def test_mean_fill_tells_which_end_is_slow():
+def test_mean_fill_shows_which_end_is_slow():
     slow_receiver, slow_sender = Channel("a", 3), Channel("b", 3)
     for item in range(3):
         slow_receiver.send(item)

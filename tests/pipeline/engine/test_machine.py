@@ -31,7 +31,7 @@ def test_the_peak_counts_what_was_held_and_never_falls():
     assert peak_memory_bytes() > held - 1e6
 
 
-def test_what_was_freed_is_given_back_and_what_is_held_stays():
+def test_freed_memory_is_given_back_and_the_rest_stays():
     kept = np.arange(100_000)
     give_back_memory()
     assert (kept == np.arange(100_000)).all()

@@ -94,6 +94,6 @@ def test_with_swap_space_a_control_group_forbids_nothing(system):
     assert group_limit_bytes() is None
 
 
-def test_a_system_without_proc_tells_no_limit(monkeypatch, tmp_path):
+def test_a_system_without_proc_has_no_known_limit(monkeypatch, tmp_path):
     monkeypatch.setattr(machine, "_PROC", tmp_path)
     assert group_limit_bytes() is None

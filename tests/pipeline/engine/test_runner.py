@@ -1,5 +1,6 @@
+"""Stages, their threads and channels: order, errors, stops, memory."""
+
 import _thread
-import signal
 import threading
 import time
 import traceback
@@ -9,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.engine.runner import Runner
-from makeup_video.pipeline.engine.signals import interrupted_later, stop_signals, undisturbed
 from makeup_video.pipeline.errors import StoppedError
 
 
@@ -127,7 +127,7 @@ class Item:
     pass
 
 
-def test_an_actor_that_waits_keeps_no_item_alive():
+def test_a_waiting_actor_keeps_no_item_alive():
     seen, alive = [], []
 
     def source():
@@ -151,7 +151,7 @@ def test_an_actor_that_waits_keeps_no_item_alive():
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 10])
-def test_a_stage_may_look_ahead_and_nothing_is_lost(count):
+def test_a_stage_may_look_ahead_without_losing_items(count):
     sink = List()
     Runner(("source", numbers(count)), [("delay", Delay())], ("sink", sink)).run()
     assert sink.items == list(range(count))
@@ -292,30 +292,3 @@ def test_a_slow_sink_keeps_memory_flat():
 
     Runner(("source", source()), [("a", add_one)], ("sink", Slow()), capacity=2).run()
     assert max(ahead) <= 2 * 2 + 3  # two channels, and one item in each actor's hands
-
-
-def test_ctrl_c_within_a_step_counts_when_the_step_ends():
-    done = []
-    with pytest.raises(KeyboardInterrupt), interrupted_later():
-        signal.raise_signal(signal.SIGINT)
-        done.append(1)
-    assert done == [1]
-    with interrupted_later():
-        done.append(2)
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_what_we_were_started_to_ignore_ends_no_run():
-    """As `nohup` does with the signal of a closed terminal."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        assert signal.SIGHUP not in stop_signals()
-        with interrupted_later():
-            signal.raise_signal(signal.SIGHUP)
-        with undisturbed():
-            pass
-        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
-        signal.signal(signal.SIGHUP, signal.SIG_DFL)
-        assert signal.SIGHUP in stop_signals()
-    finally:
-        signal.signal(signal.SIGHUP, before)

@@ -44,14 +44,14 @@ def test_one_changed_byte_is_refused_by_name(folder, name):
     assert "\n" not in str(error.value)
 
 
-def test_missing_weights_are_told_in_one_line(folder):
+def test_missing_weights_are_refused_in_one_line(folder):
     (folder / "mesh.onnx").unlink()
     with pytest.raises(InstallError, match=r"mesh\.onnx are missing"):
         net.Net("mesh", folder)
 
 
 @pytest.mark.parametrize("text", ["[]", "null", "1", '"mesh.onnx"', "{}", "{", ""])
-def test_a_list_of_hashes_that_is_none_is_told_in_one_line(folder, text):
+def test_a_broken_list_of_hashes_is_refused_in_one_line(folder, text):
     (folder / "sha256.json").write_text(text)
     with pytest.raises(InstallError, match=r"mesh\.onnx are missing") as error:
         net.read("mesh.onnx", folder)
@@ -78,7 +78,7 @@ def test_every_net_takes_crops_and_gives_finite_numbers(name, crop, shapes, coun
         assert np.isfinite(out[key]).all()
 
 
-def test_a_net_gives_the_same_answer_twice_and_on_more_threads():
+def test_a_net_repeats_its_answer_on_any_number_of_threads():
     rgb8 = np.random.default_rng(1).integers(0, 256, (1, 96, 96, 3), dtype=np.uint8)
     one = net.Net("mesh")
     first = one(rgb8)["points"]
@@ -94,7 +94,7 @@ def test_the_mirror_is_its_own_inverse_and_maps_lips_to_lips():
     assert (mirror[EYE] == RIGHT_EYE).all()
 
 
-def test_the_mean_face_has_its_outer_eye_corners_one_apart_and_level():
+def test_the_mean_faces_eye_corners_are_level_and_one_apart():
     mean = net.read_array("mean_face.npy")
     left, right = mean[33], mean[263]
     assert right - left == pytest.approx([1, 0, 0], abs=0.02)

@@ -50,7 +50,7 @@ MOVES = [
 
 @pytest.mark.parametrize("to", MOVES)
 @pytest.mark.parametrize("rotation", [0, 90])
-def test_motion_that_is_known_is_measured(to, rotation):
+def test_a_known_motion_is_measured(to, rotation):
     measure = MeasureMotion()
     before, now = (
         crop_of(measure, rgb8, rotation_degrees=rotation)
@@ -73,7 +73,7 @@ def test_where_the_second_crop_lies_does_not_matter():
 
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p10le", "nv12", "yuv444p", "gray"])
-def test_every_layout_tells_the_same(pix_fmt):
+def test_every_layout_gives_the_same_motion(pix_fmt):
     measure, to = MeasureMotion(), matrix(shift=(2.3, -1.6))
     seen = [crop_of(measure, p, pix_fmt=pix_fmt) for p in (portrait(), moved_picture(to))]
     assert seen[0].luma8.dtype == np.uint8
@@ -82,7 +82,7 @@ def test_every_layout_tells_the_same(pix_fmt):
     assert np.abs(motion.move(places()) - through(to, places())).mean() < 0.006 * iod_of(POSE)
 
 
-def test_another_scene_a_hand_and_a_jump_are_no_motion():
+def test_a_new_scene_a_hand_or_a_jump_gives_no_motion():
     measure = MeasureMotion()
     before = crop_of(measure, portrait())
     hand = portrait().copy()
@@ -91,7 +91,7 @@ def test_another_scene_a_hand_and_a_jump_are_no_motion():
         assert measure(before, crop_of(measure, np.ascontiguousarray(other))) is None
 
 
-def test_a_patch_goes_with_what_it_lay_on():
+def test_a_patch_moves_with_what_it_lay_on():
     measure, to = MeasureMotion(), matrix((3.0, 1.0), 1.01, 1.0)
     motion = measure(crop_of(measure, portrait()), crop_of(measure, moved_picture(to)))
     assert motion is not None
@@ -108,7 +108,7 @@ def test_a_patch_goes_with_what_it_lay_on():
     assert np.abs(carried - want)[inner].mean() < 0.02 * np.ptp(want[inner])
 
 
-def test_lips_that_speak_are_followed_better_than_by_holding_them():
+def test_speaking_lips_are_followed_better_than_held_ones():
     measure, pictures, points = MeasureMotion(), clip(30), clip_points(30)
     moved, held = [], []
     for at in range(29):

@@ -26,7 +26,7 @@ def test_the_first_map_is_done_first(second, first, place):
 
 
 @given(similarities, similarities)
-def test_a_part_of_the_way_begins_and_ends_where_the_whole_does(a, b):
+def test_interpolation_begins_and_ends_at_its_two_maps(a, b):
     assert a.towards(b, 0) == a
     assert np.allclose(a.towards(b, 1), b)
 

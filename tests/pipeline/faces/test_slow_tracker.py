@@ -45,7 +45,7 @@ def errors_percent(found):
     return np.array(errors)
 
 
-def test_from_level_1_on_new_faces_are_looked_for_once_a_second():
+def test_from_level_1_new_faces_are_searched_once_a_second():
     pictures = [clip()[0]] * 62
     _, often = run(pictures, 0)
     _, seldom = run(pictures, 1)
@@ -53,7 +53,7 @@ def test_from_level_1_on_new_faces_are_looked_for_once_a_second():
     assert seldom.nets.detections <= 3
 
 
-def test_from_level_2_on_the_nets_read_a_face_in_every_second_frame():
+def test_from_level_2_the_nets_read_every_second_frame():
     pictures = clip()
     whole, often = run(pictures, 0)
     found, seldom = run(pictures, 2)
@@ -64,7 +64,7 @@ def test_from_level_2_on_the_nets_read_a_face_in_every_second_frame():
     assert errors_percent(found).max() < 1.3 * errors_percent(whole).max()
 
 
-def test_of_two_faces_one_is_read_in_each_frame():
+def test_with_two_faces_the_nets_read_one_per_frame():
     """So no frame takes twice as long as the next."""
     ground = grey(640, 360)
     for x in (0, 320):
@@ -79,7 +79,7 @@ def test_of_two_faces_one_is_read_in_each_frame():
     assert read[5:].count(1) >= 12 and max(read[5:]) <= 2
 
 
-def test_who_is_not_where_motion_leads_is_read_by_the_nets():
+def test_a_face_that_motion_loses_is_read_by_the_nets():
     """A cut to the same face elsewhere, and one that jumps."""
     small = face_of(110)
     pictures = [put(grey(640, 360), small, 200 + 90 * (at >= 6), 50) for at in range(14)]
@@ -90,7 +90,7 @@ def test_who_is_not_where_motion_leads_is_read_by_the_nets():
         assert np.abs(off).mean() < 1.5
 
 
-def test_who_leaves_is_lost_as_soon_as_the_nets_look():
+def test_a_face_that_left_is_lost_at_the_nets_next_run():
     pictures = [put(grey(640, 360), face_of(110), 200, 50)] * 6 + [grey(640, 360)] * 4
     found, _ = run(pictures, 2)
     assert all(item.faces for item in found[:6])
@@ -108,6 +108,6 @@ def test_the_level_may_change_between_any_two_frames(levels):
     assert errors_percent(found).max() < 6
 
 
-def test_waits_are_in_order():
+def test_search_intervals_are_in_order():
     assert tracker.SEARCH_SECONDS < tracker.SLOW_SEARCH_SECONDS < tracker.SLOW_DETECT_SECONDS
     assert tracker.SEARCH_SECONDS < tracker.DETECT_SECONDS < tracker.SLOW_DETECT_SECONDS

@@ -21,7 +21,7 @@ def test_a_file_within_the_limit_is_read_whole(tmp_path):
      ("x" * 300, "File name too long"), ("link", "it is no ordinary file"),
      ("hole", "it has more than 1 MB")],
 )  # fmt: skip
-def test_anything_else_is_refused_with_its_reason(tmp_path, name, words):
+def test_anything_but_an_ordinary_file_is_refused(tmp_path, name, words):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link").symlink_to("pipe")
     with (tmp_path / "hole").open("wb") as file:

@@ -18,7 +18,7 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_the_part_becomes_the_output_or_stays_or_goes(tmp_path, source):
+def test_the_part_becomes_the_output_stays_or_is_removed(tmp_path, source):
     target = OutputFile(tmp_path / "a.mp4", source, overwrite=False)
     target.part.write_text("whole")
     target.keep()
@@ -74,7 +74,7 @@ def test_a_pipe_is_never_replaced(tmp_path, source, place):
 
 
 @pytest.mark.parametrize("name", ["x" * 300 + ".mp4", "x" * 253 + ".mp4"])
-def test_a_name_too_long_for_the_disk_is_said(tmp_path, source, name):
+def test_a_name_too_long_for_the_disk_is_an_output_error(tmp_path, source, name):
     with pytest.raises(OutputError, match="name"):
         process_video(source, tmp_path / name)
     assert names(tmp_path) == ["in.mp4"]
@@ -86,7 +86,7 @@ def test_an_output_that_names_a_folder_is_refused(tmp_path, source):
 
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EACCES, errno.EROFS, errno.EIO])
-def test_advice_fits_the_fault(tmp_path, code):
+def test_the_advice_fits_the_error(tmp_path, code):
     with pytest.raises(OutputError) as caught, write_errors(tmp_path / "out.mp4"):
         raise OSError(code, os.strerror(code))
     text = str(caught.value)

@@ -38,7 +38,7 @@ def taken(request, tmp_path):
     return path
 
 
-def test_a_free_name_is_given(tmp_path, way):
+def test_a_file_is_renamed_to_a_free_name(tmp_path, way):
     (tmp_path / "old").write_text("whole")
     rename_new(tmp_path / "old", tmp_path / "new")
     assert [path.name for path in tmp_path.iterdir()] == ["new"]
@@ -54,7 +54,7 @@ def test_a_name_that_is_taken_is_refused(tmp_path, way, taken):
     assert (tmp_path / "old").read_text() == "whole"
 
 
-def test_another_reason_is_told_by_the_last_way(tmp_path, way):
+def test_other_errors_are_those_of_the_last_method(tmp_path, way):
     (tmp_path / "old").write_text("whole")
     with pytest.raises(FileNotFoundError):
         rename_new(tmp_path / "old", tmp_path / "no" / "new")
@@ -62,7 +62,7 @@ def test_another_reason_is_told_by_the_last_way(tmp_path, way):
 
 
 @pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "renameat2"), reason="no renameat2 here")
-def test_linux_needs_no_second_way(tmp_path, monkeypatch):
+def test_linux_needs_no_fallback(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "link", fails)
     monkeypatch.setattr(rename, "_by_looking", fails)
     (tmp_path / "old").write_text("whole")
@@ -71,7 +71,7 @@ def test_linux_needs_no_second_way(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("make", "name"), WRITERS)
-def test_what_comes_during_the_run_stays_and_so_does_the_part(tmp_path, way, make, name):
+def test_a_file_made_during_the_run_stays_beside_the_part(tmp_path, way, make, name):
     out = tmp_path / name
     part = out.with_name(f"out.part{out.suffix}")
     with pytest.raises(UsageError) as caught:
@@ -83,7 +83,7 @@ def test_what_comes_during_the_run_stays_and_so_does_the_part(tmp_path, way, mak
         assert decoded(part)
 
 
-def test_with_y_it_is_replaced(tmp_path):
+def test_with_y_the_output_is_replaced(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     (tmp_path / "out.mp4").write_text("old")
     process_video(src, tmp_path / "out.mp4", None, Settings(overwrite=True))

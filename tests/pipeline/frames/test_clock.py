@@ -9,7 +9,7 @@ from makeup_video.pipeline.frames.clock import GAP_SECONDS, EvenTimes, MediaCloc
 
 
 @given(st.lists(st.integers(-(10**6), 10**6), max_size=40))
-def test_time_always_goes_on(all_pts):
+def test_time_always_increases(all_pts):
     clock = MediaClock()
     seconds = [clock.tick(frame(pts, Fraction(1, 600))) for pts in all_pts]
     assert all(a < b for a, b in pairwise(seconds))
@@ -26,7 +26,7 @@ def test_a_repeated_or_earlier_stamp_counts_as_one_usual_step():
     assert seconds == pytest.approx([0, 0.04, 0.08, 0.12, 0.16])
 
 
-def test_times_are_evened_only_where_they_come_too_close():
+def test_times_are_evened_only_where_frames_come_too_close():
     even = EvenTimes()
     steady = [even(at / 30) for at in range(30)]
     assert steady == [at / 30 for at in range(30)]
@@ -36,7 +36,7 @@ def test_times_are_evened_only_where_they_come_too_close():
 
 
 @given(st.lists(st.floats(1e-6, 3), min_size=1, max_size=60))
-def test_even_times_go_on_and_never_run_far_ahead(steps):
+def test_even_times_increase_and_never_run_far_ahead(steps):
     even, now, told = EvenTimes(), 0.0, [-1.0]
     for step in steps:
         now += step

@@ -31,7 +31,7 @@ def test_tags_resolve_as_players_resolve_them(tags, size_wh, want):
 
 
 @pytest.mark.parametrize("matrix", [0, 8, 14])
-def test_a_matrix_that_is_none_is_refused_by_number(matrix):
+def test_an_unknown_matrix_is_refused_by_number(matrix):
     with pytest.raises(UsageError, match=f"matrix {matrix}") as caught:
         resolve(ColourTags(matrix=matrix), 1920, 1080, 8)
     assert "\n" not in str(caught.value)

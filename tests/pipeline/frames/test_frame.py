@@ -26,9 +26,7 @@ def frame_of(pix_fmt, size_wh=(34, 18)):
         ("yuva420p", (2, 2), 8, [(18, 34), (9, 17), (9, 17), (18, 34)]),
     ],
 )
-def test_planes_have_the_shape_depth_and_subsampling_of_the_layout(
-    pix_fmt, chroma, bit_depth, shapes
-):
+def test_planes_have_the_shape_and_depth_of_their_layout(pix_fmt, chroma, bit_depth, shapes):
     frame = frame_of(pix_fmt)
     assert (frame.chroma, frame.bit_depth) == (chroma, bit_depth)
     assert [plane.shape for plane in frame.planes] == shapes
@@ -45,7 +43,7 @@ def test_odd_sizes_keep_their_last_chroma_sample(size_wh):
     assert shapes == [(height, width), half, half]
 
 
-def test_planes_are_the_pictures_own_bytes_and_read_only():
+def test_planes_share_the_pictures_memory_read_only():
     frame = frame_of("yuv420p")
     want = frame.picture.to_ndarray()
     np.testing.assert_array_equal(frame.planes[0], want[:18])
@@ -53,7 +51,7 @@ def test_planes_are_the_pictures_own_bytes_and_read_only():
         frame.planes[0][0, 0] = 1
 
 
-def test_painting_reaches_the_picture_and_leaves_the_decoders_reference_alone(tmp_path):
+def test_painting_leaves_the_decoders_reference_alone(tmp_path):
     """Later frames are predicted from earlier ones: painting must not change them."""
     src = make_clip(tmp_path / "in.mp4", frames=12)
     clean = [frame.to_ndarray() for frame in decoded(src)]

@@ -23,9 +23,7 @@ def difference(a: np.ndarray, b: np.ndarray) -> float:
                                      "yuv422p10le", "yuv444p10le"])  # fmt: skip
 @pytest.mark.parametrize("matrix", [1, 5, 9])
 @pytest.mark.parametrize("full_range", [False, True])
-def test_every_layout_matrix_and_range_gives_the_crop_of_the_rgb_picture(
-    pix_fmt, matrix, full_range
-):
+def test_every_layout_and_coding_gives_the_crop_of_rgb(pix_fmt, matrix, full_range):
     frame = frame_of(portrait(), pix_fmt=pix_fmt, matrix=matrix, full_range=full_range)
     for window in (FACE, CLOSE):
         got = FramePicture(frame).crop(window, (96, 80))
@@ -78,7 +76,7 @@ def test_to_stored_leads_to_the_same_pixel(rotation):
     size=st.tuples(st.integers(1, 70), st.integers(1, 70)),
     pix_fmt=st.sampled_from(["yuv420p", "nv12", "yuv444p10le", "gray"]),
 )
-def test_any_window_over_any_picture_gives_a_crop(scale, turn, x, y, size, pix_fmt):
+def test_any_map_over_any_picture_gives_a_crop(scale, turn, x, y, size, pix_fmt):
     rgb8 = np.arange(size[0] * size[1] * 3, dtype=np.uint8).reshape(size[1], size[0], 3)
     c, s = np.cos(turn) * scale, np.sin(turn) * scale
     window = np.array([[c, -s, x], [s, c, y]])
@@ -133,7 +131,7 @@ def test_halving_averages_four_and_leaves_out_the_odd_one():
 
 
 @pytest.mark.parametrize("scale", [1.5, 3.0, 6.0, 12.0, 24.0])
-def test_what_is_read_of_every_second_row_does_not_move(scale):
+def test_reading_every_second_row_moves_nothing(scale):
     """A slope is a slope at any size: a shift of half a row would show."""
     slope = np.repeat(np.arange(0, 256, 0.25, np.float32)[:, None], 1024, axis=1)
     window = np.array([[scale, 0, 30.0], [0, scale, 30.0]])
@@ -155,7 +153,7 @@ def test_a_shrinking_crop_averages_and_does_not_alias(scale):
     assert abs(crop.mean() - 127.5) < 4 * expected / 20 + 1
 
 
-def test_a_window_beyond_the_picture_repeats_the_border():
+def test_a_crop_beyond_the_picture_repeats_the_border():
     rgb8 = np.zeros((40, 40, 3), np.uint8)
     rgb8[:, -1] = (10, 200, 30)
     far = np.array([[1, 0, 500.0], [0, 1, 10.0]])
@@ -169,7 +167,7 @@ def test_compose_does_the_first_map_first():
 
 @pytest.mark.parametrize("matrix", [1, 2, 5, 6, 9])
 @pytest.mark.parametrize(("range_", "black", "white"), [(1, 16, 235), (2, 0, 255), (0, 16, 235)])
-def test_black_and_white_are_black_and_white(matrix, range_, black, white):
+def test_black_and_white_codes_are_black_and_white_in_rgb(matrix, range_, black, white):
     to_rgb = _to_rgb_matrix(ColourTags(matrix, range_), 640, 360)
     assert to_rgb @ [black, 128, 128, 1] == pytest.approx([0, 0, 0])
     assert to_rgb @ [white, 128, 128, 1] == pytest.approx([255, 255, 255])
@@ -191,6 +189,6 @@ def test_faces_are_found_in_colours_that_cannot_be_painted(full_range):
 
 @pytest.mark.parametrize("bad", [np.zeros((4, 4), np.uint8), np.zeros((4, 4, 3), np.float32),
                                  np.zeros((0, 4, 3), np.uint8), np.zeros((4, 4, 4), np.uint8)])  # fmt: skip
-def test_what_is_no_rgb8_picture_is_refused_by_name(bad):
+def test_anything_but_an_rgb8_picture_is_refused_by_name(bad):
     with pytest.raises(ValueError, match=r"must be \(H, W, 3\) uint8"):
         RgbPicture(bad)

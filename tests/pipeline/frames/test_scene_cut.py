@@ -30,7 +30,7 @@ def test_another_scene_is_a_cut_where_it_begins():
 
 
 @pytest.mark.parametrize("bit_depth", [10, 12])
-def test_deeper_planes_cut_alike(bit_depth):
+def test_deeper_planes_show_the_same_cuts(bit_depth):
     planes = [luma(clip(2)[0]), luma(clip(2)[1]), other()]
     deep = [plane.astype(np.uint16) << (bit_depth - 8) for plane in planes]
     assert cuts(deep, bit_depth) == [2]
@@ -65,7 +65,7 @@ def test_noise_and_a_pan_are_no_cuts():
 
 
 @pytest.mark.parametrize("shade", [16, 235])
-def test_even_frames_are_no_cuts_and_hide_none(shade):
+def test_uniform_frames_are_no_cuts_and_hide_none(shade):
     even = np.full((360, 640), shade, np.uint8)
     head = [luma(frame) for frame in clip(6)]
     assert cuts([even, *head[:3], even, *head[3:], even, even]) == []

@@ -8,8 +8,10 @@ import pytest
 from makeup_video.kernels.colour import LUMA_WEIGHTS, Coding, matrices
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, plane_views
-from makeup_video.pipeline.frames.transform import upright_rgb
+from makeup_video.pipeline.frames.transform import upright, upright_rgb
 from makeup_video.pipeline.live.sinks.virtual_camera import as_webcam
+from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
+from media import picture
 
 CODES = 120, 100, 170  # a strong red, in which the matrices differ by up to 9 codes
 
@@ -41,3 +43,13 @@ def test_a_webcam_shows_the_colours_of_every_matrix(matrix, full_range):
     codes = [int(plane[5, 5]) for plane in as_webcam(frame_of(matrix, full_range, "yuv420p"))]
     shown, want = rgb_of(codes, Coding(6)), rgb_of(CODES, Coding(matrix, full_range))
     assert np.abs(shown - want).max() < 4  # codes are rounded before and after
+
+
+@pytest.mark.parametrize("degrees", [0, 90, 180, 270])
+def test_upright_turns_the_planes_counter_clockwise(degrees):
+    frame = NormaliseCamera(is_device=True)(picture(5, 64, 48), 3.0)
+    frame.rotation_degrees = degrees
+    turned = upright(frame)
+    assert turned.pts == frame.pts and (turned is frame.picture) == (degrees == 0)
+    for new, old in zip(plane_views(turned, 8), frame.planes, strict=True):
+        np.testing.assert_array_equal(new, np.rot90(old, degrees // 90))

@@ -76,7 +76,9 @@ def test_a_browser_sees_what_the_renderer_painted(chroma, matrix, full_range, bi
     full_range=st.booleans(),
     bit_depth=st.sampled_from([8, 10]),
 )
-def test_any_flat_colour_of_any_size_stays(colour, size_wh, chroma, matrix, full_range, bit_depth):
+def test_any_flat_colour_of_any_size_keeps_its_codes(
+    colour, size_wh, chroma, matrix, full_range, bit_depth
+):
     coding = Coding(matrix, full_range, bit_depth=bit_depth)
     rgb = np.broadcast_to(np.array(colour) / 255, (*size_wh[::-1], 3))
     planes = planes_of(rgb, coding, chroma)
@@ -98,7 +100,7 @@ def test_what_a_camera_sends_as_mjpeg_is_encoded_as_it_is():
 
 
 @pytest.mark.parametrize("full_range", [False, True])
-def test_both_of_chroma_in_one_plane_are_as_good_as_apart(full_range):
+def test_interleaved_chroma_gives_the_same_jpeg_as_planar(full_range):
     coding = Coding(1, full_range)
     luma, cb, cr = planes_of(smooth(66, 50), coding, (2, 2))
     apart = PreviewJpeg(85)([luma, cb, cr], (2, 2), 8, tags_of(coding))
@@ -106,13 +108,13 @@ def test_both_of_chroma_in_one_plane_are_as_good_as_apart(full_range):
 
 
 @pytest.mark.parametrize(("range_", "codes"), [(2, (0, 255)), (1, (16, 235)), (0, (16, 235))])
-def test_grey_is_black_to_white(range_, codes):
+def test_a_grey_frame_spans_black_to_white(range_, codes):
     luma = np.repeat(np.array(codes, np.uint8), 32)[None].repeat(64, 0)
     got = seen(PreviewJpeg(95)([luma], (1, 1), 8, ColourTags(range=range_)))
     assert got[:, 0].max() <= 1 and got[:, -1].min() >= 254
 
 
-def test_missing_tags_mean_what_they_mean_to_the_renderer():
+def test_missing_tags_are_resolved_as_the_renderer_does():
     for width, matrix in ((640, 6), (1280, 1)):
         planes = planes_of(smooth(width, 360), Coding(matrix), (2, 2))
         told = PreviewJpeg(85)(planes, (2, 2), 8, ColourTags(matrix, 1))
@@ -172,7 +174,7 @@ def test_hdr_highlights_roll_off_and_never_turn_back(transfer):
     assert got[0] <= 1 and got[-1] >= 250
 
 
-def test_codes_that_are_no_mix_of_rgb_are_refused():
+def test_matrices_that_do_not_encode_rgb_are_refused():
     planes = planes_of(smooth(32, 32), Coding(1), (2, 2))
     with pytest.raises(UsageError, match="matrix 14"):
         PreviewJpeg(85)(planes, (2, 2), 8, ColourTags(matrix=14))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from icc_profiles import ADOBE_RGB, DISPLAY_P3, SRGB_COLORANTS, SRGB_CURVE, profile
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear, to_xyz
 from makeup_video.pipeline import InputError, MakeupVideoError, PhotoError
 from makeup_video.pipeline.images import photo_file
@@ -16,44 +17,6 @@ from makeup_video.pipeline.images.photo_file import LARGE_PX, read_photo
 from media import make_clip
 from people import portrait
 from PIL import GifImagePlugin, Image, TiffImagePlugin
-
-# Colorants of ICC profiles, adapted to D50 (ICC.1:2022, D.1): red, green, blue as columns.
-DISPLAY_P3 = [
-    [0.51512, 0.29198, 0.15710],
-    [0.24120, 0.69225, 0.06657],
-    [-0.00105, 0.04189, 0.78407],
-]
-ADOBE_RGB = [[0.60974, 0.20528, 0.14919], [0.31111, 0.62567, 0.06322], [0.01947, 0.06087, 0.74457]]
-SRGB_COLORANTS = [
-    [0.43607, 0.38515, 0.14307],
-    [0.22249, 0.71687, 0.06061],
-    [0.01392, 0.09708, 0.71410],
-]
-SRGB_CURVE = (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045)
-
-
-def fixed(*values):
-    return b"".join(struct.pack(">i", round(value * 65536)) for value in values)
-
-
-def profile(colorants, curve, name="test", space=b"RGB "):
-    """A matrix profile (ICC.1:2022, 8.3): colorants as columns, a curve of 1 or 5 parameters."""
-    text = name.encode("utf-16-be")
-    tags = {b"desc": b"mluc\0\0\0\0" + struct.pack(">II4sII", 1, 12, b"enUS", len(text), 28) + text}
-    tags[b"wtpt"] = b"XYZ \0\0\0\0" + fixed(0.9642, 1.0, 0.8249)
-    kind = {1: 0, 5: 3}[len(curve)]
-    for at, letter in enumerate((b"r", b"g", b"b")):
-        tags[letter + b"XYZ"] = b"XYZ \0\0\0\0" + fixed(*(row[at] for row in colorants))
-        tags[letter + b"TRC"] = b"para\0\0\0\0" + struct.pack(">HH", kind, 0) + fixed(*curve)
-    table, body, start = b"", b"", 132 + 12 * len(tags)
-    for tag, data in tags.items():
-        table += struct.pack(">4sII", tag, start + len(body), len(data))
-        body += data + bytes(-len(data) % 4)
-    head = struct.pack(
-        ">I4sI4s4s4s", start + len(body), b"lcms", 0x04300000, b"mntr", space, b"XYZ "
-    )
-    head += bytes(12) + b"acsp" + bytes(28) + fixed(0.9642, 1.0, 0.8249) + bytes(48)
-    return head + struct.pack(">I", len(tags)) + table + body
 
 
 def colours(shape=(24, 32, 3), seed=0):
@@ -74,14 +37,14 @@ def exif(orientation):
 
 
 @pytest.mark.parametrize("end", [".png", ".bmp", ".tif", ".webp"])
-def test_a_picture_without_losses_is_the_array(tmp_path, end):
+def test_a_lossless_picture_is_the_array(tmp_path, end):
     rgb8 = colours()
     path = save(tmp_path / f"in{end}", rgb8, **({"lossless": True} if end == ".webp" else {}))
     np.testing.assert_array_equal(read_photo(path), rgb8)
 
 
 @pytest.mark.parametrize("end", [".jpg", ".webp", ".avif"])
-def test_a_picture_with_losses_is_about_the_array(tmp_path, end):
+def test_a_lossy_picture_is_close_to_the_array(tmp_path, end):
     path = save(tmp_path / f"in{end}", colours(), quality=95)
     assert np.abs(read_photo(path).astype(int) - colours()).mean() < 4
 
@@ -191,7 +154,7 @@ def test_a_palette_is_a_picture_too(tmp_path):
     assert np.abs(read_photo(tmp_path / "in.gif").astype(int) - colours()).mean() < 8
 
 
-def test_of_a_phones_several_pictures_the_first_is_the_photo(tmp_path):
+def test_the_first_picture_of_a_phones_file_is_the_photo(tmp_path):
     first, second = Image.fromarray(colours()), Image.fromarray(colours(seed=1))
     first.save(tmp_path / "in.jpg", "MPO", save_all=True, append_images=[second], quality=95)
     assert np.abs(read_photo(tmp_path / "in.jpg").astype(int) - colours()).mean() < 4
@@ -259,7 +222,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_is_no_photo_is_one_line_that_says_what_to_do(tmp_path, name):
+def test_a_file_that_is_no_photo_is_one_line_with_advice(tmp_path, name):
     make, words = BAD[name]
     (tmp_path / name).write_bytes(make())
     with pytest.raises(InputError) as caught:
@@ -290,26 +253,26 @@ def test_bytes_are_refused_like_files_under_their_name(name):
 
 
 @pytest.mark.parametrize("end", [".png", ".jpg", ".webp", ".tif", ".bmp", ".avif", ".gif"])
-def test_the_bytes_of_a_file_are_the_picture_that_the_file_is(tmp_path, end):
+def test_the_bytes_of_a_file_give_the_picture_of_the_file(tmp_path, end):
     path = save(tmp_path / f"in{end}", colours(), **({"exif": exif(6)} if end == ".jpg" else {}))
     np.testing.assert_array_equal(read_photo(path.read_bytes()), read_photo(path))
 
 
 @pytest.mark.parametrize("name", ["in.mp4", "in.mkv", "in.avi", "in.flv", "in.mpg"])
-def test_the_bytes_of_a_video_say_how_to_take_a_frame(tmp_path, name):
+def test_the_bytes_of_a_video_are_refused_with_advice(tmp_path, name):
     codec = {"in.flv": "h264", "in.mp4": "h264"}.get(name, "mpeg4")
     clip = make_clip(tmp_path / name, codec)
     with pytest.raises(PhotoError, match=rf"is a video.*ffmpeg -ss SECONDS -i {name}"):
         read_photo(clip.read_bytes(), name)
 
 
-def test_a_video_says_how_to_take_a_frame(tmp_path):
+def test_a_video_is_refused_with_how_to_take_a_frame(tmp_path):
     with pytest.raises(PhotoError, match=r"is a video.*ffmpeg -ss SECONDS -i in.mp4"):
         read_photo(make_clip(tmp_path / "in.mp4"))
 
 
 @pytest.mark.parametrize("broken", [TypeError, RuntimeError, ValueError])
-def test_a_fault_of_ours_is_not_told_as_damage(tmp_path, monkeypatch, broken):
+def test_a_bug_of_ours_is_not_reported_as_damage(tmp_path, monkeypatch, broken):
     def fails(picture):
         raise broken("ours")
 
@@ -318,7 +281,7 @@ def test_a_fault_of_ours_is_not_told_as_damage(tmp_path, monkeypatch, broken):
         read_photo(save(tmp_path / "in.png", colours()))
 
 
-def test_too_little_memory_is_said_as_such(tmp_path, monkeypatch):
+def test_too_little_memory_is_named_as_the_reason(tmp_path, monkeypatch):
     def fails(picture):
         raise MemoryError
 

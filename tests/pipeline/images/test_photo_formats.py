@@ -33,11 +33,11 @@ def tiff(tag, kind, value):
 
 @pytest.mark.parametrize(("kind", "value"), [*WRONG, (7, b"no profile"), (4, 2**31)])
 @pytest.mark.parametrize("tag", [ExifTags.Base.InterColorProfile, ExifTags.Base.Orientation])
-def test_a_tag_of_the_wrong_kind_is_as_good_as_none(tag, kind, value):
+def test_a_tag_of_the_wrong_type_is_ignored(tag, kind, value):
     np.testing.assert_array_equal(read_photo(tiff(tag, kind, value)), PIXELS)
 
 
-def test_a_fraction_may_say_the_orientation():
+def test_an_orientation_may_be_a_fraction():
     data = tiff(ExifTags.Base.Orientation, 5, IFDRational(6, 1))
     np.testing.assert_array_equal(read_photo(data), np.rot90(PIXELS, -1))
 
@@ -63,7 +63,7 @@ def when_opened(monkeypatch, do):
 @pytest.mark.parametrize(
     ("name", "options"), [("in.jpg", {"progressive": True}), ("in.png", {}), ("in.tif", {})]
 )
-def test_a_photo_may_go_while_it_is_read(tmp_path, monkeypatch, name, options, change):
+def test_a_photo_may_disappear_while_it_is_read(tmp_path, monkeypatch, name, options, change):
     path = saved(tmp_path / name, **options)
     want = read_photo(path)
     (tmp_path / "other").write_bytes(b"x" * 9)
@@ -72,7 +72,7 @@ def test_a_photo_may_go_while_it_is_read(tmp_path, monkeypatch, name, options, c
     np.testing.assert_array_equal(read_photo(path), want)
 
 
-def test_what_is_no_photo_may_go_while_its_kind_is_told(tmp_path, monkeypatch):
+def test_a_file_may_disappear_while_its_kind_is_determined(tmp_path, monkeypatch):
     path = make_clip(tmp_path / "in.mp4", frames=2)
 
     def gone(*_args, **_options):

@@ -89,7 +89,7 @@ def test_a_picture_that_is_too_large_is_refused_by_its_header(
 
 @pytest.mark.parametrize("end", [".jpg", ".png", ".webp"])
 @pytest.mark.parametrize("lossless", [False, True])
-def test_the_header_tells_the_size_that_the_decoder_finds(tmp_path, monkeypatch, end, lossless):
+def test_the_header_gives_the_size_that_the_decoder_finds(tmp_path, monkeypatch, end, lossless):
     path = tmp_path / f"in{end}"
     blank = np.zeros((35, 77, 3), np.uint8)
     cv2.imwrite(str(path), blank, [cv2.IMWRITE_WEBP_QUALITY, 101 if lossless else 50])
@@ -121,14 +121,14 @@ def test_the_smallest_and_the_narrowest_are_painted(tmp_path, shape, compare):
         (600_000, "out.png", True, "1200000 x 1 px cannot be encoded as .png: make it smaller"),
     ],
 )
-def test_what_no_output_can_hold_is_one_line(tmp_path, wide, name, compare, words):
+def test_a_picture_that_no_output_can_hold_is_one_line(tmp_path, wide, name, compare, words):
     cv2.imwrite(str(tmp_path / "in.png"), np.zeros((1, wide, 3), np.uint8))
     with pytest.raises(OutputError, match=words):
         process_video(tmp_path / "in.png", tmp_path / name, None, Settings(compare=compare))
     assert [path.name for path in tmp_path.iterdir()] == ["in.png"]
 
 
-def test_two_halves_of_a_large_picture_may_have_more_than_one(tmp_path, monkeypatch):
+def test_a_side_by_side_picture_may_exceed_the_size_limit(tmp_path, monkeypatch):
     """The limit is one of the input: what we write ourselves is read again as it is."""
     monkeypatch.setattr(picture_size, "MOST_PX", 40 * 60)
     exif = np.frombuffer(b"II*\0\x08\0\0\0\1\0\x12\1\3\0\1\0\0\0\1\0\0\0" + bytes(4), np.uint8)

@@ -43,13 +43,13 @@ def changes(levels: list[int]) -> list[int]:
     return [b - a for a, b in zip([0, *levels], levels, strict=False) if a != b]
 
 
-def test_a_fast_machine_leaves_nothing_out():
+def test_a_fast_machine_stays_at_level_0():
     budget = Budget()
     assert {level for _, level, _ in live(steady(0.01), 120, budget)} == {0}
     assert budget.notice == ""
 
 
-def test_a_hopeless_machine_ends_at_the_highest_level_stays_there_and_says_so():
+def test_a_hopeless_machine_stays_at_the_highest_level():
     budget = Budget()
     levels = [level for _, level, _ in live(steady(0.5), 300, budget)]
     assert changes(levels) == [1, 1, 1]
@@ -75,7 +75,7 @@ def test_one_hiccup_costs_no_level(hiccup_seconds, at_seconds):
     assert {level for _, level, _ in live(work_of, 30, Budget())} == {0}
 
 
-def test_a_detector_that_is_too_slow_for_one_frame_in_seven_costs_a_level():
+def test_a_detector_too_slow_for_its_frames_costs_a_level():
     budget, frames = Budget(), 0
 
     def work_of(now, level):
@@ -103,7 +103,7 @@ def test_levels_change_by_one_and_ever_more_seldom(before, after, tick):
 
 
 @given(st.floats(0.02, 0.4))
-def test_a_machine_that_gets_fast_paints_all_again(slow_seconds):
+def test_a_machine_that_gets_fast_returns_to_level_0(slow_seconds):
     def work_of(now, level):
         return (slow_seconds if now < 60 else 0.008) * COSTS[level]
 
@@ -129,7 +129,7 @@ def test_delay_never_grows(level_0_seconds, seed):
     assert not late or max(late) <= max(max(early, default=0), 0) + TICK + most
 
 
-def test_a_camera_that_was_away_is_no_slow_machine():
+def test_a_camera_that_was_away_does_not_count_as_slow():
     budget = Budget()
     for _ in range(20):
         assert budget(0.01, 5.0) == 0
@@ -138,7 +138,7 @@ def test_a_camera_that_was_away_is_no_slow_machine():
     assert budget(0.01, -1.0) == 0
 
 
-def test_what_proved_too_much_is_wanted_back_after_twice_as_long():
+def test_a_level_that_failed_is_tried_again_ever_later():
     """At level 1 all is easy, at level 0 much too slow."""
     budget = Budget()
     tries = [
@@ -159,7 +159,7 @@ def _pairs(run):
 
 
 @pytest.mark.parametrize("work_seconds", [0.005, 0.02])
-def test_frames_that_arrive_in_pairs_or_late_are_no_sign_of_a_slow_machine(work_seconds):
+def test_frames_in_pairs_or_late_do_not_count_as_slow(work_seconds):
     budget = Budget()
     for at in range(3000):
         assert budget(work_seconds, 0.001 if at % 2 else 2 * TICK - 0.001) == 0
@@ -177,7 +177,7 @@ def test_a_stall_of_five_seconds_costs_no_level():
         assert budget(0.01, 5.0) == 0
 
 
-def test_what_people_are_told_does_not_flicker():
+def test_the_message_about_the_level_does_not_flicker():
     """At the highest level every sixth second is not slow."""
     budget, told = Budget(), []
     for second in range(600):

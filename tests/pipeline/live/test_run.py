@@ -62,7 +62,7 @@ def lips_change(picture, codes, number):
     ]
 
 
-def test_every_frame_is_painted_at_its_own_time_and_the_camera_is_closed():
+def test_every_frame_is_painted_with_its_own_time():
     camera = Camera(6)
     sink = Sink(camera)
     LiveRun(camera, RED, [sink]).run()
@@ -73,7 +73,7 @@ def test_every_frame_is_painted_at_its_own_time_and_the_camera_is_closed():
     assert camera.closed and sink.stopped is False
 
 
-def test_another_look_counts_from_the_next_frame_on_and_none_is_dropped():
+def test_a_new_look_begins_at_the_next_frame_and_drops_none():
     def change(number):
         if number == 3:
             run.set_look(BLUE)
@@ -88,7 +88,7 @@ def test_another_look_counts_from_the_next_frame_on_and_none_is_dropped():
     assert all(cb > 15 for cb, cr in changes[3:])
 
 
-def test_who_compares_gets_what_the_camera_saw_beside_what_is_painted():
+def test_comparing_adds_the_unpainted_picture():
     def compare(number):
         run.compare = 2 <= number < 4
 
@@ -111,7 +111,7 @@ def test_a_bare_look_leaves_every_byte_alone():
             np.testing.assert_array_equal(new, old)
 
 
-def test_painting_waits_for_no_photo_that_is_being_read():
+def test_painting_does_not_wait_while_a_photo_is_read():
     camera = Camera(3)
     sink = Sink(camera)
     run = LiveRun(camera, RED, [sink])
@@ -122,7 +122,7 @@ def test_painting_waits_for_no_photo_that_is_being_read():
         assert not thread.is_alive() and len(sink.pictures) == 3
 
 
-def test_figures_count_what_was_painted_and_what_each_sink_took():
+def test_figures_count_what_was_painted_and_what_sinks_took():
     camera = Camera(5)
     sink = Sink(camera)
     sink.sent = 5
@@ -140,7 +140,7 @@ def test_figures_count_what_was_painted_and_what_each_sink_took():
     assert run.figures().notice == "the camera is gone; rtmp://host does not answer"
 
 
-def test_a_picture_that_a_sink_threw_away_is_none_that_it_sent():
+def test_pictures_that_a_sink_threw_away_do_not_count_as_sent():
     camera = Camera(5)
     sink = Sink(camera)
     sink.sent = 2  # of the five that it takes
@@ -149,7 +149,7 @@ def test_a_picture_that_a_sink_threw_away_is_none_that_it_sent():
     assert len(sink.pictures) == 5 and run.figures().sinks[0].pictures == 2
 
 
-def test_what_a_slow_machine_leaves_out_is_handed_to_the_stages_and_said_once_a_minute(monkeypatch):
+def test_stages_get_the_level_and_changes_are_logged_seldom(monkeypatch):
     levels = iter([0, 1, 0, 1, 0, 1, 2])
 
     class Wavering(Budget):
@@ -166,7 +166,7 @@ def test_what_a_slow_machine_leaves_out_is_handed_to_the_stages_and_said_once_a_
     assert lines == [NOTICES[1], "fast enough again: nothing is left out", NOTICES[2]]
 
 
-def test_what_the_camera_had_no_time_for_counts_against_the_budget(monkeypatch):
+def test_frames_that_the_camera_dropped_count_in_the_budget(monkeypatch):
     given = []
 
     class Asked(Budget):
@@ -185,7 +185,7 @@ def test_what_the_camera_had_no_time_for_counts_against_the_budget(monkeypatch):
     assert run.figures().dropped == 2
 
 
-def test_stopping_from_another_thread_ends_the_run_and_closes_the_camera():
+def test_a_stop_from_another_thread_ends_run_and_camera():
     camera = Camera(40, lambda number: run.stop() if number == 4 else None)
     sink = Sink(camera)
     run = LiveRun(camera, RED, [sink])

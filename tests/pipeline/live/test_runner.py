@@ -2,81 +2,12 @@ import threading
 import time
 from fractions import Fraction
 
-import av
 import pytest
+from live_doubles import Camera, Frames, List, frame, numbers, our_threads, started, until
 from makeup_video.pipeline.errors import EncodeError, InputError, OutputError, StoppedError
-from makeup_video.pipeline.frames.colour_tags import ColourTags
-from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live import runner as live_runner
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
 from makeup_video.pipeline.live.runner import LiveRunner
-
-
-def frame(number):
-    return Frame(av.VideoFrame(16, 16, "yuv420p"), number, LIVE_TIME_BASE, ColourTags())
-
-
-def numbers(pictures):
-    return [picture.frame.pts for picture in pictures]
-
-
-class List:
-    """A sink that keeps its pictures; it may be held up, or break."""
-
-    notice = ""
-
-    def __init__(self, name="list", waiting=1, gate=None, error=None):
-        self.name, self.waiting = name, waiting
-        self.gate, self.error = gate, error
-        self.pictures, self.finished = [], None
-
-    @property
-    def sent(self):
-        return len(self.pictures)
-
-    def __call__(self, picture):
-        if self.gate:
-            self.gate.wait(20)
-        if self.error:
-            raise self.error
-        self.pictures.append(picture)
-
-    def finish(self, stopped):
-        self.finished = "stopped" if stopped else "done"
-
-
-class Frames:
-    """A camera that gives what a generator does."""
-
-    def __init__(self, frames):
-        self._frames, self.closes = frames, 0
-
-    def frames(self):
-        return self._frames
-
-    def close(self):
-        self.closes += 1
-
-
-class Camera:
-    """Gives a frame each time it is allowed to; one that is stuck does not hear `close`."""
-
-    def __init__(self):
-        self.allowed, self.given, self.closed = threading.Semaphore(0), 0, threading.Event()
-        self.is_stuck = False
-
-    def close(self):
-        if not self.is_stuck:
-            self.allowed.release()
-
-    def frames(self):
-        try:
-            while True:
-                self.allowed.acquire()
-                self.given += 1
-                yield frame(self.given)
-        finally:
-            self.closed.set()
 
 
 @pytest.fixture
@@ -87,34 +18,7 @@ def camera():
     until(lambda: made.closed.is_set() or made.allowed.release())
 
 
-def started(runner):
-    """The run on a thread of its own, and what it raised."""
-    raised = []
-
-    def run():
-        try:
-            runner.run(tick_seconds=0.01)
-            raised.append(None)
-        except BaseException as error:  # noqa: BLE001  # the test looks at it
-            raised.append(error)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    return thread, raised
-
-
-def until(condition):
-    end = time.monotonic() + 20
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.005)
-
-
-def our_threads():
-    return [t.name for t in threading.enumerate() if t.name.startswith("makeup-")]
-
-
-def test_what_a_short_camera_gives_reaches_every_sink_in_order_and_both_are_finished():
+def test_all_frames_reach_every_sink_in_order():
     sinks = [List("a", waiting=9), List("b", waiting=9)]
 
     def frames():
@@ -130,7 +34,7 @@ def test_what_a_short_camera_gives_reaches_every_sink_in_order_and_both_are_fini
     until(lambda: not our_threads())
 
 
-def test_while_the_work_is_slow_only_the_newest_frame_waits_and_the_others_are_counted(camera):
+def test_slow_work_gets_the_newest_frame_and_counts_others(camera):
     busy, gate, sink = threading.Event(), threading.Event(), List(waiting=9)
 
     def work(item):
@@ -152,7 +56,7 @@ def test_while_the_work_is_slow_only_the_newest_frame_waits_and_the_others_are_c
     thread.join(20)
 
 
-def test_a_sink_that_stalls_holds_up_nobody_and_gets_the_newest_when_it_wakes(camera):
+def test_a_stalled_sink_delays_nobody_and_gets_the_newest(camera):
     gate = threading.Event()
     stalled, other = List("stalled", gate=gate), List("other", waiting=99)
     runner = LiveRunner(camera, LivePicture, [stalled, other], say=pytest.fail)
@@ -169,7 +73,7 @@ def test_a_sink_that_stalls_holds_up_nobody_and_gets_the_newest_when_it_wakes(ca
     thread.join(20)
 
 
-def test_a_sink_that_fails_is_told_and_the_rest_goes_on(camera):
+def test_a_sink_that_fails_is_logged_and_the_others_go_on(camera):
     lines = []
     broken = List("out.mkv", error=EncodeError("the disk is full"))
     other = List("other", waiting=9)
@@ -193,7 +97,7 @@ class NeverWorked(List):
         raise OutputError(f"{self.name} was never reached")
 
 
-def test_a_sink_that_never_worked_is_told_at_the_end_and_the_others_are_finished():
+def test_a_sink_that_never_worked_is_logged_at_the_end():
     lines, good = [], List("good", waiting=9)
     runner = LiveRunner(
         Frames(frame(n) for n in [7]), LivePicture, [NeverWorked("rtmp"), good], lines.append
@@ -203,7 +107,7 @@ def test_a_sink_that_never_worked_is_told_at_the_end_and_the_others_are_finished
     assert isinstance(runner.outlets[0].error, OutputError)
 
 
-def test_when_no_sink_ever_worked_the_run_ends_with_an_error_that_is_raised_and_not_told():
+def test_when_no_sink_ever_worked_the_error_is_raised():
     runner = LiveRunner(
         Frames(frame(n) for n in [7]), LivePicture, [NeverWorked("rtmp")], say=pytest.fail
     )
@@ -225,7 +129,7 @@ def test_when_the_last_sink_fails_the_run_ends_with_its_error():
 
 
 @pytest.mark.parametrize("where", ["camera", "work", "sink"])
-def test_a_fault_of_ours_ends_the_run_and_the_sinks_finish_what_they_have(where):
+def test_an_error_ends_the_run_and_the_sinks_still_finish(where):
     good = List("good", waiting=9)
 
     def frames():
@@ -255,7 +159,7 @@ def test_a_fault_of_ours_ends_the_run_and_the_sinks_finish_what_they_have(where)
     until(lambda: not our_threads())
 
 
-def test_stopping_from_another_thread_finishes_the_sinks_and_closes_the_camera(camera):
+def test_a_stop_from_another_thread_ends_sinks_and_camera(camera):
     sink = List()
     runner = LiveRunner(camera, LivePicture, [sink], say=pytest.fail)
     thread, raised = started(runner)
@@ -280,7 +184,7 @@ def test_ctrl_c_finishes_the_sinks_while_the_camera_is_stuck(camera, monkeypatch
     assert sink.finished == "stopped"
 
 
-def test_a_second_ctrl_c_begins_nothing_anew_and_finishes_each_sink_once():
+def test_a_second_ctrl_c_still_finishes_each_sink_once():
     class Impatient(Camera):
         presses = 1
 
@@ -329,7 +233,7 @@ def test_after_a_fault_a_sink_that_hangs_is_left_behind(monkeypatch):
     until(lambda: not our_threads())
 
 
-def test_pictures_that_wait_for_a_sink_that_gave_up_are_let_go(camera):
+def test_pictures_waiting_for_a_failed_sink_are_released(camera):
     gate = threading.Event()
     broken = List("out.mkv", waiting=9, gate=gate, error=EncodeError("the disk is full"))
     other, lines = List("other", waiting=9), []
@@ -360,9 +264,7 @@ def test_a_run_without_sinks_paints_until_the_camera_ends():
     assert painted == [7]
 
 
-def test_what_prepares_is_done_before_the_first_frame_and_a_stop_in_it_ends_the_run(
-    camera, monkeypatch
-):
+def test_preparing_precedes_frames_and_can_be_stopped(camera, monkeypatch):
     monkeypatch.setattr(live_runner, "_CAMERA_SECONDS", 0.05)
     prepared, gate, sink = [], threading.Event(), List()
 

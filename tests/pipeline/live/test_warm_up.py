@@ -27,7 +27,7 @@ def used(monkeypatch):
     return seen
 
 
-def test_whatever_paints_the_first_frames_of_a_face_has_run_once_before(used):
+def test_the_warm_up_runs_every_net_and_kernel_of_a_film(used):
     find, scene = FindFaces(), BuildScene()
     paint = Composite(Look(product((180, 0, 30), "gloss"), product((20, 40, 90), "satin", "eyes")))
     for number, rgb8 in enumerate(clip(4)):
@@ -40,7 +40,7 @@ def test_whatever_paints_the_first_frames_of_a_face_has_run_once_before(used):
 
 
 @pytest.mark.parametrize("faces", ["all", "7"])
-def test_the_stages_that_paint_load_no_kernel_in_their_first_frame(monkeypatch, faces):
+def test_after_the_warm_up_the_first_frame_builds_no_kernel(monkeypatch, faces):
     find, scene, paint = FindFaces(), BuildScene(), Composite(Look(), faces=faces)
     warm_up(scene, paint)
     assert paint.painted_frames == 0 and paint.look == Look()

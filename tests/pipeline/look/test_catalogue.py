@@ -29,7 +29,7 @@ SHADES = (
         b'finish,hex,shade,product,brand\nmatte,B4002E,"Red, dark",Matte,A\n,#FF99AA,Pink,Gloss,B\n',
     ],
 )
-def test_quotes_marks_empty_lines_and_other_columns_are_no_matter(tmp_path, data):
+def test_quotes_empty_lines_and_other_columns_are_ignored(tmp_path, data):
     (tmp_path / "shades.csv").write_bytes(data)
     assert tuple(read_catalogue(tmp_path / "shades.csv")) == SHADES
 
@@ -69,7 +69,7 @@ def test_a_file_that_cannot_be_read_says_so(tmp_path, name):
         read_catalogue(tmp_path / name)
 
 
-def test_what_is_no_ordinary_file_is_not_waited_for(tmp_path):
+def test_anything_but_an_ordinary_file_is_refused_at_once(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     with pytest.raises(CatalogueError, match="it is no ordinary file"):
         read_catalogue(tmp_path / "pipe.csv")
@@ -115,13 +115,13 @@ KINDS = [
 
 @pytest.mark.parametrize(("kind", "regions"), KINDS)
 @pytest.mark.parametrize("column", ["category", "Product_Type", " type "])
-def test_the_kind_of_a_product_tells_where_it_is_worn(tmp_path, column, kind, regions):
+def test_the_kind_of_a_product_gives_its_regions(tmp_path, column, kind, regions):
     (tmp_path / "shades.csv").write_text(f"brand,product,shade,hex,{column}\nA,B,C,#fff,{kind}\n")
     (shade,) = read_catalogue(tmp_path / "shades.csv")
     assert shade.regions == tuple(regions.split())
 
 
-def test_columns_that_tell_the_kind_are_read_together(tmp_path):
+def test_columns_that_give_the_kind_are_read_together(tmp_path):
     """As shops have them: one says lipstick or eyeshadow, the other liquid or palette, or nothing."""
     rows = ["brand,product,product_type,category,shade,hex", "A,B,eyeshadow,,1,#b00",
             "A,B,eyeshadow,palette,2,#b00", "A,B,lipstick,liquid,3,#b00", "A,B,,,4,#b00"]  # fmt: skip
@@ -134,7 +134,7 @@ def test_columns_that_tell_the_kind_are_read_together(tmp_path):
     assert offered == {"lips": ["3", "4"], "eyes": ["1", "2", "4"], None: ["1", "2", "3", "4"]}
 
 
-def test_products_for_something_else_are_not_offered_however_near(tmp_path):
+def test_only_products_for_the_region_are_offered(tmp_path):
     codes = np.random.default_rng(0).integers(0, 256, (3000, 3)).tolist()
     shades = [
         Shade("B", "P", str(at), tuple(code), (("lips",), ("eyes",), ("lips", "eyes"), ())[at % 4])

@@ -18,7 +18,7 @@ def test_there_are_six_finishes_for_both_regions():
 
 
 @pytest.mark.parametrize("region", REGIONS)
-def test_a_finish_says_everything_but_the_colour(region):
+def test_a_finish_sets_everything_but_the_colour(region):
     names = {spec.name for spec in fields(GraphicsParams)} - {"red", "green", "blue"}
     assert len(names) == 14
     for by_region in FINISHES.values():
@@ -59,6 +59,6 @@ def test_eye_shadow_is_softer_and_broader_than_lipstick(finish):
         ((0, 256, 0), "gloss", "lips", LookError, "green must be"),
     ],
 )
-def test_what_is_no_product_is_refused(rgb, finish, region, error, words):
+def test_invalid_products_are_refused(rgb, finish, region, error, words):
     with pytest.raises(error, match=words):
         product(rgb, finish, region)

@@ -36,7 +36,7 @@ LOOKS = st.fixed_dictionaries(
 )
 
 
-def test_there_are_seventeen_parameters_and_the_papers_seven_are_required():
+def test_the_papers_seven_parameters_come_first_of_seventeen():
     assert len(SPECS) == 17
     assert list(SPECS)[:7] == list(SEVEN)
 
@@ -65,7 +65,7 @@ def test_numbers_out_of_range_are_refused_by_name_and_range(name, value):
 @pytest.mark.parametrize(
     "value", ["1", None, True, [1], {}, math.nan, math.inf, -math.inf, 10**400]
 )
-def test_what_is_no_finite_number_is_refused_by_name(name, value):
+def test_anything_but_a_finite_number_is_refused_by_name(name, value):
     values = (
         {**SHORT, name: value} if name not in SPECS else {**SHORT, "lips": {**LIPS, name: value}}
     )
@@ -98,7 +98,7 @@ def test_a_missing_parameter_is_named_with_its_range(name):
         (None, "must be a JSON object"),
     ],
 )
-def test_other_faults_are_named(values, match):
+def test_other_mistakes_are_named(values, match):
     with pytest.raises(LookError, match=match) as caught:
         Look.from_dict(values)
     assert "\n" not in str(caught.value)

@@ -50,7 +50,7 @@ def test_an_odd_file_is_one_short_line(tmp_path, content, words):
 
 
 @pytest.mark.parametrize(("content", "words"), [pair for pair in ODD if "twice" not in pair[1]])
-def test_the_same_from_a_page_is_the_same_line(content, words):
+def test_an_odd_look_from_a_page_is_the_same_line(content, words):
     with pytest.raises(LookError) as caught:
         _ = read_message(f'{{"type": "look", "look": {content}}}').look
     said = str(caught.value)
@@ -69,13 +69,13 @@ def test_the_same_from_a_page_is_the_same_line(content, words):
         ({"version": 1, "lips": None, "eyes": None, "zone": 10**5000}, "zone must be one of"),
     ],
 )
-def test_values_from_python_that_cannot_be_written_are_refused_by_name(values, words):
+def test_values_too_odd_to_print_are_refused_by_name(values, words):
     with pytest.raises(LookError, match=words) as caught:
         Look.from_dict(values)
     assert len(str(caught.value)) < 250
 
 
-def test_a_circle_is_refused():
+def test_a_list_that_holds_itself_is_refused():
     circle = []
     circle.append(circle)
     with pytest.raises(LookError, match="lips must be an object or null, got something of type"):
@@ -83,7 +83,7 @@ def test_a_circle_is_refused():
 
 
 @given(st.integers())
-def test_a_whole_number_is_itself(number):
+def test_a_whole_number_is_read_exactly(number):
     assert whole_number(str(number)) == number
 
 
@@ -92,7 +92,7 @@ def test_a_whole_number_is_itself(number):
     [("pipe", "it is no ordinary file"), ("/dev/zero", "it is no ordinary file"),
      (".", "Is a directory"), ("hole.json", "it has more than 1 MB"), ("a\0b", "no file has such")],
 )  # fmt: skip
-def test_what_is_no_small_file_is_refused_at_once(tmp_path, name, words):
+def test_anything_but_a_small_file_is_refused_at_once(tmp_path, name, words):
     os.mkfifo(tmp_path / "pipe")
     with (tmp_path / "hole.json").open("wb") as file:
         file.truncate(3_000_000_000)

@@ -52,7 +52,7 @@ def test_a_colour_is_read_back_from_its_digits(rgb, hashed, upper):
 
 
 @given(st.tuples(*[st.integers(0, 15)] * 3))
-def test_three_digits_are_each_said_twice(nibbles):
+def test_three_digits_are_each_doubled(nibbles):
     assert parse_color("".join(f"{n:x}" for n in nibbles)) == tuple(17 * n for n in nibbles)
 
 
@@ -72,13 +72,13 @@ def test_three_digits_are_each_said_twice(nibbles):
         "\uff11\uff12\uff13",
     ],
 )
-def test_what_is_no_colour_is_refused_with_an_example(text):
+def test_an_invalid_colour_is_refused_with_an_example(text):
     with refused(UsageError, "--color must be 3 or 6 hex digits such as '#B4002E'"):
         parse_color(text)
 
 
 @pytest.mark.parametrize("text", ["", "nose", "lips,", "lips eyes", ",", "Lips"])
-def test_what_is_no_part_is_refused(text):
+def test_an_unknown_part_is_refused(text):
     with refused(UsageError, "--parts must be lips, eyes or lips,eyes"):
         parse_parts(text)
 
@@ -99,7 +99,7 @@ def test_a_look_alone_is_painted_as_it_is(base):
 
 
 @given(LOOKS, COLOURS, st.none() | FINISH)
-def test_on_top_of_a_look_a_colour_replaces_colours_and_a_finish_all_else(base, rgb, finish):
+def test_a_colour_and_a_finish_override_those_of_a_look(base, rgb, finish):
     look = choose_look(Choice(base=base, color=spelled(rgb), finish=finish))
     for name in REGIONS:
         old, new = getattr(base, name), getattr(look, name)
@@ -168,5 +168,5 @@ def test_each_mistake_is_one_line_that_names_the_option(choice, words):
         choose_look(Choice(**choice))
 
 
-def test_none_paints_nothing():
+def test_look_none_paints_nothing():
     assert choose_look(Choice(base=Look())).is_bare

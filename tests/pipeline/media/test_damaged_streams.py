@@ -41,7 +41,7 @@ def test_sound_that_ffmpeg_refuses_is_left_out(tmp_path, monkeypatch, error, end
 
 
 @pytest.mark.parametrize("number", [28, 122, 27, 5, 12])  # disk full, quota, too large, I/O, memory
-def test_a_full_disk_is_no_damage_of_the_input(tmp_path, monkeypatch, number):
+def test_a_full_disk_is_not_called_damage_of_the_input(tmp_path, monkeypatch, number):
     src = make_clip(tmp_path / "in.mp4", audio="aac", frames=FRAMES)
     muxed = Muxer._mux
 
@@ -90,7 +90,7 @@ def test_a_time_beyond_any_clock_is_mended(tmp_path, end):
     assert times == sorted(times) and len(set(times)) == 4
 
 
-def test_times_of_this_century_are_no_damage(tmp_path):
+def test_times_of_this_century_are_not_called_damage(tmp_path):
     """Surveillance cameras count from 1970."""
     epoch = 1_790_000_000
     src = tmp_path / "in.mkv"

@@ -31,15 +31,15 @@ def refused(src, dst, error, match, **settings):
     return caught.value
 
 
-def test_a_missing_file(tmp_path):
+def test_a_missing_file_is_refused(tmp_path):
     refused(tmp_path / "no.mp4", tmp_path / "out.mp4", InputError, "does not exist")
 
 
-def test_a_folder(tmp_path):
+def test_a_folder_is_refused(tmp_path):
     refused(tmp_path, tmp_path / "out.mp4", InputError, "is a folder")
 
 
-def test_an_empty_file(tmp_path):
+def test_an_empty_file_is_refused(tmp_path):
     (tmp_path / "in.mp4").write_bytes(b"")
     refused(tmp_path / "in.mp4", tmp_path / "out.mp4", InputError, "is empty")
 
@@ -50,18 +50,18 @@ def test_a_pipe_is_not_opened(tmp_path):
         process_video(tmp_path / "in.mp4", tmp_path / "out.mp4")
 
 
-def test_text_renamed_to_mp4(tmp_path):
+def test_text_renamed_to_mp4_is_refused(tmp_path):
     (tmp_path / "in.mp4").write_text("this is no video\n" * 100)
     refused(tmp_path / "in.mp4", tmp_path / "out.mp4", InputError, "is not a video")
 
 
 @pytest.mark.parametrize("size", [1, 7, 100, 5000])
-def test_random_bytes(tmp_path, size):
+def test_random_bytes_are_refused(tmp_path, size):
     (tmp_path / "in.mp4").write_bytes(random.Random(size).randbytes(size))
     refused(tmp_path / "in.mp4", tmp_path / "out.mp4", MakeupVideoError, "in.mp4")
 
 
-def test_an_mp4_without_its_index(tmp_path):
+def test_an_mp4_without_its_index_is_refused(tmp_path):
     whole = make_clip(tmp_path / "whole.mp4", frames=60).read_bytes()
     (tmp_path / "in.mp4").write_bytes(whole[: len(whole) // 2])
     refused(tmp_path / "in.mp4", tmp_path / "out.mp4", InputError, "is not a video")
@@ -82,7 +82,7 @@ def test_an_mp4_cut_in_the_middle_gives_the_frames_it_has(tmp_path, end):
     assert any("ends early" in line for line in report.warnings())
 
 
-def test_a_cut_mkv_gives_the_frames_it_has_and_says_so(tmp_path):
+def test_a_cut_mkv_gives_the_frames_it_has_with_a_warning(tmp_path):
     whole = make_clip(tmp_path / "whole.mkv", frames=120, size_wh=(320, 240), audio="aac")
     src = tmp_path / "in.mkv"
     src.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
@@ -95,7 +95,7 @@ def test_a_cut_mkv_gives_the_frames_it_has_and_says_so(tmp_path):
     "codec_name", [("h264", "in.mp4"), ("hevc", "in.mp4"), ("mpeg4", "in.avi")]
 )
 @pytest.mark.parametrize("seed", range(4))
-def test_flipped_bytes_are_survived_counted_and_said(tmp_path, codec_name, seed):
+def test_flipped_bytes_are_survived_counted_and_reported(tmp_path, codec_name, seed):
     codec, name = codec_name
     clip = make_clip(
         tmp_path / f"whole-{name}", codec, frames=60, size_wh=(320, 240), options={"g": "10"}
@@ -112,7 +112,7 @@ def test_flipped_bytes_are_survived_counted_and_said(tmp_path, codec_name, seed)
     assert src.read_bytes() == bytes(data)
 
 
-def test_what_an_edit_list_hides_is_no_damage(tmp_path):
+def test_frames_hidden_by_an_edit_list_are_no_damage(tmp_path):
     """A stream copy that begins inside a group of pictures: decoded from before, shown from 0."""
     whole, src = (
         make_clip(tmp_path / "whole.mp4", frames=90, options={"g": "30"}),
@@ -145,7 +145,7 @@ def test_a_sound_clip_is_not_called_damaged(tmp_path):
         assert report.warnings() == [], name
 
 
-def test_audio_only(tmp_path):
+def test_a_file_with_only_audio_is_refused(tmp_path):
     with av.open(str(tmp_path / "in.m4a"), "w", format="mp4") as out:
         sound = out.add_stream("aac", rate=48000, layout="stereo")
         from media import tone
@@ -155,7 +155,7 @@ def test_audio_only(tmp_path):
     assert "audio/aac" in str(error)
 
 
-def test_zero_frames(tmp_path):
+def test_a_film_of_zero_frames_is_refused(tmp_path):
     with av.open(str(tmp_path / "in.mp4"), "w") as out:
         add_video(out)
         out.start_encoding()
@@ -229,18 +229,18 @@ def test_an_output_is_never_an_address(tmp_path, monkeypatch, target):
         assert (tmp_path / target).exists()
 
 
-def test_an_output_folder_that_is_missing(tmp_path):
+def test_an_output_in_a_missing_folder_is_refused(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     refused(src, tmp_path / "no" / "out.mp4", OutputError, "does not exist")
 
 
-def test_an_output_that_is_a_folder(tmp_path):
+def test_an_output_that_is_a_folder_is_refused(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     (tmp_path / "out.mp4").mkdir()
     refused(src, tmp_path / "out.mp4", OutputError, "is a folder")
 
 
-def test_an_output_that_exists_is_kept_unless_told_otherwise(tmp_path):
+def test_an_existing_output_is_replaced_only_on_request(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     (tmp_path / "out.mp4").write_text("precious")
     refused(src, tmp_path / "out.mp4", UsageError, "add overwrite=True")
@@ -257,6 +257,6 @@ def test_a_failed_run_keeps_the_file_it_was_to_overwrite(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["out", "out.txt", "out.avi", "out.jpg"])
-def test_an_output_of_unknown_kind(tmp_path, name):
+def test_an_output_of_unknown_kind_is_refused(tmp_path, name):
     src = make_clip(tmp_path / "in.mp4")
     refused(src, tmp_path / name, UsageError, "must end in")

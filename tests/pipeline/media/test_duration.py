@@ -35,7 +35,7 @@ def test_a_start_beyond_the_end_is_refused_at_once(tmp_path, monkeypatch, end, s
 
 
 @pytest.mark.parametrize("end", [".h264", ".y4m"])
-def test_where_no_header_says_the_length_decoding_tells_it(tmp_path, end):
+def test_without_a_length_in_the_header_decoding_finds_it(tmp_path, end):
     kind = {".h264": "h264", ".y4m": "yuv4mpegpipe"}[end]
     src = tmp_path / f"in{end}"
     with av.open(str(src), "w", format=kind) as out:
@@ -62,7 +62,7 @@ def test_a_part_is_kept_and_its_end_may_be_too_late(tmp_path):
 
 
 @pytest.mark.parametrize("seconds", ["0.98", "1"])
-def test_the_last_picture_is_there_until_it_ends(tmp_path, seconds):
+def test_the_last_picture_lasts_until_its_own_end(tmp_path, seconds):
     """It lasts from 0.967 to 1.0 s; a start within it keeps it only where it stands long."""
     src = film(tmp_path, ".mp4")
     with closing(open_video(src)) as source:
@@ -81,7 +81,7 @@ def test_times_are_counted_from_where_a_player_begins(tmp_path):
     assert process_video(src, tmp_path / "out.mp4", None, start("0.5")).frames_out == 15
 
 
-def test_sound_that_goes_on_is_told_apart(tmp_path):
+def test_a_start_in_sound_after_the_last_picture_is_refused(tmp_path):
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
         video = add_video(out)
@@ -95,7 +95,7 @@ def test_sound_that_goes_on_is_told_apart(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
 
 
-def test_a_header_that_says_too_little_is_not_believed(tmp_path):
+def test_a_header_that_declares_too_little_is_not_trusted(tmp_path):
     """As of a file whose header was written before its end was known."""
     src = film(tmp_path, ".mkv", frames=90)
     data = src.read_bytes()

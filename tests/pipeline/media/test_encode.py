@@ -66,7 +66,7 @@ def _fractions(data):
 
 
 @pytest.mark.parametrize("codec_end", [("prores", ".mov"), ("ffv1", ".mkv")])
-def test_hdr10_metadata_that_a_codec_cannot_carry_is_said(tmp_path, codec_end):
+def test_hdr10_metadata_that_a_codec_cannot_carry_is_reported(tmp_path, codec_end):
     codec, end = codec_end
     report = process_video(
         hdr_clip(tmp_path / "in.mp4"), tmp_path / f"out{end}", None, Settings(codec=codec)
@@ -188,7 +188,7 @@ def nal_types(path):
 
 @pytest.mark.parametrize("begin", [".mp4", ".mkv", ".mov"])
 @pytest.mark.parametrize("end", [".mp4", ".mov"])
-def test_hevc_that_is_copied_gets_that_name_too(tmp_path, begin, end):
+def test_copied_hevc_is_tagged_hvc1_too(tmp_path, begin, end):
     src = tmp_path / f"in{begin}"
     with av.open(str(src), "w") as out:
         first, second = add_video(out), add_video(out, "hevc")
@@ -198,7 +198,7 @@ def test_hevc_that_is_copied_gets_that_name_too(tmp_path, begin, end):
     assert tag_of(tmp_path / f"out{end}", 1) == "hvc1"
 
 
-def test_hevc_in_matroska_has_no_name_of_mp4s(tmp_path):
+def test_hevc_in_matroska_has_no_mp4_tag(tmp_path):
     process_video(
         make_clip(tmp_path / "in.mp4"), tmp_path / "out.mkv", None, Settings(codec="hevc")
     )

@@ -36,7 +36,7 @@ def test_without_a_count_the_number_of_frames_is_estimated(tmp_path):
     source.close()
 
 
-def test_an_absurd_rate_is_not_believed(tmp_path):
+def test_an_absurd_frame_rate_is_not_trusted(tmp_path):
     """A millisecond clock makes FFmpeg guess 1000 frames/s for irregular times."""
     pts = [0, 1, 3, 600, 1900]
     source = open_video(make_clip(tmp_path / "in.mkv", pts=pts, time_base=Fraction(1, 1000)))

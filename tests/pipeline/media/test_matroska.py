@@ -53,7 +53,7 @@ def test_writing_it_twice_keeps_the_second():
             assert container.streams.video[0].sample_aspect_ratio == 2
 
 
-def test_no_gap_means_no_change(tmp_path):
+def test_without_a_gap_the_file_is_not_changed(tmp_path):
     path = make_clip(tmp_path / "in.mkv", "ffv1", frames=2)
     tight = path.read_bytes().replace(b"\xec\x01\x00\x00\x00", b"\xed\x01\x00\x00\x00", 1)
     path.write_bytes(tight)

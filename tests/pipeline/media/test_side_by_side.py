@@ -80,7 +80,7 @@ def test_odd_sizes_grow_to_whole_chroma_samples(width, height, turned, pix_fmt):
     assert_halves(out, before, copies(frame.picture), turned)
 
 
-def test_the_edge_is_what_odd_sizes_grow_by():
+def test_odd_sizes_grow_by_repeating_the_edge():
     out = SideBySide(invert)(frame_of("yuv420p", 5, 3))
     luma = out.planes[0]
     assert luma.shape == (4, 12)
@@ -89,7 +89,7 @@ def test_the_edge_is_what_odd_sizes_grow_by():
 
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuv422p10le", "yuva444p10le", "yuv444p"])
-def test_a_film_that_nobody_paints_is_there_twice(tmp_path, pix_fmt):
+def test_an_unpainted_film_is_shown_twice(tmp_path, pix_fmt):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt, audio="aac")
     dst = tmp_path / "out.mkv"
     report = process_video(src, dst, Look(), Settings(compare=True, codec="ffv1"))
@@ -193,7 +193,7 @@ def test_pictures_are_joined_under_every_orientation(orientation):
     np.testing.assert_array_equal(both, store(np.concatenate([left, right], 1)))
 
 
-def test_an_orientation_that_does_not_exist_is_none():
+def test_an_unknown_orientation_counts_as_none():
     left, right = np.zeros((2, 3, 3), np.uint8), np.ones((2, 3, 3), np.uint8)
     assert side_by_side(left, right, orientation_of(99)).shape == (2, 6, 3)
 

@@ -54,7 +54,7 @@ def test_pixels_are_what_the_curve_makes_of_them(transfer, full_range):
     assert np.abs(got - want).mean() < 0.8 and np.percentile(np.abs(got - want), 99) <= 4
 
 
-def test_what_comes_out_is_tagged_bt709_and_keeps_its_time():
+def test_the_sdr_frame_is_tagged_bt709_and_keeps_its_time():
     shown, *_ = hdr_picture(np.full((48, 64, 3), 0.5), PQ)
     out = ToSdr(shown, "yuv420p")(shown)
     assert out.format.name == "yuv420p" and (out.pts, out.time_base) == (7, Fraction(1, 25))
@@ -97,7 +97,7 @@ def test_a_film_becomes_eight_bit_sdr_with_all_its_times(tmp_path, end):
     assert [round(t * 1000) for t in times_of(dst)] == [round(t * 1000) for t in times_of(src)]
 
 
-def test_rotation_stays(tmp_path):
+def test_rotation_is_kept(tmp_path):
     src = hdr_clip(tmp_path / "in.mp4", rotation_degrees=90)
     process_video(src, tmp_path / "out.mp4", None, Settings(sdr=True))
     assert decoded(tmp_path / "out.mp4")[0].rotation == decoded(src)[0].rotation == 90
@@ -121,7 +121,7 @@ def test_a_film_that_is_sdr_already_passes_untouched(tmp_path):
 # -- depth ----------------------------------------------------------------------------------------
 
 
-def test_h264_has_eight_bits_and_says_so(tmp_path):
+def test_h264_has_eight_bits_and_reports_it(tmp_path):
     src = make_clip(tmp_path / "in.mp4", "hevc", pix_fmt="yuv420p10le")
     report = process_video(src, tmp_path / "out.mp4", None, Settings(codec="h264"))
     assert decoded(tmp_path / "out.mp4")[0].format.name == "yuv420p"
@@ -130,7 +130,7 @@ def test_h264_has_eight_bits_and_says_so(tmp_path):
     assert "10 keeps them" in report.conversions[0]
 
 
-def test_hdr_in_eight_bits_is_warned_of(tmp_path):
+def test_hdr_in_eight_bits_gives_a_warning(tmp_path):
     report = process_video(
         hdr_clip(tmp_path / "in.mp4"), tmp_path / "out.mp4", None, Settings(codec="h264")
     )

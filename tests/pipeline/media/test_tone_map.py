@@ -85,7 +85,7 @@ def test_a_dark_colour_of_srgb_comes_back_as_it_was(srgb, transfer):
     np.testing.assert_allclose(to_sdr(hdr, transfer, 9, 1000 / 203)[0], srgb, atol=2e-3)
 
 
-def test_the_table_has_red_running_fastest():
+def test_red_varies_fastest_in_the_table():
     table = sdr_table(5, PQ, 9, 1000 / 203).reshape(5, 5, 5, 3)
     axis = np.linspace(0, 1, 5)
     want = to_sdr(np.array([[axis[3], axis[2], axis[1]]]), PQ, 9, 1000 / 203)[0]

@@ -82,7 +82,7 @@ def test_a_stream_without_packets_may_be_missing(tmp_path, end):
 
 
 @given(at=st.integers(0, 40), data=st.binary(min_size=0, max_size=40))
-def test_a_file_that_is_no_video_is_told_and_never_raises(tmp_path_factory, at, data):
+def test_a_file_that_is_no_video_is_reported_and_never_raises(tmp_path_factory, at, data):
     path = tmp_path_factory.mktemp("odd") / "in.mp4"
     path.write_bytes(bytes(at) + data)
     assert missing_from(path, "mp4", [SentStream("video #0", "video", "h264", packets=1)])

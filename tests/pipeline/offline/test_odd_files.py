@@ -25,7 +25,7 @@ def test_lossless_films_of_odd_size_are_painted(tmp_path, pix_fmt, cut):
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
-def test_a_face_without_a_place_is_left_alone(wrong):
+def test_a_face_with_points_that_are_not_finite_is_skipped(wrong):
     face = find_faces(portrait())[0]
     points = face.points_px.copy()
     points[7] = wrong

@@ -155,7 +155,7 @@ def test_a_points_file_of_no_frames_is_json_too(place):
     [(StoppedError, ["in.mp4", "points.part.json"]), (OutputError, ["in.mp4"]),
      (KeyboardInterrupt, ["in.mp4"])],
 )  # fmt: skip
-def test_only_after_a_stop_the_part_stays_whole_as_json(place, error, left):
+def test_only_a_stop_leaves_the_points_so_far_as_valid_json(place, error, left):
     with pytest.raises(error), PointsFile(*place) as file:
         file.write(FrameFaces(frame_of(grey())))
         raise error

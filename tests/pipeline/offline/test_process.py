@@ -9,22 +9,10 @@ import numpy as np
 import pytest
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from makeup_video.pipeline import Settings, UsageError, process_video
-from makeup_video.pipeline.offline import run
-from media import add_video, decoded, encode_frames, make_clip, packets_of, picture, times_of
+from media import add_video, decoded, encode_frames, make_clip, packets_of, times_of
+from whole_files import HALF_TICK_MKV, through
 
-HALF_TICK_MKV = Fraction(1, 2000)
 QUICK = {"h264": "ultrafast", "hevc": "ultrafast", "av1": "13", "vp9": "8"}
-
-
-def through(src, dst, **settings):
-    """Run the product on src; the report says frames out = frames in."""
-    report = process_video(src, dst, None, Settings(**settings))
-    assert report.frames_out == report.frames_in == len(decoded(dst))
-    assert not report.damaged
-    assert (
-        report.first_packet_unix_seconds is not None
-    )  # also of films that the encoder keeps whole
-    return report
 
 
 def assert_same_times(src, dst):
@@ -234,7 +222,7 @@ def test_unusual_layouts_come_out_looking_the_same(tmp_path, pix_fmt):
 
 @pytest.mark.parametrize("size_wh", [(97, 65), (96, 65), (97, 64), (1, 1), (3, 2)])
 @pytest.mark.parametrize("codec_end", [("h264", ".mp4"), ("hevc", ".mp4"), ("vp9", ".webm")])
-def test_odd_sizes_work(tmp_path, size_wh, codec_end):
+def test_odd_sizes_are_kept(tmp_path, size_wh, codec_end):
     codec, end = codec_end
     if codec == "hevc" and size_wh[0] < 32:
         pytest.skip("x265 takes nothing smaller than 32 px; test_encode holds that refusal")
@@ -265,7 +253,7 @@ def test_alpha_is_kept_where_codec_and_container_can(tmp_path, pix_fmt, codec, e
     assert decoded(tmp_path / "again.mkv")[0].format.name.startswith("yuva")
 
 
-def test_alpha_that_cannot_be_kept_is_said(tmp_path):
+def test_alpha_that_cannot_be_kept_is_reported(tmp_path):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt="yuva420p")
     report = through(src, tmp_path / "out.mp4")
     assert any("transparency" in text for text in report.dropped)
@@ -296,14 +284,14 @@ def test_codecs_without_fields_refuse_interlaced_films(tmp_path, codec):
     assert os.listdir(tmp_path) == ["in.mp4"]
 
 
-def test_no_audio_at_all_is_fine(tmp_path):
+def test_a_film_without_audio_is_accepted(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     through(src, tmp_path / "out.mp4")
     with av.open(str(tmp_path / "out.mp4")) as container:
         assert [s.type for s in container.streams] == ["video"]
 
 
-def test_a_second_video_track_is_copied_bit_for_bit(tmp_path):
+def test_a_second_video_stream_is_copied_bit_for_bit(tmp_path):
     src, dst = tmp_path / "in.mp4", tmp_path / "out.mp4"
     with av.open(str(src), "w") as out:
         first, second = add_video(out, size_wh=(128, 96)), add_video(out, size_wh=(64, 48))
@@ -311,106 +299,3 @@ def test_a_second_video_track_is_copied_bit_for_bit(tmp_path):
         encode_frames(out, second, range(10))
     through(src, dst)
     assert packets_of(src, "video", 1) == packets_of(dst, "video", 1)
-
-
-@pytest.mark.parametrize("end", [".mp4", ".mkv"])
-def test_trimming_keeps_the_chosen_part_and_starts_it_at_zero(tmp_path, end):
-    src = make_clip(tmp_path / "in.mp4", frames=90, audio="aac", options={"g": "30"})
-    dst = tmp_path / f"out{end}"
-    report = process_video(
-        src, dst, None, Settings(start_seconds=Fraction("1.01"), end_seconds=Fraction(2))
-    )
-    want = [t for t in times_of(src) if Fraction("1.01") <= t < 2]
-    assert report.frames_in == report.frames_out == len(want)
-    half_tick = HALF_TICK_MKV if end == ".mkv" else 0
-    assert all(abs(a - want[0] - b) <= half_tick for a, b in zip(want, times_of(dst), strict=True))
-    sound = packets_of(dst, "audio")
-    original = {data: at for at, data in packets_of(src, "audio")}
-    assert 0.9 < len(sound) * 1024 / 48000 < 1.0
-    for at, data in sound:  # in sync: every packet moved by what the video moved
-        assert abs(original[data] - want[0] - at) <= Fraction(1, 1000)
-
-
-def test_trimming_counts_from_where_the_file_begins(tmp_path):
-    """A recording of a broadcast begins at some hour of the day, not at 0."""
-    first = 90000 * 3600
-    src = make_clip(
-        tmp_path / "in.ts", pts=[first + 3000 * i for i in range(90)], time_base=Fraction(1, 90000),
-        options={"g": "15"},
-    )  # fmt: skip
-    report = process_video(
-        src, tmp_path / "out.mp4", None,
-        Settings(start_seconds=Fraction(1), end_seconds=Fraction(2)),
-    )  # fmt: skip
-    assert report.frames_out == 30
-    assert times_of(tmp_path / "out.mp4")[0] == 0
-
-
-@pytest.mark.parametrize("span", [(-1, None), (2, 1), (1, 1)])
-def test_impossible_trims_are_refused(span):
-    with pytest.raises(UsageError, match="start_seconds must be"):
-        Settings(start_seconds=Fraction(span[0]), end_seconds=span[1])
-
-
-def test_the_output_may_not_be_the_input(tmp_path):
-    src = make_clip(tmp_path / "in.mp4")
-    before = src.read_bytes()
-    os.link(src, tmp_path / "same.mp4")
-    for name in ("in.mp4", "same.mp4"):
-        with pytest.raises(UsageError, match="output is the input"):
-            process_video(src, tmp_path / name, None, Settings(overwrite=True))
-    assert src.read_bytes() == before
-
-
-def test_the_report_counts_what_happened(tmp_path):
-    src = make_clip(tmp_path / "in.mp4", audio="aac")
-    report = through(src, tmp_path / "out.mp4").to_dict()
-    assert report["bytes_in"] == src.stat().st_size
-    assert report["bytes_out"] == (tmp_path / "out.mp4").stat().st_size
-    assert report["stages"]["encode"]["items"] == 12
-    assert report["peak_memory_bytes"] > 1e7
-    assert report["media_seconds"] == pytest.approx(0.4)
-    assert report["dropped"] == report["converted"] == report["conversions"] == []
-
-
-@pytest.mark.parametrize(
-    ("cores", "threads", "expected"),
-    [
-        (1, (None, None), (1, 0)),
-        (2, (None, None), (1, 0)),
-        (8, (None, None), (4, 0)),
-        (8, (3, 2), (3, 2)),
-        (8, (0, 0), (0, 0)),
-    ],
-)
-def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, threads, expected):
-    taken = {}
-    decoder, encoder = run.Decoder, run.VideoEncoder
-
-    def decode(*args, threads, **options):
-        taken["decode"] = threads
-        return decoder(*args, threads=threads, **options)
-
-    def encode(*args):
-        taken["encode"] = args[-1]
-        return encoder(*args)
-
-    monkeypatch.setattr(run, "Decoder", decode)
-    monkeypatch.setattr(run, "VideoEncoder", encode)
-    monkeypatch.setattr(run, "cores", lambda: cores)
-    src = make_clip(tmp_path / "in.mp4", frames=3)
-    decoder_threads, encoder_threads = threads
-    through(
-        src, tmp_path / "out.mp4", decoder_threads=decoder_threads, encoder_threads=encoder_threads
-    )
-    assert (taken["decode"], taken["encode"]) == expected
-
-
-def test_planes_cross_the_pipeline_unconverted(tmp_path):
-    """The decoder's own bytes reach the encoder: a lossless codec gives them back."""
-    src = make_clip(tmp_path / "in.mp4", frames=8, options={"bf": "2"})
-    process_video(src, tmp_path / "out.mkv", None, Settings(codec="ffv1"))
-    want = [bytes(plane) for frame in decoded(src) for plane in frame.planes]
-    got = [bytes(plane) for frame in decoded(tmp_path / "out.mkv") for plane in frame.planes]
-    assert want == got
-    assert picture(0, 8, 8).format.name == "yuv420p"

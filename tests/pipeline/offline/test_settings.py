@@ -29,3 +29,9 @@ def test_threads_mean_nothing_to_a_picture(tmp_path, name):
     assert settings.of_videos() == [name]
     with pytest.raises(UsageError, match=f"leave out {name}"):
         process_video(SAMPLES / "portrait.jpg", tmp_path / "out.png", None, settings)
+
+
+@pytest.mark.parametrize("span", [(-1, None), (2, 1), (1, 1)])
+def test_impossible_trims_are_refused(span):
+    with pytest.raises(UsageError, match="start_seconds must be"):
+        Settings(start_seconds=Fraction(span[0]), end_seconds=span[1])

@@ -54,7 +54,7 @@ def test_the_rest_is_made_between_input_and_output(tmp_path, name):
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
-def test_an_output_that_cannot_be_is_still_refused(tmp_path):
+def test_an_impossible_output_is_still_refused(tmp_path):
     src = film(tmp_path / "in.mkv", clip(1))
     with pytest.raises(OutputError):
         run_stages(src, tmp_path / "no" / "out.mkv", FaceRun(lambda: [("rest", pass_on)]))

@@ -38,7 +38,7 @@ def test_an_unknown_number_is_shown_with_those_seen(tmp_path):
     )
 
 
-def test_the_same_of_a_film(tmp_path):
+def test_a_film_too_lists_the_faces_seen(tmp_path):
     src = film(tmp_path / "in.mkv", clip(6))
     assert only_line(src, faces="3", codec="ffv1") == (
         "nothing was painted: face 3 was chosen, but the only face seen was 0"
@@ -55,7 +55,7 @@ def test_the_same_of_a_film(tmp_path):
         (set(), "no face was seen for long"),
     ],
 )
-def test_of_many_faces_ten_are_named(numbers, words):
+def test_at_most_ten_faces_are_named(numbers, words):
     run = PaintRun(BLUE, "999")
     run(None)
     run._composite.numbers = numbers
@@ -78,7 +78,7 @@ def test_a_hidden_face_is_explained_by_what_is_hidden(tmp_path, monkeypatch):
         assert only_line(src, look, overwrite=True) == f"nothing was painted: {said}"
 
 
-def test_a_look_that_changes_nothing_says_so(tmp_path):
+def test_a_look_that_changes_nothing_is_the_reason(tmp_path):
     nothing = dict.fromkeys(("red", "green", "blue", "opacity", "gloss", "reflection"), 0)
     look = Look.from_dict({"version": 1, "lips": {**nothing, "gloss_roughness": 0.5}, "eyes": None})
     assert not look.is_bare
@@ -92,7 +92,7 @@ def test_where_no_face_was_found_turning_may_help(tmp_path):
     assert only_line(saved(tmp_path / "in.png", grey())) == line.format("picture")
 
 
-def test_a_film_that_is_upside_down_says_so(tmp_path):
+def test_a_film_that_is_upside_down_is_reported(tmp_path):
     """What is found in it now and then is no face whose mouth is seen."""
     frames = [np.ascontiguousarray(np.rot90(rgb8, 2)) for rgb8 in clip(12)]
     line = only_line(film(tmp_path / "in.mkv", frames), codec="ffv1")
@@ -119,7 +119,7 @@ def make_turned(path):
     return path
 
 
-def test_small_faces_are_told_by_their_size_alone():
+def test_small_faces_are_reported_by_their_size_alone():
     report = Report("in.mp4", "o.mp4", "h264", painted_frames=0, frames_with_face=0, tiny_faces=3)
     assert report.warnings() == [
         "no face was found: nothing was painted",
@@ -127,6 +127,6 @@ def test_small_faces_are_told_by_their_size_alone():
     ]
 
 
-def test_the_sample_is_painted_without_a_word(tmp_path):
+def test_the_sample_is_painted_without_warnings(tmp_path):
     report = process_video(SAMPLES / "portrait.jpg", tmp_path / "out.jpg", BLUE)
     assert report.warnings() == [] and report.why_unpainted == ""

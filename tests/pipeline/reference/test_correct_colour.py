@@ -30,7 +30,7 @@ def looked_again(photo, params):
 
 @pytest.mark.parametrize("rgb", [(180, 0, 46), (30, 60, 170), (60, 20, 40), (225, 205, 190)])
 @pytest.mark.parametrize("wrong", [(40, 40, -40), (-40, 40, 40), (40, -40, 40)])
-def test_an_opaque_colour_that_was_misread_comes_nearer_to_the_truth(rgb, wrong):
+def test_a_misread_opaque_colour_gets_closer_to_the_truth(rgb, wrong):
     true = product(rgb, "satin")
     photo = apply_look(portrait(), Look(lips=true), [face()])
     red, green, blue = np.clip(np.add(rgb, wrong), 0, 255).astype(float)
@@ -39,7 +39,7 @@ def test_an_opaque_colour_that_was_misread_comes_nearer_to_the_truth(rgb, wrong)
     assert np.abs(codes(looked_again(photo, misread)) - rgb).sum() < 0.75 * before
 
 
-def test_a_sheer_product_and_everything_but_the_colour_stay_as_they_were():
+def test_only_the_colour_of_an_opaque_product_is_corrected():
     sheer = replace(product((180, 0, 46), "sheer"), opacity=SHEER)
     assert looked_again(portrait(), sheer) is sheer
     satin = product((180, 0, 46), "satin")
@@ -47,7 +47,7 @@ def test_a_sheer_product_and_everything_but_the_colour_stay_as_they_were():
     assert replace(seen, red=180, green=0, blue=46) == satin
 
 
-def test_lips_beyond_the_picture_are_not_looked_at():
+def test_lips_beyond_the_picture_are_not_corrected():
     satin = product((180, 0, 46), "satin")
     away = replace(face(), points_px=face().points_px + np.float32([5000, 0, 0]))
     moved = away.lips.to_px + np.array([[0, 0, 5000], [0, 0, 0]])

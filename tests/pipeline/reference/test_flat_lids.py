@@ -46,7 +46,7 @@ def test_outer_corners_lie_outside_inner_ones_inside():
 
 @settings(max_examples=50, deadline=None)
 @given(st.floats(-3.1, 3.1), st.floats(0.3, 6), st.floats(-200, 200))
-def test_a_face_that_is_moved_turned_or_larger_gives_the_same_crop(angle, scale, shift):
+def test_a_moved_turned_or_larger_face_gives_the_same_crop(angle, scale, shift):
     _, points = close_up()
     c, s = scale * np.cos(angle), scale * np.sin(angle)
     to_new = np.array([[c, -s, shift], [s, c, -shift]])
@@ -64,7 +64,7 @@ def test_a_closing_lid_keeps_its_rows():
     assert abs(rows[0] - LASH_ROW) <= 3
 
 
-def test_an_eye_too_narrow_to_be_seen_is_the_mirror_of_the_other():
+def test_an_eye_too_narrow_to_see_is_the_mirror_of_the_other():
     _, points = close_up()
     one_eyed = points.copy()
     one_eyed[np.asarray(EYE)] = points[EYE[0]]

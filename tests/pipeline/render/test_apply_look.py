@@ -66,7 +66,7 @@ def test_lips_alone_leave_the_eyes_alone():
     np.testing.assert_array_equal(lips[middle:], both[middle:])
 
 
-def test_a_picture_in_memory_is_a_new_array_and_outside_the_face_the_same():
+def test_apply_look_returns_a_copy_changed_only_on_the_face():
     before = portrait().copy()
     painted = apply_look(before, BOTH)
     np.testing.assert_array_equal(before, portrait())
@@ -78,7 +78,7 @@ def test_a_picture_in_memory_is_a_new_array_and_outside_the_face_the_same():
     assert not moved.any()
 
 
-def test_a_picture_file_and_a_picture_in_memory_are_painted_alike(tmp_path):
+def test_picture_files_and_arrays_are_painted_alike(tmp_path):
     cv2.imwrite(str(tmp_path / "in.png"), portrait()[..., ::-1])
     report = process_video(tmp_path / "in.png", tmp_path / "out.png", BOTH)
     assert (report.painted_frames, report.faces, report.frames_with_face) == (1, 1, 1)
@@ -110,7 +110,7 @@ def test_a_comparison_that_paints_nothing_needs_no_face(tmp_path):
     assert report.faces is None and report.warnings() == []
 
 
-def test_the_largest_or_one_by_its_number_is_painted_and_nobody_else(tmp_path):
+def test_only_the_largest_or_the_numbered_face_is_painted(tmp_path):
     picture = two_people()
     cv2.imwrite(str(tmp_path / "in.png"), picture[..., ::-1])
     large, small = find_faces(picture)
@@ -145,14 +145,14 @@ def test_a_bare_look_and_no_face_give_a_copy(look):
 
 
 @pytest.mark.parametrize("wrong", [np.zeros((8, 8), np.uint8), np.zeros((8, 8, 3), np.float32)])
-def test_what_is_no_rgb8_is_refused(wrong):
+def test_anything_but_rgb8_is_refused(wrong):
     for look in (Look(), BLUE):
         with pytest.raises(ValueError, match="uint8"):
             apply_look(wrong, look)
 
 
 @pytest.mark.parametrize("name", ["in.mp4", "in.png"])
-def test_without_a_face_nothing_is_painted_and_that_is_said(tmp_path, name):
+def test_a_film_without_a_face_is_not_painted_and_warned_of(tmp_path, name):
     if name == "in.png":
         cv2.imwrite(str(tmp_path / name), grey())
     else:
@@ -166,13 +166,13 @@ def test_without_a_face_nothing_is_painted_and_that_is_said(tmp_path, name):
 
 
 @pytest.mark.parametrize("faces", ["", "none", "-1", "1.5", "ALL", "1,2", "\uff11"])
-def test_whom_to_paint_is_all_the_largest_or_a_number(faces):
+def test_faces_must_be_all_largest_or_a_number(faces):
     with pytest.raises(UsageError, match="faces must be all, largest, or the number"):
         Settings(faces=faces)
 
 
 @pytest.mark.parametrize("name", ["in.mkv", "in.jpg"])
-def test_a_device_that_is_not_there_is_said_before_the_work(tmp_path, monkeypatch, name):
+def test_a_missing_device_is_refused_before_the_work(tmp_path, monkeypatch, name):
     if name == "in.jpg":
         (tmp_path / name).write_bytes((SAMPLES / "portrait.jpg").read_bytes())
     else:
@@ -187,7 +187,7 @@ def test_a_device_that_is_not_there_is_said_before_the_work(tmp_path, monkeypatc
     process_video(tmp_path / name, target, Look(), Settings(device="no such device"))
 
 
-def test_the_public_names_bring_their_libraries_only_when_used():
+def test_public_names_load_their_libraries_only_when_used():
     code = (
         "import sys; from makeup_video.pipeline import FINISHES, Look, product\n"
         "from makeup_video.pipeline.look.options import Choice, choose_look\n"

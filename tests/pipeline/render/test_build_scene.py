@@ -55,7 +55,7 @@ def test_faces_keep_their_order_and_their_lights():
     assert [face.face.track_id for face in scene.faces] == [4, 2]
 
 
-def test_a_face_outside_the_frame_is_no_trouble():
+def test_a_face_outside_the_frame_has_a_scene_too():
     scene = scene_of(frame_of(RGB8), (true_face(POINTS + 5000), true_face(POINTS - 5000, 1)))
     for face in scene.faces:
         assert np.isfinite(face.regions["lips"][0].shading).all() and np.isfinite(
@@ -95,7 +95,7 @@ def test_a_steady_light_stays_as_it_is():
     "second", [item(1, 0.6, cut=True), item(1, 0.6, track_id=5), item(60, 0.6), item(-9, 0.6)],
     ids=["a cut", "another face", "after a while", "a clock that jumps back"],
 )  # fmt: skip
-def test_light_is_read_anew(second):
+def test_light_is_read_anew_after_a_cut_or_a_pause(second):
     build = BuildScene()
     assert means(build, item(0), second)[-1] == pytest.approx(
         means(BuildScene(), item(0, 0.6))[0], rel=1e-6
@@ -109,7 +109,7 @@ def test_lights_of_faces_that_are_gone_are_forgotten():
     assert len(build._means) <= 3 * (1 / TICK + 1)
 
 
-def test_a_device_that_is_not_there_is_refused():
+def test_a_missing_device_is_refused():
     with pytest.raises(UsageError, match="no such device"):
         BuildScene("no such device")
 

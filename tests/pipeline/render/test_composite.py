@@ -61,7 +61,7 @@ def test_the_chosen_faces_are_painted_and_no_others(who):
     assert composite.painted_frames == (who != "99")
 
 
-def test_the_largest_stays_so_until_it_is_gone_or_another_is_much_larger():
+def test_the_largest_face_changes_only_for_a_much_larger_one():
     rgb8, points = close_up()
     frame = frame_of(np.concatenate([rgb8, rgb8], 1), pix_fmt="yuv444p")
     middle = points.mean(0)
@@ -126,20 +126,20 @@ def test_a_new_look_takes_effect_at_the_next_frame():
 
 
 @pytest.mark.parametrize("dial", ["strength", "intensity"])
-def test_the_user_s_dials_scale_what_is_painted(dial):
+def test_strength_and_intensity_scale_the_painting(dial):
     scene = close_up_scene()
     look = LIPS if dial == "strength" else EYES
     sums = [change(scene, replace(look, **{dial: d})).sum() for d in (0, 0.25, 0.5, 0.75, 1)]
     assert sums[0] == 0 and (np.diff(sums) > 0).all()
 
 
-def test_strength_scales_the_eyes_and_intensity_leaves_the_lips_alone():
+def test_strength_scales_the_eyes_and_intensity_only_them():
     scene = close_up_scene()
     assert change(scene, replace(EYES, strength=0.5)).sum() < change(scene, EYES).sum()
     np.testing.assert_array_equal(change(scene, LIPS), change(scene, replace(LIPS, intensity=0.2)))
 
 
-def test_a_mouth_that_is_hidden_is_not_painted_and_one_half_hidden_is_half():
+def test_a_mouth_is_painted_as_far_as_it_is_visible():
     rgb8, points = close_up()
     sums = []
     for visible in (0.1, 0.35, 1.0):
@@ -176,13 +176,13 @@ def test_faces_that_overlap_are_painted_one_after_the_other(pix_fmt):
 
 
 @pytest.mark.parametrize("offset", [(-90, 0), (110, 0), (0, -130), (60, 60), (9000, 0), (0, -9000)])
-def test_faces_partly_or_wholly_outside_are_no_trouble(offset):
+def test_faces_partly_or_wholly_outside_are_painted_safely(offset):
     rgb8, points = close_up()
     scene = scene_of(frame_of(rgb8), (true_face(points + offset),), white_light())
     after = paint_planes(scene, BOTH)
     assert [plane.shape for plane in after] == [plane.shape for plane in scene.frame.planes]
 
 
-def test_a_device_that_is_not_there_is_a_usage_error():
+def test_a_missing_device_is_a_usage_error():
     with pytest.raises(UsageError, match="no such device"):
         Composite(LIPS, device="no such device")

@@ -47,7 +47,7 @@ def painted(scene, level, monkeypatch, look=BOTH):
 
 @pytest.mark.parametrize("size_wh", [(600, 660), (599, 661)])
 @pytest.mark.parametrize("pix_fmt", LAYOUTS)
-def test_it_looks_as_at_full_size_and_nothing_else_changes(pix_fmt, size_wh, monkeypatch):
+def test_half_resolution_looks_as_at_full_resolution(pix_fmt, size_wh, monkeypatch):
     if pix_fmt == "nv12" and size_wh[0] % 2:
         size_wh = 600, 660
     scene = large_scene(pix_fmt, size_wh)
@@ -134,7 +134,7 @@ def test_tags_do_not_matter(monkeypatch):
     assert (painted(full, 3, monkeypatch)[0] != scene.frame.planes[0]).any()
 
 
-def test_a_face_whose_size_wavers_is_painted_one_way(monkeypatch):
+def test_a_face_of_varying_size_keeps_one_resolution(monkeypatch):
     composite = Composite(BOTH)
     composite.level = 3
     calls = []

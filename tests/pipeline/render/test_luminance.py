@@ -32,7 +32,7 @@ def test_luminance_is_that_of_the_decoded_light(coding):
     np.testing.assert_allclose(got[usual], want[usual], rtol=0.03, atol=2e-3)
 
 
-def test_hlg_s_light_is_that_of_its_display():
+def test_the_light_of_hlg_is_that_of_its_display():
     coding = Coding(9, False, 18, 9, 10)
     codes = np.array([[200, 400, 600, 721], [512] * 4, [512] * 4], float)
     want = decode(codes.T, coding) @ to_xyz(9)[1]
@@ -58,7 +58,7 @@ def test_a_grey_frame_has_light_too():
     assert got[0, 0] == pytest.approx(want[1], rel=0.02)
 
 
-def test_several_grids_come_back_apart_and_the_border_goes_on_outside():
+def test_grids_are_read_apart_and_outside_repeats_the_border():
     frame = frame_of(RAMP)
     grids = [square(4, 4), square(-300, 10, size_wh=(5, 3)), square(500, 10, size_wh=(2, 9))]
     parts = luminances(frame, coding_of(frame), grids)
@@ -69,12 +69,12 @@ def test_several_grids_come_back_apart_and_the_border_goes_on_outside():
         np.testing.assert_array_equal(part, alone)
 
 
-def test_a_grid_s_step_is_that_of_its_pixels():
+def test_the_step_of_a_grid_is_that_of_its_pixels():
     assert square(0, 0, 2.5).step_px() == pytest.approx(2.5)
     assert square(3, 7, 2).places()[:, 9].tolist() == [5, 9]
 
 
-def test_broad_light_forgets_texture_and_stops_at_the_region_s_border():
+def test_broad_light_drops_texture_and_stops_at_the_border():
     light = np.full((40, 60), 0.2, np.float32)
     light[::2, ::2] = 0.3
     light[:, 30:] = 0.9  # beside the region

@@ -75,7 +75,7 @@ def test_roughness_makes_highlights_broader_and_weaker():
     assert rough.glint[0] < sharp.glint[0]
 
 
-def test_a_highlight_lies_between_light_and_viewer_in_the_region_s_own_axes():
+def test_a_highlight_lies_between_light_and_viewer():
     left = lamp(direction=(-0.6, 0, -0.8))
     x, y, z = lit(left).half_way
     assert x < -0.2 and abs(y) < 1e-6 and z > 0.8

@@ -5,7 +5,7 @@ import pytest
 from makeup_video.pipeline.render.scene import SceneLight, white_light
 
 
-def test_white_light_is_white_and_comes_from_the_viewer_s_side():
+def test_white_light_is_white_and_from_the_viewers_side():
     light = white_light()
     assert (light.colour == 1).all() and light.strength == 1
     assert np.linalg.norm(light.direction) == pytest.approx(1)

@@ -92,7 +92,7 @@ def test_what_is_split_is_joined_again(size):
         assert patch.logits.shape == (80, 112)
 
 
-def test_moments_lie_apart_by_the_mean_square_of_their_keys():
+def test_moments_differ_by_the_mean_square_of_their_keys():
     space = FaceSpace(face(HEAD_PX[0]))
     readings = Readings(space, 3)
     for at, index in enumerate((0, 90, 195, 20)):  # the last takes the place of the first
@@ -116,7 +116,7 @@ def test_a_face_moved_as_a_whole_keeps_its_shape():
     assert turn == pytest.approx(0.6, abs=1e-5)
 
 
-def test_a_face_that_goes_on_turning_does_not_jump_at_180_degrees():
+def test_a_turning_face_does_not_jump_at_180_degrees():
     space = FaceSpace(face(HEAD_PX[0]))
     readings = Readings(space, 40)
     for at in range(40):
@@ -124,7 +124,7 @@ def test_a_face_that_goes_on_turning_does_not_jump_at_180_degrees():
     np.testing.assert_allclose(np.diff(readings.pose[:, 3]), 0.3, atol=1e-5)
 
 
-def test_a_crop_far_from_the_window_begins_a_new_one_and_takes_the_old_patches_along():
+def test_a_crop_that_moves_far_takes_the_old_patches_along():
     x = np.mgrid[0:80, 0:112][1].astype(np.float32)
     first = face(HEAD_PX[0], logits=x - 40)
     to_px = first.lips.to_px.copy()

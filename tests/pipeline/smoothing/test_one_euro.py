@@ -11,11 +11,11 @@ def new(**options):
     return OneEuro(STARTS, COUNTS, **given)
 
 
-def test_the_first_value_counts_alone():
+def test_the_first_value_passes_unchanged():
     assert (new()(np.ones(5, np.float32), 0.033, NOISE) == 1).all()
 
 
-def test_at_rest_it_is_the_low_pass_filter_of_its_lowest_cutoff():
+def test_at_rest_the_filter_is_a_low_pass_of_minimum_cutoff():
     one = new()
     for _ in range(5):
         shares = one(np.ones(5, np.float32), 1 / 30, NOISE)
@@ -23,7 +23,7 @@ def test_at_rest_it_is_the_low_pass_filter_of_its_lowest_cutoff():
     np.testing.assert_allclose(shares, turn / (1 + turn))
 
 
-def test_only_the_region_that_moves_lets_go():
+def test_only_the_region_that_moves_follows_at_once():
     one = new()
     still, jump = np.zeros(5, np.float32), np.array([0, 0, 0, 1, 1], np.float32)
     one(still, 1 / 30, NOISE)
@@ -31,7 +31,7 @@ def test_only_the_region_that_moves_lets_go():
     assert shares[0] < 0.2 and shares[1] > 0.9
 
 
-def test_the_same_motion_is_let_through_sooner_when_there_is_less_noise():
+def test_less_noise_lets_the_same_motion_through_sooner():
     jump = np.full(5, 0.05, np.float32)
     shares = []
     for noise in (NOISE, NOISE / 100):

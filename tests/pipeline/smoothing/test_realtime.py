@@ -63,7 +63,7 @@ def test_speech_does_not_lag_by_half_a_frame(kind):
 @pytest.mark.parametrize(
     ("kind", "most"), [("even", 0.9), ("late at random", 0.9), ("in pairs", 1.1)]
 )
-def test_it_is_no_worse_than_what_was_read(kind, most):
+def test_smoothed_points_are_no_worse_than_the_readings(kind, most):
     """As times stand, the squared error of frames in pairs would be almost five times as large."""
     read = noisy(HEAD_PX[:200])
     off = live(read, stamps(kind, 200)) - HEAD_PX[:200]
@@ -78,7 +78,7 @@ def test_a_camera_or_a_machine_of_fewer_frames_is_followed(every):
     assert lag_frames(opening(got), opening(true)) < 0.5
 
 
-def test_a_still_face_is_steady_at_sixty_frames_a_second_whenever_they_arrive():
+def test_a_still_face_is_steady_however_frames_arrive():
     still = np.repeat(HEAD_PX[:1], 300, 0)
     read = noisy(still)
     for kind in ("even", "late at random"):
@@ -94,7 +94,7 @@ def test_dropped_frames_do_no_harm():
     assert np.square(got - HEAD_PX[kept]).mean() < np.square(read - HEAD_PX[kept]).mean()
 
 
-def test_after_ten_minutes_and_after_months_it_does_as_at_first():
+def test_smoothing_is_the_same_after_minutes_and_months():
     long = np.concatenate([HEAD_PX, HEAD_PX[::-1]] * 31)[:18000]
     read = noisy(HEAD_PX[:60], seed=4)
     stage = SmoothLive()
@@ -107,7 +107,7 @@ def test_after_ten_minutes_and_after_months_it_does_as_at_first():
     np.testing.assert_allclose(months, live(read, 1000 + np.arange(60) / 30), atol=0.02)
 
 
-def test_what_files_get_is_hardly_better():
+def test_look_ahead_is_hardly_better_than_realtime():
     true = HEAD_PX[:200]
     items = filmed(noisy(true), 1000 + np.arange(200) / 30)
     ahead = SmoothAhead()
@@ -117,5 +117,5 @@ def test_what_files_get_is_hardly_better():
     assert off[1] < 1.6 * off[0] + 0.0005 * IOD_PX
 
 
-def test_its_time_base_is_that_of_live_frames():
+def test_the_smoother_uses_the_time_base_of_live_frames():
     assert Fraction(1, 1_000_000) == LIVE_TIME_BASE

@@ -83,13 +83,13 @@ def test_a_rotation_is_kept(tmp_path):
     assert round(decoded(tmp_path / "out.mp4")[0].rotation) % 360 == 90
 
 
-def test_a_film_that_is_played_is_not_overwritten_by_its_recording(tmp_path):
+def test_a_played_film_is_not_overwritten_by_its_recording(tmp_path):
     clip = make_clip(tmp_path / "in.mp4", frames=2)
     with pytest.raises(UsageError, match="the output is the input"):
         Recording(clip, source=clip, overwrite=True)
 
 
-def test_what_exists_is_not_overwritten_unless_asked(tmp_path):
+def test_an_existing_file_is_overwritten_only_on_request(tmp_path):
     path = tmp_path / "out.mkv"
     path.write_bytes(b"old")
     with pytest.raises(UsageError, match="add overwrite=True"):
@@ -107,7 +107,7 @@ def test_a_run_without_a_picture_leaves_nothing(tmp_path):
     ("settings", "error"),
     [({"codec": "prores"}, "hold"), ({"preset": "quick"}, "^preset"), ({"crf": 99}, "0..51")],
 )
-def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path, settings, error):
+def test_bad_settings_are_refused_before_anything_is_written(tmp_path, settings, error):
     with pytest.raises(UsageError, match=error):
         Recording(tmp_path / "out.mp4", **settings)
     with pytest.raises(OutputError, match="does not exist"):

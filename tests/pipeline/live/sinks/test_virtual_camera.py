@@ -83,7 +83,7 @@ def test_a_turned_picture_is_shown_upright(library):
     assert library.made[0].told[:2] == (48, 64) and library.made[0].told[4] == "/dev/video9"
 
 
-def test_finish_closes_the_camera_and_a_run_without_pictures_opens_none(library):
+def test_finish_closes_the_camera_if_a_picture_opened_one(library):
     sink = VirtualCamera()
     sink.finish(stopped=True)
     assert library.made == []
@@ -123,7 +123,7 @@ def test_a_device_that_goes_away_is_one_line_and_closed(library):
     assert library.made[0].closed and sink.sent == 1
 
 
-def test_the_real_library_says_in_one_line_that_there_is_no_device():
+def test_a_missing_device_is_one_line_from_the_real_library():
     pytest.importorskip("pyvirtualcam")
     try:
         sink = VirtualCamera("/dev/video63")

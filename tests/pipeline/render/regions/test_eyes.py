@@ -83,7 +83,7 @@ def test_a_closing_lid_takes_the_shadow_down_with_it():
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(-180, 180), st.floats(0.3, 3), st.floats(0, 1), st.sampled_from(ZONES))
-def test_zones_turn_with_the_face_and_stay_within_their_corners(degrees, scale, softness, zone):
+def test_zones_turn_with_the_face_and_stay_within_reach(degrees, scale, softness, zone):
     _, points = close_up()
     points = turned(points, degrees, scale)
     for region in lid_surfaces(true_face(points)):

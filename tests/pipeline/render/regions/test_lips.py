@@ -63,14 +63,14 @@ def test_the_edge_is_never_harder_than_a_pixel():
     assert len(np.unique(large)) > 50
 
 
-def test_the_contours_hold_a_mask_that_goes_astray():
+def test_the_contours_confine_a_mask_that_is_wrong():
     _, points = close_up()
     face = heads.face(points, logits=np.full((80, 112), 9, np.float32))
     weight = weight_of(face)
     assert weight[~inside(points[LIPS_OUTER], HW, -10)].max() == 0
 
 
-def test_a_mask_that_leaves_something_out_is_believed():
+def test_what_the_mask_leaves_out_is_not_painted():
     _, points = close_up()
     face = true_face(points)
     hand = face.lips.logits.copy()
@@ -87,7 +87,7 @@ def test_a_hidden_mouth_has_no_lips(visible):
     assert lips_surface(heads.face(points, mouth_visible=0.3)) is not None
 
 
-def test_a_window_is_a_part_of_the_whole():
+def test_a_rect_of_the_weight_is_a_part_of_the_whole():
     _, points = close_up()
     face = true_face(points)
     whole = weight_of(face)
@@ -97,7 +97,7 @@ def test_a_window_is_a_part_of_the_whole():
 
 @settings(max_examples=100, deadline=None)
 @given(st.floats(-180, 180), st.floats(0.3, 4), st.floats(0, 1), st.sampled_from([0, 75, 100]))
-def test_nothing_is_painted_beyond_the_region_s_corners(degrees, scale, softness, number):
+def test_nothing_is_painted_beyond_the_regions_corners(degrees, scale, softness, number):
     _, points = close_up(number)
     face = true_face(points)
     spin = turned(np.array([[0.0, 0], [1, 0], [0, 1]]), degrees, scale)

@@ -8,7 +8,7 @@ from makeup import close_up, true_face
 from makeup_video.pipeline.render.regions.lips_reference import lips_surface
 
 
-def test_where_the_lips_meet_the_light_follows_the_mouth_without_steps():
+def test_light_at_the_seam_follows_the_mouth_without_steps():
     face = true_face(close_up()[1])
     here = lips_surface(face)
     rows = np.arange(here.upper.shape[0])[:, None]
@@ -24,7 +24,7 @@ def test_where_the_lips_meet_the_light_follows_the_mouth_without_steps():
     assert jumps.max() < whole / 4
 
 
-def test_where_a_contour_is_steep_the_border_is_no_stair():
+def test_a_steep_contour_has_a_smooth_border():
     points = close_up()[1].copy()
     points[:, 0] *= 0.6  # lips as for a kiss
     face = heads.face(points, logits=np.full((80, 112), 30, np.float32))

@@ -172,7 +172,7 @@ def test_the_page_and_the_finishes_have_the_new_region(toy):
     assert json.loads(done.stdout) == [["lips", "eyes", "cheeks"]] * 2, done.stderr
 
 
-def test_every_region_has_a_description_and_a_painter_of_its_name():
+def test_every_region_has_a_description_and_a_painter():
     assert list(PAINTED) == list(REGIONS)
     assert all(name == info.name for name, info in REGIONS.items())
     assert all(list(info.finishes) == list(FINISHES) for info in REGIONS.values())

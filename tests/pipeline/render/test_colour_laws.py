@@ -1,17 +1,12 @@
-"""What holds for every makeup: the laws of the renderer."""
+"""What holds for every makeup: which bytes change, and in which colour."""
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from functools import cache
-from pathlib import Path
 
-import av
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from laws import lab, same
 from makeup import (
     FLAT,
     LAYOUTS,
@@ -19,7 +14,6 @@ from makeup import (
     close_up_scene,
     copied,
     flat_surface,
-    inside,
     lights,
     lit_of,
     paint_codes,
@@ -46,20 +40,13 @@ from makeup_video.kernels.colour import (
 )
 from makeup_video.kernels.material import made_up, skin_at
 from makeup_video.kernels.paint import on_pixels
-from makeup_video.pipeline.faces.find import find_faces_in_frame
-from makeup_video.pipeline.faces.topology import EYE_CONTOUR, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
-from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.colour_tags import ColourTags
-from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.look.finishes import product as finished
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.regions.eyes import ZONES
-from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import white_light
-from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
-from people import SAMPLES, TICK, frame_of
-from skimage.color import deltaE_ciede2000, xyz2lab
+from people import frame_of
+from skimage.color import deltaE_ciede2000
 
 BOTH = Look(lips=product(), eyes=product(red=0, green=90, blue=40))
 FACING = SkinAxes(np.eye(2), 100.0)
@@ -69,24 +56,12 @@ looks = st.builds(
 )
 
 
-def lab(linear):
-    """CIE Lab of linear light in BT.709's primaries, (..., 3)."""
-    return xyz2lab(np.maximum(linear, 0) @ to_xyz(1).T, illuminant="D65", observer="2")
-
-
 def odd(pix_fmt, tags=None):
     """A close-up of odd size on which the face is cut off on the right and below."""
     rgb8, points = close_up(box=(231, 83, 384, 270))
     frame = frame_of(rgb8[: 173 + 8, :113], pix_fmt=pix_fmt)
     frame = tagged(frame, tags) if tags else frame
     return scene_of(frame, (true_face(points),), white_light())
-
-
-def same(one, other):
-    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
-
-
-# 1
 
 
 @some
@@ -110,9 +85,6 @@ def test_bare_looks_change_no_byte(look):
     for bare in (replace(look, strength=0.0), replace(look, lips=None, intensity=0.0),
                  replace(look, lips=None, eyes=None)):  # fmt: skip
         assert same(paint_planes(scene, bare), copied(scene.frame))
-
-
-# 2
 
 
 def unpainted(scene, look, monkeypatch):
@@ -146,7 +118,7 @@ def test_nothing_changes_outside_the_mask(pix_fmt, cut, monkeypatch):
 
 @some
 @given(looks)
-def test_nothing_changes_far_from_lips_and_eyes_whatever_the_look(look):
+def test_no_look_changes_pixels_far_from_lips_and_eyes(look):
     scene = close_up_scene("yuv420p")
     points = scene.faces[0].face.points_px[:, :2]
     nose, chin, brow = points[5, 1], points[152, 1], points[10, 1]
@@ -158,12 +130,9 @@ def test_nothing_changes_far_from_lips_and_eyes_whatever_the_look(look):
         assert not (abs(changed[:, 0] - nose) < 3).any()
 
 
-# 3
-
-
 @some
 @given(params(opacity=0.5, **FLAT), st.sampled_from([SRGB, PQ]))
-def test_more_opacity_moves_a_frame_monotonically_to_the_product(p, transfer):
+def test_more_opacity_moves_a_frame_steadily_to_the_product(p, transfer):
     tags = ColourTags(1, 1, 1 if transfer == SRGB else transfer, 1)
     rgb8, points = close_up()
     frame = tagged(frame_of(rgb8, pix_fmt="yuv444p10le"), tags)
@@ -181,12 +150,9 @@ def test_more_opacity_moves_a_frame_monotonically_to_the_product(p, transfer):
     assert (rise <= unit).all()
 
 
-# 4
-
-
 @some
 @given(looks, lights(), st.sampled_from([SRGB, PQ, HLG]), st.sampled_from([0, 64, 500, 940, 1023]))
-def test_even_frames_of_any_code_and_transfer_are_painted_without_nan(look, light, transfer, code):
+def test_uniform_frames_of_any_code_are_painted_without_nan(look, light, transfer, code):
     rgb8, points = close_up()
     frame = tagged(frame_of(rgb8, pix_fmt="yuv420p10le"), ColourTags(9, 1, transfer, 9))
     for plane in frame.writable_planes():
@@ -199,48 +165,6 @@ def test_even_frames_of_any_code_and_transfer_are_painted_without_nan(look, ligh
         assert np.isfinite(lit.shading).all() and np.isfinite(lit.mean)
         assert np.isfinite(lit.surface.normals).all()
 
-
-# 5
-
-_PAINT_ONCE = """
-import hashlib
-from makeup import close_up_scene, paint_planes, product
-from makeup_video.pipeline.look.look import Look
-shiny = product(gloss=2, reflection=0.5, shimmer=1, gloss_detail=0.3)
-planes = paint_planes(close_up_scene("yuv420p"), Look(lips=shiny, eyes=shiny, zone="full"))
-print(hashlib.sha256(b"".join(plane.tobytes() for plane in planes)).hexdigest())
-"""
-
-
-def test_any_number_of_threads_gives_the_same_bytes():
-    here = Path(__file__).parents[2] / "support"
-    printed = set()
-    for threads in ("1", "2", ""):
-        environment = dict(os.environ)
-        environment["PYTHONPATH"] = os.pathsep.join([str(here), os.environ.get("PYTHONPATH", "")])
-        for name in ("POCL_MAX_PTHREAD_COUNT", "POCL_DEVICES"):
-            environment.pop(name, None)
-        if threads:  # without: PoCL's device that has none
-            environment.update(POCL_MAX_PTHREAD_COUNT=threads, POCL_DEVICES="pthread")
-        done = subprocess.run(
-            [sys.executable, "-c", _PAINT_ONCE],
-            env=environment,
-            text=True,
-            capture_output=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        printed.add(done.stdout)
-    assert len(printed) == 1 and printed.pop().strip()
-
-
-def test_the_same_frame_twice_gives_the_same_bytes():
-    scene = close_up_scene("nv12")
-    shiny = Look(lips=product(gloss=2, reflection=0.5, shimmer=1))
-    assert same(paint_planes(scene, shiny), paint_planes(scene, shiny))
-
-
-# 7
 
 SAME_PICTURE = [
     Coding(matrix, full, SRGB, primaries, depth)
@@ -317,8 +241,6 @@ def test_a_frame_of_any_coding_is_painted_alike(matrix, full_range):
     assert off.mean() < 1.2 and np.quantile(off, 0.998) < 6
 
 
-# 8
-
 _RNG = np.random.default_rng(8)
 COLOURS = [
     (0, 0, 0), (255, 255, 255), (0, 0, 255), (255, 255, 0), (255, 0, 0), (0, 255, 0),
@@ -329,7 +251,7 @@ COLOURS = [
 
 @pytest.mark.parametrize("skin", [(60, 38, 28), (236, 200, 178)], ids=["dark", "light"])
 @pytest.mark.parametrize("coding", [Coding(1, True), Coding(1), Coding(6)], ids=str)
-def test_the_colour_that_is_painted_is_the_colour_of_the_product(skin, coding):
+def test_the_painted_colour_is_the_products_colour(skin, coding):
     """8 bits, 4:4:4, light and dark skin. What rounding to 8 bits alone is off is taken away:
     of dark colours in limited range it may be more than 1."""
     patch = rounded(codes_of(to_linear(np.array(skin) / 255, SRGB), coding), coding)
@@ -351,188 +273,3 @@ def test_the_colour_that_is_painted_is_the_colour_of_the_product(skin, coding):
     assert all(off < max(1.0, least + 0.05) for off, least, _ in worst), sorted(worst)[-5:]
     if coding.full_range:
         assert max(worst)[0] < 1.0
-
-
-# 9 and 11: the sample, whose true points are known; faces as the product finds them
-
-FILM = SAMPLES / "in.mp4"
-OPEN_MOUTHS = (60, 100, 110, 193, 200)
-WORN = Look(
-    lips=finished((180, 0, 46), "matte"), eyes=finished((0, 60, 160), "matte", "eyes"), zone="full"
-)
-
-
-def film_frames(first, last):
-    with av.open(str(FILM)) as container:
-        for number, picture in enumerate(container.decode(video=0)):
-            if number > last:
-                return
-            if number >= first:
-                yield Frame(picture, number, TICK, ColourTags(1, 1, 1, 1))
-
-
-@cache
-def film_scenes():
-    """Frame number -> scene of a 1280 x 720 frame."""
-    wanted = {*OPEN_MOUTHS, 185}
-    return {
-        frame.pts: scene_of(frame, find_faces_in_frame(frame)[0].faces)
-        for frame in film_frames(min(wanted), max(wanted))
-        if frame.pts in wanted
-    }
-
-
-def true_px(number):
-    stored = np.load(SAMPLES / "in_points.npz")
-    return stored["points"][number].astype(float) * float(stored["unit"])
-
-
-def share_changed(number, contour, shrunk_px, look):
-    """Of the pixels in a contour and at least shrunk_px from it: by more than 2 codes of luma."""
-    scene = film_scenes()[number]
-    old, new = scene.frame.planes[0].astype(int), paint_planes(scene, look)[0]
-    within = inside(true_px(number)[contour], old.shape, shrunk_px)
-    assert (np.abs(new - old) > 2).any()
-    return (np.abs(new - old) > 2)[within].mean()
-
-
-@pytest.mark.parametrize("finish", ["matte", "gloss", "shimmer"])
-@pytest.mark.parametrize("number", OPEN_MOUTHS)
-def test_less_than_a_hundredth_of_an_open_mouth_changes(number, finish):
-    look = Look(lips=finished((180, 0, 46), finish))
-    assert share_changed(number, LIPS_INNER, 2, look) < 0.01
-
-
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="the lip net takes the tongue's edge for lip: 5 % here",
-)
-def test_less_than_a_hundredth_of_a_mouth_that_opens_changes():
-    assert share_changed(185, LIPS_INNER, 2, WORN) < 0.01
-
-
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="the lip mask of a followed face: up to 8 % of a fast mouth",
-)
-def test_less_than_a_hundredth_of_a_mouth_changes_in_a_film():
-    """The mouth opens wide and closes again; faces are followed and smoothed as in a film."""
-    find, smooth, build = FindFaces(), SmoothAhead(), BuildScene()
-    found = [smooth(find(frame)) for frame in film_frames(172, 205)]
-    shares = []
-    for item in (*found, *smooth.drain()):
-        if item is None or item.frame.pts < 178:
-            continue
-        old, new = item.frame.planes[0].astype(int), paint_planes(build(item), WORN)[0]
-        within = inside(true_px(item.frame.pts)[LIPS_INNER], old.shape, 2)
-        shares.append((np.abs(new - old) > 2)[within].mean())
-    assert max(shares) < 0.01
-
-
-@pytest.mark.parametrize("number", OPEN_MOUTHS)
-def test_where_the_points_are_true_hardly_a_pixel_of_the_mouth_changes(number):
-    scene = film_scenes()[number]
-    scene = scene_of(scene.frame, (true_face(true_px(number)),))
-    old, new = scene.frame.planes[0], paint_planes(scene, WORN)[0]
-    within = inside(true_px(number)[LIPS_INNER], old.shape, 2)
-    assert (new != old)[within].mean() < 0.002
-
-
-@pytest.mark.parametrize("zone", ZONES)
-@pytest.mark.parametrize("number", OPEN_MOUTHS)
-def test_eye_shadow_is_never_on_the_eyeball(number, zone):
-    scene = film_scenes()[number]
-    scene = scene_of(scene.frame, (true_face(true_px(number)),))
-    old, new = scene.frame.planes[0], paint_planes(scene, replace(WORN, zone=zone))[0]
-    for contour in (EYE_CONTOUR, RIGHT_EYE[:16]):
-        within = inside(true_px(number)[contour], old.shape, 0.5)
-        assert within.sum() > 500
-        np.testing.assert_array_equal(new[within], old[within])
-
-
-@pytest.mark.parametrize("number", OPEN_MOUTHS)
-def test_found_lids_are_right_to_two_pixels(number):
-    for contour in (EYE_CONTOUR, RIGHT_EYE[:16]):
-        assert share_changed(number, contour, 2, WORN) < 0.01
-
-
-def test_eye_shadow_follows_a_blink(monkeypatch):
-    """Frame 75 has closed eyes: the lid is painted down to where the eye was."""
-    reach = []
-    for number in (60, 75):
-        rgb8, points = close_up(number, (200, 60, 440, 300))
-        scene = scene_of(frame_of(rgb8), (true_face(points),), white_light())
-        weight = weights_of(scene, Look(eyes=product()), monkeypatch)
-        corners = points[[33, 133]].mean(0)
-        column = weight[:, round(corners[0])]
-        reach.append(np.flatnonzero(column > 0.3).max() - corners[1])
-    assert reach[1] > reach[0] + 3
-
-
-# 10
-
-
-def test_a_still_face_under_noise_keeps_its_colour():
-    rng = np.random.default_rng(5)
-    still, points = close_up(0, (180, 40, 460, 330))
-    still = np.repeat(np.repeat(still, 2, 0), 2, 1)
-    noisy = [
-        np.clip(still + rng.normal(0, 4, still.shape), 0, 255).astype(np.uint8) for _ in range(60)
-    ]
-    find, smooth, build = FindFaces(), SmoothAhead(), BuildScene()
-    found = [smooth(find(frame_of(rgb8, index))) for index, rgb8 in enumerate(noisy)]
-    found = [item for item in (*found, *smooth.drain()) if item is not None]
-    assert len(found) == 60 and all(len(item.faces) == 1 for item in found)
-    lips = inside(2 * points[LIPS_OUTER] + 0.5, still.shape[:2], 4)
-    lips &= ~inside(2 * points[LIPS_INNER] + 0.5, still.shape[:2], -4)
-    assert lips.sum() > 300
-    seen = {"bare": [], "painted": []}
-    look = Look(lips=finished((180, 0, 46), "satin"))
-    for item in found:
-        scene = build(item)
-        for name, planes in (("bare", copied(item.frame)), ("painted", paint_planes(scene, look))):
-            seen[name].append(mean_lab(planes, lips, scene.coding))
-    moved = {
-        name: max(float(deltaE_ciede2000(row, np.mean(rows, axis=0))) for row in rows)
-        for name, rows in seen.items()
-    }
-    assert moved["painted"] < moved["bare"] + 0.5, moved
-    assert deltaE_ciede2000(seen["bare"][0], seen["painted"][0]) > 5
-
-
-def mean_lab(planes, mask, coding):
-    """Of the mean light of a 4:2:0 picture within a mask."""
-    chroma = [
-        plane.repeat(2, 0).repeat(2, 1)[: mask.shape[0], : mask.shape[1]] for plane in planes[1:]
-    ]
-    codes = np.stack([planes[0], *chroma], axis=-1)[mask].astype(float)
-    return lab(decode(codes, coding).mean(0))
-
-
-# 12
-
-
-@pytest.mark.parametrize("shift", [(8, 0), (0, 6), (-14, 10)])
-def test_shimmer_sticks_to_the_face(shift):
-    """The picture is moved by whole pixels; what is painted moves alike."""
-    shiny = Look(
-        lips=product(shimmer=1, gloss=1, red=60), eyes=product(shimmer=0.7, shimmer_size=0)
-    )
-    rgb8, points = close_up(box=(200, 60, 440, 300))
-    rgb8, points = rgb8.repeat(2, 0).repeat(2, 1), 2 * points + 0.5
-    seen = []
-    for moved_by in (np.zeros(2, int), np.array(shift)):
-        dx, dy = moved_by
-        moved = np.roll(rgb8, (dy, dx), (0, 1))
-        scene = scene_of(
-            frame_of(moved, pix_fmt="yuv444p"), (true_face(points + moved_by),), white_light()
-        )
-        planes = [np.roll(plane, (-dy, -dx), (0, 1)) for plane in paint_planes(scene, shiny)]
-        seen.append(np.stack(planes).astype(int))
-    dull = paint_planes(scene, Look(lips=product(red=60), eyes=product()))
-    assert (np.abs(np.roll(dull[0], (-dy, -dx), (0, 1)) - seen[1][0]) > 8).sum() > 200
-    off = np.abs(seen[0] - seen[1])
-    # places round differently: by a thousandth of a pixel, where a sparkle has its edge
-    assert (off > 3).mean() < 2e-4 and off.max() < 40

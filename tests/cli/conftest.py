@@ -1,0 +1,18 @@
+"""Fixtures of this folder."""
+
+import pytest
+from media import make_clip
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    make_clip(tmp_path / "in.mp4", audio="aac")
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def long_clip(tmp_path_factory):
+    return make_clip(
+        tmp_path_factory.mktemp("long") / "long.mp4", frames=400, size_wh=(640, 360), audio="aac"
+    )

@@ -1,0 +1,102 @@
+"""Ctrl-C at any moment: the exit code, one line, and a part that plays."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from command_line import command
+from makeup_video.cli import console, main
+from media import decoded
+
+
+def test_a_second_ctrl_c_keeps_the_part_file(folder, long_clip):
+    process = command(long_clip, "--look", "none", "-o", "out.mp4", "--preset", "slow")
+    part = folder / "out.part.mp4"
+    deadline = time.monotonic() + 30
+    while not (part.exists() and part.stat().st_size > 20000) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    for _ in range(3):
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.02)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert said.splitlines()[-1].startswith("stopped")
+    assert len(decoded(part)) > 0
+
+
+def test_a_busy_thread_keeps_neither_process_nor_exit_code():
+    """Such a thread reads a large photo that a page sent."""
+    code = (
+        "import time; from makeup_video.cli import main\n"
+        "from makeup_video.web.worker import Worker\n"
+        "worker = Worker(); worker.submit(lambda: time.sleep(600)); worker.stop(); main._exit(5)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 5
+
+
+def test_ctrl_c_keeps_its_exit_code_while_python_compiles():
+    """Python remembers such an interruption, and would otherwise end by the signal."""
+    code = (
+        "import sys, types; from makeup_video.cli import main\n"
+        "def app(**_): exec('raise KeyboardInterrupt')\n"
+        "sys.modules['makeup_video.cli.app'] = types.SimpleNamespace(app=app); main.main()"
+    )
+    assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 130
+
+
+@pytest.mark.parametrize("delay", [0.15, 0.25, 0.4])
+def test_an_early_ctrl_c_is_one_line(folder, long_clip, delay):
+    process = command(long_clip, "--look", "none", "-o", "out.mp4")
+    time.sleep(delay)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    if process.returncode == -signal.SIGINT or "site.py" in said or "runpy" in said:
+        pytest.skip("it came before Python had begun to run our code")
+    assert process.returncode == 130
+    assert len(said.splitlines()) == 1 and said.startswith("stopped")
+
+
+@pytest.mark.parametrize("name", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
+def test_ctrl_c_leaves_a_playable_part_within_two_seconds(folder, long_clip, name, end):
+    slow = [] if end == ".webm" else ["--preset", "slow"]
+    process = command(long_clip, "--look", "none", "-o", f"out{end}", *slow)
+    part = folder / f"out.part{end}"
+    deadline = time.monotonic() + 30
+    while not (part.exists() and part.stat().st_size > 20000) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(name)
+    began = time.monotonic()
+    _, said = process.communicate(timeout=30)
+    assert time.monotonic() - began < 2
+    assert process.returncode == 130
+    assert said.splitlines()[-1] == f"stopped; out.part{end} holds what was done"
+    assert not (folder / f"out{end}").exists()
+    assert 0 < len(decoded(part)) < 400
+
+
+def test_ctrl_c_raised_as_another_error_is_still_a_stop(monkeypatch, capsys):
+    """This happens while a C module is being loaded."""
+    ended = []
+
+    def app(**_):
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("initialization failed") from None
+
+    monkeypatch.setattr("makeup_video.cli.app.app", app)
+    monkeypatch.setattr(main, "_exit", ended.append)
+    monkeypatch.setattr(main, "_came", [])
+    monkeypatch.setattr(console, "_lines", 0)
+    before = {
+        name: signal.getsignal(name) for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    }
+    try:
+        main.main()
+    finally:
+        for name, handler in before.items():
+            signal.signal(name, handler)
+    assert ended == [130] and capsys.readouterr().err == "stopped\n"

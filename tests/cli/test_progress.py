@@ -1,0 +1,63 @@
+"""How far a run is, on a terminal and elsewhere."""
+
+import os
+import pty
+import re
+import subprocess
+import sys
+
+from media import make_clip
+
+
+def test_the_progress_counts_only_what_the_trim_keeps(folder):
+    from fractions import Fraction
+
+    from makeup_video.pipeline import Settings, process_video
+
+    src, seen = make_clip(folder / "long.mp4", frames=300), []
+    settings = Settings(start_seconds=Fraction(2), end_seconds=Fraction(5))
+    process_video(
+        src, folder / "o.mp4", None, settings, lambda d, expected, r: seen.append(expected)
+    )
+    assert set(seen) <= {90}
+
+
+def test_on_a_terminal_a_bar_shows_frames_speed_and_time_left(folder, long_clip):
+    leader, follower = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "makeup_video.cli", str(long_clip), "--look", "none",
+         "-o", "out.mp4"],
+        stderr=follower, stdout=follower, stdin=follower,
+        env={**os.environ, "TERM": "xterm-256color", "COLUMNS": "100"},
+    )  # fmt: skip
+    os.close(follower)
+    shown = b""
+    while True:
+        try:
+            piece = os.read(leader, 4096)
+        except OSError:
+            break
+        if not piece:
+            break
+        shown += piece
+    os.close(leader)
+    assert process.wait(30) == 0
+    text = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", shown).decode()
+    assert "/400" in text and " fps" in text and "x real time" in text
+    assert text.rstrip().splitlines()[-1].startswith("out.mp4: 400 frames in")
+
+
+def test_without_a_terminal_a_plain_line_shows_now_and_then(monkeypatch, capsys):
+    from fractions import Fraction
+
+    from makeup_video.cli import progress
+
+    clock = iter([0.0, 1.0, 6.0, 7.0, 12.0])
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
+    lines = progress._PlainLines()
+    for done in (30, 180, 200, 360):
+        lines(done, 600, Fraction(30))
+    assert capsys.readouterr().err.splitlines() == [
+        "180/600 frames, 30 fps, 1.0x real time, 0:14 left",
+        "360/600 frames, 30 fps, 1.0x real time, 0:08 left",
+    ]

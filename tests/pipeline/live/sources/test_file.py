@@ -1,0 +1,158 @@
+"""Video files played in real time."""
+
+import itertools
+import threading
+import time
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.pipeline import DecodeError
+from makeup_video.pipeline.live.sources import file as camera_file
+from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.file import Timeline
+from media import damage, make_clip
+
+
+def test_a_timeline_counts_from_the_first_frame():
+    line = Timeline(0.1)
+    assert [line(t) for t in (-5.0, -4.9, -4.7)] == pytest.approx([0, 0.1, 0.3])
+
+
+def test_missing_and_repeated_times_are_fixed_without_drift():
+    line = Timeline(0.1)
+    got = [line(t, 0.1) for t in (0.0, None, 0.2, 0.2, 0.1, 0.5, 0.6)]
+    assert got == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+
+
+@pytest.mark.parametrize("jump", [3600.0, -3600.0])
+def test_a_clock_that_jumps_is_one_frame_long(jump):
+    line = Timeline(0.1)
+    assert [line(t) for t in (0.0, 0.1, jump, jump + 0.1)] == pytest.approx([0, 0.1, 0.2, 0.3])
+
+
+def test_another_pass_goes_on_where_the_last_ended():
+    line = Timeline(0.1)
+    first = [line(t, 0.1) for t in (1.0, 1.1)]
+    line.begin_pass()
+    assert first + [line(t, 0.1) for t in (1.0, 1.1)] == pytest.approx([0, 0.1, 0.2, 0.3])
+
+
+@given(st.lists(st.one_of(st.none(), st.floats(-1e6, 1e6)), max_size=30))
+def test_the_times_of_a_timeline_always_increase(times):
+    line = Timeline(1 / 30)
+    got = [line(t) for t in times]
+    assert all(a < b for a, b in itertools.pairwise(got))
+
+
+def played(path, count=None, **settings):
+    """[(frame, seconds between when it was due and when it came)]"""
+    camera = Camera(CameraSettings(name=str(path), **settings), pytest.fail)
+    got = []
+    for frame in camera.frames():
+        got.append((frame, time.monotonic() - frame.seconds))
+        if len(got) == count:
+            camera.close()
+    return camera, got
+
+
+def test_a_file_plays_to_its_end_and_no_frame_comes_early(tmp_path):
+    camera, got = played(make_clip(tmp_path / "in.mp4", frames=8))
+    assert len(got) + camera.dropped == 8 and camera.path == tmp_path / "in.mp4"
+    assert all(late >= -1e-5 for _, late in got)
+    steps = np.diff([frame.seconds for frame, _ in got])
+    assert steps == pytest.approx(np.round(steps * 30) / 30, abs=1e-5)
+
+
+def test_a_variable_rate_is_played_from_its_first_frame(tmp_path):
+    pts = [500, 520, 600, 610, 700]
+    path = make_clip(tmp_path / "in.mkv", pts=pts, time_base=Fraction(1, 1000))
+    _, got = played(path)
+    times = np.array([frame.seconds for frame, _ in got]) - got[0][0].seconds
+    assert set(np.round(times, 3)) <= {0, 0.02, 0.1, 0.11, 0.2}
+
+
+@pytest.mark.parametrize("end", ["mp4", "avi"])
+def test_a_loop_has_no_seam(tmp_path, end, monkeypatch):
+    path, now = make_clip(tmp_path / f"in.{end}", "mjpeg", frames=5, pix_fmt="yuvj420p"), [100.0]
+    monkeypatch.setattr(camera_file.time, "monotonic", lambda: now[0])
+    camera = Camera(CameraSettings(name=str(path), loop=True), pytest.fail)
+    camera._source._closing = FakeWait(now)
+    got = [frame.seconds for frame in itertools.islice(camera.frames(), 14)]
+    assert np.diff(got) == pytest.approx(1 / 30, abs=1e-5)
+    assert camera.damaged == camera.dropped == 0
+
+
+def test_a_file_catches_up_after_a_stall(tmp_path, monkeypatch):
+    """After a stall nothing old is shown, and the clock is the one it began with."""
+    path = make_clip(tmp_path / "in.mp4", frames=60, options={"g": "10"})
+    now = [100.0]
+    monkeypatch.setattr(camera_file.time, "monotonic", lambda: now[0])
+    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
+    camera._source._closing = FakeWait(now)
+    frames = camera.frames()
+    first = next(frames)
+    now[0] += 1.5  # 45 frames
+    later = list(frames)
+    assert later[0].seconds >= now[0] - 1.5 and later[0].seconds - first.seconds >= 1.3
+    assert all(abs((f.seconds - 100) * 30 - round((f.seconds - 100) * 30)) < 1e-3 for f in later)
+    assert len(later) + 1 + camera.dropped == 60
+
+
+def test_a_frame_due_while_the_process_stood_still_is_dropped(tmp_path, monkeypatch):
+    path, now = make_clip(tmp_path / "in.mp4", frames=6), [100.0]
+    monkeypatch.setattr(camera_file.time, "monotonic", lambda: now[0])
+    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
+    camera._source._closing = FakeWait(now)
+    frames = camera.frames()
+    next(frames)
+    camera._source._closing.stands_still = 0.12
+    rest = [round((frame.seconds - 100) * 30) for frame in frames]
+    assert rest == [2, 3, 4, 5] and camera.dropped == 1
+
+
+class FakeWait:
+    """An Event for a clock that only moves when somebody waits, once by too much."""
+
+    def __init__(self, now):
+        self.now = now
+        self.stands_still = 0.0
+
+    def is_set(self):
+        return False
+
+    def wait(self, seconds):
+        self.now[0] += seconds + self.stands_still
+        self.stands_still = 0.0
+        return False
+
+
+def test_close_wakes_the_thread_that_waits_for_a_frame(tmp_path):
+    path = make_clip(tmp_path / "in.mkv", pts=[0, 9000], time_base=Fraction(1, 1000))
+    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
+    frames = camera.frames()
+    next(frames)
+    threading.Timer(0.05, camera.close).start()
+    began = time.monotonic()
+    assert next(frames, None) is None
+    assert time.monotonic() - began < 8  # the next frame is due after nine seconds
+
+
+def test_damage_in_a_file_does_not_end_the_run(tmp_path):
+    path = make_clip(tmp_path / "in.avi", "mjpeg", frames=12, pix_fmt="yuvj420p")
+    damage(path)
+    camera, got = played(path)
+    assert len(got) + camera.dropped + camera.damaged >= 11
+
+
+def test_a_rotated_file_keeps_its_rotation(tmp_path):
+    path = make_clip(tmp_path / "in.mp4", frames=2, rotation_degrees=90)
+    assert {frame.rotation_degrees for frame, _ in played(path)[1]} == {90}
+
+
+def test_colours_that_cannot_be_converted_are_one_line(tmp_path):
+    path = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt="yuv444p", colorspace=8, frames=2)
+    with pytest.raises(DecodeError, match=r"yuv444p, matrix 8 .* cannot be converted"):
+        played(path)

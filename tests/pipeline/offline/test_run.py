@@ -1,0 +1,107 @@
+"""One run over a file: the part that is read, the threads, the report."""
+
+import os
+from fractions import Fraction
+
+import pytest
+from makeup_video.pipeline import Settings, UsageError, process_video
+from makeup_video.pipeline.offline import run
+from media import decoded, make_clip, packets_of, picture, times_of
+from whole_files import HALF_TICK_MKV, through
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mkv"])
+def test_trimming_keeps_the_chosen_part_and_starts_it_at_zero(tmp_path, end):
+    src = make_clip(tmp_path / "in.mp4", frames=90, audio="aac", options={"g": "30"})
+    dst = tmp_path / f"out{end}"
+    report = process_video(
+        src, dst, None, Settings(start_seconds=Fraction("1.01"), end_seconds=Fraction(2))
+    )
+    want = [t for t in times_of(src) if Fraction("1.01") <= t < 2]
+    assert report.frames_in == report.frames_out == len(want)
+    half_tick = HALF_TICK_MKV if end == ".mkv" else 0
+    assert all(abs(a - want[0] - b) <= half_tick for a, b in zip(want, times_of(dst), strict=True))
+    sound = packets_of(dst, "audio")
+    original = {data: at for at, data in packets_of(src, "audio")}
+    assert 0.9 < len(sound) * 1024 / 48000 < 1.0
+    for at, data in sound:  # in sync: every packet moved by what the video moved
+        assert abs(original[data] - want[0] - at) <= Fraction(1, 1000)
+
+
+def test_trimming_counts_from_where_the_file_begins(tmp_path):
+    """A recording of a broadcast begins at some hour of the day, not at 0."""
+    first = 90000 * 3600
+    src = make_clip(
+        tmp_path / "in.ts", pts=[first + 3000 * i for i in range(90)], time_base=Fraction(1, 90000),
+        options={"g": "15"},
+    )  # fmt: skip
+    report = process_video(
+        src, tmp_path / "out.mp4", None,
+        Settings(start_seconds=Fraction(1), end_seconds=Fraction(2)),
+    )  # fmt: skip
+    assert report.frames_out == 30
+    assert times_of(tmp_path / "out.mp4")[0] == 0
+
+
+def test_the_output_may_not_be_the_input(tmp_path):
+    src = make_clip(tmp_path / "in.mp4")
+    before = src.read_bytes()
+    os.link(src, tmp_path / "same.mp4")
+    for name in ("in.mp4", "same.mp4"):
+        with pytest.raises(UsageError, match="output is the input"):
+            process_video(src, tmp_path / name, None, Settings(overwrite=True))
+    assert src.read_bytes() == before
+
+
+def test_the_report_counts_bytes_frames_and_stages(tmp_path):
+    src = make_clip(tmp_path / "in.mp4", audio="aac")
+    report = through(src, tmp_path / "out.mp4").to_dict()
+    assert report["bytes_in"] == src.stat().st_size
+    assert report["bytes_out"] == (tmp_path / "out.mp4").stat().st_size
+    assert report["stages"]["encode"]["items"] == 12
+    assert report["peak_memory_bytes"] > 1e7
+    assert report["media_seconds"] == pytest.approx(0.4)
+    assert report["dropped"] == report["converted"] == report["conversions"] == []
+
+
+@pytest.mark.parametrize(
+    ("cores", "threads", "expected"),
+    [
+        (1, (None, None), (1, 0)),
+        (2, (None, None), (1, 0)),
+        (8, (None, None), (4, 0)),
+        (8, (3, 2), (3, 2)),
+        (8, (0, 0), (0, 0)),
+    ],
+)
+def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, threads, expected):
+    taken = {}
+    decoder, encoder = run.Decoder, run.VideoEncoder
+
+    def decode(*args, threads, **options):
+        taken["decode"] = threads
+        return decoder(*args, threads=threads, **options)
+
+    def encode(*args):
+        taken["encode"] = args[-1]
+        return encoder(*args)
+
+    monkeypatch.setattr(run, "Decoder", decode)
+    monkeypatch.setattr(run, "VideoEncoder", encode)
+    monkeypatch.setattr(run, "cores", lambda: cores)
+    src = make_clip(tmp_path / "in.mp4", frames=3)
+    decoder_threads, encoder_threads = threads
+    through(
+        src, tmp_path / "out.mp4", decoder_threads=decoder_threads, encoder_threads=encoder_threads
+    )
+    assert (taken["decode"], taken["encode"]) == expected
+
+
+def test_planes_reach_the_encoder_unconverted(tmp_path):
+    """The decoder's own bytes reach the encoder: a lossless codec gives them back."""
+    src = make_clip(tmp_path / "in.mp4", frames=8, options={"bf": "2"})
+    process_video(src, tmp_path / "out.mkv", None, Settings(codec="ffv1"))
+    want = [bytes(plane) for frame in decoded(src) for plane in frame.planes]
+    got = [bytes(plane) for frame in decoded(tmp_path / "out.mkv") for plane in frame.planes]
+    assert want == got
+    assert picture(0, 8, 8).format.name == "yuv420p"

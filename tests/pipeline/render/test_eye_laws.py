@@ -1,0 +1,44 @@
+"""What holds for every makeup: the eyeball stays as it is, and lids are followed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from laws import OPEN_MOUTHS, WORN, film_scenes, share_changed, true_px
+from makeup import close_up, inside, paint_planes, product, scene_of, true_face, weights_of
+from makeup_video.pipeline.faces.topology import EYE_CONTOUR, RIGHT_EYE
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.render.scene import white_light
+from people import frame_of
+
+
+@pytest.mark.parametrize("zone", ZONES)
+@pytest.mark.parametrize("number", OPEN_MOUTHS)
+def test_eye_shadow_is_never_on_the_eyeball(number, zone):
+    scene = film_scenes()[number]
+    scene = scene_of(scene.frame, (true_face(true_px(number)),))
+    old, new = scene.frame.planes[0], paint_planes(scene, replace(WORN, zone=zone))[0]
+    for contour in (EYE_CONTOUR, RIGHT_EYE[:16]):
+        within = inside(true_px(number)[contour], old.shape, 0.5)
+        assert within.sum() > 500
+        np.testing.assert_array_equal(new[within], old[within])
+
+
+@pytest.mark.parametrize("number", OPEN_MOUTHS)
+def test_found_lids_are_right_to_two_pixels(number):
+    for contour in (EYE_CONTOUR, RIGHT_EYE[:16]):
+        assert share_changed(number, contour, 2, WORN) < 0.01
+
+
+def test_eye_shadow_follows_a_blink(monkeypatch):
+    """Frame 75 has closed eyes: the lid is painted down to where the eye was."""
+    reach = []
+    for number in (60, 75):
+        rgb8, points = close_up(number, (200, 60, 440, 300))
+        scene = scene_of(frame_of(rgb8), (true_face(points),), white_light())
+        weight = weights_of(scene, Look(eyes=product()), monkeypatch)
+        corners = points[[33, 133]].mean(0)
+        column = weight[:, round(corners[0])]
+        reach.append(np.flatnonzero(column > 0.3).max() - corners[1])
+    assert reach[1] > reach[0] + 3

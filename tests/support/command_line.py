@@ -1,0 +1,26 @@
+"""The command, run in this process or in its own."""
+
+import subprocess
+import sys
+
+from makeup_video.cli.app import app
+from typer.testing import CliRunner
+
+LOOK = {
+    "version": 1, "eyes": None,
+    "lips": {"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss": 0.6,
+             "gloss_roughness": 0.4, "reflection": 0.2},
+}  # fmt: skip
+
+
+def run(*args):
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+def command(*args, **options):
+    """The real command in its own process."""
+    words = [sys.executable, "-m", "makeup_video.cli", *map(str, args)]
+    return subprocess.Popen(
+        words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        **options,
+    )  # fmt: skip

@@ -1,0 +1,65 @@
+"""What tests of the renderer's laws share: colours, and scenes of the sample."""
+
+from functools import cache
+
+import av
+import numpy as np
+from makeup import inside, paint_planes, scene_of
+from makeup_video.kernels.colour import to_xyz
+from makeup_video.pipeline.faces.find import find_faces_in_frame
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.finishes import product as finished
+from makeup_video.pipeline.look.look import Look
+from people import SAMPLES, TICK
+from skimage.color import xyz2lab
+
+# The sample, whose true points are known; faces as the product finds them
+FILM = SAMPLES / "in.mp4"
+OPEN_MOUTHS = (60, 100, 110, 193, 200)
+WORN = Look(
+    lips=finished((180, 0, 46), "matte"), eyes=finished((0, 60, 160), "matte", "eyes"), zone="full"
+)
+
+
+def lab(linear):
+    """CIE Lab of linear light in BT.709's primaries, (..., 3)."""
+    return xyz2lab(np.maximum(linear, 0) @ to_xyz(1).T, illuminant="D65", observer="2")
+
+
+def same(one, other):
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+
+
+def film_frames(first, last):
+    with av.open(str(FILM)) as container:
+        for number, picture in enumerate(container.decode(video=0)):
+            if number > last:
+                return
+            if number >= first:
+                yield Frame(picture, number, TICK, ColourTags(1, 1, 1, 1))
+
+
+@cache
+def film_scenes():
+    """Frame number -> scene of a 1280 x 720 frame."""
+    wanted = {*OPEN_MOUTHS, 185}
+    return {
+        frame.pts: scene_of(frame, find_faces_in_frame(frame)[0].faces)
+        for frame in film_frames(min(wanted), max(wanted))
+        if frame.pts in wanted
+    }
+
+
+def true_px(number):
+    stored = np.load(SAMPLES / "in_points.npz")
+    return stored["points"][number].astype(float) * float(stored["unit"])
+
+
+def share_changed(number, contour, shrunk_px, look):
+    """Of the pixels in a contour and at least shrunk_px from it: by more than 2 codes of luma."""
+    scene = film_scenes()[number]
+    old, new = scene.frame.planes[0].astype(int), paint_planes(scene, look)[0]
+    within = inside(true_px(number)[contour], old.shape, shrunk_px)
+    assert (np.abs(new - old) > 2).any()
+    return (np.abs(new - old) > 2)[within].mean()

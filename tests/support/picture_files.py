@@ -1,0 +1,32 @@
+"""Picture files with metadata."""
+
+import struct
+
+import cv2
+import numpy as np
+
+EXIF, ICC, XMP = cv2.IMAGE_METADATA_EXIF, cv2.IMAGE_METADATA_ICCP, cv2.IMAGE_METADATA_XMP
+
+
+def exif(orientation, order="<"):
+    """A minimal TIFF structure with one tag."""
+    mark = b"II*\0" if order == "<" else b"MM\0*"
+    head = mark + struct.pack(order + "I", 8)
+    return head + struct.pack(order + "HHHIHHI", 1, 0x0112, 3, 1, orientation, 0, 0)
+
+
+def scene(shape=(40, 60, 3), dtype=np.uint8, seed=0):
+    rng = np.random.default_rng(seed)
+    small = rng.integers(0, np.iinfo(dtype).max, (5, 5, *shape[2:])).astype(dtype)
+    big = cv2.resize(small, (shape[1], shape[0]), interpolation=cv2.INTER_CUBIC)
+    return big.reshape(shape)
+
+
+def write(path, pixels, metadata=None, options=()):
+    metadata = metadata or {}
+    kinds = [int(kind) for kind in metadata]
+    blobs = [np.frombuffer(data, np.uint8) for data in metadata.values()]
+    ok, data = cv2.imencodeWithMetadata(path.suffix, pixels, kinds, blobs, list(options))
+    assert ok
+    path.write_bytes(data.tobytes())
+    return path
