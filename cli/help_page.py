@@ -92,7 +92,8 @@ def _write_options(ctx: Any, formatter: Any, params: Iterable[Any]) -> None:
 
 
 def _filled(text: str) -> str:
-    """A help text with the names of a table, such as {codecs}; only the help page loads the tables."""
+    """A help text with the names of a table, such as {codecs}; only the help page
+    loads the tables."""
     if "{codecs}" in text:
         from makeup_video.pipeline.media.codecs import codecs_with
 

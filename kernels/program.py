@@ -127,7 +127,8 @@ def source_of(name: str) -> str:
 class Device:
     """An OpenCL device and its queue. Programs and kernels are built at first use and kept.
 
-    watch: for measurements: (device, work-items) -> what every launch runs within; None for nothing.
+    watch: for measurements: (device, work-items) -> what every launch runs within; None for
+    nothing.
     """
 
     watch: "ClassVar[Callable[[Device, int], AbstractContextManager[None]] | None]" = None

@@ -5,7 +5,8 @@ import signal
 import browser
 from hypothesis import settings
 
-# No test depends on the machine's speed: one that has other things to do takes a second for what takes 10 ms.
+# No test depends on the machine's speed: one that has other things to do takes a second for what
+# takes 10 ms.
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 

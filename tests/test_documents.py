@@ -1,4 +1,5 @@
-"""The pages made from the code say what the code says now, and their pictures are there and small."""
+"""The pages made from the code say what the code says now, and their pictures are
+there and small."""
 
 import re
 from dataclasses import fields

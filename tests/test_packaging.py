@@ -121,3 +121,12 @@ def test_the_wheel_carries_every_source_file(tmp_path):
         for path in (ROOT / folder).iterdir():
             assert f"makeup_video/{folder}/{path.name}" in names
     assert "makeup_video/training/faces/lip_contours.json" in names
+
+
+def test_test_files_and_names_stay_short_enough_to_read():
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        assert len(text.splitlines()) <= 350, path
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                assert len(node.name) <= 57, f"{path.name}: {node.name}"

@@ -1,4 +1,5 @@
-"""Close-ups of the samples, painted and laid out in labelled grids, for the pages of this folder."""
+"""Close-ups of the samples, painted and laid out in labelled grids, for the pages of
+this folder."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -20,7 +21,8 @@ JPEG = [
 _LABEL_PX, _PAPER, _INK = 20, 255, (40, 40, 40)
 _FONT, _FONT_SCALE, _CHARACTER_PX = cv2.FONT_HERSHEY_SIMPLEX, 0.42, 8
 
-# What a close-up is of: the points of its middle, and its width in distances of the eyes' outer corners
+# What a close-up is of: the points of its middle, and its width in distances of the eyes' outer
+# corners
 What = tuple[Sequence[int], float]
 MOUTH: What = (0, 17, 61, 291), 1.15
 EYE: What = (33, 133, 159), 0.80  # open or closed, brow included
@@ -43,7 +45,8 @@ class Scene:
         self.face: Face = face or find_faces(rgb8)[0]
 
     def in_light(self, name: str) -> "Scene":
-        """The same picture with more, less or other light; what is too bright clips, as in a camera."""
+        """The same picture with more, less or other light; what is too bright clips, as in a
+        camera."""
         return Scene(encoded(np.clip(linear(self.rgb8) * np.float32(LIGHTS[name]), 0, 1)))
 
     def closeup(
@@ -52,7 +55,8 @@ class Scene:
         what: What = MOUTH,
         size_wh: tuple[int, int] = (240, 150),
     ) -> np.ndarray:
-        """(h, w, 3) uint8: the look painted on the whole picture, then a part of it at this size."""
+        """(h, w, 3) uint8: the look painted on the whole picture, then a part of it at
+        this size."""
         points, width = what
         xy = self.face.points_px[:, :2].astype(np.float64)
         middle = xy[list(points)].mean(0)
@@ -114,7 +118,8 @@ def clip(index: int) -> Scene:
 def grid(
     cells: Sequence[Sequence[np.ndarray]], columns: Sequence[str], rows: Sequence[str] = ()
 ) -> np.ndarray:
-    """Rows of cells of one size; columns are named above, rows (where they have names) at the left."""
+    """Rows of cells of one size; columns are named above, rows (where they have names)
+    at the left."""
     height, width = cells[0][0].shape[:2]
     margin = _CHARACTER_PX * max(map(len, rows), default=0)
     lines = [np.hstack([_label("", margin, _LABEL_PX), *(_label(c, width) for c in columns)])]

@@ -1,4 +1,5 @@
-"""Take the README's picture of the page: `makeup-video live` on the sample film, with the look of the sample photo.
+"""Take the README's picture of the page: `makeup-video live` on the sample film, with the look of
+the sample photo.
 
 python docs/make/make_live_picture.py     (needs Chromium, and the extra "test")
 """

@@ -36,7 +36,8 @@ _ZONES = {
 class Strip:
     """What a parameter is shown on: it alone changes from 0 to most, from left to right.
 
-    eyes: on eye-shadow too, in a second row, on a lid that is shut.  light: of contact_sheet.LIGHTS.
+    eyes: on eye-shadow too, in a second row, on a lid that is shut.  light: of
+    contact_sheet.LIGHTS.
     """
 
     colour: str

@@ -1,4 +1,5 @@
-"""Draw the strip at the top of the README: the reference photo, and frames of the sample before and after.
+"""Draw the strip at the top of the README: the reference photo, and frames of the sample before and
+after.
 
 python docs/make/make_strip.py
 """

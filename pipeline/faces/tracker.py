@@ -90,9 +90,9 @@ class FindFaces:
     """Frame -> FrameFaces; follows faces from frame to frame.
 
     pixel_aspect: the stream's sample aspect ratio.
-    level: a QualityLevel, which may be set between two frames. From FEWER_DETECTIONS on the detector
-    runs less often. From SIMPLER_TRACKING on the nets read each face in every second frame; in
-    between, the face moves by its measured motion, where that is reliable.
+    level: a QualityLevel, which may be set between two frames. From FEWER_DETECTIONS on the
+    detector runs less often. From SIMPLER_TRACKING on the nets read each face in every second
+    frame; in between, the face moves by its measured motion, where that is reliable.
     tiny_faces: how many faces were left out because they are too small, counted at each detection.
     frames_with_face: how many frames had a face. faces: how many tracks there were.
     """

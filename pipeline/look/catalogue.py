@@ -44,7 +44,8 @@ class Shade:
 
 
 class Catalogue:
-    """Shades in their order. A million of them take some 100 MB: brands and products are stored once."""
+    """Shades in their order. A million of them take some 100 MB: brands and products are stored
+    once."""
 
     def __init__(self, shades: Iterable[Shade]) -> None:
         once: dict[str, str] = {}
@@ -78,7 +79,8 @@ class Catalogue:
     def nearest(
         self, rgb: Sequence[float], count: int = 5, region: str | None = None
     ) -> list[tuple[float, Shade]]:
-        """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best first.
+        """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best
+        first.
 
         region: shades that are known to be for other regions are left out. Equally near shades come
         in the order of the catalogue.

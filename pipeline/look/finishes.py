@@ -8,7 +8,8 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.look.regions import REGIONS
 
-# What a finish and an opacity are called where a look is put into words. Every region has all finishes.
+# What a finish and an opacity are called where a look is put into words. Every region has all
+# finishes.
 _SHINES = {
     "matte": "matte", "satin": "satin", "sheer": "soft sheen", "gloss": "glossy",
     "metallic": "metallic", "shimmer": "shimmering",

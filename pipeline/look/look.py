@@ -31,7 +31,8 @@ _MOST_DIGITS = 400  # no number in range has more, and Python reads no more than
 class Layer:
     """One product on one region.
 
-    region: a key of REGIONS.  amount: how much of the product, 0 to 1.  shape: the region's dials by name.
+    region: a key of REGIONS.  amount: how much of the product, 0 to 1.  shape: the region's dials
+    by name.
     """
 
     region: str
@@ -41,7 +42,8 @@ class Layer:
 
 
 def _with_regions(cls: type[T]) -> type[T]:
-    """Adds a field for each region and dial of the registry that the class does not declare itself."""
+    """Adds a field for each region and dial of the registry that the class does not
+    declare itself."""
     for info in REGIONS.values():
         for name, default in ((info.name, None), *((d.name, d.default) for d in info.dials)):
             if name not in cls.__annotations__:
@@ -75,7 +77,8 @@ class Look:
 
     @property
     def products(self) -> dict[str, GraphicsParams]:
-        """What is worn, by region, in the order in which it is painted; bare regions are left out."""
+        """What is worn, by region, in the order in which it is painted; bare regions
+        are left out."""
         worn = {name: getattr(self, name) for name in REGIONS}
         return {name: params for name, params in worn.items() if params is not None}
 

@@ -38,9 +38,9 @@ def choose_look(choice: Choice) -> Look:
     """The look that a choice means.
 
     Without a base, the colour paints the parts, or the lips. On top of a base, the colour replaces
-    the base's colour, and the finish all but the colour, of the parts, or of all parts that the base
-    has. Parts that are not chosen become bare.  Raises UsageError or LookError, one line naming the
-    option.
+    the base's colour, and the finish all but the colour, of the parts, or of all parts that the
+    base has. Parts that are not chosen become bare.  Raises UsageError or LookError, one line
+    naming the option.
     """
     check_options(choice)
     rgb = None if choice.color is None else parse_color(choice.color)
@@ -99,7 +99,8 @@ def parse_parts(text: str) -> tuple[str, ...]:
 def _product(
     name: str, old: GraphicsParams | None, rgb: Sequence[float] | None, finish: str | None
 ) -> GraphicsParams:
-    """What a chosen region wears: the old product in another colour or another finish, or a new one."""
+    """What a chosen region wears: the old product in another colour or another finish, or a new
+    one."""
     if old is None:
         if rgb is None:
             raise UsageError(

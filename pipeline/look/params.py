@@ -1,4 +1,5 @@
-"""The 17 parameters of one product, with range and meaning; strict reading of numbers and hex colours."""
+"""The 17 parameters of one product, with range and meaning; strict reading of numbers and hex
+colours."""
 
 import json
 import re

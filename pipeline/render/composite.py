@@ -82,8 +82,8 @@ class Composite:
         return item.frame
 
     def rehearse(self, item: FrameScene, look: Look) -> None:
-        """Paint once off screen, so that kernels are ready before the first frame: loading them takes
-        30 ms, and compiling them 300."""
+        """Paint once off screen, so that kernels are ready before the first frame: loading them
+        takes 30 ms, and compiling them 300."""
         self._paint_faces(item, item.faces, look)
 
     def _paint_faces(self, item: FrameScene, faces: tuple[FaceScene, ...], look: Look) -> bool:

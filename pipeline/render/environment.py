@@ -50,7 +50,8 @@ def _room_columns(sigma: float, primaries: int) -> tuple[np.ndarray, np.ndarray]
 
 @lru_cache
 def _blur(sigma: float) -> np.ndarray:
-    """(16, 16) float32: the matrix that blurs the rows of an environment; the border is repeated."""
+    """(16, 16) float32: the matrix that blurs the rows of an environment; the border
+    is repeated."""
     rows = np.eye(ENVIRONMENT_PX, dtype=np.float32)
     taps = cv2.getGaussianKernel(2 * math.ceil(4 * sigma) + 1, sigma, cv2.CV_32F)
     border = cv2.BORDER_REPLICATE

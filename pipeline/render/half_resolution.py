@@ -1,8 +1,8 @@
 """Large regions painted at half size, on a machine that is too slow.
 
-The product is laid on the picture averaged 2x2, and what it changes there is enlarged and added to the
-picture itself, which so keeps its detail. A pixel that is more than two away from any that has weight
-at half size keeps its byte.
+The product is laid on the picture averaged 2x2, and what it changes there is enlarged and added to
+the picture itself, which so keeps its detail. A pixel that is more than two away from any that has
+weight at half size keeps its byte.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,7 +14,8 @@ from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.scene import Lit
 
-# Luma px of all windows of a frame. Below, less than a sixth of painting is saved, and it is seen more.
+# Luma px of all windows of a frame. Below, less than a sixth of painting is saved, and it is seen
+# more.
 LARGE_PX = 30_000
 _TO_HALF: AffineArray = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # px centres at whole numbers
 

@@ -49,8 +49,8 @@ def _near(
     chroma: tuple[int, int],
     step: float,
 ) -> tuple[list[np.ndarray], Stretch]:
-    """The part of planes of one size around px of the frame, averaged where `step` is large, and the
-    map from px of the frame to px of that part.
+    """The part of planes of one size around px of the frame, averaged where `step` is large, and
+    the map from px of the frame to px of that part.
 
     chroma: px of the frame for one of the planes.
     """
@@ -70,7 +70,8 @@ def _near(
 def _span(
     low: float, high: float, share: int, size: int, length: int
 ) -> tuple[int, int, tuple[float, float]]:
-    """First and last px of a plane around low..high px of a frame, and the map from the frame to boxes.
+    """First and last px of a plane around low..high px of a frame, and the map from the frame to
+    boxes.
 
     The span is made of whole boxes of `size` px, so that averages do not shift with the face.
     share: px of the frame for one of the plane.
@@ -84,8 +85,8 @@ def _span(
 def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarray]:
     """Linear luminance on each grid, (H, W) float32; beyond the frame its border is repeated.
 
-    The grids lie close together and have about the same step: they are read at once. Nearly the twin
-    of kernels/surface.cl, which does not round on the way and reads less of the chroma.
+    The grids lie close together and have about the same step: they are read at once. Nearly the
+    twin of kernels/surface.cl, which does not round on the way and reads less of the chroma.
     """
     places = np.concatenate([grid.places() for grid in grids], axis=1)
     step = max(grid.step_px() for grid in grids)
@@ -111,7 +112,8 @@ def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
 def broad(
     light: np.ndarray, areas: Sequence[np.ndarray], sigma_px: float
 ) -> tuple[list[np.ndarray], float]:
-    """Light blurred within each of one or two areas, and its mean over them, or over all if they are empty.
+    """Light blurred within each of one or two areas, and its mean over them, or over all if they
+    are empty.
 
     light: (H, W) float32. areas: (H, W) bool or shares 0..1, together 1 at most.
     """

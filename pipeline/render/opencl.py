@@ -9,7 +9,8 @@ if TYPE_CHECKING:
 
 
 def open_device(choice: str = "") -> "Device":
-    """The OpenCL device by its number, from 0, or by a part of its name; "" is the processor, by PoCL.
+    """The OpenCL device by its number, from 0, or by a part of its name; "" is the processor, by
+    PoCL.
 
     Raises InstallError when there is none at all, UsageError when there is none of that name,
     OutputError when no folder has room for compiled kernels.

@@ -134,8 +134,8 @@ def film_matrices(primaries: int) -> tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def _lit(product: float, gain: float, ceiling: float) -> float:
-    """A channel of a product under a light of that gain; strong light leaves a pale product room for its
-    highlights."""
+    """A channel of a product under a light of that gain; strong light leaves a pale product room
+    for its highlights."""
     below, above = product * min(gain, 1.0), product * max(gain - 1, 0.0)
     room = max(ceiling - below, 0.0) + LEAST_ROOM  # as `added` does
     return below + room * above / (room + above)

@@ -1,4 +1,5 @@
-"""FrameFaces -> the light on each face, smoothed over time; skin_light.py reads it from one frame."""
+"""FrameFaces -> the light on each face, smoothed over time; skin_light.py reads it
+from one frame."""
 
 import math
 from dataclasses import dataclass
@@ -38,7 +39,8 @@ class _Room:
 
 @dataclass(slots=True)
 class _Track:
-    """The light of one face as 8 numbers: log strength, log colour, direction, log light of its skin."""
+    """The light of one face as 8 numbers: log strength, log colour, direction, log light of its
+    skin."""
 
     read_seconds: float
     last_seconds: float

@@ -2,8 +2,8 @@
 
 Observed skin is albedo times light, so in logarithms it is a sum. Skin varies along one line, from
 light to dark and from pale to saturated; light varies otherwise, in exposure and between red and
-blue. With both as Gaussians, and with the frame's mean as weaker evidence, the most probable light is
-linear in the observations: dark skin is read as dark skin, a blue cast as light.
+blue. With both as Gaussians, and with the frame's mean as weaker evidence, the most probable light
+is linear in the observations: dark skin is read as dark skin, a blue cast as light.
 
 Some sixty pixels of a face and two thousand of a frame are read, whatever the size of the frame.
 """
@@ -68,7 +68,8 @@ TRIANGLES = np.array([
 ]).reshape(-1, 3)  # fmt: skip
 SKIN_POINTS, _CORNERS = np.unique(TRIANGLES, return_inverse=True)
 _CORNERS = np.ascontiguousarray(_CORNERS.reshape(-1, 3).T)  # (3, T): a, b, c in SKIN_POINTS
-# Of the samples by luminance: below are beard, hair, shadow and frames of glasses, above highlights.
+# Of the samples by luminance: below are beard, hair, shadow and frames of glasses, above
+# highlights.
 _BAND = 0.35, 0.85
 _ENOUGH = 12  # samples of skin; with fewer, the frame alone is used
 _CHIN, _BROW = 152, 10  # the line from the first to the second points up
@@ -290,8 +291,8 @@ def _spread(deviations: tuple[float, float, float]) -> np.ndarray:
 
 
 def _gains() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Matrices from deviations of observed log light to the log of the light on the face: of the skin
-    and of the room together, and of the room alone."""
+    """Matrices from deviations of observed log light to the log of the light on the face: of the
+    skin and of the room together, and of the room alone."""
     light, skin, room = (
         np.linalg.inv(c) for c in (_spread(_LIGHT_SPREAD), SKIN_COVARIANCE, _spread(_ROOM_SPREAD))
     )

@@ -34,7 +34,8 @@ class Surface(Protocol):
         softness: float,
         shape: Mapping[str, Any],
     ) -> None:
-        """Fill (h, w) float32 with the product's weight, 0..1, on the frame's pixels from origin_xy on."""
+        """Fill (h, w) float32 with the product's weight, 0..1, on the frame's pixels from
+        origin_xy on."""
         ...
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:

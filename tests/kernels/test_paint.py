@@ -101,7 +101,8 @@ def test_matches_numpy_within_one_code_value(case):
 
 
 def last_bits(coding):
-    """PQ tells a ten-millionth of white apart beside white, which float32 loses between primaries."""
+    """PQ tells a ten-millionth of white apart beside white, which float32 loses
+    between primaries."""
     wide = coding.transfer == PQ and coding.primaries != 1
     return 2 ** (coding.bit_depth - 5) if wide else 0  # of the darkest, beside bright ones
 

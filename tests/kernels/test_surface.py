@@ -38,7 +38,8 @@ SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample
 
 
 def made_and_meant(frame: Frame, face: Face):
-    """Pairs of a lit region by the kernel and one by numpy, each with shading and mean; lips first."""
+    """Pairs of a lit region by the kernel and one by numpy, each with shading and
+    mean; lips first."""
     (scene,) = BuildScene()(FrameFaces(frame, (face,))).faces
     made = lit_of(scene)
     meant = [region for region in (lips_surface(face), *lid_surfaces(face)) if region is not None]

@@ -1,4 +1,5 @@
-"""A real browser on the real page: finds Chromium, starts `makeup-video`, and watches what the page does."""
+"""A real browser on the real page: finds Chromium, starts `makeup-video`, and watches what the
+page does."""
 
 import os
 import queue

@@ -7,7 +7,8 @@ from media import make_clip, picture
 
 
 class FakeDevice:
-    """What FFmpeg would open: gives the packets of a clip once it may begin, then does what it was told."""
+    """What FFmpeg would open: gives the packets of a clip once it may begin, then does what it
+    was told."""
 
     def __init__(self, path, end, begin=None):
         self.file = av.open(str(path))
@@ -41,7 +42,8 @@ def mjpeg(tmp_path, name="cam.avi", **more):
 
 
 class Damaged(FakeDevice):
-    """One packet breaks off, one is no JPEG at all, one is empty, one has rubbish behind its end."""
+    """One packet breaks off, one is no JPEG at all, one is empty, one has rubbish
+    behind its end."""
 
     def changed(self, packet):
         data = bytes(packet)

@@ -1,8 +1,8 @@
 """A process that must not talk to any network: the kernel ends it when it tries.
 
-`python tests/sandbox.py quiet COMMAND ...` runs COMMAND so that opening an internet socket ends it with
-SIGSYS, as does every child of it; with `serves` instead of `quiet` it may listen, but neither connect
-nor send datagrams. By seccomp (Linux: seccomp(2), linux/filter.h), which needs no rights.
+`python tests/sandbox.py quiet COMMAND ...` runs COMMAND so that opening an internet socket ends it
+with SIGSYS, as does every child of it; with `serves` instead of `quiet` it may listen, but neither
+connect nor send datagrams. By seccomp (Linux: seccomp(2), linux/filter.h), which needs no rights.
 """
 
 import ctypes

@@ -170,7 +170,8 @@ async def no_app(scope, receive, send):
 
 @pytest.fixture
 def flooded(monkeypatch):
-    """A connection with its loop and its transport; reading takes a hundredth of a second each time."""
+    """A connection with its loop and its transport; reading takes a hundredth of a second each
+    time."""
     clock = iter(range(10**6))
     monkeypatch.setattr(connection.time, "thread_time", lambda: next(clock) / 100)
     loop, transport = Loop(), Transport()

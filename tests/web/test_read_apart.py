@@ -1,4 +1,5 @@
-"""A visitor's photo is decoded elsewhere: the same pixels, limits that hold, and a crash is one line."""
+"""A visitor's photo is decoded elsewhere: the same pixels, limits that hold, and a crash is one
+line."""
 
 import io
 import json
@@ -59,7 +60,8 @@ def webp_of(width, height):
 
 @pytest.mark.parametrize("size", [(16383, 16383), (10900, 10900), (5001, 5000)])
 def test_a_webp_is_refused_by_its_header(size):
-    """Pillow reserves the memory for one when it opens the file: up to 2.1 GB, of which nothing is used."""
+    """Pillow reserves the memory for one when it opens the file: up to 2.1 GB, of which nothing
+    is used."""
     words = f"^x has {size[0]} x {size[1]} px, more than 25 million px: make it smaller first$"
     with pytest.raises(PhotoError, match=words):
         read_apart.read_apart(webp_of(*size), "x")

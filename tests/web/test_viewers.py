@@ -1,4 +1,5 @@
-"""Looks of several pages in one room: the newest wins, few are read, and all pages end up the same."""
+"""Looks of several pages in one room: the newest wins, few are read, and all pages end
+up the same."""
 
 import asyncio
 import json
@@ -62,7 +63,8 @@ class Session(StandIn):
 
 
 class Page:
-    """A page as `look.js` is one: it counts its looks, and leaves alone what is newer than what was heard."""
+    """A page as `look.js` is one: it counts its looks, and leaves alone what is newer than what
+    was heard."""
 
     def __init__(self, room):
         self.room, self.viewer = room, Viewer("{}")

@@ -1,4 +1,5 @@
-"""Where each region of makeup lies on a face: one file a region, of the same name as in look/regions.
+"""Where each region of makeup lies on a face: one file a region, of the same name as in
+look/regions.
 
 Such a file has an object REGION that follows the protocol of base.py.
 """

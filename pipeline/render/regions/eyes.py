@@ -1,9 +1,9 @@
 """The lids of a face as a surface: zones for eye-shadow that follow the eye and its blinks.
 
 Each eye has a grid of its own: across from the inner (-0.5) to the outer corner (0.5), up to the
-brow, in widths of the eye; the other eye's grid is its mirror image. Its columns know three heights:
-the lash line (0), the crease (1) and below the brow (2). A closing lid moves the lash line only,
-and the lid grows with it, as lids do.
+brow, in widths of the eye; the other eye's grid is its mirror image. Its columns know three
+heights: the lash line (0), the crease (1) and below the brow (2). A closing lid moves the lash line
+only, and the lid grows with it, as lids do.
 """
 
 import math
@@ -91,8 +91,8 @@ class ZoneWeights:
 class LidSurface:
     """One eye's lid, ready to be painted; (28, 40) float32 on its grid.
 
-    up: height above the lash line, 1 at the crease, 2 below the brow.  lash_px: the same in px of the
-    frame.  out: (40,), -0.5 to 0.5 between the corners.
+    up: height above the lash line, 1 at the crease, 2 below the brow.  lash_px: the same in px of
+    the frame.  out: (40,), -0.5 to 0.5 between the corners.
     normals: (2, 28, 40).  zones, number: the weights of all eyes of the face, and which it is.
     """
 
@@ -106,7 +106,8 @@ class LidSurface:
     spared: ClassVar[float] = 0.2  # lashes, brows, liner: see `material`
 
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
-        """(28, 40) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as wide again."""
+        """(28, 40) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as
+        wide again."""
         weight: np.ndarray = self.zones.weights(zone, softness)[self.number]
         return weight
 
@@ -120,7 +121,8 @@ class LidSurface:
     def weigh(
         self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, shape: Mapping[str, Any]
     ) -> None:
-        """Fill (h, w) float32 with the weight of eye-shadow on the frame's pixels from origin_xy on."""
+        """Fill (h, w) float32 with the weight of eye-shadow on the frame's pixels from
+        origin_xy on."""
         to_px = self.grid.to_px.copy()
         to_px[:, 2] -= origin_xy
         feather_px = max(_LASH_FEATHER * self.grid.step_px() / LID_STEP, 1.2)
@@ -136,7 +138,8 @@ class LidSurface:
         cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)  # also what is below the lashes
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light, alike, and its mean over the lid: a twin too."""
+        """Luminance on the grid -> the broad light, alike, and its mean over the lid:
+        a twin too."""
         is_lid = (self.up > LID_LIGHT_FROM) & (self.up < LID_LIGHT_TO)
         is_lid &= np.abs(self.out) < LID_LIGHT_BESIDE
         (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX)
@@ -192,7 +195,8 @@ class Eyes:
         return 1.0
 
     def shade(self, light: SceneLight, mean: float) -> float:
-        """Lids are skin: where they are darker than the face, less light falls on them, by that much.
+        """Lids are skin: where they are darker than the face, less light falls on them, by that
+        much.
 
         So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
         """
@@ -205,7 +209,8 @@ REGION = Eyes()
 
 
 def eye_places(face: Face) -> list[GridPlace | None]:
-    """Where the grids of both eyes lie; None for one too narrow to be seen (a face from the side)."""
+    """Where the grids of both eyes lie; None for one too narrow to be seen (a face
+    from the side)."""
     forehead, chin, left, left_inner, right, right_inner = face.points_px[_CORNERS, :2].tolist()
     up = forehead[0] - chin[0], forehead[1] - chin[1]
     return [_eye_place(left, left_inner, up), _eye_place(right, right_inner, up)]

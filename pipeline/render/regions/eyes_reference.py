@@ -40,7 +40,8 @@ def lid_surfaces(face: Face) -> list[LidSurface]:
 
 
 def lid_curves(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
-    """For both eyes, each with its grid: lash line, crease and brow, (3, 40) rows of the grid by column.
+    """For both eyes, each with its grid: lash line, crease and brow, (3, 40) rows of the grid by
+    column.
 
     None for an eye that is too narrow to be seen.
     """
@@ -78,7 +79,8 @@ def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _curves(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(E, 48, 3) on the grid -> heights and depths (E, 3, columns) of lash line, crease and brow."""
+    """(E, 48, 3) on the grid -> heights and depths (E, 3, columns) of lash line,
+    crease and brow."""
     smooth = (_SMOOTH @ points[:, CURVES])[:, :, ::-1]
     x = np.maximum.accumulate(smooth[..., 0], axis=2).reshape(-1, len(_SMOOTH))
     yz = (smooth[..., 1] + 1j * smooth[..., 2]).reshape(-1, len(_SMOOTH))  # np.interp takes both
@@ -88,7 +90,8 @@ def _curves(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _normals(y: np.ndarray, depth: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is towards the viewer."""
+    """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is
+    towards the viewer."""
     falls = (depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1)
     falls = np.clip(falls, -LID_STEEPEST, LID_STEEPEST)
     below, above = falls[:, 0, None], falls[:, 1, None]

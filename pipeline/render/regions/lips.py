@@ -38,9 +38,9 @@ _AROUND = 3  # px of the patch around what is seen
 class LipsSurface:
     """Lips, ready to be painted; (H, W) float32 on the patch, (H/2, W/2) on the coarse grid.
 
-    grid: where the coarse grid lies on the frame.  odds: (H, W) log-odds of lipstick, limited to the
-    contours' neighbourhood.  rim: (H, W), by how many half widths of the edge it is pushed inwards: 1
-    at the rim of an open mouth, -0.3 where shut lips meet, 0 at the outer border.
+    grid: where the coarse grid lies on the frame.  odds: (H, W) log-odds of lipstick, limited to
+    the contours' neighbourhood.  rim: (H, W), by how many half widths of the edge it is pushed
+    inwards: 1 at the rim of an open mouth, -0.3 where shut lips meet, 0 at the outer border.
     normals: (2, H/2, W/2), x and y.
     upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
     boxes: of the patch, where weight was found by softness.
@@ -65,8 +65,8 @@ class LipsSurface:
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
 
-        1 on the lips, 0 beyond their edge. At an open mouth all of the edge is on the lips, at a shut
-        one it is pushed over the seam.
+        1 on the lips, 0 beyond their edge. At an open mouth all of the edge is on the lips, at a
+        shut one it is pushed over the seam.
         """
         x, y, wide, high = self._box(softness)
         left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)
@@ -77,7 +77,8 @@ class LipsSurface:
         to_px = self.face.lips.to_px.copy()
         to_px[:, 2] += to_px[:, :2] @ (left, top) - origin_xy
         if step_px(to_px) > 1.5:
-            # twice as fine by cubics, then linear: on large faces a third of the cost of cubics alone
+            # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
+            # alone
             edge = cv2.resize(edge, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
             to_px[:, :2] /= 2
             to_px[:, 2] -= to_px[:, :2].sum(1) / 2

@@ -116,7 +116,8 @@ def _at_least_half(length: np.ndarray) -> np.ndarray:
 
 
 def _slopes(across: np.ndarray, bends: np.ndarray) -> np.ndarray:
-    """(2, 2, rows, columns): dz/dx and dz/dy of both lips, from those between the rings and along them."""
+    """(2, 2, rows, columns): dz/dx and dz/dy of both lips, from those between the rings and
+    along them."""
     first, middle, last = BETWEEN
     outer, inner = bends[:, 1] - bends[:, 0], bends[:, 2] - bends[:, 1]
     down = np.where(

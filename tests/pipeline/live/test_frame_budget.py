@@ -90,7 +90,8 @@ def test_a_detector_too_slow_for_its_frames_costs_a_level():
 
 @given(st.floats(0.001, 0.3), st.floats(0.001, 0.3), st.sampled_from([1 / 15, TICK, 1 / 60]))
 def test_levels_change_by_one_and_ever_more_seldom(before, after, tick):
-    """Whatever a machine does, in ten minutes at one speed it tries no level more than seven times."""
+    """Whatever a machine does, in ten minutes at one speed it tries no level more than
+    seven times."""
 
     def work_of(now, level):
         return (before if now < 60 else after) * COSTS[level]

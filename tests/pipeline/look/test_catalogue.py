@@ -122,7 +122,8 @@ def test_the_kind_of_a_product_gives_its_regions(tmp_path, column, kind, regions
 
 
 def test_columns_that_give_the_kind_are_read_together(tmp_path):
-    """As shops have them: one says lipstick or eyeshadow, the other liquid or palette, or nothing."""
+    """As shops have them: one says lipstick or eyeshadow, the other liquid or palette,
+    or nothing."""
     rows = ["brand,product,product_type,category,shade,hex", "A,B,eyeshadow,,1,#b00",
             "A,B,eyeshadow,palette,2,#b00", "A,B,lipstick,liquid,3,#b00", "A,B,,,4,#b00"]  # fmt: skip
     (tmp_path / "shades.csv").write_text("\n".join(rows))

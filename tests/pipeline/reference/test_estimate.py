@@ -1,4 +1,5 @@
-"""A look from a photo: that the same face gives the same look, and that any output of the nets is a product."""
+"""A look from a photo: that the same face gives the same look, and that any output of the nets
+is a product."""
 
 from dataclasses import fields, replace
 from functools import cache

@@ -65,7 +65,8 @@ def test_half_resolution_looks_as_at_full_resolution(pix_fmt, size_wh, monkeypat
 
 
 def test_the_picture_keeps_its_detail(monkeypatch):
-    """Fine lines of the skin are nearly as strong as at full size: only the product's own change is coarse."""
+    """Fine lines of the skin are nearly as strong as at full size: only the product's own
+    change is coarse."""
     scene = large_scene("yuv444p")
     rng = np.random.default_rng(1)
     scene.frame.writable_planes()[0][:] = np.clip(

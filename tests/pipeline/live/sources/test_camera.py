@@ -11,7 +11,8 @@ def test_a_name_too_long_for_any_file_is_refused_in_one_line():
         Camera(CameraSettings(name="x" * 5000), pytest.fail)
 
 
-# -- settings and names ------------------------------------------------------------------------------
+# -- settings and names
+# ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
