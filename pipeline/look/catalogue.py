@@ -134,8 +134,8 @@ def _shades(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Shad
         missing = [name for name in COLUMNS if names.count(name) != 1]
         if missing:
             raise CatalogueError(
-                f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated by "
-                f"commas or semicolons; missing or twice: {', '.join(missing)}"
+                f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated "
+                f"by commas or semicolons; missing or twice: {', '.join(missing)}"
             )
         places = [names.index(name) for name in COLUMNS]
         kinds = [at for at, name in enumerate(names) if name in KIND_COLUMNS]

@@ -24,7 +24,8 @@ def lab_of(rgb: np.ndarray) -> np.ndarray:
 
 def ciede2000(lab1: np.ndarray, lab2: np.ndarray) -> np.ndarray:
     """Delta E00 of CIE L*a*b* colours (..., 3), which may be broadcast. About 1 is just seen."""
-    (L1, a1, b1), (L2, a2, b2) = (np.moveaxis(np.asarray(v, np.float64), -1, 0) for v in (lab1, lab2))  # fmt: skip
+    L1, a1, b1 = np.moveaxis(np.asarray(lab1, np.float64), -1, 0)
+    L2, a2, b2 = np.moveaxis(np.asarray(lab2, np.float64), -1, 0)
     C_bar7 = ((np.hypot(a1, b1) + np.hypot(a2, b2)) / 2) ** 7
     G = 0.5 * (1 - np.sqrt(C_bar7 / (C_bar7 + _FAR)))
     a1, a2 = (1 + G) * a1, (1 + G) * a2

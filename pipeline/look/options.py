@@ -104,8 +104,8 @@ def _product(
     if old is None:
         if rgb is None:
             raise UsageError(
-                f"{option('parts')} names the {name}, which the look leaves bare: add {_COLOUR}, or "
-                f"leave {name} out"
+                f"{option('parts')} names the {name}, which the look leaves bare: add {_COLOUR}, "
+                f"or leave {name} out"
             )
         return product(rgb, finish or DEFAULT_FINISH, name)
     colour = rgb or (old.red, old.green, old.blue)
@@ -121,9 +121,9 @@ def _with_dials(look: Look, choice: Choice) -> Look:
             if dial.name in dials and region.name not in look.products:
                 flag = option(dial.name)
                 raise UsageError(
-                    f"{flag} is for {region.product.lower()}, and no {region.name} are painted: add "
-                    f"{option('parts', region.name)} or {option('parts', ','.join(REGIONS))}, or "
-                    f"leave {flag} out"
+                    f"{flag} is for {region.product.lower()}, and no {region.name} are painted: "
+                    f"add {option('parts', region.name)} or {option('parts', ','.join(REGIONS))}, "
+                    f"or leave {flag} out"
                 )
     return _set_dials(look, dials)
 

@@ -49,8 +49,8 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
     rivals = [face for face in faces if width_px(face) > BYSTANDER * width_px(faces[0])]
     if len(rivals) > 1 and chosen != "largest":
         raise SeveralFacesError(
-            f"one face was expected, {len(rivals)} were found: cut the photo to the one whose makeup "
-            "you want",
+            f"one face was expected, {len(rivals)} were found: cut the photo to the one whose "
+            "makeup you want",
             rivals,
         )
     return faces[0]
@@ -70,7 +70,8 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
         )
     if face.mouth_weight < 1 or not is_inside(rgb8, face, LIPS):
         raise PhotoError(
-            "the mouth is covered, cut off, or cannot be seen well: give a photo that shows the lips"
+            "the mouth is covered, cut off, or cannot be seen well: give a photo that shows "
+            "the lips"
         )
     if np.median(_sample(rgb8, face).max(1)) < DARK_CODES:
         raise PhotoError("the face is too dark to tell its colours: give a brighter photo")
@@ -78,7 +79,8 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
         raise PhotoError("the photo is grey, without colours: give a colour photo")
     if _lost_share(rgb8, face) > MOST_LOST:
         raise PhotoError(
-            "the lips are overexposed, and their colour is lost: give a photo with less light on them"
+            "the lips are overexposed, and their colour is lost: give a photo with less "
+            "light on them"
         )
 
 

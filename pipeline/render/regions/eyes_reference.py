@@ -108,7 +108,9 @@ def _catmull_rom(count: int, between: int) -> np.ndarray:
     for at in np.linspace(0, count - 1, (count - 1) * between + 1):
         i = min(int(at), count - 2)
         t = at - i
-        taps = 0.5 * np.array([-t + 2*t**2 - t**3, 2 - 5*t**2 + 3*t**3, t + 4*t**2 - 3*t**3, -(t**2) + t**3])  # fmt: skip
+        taps = 0.5 * np.array([
+            -t + 2*t**2 - t**3, 2 - 5*t**2 + 3*t**3, t + 4*t**2 - 3*t**3, -(t**2) + t**3,
+        ])  # fmt: skip
         row = np.zeros(count)
         for offset, tap in zip(range(-1, 3), taps, strict=True):
             row[min(max(i + offset, 0), count - 1)] += tap
