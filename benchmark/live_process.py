@@ -111,9 +111,9 @@ class LoggedPreview(PreviewSink):
 def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
     """Play the film once, from beginning to end."""
     frame_log = FrameLog(_count_frames(film))
-    camera = LoggedCamera(Camera(CameraSettings(name=str(film)), say=_log_line), frame_log)
+    camera = LoggedCamera(Camera(CameraSettings(name=str(film)), log=_log_line), frame_log)
     sink = LoggedPreview(frame_log)
-    live = LiveRun(camera, look, [sink], say=_log_line, observe=frame_log.observe)
+    live = LiveRun(camera, look, [sink], log=_log_line, observe=frame_log.observe)
     samples: list[list[float]] = []
 
     def on_tick() -> None:
@@ -137,7 +137,7 @@ def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
 def _watched(show: LiveShow, folder: Path) -> Generator[None, None, None]:
     """Serve the page with one viewer on it. Raises OutputError when the viewer cannot connect."""
     worker = Worker()
-    server = Server(show, worker, port=0, say=_log_line)
+    server = Server(show, worker, port=0, log=_log_line)
     address = server.start().rstrip("/")
     command = [sys.executable, "-m", "makeup_video.benchmark.live_viewer"]
     command += [address.replace("http", "ws", 1) + "/ws?session=live", address]

@@ -126,7 +126,7 @@ def live(
             [shown, *sinks] if shown else sinks,
             faces=look.faces,
             device=look.device,
-            say=log_line,
+            log=log_line,
         )
         if shown:
             photo = PhotoLook(Path(look.ref).name, first) if look.ref else None
@@ -168,7 +168,7 @@ def _outputs(
     sinks: list[LiveSink] = []
     if output is not None:
         sinks.append(Recording(output, overwrite=overwrite, rate=camera.rate, source=camera.path))
-    sinks += [Stream(url, say=log_line, rate=camera.rate) for url in urls]
+    sinks += [Stream(url, log=log_line, rate=camera.rate) for url in urls]
     if virtual_camera:
         sinks.append(VirtualCamera(rate=camera.rate))
     return sinks

@@ -28,7 +28,7 @@ def serve_page(
     from makeup_video.pipeline.engine.signals import undisturbed
     from makeup_video.web.server import Server
 
-    server = Server(show, worker, options.host, options.port, say=log)
+    server = Server(show, worker, options.host, options.port, log=log)
     url = server.start()
     try:
         log_line(f"{url} shows the page; Ctrl-C ends it")

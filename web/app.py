@@ -43,13 +43,13 @@ _KINDS = {
 }
 _TRY_AGAIN_LATER = 1013  # close codes of a WebSocket, RFC 6455
 _GOING_AWAY = 1001
-Say = Callable[[str], None]
+Log = Callable[[str], None]
 
 
-def make_app(rooms: Rooms, worker: Worker, host: str, port: int, say: Say) -> ASGIApp:
+def make_app(rooms: Rooms, worker: Worker, host: str, port: int, log: Log) -> ASGIApp:
     """Make the application that uvicorn serves.
 
-    host: as given to --host.  port: where the server listens.  say: logs internal errors.
+    host: as given to --host.  port: where the server listens.  log: logs internal errors.
     """
     endpoints = Endpoints(rooms, worker)
     routes = [
@@ -63,7 +63,7 @@ def make_app(rooms: Rooms, worker: Worker, host: str, port: int, say: Say) -> AS
         routes.append(Route("/portrait", endpoints.portrait, methods=["POST"]))
 
     async def internal_error(request: Request, error: Exception) -> Response:
-        say(f"internal error at {request.url.path}: {type(error).__name__}: {error}")
+        log(f"internal error at {request.url.path}: {type(error).__name__}: {error}")
         return _error(500, "an internal error; the terminal of makeup-video shows which")
 
     app = Starlette(
@@ -117,7 +117,7 @@ class Endpoints:
         look = _with_dials(read, room.session.look)
         room = self._rooms.find(room.session.name) or room  # all pages may have left and returned
         room.change(look, PhotoLook(name, look))
-        return JSONResponse({"name": name, "look": look.to_dict(), "told": look_in_words(look)})
+        return JSONResponse({"name": name, "look": look.to_dict(), "words": look_in_words(look)})
 
     async def portrait(self, request: Request) -> Response:
         """Paint an uploaded portrait from now on."""

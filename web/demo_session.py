@@ -28,11 +28,11 @@ class DemoSession:
         look: Look,
         photo: PhotoLook | None,
         worker: Worker,
-        say: Callable[[str], None],
+        log: Callable[[str], None],
     ) -> None:
         self.name = secrets.token_urlsafe(16)
         self.look, self.photo = look, photo
-        self._portrait, self._worker, self._say = portrait, worker, say
+        self._portrait, self._worker, self._log = portrait, worker, log
         self._push: Push | None = None
         self._compares = False
         self._chosen_us = _now_us()
@@ -82,10 +82,10 @@ class DemoSession:
         try:
             jpeg = portrait.painted(self.look)
         except MakeupVideoError as error:
-            self._say(f"{type(error).__name__}: {error}")
+            self._log(f"{type(error).__name__}: {error}")
             return
         except Exception as error:  # noqa: BLE001  # the pool would swallow it
-            self._say(f"internal error while painting: {type(error).__name__}: {error}")
+            self._log(f"internal error while painting: {type(error).__name__}: {error}")
             return
         push(ShownPicture(chosen_us, 0, jpeg, portrait.bare if self._compares else None))
 
@@ -100,12 +100,12 @@ class DemoShow:
         portrait: Portrait,
         look: Look,
         worker: Worker,
-        say: Callable[[str], None],
+        log: Callable[[str], None],
         grace_seconds: float = GRACE_SECONDS,
         photo: PhotoLook | None = None,
     ) -> None:
         """portrait, look: the start of every session.  photo: the source of the look, if any."""
-        self._portrait, self._look, self._worker, self._say = portrait, look, worker, say
+        self._portrait, self._look, self._worker, self._log = portrait, look, worker, log
         self._grace_seconds, self._photo = grace_seconds, photo
         self._sessions: dict[str, DemoSession] = {}
         self._left: dict[str, asyncio.TimerHandle] = {}  # the session left first comes first
@@ -119,7 +119,7 @@ class DemoShow:
             if not self._left:
                 raise UsageError(f"{MOST_SESSIONS} pages are open already: close one, then reload")
             self._forget(next(iter(self._left)))
-        session = DemoSession(self._portrait, self._look, self._photo, self._worker, self._say)
+        session = DemoSession(self._portrait, self._look, self._photo, self._worker, self._log)
         self._sessions[session.name] = session
         return session
 

@@ -7,7 +7,7 @@ page -> server
     shown    {pts_us}          this picture is on the screen
 server -> page
     hello    {mode, session, look, photo, finishes, parameters, regions, photo_bytes_limit}
-                               photo: {name, look, told}, the last photo that was read and its look
+                               photo: {name, look, words}, the last photo that was read and its look
                                in words, or null
     look     {look, photo, seen}
                                photo: the photo that the look has just been read from, or null
@@ -145,7 +145,7 @@ def look_message(look: Look, photo: PhotoLook | None, seen: int | None) -> str:
 
 
 def _photo(photo: PhotoLook) -> dict[str, Any]:
-    return {"name": photo.name, "look": photo.look.to_dict(), "told": look_in_words(photo.look)}
+    return {"name": photo.name, "look": photo.look.to_dict(), "words": look_in_words(photo.look)}
 
 
 def figures_message(values: Mapping[str, Any], viewers: int, screen_ms: float | None) -> str:

@@ -9,7 +9,7 @@ import threading
 
 import uvicorn
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.web.app import Say, make_app
+from makeup_video.web.app import Log, make_app
 from makeup_video.web.connection import Connection, Requests
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.session import Show
@@ -26,7 +26,7 @@ class Server:
 
     host: a name or address of this machine.
     port: 0 for a free one.
-    say: called with a line for the terminal, on the server's thread.
+    log: called with a line for the terminal, on the server's thread.
     ping_seconds: a page that does not answer for twice as long counts as gone.
     """
 
@@ -37,11 +37,11 @@ class Server:
         host: str = "127.0.0.1",
         port: int = 0,
         *,
-        say: Say,
+        log: Log,
         ping_seconds: float = 20.0,
     ) -> None:
         self._rooms, self._worker = Rooms(show), worker
-        self._host, self._port, self._say = host, port, say
+        self._host, self._port, self._log = host, port, log
         self._ping_seconds = ping_seconds
         self._loop: asyncio.AbstractEventLoop | None = None
         self._uvicorn: uvicorn.Server | None = None
@@ -64,7 +64,7 @@ class Server:
         return f"http://{f'[{name}]' if ':' in name else name}:{port}/"
 
     def stop(self) -> None:
-        """Say bye to all pages and stop; pages that do not react are cut off.
+        """Log bye to all pages and stop; pages that do not react are cut off.
 
         Does nothing when the server does not run.
         """
@@ -78,7 +78,7 @@ class Server:
         self._worker.stop()  # last: until then pages may send requests
 
     def _run(self, listening: socket.socket, port: int) -> None:
-        app = make_app(self._rooms, self._worker, self._host, port, self._say)
+        app = make_app(self._rooms, self._worker, self._host, port, self._log)
         config = uvicorn.Config(
             app,
             loop="asyncio",

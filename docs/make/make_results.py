@@ -50,7 +50,7 @@ class Measuring:
                 self.options.count, seed=at,
             )  # fmt: skip
             found[name] = measure(made, self.nets, self.whole)
-            say(f"{name}: {self.options.count} triplets")
+            log(f"{name}: {self.options.count} triplets")
         return found
 
     def extremes(self) -> dict[str, dict[str, Measured]]:
@@ -64,7 +64,7 @@ class Measuring:
                 count = max(self.options.count // 6, 2)
                 made = triplets(people, *halves(people), products, count, seed=100 + at)
                 found[region][name] = measure(made, self.first, self.whole)
-        say("extreme colours")
+        log("extreme colours")
         return found
 
     def tones(self, data: Path, *splits: str) -> dict[str, dict[str, Measured]]:
@@ -80,11 +80,11 @@ class Measuring:
                 wearers = everybody[people.tone == tone]
                 made = triplets(people, wearers, everybody, products, count, seed=200 + int(tone))
                 found[region][TONE_NAMES[tone]] = measure(made, self.first)
-        say(f"skin tones of {data.name}")
+        log(f"skin tones of {data.name}")
         return found
 
 
-def say(what: str) -> None:
+def log(what: str) -> None:
     print(time.strftime("%H:%M:%S"), what, flush=True)
 
 
@@ -139,7 +139,7 @@ def main() -> None:
     judgement = page.kept_judgement(options.out)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(page.text(results) + judgement, encoding="utf-8")
-    say(f"wrote {options.out}")
+    log(f"wrote {options.out}")
     first = next(iter(nets.values()))
     pictures.save_all(first, options.pictures)
     if options.look_at:

@@ -72,7 +72,7 @@ class LiveRun:
     """Paints what a camera sees, as it comes.
 
     faces, device: as in Settings.
-    say: called with a line of text for each event on the way.
+    log: called with a line of text for each event on the way.
     compare: keep the camera's planes in each picture; any thread may set this attribute.
     observe: called for each frame with the times at which its stages ended.
     Raises InstallError, UsageError for the device.
@@ -86,7 +86,7 @@ class LiveRun:
         *,
         faces: str = "all",
         device: str = "",
-        say: Callable[[str], None] = lambda line: None,
+        log: Callable[[str], None] = lambda line: None,
         observe: Observe | None = None,
     ) -> None:
         self.compare = False
@@ -97,10 +97,10 @@ class LiveRun:
         self._scene = BuildScene(device, exclusive=True)  # pages read photos meanwhile
         self._composite = Composite(look, device, faces)
         self._runner = LiveRunner(
-            camera, self._paint, sinks, say, partial(warm_up, self._scene, self._composite)
+            camera, self._paint, sinks, log, partial(warm_up, self._scene, self._composite)
         )
         self._budget = Budget()
-        self._say = say
+        self._log = log
         self._logged: dict[str, float] = {}  # notices of the budget, and when they were logged
         self._last: deque[tuple[float, float]] = deque()  # time of painting, seconds of delay
         self._pictures = 0
@@ -207,7 +207,7 @@ class LiveRun:
         """
         if seconds - self._logged.get(line, -math.inf) >= _REPEAT_SECONDS:
             self._logged[line] = seconds
-            self._say(line)
+            self._log(line)
 
     def _count(self, now: float, late_seconds: float) -> None:
         self._pictures += 1

@@ -39,7 +39,7 @@ class LiveRunner:
     """Runs camera -> work -> sinks until the camera ends, `stop`, Ctrl-C, or an error.
 
     work: Frame -> LivePicture, always on the same thread.
-    say: called with a line of text when a sink gives up; the others go on.
+    log: called with a line of text when a sink gives up; the others go on.
     prepare: called before the first frame is fetched.
     """
 
@@ -48,10 +48,10 @@ class LiveRunner:
         camera: LiveSource,
         work: Callable[[Frame], LivePicture],
         sinks: list[LiveSink],
-        say: Callable[[str], None],
+        log: Callable[[str], None],
         prepare: Callable[[], None] = lambda: None,
     ) -> None:
-        self._camera, self._work, self._say, self._prepare = camera, work, say, prepare
+        self._camera, self._work, self._log, self._prepare = camera, work, log, prepare
         self.inbox: NewestChannel[Frame] = NewestChannel("-> work")
         self.outlets = [Outlet(s, NewestChannel(f"-> {s.name}", s.waiting)) for s in sinks]
         self.stopped = False
@@ -82,7 +82,7 @@ class LiveRunner:
                 self._fail(error)
         with undisturbed():
             if not self._wait(_FINISH_SECONDS, self._others):
-                self._say("an output did not finish in time and is abandoned")
+                self._log("an output did not finish in time and is abandoned")
             self._camera.close()
             self._wait(_CAMERA_SECONDS, {_CAMERA})
         if self._first_error is not None:
@@ -173,4 +173,4 @@ class LiveRunner:
             if all(other.error is not None for other in self.outlets):
                 self._fail(error)  # raised by `run`, so not logged here
             else:
-                self._say(f"{type(error).__name__}: {error}{goes_on}")
+                self._log(f"{type(error).__name__}: {error}{goes_on}")

@@ -73,7 +73,7 @@ class StandIn:
 def serving(show, worker=None, **options) -> Generator[str, None, None]:
     """The page's address, without the last slash."""
     said = options.pop("said", [])
-    server = Server(show, worker or Worker(), say=said.append, **options)
+    server = Server(show, worker or Worker(), log=said.append, **options)
     try:
         yield server.start().rstrip("/")
     finally:
@@ -106,7 +106,7 @@ class Page:
     def close(self):
         self._stack.close()
 
-    def say(self, kind, **values):
+    def send(self, kind, **values):
         self.socket.send(json.dumps({"type": kind, **values}))
 
     def message(self, *kinds):
@@ -125,7 +125,7 @@ class Page:
         pts_us, rotation, flags, size, size_before = HEAD.unpack_from(got)
         assert flags == 0 and len(got) == HEAD.size + size + size_before
         if shown:
-            self.say("shown", pts_us=pts_us)
+            self.send("shown", pts_us=pts_us)
         jpeg = got[HEAD.size : HEAD.size + size]
         return pts_us, rotation, jpeg, got[HEAD.size + size :]
 

@@ -92,7 +92,7 @@ def test_photos_and_web_sockets_may_outlast_the_header_limit(hurried):
 
     with Page(hurried) as page:
         assert page.post("/photo", slowly()).status_code == 200
-        page.say("nothing")
+        page.send("nothing")
         assert page.message("error")
 
 
@@ -234,7 +234,7 @@ def test_a_flood_is_read_slowly_and_its_last_look_is_painted(monkeypatch):
     with serving(show) as url, Page(url) as page:
         for n in range(2000):
             page.socket.send(json.dumps({"type": "look", "look": RED.to_dict(), "n": n}))
-        page.say("look", look=look.to_dict(), n=2000)
+        page.send("look", look=look.to_dict(), n=2000)
         until = time.monotonic() + 20
         while show.look != look:
             assert time.monotonic() < until

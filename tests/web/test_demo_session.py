@@ -97,7 +97,7 @@ def test_an_unusable_portrait_is_one_line_with_its_name(photo, words):
 def test_a_page_sees_the_portrait_and_each_look_painted_on_it(url):
     with Page(url) as page:
         red = rgb8_of(page.picture()[2])
-        page.say("look", look=BLUE.to_dict(), n=1)
+        page.send("look", look=BLUE.to_dict(), n=1)
         blue = rgb8_of(page.picture()[2])
         assert page.hello["look"] == RED.to_dict()
     faces = find_faces(np.ascontiguousarray(red))
@@ -108,7 +108,7 @@ def test_a_page_sees_the_portrait_and_each_look_painted_on_it(url):
 def test_a_page_that_compares_gets_the_bare_portrait_too(url):
     with Page(url) as page:
         assert page.picture()[3] == b""
-        page.say("compare", on=True)
+        page.send("compare", on=True)
         _, _, jpeg, before = page.picture()
         assert rgb8_of(before).shape == rgb8_of(jpeg).shape and before != jpeg
 
@@ -117,12 +117,12 @@ def test_each_page_has_its_own_look_and_its_own_portrait(url):
     with Page(url) as page, Page(url) as other:
         first, same = page.picture(), other.picture()
         assert first[2] == same[2] and page.hello["session"] != other.hello["session"]
-        page.say("look", look=BLUE.to_dict(), n=1)
+        page.send("look", look=BLUE.to_dict(), n=1)
         assert page.picture()[2] != first[2]
         answer = page.post("/portrait", png_of(clip(1)[0]), x_file_name="her.png")
         assert answer.status_code == 200, answer.text
         assert rgb8_of(page.picture()[2]).shape == clip(1)[0].shape
-        other.say("compare", on=True)
+        other.send("compare", on=True)
         assert other.picture()[2] == same[2]
 
 
@@ -143,7 +143,7 @@ def test_a_portrait_without_a_face_leaves_the_old_one(url):
         answer = page.post("/portrait", png_of(grey()), x_file_name="wall.png")
         assert answer.status_code == 422
         assert answer.json()["error"].startswith("wall.png: no face was found")
-        page.say("compare", on=True)
+        page.send("compare", on=True)
         assert page.picture()[2] == first
 
 
@@ -153,14 +153,14 @@ def test_a_dropped_photo_is_read_and_painted(url):
         data = (SAMPLES / "look.jpg").read_bytes()
         answer = page.post("/photo", data, x_file_name="look.jpg")
         assert answer.status_code == 200, answer.text
-        assert answer.json()["told"].startswith("lips #")
+        assert answer.json()["words"].startswith("lips #")
         assert np.abs(rgb8_of(page.picture()[2]).astype(int) - before).max() > 30
 
 
 def test_the_whole_picture_is_what_was_painted_last(url):
     with Page(url) as page:
         page.picture()
-        page.say("look", look=BLUE.to_dict(), n=1)
+        page.send("look", look=BLUE.to_dict(), n=1)
         shown = rgb8_of(page.picture()[2])
         answer = httpx.get(f"{url}/picture.png?session={page.hello['session']}", timeout=30)
     assert np.abs(rgb8_of(answer.content).astype(int) - shown).mean() < 2
@@ -168,8 +168,8 @@ def test_the_whole_picture_is_what_was_painted_last(url):
 
 def test_a_page_that_lost_its_connection_finds_its_look_again(url):
     with Page(url) as page:
-        page.say("look", look=BLUE.to_dict(), n=1)
-        page.say("nothing")
+        page.send("look", look=BLUE.to_dict(), n=1)
+        page.send("nothing")
         page.message("error")
     with Page(url, page.hello["session"]) as again:
         assert again.hello["look"] == BLUE.to_dict()
@@ -179,10 +179,10 @@ def test_a_page_that_lost_its_connection_finds_its_look_again(url):
 def test_a_second_page_of_the_same_session_compares_too(url):
     with Page(url) as page, Page(url, page.hello["session"]) as other:
         page.picture(), other.picture()
-        page.say("compare", on=True)
+        page.send("compare", on=True)
         assert page.picture()[3] != b""
         assert other.picture()[3] == b""
-        other.say("compare", on=True)
+        other.send("compare", on=True)
         assert other.picture()[3] != b""
 
 

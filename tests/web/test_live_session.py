@@ -63,7 +63,7 @@ def test_all_pages_share_one_look_which_the_run_paints(parts):
     with serving(show) as url, Page(url) as page, Page(url) as other:
         assert page.hello["mode"] == "live"
         assert page.hello["session"] == other.hello["session"]
-        page.say("look", look=BLUE.to_dict(), n=1)
+        page.send("look", look=BLUE.to_dict(), n=1)
         assert other.message("look")["look"] == BLUE.to_dict()
     assert run.look == BLUE
 
@@ -86,8 +86,8 @@ def test_before_is_made_only_while_somebody_compares(parts):
         page.message("figures")
         sink(picture(before=True))  # of a run that was slow to hear that nobody compares any more
         assert page.picture()[3] == b"" and jpeg.made == 1
-        page.say("compare", on=True)
-        page.say("nothing")
+        page.send("compare", on=True)
+        page.send("nothing")
         page.message("error")
         assert run.compare
         sink(picture(pts=6, before=True))

@@ -79,7 +79,7 @@ def test_hello_carries_all_that_a_page_needs():
     shown.photo = PhotoLook("anna.jpg", Look(lips=product((180, 0, 46), "gloss")))
     photo = json.loads(hello("live", shown))["photo"]
     assert Look.from_dict(photo["look"]) == shown.photo.look
-    assert photo["name"] == "anna.jpg" and photo["told"].startswith("lips #B4002E, glossy")
+    assert photo["name"] == "anna.jpg" and photo["words"].startswith("lips #B4002E, glossy")
 
 
 def test_a_picture_is_packed_with_before_only_when_compared():

@@ -46,20 +46,20 @@ def test_a_picture_arrives_with_its_time_and_turn(show, url):
 
 def test_two_pages_see_every_picture_and_one_compares(show, url):
     with Page(url) as page, Page(url) as other:
-        other.say("compare", on=True)
+        other.send("compare", on=True)
         until(lambda: show.compares)
         for at in range(1, 20):
             show.show(at)
             assert page.picture() == (at, 90, b"painted", b"")
             assert other.picture() == (at, 90, b"painted", b"bare")
-        other.say("compare", on=False)
+        other.send("compare", on=False)
         until(lambda: not show.compares)
 
 
 def test_before_is_made_until_the_last_comparing_page_leaves(show, url):
     with Page(url):
         with Page(url) as other:
-            other.say("compare", on=True)
+            other.send("compare", on=True)
             until(lambda: show.compares)
         until(lambda: not show.compares)
 
@@ -85,7 +85,7 @@ def test_at_most_two_pictures_are_in_flight_then_the_newest(show, url):
             show.show(at)
             assert quick.picture()[0] == at  # so that all of them have left the server
         assert [page.picture(shown=False)[0] for _ in range(2)] == [1, 2]
-        page.say("shown", pts_us=2)  # 1 never comes on the screen
+        page.send("shown", pts_us=2)  # 1 never comes on the screen
         assert page.picture(shown=False)[0] == 9
 
 
@@ -95,11 +95,11 @@ def test_what_was_never_sent_cannot_be_shown(show, url, pts_us):
         for at in (1, 2, 4):
             show.show(at)
             assert quick.picture()[0] == at
-        page.say("shown", pts_us=pts_us)
-        page.say("look", look=BLUE.to_dict())  # the server has heard both when others are told
+        page.send("shown", pts_us=pts_us)
+        page.send("look", look=BLUE.to_dict())  # the server has heard both when others are told
         quick.message("look")
         assert [page.picture(shown=False)[0] for _ in range(2)] == [1, 2]
-        page.say("shown", pts_us=1)
+        page.send("shown", pts_us=1)
         assert page.picture(shown=False)[0] == 4
 
 
@@ -134,12 +134,12 @@ def test_a_change_reaches_other_pages_and_does_not_come_back(show, url):
     with Page(url) as page, Page(url) as other:
         for red in range(10):
             look = {**RED.to_dict(), "lips": {**RED.to_dict()["lips"], "red": red}}
-            page.say("look", look=look, n=red)
+            page.send("look", look=look, n=red)
             got = other.message("look")
             assert got["look"] == look and got["photo"] is None and got["seen"] is None
-        page.say("nothing")
+        page.send("nothing")
         page.message("error")  # no look came before it
-        other.say("look", look=BLUE.to_dict(), n=0)
+        other.send("look", look=BLUE.to_dict(), n=0)
         got = page.message("look")
         assert got["look"] == BLUE.to_dict() and got["seen"] == 9
     assert show.look == BLUE
@@ -149,13 +149,13 @@ def test_a_look_without_a_count_returns_as_it_was_understood(show, url):
     short = RED.to_dict()
     del short["zone"], short["intensity"]
     with Page(url) as page:
-        page.say("look", look=short)
+        page.send("look", look=short)
         assert page.message("look")["look"] == RED.to_dict()
 
 
 def test_a_refused_look_is_answered_with_the_current_one(show, url):
     with Page(url) as page:
-        page.say("look", look={**RED.to_dict(), "strength": 7})
+        page.send("look", look={**RED.to_dict(), "strength": 7})
         said = [page.message("error", "look") for _ in range(2)]
     told = {one["type"]: one for one in said}
     assert told["error"]["text"] == "strength must be a number in 0..1, got 7"
@@ -205,7 +205,7 @@ def test_a_thousand_bad_messages_cost_a_few_answers(show, url):
     with Page(url) as page:
         for _ in range(1000):
             page.socket.send("{")
-        page.say("shown", pts_us=1)
+        page.send("shown", pts_us=1)
         show.show(9)
         assert page.picture()[0] == 9
 
@@ -231,7 +231,7 @@ def test_a_port_that_is_taken_is_one_line_that_names_it():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(UsageError, match=rf"port {port} on 127.0.0.1 is taken.*--port"):
-            Server(StandIn(), Worker(), port=port, say=print).start()
+            Server(StandIn(), Worker(), port=port, log=print).start()
 
 
 @pytest.mark.parametrize(
@@ -246,7 +246,7 @@ def test_a_port_that_is_taken_is_one_line_that_names_it():
 )
 def test_an_address_that_cannot_be_bound_is_one_line(host, port, words):
     with pytest.raises(UsageError, match=words):
-        Server(StandIn(), Worker(), host, port, say=print).start()
+        Server(StandIn(), Worker(), host, port, log=print).start()
 
 
 def test_the_server_listens_on_loopback_alone(url):
@@ -254,7 +254,7 @@ def test_the_server_listens_on_loopback_alone(url):
 
 
 def test_every_page_gets_bye_and_the_thread_ends():
-    server = Server(StandIn(), Worker(), say=print)
+    server = Server(StandIn(), Worker(), log=print)
     with contextlib.ExitStack() as stack:
         url = server.start().rstrip("/")
         pages = [stack.enter_context(Page(url)) for _ in range(3)]
@@ -265,7 +265,7 @@ def test_every_page_gets_bye_and_the_thread_ends():
 
 def test_the_server_stops_though_a_page_never_reads():
     show = StandIn()
-    server = Server(show, Worker(), say=print)
+    server = Server(show, Worker(), log=print)
     url = server.start().rstrip("/")
     with stalled(url):
         show.show(1, noise(8_000_000))
@@ -282,7 +282,7 @@ def test_the_server_stops_though_a_photo_is_being_read():
         return BLUE
 
     show.reads = slow
-    server = Server(show, Worker(), say=said.append)
+    server = Server(show, Worker(), log=said.append)
     with Page(server.start().rstrip("/")) as page:
         sender = threading.Thread(target=send_in_vain, args=(page,))
         sender.start()
@@ -300,9 +300,9 @@ def send_in_vain(page):
 
 
 def test_stopping_twice_or_before_the_start_is_harmless():
-    server = Server(StandIn(), Worker(), say=print)
+    server = Server(StandIn(), Worker(), log=print)
     server.stop()
-    server = Server(StandIn(), Worker(), say=print)
+    server = Server(StandIn(), Worker(), log=print)
     server.start()
     server.stop()
     server.stop()
@@ -310,7 +310,7 @@ def test_stopping_twice_or_before_the_start_is_harmless():
 
 def test_pictures_that_come_after_the_end_are_nobodys():
     show = StandIn()
-    server = Server(show, Worker(), say=print)
+    server = Server(show, Worker(), log=print)
     with Page(server.start().rstrip("/")):
         assert show.watched.wait(10)
         push = show.push

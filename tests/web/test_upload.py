@@ -36,12 +36,12 @@ def page(show):
 def test_a_photo_changes_the_look_of_all_pages_in_words_too(show, page):
     with Page(page.url) as other:
         answer = page.post("/photo", b"bytes", x_file_name="anna.jpg")
-        told = "lips #1400C8, glossy, opaque; eyes bare"
+        words = "lips #1400C8, glossy, opaque; eyes bare"
         assert answer.status_code == 200
-        assert answer.json() == {"name": "anna.jpg", "look": BLUE.to_dict(), "told": told}
+        assert answer.json() == {"name": "anna.jpg", "look": BLUE.to_dict(), "words": words}
         for one in (page, other):
             got = one.message("look")
-            photo = {"name": "anna.jpg", "look": BLUE.to_dict(), "told": told}
+            photo = {"name": "anna.jpg", "look": BLUE.to_dict(), "words": words}
             assert (got["look"], got["photo"]) == (BLUE.to_dict(), photo)
     assert show.look == BLUE and show.photos == [(b"bytes", "anna.jpg")]
 

@@ -71,7 +71,7 @@ class Page:
         self.look, self.count, self.errors = room.session.look.to_dict(), 0, []
         room.add(self.viewer)
 
-    def say(self, look):
+    def send_look(self, look):
         self.look, self.count = look, self.count + 1
         self.send(look=look, n=self.count)
 
@@ -110,7 +110,7 @@ def in_a_room(test):
 def test_only_the_newest_of_a_flood_of_looks_is_painted():
     def flood(room, loop, pages):
         for number in range(1000):
-            pages[0].say(LOOKS[number % 6].to_dict())
+            pages[0].send_look(LOOKS[number % 6].to_dict())
         loop.go_on(0)
         assert room.session.given == [LOOKS[999 % 6]]
         assert pages[0].viewer.seen == 1000
@@ -121,7 +121,7 @@ def test_only_the_newest_of_a_flood_of_looks_is_painted():
 def test_looks_are_rate_limited_but_the_last_is_never_lost():
     def steady(room, loop, pages):
         for number in range(100):  # a look each millisecond
-            pages[0].say(LOOKS[number % 6].to_dict())
+            pages[0].send_look(LOOKS[number % 6].to_dict())
             loop.go_on(0.001)
         assert len(room.session.given) <= 0.1 / LOOKS_SECONDS + 1
         loop.go_on(LOOKS_SECONDS)
@@ -134,7 +134,7 @@ def test_the_first_look_after_a_pause_is_painted_at_once():
     def alone(room, loop, pages):
         for look in LOOKS:
             loop.go_on(LOOKS_SECONDS)
-            pages[0].say(look.to_dict())
+            pages[0].send_look(look.to_dict())
             loop.go_on(0)
             assert room.session.look == look
 
@@ -143,10 +143,10 @@ def test_the_first_look_after_a_pause_is_painted_at_once():
 
 def test_a_wrong_newest_look_is_answered_with_the_painted_one():
     def wrong(room, loop, pages):
-        pages[0].say(LOOKS[1].to_dict())
+        pages[0].send_look(LOOKS[1].to_dict())
         loop.go_on(1)
         for look in (LOOKS[2].to_dict(), BAD):
-            pages[0].say(look)
+            pages[0].send_look(look)
         loop.go_on(1)
         for page in pages:
             page.listen()
@@ -158,9 +158,9 @@ def test_a_wrong_newest_look_is_answered_with_the_painted_one():
 
 def test_a_photo_wins_over_the_looks_that_came_before_it():
     def photo(room, loop, pages):
-        pages[0].say(LOOKS[1].to_dict())
+        pages[0].send_look(LOOKS[1].to_dict())
         loop.go_on(0)
-        pages[0].say(LOOKS[2].to_dict())  # its turn has not come
+        pages[0].send_look(LOOKS[2].to_dict())  # its turn has not come
         room.change(BLUE, PhotoLook("anna.jpg", BLUE))
         loop.go_on(1)
         for page in pages:
@@ -173,9 +173,9 @@ def test_a_photo_wins_over_the_looks_that_came_before_it():
 
 def test_the_last_look_of_a_page_that_leaves_is_painted():
     def goes(room, loop, pages):
-        pages[0].say(LOOKS[1].to_dict())
+        pages[0].send_look(LOOKS[1].to_dict())
         loop.go_on(0)
-        pages[0].say(LOOKS[2].to_dict())
+        pages[0].send_look(LOOKS[2].to_dict())
         room.remove(pages[0].viewer)
         assert room.session.look == LOOKS[2]
         loop.go_on(1)
@@ -199,11 +199,11 @@ def test_pages_always_end_up_with_the_painted_look(happens):
         for kind, number, look in happens:
             match kind:
                 case "say":
-                    pages[number].say(last := look.to_dict())
+                    pages[number].send_look(last := look.to_dict())
                 case "file":
-                    pages[number].send(look=(last := look.to_dict()))
+                    pages[number].send_look(look=(last := look.to_dict()))
                 case "wrong":
-                    pages[number].say(BAD)
+                    pages[number].send_look(BAD)
                     last = None
                 case "listen":
                     pages[number].listen()

@@ -65,7 +65,7 @@ function welcome(message) {
 }
 
 /** Show the last photo that was read, here or on another page, and its look in words. */
-function showPhoto({ name, told: words }) {
+function showPhoto({ name, words }) {
   byId("look-words").textContent = words;
   photos.name("photo", name);
 }

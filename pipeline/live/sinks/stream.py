@@ -41,7 +41,7 @@ class Stream:
     scheme and host, since the rest may contain a key.
     bit_rate: bits per second; None chooses one for the size.
     rate: expected frames per second.
-    say: called with a line of text when the receiver is away, and when it is back.
+    log: called with a line of text when the receiver is away, and when it is back.
     Raises UsageError for another scheme, or one that this machine cannot send to.
     """
 
@@ -51,12 +51,12 @@ class Stream:
         self,
         url: str,
         *,
-        say: Callable[[str], None],
+        log: Callable[[str], None],
         rate: Fraction | float = 30,
         bit_rate: int | None = None,
     ) -> None:
         self.name, self._format = _checked(url)
-        self._url, self._say = url, say
+        self._url, self._log = url, log
         self._relay_program = relay_program(self.name) if needs_relay(url) else None
         self._rate = Fraction(rate).limit_denominator(1001)
         self._bit_rate = bit_rate
@@ -95,7 +95,7 @@ class Stream:
             self._pause = 1.0
         if self.notice and self._connection.is_proven:
             self.notice = ""
-            self._say(f"{self.name}: sending")
+            self._log(f"{self.name}: sending")
 
     def finish(self, stopped: bool) -> None:
         """Raises OutputError when no picture could be sent in the whole run."""
@@ -126,7 +126,7 @@ class Stream:
         self._pause = min(2 * self._pause, _LONGEST_PAUSE_SECONDS)
         if not self.notice:
             self.notice = f"{self.name}: {self._reason}; trying again"
-            self._say(self.notice)
+            self._log(self.notice)
 
 
 def _reason(error: Exception) -> str:

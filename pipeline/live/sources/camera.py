@@ -52,14 +52,14 @@ class Camera:
     Raises InputError or DecodeError, one line, when it cannot be opened.
     """
 
-    def __init__(self, settings: CameraSettings, say: Callable[[str], None]) -> None:
+    def __init__(self, settings: CameraSettings, log: Callable[[str], None]) -> None:
         self.path = _file_of(settings.name)
         self._source: DeviceCamera | FileCamera
         if self.path is not None:
             self._source = FileCamera(open_video(self.path), loop=settings.loop)
         else:
             request = CameraRequest(settings.size, settings.rate, settings.pixels)
-            self._source = DeviceCamera(_device_of(settings.name), request, say)
+            self._source = DeviceCamera(_device_of(settings.name), request, log)
 
     def frames(self) -> Generator[Frame, None, None]:
         """Yield each frame when it arrives, until the file ends or `close` is called. Call once."""

@@ -84,7 +84,7 @@ def attempts(request: CameraRequest, system: str) -> list[dict[str, str]]:
 class DeviceCamera:
     """Reads a camera on a thread of its own from construction on, and keeps the newest picture.
 
-    say: called with a line of text when the camera gives another mode than requested, is gone, or
+    log: called with a line of text when the camera gives another mode than requested, is gone, or
     is back.
     dropped: number of pictures that were old when they were read, or that were never fetched,
     counted from the call of `frames` on.
@@ -94,9 +94,9 @@ class DeviceCamera:
     """
 
     def __init__(
-        self, name: str | None, request: CameraRequest, say: Callable[[str], None]
+        self, name: str | None, request: CameraRequest, log: Callable[[str], None]
     ) -> None:
-        self._requested_name, self._request, self._say = name, request, say
+        self._requested_name, self._request, self._log = name, request, log
         self.rate = Fraction(request.rate or 30)
         self.name = name or ""
         self.dropped = self.damaged = 0
@@ -150,7 +150,7 @@ class DeviceCamera:
         if notice == self.notice:
             return
         self.notice = notice
-        self._say(line or notice)
+        self._log(line or notice)
 
     # -- the reading thread --------------------------------------------------------------------
 
@@ -293,7 +293,7 @@ class DeviceCamera:
         if request.pixels and pixels != request.pixels:
             differs.append(f"{pixels}, not {request.pixels}")
         if differs:
-            self._say(f"camera {self.name} gives {'; '.join(differs)}")
+            self._log(f"camera {self.name} gives {'; '.join(differs)}")
 
 
 class _NoCamera:

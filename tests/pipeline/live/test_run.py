@@ -159,7 +159,7 @@ def test_stages_get_the_level_and_changes_are_logged_seldom(monkeypatch):
 
     monkeypatch.setattr(live, "Budget", Wavering)
     camera, lines, seen = Camera(8), [], []
-    run = LiveRun(camera, RED, [Sink(camera)], say=lines.append)
+    run = LiveRun(camera, RED, [Sink(camera)], log=lines.append)
     camera.before_frame = lambda number: seen.append((run.figures().level, run._find.level))
     run.run()
     assert seen == [(level, level) for level in (0, 0, 0, 1, 0, 1, 0, 1)]  # after each frame

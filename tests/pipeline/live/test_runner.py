@@ -26,7 +26,7 @@ def test_all_frames_reach_every_sink_in_order():
             yield frame(number)
             time.sleep(0.02)
 
-    LiveRunner(Frames(frames()), LivePicture, sinks, say=pytest.fail).run()
+    LiveRunner(Frames(frames()), LivePicture, sinks, log=pytest.fail).run()
     for sink in sinks:
         assert numbers(sink.pictures) == sorted(set(numbers(sink.pictures)))
         assert numbers(sink.pictures)[-1] == 4
@@ -42,7 +42,7 @@ def test_slow_work_gets_the_newest_frame_and_counts_others(camera):
         gate.wait(20)
         return LivePicture(item)
 
-    runner = LiveRunner(camera, work, [sink], say=pytest.fail)
+    runner = LiveRunner(camera, work, [sink], log=pytest.fail)
     thread, _ = started(runner)
     camera.allowed.release()
     assert busy.wait(20)  # at work on the first frame
@@ -59,7 +59,7 @@ def test_slow_work_gets_the_newest_frame_and_counts_others(camera):
 def test_a_stalled_sink_delays_nobody_and_gets_the_newest(camera):
     gate = threading.Event()
     stalled, other = List("stalled", gate=gate), List("other", waiting=99)
-    runner = LiveRunner(camera, LivePicture, [stalled, other], say=pytest.fail)
+    runner = LiveRunner(camera, LivePicture, [stalled, other], log=pytest.fail)
     thread, _ = started(runner)
     for number in range(1, 20):
         camera.allowed.release()
@@ -109,7 +109,7 @@ def test_a_sink_that_never_worked_is_logged_at_the_end():
 
 def test_when_no_sink_ever_worked_the_error_is_raised():
     runner = LiveRunner(
-        Frames(frame(n) for n in [7]), LivePicture, [NeverWorked("rtmp")], say=pytest.fail
+        Frames(frame(n) for n in [7]), LivePicture, [NeverWorked("rtmp")], log=pytest.fail
     )
     with pytest.raises(OutputError, match="rtmp was never reached"):
         runner.run()
@@ -124,7 +124,7 @@ def test_when_the_last_sink_fails_the_run_ends_with_its_error():
             time.sleep(0.001)
 
     with pytest.raises(OutputError, match="nowhere"):
-        LiveRunner(Frames(frames()), LivePicture, [broken], say=pytest.fail).run(tick_seconds=0.01)
+        LiveRunner(Frames(frames()), LivePicture, [broken], log=pytest.fail).run(tick_seconds=0.01)
     until(lambda: not our_threads())
 
 
@@ -152,7 +152,7 @@ def test_an_error_ends_the_run_and_the_sinks_still_finish(where):
                 raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError if where == "sink" else InputError):
-        LiveRunner(Frames(frames()), work, [good, Bad("bad")], say=pytest.fail).run(
+        LiveRunner(Frames(frames()), work, [good, Bad("bad")], log=pytest.fail).run(
             tick_seconds=0.01
         )
     assert good.finished == "stopped"
@@ -161,7 +161,7 @@ def test_an_error_ends_the_run_and_the_sinks_still_finish(where):
 
 def test_a_stop_from_another_thread_ends_sinks_and_camera(camera):
     sink = List()
-    runner = LiveRunner(camera, LivePicture, [sink], say=pytest.fail)
+    runner = LiveRunner(camera, LivePicture, [sink], log=pytest.fail)
     thread, raised = started(runner)
     camera.allowed.release()
     until(lambda: sink.pictures)
@@ -174,7 +174,7 @@ def test_a_stop_from_another_thread_ends_sinks_and_camera(camera):
 def test_ctrl_c_finishes_the_sinks_while_the_camera_is_stuck(camera, monkeypatch):
     monkeypatch.setattr(live_runner, "_CAMERA_SECONDS", 0.05)
     sink, camera.is_stuck = List(), True
-    runner = LiveRunner(camera, LivePicture, [sink], say=pytest.fail)
+    runner = LiveRunner(camera, LivePicture, [sink], log=pytest.fail)
 
     def interrupt():
         raise KeyboardInterrupt
@@ -203,7 +203,7 @@ def test_a_second_ctrl_c_still_finishes_each_sink_once():
         raise KeyboardInterrupt
 
     camera, sink = Impatient(), Once()
-    runner = LiveRunner(camera, LivePicture, [sink], say=pytest.fail)
+    runner = LiveRunner(camera, LivePicture, [sink], log=pytest.fail)
     with pytest.raises(KeyboardInterrupt):
         runner.run(interrupt, tick_seconds=0.01)
     with pytest.raises(StoppedError):
@@ -260,7 +260,7 @@ def test_a_run_without_sinks_paints_until_the_camera_ends():
         painted.append(item.pts)
         return LivePicture(item)
 
-    LiveRunner(Frames(frame(n) for n in [7]), work, [], say=pytest.fail).run()
+    LiveRunner(Frames(frame(n) for n in [7]), work, [], log=pytest.fail).run()
     assert painted == [7]
 
 

@@ -50,7 +50,7 @@ def pieces(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("scheme", ["udp", "rtmp"])
 def test_pictures_keep_their_times_with_regular_key_frames(pieces, scheme):
-    stream = Stream(f"{scheme}://host/live/{SECRET}", say=pytest.fail)
+    stream = Stream(f"{scheme}://host/live/{SECRET}", log=pytest.fail)
     times = [0, 40, 100, 1000, 1990, 2010, 2050, 4020, 4060]
     for each in live(times):
         stream(each)
@@ -65,7 +65,7 @@ def test_pictures_keep_their_times_with_regular_key_frames(pieces, scheme):
 
 
 def test_the_pictures_are_only_read(pieces):
-    stream, made = Stream("udp://host:1", say=pytest.fail), list(live([0, 2500]))
+    stream, made = Stream("udp://host:1", log=pytest.fail), list(live([0, 2500]))
     for each in made:
         stream(each)
     assert [each.frame.picture.pict_type for each in made] == [0, 0]
@@ -73,7 +73,7 @@ def test_the_pictures_are_only_read(pieces):
 
 
 def test_formats_without_rotation_get_upright_pictures(pieces):
-    stream = Stream("udp://host:1", say=pytest.fail)
+    stream = Stream("udp://host:1", log=pytest.fail)
     for each in live(range(0, 800, 40), degrees=90):
         stream(each)
     stream.finish(stopped=False)
@@ -93,7 +93,7 @@ def test_a_receiver_over_udp_gets_a_film(tmp_path):
 
     receiver = threading.Thread(target=receive)
     receiver.start()
-    stream = Stream(f"udp://127.0.0.1:{port}", say=lambda line: None)
+    stream = Stream(f"udp://127.0.0.1:{port}", log=lambda line: None)
     for each in live(range(0, 400_000, 33)):
         stream(each)
         receiver.join(0.005)
@@ -135,7 +135,7 @@ def test_a_lost_receiver_is_logged_and_retried_ever_slower(monkeypatch):
 
     monkeypatch.setattr(live_stream, "_container", container)
     monkeypatch.setattr(live_stream.time, "monotonic", lambda: clock[0])
-    stream = Stream(f"rtmp://user:{SECRET}@host/live/{SECRET}", say=lines.append)
+    stream = Stream(f"rtmp://user:{SECRET}@host/live/{SECRET}", log=lines.append)
     for each in live(range(0, 150_000, 100)):
         clock[0] += 0.1
         stream(each)
@@ -169,7 +169,7 @@ def slammed():
 def test_a_stream_that_never_connected_is_an_error_at_the_end(slammed, closed):
     port = free_port(socket.SOCK_STREAM) if closed else slammed
     lines = []
-    stream = Stream(f"rtmp://127.0.0.1:{port}/live/{SECRET}", say=lines.append)
+    stream = Stream(f"rtmp://127.0.0.1:{port}/live/{SECRET}", log=lines.append)
     for each in live(range(0, 400, 40)):
         stream(each)
     assert stream.sent == 0 and len(lines) == 1
@@ -181,7 +181,7 @@ def test_a_stream_that_never_connected_is_an_error_at_the_end(slammed, closed):
 
 
 def test_a_run_without_any_picture_is_no_error_of_the_stream():
-    stream = Stream("rtmp://127.0.0.1:1/live", say=pytest.fail)
+    stream = Stream("rtmp://127.0.0.1:1/live", log=pytest.fail)
     stream.finish(stopped=True)
     assert stream.sent == 0
 
@@ -189,7 +189,7 @@ def test_a_run_without_any_picture_is_no_error_of_the_stream():
 def test_an_absent_receiver_is_one_line_without_the_key(capfd):
     lines = []
     port = free_port(socket.SOCK_STREAM)
-    stream = Stream(f"rtmp://user:{SECRET}@127.0.0.1:{port}/live/{SECRET}", say=lines.append)
+    stream = Stream(f"rtmp://user:{SECRET}@127.0.0.1:{port}/live/{SECRET}", log=lines.append)
     for each in live([0, 40, 80]):
         stream(each)
     assert lines == ["rtmp://127.0.0.1: Connection refused; trying again"]
@@ -212,13 +212,13 @@ def test_an_absent_receiver_is_one_line_without_the_key(capfd):
 )
 def test_other_addresses_are_refused_without_showing_them(url):
     with pytest.raises(UsageError) as caught:
-        Stream(url, say=pytest.fail)
+        Stream(url, log=pytest.fail)
     assert SECRET not in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_the_name_is_scheme_and_host_only():
     def name(url):
-        return Stream(url, say=pytest.fail).name
+        return Stream(url, log=pytest.fail).name
 
     assert (
         name(f"rtmps://u:{SECRET}@Host.example:443/app/{SECRET}?{SECRET}") == "rtmps://host.example"
@@ -246,7 +246,7 @@ def program(tmp_path, monkeypatch):
 
 def test_srt_goes_through_an_ffmpeg_that_knows_it(program):
     url = f"srt://127.0.0.1:1?passphrase={SECRET}"
-    stream = Stream(url, say=pytest.fail)
+    stream = Stream(url, log=pytest.fail)
     for each in live(range(0, 1000, 40)):
         stream(each)
     assert stream.sent == 0  # the relay takes everything, whether it is connected or not
@@ -261,7 +261,7 @@ def test_a_failing_encoder_ends_the_stream_and_its_relay(program, monkeypatch):
     def refuse(self, picture):
         raise EncodeError("no")
 
-    stream = Stream("srt://127.0.0.1:1", say=pytest.fail)
+    stream = Stream("srt://127.0.0.1:1", log=pytest.fail)
     first, second = live([0, 40])
     stream(first)
     relay = stream._connection._relay._process
@@ -274,7 +274,7 @@ def test_a_failing_encoder_ends_the_stream_and_its_relay(program, monkeypatch):
 def test_a_relay_that_ends_counts_as_a_lost_receiver(program):
     program.write_text(FFMPEG.replace('exec cat > "$0.ts"', "exit 1"))
     lines = []
-    stream = Stream("srt://127.0.0.1:1", say=lines.append)
+    stream = Stream("srt://127.0.0.1:1", log=lines.append)
     deadline = time.monotonic() + 30
     for each in live(range(0, 400_000, 33), size_wh=(320, 240)):
         stream(each)
@@ -288,7 +288,7 @@ def test_a_relay_that_ends_counts_as_a_lost_receiver(program):
 
 def test_a_relay_that_never_connected_has_sent_nothing(program):
     program.write_text(FFMPEG.replace('exec cat > "$0.ts"', "cat > /dev/null; exit 1"))
-    stream = Stream("srt://127.0.0.1:1", say=pytest.fail)
+    stream = Stream("srt://127.0.0.1:1", log=pytest.fail)
     for each in live([0, 40]):
         stream(each)
     with pytest.raises(OutputError, match=r"srt://127.0.0.1: no connection; no picture was sent"):
@@ -299,7 +299,7 @@ def test_a_relay_that_never_connected_has_sent_nothing(program):
 def test_srt_without_a_program_for_it_is_refused_with_advice(monkeypatch):
     monkeypatch.setattr(srt_relay.shutil, "which", lambda name: None)
     with pytest.raises(UsageError, match=r"srt://host needs an ffmpeg with SRT on the PATH"):
-        Stream(f"srt://host:1?passphrase={SECRET}", say=pytest.fail)
+        Stream(f"srt://host:1?passphrase={SECRET}", log=pytest.fail)
 
 
 def test_larger_pictures_get_more_bits_but_fewer_a_pixel():

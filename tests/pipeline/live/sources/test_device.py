@@ -117,13 +117,13 @@ def test_a_cameras_loss_and_return_are_each_logged_once(tmp_path, plug):
 def test_close_ends_the_wait_for_a_camera_that_is_gone(tmp_path, plug):
     lines = []
 
-    def say(line):
+    def log(line):
         lines.append(line)
         threading.Timer(0.05, camera.close).start()  # it waits by then, as a rule
 
     begin = threading.Event()
     plug(FakeDevice(mjpeg(tmp_path), unplugged, begin))
-    camera = Camera(settings(), say)
+    camera = Camera(settings(), log)
     begin.set()
     list(camera.frames())  # it ends
     assert lines == ["camera /dev/video0 is gone: waiting for it"]
@@ -134,11 +134,11 @@ def test_a_hanging_camera_is_logged_and_close_does_not_wait(tmp_path, plug, monk
     lines, ended, hanging = [], threading.Event(), threading.Event()
     plug(FakeDevice(mjpeg(tmp_path), lambda: (ended.set(), hanging.wait())))
 
-    def say(line):
+    def log(line):
         lines.append(line)
         threading.Timer(0.05, camera.close).start()
 
-    camera = Camera(settings(), say)
+    camera = Camera(settings(), log)
     assert ended.wait(20)
     list(camera.frames())
     hanging.set()
