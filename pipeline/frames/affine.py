@@ -6,7 +6,6 @@
 
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
 AffineArray = np.ndarray  # (2, 3) float64: (x, y, 1) -> (x, y)
@@ -72,5 +71,7 @@ def compose(second: AffineArray, first: AffineArray) -> AffineArray:
 
 def invert(array: AffineArray) -> AffineArray:
     """(2, 3) float64, the map back. For a map without an inverse, all zeros."""
+    import cv2  # late: runs that only copy a video load this module, and not OpenCV
+
     back: AffineArray = cv2.invertAffineTransform(array)
     return back

@@ -4,6 +4,7 @@
 more expensive shows where seconds would only be noise.
 """
 
+import gc
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -107,8 +108,11 @@ def _calls(counted: Counter[str]) -> Iterator[None]:
             counted["frames_converted"] += function.__name__ in ("reformat", "to_ndarray", "to_rgb")
 
     before = sys.getprofile()
+    # other tests' libraries, such as Hypothesis, hang calls of their own on the garbage collector
+    gc.disable()
     sys.setprofile(count)
     try:
         yield
     finally:
         sys.setprofile(before)
+        gc.enable()

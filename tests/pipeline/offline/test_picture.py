@@ -160,8 +160,11 @@ def test_a_picture_cannot_become_a_video(tmp_path, name):
 def test_video_options_do_not_go_with_a_picture(tmp_path):
     src = write(tmp_path / "in.png", scene())
     for how, flags in (
-        (Settings(crf=20), "--crf"),
-        (Settings(start_seconds=Fraction(1), end_seconds=Fraction(2)), "--start, --end"),
+        (Settings(crf=20), "crf"),
+        (
+            Settings(start_seconds=Fraction(1), end_seconds=Fraction(2)),
+            "start_seconds, end_seconds",
+        ),
     ):
         with pytest.raises(UsageError, match=f"is a picture: leave out {flags} "):
             process_video(src, tmp_path / "out.png", None, how)
