@@ -1,4 +1,4 @@
-"""Who is painted, when, and how much of it."""
+"""Which faces are painted, when, and how strongly."""
 
 from dataclasses import replace
 
@@ -28,12 +28,12 @@ BOTH = Look(LIPS.lips, EYES.eyes)
 
 
 def change(scene, look):
-    """(H, W) by how much luma changes."""
+    """Return (H, W): the change of luma in codes."""
     return np.abs(paint_planes(scene, look)[0].astype(int) - scene.frame.planes[0])
 
 
 def two_faces():
-    """Side by side: number 7 is the larger, 3 the smaller; and the columns of the second."""
+    """Return a scene of two faces side by side: number 7 is the larger, number 3 the smaller."""
     rgb8, points = close_up()
     small = rgb8[::2, ::2]
     ground = np.full((rgb8.shape[0], 310, 3), 90, np.uint8)
@@ -52,13 +52,13 @@ def painted_by(composite, scene):
 
 
 @pytest.mark.parametrize("who", ["all", "largest", "7", "3", "99"])
-def test_the_chosen_faces_are_painted_and_no_others(who):
+def test_the_chosen_faces_are_painted_and_no_others(chosen):
     scene = two_faces()
-    composite = Composite(LIPS, faces=who)
+    composite = Composite(LIPS, faces=chosen)
     changed = painted_by(composite, scene) != scene.frame.planes[0]
-    assert changed[:, :200].any() == (who in ("all", "largest", "7"))
-    assert changed[:, 200:].any() == (who in ("all", "3"))
-    assert composite.painted_frames == (who != "99")
+    assert changed[:, :200].any() == (chosen in ("all", "largest", "7"))
+    assert changed[:, 200:].any() == (chosen in ("all", "3"))
+    assert composite.painted_frames == (chosen != "99")
 
 
 def test_the_largest_face_changes_only_for_a_much_larger_one():

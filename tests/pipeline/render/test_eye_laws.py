@@ -1,4 +1,4 @@
-"""What holds for every makeup: the eyeball stays as it is, and lids are followed."""
+"""What holds for every look: the eyeball stays as it is, and lids are followed."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What holds for every makeup: the inside of the mouth stays as it is."""
+"""What holds for every look: the inside of the mouth stays as it is."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from laws import OPEN_MOUTHS, WORN, film_frames, film_scenes, share_changed, tru
 from makeup import inside, paint_planes, scene_of, true_face
 from makeup_video.pipeline.faces.topology import LIPS_INNER
 from makeup_video.pipeline.faces.tracker import FindFaces
-from makeup_video.pipeline.look.finishes import product as finished
+from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
@@ -15,7 +15,7 @@ from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 @pytest.mark.parametrize("finish", ["matte", "gloss", "shimmer"])
 @pytest.mark.parametrize("number", OPEN_MOUTHS)
 def test_less_than_a_hundredth_of_an_open_mouth_changes(number, finish):
-    look = Look(lips=finished((180, 0, 46), finish))
+    look = Look(lips=product((180, 0, 46), finish))
     assert share_changed(number, LIPS_INNER, 2, look) < 0.01
 
 

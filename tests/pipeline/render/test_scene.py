@@ -1,4 +1,4 @@
-"""Lights check their shapes."""
+"""Scene lights check the shapes of their arrays."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The light on faces over time: steady, gradual, and fresh after a cut."""
+"""The light on faces over time: steady, gradual, and estimated anew after a cut."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -23,7 +23,7 @@ def test_the_environment_shows_the_frame_where_it_is():
 
 
 def film(pictures, fps, faces=None, cut_at=None):
-    """Frames at a rate, of which picture(seconds) is shown, as (seconds, lights)."""
+    """Yield (seconds, lights) for two seconds of the frames pictures(seconds), at fps frames/s."""
     estimate = EstimateLight()
     for index in range(round(2 * fps)):
         seconds = index / fps
@@ -33,7 +33,7 @@ def film(pictures, fps, faces=None, cut_at=None):
 
 
 def switched(at_seconds, before=1.0, after=0.4):
-    """Pictures of a room where the light is switched at a moment."""
+    """Return a function of seconds that gives frames whose light is switched at a moment."""
     frames = frame_of(lit(*[before] * 3)), frame_of(lit(*[after] * 3))
     return lambda seconds: frames[seconds >= at_seconds]
 
@@ -47,7 +47,7 @@ def test_the_light_follows_by_time_not_by_frames():
             if abs(seconds * 15 - round(seconds * 15)) < 1e-6
         }
     for seconds, want in strengths[30].items():
-        for fps in (15, 60):  # all look again at 0.4 s
+        for fps in (15, 60):  # all rates estimate the light at 0.4 s
             assert strengths[fps][seconds] == pytest.approx(want, rel=0.04)
 
 

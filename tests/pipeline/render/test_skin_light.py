@@ -75,7 +75,7 @@ def test_a_warm_cast_gives_warm_light_and_a_blue_one_blue():
 def test_the_same_picture_in_any_layout_has_the_same_light(pix_fmt, full_range, matrix):
     want = light(portrait(), pix_fmt="yuv444p", full_range=True)
     got = light(portrait(), pix_fmt=pix_fmt, full_range=full_range, matrix=matrix)
-    # chroma is coarser, and single pixels are looked at
+    # chroma is coarser, and single pixels are sampled
     assert got.strength == pytest.approx(want.strength, rel=0.02)
     np.testing.assert_allclose(got.colour, want.colour, atol=0.02)
     np.testing.assert_allclose(got.direction, want.direction, atol=0.03)
@@ -156,7 +156,7 @@ def test_points_that_are_not_finite_do_no_harm():
 
 
 def shaded(towards, rgb8=(200, 150, 130)):
-    """A picture with the portrait's face as a matt mask under a lamp in a direction."""
+    """Return a picture of the portrait's face as a matte mask, lit by a lamp in this direction."""
     face = points().astype(np.float64)
     a, b, c = face[TRIANGLES].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
@@ -172,7 +172,8 @@ def shaded(towards, rgb8=(200, 150, 130)):
 
 
 @pytest.mark.parametrize(
-    "towards", [(-0.7, -0.3, -0.65), (0.7, -0.3, -0.65), (0, -0.8, -0.6), (0, 0, -1), (0.5, 0.4, -0.77)]
+    "towards",
+    [(-0.7, -0.3, -0.65), (0.7, -0.3, -0.65), (0, -0.8, -0.6), (0, 0, -1), (0.5, 0.4, -0.77)],
 )  # fmt: skip
 def test_shading_shows_where_the_light_comes_from(towards):
     towards = np.array(towards) / np.linalg.norm(towards)
