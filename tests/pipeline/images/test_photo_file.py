@@ -62,8 +62,8 @@ def test_exif_orientation_is_undone(tmp_path, end, orientation):
     path = save(
         tmp_path / f"in{end}", np.ascontiguousarray(stored), exif=exif(orientation), **options
     )
-    off = np.abs(read_photo(path).astype(int) - upright)
-    assert off.mean() < (4 if end == ".jpg" else 0.01)
+    difference = np.abs(read_photo(path).astype(int) - upright)
+    assert difference.mean() < (4 if end == ".jpg" else 0.01)
 
 
 def test_orientation_behind_a_pngs_pixels_is_undone(tmp_path):

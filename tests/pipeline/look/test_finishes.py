@@ -27,9 +27,9 @@ def test_a_finish_sets_everything_but_the_colour(region):
 
 @given(CODES, NAMES, st.sampled_from(list(REGIONS)))
 def test_every_colour_in_every_finish_is_a_product(rgb, finish, region):
-    made = product(rgb, finish, region)
-    assert (made.red, made.green, made.blue) == rgb
-    assert all(getattr(made, name) == value for name, value in FINISHES[finish][region].items())
+    params = product(rgb, finish, region)
+    assert (params.red, params.green, params.blue) == rgb
+    assert all(getattr(params, name) == value for name, value in FINISHES[finish][region].items())
 
 
 @pytest.mark.parametrize("region", REGIONS)

@@ -29,9 +29,9 @@ def invert(frame):
 
 
 def frame_of(pix_fmt, width, height, rotation_degrees=0, index=1):
-    decoded_picture = picture(index, width, height, pix_fmt)
-    decoded_picture.pts = 7
-    return Frame(decoded_picture, 7, Fraction(1, 30), ColourTags(1, 1, 1, 1), rotation_degrees)
+    video_frame = picture(index, width, height, pix_fmt)
+    video_frame.pts = 7
+    return Frame(video_frame, 7, Fraction(1, 30), ColourTags(1, 1, 1, 1), rotation_degrees)
 
 
 def copies(picture):

@@ -107,7 +107,7 @@ def test_an_output_that_lost_a_packet_stays_a_part(tmp_path, monkeypatch, end):
 
 
 def test_packets_for_the_first_stream_alone_are_noticed(tmp_path, monkeypatch):
-    """Packets without a stream of their own would all land in the first stream."""
+    """The fault that this check guards against: packets that do not name their stream."""
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
         sound = out.add_stream("pcm_s16le", rate=8000, layout="mono")

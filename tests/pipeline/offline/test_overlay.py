@@ -100,8 +100,8 @@ def test_the_label_is_above_the_face_in_the_picture(rotation):
     middle = places[140, 150]
     wide, high = middle[2] - middle[0], middle[3] - middle[1]
     assert middle[0] == pytest.approx(140, abs=1) and 145 - 2 <= middle[3] < 150
-    for (left, top), found in places.items():
-        assert (found[2] - found[0], found[3] - found[1]) == (wide, high), (left, top)
+    for (left, top), label in places.items():
+        assert (label[2] - label[0], label[3] - label[1]) == (wide, high), (left, top)
     assert places[-80, 150][0] == 0 and places[140, -60][1] == 0
     assert places[width - size[0] / 3, 150][2] == width - 1
 

@@ -251,8 +251,8 @@ def test_odd_sizes_are_kept(tmp_path, size_wh, codec_end):
 def test_alpha_is_kept_where_codec_and_container_can(tmp_path, pix_fmt, codec, end):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt)
     through(src, tmp_path / f"out{end}", codec=codec)
-    again = through(tmp_path / f"out{end}", tmp_path / "again.mkv", codec="ffv1")
-    assert again.dropped == []
+    lossless = through(tmp_path / f"out{end}", tmp_path / "again.mkv", codec="ffv1")
+    assert lossless.dropped == []
     assert decoded(tmp_path / "again.mkv")[0].format.name.startswith("yuva")
 
 

@@ -119,9 +119,9 @@ def test_threads_that_build_scenes_at_once_do_not_mix_them_up():
     faces = [true_face(points), true_face(eyes_closed)]
     alone = [BuildScene()(FrameFaces(frame, (face,))).faces[0] for face in faces]
 
-    def build_scenes(which):
+    def build_scenes(number):
         build = BuildScene()
-        return [build(FrameFaces(frame, (faces[which],))).faces[0] for _ in range(50)]
+        return [build(FrameFaces(frame, (faces[number],))).faces[0] for _ in range(50)]
 
     with ThreadPoolExecutor(2) as pool:
         for scenes, want in zip(pool.map(build_scenes, (0, 1)), alone, strict=True):

@@ -51,7 +51,7 @@ def painted_by(composite, scene):
     return composite(replace(scene, frame=target)).planes[0].astype(int)
 
 
-@pytest.mark.parametrize("who", ["all", "largest", "7", "3", "99"])
+@pytest.mark.parametrize("chosen", ["all", "largest", "7", "3", "99"])
 def test_the_chosen_faces_are_painted_and_no_others(chosen):
     scene = two_faces()
     composite = Composite(LIPS, faces=chosen)
@@ -118,9 +118,9 @@ def test_a_new_look_takes_effect_at_the_next_frame():
     composite.set_look(LIPS)
     red = painted_by(composite, scene)
     composite.set_look(replace(LIPS, strength=0.0))
-    again = painted_by(composite, scene)
+    at_no_strength = painted_by(composite, scene)
     np.testing.assert_array_equal(bare, scene.frame.planes[0])
-    np.testing.assert_array_equal(again, bare)
+    np.testing.assert_array_equal(at_no_strength, bare)
     np.testing.assert_array_equal(np.abs(red - bare), change(scene, LIPS))
     assert (red != bare).any()
 

@@ -36,9 +36,9 @@ def test_less_than_a_hundredth_of_a_mouth_that_opens_changes():
 def test_less_than_a_hundredth_of_a_mouth_changes_in_a_film():
     """The mouth opens wide and closes again; faces are followed and smoothed as in a film."""
     find, smooth, build = FindFaces(), SmoothAhead(), BuildScene()
-    found = [smooth(find(frame)) for frame in film_frames(172, 205)]
+    items = [smooth(find(frame)) for frame in film_frames(172, 205)]
     shares = []
-    for item in (*found, *smooth.drain()):
+    for item in (*items, *smooth.drain()):
         if item is None or item.frame.pts < 178:
             continue
         old, new = item.frame.planes[0].astype(int), paint_planes(build(item), WORN)[0]

@@ -15,10 +15,10 @@ def test_the_environment_shows_the_frame_where_it_is():
     picture = np.zeros((360, 640, 3), np.uint8)
     picture[:, :320] = 255
     picture[:90, 320:] = (0, 0, 255)
-    (found,) = light_of(FrameFaces(frame_of(picture), (face_at(points()),)))
-    assert found.environment.shape == (16, 16, 3) and found.environment.dtype == np.float32
-    assert found.environment[:, :7].min() > 0.95 and found.environment[5:, 9:].max() < 0.05
-    blue = found.environment[:3, 9:]
+    (estimated,) = light_of(FrameFaces(frame_of(picture), (face_at(points()),)))
+    assert estimated.environment.shape == (16, 16, 3) and estimated.environment.dtype == np.float32
+    assert estimated.environment[:, :7].min() > 0.95 and estimated.environment[5:, 9:].max() < 0.05
+    blue = estimated.environment[:3, 9:]
     assert blue[..., 2].min() > 0.8 and blue[..., :2].max() < 0.1
 
 
@@ -92,5 +92,5 @@ def test_a_face_that_was_long_away_is_read_anew():
     bright, dark = frame_of(portrait()), frame_of(lit(0.3, 0.3, 0.3))
     estimate(FrameFaces(bright, (face,)))
     assert estimate(FrameFaces(replace(dark, pts=30), ())) == ()
-    (found,) = estimate(FrameFaces(replace(dark, pts=150), (face,)))
-    assert found.strength == pytest.approx(light(lit(0.3, 0.3, 0.3)).strength)
+    (estimated,) = estimate(FrameFaces(replace(dark, pts=150), (face,)))
+    assert estimated.strength == pytest.approx(light(lit(0.3, 0.3, 0.3)).strength)

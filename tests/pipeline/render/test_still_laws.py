@@ -77,15 +77,15 @@ def test_a_still_face_under_noise_keeps_its_colour():
         np.clip(still + rng.normal(0, 4, still.shape), 0, 255).astype(np.uint8) for _ in range(60)
     ]
     find, smooth, build = FindFaces(), SmoothAhead(), BuildScene()
-    found = [smooth(find(frame_of(rgb8, index))) for index, rgb8 in enumerate(noisy)]
-    found = [item for item in (*found, *smooth.drain()) if item is not None]
-    assert len(found) == 60 and all(len(item.faces) == 1 for item in found)
+    items = [smooth(find(frame_of(rgb8, index))) for index, rgb8 in enumerate(noisy)]
+    items = [item for item in (*items, *smooth.drain()) if item is not None]
+    assert len(items) == 60 and all(len(item.faces) == 1 for item in items)
     lips = inside(2 * points[LIPS_OUTER] + 0.5, still.shape[:2], 4)
     lips &= ~inside(2 * points[LIPS_INNER] + 0.5, still.shape[:2], -4)
     assert lips.sum() > 300
     colours = {"bare": [], "painted": []}
     look = Look(lips=product_of_finish((180, 0, 46), "satin"))
-    for item in found:
+    for item in items:
         scene = build(item)
         for name, planes in (("bare", copied(item.frame)), ("painted", paint_planes(scene, look))):
             colours[name].append(mean_lab(planes, lips, scene.coding))

@@ -117,11 +117,11 @@ def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean):
 
 def test_eyes_too_narrow_to_be_seen_are_left_out():
     _, points = close_up()
-    gone = points.copy()
-    gone[EYE] = points[EYE].mean(0) + (points[EYE] - points[EYE].mean(0)) * (0.05, 1)
-    gone[[33, 133], 1] = gone[33, 1]
+    one_eyed = points.copy()
+    one_eyed[EYE] = points[EYE].mean(0) + (points[EYE] - points[EYE].mean(0)) * (0.05, 1)
+    one_eyed[[33, 133], 1] = one_eyed[33, 1]
     assert len(lid_surfaces(true_face(points))) == 2
-    assert len(lid_surfaces(true_face(gone))) == 1
+    assert len(lid_surfaces(true_face(one_eyed))) == 1
 
 
 def test_the_light_of_a_lid_is_measured_on_skin():

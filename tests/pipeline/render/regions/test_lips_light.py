@@ -27,7 +27,7 @@ def test_light_at_the_seam_follows_the_mouth_without_steps():
 
 def test_a_steep_contour_has_a_smooth_border():
     points = close_up()[1].copy()
-    points[:, 0] *= 0.6  # lips as for a kiss
+    points[:, 0] *= 0.6  # pursed lips
     face = heads.face(points, logits=np.full((80, 112), 30, np.float32))
     odds = lips_surface(face).odds
     steep = np.hypot(*np.gradient(odds))[np.abs(odds) < 6]
