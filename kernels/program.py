@@ -247,8 +247,8 @@ class Device:
     def lend(self, *planes: np.ndarray) -> Iterator[list[Any]]:
         """Make buffers over the memory of planes, or of regions of planes, to read and write.
 
-        Pixel (x, y) is element y * stride_of(plane) + x. When the block ends, the work is done and
-        the planes hold the result. Never lend the same memory twice at a time.
+        Pixel (x, y) is element y * (plane.strides[0] // plane.itemsize) + x. When the block ends,
+        the work is done and the planes hold the result. Never lend the same memory twice at a time.
         """
         flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
         spans = [_span(plane) for plane in planes]
@@ -298,11 +298,6 @@ class Memory:
         """Copy the result of the kernels started so far to the array, complete after `finish`."""
         if self._queue:
             cl.enqueue_copy(self._queue, self.array, self.buffer, is_blocking=False)
-
-
-def stride_of(plane: np.ndarray) -> np.int32:
-    """Count the elements from one row of a plane to the next, as the int of a kernel argument."""
-    return np.int32(plane.strides[0] // plane.itemsize)
 
 
 def _span(plane: np.ndarray) -> np.ndarray:

@@ -36,15 +36,6 @@ def is_picture(path: Path) -> bool:
     return head.startswith(b"\xff\xd8\xff") and path.suffix.lower() not in (".mjpeg", ".mjpg")
 
 
-def read_picture(path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """Read (stored pixels, metadata).
-
-    The pixels are (H, W, 1, 3 or 4) uint8 or uint16, encoded, in BGR(A) order, not turned; metadata
-    is OpenCV's {kind: bytes}. Raises InputError, DecodeError.
-    """
-    return decode_picture(read_bytes(path), path)
-
-
 def read_bytes(path: Path) -> bytes:
     """Read the file of a picture, unless it is too large. Raises InputError, DecodeError."""
     try:
@@ -56,7 +47,11 @@ def read_bytes(path: Path) -> bytes:
 
 
 def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """As `read_picture`, from a file's bytes; path: for messages. Raises DecodeError."""
+    """Decode a picture's file to (stored pixels, metadata); path: for messages. Raises DecodeError.
+
+    The pixels are (H, W, 1, 3 or 4) uint8 or uint16, encoded, in BGR(A) order, not turned; metadata
+    is OpenCV's {kind: bytes}.
+    """
     import cv2
 
     # our one line says what is wrong: OpenCV must not print its own warnings

@@ -36,13 +36,6 @@ class SceneLight:
             raise ValueError(f"a light has shapes (3,), (3,), (16, 16, 3); got {shapes}")
 
 
-def white_light() -> SceneLight:
-    """Neutral light of full strength from the front and above, in a grey room."""
-    environment = np.full((ENVIRONMENT_PX, ENVIRONMENT_PX, 3), 0.2, np.float32)
-    direction = np.array([0, -0.5, -(0.75**0.5)], np.float32)
-    return SceneLight(np.ones(3, np.float32), 1.0, direction, environment)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Lit:
     """A surface and the broad light on it.

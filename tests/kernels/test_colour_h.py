@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pyopencl as cl
 import pytest
+from makeup import stride_of
 from makeup_video.kernels.colour import (
     DEFINITIONS,
     HLG,
@@ -17,7 +18,7 @@ from makeup_video.kernels.colour import (
     encode,
     rounded,
 )
-from makeup_video.kernels.program import Device, source_of, stride_of
+from makeup_video.kernels.program import Device, source_of
 
 TRANSFERS = (SRGB, PQ, HLG)
 SOURCE = """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup import lights, params, places, product
+from makeup import lights, params, places, product, white_light
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.material import (
     ENVIRONMENT_PX,
@@ -20,7 +20,6 @@ from makeup_video.kernels.material import (
     sparkles,
 )
 from makeup_video.pipeline.render.product_material import SkinAxes, material
-from makeup_video.pipeline.render.scene import white_light
 
 FACING = SkinAxes(np.eye(2), 100.0)
 DARK_ROOM = np.zeros((3, 16, 16))

@@ -19,6 +19,7 @@ from makeup import (
     params,
     places,
     product,
+    white_light,
 )
 from makeup_video.kernels.colour import HLG, PQ, SRGB, Coding, decode, matrices, to_xyz
 from makeup_video.kernels.material import made_up, skin_at
@@ -26,7 +27,6 @@ from makeup_video.kernels.paint import Canvas, on_pixels, paint_twin, region_twi
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
-from makeup_video.pipeline.render.scene import white_light
 
 SIZE = (37, 9)
 PQ_BRIGHTEST = 10000 / 203 * 1.01  # of white, ITU-R BT.2408

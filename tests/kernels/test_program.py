@@ -7,8 +7,9 @@ import sys
 import numpy as np
 import pyopencl as cl
 import pytest
+from makeup import stride_of
 from makeup_video.kernels import program
-from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError, pick, stride_of
+from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError, pick
 
 SOURCE = """
 __kernel void test_add(__global uchar *restrict plane, const int stride, const int width) {

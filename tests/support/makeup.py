@@ -10,7 +10,7 @@ import heads
 import numpy as np
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, SRGB, Coding
-from makeup_video.kernels.material import Material
+from makeup_video.kernels.material import ENVIRONMENT_PX, Material
 from makeup_video.kernels.paint import Canvas, PaintedRegion
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
@@ -25,7 +25,7 @@ from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.product_material import SkinAxes
 from makeup_video.pipeline.render.regions.eyes import LidSurface
 from makeup_video.pipeline.render.regions.lips import LipsSurface
-from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight, white_light
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from people import clip, clip_points, frame_of
 
 LAYOUTS = (
@@ -42,6 +42,18 @@ NOTHING: Material = None  # type: ignore[assignment] # each test sets its own
 @cache
 def canvas() -> Canvas:
     return Canvas(device())
+
+
+def stride_of(plane: np.ndarray) -> np.int32:
+    """Elements from one row of a plane to the next, as a kernel argument."""
+    return np.int32(plane.strides[0] // plane.itemsize)
+
+
+def white_light() -> SceneLight:
+    """Neutral light of full strength from the front and above, in a grey room."""
+    environment = np.full((ENVIRONMENT_PX, ENVIRONMENT_PX, 3), 0.2, np.float32)
+    direction = np.array([0, -0.5, -(0.75**0.5)], np.float32)
+    return SceneLight(np.ones(3, np.float32), 1.0, direction, environment)
 
 
 def params(**fixed: float):

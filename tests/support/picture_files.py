@@ -1,9 +1,11 @@
 """Picture files with metadata."""
 
 import struct
+from pathlib import Path
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.images.picture_file import decode_picture, read_bytes
 
 EXIF, ICC, XMP = cv2.IMAGE_METADATA_EXIF, cv2.IMAGE_METADATA_ICCP, cv2.IMAGE_METADATA_XMP
 
@@ -30,3 +32,8 @@ def write(path, pixels, metadata=None, options=()):
     assert ok
     path.write_bytes(data.tobytes())
     return path
+
+
+def read_picture(path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Stored pixels and metadata of a picture file, as `decode_picture` gives them."""
+    return decode_picture(read_bytes(path), path)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from makeup import white_light
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish
@@ -21,7 +22,6 @@ from makeup_video.pipeline.reference.crops import (
     input_places,
     to_targets,
 )
-from makeup_video.pipeline.render.scene import white_light
 from makeup_video.training.reference import draw_products as shades
 from makeup_video.training.reference import prepare
 from makeup_video.training.reference import rendered_crops as render

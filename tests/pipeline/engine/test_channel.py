@@ -1,3 +1,5 @@
+"""Channels between threads: order, capacity, closing and cancelling."""
+
 import threading
 import time
 

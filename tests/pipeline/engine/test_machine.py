@@ -1,3 +1,5 @@
+"""Memory of the process: the peak, and giving freed memory back to the system."""
+
 import subprocess
 import sys
 

@@ -22,9 +22,9 @@ NEEDS = [COPY_VIDEO, FIND_FACES, PAINT_PICTURE, PAINT_VIDEO, READ_PHOTO, SHOW_VI
 
 @pytest.fixture
 def system(monkeypatch, tmp_path):
-    """system(groups, swap, limits): files as /proc and /sys/fs/cgroup have them."""
+    """system(groups, swap_kb, **limits) writes files as /proc and /sys/fs/cgroup have them."""
 
-    def made(groups, swap_kb=0, **limits):
+    def write(groups, swap_kb=0, **limits):
         (tmp_path / "proc/self").mkdir(parents=True)
         (tmp_path / "proc/self/cgroup").write_text(groups)
         (tmp_path / "proc/meminfo").write_text(f"MemTotal: 9 kB\nSwapTotal:   {swap_kb} kB\n")
@@ -36,7 +36,7 @@ def system(monkeypatch, tmp_path):
     monkeypatch.setattr(machine, "_PROC", tmp_path / "proc")
     monkeypatch.setattr(machine, "_GROUPS", tmp_path / "groups")
     monkeypatch.setattr(machine, "cores", lambda: 2)
-    return made
+    return write
 
 
 def allow(monkeypatch, limit):
@@ -49,8 +49,9 @@ def test_a_low_address_limit_is_shown_with_both_figures(monkeypatch, system, nee
     allow(monkeypatch, 123_000_000)
     with pytest.raises(TooLittleMemoryError) as caught:
         check_memory(need, 1280 * 720)
-    said = str(caught.value)
-    assert said.startswith(need.name) and "may take 123 MB (ulimit -v)" in said and "\n" not in said
+    message = str(caught.value)
+    assert message.startswith(need.name) and "\n" not in message
+    assert "may take 123 MB (ulimit -v)" in message
     assert isinstance(caught.value, MakeupVideoError | MemoryError) and caught.value.exit_code == 1
     allow(monkeypatch, resource.RLIM_INFINITY)
     check_memory(need, 1280 * 720)
@@ -70,7 +71,8 @@ def test_larger_frames_need_more(monkeypatch, system):
         ("0::/a/b\n", {"a__b__memory_max": "50000000"}, 50_000_000),
         ("0::/a/b\n", {"a__b__memory_max": "max", "a__memory_max": "70000000"}, 70_000_000),
         ("0::/a/b\n", {"a__b__memory_max": "max"}, None),
-        ("0::/gone\n", {"memory_max": "60000000"}, 60_000_000),  # a container sees its root alone
+        # a container sees only its own root
+        ("0::/gone\n", {"memory_max": "60000000"}, 60_000_000),
         ("4:cpu,memory:/a\n0::/\n", {"memory__a__memory_limit_in_bytes": "40000000"}, 40_000_000),
         ("4:memory:/a\n", {"memory__memory_limit_in_bytes": "9223372036854771712"}, 2**63 - 4096),
         ("3:cpu:/a\n", {}, None),

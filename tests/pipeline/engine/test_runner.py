@@ -14,7 +14,7 @@ from makeup_video.pipeline.errors import StoppedError
 
 
 class List:
-    """A sink that keeps what it gets."""
+    """A sink that keeps every item."""
 
     def __init__(self, fail_at=None, slow_seconds=0.0):
         self.items, self.finished = [], None
@@ -112,15 +112,15 @@ def test_workers_share_neighbouring_stages_evenly(workers, expected):
     on_thread = {}
 
     def stage(name):
-        def note(item):
+        def record_thread(item):
             on_thread[name] = threading.current_thread().name
             return item
 
-        return note
+        return record_thread
 
     stages = [(name, stage(name)) for name in "abcd"]
     Runner(("source", numbers(3)), stages, ("sink", List()), workers=workers).run()
-    assert on_thread == {name: f"makeup-{line[0]}" for line in expected for name in line}
+    assert on_thread == {name: f"makeup-{group[0]}" for group in expected for name in group}
 
 
 class Item:
@@ -128,17 +128,17 @@ class Item:
 
 
 def test_a_waiting_actor_keeps_no_item_alive():
-    seen, alive = [], []
+    references, alive = [], []
 
     def source():
         for _ in range(3):
             item = Item()
-            seen.append(weakref.ref(item))
+            references.append(weakref.ref(item))
             yield item
             del item
-            while any(ref() is not None for ref in seen) and time.monotonic() < limit:
+            while any(ref() is not None for ref in references) and time.monotonic() < limit:
                 time.sleep(0.001)
-            alive.append(sum(ref() is not None for ref in seen))
+            alive.append(sum(ref() is not None for ref in references))
 
     class Sink(List):
         def __call__(self, item):
@@ -158,19 +158,19 @@ def test_a_stage_may_look_ahead_without_losing_items(count):
 
 
 def test_an_observer_gets_every_item_and_times_are_sums():
-    heard = {}
+    timings = {}
 
     def observe(name, wall, cpu):
-        heard.setdefault(name, []).append((wall, cpu))
+        timings.setdefault(name, []).append((wall, cpu))
 
     stages = [("delay", Delay())]
     runner = Runner(("source", numbers(9)), stages, ("sink", List()), observe=observe)
     runner.run()
-    # the source is asked once more for an end, the sink finishes
-    assert {name: len(items) for name, items in heard.items()} == {
+    # one more call each: the source to find its end, the sink to finish
+    assert {name: len(items) for name, items in timings.items()} == {
         "source": 10, "delay": 9, "sink": 10,
     }  # fmt: skip
-    for name, items in heard.items():
+    for name, items in timings.items():
         wall, cpu = (sum(part) for part in zip(*items, strict=True))
         times = runner.times[name]
         assert (times.busy_seconds, times.cpu_seconds) == pytest.approx((wall, cpu))
@@ -259,10 +259,10 @@ def test_the_source_is_closed_when_the_run_ends_early():
 
 
 def test_ticks_report_what_reached_the_sink():
-    seen = []
+    counts = []
     runner = Runner(("source", numbers(30)), [], ("sink", List(slow_seconds=0.01)))
-    runner.run(seen.append, tick_seconds=0.02)
-    assert len(seen) > 3 and seen == sorted(seen) and seen[-1] <= 30
+    runner.run(counts.append, tick_seconds=0.02)
+    assert len(counts) > 3 and counts == sorted(counts) and counts[-1] <= 30
 
 
 def test_a_progress_display_that_fails_ends_the_run():
@@ -291,4 +291,4 @@ def test_a_slow_sink_keeps_memory_flat():
             ahead.append(len(produced) - item)
 
     Runner(("source", source()), [("a", add_one)], ("sink", Slow()), capacity=2).run()
-    assert max(ahead) <= 2 * 2 + 3  # two channels, and one item in each actor's hands
+    assert max(ahead) <= 2 * 2 + 3  # two channels, and one item held by each actor

@@ -1,4 +1,4 @@
-"""Signals that stop a run, and holding them back until a step is done."""
+"""Signals that stop a run, and delaying them until a step is done."""
 
 import signal
 
@@ -18,7 +18,7 @@ def test_ctrl_c_within_a_step_counts_when_the_step_ends():
 
 
 def test_signals_ignored_at_start_end_no_run():
-    """As `nohup` does with the signal of a closed terminal."""
+    """`nohup` ignores SIGHUP, the signal of a closed terminal."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         assert signal.SIGHUP not in stop_signals()

@@ -1,4 +1,4 @@
-"""Only ordinary files of a known size are read: nothing is waited for, and no memory fills up."""
+"""Only ordinary files within a size limit are read: reading neither blocks nor fills memory."""
 
 import os
 import tracemalloc
@@ -36,12 +36,12 @@ def test_a_file_that_grows_while_it_is_read_is_refused(tmp_path, monkeypatch):
     (tmp_path / "a").write_bytes(b"x" * 10)
     original = os.fdopen
 
-    def grows(fd, mode):
+    def grow_and_open(fd, mode):
         with (tmp_path / "a").open("ab") as file:
             file.write(b"x")
         return original(fd, mode)
 
-    monkeypatch.setattr(os, "fdopen", grows)
+    monkeypatch.setattr(os, "fdopen", grow_and_open)
     with pytest.raises(OSError, match="more than"):
         read_ordinary(tmp_path / "a", 10)
 

@@ -1,4 +1,4 @@
-"""The place of the output: nothing that exists is lost, no two runs share it."""
+"""The output path: no existing file is lost, and no two runs share the path."""
 
 import errno
 import os
@@ -32,7 +32,7 @@ def test_the_part_becomes_the_output_stays_or_is_removed(tmp_path, source):
 
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_the_input_may_lie_where_the_output_would_grow(tmp_path, source, overwrite):
-    """The part that Ctrl-C left behind is an input like any other: it must not be destroyed."""
+    """A part file that Ctrl-C left behind is a valid input and must not be destroyed."""
     part = source.rename(tmp_path / "film.part.mp4")
     before = part.read_bytes()
     with pytest.raises(UsageError, match="under which this output would be written"):

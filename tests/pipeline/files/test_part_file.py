@@ -1,4 +1,4 @@
-"""The part file of an output: no other file is ever written to, whatever is in its place."""
+"""The part file of an output: whatever stands at its path, no other file is written."""
 
 import os
 import subprocess
@@ -41,18 +41,18 @@ def test_a_link_that_replaces_the_part_is_never_followed(tmp_path, monkeypatch, 
     victim, part = tmp_path / "victim", part_of(tmp_path / name)
     victim.write_text("precious")
 
-    def attacked(self, *args, **settings):
+    def create_then_replace(self, *args, **settings):
         original(self, *args, **settings)
         if self.path == tmp_path / name:
             part.unlink()
             part.symlink_to(victim)
 
     original = OutputFile.__init__
-    monkeypatch.setattr(OutputFile, "__init__", attacked)
+    monkeypatch.setattr(OutputFile, "__init__", create_then_replace)
     with pytest.raises(OutputError, match="replaced by another program"):
         make(tmp_path, name, overwrite=True)
     assert victim.read_text() == "precious" and not (tmp_path / name).exists()
-    assert part.is_symlink()  # is not ours to remove
+    assert part.is_symlink()  # the other program's link is not removed
 
 
 def test_a_broken_link_at_the_part_needs_overwrite_too(tmp_path):
@@ -67,18 +67,18 @@ def test_without_proc_the_part_is_written_by_its_name(tmp_path, monkeypatch, mak
     monkeypatch.setattr(part_file, "_OWN_FILES", tmp_path / "no proc")
     own_paths = []
 
-    def watched(self, *args, **settings):
+    def create_and_record(self, *args, **settings):
         original(self, *args, **settings)
         own_paths.append(self.own_path)
 
     original = PartFile.__init__
-    monkeypatch.setattr(PartFile, "__init__", watched)
+    monkeypatch.setattr(PartFile, "__init__", create_and_record)
     make(tmp_path, name)
     assert own_paths == [part_of(tmp_path / name)]
     assert (tmp_path / name).stat().st_size > 10
 
 
-HOLDS = """
+HOLD_PART_FILE = """
 import sys
 from pathlib import Path
 from makeup_video.pipeline.files.part_file import PartFile
@@ -91,7 +91,7 @@ sys.stdin.read()
 def test_the_lock_of_another_process_is_seen_and_ends_with_it(tmp_path):
     part = tmp_path / "out.part.mp4"
     with subprocess.Popen(
-        [sys.executable, "-c", HOLDS, part], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-c", HOLD_PART_FILE, part], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as other:
         assert other.stdout.readline() == b"holds\n"
         with pytest.raises(UsageError, match="another run is writing"):
@@ -103,7 +103,7 @@ def test_the_lock_of_another_process_is_seen_and_ends_with_it(tmp_path):
 
 def test_an_ending_run_leaves_the_next_runs_part_alone(tmp_path):
     first = PartFile(tmp_path / "out.part", overwrite=False)
-    first.path.unlink()  # by hand: the name is free, so another run takes it
+    first.path.unlink()  # deleted by hand, so that another run can take the name
     second = PartFile(tmp_path / "out.part", overwrite=False)
     second.own_path.write_text("second")
     first.remove()
@@ -123,7 +123,7 @@ def test_an_output_that_is_a_link_is_still_written_through(tmp_path):
 
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
 def test_every_container_is_finished_by_the_own_path(tmp_path, end):
-    """+faststart reads the file again, and Matroska's display size is written into it."""
+    """+faststart reads the file again, and Matroska's display size is written into the file."""
     src = make_clip(tmp_path / "in.mp4", audio="aac", sample_aspect_ratio=Fraction(4, 3))
     report = process_video(src, tmp_path / f"out{end}")
     assert len(decoded(tmp_path / f"out{end}")) == report.frames_out == 12

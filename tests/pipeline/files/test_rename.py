@@ -12,17 +12,17 @@ from media import decoded, make_clip
 from writers import WRITERS
 
 
-def fails(*_args, **_settings):
+def unsupported(*_args, **_settings):
     raise OSError(errno.EOPNOTSUPP, os.strerror(errno.EOPNOTSUPP))
 
 
-@pytest.fixture(params=["renameat2", "link", "look"])
-def way(request, monkeypatch):
-    """The one way that this file system knows."""
+@pytest.fixture(params=["renameat2", "link", "check"])
+def method(request, monkeypatch):
+    """The preferred method among those that the file system supports."""
     if request.param != "renameat2":
-        monkeypatch.setattr(rename, "_by_system", fails)
-    if request.param == "look":
-        monkeypatch.setattr(os, "link", fails)
+        monkeypatch.setattr(rename, "_by_system", unsupported)
+    if request.param == "check":
+        monkeypatch.setattr(os, "link", unsupported)
     return request.param
 
 
@@ -38,14 +38,14 @@ def taken(request, tmp_path):
     return path
 
 
-def test_a_file_is_renamed_to_a_free_name(tmp_path, way):
+def test_a_file_is_renamed_to_a_free_name(tmp_path, method):
     (tmp_path / "old").write_text("whole")
     rename_new(tmp_path / "old", tmp_path / "new")
     assert [path.name for path in tmp_path.iterdir()] == ["new"]
     assert (tmp_path / "new").read_text() == "whole"
 
 
-def test_a_name_that_is_taken_is_refused(tmp_path, way, taken):
+def test_a_name_that_is_taken_is_refused(tmp_path, method, taken):
     (tmp_path / "old").write_text("whole")
     before = taken.lstat()
     with pytest.raises(FileExistsError):
@@ -54,7 +54,7 @@ def test_a_name_that_is_taken_is_refused(tmp_path, way, taken):
     assert (tmp_path / "old").read_text() == "whole"
 
 
-def test_other_errors_are_those_of_the_last_method(tmp_path, way):
+def test_other_errors_are_those_of_the_last_method(tmp_path, method):
     (tmp_path / "old").write_text("whole")
     with pytest.raises(FileNotFoundError):
         rename_new(tmp_path / "old", tmp_path / "no" / "new")
@@ -63,15 +63,15 @@ def test_other_errors_are_those_of_the_last_method(tmp_path, way):
 
 @pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "renameat2"), reason="no renameat2 here")
 def test_linux_needs_no_fallback(tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "link", fails)
-    monkeypatch.setattr(rename, "_by_looking", fails)
+    monkeypatch.setattr(os, "link", unsupported)
+    monkeypatch.setattr(rename, "_by_looking", unsupported)
     (tmp_path / "old").write_text("whole")
     rename_new(tmp_path / "old", tmp_path / "new")
     assert (tmp_path / "new").read_text() == "whole"
 
 
 @pytest.mark.parametrize(("make", "name"), WRITERS)
-def test_a_file_made_during_the_run_stays_beside_the_part(tmp_path, way, make, name):
+def test_a_file_made_during_the_run_stays_beside_the_part(tmp_path, method, make, name):
     out = tmp_path / name
     part = out.with_name(f"out.part{out.suffix}")
     with pytest.raises(UsageError) as caught:

@@ -1,4 +1,4 @@
-"""What a browser sees of planes: the colours that the renderer's own conversion gives."""
+"""Preview JPEGs of planes: a browser shows the colours of the renderer's own conversion."""
 
 import cv2
 import numpy as np
@@ -26,7 +26,7 @@ LAYOUTS = [(1, 1), (2, 1), (2, 2), (1, 2), (4, 1), (4, 4)]
 
 
 def planes_of(rgb: np.ndarray, coding: Coding, chroma: tuple[int, int]) -> list[np.ndarray]:
-    """R'G'B' (H, W, 3), 0..1 -> planes, chroma in the middle of its block."""
+    """Return the planes of R'G'B' (H, W, 3) in 0..1, with chroma in the middle of its block."""
     _, to_codes = matrices(coding)
     codes = rgb @ to_codes[:, :3].T + to_codes[:, 3]
     dtype = np.uint8 if coding.bit_depth == 8 else np.uint16
@@ -45,13 +45,13 @@ def tags_of(coding: Coding) -> ColourTags:
 
 
 def smooth(width: int, height: int) -> np.ndarray:
-    """R'G'B' (H, W, 3) that changes slowly."""
+    """Return a smooth gradient of R'G'B' (H, W, 3) in 0..1."""
     y, x = np.mgrid[:height, :width] / max(width, height)
     return np.stack([0.25 + 0.5 * x, 0.7 - 0.4 * y, 0.3 + 0.3 * x * y], -1)
 
 
-def seen(jpeg: bytes) -> np.ndarray:
-    """(H, W, 3) float, 0..255."""
+def decoded(jpeg: bytes) -> np.ndarray:
+    """Decode a JPEG to R'G'B' (H, W, 3), float64, 0..255."""
     return simplejpeg.decode_jpeg(jpeg).astype(float)
 
 
@@ -63,7 +63,7 @@ def test_a_browser_sees_what_the_renderer_painted(chroma, matrix, full_range, bi
     coding = Coding(matrix, full_range, bit_depth=bit_depth)
     rgb = smooth(160, 96)
     jpeg = PreviewJpeg(95)(planes_of(rgb, coding, chroma), chroma, bit_depth, tags_of(coding))
-    error = np.abs(seen(jpeg) - rgb * 255)
+    error = np.abs(decoded(jpeg) - rgb * 255)
     assert error.mean() < 1.5
     assert error.max() < 8
 
@@ -85,7 +85,7 @@ def test_any_flat_colour_of_any_size_keeps_its_codes(
     before = [plane.copy() for plane in planes]
     for plane in planes:
         plane.flags.writeable = False
-    got = seen(PreviewJpeg(100)(planes, chroma, bit_depth, tags_of(coding)))
+    got = decoded(PreviewJpeg(100)(planes, chroma, bit_depth, tags_of(coding)))
     assert got.shape == rgb.shape
     assert np.abs(got - colour).max() <= 5
     assert all(np.array_equal(now, was) for now, was in zip(planes, before, strict=True))
@@ -103,22 +103,22 @@ def test_what_a_camera_sends_as_mjpeg_is_encoded_as_it_is():
 def test_interleaved_chroma_gives_the_same_jpeg_as_planar(full_range):
     coding = Coding(1, full_range)
     luma, cb, cr = planes_of(smooth(66, 50), coding, (2, 2))
-    apart = PreviewJpeg(85)([luma, cb, cr], (2, 2), 8, tags_of(coding))
-    assert PreviewJpeg(85)([luma, np.dstack([cb, cr])], (2, 2), 8, tags_of(coding)) == apart
+    planar = PreviewJpeg(85)([luma, cb, cr], (2, 2), 8, tags_of(coding))
+    assert PreviewJpeg(85)([luma, np.dstack([cb, cr])], (2, 2), 8, tags_of(coding)) == planar
 
 
 @pytest.mark.parametrize(("range_", "codes"), [(2, (0, 255)), (1, (16, 235)), (0, (16, 235))])
 def test_a_grey_frame_spans_black_to_white(range_, codes):
     luma = np.repeat(np.array(codes, np.uint8), 32)[None].repeat(64, 0)
-    got = seen(PreviewJpeg(95)([luma], (1, 1), 8, ColourTags(range=range_)))
+    got = decoded(PreviewJpeg(95)([luma], (1, 1), 8, ColourTags(range=range_)))
     assert got[:, 0].max() <= 1 and got[:, -1].min() >= 254
 
 
 def test_missing_tags_are_resolved_as_the_renderer_does():
     for width, matrix in ((640, 6), (1280, 1)):
         planes = planes_of(smooth(width, 360), Coding(matrix), (2, 2))
-        told = PreviewJpeg(85)(planes, (2, 2), 8, ColourTags(matrix, 1))
-        assert PreviewJpeg(85)(planes, (2, 2), 8, ColourTags()) == told
+        tagged = PreviewJpeg(85)(planes, (2, 2), 8, ColourTags(matrix, 1))
+        assert PreviewJpeg(85)(planes, (2, 2), 8, ColourTags()) == tagged
 
 
 def test_an_alpha_plane_and_padding_do_not_matter():
@@ -141,10 +141,10 @@ def test_an_alpha_plane_and_padding_do_not_matter():
 def test_long_sides_are_halved_until_they_fit(chroma, size_wh, want):
     rgb = smooth(*size_wh)
     planes = planes_of(rgb, Coding(1), chroma)
-    got = seen(PreviewJpeg(95, limit_px=200)(planes, chroma, 8, ColourTags(1, 1)))
+    got = decoded(PreviewJpeg(95, limit_px=200)(planes, chroma, 8, ColourTags(1, 1)))
     assert abs(got.shape[1] - want[0]) <= 2 and abs(got.shape[0] - want[1]) <= 2
-    there = cv2.resize(rgb, got.shape[1::-1], interpolation=cv2.INTER_AREA) * 255
-    assert np.abs(got - there).mean() < 2.5
+    halved = cv2.resize(rgb, got.shape[1::-1], interpolation=cv2.INTER_AREA) * 255
+    assert np.abs(got - halved).mean() < 2.5
 
 
 @pytest.mark.parametrize("transfer", [PQ, HLG])
@@ -162,14 +162,14 @@ def test_hdr_looks_as_it_would_in_srgb(transfer, bit_depth, colour, within):
     planes = [
         np.full((32 // by, 32 // by), code) for by, code in zip((1, 2, 2), codes, strict=True)
     ]
-    got = seen(PreviewJpeg(100)(planes, (2, 2), bit_depth, ColourTags(9, 1, transfer, 9)))
+    got = decoded(PreviewJpeg(100)(planes, (2, 2), bit_depth, ColourTags(9, 1, transfer, 9)))
     assert np.abs(got - colour).max() <= within
 
 
 @pytest.mark.parametrize("transfer", [PQ, HLG])
 def test_hdr_highlights_roll_off_and_never_turn_back(transfer):
     luma = np.arange(1024, dtype=np.uint16)[None].repeat(16, 0)
-    got = seen(PreviewJpeg(100)([luma], (1, 1), 10, ColourTags(9, 1, transfer, 9)))[8, :, 1]
+    got = decoded(PreviewJpeg(100)([luma], (1, 1), 10, ColourTags(9, 1, transfer, 9)))[8, :, 1]
     assert (np.diff(got[::16]) >= -1).all()
     assert got[0] <= 1 and got[-1] >= 250
 

@@ -1,4 +1,4 @@
-"""Photos as people have them -> upright sRGB; everything else is one line that says what to do."""
+"""Photos become upright sRGB arrays; any other file is refused in one line with advice."""
 
 import io
 import struct
@@ -20,7 +20,7 @@ from PIL import GifImagePlugin, Image, TiffImagePlugin
 
 
 def colours(shape=(24, 32, 3), seed=0):
-    """Smooth, so that JPEG keeps it."""
+    """Return smooth RGB, uint8, which JPEG keeps nearly unchanged."""
     small = np.random.default_rng(seed).integers(60, 190, (3, 4, 3)).astype(np.uint8)
     return cv2.resize(small, shape[1::-1], interpolation=cv2.INTER_CUBIC)
 
@@ -58,10 +58,12 @@ def test_exif_orientation_is_undone(tmp_path, end, orientation):
         5: upright.transpose(1, 0, 2), 6: np.rot90(upright, 1),
         7: upright[::-1, ::-1].transpose(1, 0, 2), 8: np.rot90(upright, -1),
     }[orientation]  # fmt: skip
-    how = {".jpg": {"quality": 95, "subsampling": 0}, ".webp": {"lossless": True}}.get(end, {})
-    path = save(tmp_path / f"in{end}", np.ascontiguousarray(stored), exif=exif(orientation), **how)
-    off = np.abs(read_photo(path).astype(int) - upright)
-    assert off.mean() < (4 if end == ".jpg" else 0.01)
+    options = {".jpg": {"quality": 95, "subsampling": 0}, ".webp": {"lossless": True}}.get(end, {})
+    path = save(
+        tmp_path / f"in{end}", np.ascontiguousarray(stored), exif=exif(orientation), **options
+    )
+    difference = np.abs(read_photo(path).astype(int) - upright)
+    assert difference.mean() < (4 if end == ".jpg" else 0.01)
 
 
 def test_orientation_behind_a_pngs_pixels_is_undone(tmp_path):
@@ -101,14 +103,14 @@ def test_an_icc_profile_is_converted_to_srgb(tmp_path, colorants, curve, to_line
     path = save(tmp_path / "in.png", rgb8, icc_profile=profile(colorants, curve))
     wanted = 255 * to_encoded(to_linear_light(rgb8 / 255) @ to_srgb.T, SRGB).clip(0, 1)
     assert np.abs(wanted - rgb8).max() > 5
-    assert np.abs(read_photo(path) - wanted).max() < 2.5  # littleCMS rounds on its way
+    assert np.abs(read_photo(path) - wanted).max() < 2.5  # littleCMS rounds in between
 
 
 def test_a_linear_profile_named_srgb_is_converted(tmp_path):
     linear = profile(SRGB_COLORANTS, (1.0,), "sRGB-elle-V2-g10")
     path = save(tmp_path / "in.png", colours(), icc_profile=linear)
     wanted = 255 * to_encoded(colours() / 255, SRGB)
-    assert np.abs(read_photo(path) - wanted).max() < 2.5  # littleCMS rounds on its way
+    assert np.abs(read_photo(path) - wanted).max() < 2.5  # littleCMS rounds in between
 
 
 @pytest.mark.parametrize("name", ["sRGB", "sRGB IEC61966-2.1", "of somebody"])
@@ -167,7 +169,7 @@ def test_a_very_large_photo_is_averaged_down(tmp_path):
 
 
 def png_of(width, height):
-    """A PNG that claims a size, and holds nothing."""
+    """Return a PNG that declares a size and holds no pixels."""
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(b"")), (b"IEND", b"")]
     return b"\x89PNG\r\n\x1a\n" + b"".join(
@@ -182,13 +184,13 @@ def bytes_of(rgb8, kind, **options):
     return file.getvalue()
 
 
-def moving(kind):
+def animated(kind):
     more = [Image.fromarray(colours(seed=1))]
     return bytes_of(colours(), kind, save_all=True, append_images=more)
 
 
-def of_many_passes():
-    """A small file that has the whole picture decoded 700 times."""
+def many_passes():
+    """Return a small JPEG that makes a decoder decode the whole picture 700 times."""
     data = bytes_of(np.zeros((2000, 2000, 3), np.uint8), "JPEG", progressive=True)
     last = data.rindex(b"\xff\xda")
     return data[:-2] + data[last:-2] * 700 + data[-2:]
@@ -209,11 +211,11 @@ BAD = {
                   "a kind of TIFF that cannot be read here"),
     "large.png": (lambda: png_of(12000, 12000), "has 12000 x 12000 px, more than 120 million px"),
     "bomb.png": (lambda: png_of(60000, 60000), "bomb.png has more than 120 million px: make it"),
-    "moving.gif": (lambda: moving("GIF"), "holds several pictures"),
-    "moving.png": (lambda: moving("PNG"), "holds several pictures"),
-    "moving.webp": (lambda: moving("WEBP"), "holds several pictures"),
-    "pages.tif": (lambda: moving("TIFF"), "holds several pictures"),
-    "passes.jpg": (of_many_passes, "is stored in far too many passes"),
+    "moving.gif": (lambda: animated("GIF"), "holds several pictures"),
+    "moving.png": (lambda: animated("PNG"), "holds several pictures"),
+    "moving.webp": (lambda: animated("WEBP"), "holds several pictures"),
+    "pages.tif": (lambda: animated("TIFF"), "holds several pictures"),
+    "passes.jpg": (many_passes, "is stored in far too many passes"),
     "phone.heic": (lambda: b"\0\0\0\x18ftypheic\0\0\0\0mif1heic" + bytes(80),
                    "save it as JPEG or PNG"),
     "words.jpg": (lambda: b"no photo at all", "is no photo that can be read: give a JPEG"),
@@ -227,20 +229,20 @@ def test_a_file_that_is_no_photo_is_one_line_with_advice(tmp_path, name):
     (tmp_path / name).write_bytes(make())
     with pytest.raises(InputError) as caught:
         read_photo(tmp_path / name)
-    said = str(caught.value)
-    assert words in said and name in said and "\n" not in said
+    message = str(caught.value)
+    assert words in message and name in message and "\n" not in message
     assert caught.value.exit_code == 3
 
 
 @pytest.mark.parametrize("kind", ["GIF", "TIFF"])
 def test_the_pictures_in_a_file_are_not_counted(monkeypatch, kind):
-    def counted(self):
+    def count_pictures(self):
         raise AssertionError
 
     plugin = {"GIF": GifImagePlugin.GifImageFile, "TIFF": TiffImagePlugin.TiffImageFile}[kind]
-    monkeypatch.setattr(plugin, "n_frames", property(counted))
+    monkeypatch.setattr(plugin, "n_frames", property(count_pictures))
     with pytest.raises(PhotoError, match="several pictures"):
-        read_photo(moving(kind), "moving")
+        read_photo(animated(kind), "moving")
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -248,8 +250,8 @@ def test_bytes_are_refused_like_files_under_their_name(name):
     make, words = BAD[name]
     with pytest.raises(InputError) as caught:
         read_photo(make(), name)
-    said = str(caught.value)
-    assert words in said and name in said and "\n" not in said
+    message = str(caught.value)
+    assert words in message and name in message and "\n" not in message
 
 
 @pytest.mark.parametrize("end", [".png", ".jpg", ".webp", ".tif", ".bmp", ".avif", ".gif"])
@@ -292,8 +294,8 @@ def test_too_little_memory_is_named_as_the_reason(tmp_path, monkeypatch):
 
 def test_damage_inside_an_avif_is_one_line(tmp_path):
     data = bytearray(bytes_of(portrait(), "AVIF"))
-    begins = data.index(b"mdat") + 4
-    data[begins : begins + 200] = bytes(200)
+    offset = data.index(b"mdat") + 4
+    data[offset : offset + 200] = bytes(200)
     (tmp_path / "in.avif").write_bytes(data)
     with pytest.raises(PhotoError, match="damaged or cut short"):
         read_photo(tmp_path / "in.avif")
@@ -307,8 +309,8 @@ def test_damage_inside_an_avif_is_one_line(tmp_path):
 )
 def test_any_damage_is_a_picture_or_one_line(tmp_path_factory, kind, flips, keep):
     data = bytearray(bytes_of(colours(), kind, exif=exif(6)))
-    for place, by in flips:
-        data[int(place * len(data))] ^= by
+    for place, flip in flips:
+        data[int(place * len(data))] ^= flip
     path = tmp_path_factory.mktemp("damaged") / "in"
     path.write_bytes(data[: max(1, int(keep * len(data)))])
     try:

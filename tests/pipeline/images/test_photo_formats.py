@@ -47,16 +47,16 @@ def saved(path, **options):
     return path
 
 
-def when_opened(monkeypatch, do):
-    """Calls `do` once Pillow has seen what kind of file it is."""
+def when_opened(monkeypatch, action):
+    """Call `action` as soon as Pillow has recognised the format of the file."""
 
-    def opened(*args, **options):
+    def open_then_act(*args, **options):
         picture = original(*args, **options)
-        do()
+        action()
         return picture
 
     original = Image.open
-    monkeypatch.setattr(Image, "open", opened)
+    monkeypatch.setattr(Image, "open", open_then_act)
 
 
 @pytest.mark.parametrize("change", ["removed", "replaced"])
@@ -67,19 +67,19 @@ def test_a_photo_may_disappear_while_it_is_read(tmp_path, monkeypatch, name, opt
     path = saved(tmp_path / name, **options)
     want = read_photo(path)
     (tmp_path / "other").write_bytes(b"x" * 9)
-    act = path.unlink if change == "removed" else lambda: os.replace(tmp_path / "other", path)
-    when_opened(monkeypatch, act)
+    actions = {"removed": path.unlink, "replaced": lambda: os.replace(tmp_path / "other", path)}
+    when_opened(monkeypatch, actions[change])
     np.testing.assert_array_equal(read_photo(path), want)
 
 
 def test_a_file_may_disappear_while_its_kind_is_determined(tmp_path, monkeypatch):
     path = make_clip(tmp_path / "in.mp4", frames=2)
 
-    def gone(*_args, **_options):
+    def remove_and_fail(*_args, **_options):
         path.unlink()
         raise photo_file.UnidentifiedImageError
 
-    monkeypatch.setattr(Image, "open", gone)
+    monkeypatch.setattr(Image, "open", remove_and_fail)
     with pytest.raises(PhotoError, match=r"in\.mp4 is no photo"):
         read_photo(path)
 
@@ -87,11 +87,11 @@ def test_a_file_may_disappear_while_its_kind_is_determined(tmp_path, monkeypatch
 def test_a_photo_that_is_gone_before_it_is_opened_is_one_line(tmp_path, monkeypatch):
     path = saved(tmp_path / "in.png")
 
-    def found(*_args):
+    def find_then_remove(*_args):
         path.unlink()
         return path
 
-    monkeypatch.setattr("makeup_video.pipeline.media.input_file.local_file", found)
+    monkeypatch.setattr("makeup_video.pipeline.media.input_file.local_file", find_then_remove)
     with pytest.raises(InputError, match=r"in\.png cannot be read: No such file"):
         read_photo(path)
 
@@ -99,7 +99,7 @@ def test_a_photo_that_is_gone_before_it_is_opened_is_one_line(tmp_path, monkeypa
 def test_a_file_larger_than_any_photo_is_not_read(tmp_path):
     path = saved(tmp_path / "in.jpg", progressive=True)
     with path.open("r+b") as file:
-        file.truncate(3_000_000_000)  # a hole: takes no room
+        file.truncate(3_000_000_000)  # sparse: takes no disk space
     with pytest.raises(InputError, match=r"in\.jpg cannot be read: it has more than 1000 MB"):
         read_photo(path)
 
@@ -112,7 +112,7 @@ def test_every_kind_of_photo_leaves_no_file_open(tmp_path):
 
 
 def open_files():
-    return sorted(os.readlink(each) for each in Path("/proc/self/fd").iterdir() if each.exists())
+    return sorted(os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.exists())
 
 
 def test_what_pillow_logs_of_a_damaged_file_is_not_printed(tmp_path):
@@ -120,13 +120,14 @@ def test_what_pillow_logs_of_a_damaged_file_is_not_printed(tmp_path):
     path = tmp_path / "in.tiff"
     Image.new("RGB", (16, 16)).save(path)
     data = bytearray(path.read_bytes())
-    at = data.index(struct.pack("<HH", 277, 3))  # SamplesPerPixel
-    struct.pack_into("<H", data, at + 8, 31960)
+    offset = data.index(struct.pack("<HH", 277, 3))  # SamplesPerPixel
+    struct.pack_into("<H", data, offset + 8, 31960)
     path.write_bytes(data)
     program = (
         "import sys; from makeup_video.pipeline.images.photo_file import read_photo\n"
         "read_photo(sys.argv[1])"
     )
-    command = [sys.executable, "-c", program, str(path)]  # pytest itself listens to the log here
+    # a process of its own, because pytest captures the log in this one
+    command = [sys.executable, "-c", program, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert "PhotoError" in done.stderr and "More samples per pixel" not in done.stderr

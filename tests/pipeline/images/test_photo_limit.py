@@ -1,4 +1,4 @@
-"""Those who read strangers' photos set a lower limit, and hear when decoding begins."""
+"""A caller who reads strangers' photos sets a lower limit and gets a call before decoding."""
 
 import cv2
 import numpy as np

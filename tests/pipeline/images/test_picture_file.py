@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.frames.orientation import ORIENTATIONS
 from makeup_video.pipeline.frames.rgb import merge, to_frame
-from makeup_video.pipeline.images.exif import orientation as stored_as
-from makeup_video.pipeline.images.picture_file import read_picture
-from picture_files import EXIF, exif, scene, write
+from makeup_video.pipeline.images.exif import orientation as exif_orientation
+from picture_files import EXIF, exif, read_picture, scene, write
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -21,13 +20,13 @@ def test_exif_orientation_becomes_the_frames_rotation_degrees(
     tmp_path, order, orientation, degrees
 ):
     src = write(tmp_path / "in.jpg", scene(), {EXIF: exif(orientation, order)})
-    assert stored_as(read_picture(src)[1]).turn_degrees == degrees
+    assert exif_orientation(read_picture(src)[1]).turn_degrees == degrees
 
 
 def test_orientation_6_is_upright_after_270_degrees_left():
-    """As OpenCV itself turns it when it honours EXIF: 90 degrees clockwise."""
+    """OpenCV turns the same picture 90 degrees clockwise when it honours Exif."""
     upright = scene()
-    stored = np.rot90(upright, 1)  # counter-clockwise; the camera was held so
+    stored = np.rot90(upright, 1)  # counter-clockwise, as the camera was held
     ok, data = cv2.imencodeWithMetadata(
         ".png", stored, [int(EXIF)], [np.frombuffer(exif(6), np.uint8)]
     )
@@ -39,7 +38,7 @@ def test_orientation_6_is_upright_after_270_degrees_left():
 @given(data=st.binary(max_size=80))
 def test_any_exif_bytes_give_a_valid_rotation(data):
     blob = np.frombuffer(b"II*\0" + data, np.uint8)
-    assert stored_as({int(EXIF): blob}) in ORIENTATIONS.values()
+    assert exif_orientation({int(EXIF): blob}) in ORIENTATIONS.values()
 
 
 @given(seed=st.integers(0, 99), shape=st.sampled_from([(9, 7, 3), (8, 8, 4), (5, 6, 1)]),

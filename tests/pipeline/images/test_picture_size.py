@@ -1,4 +1,4 @@
-"""Pictures that are too large or oddly shaped: one true line each, before anything is decoded."""
+"""Pictures of extreme size or shape: painted, or refused in one line before decoding."""
 
 import struct
 import zlib
@@ -17,13 +17,13 @@ from makeup_video.pipeline import (
 )
 from makeup_video.pipeline.files.output_file import part_of
 from makeup_video.pipeline.images import picture_size
-from makeup_video.pipeline.images.picture_file import read_picture
+from picture_files import read_picture
 
 LOOK = Look(lips=product((180, 0, 46), "satin"))
 
 
 def png_head(width, height):
-    """Of a picture whose pixels never come."""
+    """Return the start of a PNG of this size, without its pixels."""
     body = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     data = b"IDAT" + zlib.compress(bytes(100))
     parts = [
@@ -36,15 +36,15 @@ def png_head(width, height):
 def jpeg_head(width, height):
     _, data = cv2.imencode(".jpg", np.zeros((8, 8, 3), np.uint8))
     data = data.tobytes()
-    at = data.index(b"\xff\xc0")
-    return data[: at + 5] + struct.pack(">HH", height, width) + data[at + 9 :]
+    offset = data.index(b"\xff\xc0")
+    return data[: offset + 5] + struct.pack(">HH", height, width) + data[offset + 9 :]
 
 
 def webp_head(width, height):
     _, data = cv2.imencode(".webp", np.zeros((8, 8, 3), np.uint8), [cv2.IMWRITE_WEBP_QUALITY, 50])
     data = data.tobytes()
-    at = data.index(b"\x9d\x01\x2a") + 3  # RFC 6386, section 9.1
-    return data[:at] + struct.pack("<HH", width, height) + data[at + 4 :]
+    offset = data.index(b"\x9d\x01\x2a") + 3  # RFC 6386, section 9.1
+    return data[:offset] + struct.pack("<HH", width, height) + data[offset + 4 :]
 
 
 def lossless_webp_head(width, height):
@@ -129,7 +129,7 @@ def test_a_picture_that_no_output_can_hold_is_one_line(tmp_path, wide, name, com
 
 
 def test_a_side_by_side_picture_may_exceed_the_size_limit(tmp_path, monkeypatch):
-    """The limit is one of the input: what we write ourselves is read again as it is."""
+    """The limit holds for the input alone: the product reads its own larger output back."""
     monkeypatch.setattr(picture_size, "MOST_PX", 40 * 60)
     exif = np.frombuffer(b"II*\0\x08\0\0\0\1\0\x12\1\3\0\1\0\0\0\1\0\0\0" + bytes(4), np.uint8)
     blank = np.zeros((40, 60, 3), np.uint8)
@@ -144,7 +144,7 @@ def test_a_file_larger_than_any_picture_is_not_read(tmp_path):
     path = tmp_path / "in.png"
     path.write_bytes(png_head(8, 8))
     with path.open("r+b") as file:
-        file.truncate(3_000_000_000)  # a hole: takes no room
+        file.truncate(3_000_000_000)  # sparse: takes no disk space
     with pytest.raises(InputError, match=r"in\.png cannot be read: it has more than 1000 MB"):
         process_video(path, tmp_path / "out.png")
     assert not part_of(tmp_path / "out.png").exists()

@@ -1,4 +1,4 @@
-"""A table of products: strict about what it needs, blind to the rest, and the nearest of them."""
+"""The product catalogue: required columns are checked, others ignored, nearest shades found."""
 
 import os
 
@@ -26,7 +26,10 @@ SHADES = (
         (GOOD + ",,,\n , ,,\n,,,,,,\n,\n").encode(),
         b'brand;product;shade;hex\nA;Matte;Red, dark;#B4002E\nB;"Gloss";Pink;f9a\n;;;\n',
         GOOD.replace("brand,product", " Brand , PRODUCT").encode(),
-        b'finish,hex,shade,product,brand\nmatte,B4002E,"Red, dark",Matte,A\n,#FF99AA,Pink,Gloss,B\n',
+        (
+            b"finish,hex,shade,product,brand\n"
+            b'matte,B4002E,"Red, dark",Matte,A\n,#FF99AA,Pink,Gloss,B\n'
+        ),
     ],
 )
 def test_quotes_empty_lines_and_other_columns_are_ignored(tmp_path, data):
@@ -83,29 +86,34 @@ def test_the_nearest_come_first_and_equals_in_their_order():
     reds = [Shade("A", "P", str(red), (red, 0, 46)) for red in (90, 250, 180, 180, 200)]
     catalogue = Catalogue(reds)
     found = catalogue.nearest((180, 0, 46), 3)
-    assert [one for _, one in found] == [reds[2], reds[3], reds[4]]
-    assert [off for off, _ in found][:2] == [0, 0] and found[2][0] > 0
+    assert [shade for _, shade in found] == [reds[2], reds[3], reds[4]]
+    assert [difference for difference, _ in found][:2] == [0, 0] and found[2][0] > 0
     assert len(catalogue.nearest((180, 0, 46), 9)) == 5
-    assert np.isfinite([off for off, _ in catalogue.nearest((0.4, 254.6, 0))]).all()
+    assert np.isfinite([difference for difference, _ in catalogue.nearest((0.4, 254.6, 0))]).all()
 
 
 def test_a_large_catalogue_gives_what_sorting_all_of_it_gives():
-    """More rows than are looked at together, with many equals; its names take little room."""
-    codes = np.random.default_rng(0).integers(0, 12, (70_000, 3)) * 20
-    catalogue = Catalogue(Shade("B", "P", str(at), tuple(c)) for at, c in enumerate(codes.tolist()))
+    """More rows than one block holds, with many equal colours. Each brand name is stored once."""
+    rgb8 = np.random.default_rng(0).integers(0, 12, (70_000, 3)) * 20
+    catalogue = Catalogue(
+        Shade("B", "P", str(index), tuple(c)) for index, c in enumerate(rgb8.tolist())
+    )
     wanted = (104.0, 61.0, 140.0)
-    off = ciede2000(lab_of(codes), lab_of(np.array(wanted)))
-    first = np.argsort(off, kind="stable")[:60]
+    differences = ciede2000(lab_of(rgb8), lab_of(np.array(wanted)))
+    first = np.argsort(differences, kind="stable")[:60]
     found = catalogue.nearest(wanted, 60)
-    assert [one.shade for _, one in found] == [str(at) for at in first]
-    np.testing.assert_allclose([near for near, _ in found], off[first], rtol=1e-12)
-    assert [one.rgb for _, one in found] == [tuple(codes[at]) for at in first]
+    assert [shade.shade for _, shade in found] == [str(index) for index in first]
+    np.testing.assert_allclose(
+        [difference for difference, _ in found], differences[first], rtol=1e-12
+    )
+    assert [shade.rgb for _, shade in found] == [tuple(rgb8[index]) for index in first]
     assert found[0][1].brand is found[1][1].brand
 
 
 KINDS = [
     ("lip_gloss", "lips"), ("Lip Liner", "lips"), ("LIPSTICK", "lips"), ("Lippenstift", "lips"),
-    ("eyeshadow", "eyes"), ("Eye Primer", "eyes"), ("eyeliner", "eyes"), ("jumbo eye-pencil", "eyes"),
+    ("eyeshadow", "eyes"), ("Eye Primer", "eyes"), ("eyeliner", "eyes"),
+    ("jumbo eye-pencil", "eyes"),
     ("lip & cheek stain", "lips"), ("eye and lip pencil", "lips eyes"), ("eyes/lips", "lips eyes"),
     ("", "lips eyes"), ("pencil", "lips eyes"), ("palette", "lips eyes"), ("tulip", "lips eyes"),
     ("nail_polish", ""), ("eyebrow", ""), ("Eye Brow gel", ""), ("eyelash", ""), ("mascara", ""),
@@ -122,14 +130,15 @@ def test_the_kind_of_a_product_gives_its_regions(tmp_path, column, kind, regions
 
 
 def test_columns_that_give_the_kind_are_read_together(tmp_path):
-    """As shops have them: one says lipstick or eyeshadow, the other liquid or palette,
-    or nothing."""
+    """Shops fill two columns: one with lipstick or eyeshadow, the other with liquid, palette or
+    nothing."""
     rows = ["brand,product,product_type,category,shade,hex", "A,B,eyeshadow,,1,#b00",
-            "A,B,eyeshadow,palette,2,#b00", "A,B,lipstick,liquid,3,#b00", "A,B,,,4,#b00"]  # fmt: skip
+            "A,B,eyeshadow,palette,2,#b00", "A,B,lipstick,liquid,3,#b00",
+            "A,B,,,4,#b00"]  # fmt: skip
     (tmp_path / "shades.csv").write_text("\n".join(rows))
     catalogue = read_catalogue(tmp_path / "shades.csv")
     offered = {
-        region: [one.shade for _, one in catalogue.nearest((180, 0, 0), region=region)]
+        region: [shade.shade for _, shade in catalogue.nearest((180, 0, 0), region=region)]
         for region in ("lips", "eyes", None)
     }
     assert offered == {"lips": ["3", "4"], "eyes": ["1", "2", "4"], None: ["1", "2", "3", "4"]}
@@ -137,17 +146,18 @@ def test_columns_that_give_the_kind_are_read_together(tmp_path):
 
 def test_only_products_for_the_region_are_offered(tmp_path):
     codes = np.random.default_rng(0).integers(0, 256, (3000, 3)).tolist()
+    regions = ("lips",), ("eyes",), ("lips", "eyes"), ()
     shades = [
-        Shade("B", "P", str(at), tuple(code), (("lips",), ("eyes",), ("lips", "eyes"), ())[at % 4])
-        for at, code in enumerate(codes)
+        Shade("B", "P", str(index), tuple(code), regions[index % 4])
+        for index, code in enumerate(codes)
     ]
     catalogue = Catalogue(shades)
     assert tuple(catalogue) == tuple(shades)
     for region, names in (("lips", (0, 2)), ("eyes", (1, 2))):
-        alone = Catalogue(one for one in shades if region in one.regions)
+        alone = Catalogue(shade for shade in shades if region in shade.regions)
         found = catalogue.nearest((120, 30, 60), 9, region)
         assert found == alone.nearest((120, 30, 60), 9)
-        assert {int(one.shade) % 4 for _, one in found} <= set(names)
+        assert {int(shade.shade) % 4 for _, shade in found} <= set(names)
     assert Catalogue(shades[:1]).nearest((0, 0, 0), region="eyes") == []
 
 

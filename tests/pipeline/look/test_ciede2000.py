@@ -54,23 +54,24 @@ CODES = arrays(np.uint8, (5, 3), elements=st.integers(0, 255))
 
 def test_the_published_pairs_to_their_last_digit():
     assert PAIRS.shape == (34, 7)
-    one, other, wanted = PAIRS[:, :3], PAIRS[:, 3:6], PAIRS[:, 6]
-    np.testing.assert_allclose(ciede2000(one, other), wanted, atol=5.001e-5)
-    np.testing.assert_allclose(ciede2000(other, one), wanted, atol=5.001e-5)
+    first, second, wanted = PAIRS[:, :3], PAIRS[:, 3:6], PAIRS[:, 6]
+    np.testing.assert_allclose(ciede2000(first, second), wanted, atol=5.001e-5)
+    np.testing.assert_allclose(ciede2000(second, first), wanted, atol=5.001e-5)
 
 
 @given(CODES)
 def test_lab_is_what_scikit_image_makes_of_srgb(codes):
-    np.testing.assert_allclose(lab_of(codes), rgb2lab(codes), atol=0.02)  # its white has 5 digits
+    # scikit-image's white point has 5 digits
+    np.testing.assert_allclose(lab_of(codes), rgb2lab(codes), atol=0.02)
 
 
 @given(CODES, CODES)
-def test_any_two_colours_differ_as_scikit_image_says(one, other):
-    one, other = lab_of(one), lab_of(other)
-    got = ciede2000(one, other)
-    np.testing.assert_allclose(got, deltaE_ciede2000(one, other), atol=1e-6)
-    np.testing.assert_allclose(got, ciede2000(other, one), atol=1e-9)
-    assert (ciede2000(one, one) == 0).all()
+def test_any_two_colours_differ_as_scikit_image_says(first, second):
+    first, second = lab_of(first), lab_of(second)
+    got = ciede2000(first, second)
+    np.testing.assert_allclose(got, deltaE_ciede2000(first, second), atol=1e-6)
+    np.testing.assert_allclose(got, ciede2000(second, first), atol=1e-9)
+    assert (ciede2000(first, first) == 0).all()
 
 
 def test_black_and_white_are_a_hundred_apart():

@@ -1,4 +1,4 @@
-"""Finishes are whole and in range, and differ as their names say."""
+"""Finishes are complete and in range, and differ as their names suggest."""
 
 from dataclasses import fields
 
@@ -27,19 +27,19 @@ def test_a_finish_sets_everything_but_the_colour(region):
 
 @given(CODES, NAMES, st.sampled_from(list(REGIONS)))
 def test_every_colour_in_every_finish_is_a_product(rgb, finish, region):
-    made = product(rgb, finish, region)
-    assert (made.red, made.green, made.blue) == rgb
-    assert all(getattr(made, name) == value for name, value in FINISHES[finish][region].items())
+    params = product(rgb, finish, region)
+    assert (params.red, params.green, params.blue) == rgb
+    assert all(getattr(params, name) == value for name, value in FINISHES[finish][region].items())
 
 
 @pytest.mark.parametrize("region", REGIONS)
 def test_finishes_are_ordered_as_their_names_say(region):
-    by = {name: FINISHES[name][region] for name in FINISHES}
-    assert by["matte"]["gloss"] == 0 and by["matte"]["reflection"] == 0
-    assert max(by, key=lambda name: by[name]["gloss"]) == "gloss"
-    assert min(by, key=lambda name: by[name]["opacity"]) == "sheer"
-    assert max(by, key=lambda name: by[name]["shimmer"]) == "shimmer"
-    assert max(by, key=lambda name: by[name]["shimmer_tint"]) == "metallic"
+    by_finish = {name: FINISHES[name][region] for name in FINISHES}
+    assert by_finish["matte"]["gloss"] == 0 and by_finish["matte"]["reflection"] == 0
+    assert max(by_finish, key=lambda name: by_finish[name]["gloss"]) == "gloss"
+    assert min(by_finish, key=lambda name: by_finish[name]["opacity"]) == "sheer"
+    assert max(by_finish, key=lambda name: by_finish[name]["shimmer"]) == "shimmer"
+    assert max(by_finish, key=lambda name: by_finish[name]["shimmer_tint"]) == "metallic"
 
 
 @pytest.mark.parametrize("finish", FINISHES)

@@ -1,3 +1,5 @@
+"""Looks: reading and writing look files, checking every value, bare looks."""
+
 import json
 import math
 from dataclasses import fields

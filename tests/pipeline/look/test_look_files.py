@@ -1,4 +1,4 @@
-"""Look files that were made to annoy: one short line each, no memory, no waiting."""
+"""Hostile look files: each is refused at once in one short line, without filling memory."""
 
 import json
 import os
@@ -45,16 +45,16 @@ def test_an_odd_file_is_one_short_line(tmp_path, content, words):
     path.write_text(content)
     with pytest.raises(LookError) as caught:
         Look.load(path)
-    said = str(caught.value).removeprefix(str(path))
-    assert words in said and said.isprintable() and len(said) < 250
+    message = str(caught.value).removeprefix(str(path))
+    assert words in message and message.isprintable() and len(message) < 250
 
 
 @pytest.mark.parametrize(("content", "words"), [pair for pair in ODD if "twice" not in pair[1]])
 def test_an_odd_look_from_a_page_is_the_same_line(content, words):
     with pytest.raises(LookError) as caught:
         _ = read_message(f'{{"type": "look", "look": {content}}}').look
-    said = str(caught.value)
-    assert words in said and said.isprintable() and len(said) < 250
+    message = str(caught.value)
+    assert words in message and message.isprintable() and len(message) < 250
 
 
 @pytest.mark.parametrize(
@@ -76,10 +76,10 @@ def test_values_too_odd_to_print_are_refused_by_name(values, words):
 
 
 def test_a_list_that_holds_itself_is_refused():
-    circle = []
-    circle.append(circle)
+    nested = []
+    nested.append(nested)
     with pytest.raises(LookError, match="lips must be an object or null, got something of type"):
-        Look.from_dict({"version": 1, "lips": circle, "eyes": None})
+        Look.from_dict({"version": 1, "lips": nested, "eyes": None})
 
 
 @given(st.integers())

@@ -1,4 +1,4 @@
-"""A look from what was chosen: properties of every combination, and one line for each mistake."""
+"""A look from the options: properties of every combination, and one line for each mistake."""
 
 from dataclasses import fields, replace
 

@@ -1,4 +1,4 @@
-"""The table of codecs: whole, quick to load, and the one place that knows codecs by name."""
+"""The codec table is complete, loads quickly, and is the only place that names codecs."""
 
 import ast
 import subprocess
@@ -10,8 +10,8 @@ from makeup_video.pipeline.media.codecs import CODECS, codecs_with, pick_codec
 from typer.testing import CliRunner
 
 PIPELINE = Path(__file__).parents[3] / "pipeline"
-# FFmpeg names the codecs and formats of inputs alike; these files read inputs.
-OF_INPUTS = {
+# These files compare FFmpeg's names for the codecs and formats of inputs.
+READ_INPUTS = {
     "media/codecs.py",
     "media/decode.py",
     "media/frame_times.py",
@@ -21,7 +21,7 @@ OF_INPUTS = {
 
 
 def names_in(path):
-    """The text constants of a file that are names of codecs or of their encoders."""
+    """Return the string constants in a file that name a codec or an encoder."""
     known = set(CODECS) | {codec.encoder for codec in CODECS.values()}
     constants = (
         node.value
@@ -33,8 +33,8 @@ def names_in(path):
 
 def test_no_other_file_knows_a_codec_by_name():
     files = {path.relative_to(PIPELINE).as_posix(): path for path in PIPELINE.rglob("*.py")}
-    assert set(files) > OF_INPUTS and names_in(files["media/codecs.py"])
-    for name in set(files) - OF_INPUTS:
+    assert set(files) > READ_INPUTS and names_in(files["media/codecs.py"])
+    for name in set(files) - READ_INPUTS:
         assert names_in(files[name]) == [], name
 
 

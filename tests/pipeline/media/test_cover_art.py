@@ -1,4 +1,4 @@
-"""Cover art beside tags: mp4 holds odd tags or a cover, and nothing is lost in silence."""
+"""Cover art and tags: MP4 holds either custom tags or cover art, and every loss is reported."""
 
 import io
 
@@ -75,15 +75,15 @@ def test_odd_tags_without_a_cover_are_kept(tmp_path):
 
 def test_a_cover_that_the_file_lacks_at_the_end_is_noticed(tmp_path, monkeypatch):
     src = with_cover(tmp_path / "in.mkv")
-    muxed = Muxer._mux
+    original_mux = Muxer._mux
 
-    def losing(self, stream, packet):
+    def mux_without_covers(self, stream, packet):
         if is_cover(stream):
             self._covers.add(stream.index)
         else:
-            muxed(self, stream, packet)
+            original_mux(self, stream, packet)
 
-    monkeypatch.setattr(Muxer, "_mux", losing)
+    monkeypatch.setattr(Muxer, "_mux", mux_without_covers)
     with pytest.raises(OutputError, match="0 pieces of cover art, 1 were sent"):
         process_video(src, tmp_path / "out.mp4")
     assert not (tmp_path / "out.mp4").exists()

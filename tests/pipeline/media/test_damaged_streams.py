@@ -1,4 +1,4 @@
-"""Damage beside the video: sound that does not decode, and times that no clock has."""
+"""Damage beside the video: audio that does not decode, and timestamps beyond any clock."""
 
 import random
 import struct
@@ -27,15 +27,15 @@ FRAMES = 12
 @pytest.mark.parametrize("end", [".mkv", ".webm"])  # copied, and converted
 def test_sound_that_ffmpeg_refuses_is_left_out(tmp_path, monkeypatch, error, end):
     src, refused = make_clip(tmp_path / "in.mp4", audio="aac", frames=FRAMES), []
-    muxed = Muxer._mux
+    original_mux = Muxer._mux
 
-    def refusing(self, stream, packet):
+    def refuse_audio(self, stream, packet):
         if stream.type == "audio" and len(refused) < 2:
             refused.append(1)
             raise error
-        muxed(self, stream, packet)
+        original_mux(self, stream, packet)
 
-    monkeypatch.setattr(Muxer, "_mux", refusing)
+    monkeypatch.setattr(Muxer, "_mux", refuse_audio)
     report = process_video(src, tmp_path / f"out{end}")
     assert (report.frames_out, report.skipped_packets, report.damaged) == (FRAMES, 2, True)
 
@@ -43,14 +43,14 @@ def test_sound_that_ffmpeg_refuses_is_left_out(tmp_path, monkeypatch, error, end
 @pytest.mark.parametrize("number", [28, 122, 27, 5, 12])  # disk full, quota, too large, I/O, memory
 def test_a_full_disk_is_not_called_damage_of_the_input(tmp_path, monkeypatch, number):
     src = make_clip(tmp_path / "in.mp4", audio="aac", frames=FRAMES)
-    muxed = Muxer._mux
+    original_mux = Muxer._mux
 
-    def full(self, stream, packet):
+    def fill_the_disk(self, stream, packet):
         if stream.type == "audio":
             raise av.error.UndefinedError(number, "no room")
-        muxed(self, stream, packet)
+        original_mux(self, stream, packet)
 
-    monkeypatch.setattr(Muxer, "_mux", full)
+    monkeypatch.setattr(Muxer, "_mux", fill_the_disk)
     with pytest.raises(OutputError, match="no room"):
         process_video(src, tmp_path / "out.mkv")
     assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
@@ -59,24 +59,24 @@ def test_a_full_disk_is_not_called_damage_of_the_input(tmp_path, monkeypatch, nu
 @pytest.mark.parametrize("seed", range(8))
 def test_random_damage_in_the_sound_never_stops_the_film(tmp_path, seed):
     src = make_clip(tmp_path / "in.mkv", audio="aac", frames=30)
-    data, r = bytearray(src.read_bytes()), random.Random(seed)
+    data, rng = bytearray(src.read_bytes()), random.Random(seed)
     for _, payload in packets_of(src, "audio")[2::3]:
-        at = data.index(payload)
+        offset = data.index(payload)
         for _ in range(20):
-            data[at + r.randrange(len(payload))] = r.randrange(256)
+            data[offset + rng.randrange(len(payload))] = rng.randrange(256)
     src.write_bytes(data)
     assert process_video(src, tmp_path / "out.webm").frames_out == 30
 
 
 def ivf_with_times(path, times, tick):
-    """VP9 in an IVF file, its times as given; tick: numerator and denominator of a second."""
+    """Write VP9 into an IVF file. times are in ticks; tick is (numerator, denominator) seconds."""
     make_clip(path, "vp9", frames=len(times))
     data = bytearray(path.read_bytes())
     struct.pack_into("<II", data, 16, tick[1], tick[0])
-    at = 32
+    offset = 32
     for pts in times:
-        struct.pack_into("<Q", data, at + 4, pts)
-        at += 12 + struct.unpack_from("<I", data, at)[0]
+        struct.pack_into("<Q", data, offset + 4, pts)
+        offset += 12 + struct.unpack_from("<I", data, offset)[0]
     path.write_bytes(data)
     return path
 
@@ -91,7 +91,7 @@ def test_a_time_beyond_any_clock_is_mended(tmp_path, end):
 
 
 def test_times_of_this_century_are_not_called_damage(tmp_path):
-    """Surveillance cameras count from 1970."""
+    """Surveillance cameras count seconds from 1970."""
     epoch = 1_790_000_000
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:

@@ -1,4 +1,4 @@
-"""Colours that only the container declares are kept, though its frames have no tags."""
+"""Colour tags that only the container declares are kept."""
 
 import av
 import pytest
@@ -12,10 +12,10 @@ CODES = st.sampled_from([1, 2, 5, 6, 9])
 
 
 def declared(path, codec="hevc", **tags):
-    """A clip whose stream has no colour tags of its own, and whose container has these."""
+    """Write a clip whose coded frames have no colour tags and whose container has these."""
     with av.open(str(path), "w") as out:
         stream = add_video(out, codec, pix_fmt="yuv420p10le")
-        stream.codec_context.open(strict=False)  # the encoder does not know of the tags
+        stream.codec_context.open(strict=False)  # the encoder never sees the tags
         for name, value in tags.items():
             setattr(stream.codec_context, name, value)
         encode_frames(out, stream, range(8))
@@ -28,7 +28,7 @@ def test_hdr_that_the_container_declares_stays_hdr(tmp_path, begin, end):
     src = declared(
         tmp_path / f"in{begin}", colorspace=9, color_trc=16, color_primaries=9, color_range=1
     )
-    assert decoded(src)[0].color_trc == 2  # else this film shows nothing
+    assert decoded(src)[0].color_trc == 2  # otherwise this clip proves nothing
     report = process_video(src, tmp_path / f"out{end}")
     frame = decoded(tmp_path / f"out{end}")[0]
     assert (frame.colorspace, frame.color_trc, frame.color_primaries) == (9, 16, 9)
@@ -42,15 +42,18 @@ def test_hdr_declared_by_the_container_becomes_sdr(tmp_path):
     assert decoded(tmp_path / "out.mp4")[0].color_trc == 1
 
 
-@given(own=st.tuples(CODES, st.integers(0, 2), CODES, CODES),
-       said=st.tuples(CODES, st.integers(0, 2), CODES, CODES))  # fmt: skip
-def test_a_picture_takes_only_the_tags_that_it_lacks(own, said):
-    shown = picture(0, 16, 16)
-    shown.colorspace, shown.color_range, shown.color_trc, shown.color_primaries = own
-    ColourTags(*said).complete(shown)
-    got = ColourTags.of(shown)
+@given(frame_tags=st.tuples(CODES, st.integers(0, 2), CODES, CODES),
+       container_tags=st.tuples(CODES, st.integers(0, 2), CODES, CODES))  # fmt: skip
+def test_a_picture_takes_only_the_tags_that_it_lacks(frame_tags, container_tags):
+    frame = picture(0, 16, 16)
+    frame.colorspace, frame.color_range, frame.color_trc, frame.color_primaries = frame_tags
+    ColourTags(*container_tags).complete(frame)
+    got = ColourTags.of(frame)
     unknown = (2, 0, 2, 2)
-    want = [b if a == none else a for a, b, none in zip(own, said, unknown, strict=True)]
+    want = [
+        declared if own == none else own
+        for own, declared, none in zip(frame_tags, container_tags, unknown, strict=True)
+    ]
     assert (got.matrix, got.range, got.transfer, got.primaries) == tuple(want)
 
 

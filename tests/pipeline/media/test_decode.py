@@ -1,4 +1,4 @@
-"""Damaged and impossible input: decode what can be decoded, count it, say it; never hang."""
+"""Damaged and invalid input: decode what decodes, count and report the damage, never hang."""
 
 import io
 import os
@@ -16,11 +16,11 @@ from makeup_video.pipeline import (
     UsageError,
     process_video,
 )
-from media import add_video, decoded, encode_frames, make_clip, picture
+from media import add_video, decoded, encode_frames, make_clip, picture, tone
 
 
 def refused(src, dst, error, match, **settings):
-    """The run raises `error` in one line, leaves no file behind and does not touch the input."""
+    """Assert that the run raises `error` in one line, leaves no file and keeps the input as is."""
     before = src.read_bytes() if src.is_file() else None
     files = set(os.listdir(dst.parent)) if dst.parent.is_dir() else set()
     with pytest.raises(error, match=match) as caught:
@@ -113,14 +113,14 @@ def test_flipped_bytes_are_survived_counted_and_reported(tmp_path, codec_name, s
 
 
 def test_frames_hidden_by_an_edit_list_are_no_damage(tmp_path):
-    """A stream copy that begins inside a group of pictures: decoded from before, shown from 0."""
+    """A stream copy inside a group of pictures: decoding begins before 0, playback at 0."""
     whole, src = (
         make_clip(tmp_path / "whole.mp4", frames=90, options={"g": "30"}),
         tmp_path / "in.mp4",
     )
-    with av.open(str(whole)) as box, av.open(str(src), "w") as out:
-        stream = out.add_stream_from_template(box.streams.video[0], opaque=True)
-        for packet in box.demux(video=0):
+    with av.open(str(whole)) as container, av.open(str(src), "w") as out:
+        stream = out.add_stream_from_template(container.streams.video[0], opaque=True)
+        for packet in container.demux(video=0):
             if packet.size:
                 packet.pts -= round(Fraction(1, 2) / packet.time_base)
                 packet.dts -= round(Fraction(1, 2) / packet.time_base)
@@ -148,8 +148,6 @@ def test_a_sound_clip_is_not_called_damaged(tmp_path):
 def test_a_file_with_only_audio_is_refused(tmp_path):
     with av.open(str(tmp_path / "in.m4a"), "w", format="mp4") as out:
         sound = out.add_stream("aac", rate=48000, layout="stereo")
-        from media import tone
-
         tone(out, sound, 0.5)
     error = refused(tmp_path / "in.m4a", tmp_path / "out.mp4", DecodeError, "no video stream")
     assert "audio/aac" in str(error)

@@ -1,4 +1,4 @@
-"""A start beyond the end of a film is a mistake of the command, told with the film's length."""
+"""A start beyond the end of a video is a usage error that gives the length of the video."""
 
 from contextlib import closing
 from fractions import Fraction
@@ -14,7 +14,7 @@ from media import add_video, decoded, encode_frames, make_clip, tone
 CODECS = {".webm": "vp9", ".flv": "h264", ".ts": "h264", ".avi": "mpeg4", ".mkv": "h264"}
 
 
-def film(folder, end, frames=30, **settings):
+def make_film(folder, end, frames=30, **settings):
     return make_clip(folder / f"in{end}", CODECS.get(end, "h264"), frames=frames, **settings)
 
 
@@ -25,12 +25,12 @@ def start(seconds, **more):
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm", ".ts", ".avi", ".flv"])
 @pytest.mark.parametrize("seconds", ["1.1", "10", "123456"])
 def test_a_start_beyond_the_end_is_refused_at_once(tmp_path, monkeypatch, end, seconds):
-    src = film(tmp_path, end)
-    monkeypatch.setattr(run, "OutputFile", lambda *_, **__: pytest.fail("begun"))
+    src = make_film(tmp_path, end)
+    monkeypatch.setattr(run, "OutputFile", lambda *_, **__: pytest.fail("the output was opened"))
     with pytest.raises(UsageError) as caught:
         process_video(src, tmp_path / "out.mkv", None, start(seconds))
-    said = f"start_seconds {float(seconds):g} s is beyond the end: {src} is 1.0"
-    assert str(caught.value).startswith(said) and str(caught.value).endswith("s long")
+    message = f"start_seconds {float(seconds):g} s is beyond the end: {src} is 1.0"
+    assert str(caught.value).startswith(message) and str(caught.value).endswith("s long")
     assert [path.name for path in tmp_path.iterdir()] == [src.name]
 
 
@@ -54,7 +54,7 @@ def test_without_a_length_in_the_header_decoding_finds_it(tmp_path, end):
 
 
 def test_a_part_is_kept_and_its_end_may_be_too_late(tmp_path):
-    src = film(tmp_path, ".mp4")
+    src = make_film(tmp_path, ".mp4")
     report = process_video(
         src, tmp_path / "out.mp4", None, start("0.9", end_seconds=Fraction(1000))
     )
@@ -63,8 +63,8 @@ def test_a_part_is_kept_and_its_end_may_be_too_late(tmp_path):
 
 @pytest.mark.parametrize("seconds", ["0.98", "1"])
 def test_the_last_picture_lasts_until_its_own_end(tmp_path, seconds):
-    """It lasts from 0.967 to 1.0 s; a start within it keeps it only where it stands long."""
-    src = film(tmp_path, ".mp4")
+    """The last frame lasts from 0.967 to 1.0 s. A start within it is no usage error."""
+    src = make_film(tmp_path, ".mp4")
     with closing(open_video(src)) as source:
         if seconds == "1":
             with pytest.raises(UsageError, match=r"is 1\.0 s long"):
@@ -74,8 +74,8 @@ def test_the_last_picture_lasts_until_its_own_end(tmp_path, seconds):
 
 
 def test_times_are_counted_from_where_a_player_begins(tmp_path):
-    """A recording whose clock begins at an hour of the day."""
-    src = film(tmp_path, ".ts", pts=range(108_000, 108_030))
+    """A recording whose timestamps begin at a time of day, not at 0."""
+    src = make_film(tmp_path, ".ts", pts=range(108_000, 108_030))
     with pytest.raises(UsageError, match=r"start_seconds 10 s is beyond the end: .* is 1\.0"):
         process_video(src, tmp_path / "out.mp4", None, start(10))
     assert process_video(src, tmp_path / "out.mp4", None, start("0.5")).frames_out == 15
@@ -96,11 +96,11 @@ def test_a_start_in_sound_after_the_last_picture_is_refused(tmp_path):
 
 
 def test_a_header_that_declares_too_little_is_not_trusted(tmp_path):
-    """As of a file whose header was written before its end was known."""
-    src = film(tmp_path, ".mkv", frames=90)
+    """A recorder may write the header before the end of the file is known."""
+    src = make_film(tmp_path, ".mkv", frames=90)
     data = src.read_bytes()
-    at = data.index(b"\x44\x89\x88") + 3  # the element Duration, 8 bytes
-    src.write_bytes(data[:at] + b"\x40\x8f\x40" + bytes(5) + data[at + 8 :])  # 1000 ms
+    offset = data.index(b"\x44\x89\x88") + 3  # the Duration element: 8 bytes
+    src.write_bytes(data[:offset] + b"\x40\x8f\x40" + bytes(5) + data[offset + 8 :])  # 1000 ms
     with closing(open_video(src)) as source:
         assert source.container.duration == 1_000_000
     report = process_video(src, tmp_path / "out.mp4", None, start(2))
@@ -108,11 +108,11 @@ def test_a_header_that_declares_too_little_is_not_trusted(tmp_path):
 
 
 def test_a_part_that_does_not_decode_is_damage(tmp_path):
-    src = film(tmp_path, ".mp4", frames=60, options={"g": "10"})
+    src = make_film(tmp_path, ".mp4", frames=60, options={"g": "10"})
     data = bytearray(src.read_bytes())
-    at = data.index(b"mdat") + 4
-    size = int.from_bytes(data[at - 8 : at - 4], "big") - 8
-    data[at : at + size] = bytes(size)
+    offset = data.index(b"mdat") + 4
+    size = int.from_bytes(data[offset - 8 : offset - 4], "big") - 8
+    data[offset : offset + size] = bytes(size)
     src.write_bytes(data)
     with pytest.raises(DecodeError, match="no frame could be decoded in the chosen part"):
         process_video(src, tmp_path / "out.mp4", None, start(1))

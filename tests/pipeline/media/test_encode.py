@@ -1,4 +1,4 @@
-"""The encoder: HDR, its options, and what it refuses."""
+"""The encoder: HDR metadata, options, and what the encoder refuses."""
 
 import struct
 from fractions import Fraction
@@ -177,13 +177,13 @@ def test_hevc_is_tagged_hvc1_with_its_sets_in_the_header(tmp_path, end, pix_fmt)
 
 
 def nal_types(path):
-    """Of every NAL unit of the first video stream (H.265, table 7-1)."""
+    """Yield the type of every NAL unit in the first video stream (H.265, table 7-1)."""
     with av.open(str(path)) as container:
         for packet in container.demux(video=0):
-            data, at = bytes(packet), 0
-            while at + 4 < len(data):
-                yield data[at + 4] >> 1 & 63
-                at += 4 + int.from_bytes(data[at : at + 4])
+            data, offset = bytes(packet), 0
+            while offset + 4 < len(data):
+                yield data[offset + 4] >> 1 & 63
+                offset += 4 + int.from_bytes(data[offset : offset + 4])
 
 
 @pytest.mark.parametrize("begin", [".mp4", ".mkv", ".mov"])

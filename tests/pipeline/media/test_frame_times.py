@@ -1,4 +1,4 @@
-"""Times of decoded pictures: strictly increasing, and untouched where they already are."""
+"""Times of decoded frames: strictly increasing, and unchanged where they already increase."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -10,7 +10,7 @@ from makeup_video.pipeline.media.frame_times import FrameTimes
 
 
 def times_for(pts, durations=None, dts=None, container="mp4"):
-    """(times, FrameTimes) of pictures with these values, in ticks of 1/1000 s."""
+    """Return (times, FrameTimes) for frames with these values, in ticks of 1/1000 s."""
     context = SimpleNamespace(has_b_frames=True)
     source = SimpleNamespace(
         time_base=Fraction(1, 1000),
@@ -19,11 +19,11 @@ def times_for(pts, durations=None, dts=None, container="mp4"):
     )
     times = FrameTimes(source)
     durations, dts = durations or [40] * len(pts), dts or [None] * len(pts)
-    pictures = [
+    frames = [
         SimpleNamespace(pts=p, dts=d, duration=length)
         for p, d, length in zip(pts, dts, durations, strict=True)
     ]
-    return [times(picture) for picture in pictures], times
+    return [times(frame) for frame in frames], times
 
 
 @given(st.lists(st.integers(-(2**40), 2**40), unique=True, min_size=1).map(sorted))

@@ -1,4 +1,4 @@
-"""Opening an input: which video is the one to paint, and what is never opened."""
+"""Opening an input: which video stream is painted, and which files are never opened."""
 
 from fractions import Fraction
 

@@ -1,3 +1,5 @@
+"""The display size, written into a finished Matroska file without moving any other byte."""
+
 from fractions import Fraction
 
 import av

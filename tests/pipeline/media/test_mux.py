@@ -1,4 +1,4 @@
-"""Everything that is not the painted video: sound, subtitles, data, chapters, covers, tags."""
+"""Everything but the painted video: audio, subtitles, data, chapters, cover art, tags."""
 
 import random
 from fractions import Fraction
@@ -170,7 +170,7 @@ def test_attachments_stay_in_matroska_or_are_named(tmp_path, end):
 
 
 def test_an_audio_stream_of_unknown_format_is_dropped(tmp_path):
-    """Broadcasts announce streams that then stay silent."""
+    """Broadcasts announce streams that never carry a packet."""
     src = tmp_path / "in.ts"
     with av.open(str(src), "w") as out:
         video = add_video(out)
@@ -187,7 +187,7 @@ def test_an_audio_stream_of_unknown_format_is_dropped(tmp_path):
 @pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
 def test_a_damaged_packet_of_another_stream_is_counted(tmp_path, end):
     clip = make_clip(tmp_path / "whole.ts", frames=60, audio="aac", options={"g": "10"})
-    seen = 0
+    skipped = 0
     for seed in range(8):
         data, rng = bytearray(clip.read_bytes()), random.Random(seed)
         for _ in range(40):
@@ -196,10 +196,10 @@ def test_a_damaged_packet_of_another_stream_is_counted(tmp_path, end):
         src.write_bytes(data)
         report = run(src, tmp_path / f"out{seed}{end}")
         assert report.frames_out == len(decoded(tmp_path / f"out{seed}{end}")) > 20
-        seen += report.skipped_packets
+        skipped += report.skipped_packets
         if report.skipped_packets:
             assert report.damaged
-    assert seen > 0 or end != ".mp4"
+    assert skipped > 0 or end != ".mp4"
 
 
 def test_a_data_stream_is_dropped_by_name_or_refused(tmp_path):
@@ -240,7 +240,7 @@ def test_trimmed_chapters_and_subtitles_move_with_the_picture(tmp_path):
 
 
 def test_packets_before_the_header_are_not_lost(tmp_path):
-    """A long sound stream before the first picture waits in memory, then comes out whole."""
+    """Audio before the first frame waits in memory and is then written whole."""
     src = make_clip(
         tmp_path / "in.mkv", audio="aac", pts=[3000 + 33 * i for i in range(10)],
         time_base=Fraction(1, 1000),

@@ -1,4 +1,4 @@
-"""Files whose streams come in an odd order, begin late, or hold what nobody can decode."""
+"""Files whose streams come in an unusual order, begin late, or have no decoder."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -39,7 +39,7 @@ def subtitle_first(path: Path) -> Path:
 
 
 def flv_sound_first(path: Path) -> Path:
-    """FLV numbers its streams as their packets come."""
+    """FLV numbers its streams in the order of their first packets."""
     with av.open(str(path), "w", format="flv") as out:
         stream = out.add_stream("flv1", rate=30)
         stream.width, stream.height, stream.pix_fmt = 96, 64, "yuv420p"
@@ -98,8 +98,8 @@ def test_sound_first_into_webm_is_converted_and_whole(tmp_path):
     assert [kind for kind, _ in kinds] == ["audio", "video"] and kinds[1][1] == FRAMES
 
 
-def unknown_track(path: Path) -> Path:
-    """An mp4 with two sounds, the second of a kind that FFmpeg has no decoder for."""
+def mp4_without_decoder(path: Path) -> Path:
+    """Write an MP4 with two audio streams. FFmpeg has no decoder for the second."""
     with av.open(str(path), "w") as out:
         stream = add_video(out)
         sounds = [out.add_stream("aac", rate=44100, layout="stereo") for _ in range(2)]
@@ -107,13 +107,13 @@ def unknown_track(path: Path) -> Path:
         for sound in sounds:
             tone(out, sound, 0.4)
     data = path.read_bytes()
-    at = data.index(b"mp4a", data.rindex(b"stsd"))  # of the second sound's description
-    more = data.index(b"esds", at)  # it would tell the codec, too
-    path.write_bytes(data[:at] + b"apac" + data[at + 4 : more] + b"free" + data[more + 4 :])
+    entry = data.index(b"mp4a", data.rindex(b"stsd"))  # the sample entry of the second audio stream
+    esds = data.index(b"esds", entry)  # this box names the codec, too
+    path.write_bytes(data[:entry] + b"apac" + data[entry + 4 : esds] + b"free" + data[esds + 4 :])
     return path
 
 
-def unknown_matroska_track(path: Path) -> Path:
+def matroska_without_decoder(path: Path) -> Path:
     make_clip(path, audio="aac", frames=FRAMES)
     data = path.read_bytes()
     assert data.count(b"A_AAC") == 1
@@ -121,8 +121,8 @@ def unknown_matroska_track(path: Path) -> Path:
     return path
 
 
-def unknown_avi_track(path: Path) -> Path:
-    """An AVI whose second stream is of no known type."""
+def avi_without_decoder(path: Path) -> Path:
+    """Write an AVI whose second stream has an unknown type."""
     make_clip(path, "mpeg4", audio="libmp3lame", frames=FRAMES)
     data = path.read_bytes()
     assert data.count(b"auds") == 1
@@ -134,9 +134,9 @@ def unknown_avi_track(path: Path) -> Path:
 @pytest.mark.parametrize(
     ("make", "begin", "lost"),
     [
-        (unknown_track, ".mp4", "audio #2 (unknown codec)"),
-        (unknown_matroska_track, ".mkv", "audio #1 (unknown codec)"),
-        (unknown_avi_track, ".avi", "#1 (unknown codec)"),
+        (mp4_without_decoder, ".mp4", "audio #2 (unknown codec)"),
+        (matroska_without_decoder, ".mkv", "audio #1 (unknown codec)"),
+        (avi_without_decoder, ".avi", "#1 (unknown codec)"),
     ],
 )
 def test_a_stream_without_a_decoder_is_left_out_by_name(tmp_path, make, begin, lost, end):
@@ -148,13 +148,16 @@ def test_a_stream_without_a_decoder_is_left_out_by_name(tmp_path, make, begin, l
 def test_strict_refuses_to_lose_a_stream_without_a_decoder(tmp_path):
     with pytest.raises(StrictError, match="unknown codec"):
         process_video(
-            unknown_track(tmp_path / "in.mp4"), tmp_path / "out.mp4", None, Settings(strict=True)
+            mp4_without_decoder(tmp_path / "in.mp4"),
+            tmp_path / "out.mp4",
+            None,
+            Settings(strict=True),
         )
     assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
 
 
 def late_sound(path: Path, seconds: int) -> Path:
-    """Sound that is announced at the beginning of the file and comes `seconds` later."""
+    """Write a file that announces audio at its beginning and carries it from `seconds` on."""
     with av.open(str(path), "w") as out:
         stream = add_video(out, rate=5)
         sound = out.add_stream("aac", rate=44100, layout="stereo")
@@ -177,18 +180,19 @@ def test_sound_that_begins_too_late_is_left_out(tmp_path):
     assert "audio #1 (aac)" in report.dropped[0] and "so late" in report.dropped[0]
 
 
-def grown_in_mid_file(path: Path) -> Path:
-    """An mpegts that announces audio only in the middle: FFmpeg reads its beginning and end."""
+def audio_from_mid_file(path: Path) -> Path:
+    """Write MPEG-TS with audio only in the middle: FFmpeg probes the beginning and the end."""
     mute, loud = path.with_name("mute.ts"), path.with_name("loud.ts")
     make_clip(mute, "mpeg4", frames=90, rate=30, options={"qscale": "1"})
     make_clip(loud, "mpeg4", frames=30, rate=30, audio="libmp3lame")
     path.write_bytes(mute.read_bytes() * 12 + loud.read_bytes() + mute.read_bytes() * 12)
-    mute.unlink(), loud.unlink()
+    mute.unlink()
+    loud.unlink()
     return path
 
 
 def test_a_stream_that_appears_mid_file_is_left_out_by_name(tmp_path):
-    src = grown_in_mid_file(tmp_path / "in.ts")
+    src = audio_from_mid_file(tmp_path / "in.ts")
     with av.open(str(src)) as container:
         assert len(container.streams) == 1
     report = process_video(src, tmp_path / "out.mkv", None, Settings(preset="ultrafast"))
@@ -197,13 +201,13 @@ def test_a_stream_that_appears_mid_file_is_left_out_by_name(tmp_path):
 
 
 def test_strict_refuses_a_stream_that_appears_in_mid_file(tmp_path):
-    src = grown_in_mid_file(tmp_path / "in.ts")
+    src = audio_from_mid_file(tmp_path / "in.ts")
     with pytest.raises(StrictError, match="audio #1"):
         process_video(src, tmp_path / "out.mkv", None, Settings(preset="ultrafast", strict=True))
     assert [path.name for path in tmp_path.iterdir()] == ["in.ts"]
 
 
 def test_a_start_beyond_such_a_file_shows_its_length(tmp_path):
-    src = grown_in_mid_file(tmp_path / "in.ts")
+    src = audio_from_mid_file(tmp_path / "in.ts")
     with pytest.raises(UsageError, match="beyond the end"):
         process_video(src, tmp_path / "out.mkv", None, Settings(start_seconds=Fraction(9999)))

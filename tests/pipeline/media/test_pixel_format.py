@@ -1,4 +1,4 @@
-"""Between decoder and pipeline: layouts and sizes that an encoder does not take."""
+"""Conversion of frames to layouts and sizes that the encoder accepts."""
 
 import numpy as np
 import pytest
@@ -15,8 +15,8 @@ from media import picture
 def test_a_picture_that_fits_passes_as_the_same_object(name):
     codec = CODECS[name]
     for pix_fmt in codec.pix_fmts:
-        shown, convert = picture(0, 64, 48, pix_fmt), ConvertPixelFormat(codec, bits_of(pix_fmt))
-        assert convert(shown) is shown
+        frame, convert = picture(0, 64, 48, pix_fmt), ConvertPixelFormat(codec, bits_of(pix_fmt))
+        assert convert(frame) is frame
         assert convert.conversions == convert.dropped == []
 
 
@@ -25,11 +25,11 @@ def test_a_picture_that_fits_passes_as_the_same_object(name):
            ["yuv420p", "yuv422p", "yuv444p", "yuv420p10le", "nv12"]))  # fmt: skip
 @settings(deadline=None)
 def test_padding_repeats_the_edge_and_keeps_every_pixel(width, height, pix_fmt):
-    shown = picture(1, width, height, pix_fmt)
-    shown.pts = 7
+    frame = picture(1, width, height, pix_fmt)
+    frame.pts = 7
     depth = bits_of(pix_fmt)
-    out = ConvertPixelFormat(CODECS["h264"], depth)(shown)
-    for old, new in zip(plane_views(shown, depth), plane_views(out, depth), strict=True):
+    out = ConvertPixelFormat(CODECS["h264"], depth)(frame)
+    for old, new in zip(plane_views(frame, depth), plane_views(out, depth), strict=True):
         rows, columns = old.shape[:2]
         assert 0 <= new.shape[0] - rows <= 1 and 0 <= new.shape[1] - columns <= 1
         np.testing.assert_array_equal(new[:rows, :columns], old)
@@ -42,25 +42,25 @@ def test_padding_repeats_the_edge_and_keeps_every_pixel(width, height, pix_fmt):
 
 @pytest.mark.parametrize(("pix_fmt", "codec"), [("yuvj420p", "vp9"), ("yuvj444p", "ffv1")])
 def test_a_full_range_layout_keeps_its_numbers(pix_fmt, codec):
-    shown = picture(2, 64, 48, pix_fmt)
-    out = ConvertPixelFormat(CODECS[codec])(shown)
+    frame = picture(2, 64, 48, pix_fmt)
+    out = ConvertPixelFormat(CODECS[codec])(frame)
     assert out.color_range == 2 and not out.format.name.startswith("yuvj")
-    for old, new in zip(plane_views(shown, 8), plane_views(out, 8), strict=True):
+    for old, new in zip(plane_views(frame, 8), plane_views(out, 8), strict=True):
         np.testing.assert_array_equal(new, old)
 
 
 def test_a_deeper_layout_keeps_its_numbers_scaled():
-    shown = picture(2, 64, 48, "yuv422p10le")
-    out = ConvertPixelFormat(CODECS["vp9"])(shown)
-    for old, new in zip(plane_views(shown, 10), plane_views(out, 8), strict=True):
+    frame = picture(2, 64, 48, "yuv422p10le")
+    out = ConvertPixelFormat(CODECS["vp9"])(frame)
+    for old, new in zip(plane_views(frame, 10), plane_views(out, 8), strict=True):
         assert np.abs(new.astype(float) - old / 4).max() <= 1  # rounding, or a dither
 
 
 def test_rgb_becomes_bt709_and_is_tagged_so():
-    shown = picture(2, 64, 48, "gbrp")
-    out = ConvertPixelFormat(CODECS["h264"])(shown)
+    frame = picture(2, 64, 48, "gbrp")
+    out = ConvertPixelFormat(CODECS["h264"])(frame)
     assert (out.format.name, out.colorspace, out.color_range) == ("yuv444p", 1, 1)
-    green, blue, red = (plane.astype(float) for plane in plane_views(shown, 8))
+    green, blue, red = (plane.astype(float) for plane in plane_views(frame, 8))
     want = 16 + 219 / 255 * (0.2126 * red + 0.7152 * green + 0.0722 * blue)
     assert np.abs(plane_views(out, 8)[0] - want).max() < 1.5
 

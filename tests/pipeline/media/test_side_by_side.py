@@ -1,4 +1,4 @@
-"""Before and after beside each other: every byte of both, in every layout and rotation."""
+"""Source and painted frame side by side: both halves are exact in every layout and rotation."""
 
 import subprocess
 import sys
@@ -29,9 +29,9 @@ def invert(frame):
 
 
 def frame_of(pix_fmt, width, height, rotation_degrees=0, index=1):
-    shown = picture(index, width, height, pix_fmt)
-    shown.pts = 7
-    return Frame(shown, 7, Fraction(1, 30), ColourTags(1, 1, 1, 1), rotation_degrees)
+    video_frame = picture(index, width, height, pix_fmt)
+    video_frame.pts = 7
+    return Frame(video_frame, 7, Fraction(1, 30), ColourTags(1, 1, 1, 1), rotation_degrees)
 
 
 def copies(picture):
@@ -40,14 +40,14 @@ def copies(picture):
 
 
 def assert_halves(frame, before, after, rotation_degrees):
-    """The viewer sees `before` on the left, `after` on the right: turn, then cut in the middle."""
+    """Assert that the upright frame shows `before` on the left and `after` on the right."""
     turns = rotation_degrees // 90
     for both, old, new in zip(frame.planes, before, after, strict=True):
-        seen, old, new = (np.rot90(plane, turns) for plane in (both, old, new))
-        middle = seen.shape[1] // 2
-        # odd sizes: the stored picture grows at its right and bottom edge, whole samples only
-        top = seen.shape[0] - old.shape[0] if rotation_degrees in (90, 180) else 0
-        for half, want in ((seen[:, :middle], old), (seen[:, middle:], new)):
+        upright, old, new = (np.rot90(plane, turns) for plane in (both, old, new))
+        middle = upright.shape[1] // 2
+        # an odd size grows at the stored right and bottom edge, by whole chroma samples
+        top = upright.shape[0] - old.shape[0] if rotation_degrees in (90, 180) else 0
+        for half, want in ((upright[:, :middle], old), (upright[:, middle:], new)):
             spare = half.shape[1] - want.shape[1]
             left = spare if rotation_degrees in (180, 270) else 0
             view = half[top : top + want.shape[0], left : left + want.shape[1]]
@@ -96,25 +96,25 @@ def test_an_unpainted_film_is_shown_twice(tmp_path, pix_fmt):
     assert report.frames_out == 12 and list(report.stages) == ["decode", "compare", "encode"]
     assert times_of(dst) == times_of(src)
     for old, new in zip(decoded(src), decoded(dst), strict=True):
-        for one, both in zip(copies(old), copies(new), strict=True):
-            np.testing.assert_array_equal(both, np.concatenate([one, one], 1))
+        for single, both in zip(copies(old), copies(new), strict=True):
+            np.testing.assert_array_equal(both, np.concatenate([single, single], 1))
 
 
 @pytest.mark.parametrize("rotation_degrees", [0, 90, 180, 270])
 def test_the_source_is_on_the_left_the_painted_film_right(tmp_path, rotation_degrees):
     end = ".mov" if rotation_degrees else ".mkv"
     stored = film(tmp_path / "in.mkv", clip(3), rotation_degrees=rotation_degrees)
-    if rotation_degrees:  # FFV1 lies in Matroska only; its rotation does too
+    if rotation_degrees:  # only Matroska holds FFV1, so Matroska must keep the rotation
         assert decoded(stored)[0].rotation % 360 == rotation_degrees
     plain, both = tmp_path / "plain.mkv", tmp_path / "both.mkv"
     assert process_video(stored, plain, RED, Settings(codec="ffv1")).painted_frames == 3
     process_video(stored, both, RED, Settings(codec="ffv1", compare=True))
-    triples = zip(decoded(stored), decoded(plain), decoded(both), strict=True)
-    for old, new, two in triples:
-        assert two.rotation % 360 == rotation_degrees
+    frames = zip(decoded(stored), decoded(plain), decoded(both), strict=True)
+    for old, new, compared in frames:
+        assert compared.rotation % 360 == rotation_degrees
         before, after = copies(old), copies(new)
         assert any((a != b).any() for a, b in zip(before, after, strict=True))
-        frame = Frame(two, 0, Fraction(1, 30), ColourTags(), rotation_degrees)
+        frame = Frame(compared, 0, Fraction(1, 30), ColourTags(), rotation_degrees)
         assert_halves(frame, before, after, rotation_degrees)
     process_video(stored, tmp_path / f"out{end}", RED, Settings(compare=True))
     assert decoded(tmp_path / f"out{end}")[0].rotation % 360 == rotation_degrees
@@ -130,10 +130,10 @@ MIRRORED = {  # a, b, c, d of the display matrix: how the stored picture is show
 
 @pytest.mark.parametrize("matrix", MIRRORED)
 def test_mirrored_films_have_the_source_on_the_left_too(tmp_path, matrix):
-    show, one = MIRRORED[matrix], 1 << 16
+    show, unit = MIRRORED[matrix], 1 << 16
     with av.open(str(tmp_path / "in.mp4"), "w") as out:
         stream = add_video(out, size_wh=(96, 64))
-        a, b, c, d = (one * n for n in matrix)
+        a, b, c, d = (unit * n for n in matrix)
         stream.set_display_matrix((a, b, 0, c, d, 0, 0, 0, 1 << 30))
         encode_frames(out, stream, range(2))
     src = decoded(tmp_path / "in.mp4")[0]
@@ -181,7 +181,7 @@ def test_the_last_frame_keeps_its_length(tmp_path):
 
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_pictures_are_joined_under_every_orientation(orientation):
-    """Stored as Exif 2.32 (table 6) says where row 0 and column 0 are."""
+    """Exif 2.32 (table 6) defines where row 0 and column 0 of a stored picture are."""
     store = {
         1: lambda p: p, 2: lambda p: p[:, ::-1], 3: lambda p: p[::-1, ::-1], 4: lambda p: p[::-1],
         5: lambda p: p.transpose(1, 0, 2), 6: lambda p: np.rot90(p, 1),

@@ -1,4 +1,4 @@
-"""Whole HDR films into SDR: pictures, tags, times and what the run says of them."""
+"""Whole HDR videos converted to SDR: frames, tags, times and what the run reports."""
 
 from fractions import Fraction
 
@@ -26,46 +26,49 @@ from media import decoded, make_clip, picture, times_of
 PEAK = 1000 / 203
 
 
-def hdr_picture(rgb, transfer, pix_fmt="yuv444p10le", *, full_range=False):
-    """(H, W, 3) linear light in sRGB's primaries, 1 is white -> a BT.2020 picture."""
+def hdr_frame(rgb, transfer, pix_fmt="yuv444p10le", *, full_range=False):
+    """Make a BT.2020 frame of (H, W, 3) linear light in sRGB primaries, where 1 is white.
+
+    Returns the frame, its (H, W, 3) codes and their coding.
+    """
     coding = Coding(9, full_range, transfer, 9, 10)
     codes = rounded(encode(rgb @ from_srgb_primaries(9).T, coding), coding)
-    shown = picture(0, rgb.shape[1], rgb.shape[0], pix_fmt)
-    for plane, values in zip(plane_views(shown, 10), np.moveaxis(codes, 2, 0), strict=True):
+    frame = picture(0, rgb.shape[1], rgb.shape[0], pix_fmt)
+    for plane, values in zip(plane_views(frame, 10), np.moveaxis(codes, 2, 0), strict=True):
         plane[:] = values[: plane.shape[0], : plane.shape[1]]
-    shown.colorspace, shown.color_primaries, shown.color_trc = 9, 9, transfer
-    shown.color_range = 2 if full_range else 1
-    shown.pts, shown.time_base = 7, Fraction(1, 25)
-    return shown, codes, coding
+    frame.colorspace, frame.color_primaries, frame.color_trc = 9, 9, transfer
+    frame.color_range = 2 if full_range else 1
+    frame.pts, frame.time_base = 7, Fraction(1, 25)
+    return frame, codes, coding
 
 
 @pytest.mark.parametrize("transfer", [PQ, HLG])
 @pytest.mark.parametrize("full_range", [False, True])
 def test_pixels_are_what_the_curve_makes_of_them(transfer, full_range):
     rgb = np.random.default_rng(4).uniform(0.02, 2.0, (48, 64, 3))
-    shown, codes, coding = hdr_picture(rgb, transfer, full_range=full_range)
-    out = ToSdr(shown, "yuv444p")(shown)
+    frame, codes, coding = hdr_frame(rgb, transfer, full_range=full_range)
+    out = ToSdr(frame, "yuv444p")(frame)
     to_rgb = matrices(coding)[0]
-    seen = np.clip(codes @ to_rgb[:, :3].T + to_rgb[:, 3], 0, 1)
-    plain = matrices(Coding(1, False, SRGB, 1, 8))[1]
-    want = to_sdr(seen, transfer, 9, PEAK) @ plain[:, :3].T + plain[:, 3]
+    rgb_encoded = np.clip(codes @ to_rgb[:, :3].T + to_rgb[:, 3], 0, 1)
+    sdr = matrices(Coding(1, False, SRGB, 1, 8))[1]
+    want = to_sdr(rgb_encoded, transfer, 9, PEAK) @ sdr[:, :3].T + sdr[:, 3]
     got = np.stack([plane.astype(float) for plane in plane_views(out, 8)], -1)
-    # a table of 65 steps each way, 10 bits in between, and a dither
+    # tolerance: a table of 65 entries per axis, 10 bits in between, and a dither
     assert np.abs(got - want).mean() < 0.8 and np.percentile(np.abs(got - want), 99) <= 4
 
 
 def test_the_sdr_frame_is_tagged_bt709_and_keeps_its_time():
-    shown, *_ = hdr_picture(np.full((48, 64, 3), 0.5), PQ)
-    out = ToSdr(shown, "yuv420p")(shown)
+    frame, *_ = hdr_frame(np.full((48, 64, 3), 0.5), PQ)
+    out = ToSdr(frame, "yuv420p")(frame)
     assert out.format.name == "yuv420p" and (out.pts, out.time_base) == (7, Fraction(1, 25))
     assert (out.colorspace, out.color_trc, out.color_primaries, out.color_range) == (1, 1, 1, 1)
 
 
 def test_no_room_for_the_table_is_one_line(monkeypatch, tmp_path):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
-    shown, *_ = hdr_picture(np.full((48, 64, 3), 0.5), PQ)
+    frame, *_ = hdr_frame(np.full((48, 64, 3), 0.5), PQ)
     with pytest.raises(OutputError, match="takes no temporary file"):
-        ToSdr(shown, "yuv420p")
+        ToSdr(frame, "yuv420p")
 
 
 def hdr_clip(path, **more):
@@ -92,8 +95,8 @@ def test_a_film_becomes_eight_bit_sdr_with_all_its_times(tmp_path, end):
     assert (frame.colorspace, frame.color_trc, frame.color_primaries) == (1, 1, 1)
     kinds = {data.type.name for data in frame.side_data}
     assert not kinds & {"MASTERING_DISPLAY_METADATA", "CONTENT_LIGHT_LEVEL"}
-    said = [text for text in report.conversions if "BT.2390" in text]
-    assert len(said) == 1 and "PQ" in said[0] and "4000 cd/m2" in said[0]
+    tone_maps = [text for text in report.conversions if "BT.2390" in text]
+    assert len(tone_maps) == 1 and "PQ" in tone_maps[0] and "4000 cd/m2" in tone_maps[0]
     assert [round(t * 1000) for t in times_of(dst)] == [round(t * 1000) for t in times_of(src)]
 
 
@@ -170,10 +173,10 @@ def test_a_depth_that_the_codec_lacks_is_refused_at_once(tmp_path):
     [("yuv420p10le", 1023), ("yuv422p10le", 1023), ("yuv444p12le", 4095), ("yuva420p10le", 1023)],
 )
 def test_samples_beyond_their_depth_are_clipped_and_counted(pix_fmt, largest):
-    shown = picture(3, 64, 48, pix_fmt)
-    before = [plane.copy() for plane in plane_views(shown, 16)]
+    frame = picture(3, 64, 48, pix_fmt)
+    before = [plane.copy() for plane in plane_views(frame, 16)]
     convert = ConvertPixelFormat(CODECS["ffv1"])
-    assert convert(shown) is shown and convert.mended == 0
+    assert convert(frame) is frame and convert.mended == 0
     for number in range(len(before)):
         odd = picture(3, 64, 48, pix_fmt)
         plane_views(odd, 16)[number][5, 3:9] = 60000
@@ -182,7 +185,7 @@ def test_samples_beyond_their_depth_are_clipped_and_counted(pix_fmt, largest):
         before[number][5, 3:9] = largest
         for plane, want in zip(plane_views(out, 16), before, strict=True):
             np.testing.assert_array_equal(plane, want)
-        before[number][5, 3:9] = plane_views(shown, 16)[number][5, 3:9]
+        before[number][5, 3:9] = plane_views(frame, 16)[number][5, 3:9]
 
 
 def test_such_a_film_is_painted_and_counts_as_damaged(tmp_path):

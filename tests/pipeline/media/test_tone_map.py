@@ -1,4 +1,4 @@
-"""HDR colours into SDR: the curve of ITU-R BT.2390, and colours that BT.709 does not have."""
+"""HDR colours in SDR: the tone curve of ITU-R BT.2390, and colours outside BT.709."""
 
 import numpy as np
 import pytest
@@ -98,7 +98,7 @@ def test_red_varies_fastest_in_the_table():
         (None, None, 1000),
         (0.0, 4000.0, 4000),
         (600.0, 1000.0, 600),
-        (100.0, 1000.0, 1000),  # a film of dark scenes is no darker for it
+        (100.0, 1000.0, 1000),  # below white: a dark video counts by its display
         (65535.0, 1e9, 1000),  # nonsense
         (None, 600.0, 600),
     ],

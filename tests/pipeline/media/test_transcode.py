@@ -1,4 +1,4 @@
-"""Tracks that change codec keep their times and their content."""
+"""Streams that change codec keep their times and their content."""
 
 from fractions import Fraction
 
@@ -26,7 +26,7 @@ def test_a_tone_stays_the_same_tone_at_the_same_time(
         tone(out, sound, 1.0, hertz=441, start_seconds=start_seconds)
     report = process_video(src, dst)
     assert len(report.converted) == 1
-    rate, samples, begin = heard(dst, codec)
+    rate, samples, begin = decoded_audio(dst, codec)
     loud = np.flatnonzero(np.abs(samples) > 0.05)
     assert begin + loud[0] / rate == pytest.approx(start_seconds, abs=0.03)
     assert begin + loud[-1] / rate == pytest.approx(start_seconds + 1, abs=0.06)
@@ -63,11 +63,11 @@ def test_channels_that_change_on_the_way_do_not_end_the_run(tmp_path):
     (tmp_path / "in.ts").write_bytes(b"".join(parts))
     report = process_video(tmp_path / "in.ts", tmp_path / "out.webm")
     assert report.frames_out == 60
-    assert heard(tmp_path / "out.webm", "opus")[1].size == pytest.approx(96000, rel=0.1)
+    assert decoded_audio(tmp_path / "out.webm", "opus")[1].size == pytest.approx(96000, rel=0.1)
 
 
-def heard(path, codec):
-    """(rate, samples of the first channel, seconds at which they begin)."""
+def decoded_audio(path, codec):
+    """Return (rate in Hz, samples of the first channel, start in seconds)."""
     with av.open(str(path)) as container:
         stream = container.streams.audio[0]
         assert codec in stream.codec_context.name
@@ -88,10 +88,10 @@ def test_a_damaged_audio_packet_is_a_gap_not_the_end(tmp_path):
     data = bytearray(src.read_bytes())
     with av.open(str(src)) as container:
         packets = [bytes(packet) for packet in container.demux(audio=0) if packet.size]
-    at = data.index(packets[10])
-    data[at : at + 200] = bytes(200)
+    offset = data.index(packets[10])
+    data[offset : offset + 200] = bytes(200)
     src.write_bytes(data)
     report = process_video(src, dst)
     assert report.frames_out == 30
-    assert heard(dst, "opus")[1].size == pytest.approx(48000, abs=4800)
+    assert decoded_audio(dst, "opus")[1].size == pytest.approx(48000, abs=4800)
     assert Fraction(report.frames_out, 30) == 1

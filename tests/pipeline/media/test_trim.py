@@ -1,4 +1,4 @@
-"""Trimming: the frames that were on screen, all of them, from 0, in sync."""
+"""Trimming keeps every frame that was on screen, starts at 0 and stays in sync."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -17,9 +17,9 @@ TICK = Fraction(1, 1000)
 def kept(times, start, end):
     trim = Trim(start, end, TICK)
     out = []
-    for index, at in enumerate(times):
-        after = times[index + 1] - at if index + 1 < len(times) else Fraction(1, 30)
-        out += trim(index, at, after)
+    for index, seconds in enumerate(times):
+        duration = times[index + 1] - seconds if index + 1 < len(times) else Fraction(1, 30)
+        out += trim(index, seconds, duration)
     return out + trim.finish(), trim
 
 
@@ -33,14 +33,18 @@ def test_what_was_on_screen_is_kept_in_order_from_zero(gaps, start, length):
     begin = None if start is None else Fraction(start, 1000)
     end = None if length is None else (begin or 0) + Fraction(length, 1000)
     result, trim = kept(times, begin, end)
-    inside = [i for i, at in enumerate(times) if (begin or 0) <= at and (end is None or at < end)]
+    inside = [
+        i
+        for i, seconds in enumerate(times)
+        if (begin or 0) <= seconds and (end is None or seconds < end)
+    ]
     indices = [index for index, _ in result]
     assert indices[-len(inside) :] == inside if inside else len(indices) <= 1
     assert all(a < b for (_, a), (_, b) in pairwise(result))
-    for index, at in result:
-        assert at >= 0
+    for index, seconds in result:
+        assert seconds >= 0
         if index in inside:
-            assert at == times[index] - (trim.shift or 0)
+            assert seconds == times[index] - (trim.shift or 0)
     if result and begin is not None:
         assert abs(trim.shift - begin) <= Fraction(1, 10) + TICK  # sound stays with the picture
 
@@ -48,14 +52,14 @@ def test_what_was_on_screen_is_kept_in_order_from_zero(gaps, start, length):
 def test_a_clip_that_begins_before_zero_is_moved_whole():
     result, trim = kept([Fraction(-1), Fraction(0), Fraction(1)], None, None)
     assert trim.shift == -1
-    assert [at for _, at in result] == [0, 1, 2]
+    assert [seconds for _, seconds in result] == [0, 1, 2]
 
 
 @pytest.mark.parametrize(("start", "end", "want"), [
     (5, None, [0, 4, 5]), (5, 8, [0]), (Fraction("2.95"), None, [0, 6, 7]), (3, 9, [0]),
 ])  # fmt: skip
 def test_a_picture_shown_for_seconds_keeps_its_sound(tmp_path, start, end, want):
-    """A screen recording: pictures at 0, 1, 2, 3, 9 and 10 s."""
+    """A screen recording: frames at 0, 1, 2, 3, 9 and 10 s."""
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
         video = add_video(out, time_base=Fraction(1, 1000))
@@ -64,7 +68,7 @@ def test_a_picture_shown_for_seconds_keeps_its_sound(tmp_path, start, end, want)
         tone(out, sound, 11.0)
     settings = Settings(start_seconds=Fraction(start), end_seconds=end and Fraction(end))
     process_video(src, tmp_path / "out.mkv", None, settings)
-    assert [round(float(at)) for at in times_of(tmp_path / "out.mkv")] == want
+    assert [round(float(seconds)) for seconds in times_of(tmp_path / "out.mkv")] == want
     sound = packets_of(tmp_path / "out.mkv", "audio")
     expected = (end or 11) - float(start)
     assert len(sound) * 4608 / 48000 == pytest.approx(expected, abs=0.3)
@@ -80,7 +84,7 @@ def test_no_frame_is_lost_wherever_the_keyframes_lie(tmp_path, name, group, star
     with av.open(str(src)) as container:
         video = container.streams.video[0]
         origin = video.start_time * video.time_base
-    want = [at for at in times_of(src) if at >= origin + Fraction(start)]
+    want = [seconds for seconds in times_of(src) if seconds >= origin + Fraction(start)]
     assert report.frames_out == len(want)
 
 
@@ -93,7 +97,7 @@ def test_an_open_group_of_pictures_loses_no_leading_frame(tmp_path, codec):
     src = make_clip(tmp_path / "in.mp4", codec, frames=120, options=options)
     settings = Settings(start_seconds=Fraction("0.95"), end_seconds=Fraction(3))
     report = process_video(src, tmp_path / "out.mp4", None, settings)
-    want = [at for at in times_of(src) if Fraction("0.95") <= at < 3]
+    want = [seconds for seconds in times_of(src) if Fraction("0.95") <= seconds < 3]
     assert report.frames_out == len(want)
     old = [f.to_ndarray() for f in decoded(src) if Fraction("0.95") <= f.pts * f.time_base < 3]
     for a, b in zip(old, decoded(tmp_path / "out.mp4"), strict=True):
@@ -111,7 +115,7 @@ def test_a_bare_stream_is_trimmed_without_seeking(tmp_path):
 
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
 def test_a_video_that_begins_before_zero_is_shown_whole(tmp_path, end):
-    # a broadcast whose 33-bit clock wraps: FFmpeg shows what came before as negative
+    # a broadcast whose 33-bit clock wraps: FFmpeg gives earlier frames negative times
     src = make_clip(
         tmp_path / "in.ts", pts=[2**33 - 90000 + 3000 * i for i in range(60)],
         time_base=Fraction(1, 90000), container_options={"mpegts_copyts": "1", "muxdelay": "0"},

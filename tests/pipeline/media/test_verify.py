@@ -1,4 +1,4 @@
-"""A finished file is read back before it gets its name."""
+"""A finished file is read back before it gets its final name."""
 
 import av
 import pytest
@@ -20,7 +20,7 @@ def clip(path):
 
 
 def sent_to(path):
-    """The streams of a whole file, as its muxer would have counted them."""
+    """Return the streams of a complete file, as its muxer would have counted them."""
     with av.open(str(path), options={"fflags": "noparse+nofillin"}) as container:
         streams = [
             SentStream(f"{s.type} #{s.index}", s.type, s.name, exact=s.type == "video")
@@ -72,34 +72,34 @@ def test_missing_and_swapped_streams_are_noticed(tmp_path, end):
 def test_a_stream_without_packets_may_be_missing(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
     sent = sent_to(path)
-    for at in range(len(sent) + 1):
+    for position in range(len(sent) + 1):
         for kind in ("subtitle", "audio", "video"):
             empty = SentStream(f"{kind} #9", kind, "none")
-            more = [*sent[:at], empty, *sent[at:]]
+            more = [*sent[:position], empty, *sent[position:]]
             assert missing_from(path, container_of(path), more) is None
-    sent[1].packets = 0  # the file holds packets of it all the same: empty titles, as mp4 has them
+    sent[1].packets = 0  # more packets are allowed: MP4 adds empty subtitles
     assert missing_from(path, container_of(path), sent) is None
 
 
-@given(at=st.integers(0, 40), data=st.binary(min_size=0, max_size=40))
-def test_a_file_that_is_no_video_is_reported_and_never_raises(tmp_path_factory, at, data):
+@given(zeros=st.integers(0, 40), data=st.binary(min_size=0, max_size=40))
+def test_a_file_that_is_no_video_is_reported_and_never_raises(tmp_path_factory, zeros, data):
     path = tmp_path_factory.mktemp("odd") / "in.mp4"
-    path.write_bytes(bytes(at) + data)
+    path.write_bytes(bytes(zeros) + data)
     assert missing_from(path, "mp4", [SentStream("video #0", "video", "h264", packets=1)])
 
 
 @pytest.mark.parametrize("end", ENDS)
 def test_an_output_that_lost_a_packet_stays_a_part(tmp_path, monkeypatch, end):
     src, dst = clip(tmp_path / "in.mkv"), tmp_path / f"out{end}"
-    muxed = Muxer._mux
+    original_mux = Muxer._mux
 
-    def losing(self, stream, packet):
+    def drop_one_packet(self, stream, packet):
         if self.video_packets != 5 or stream is not self._video:
-            muxed(self, stream, packet)
+            original_mux(self, stream, packet)
         else:
             self._sent[stream.index].packets += 1
 
-    monkeypatch.setattr(Muxer, "_mux", losing)
+    monkeypatch.setattr(Muxer, "_mux", drop_one_packet)
     with pytest.raises(OutputError, match="the painted video has 11 packets, 12 were sent"):
         process_video(src, dst)
     assert not dst.exists()
@@ -107,7 +107,7 @@ def test_an_output_that_lost_a_packet_stays_a_part(tmp_path, monkeypatch, end):
 
 
 def test_packets_for_the_first_stream_alone_are_noticed(tmp_path, monkeypatch):
-    """The fault that this check is the belt for: packets that do not know their stream."""
+    """The fault that this check guards against: packets that do not name their stream."""
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
         sound = out.add_stream("pcm_s16le", rate=8000, layout="mono")
@@ -115,22 +115,23 @@ def test_packets_for_the_first_stream_alone_are_noticed(tmp_path, monkeypatch):
         tone(out, sound, 0.4)
         encode_frames(out, stream, range(12))
 
-    def to_the_first(self, stream, packet):
+    def mux_to_the_first(self, stream, packet):
         packet.stream = self._container.streams[0]
         self._container.mux_one(packet)
         self._sent[stream.index].packets += 1
 
-    monkeypatch.setattr(Muxer, "_mux", to_the_first)
+    monkeypatch.setattr(Muxer, "_mux", mux_to_the_first)
     with pytest.raises(OutputError):
         process_video(src, tmp_path / "out.mkv")
     assert not (tmp_path / "out.mkv").exists()
 
 
 def test_flac_whose_last_packet_is_empty_is_whole(tmp_path):
-    """Sound that Matroska refuses becomes FLAC, and that encoder ends with a packet of no bytes."""
+    """Audio that Matroska refuses becomes FLAC, whose encoder ends with an empty packet."""
     src = make_clip(tmp_path / "in.mp4", audio="aac", frames=12)
     data = src.read_bytes()
-    at = data.index(b"esds")
-    src.write_bytes(data[:at] + b"free" + data[at + 4 :])  # what says how the AAC is coded
+    offset = data.index(b"esds")
+    # without the box that describes the AAC coding
+    src.write_bytes(data[:offset] + b"free" + data[offset + 4 :])
     report = process_video(src, tmp_path / "out.mkv")
     assert report.converted == ["audio #1 (aac) -> flac"] and report.frames_out == 12

@@ -1,4 +1,4 @@
-"""An input that is removed or replaced while it is read: what was opened is read to its end."""
+"""An input that is removed or replaced during the run: the opened file is read to its end."""
 
 import os
 
@@ -39,19 +39,19 @@ def test_the_run_ends_well_and_reports_what_was_read(tmp_path, source, change):
     assert report.frames_out == len(decoded(tmp_path / f"want{source.suffix}"))
 
 
-@pytest.mark.parametrize("seen", [0, 1])
-def test_an_input_that_goes_before_it_is_opened_is_one_line(tmp_path, source, monkeypatch, seen):
-    """seen: how many of the two looks at its kind it lives to see."""
+@pytest.mark.parametrize("checks", [0, 1])
+def test_an_input_that_goes_before_it_is_opened_is_one_line(tmp_path, source, monkeypatch, checks):
+    """checks: how many of the two checks of the input's kind still find the file."""
 
-    def goes(path, *args):
-        if not seen:
+    def remove_and_check(path, *args):
+        if not checks:
             path.unlink()
         kind = original(path, *args)
         path.unlink(missing_ok=True)
         return kind
 
     original = offline_run.is_picture
-    monkeypatch.setattr(offline_run, "is_picture", goes)
+    monkeypatch.setattr(offline_run, "is_picture", remove_and_check)
     with pytest.raises(InputError, match="No such file") as caught:
         process_video(source, tmp_path / f"out{source.suffix}")
     assert str(source) in str(caught.value) and "\n" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""Painting what is unlike the usual file, face or caller."""
+"""Painting with unusual files, faces and calls."""
 
 from dataclasses import replace
 

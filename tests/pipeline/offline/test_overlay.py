@@ -1,4 +1,4 @@
-"""The drawing shows what was found, in every layout, and leaves faceless frames alone."""
+"""The overlay shows the found faces in every layout and leaves other frames unchanged."""
 
 import json
 from dataclasses import replace
@@ -26,13 +26,13 @@ def difference(frame, before) -> np.ndarray:
 )
 @pytest.mark.parametrize("rotation", [0, 90, 270])
 def test_points_lips_and_label_are_drawn_in_every_layout(pix_fmt, rotation):
-    how = {"pix_fmt": pix_fmt, "rotation_degrees": rotation}
-    plain = frame_of(portrait(), **how)
-    item = found_in(frame_of(portrait(), **how))
+    options = {"pix_fmt": pix_fmt, "rotation_degrees": rotation}
+    plain = frame_of(portrait(), **options)
+    item = found_in(frame_of(portrait(), **options))
     drawn = DrawFaces()(item)
     assert drawn is item.frame
     changed = difference(drawn, plain)
-    hidden = 0  # a point may lie where the picture has its very grey
+    hidden = 0  # a point may lie on a pixel of exactly its own grey
     for x, y in item.faces[0].points_px[:, :2]:
         around = changed[max(round(y) - 1, 0) : round(y) + 2, max(round(x) - 1, 0) : round(x) + 2]
         hidden += not around.any()
@@ -59,7 +59,7 @@ def test_a_face_partly_or_wholly_outside_does_no_harm(shift):
 
 
 def moved_to(face, left, top):
-    """The face with the upper left corner of its points there."""
+    """Return the face moved so that its points begin at (left, top), in pixels."""
     x, y = np.array([left, top]) - face.points_px[:, :2].min(0)
     to_px = face.lips.to_px + np.array([[0, 0, x], [0, 0, y]])
     points = face.points_px + np.array([x, y, 0], np.float32)
@@ -67,7 +67,7 @@ def moved_to(face, left, top):
 
 
 def stored(face, frame):
-    """A face of the upright picture, as it lies in a square frame that is stored turned."""
+    """Return a face of the upright picture as it lies in the square frame, stored turned."""
     x, y, z = face.points_px.T
     for _ in range((360 - frame.rotation_degrees) // 90 % 4):
         x, y = y, frame.width_px - 1 - x  # a quarter counter-clockwise
@@ -75,7 +75,10 @@ def stored(face, frame):
 
 
 def label_of(frame) -> tuple[int, int, int, int]:
-    """(left, top, right, bottom) of the label in the upright picture; grey() has no such black."""
+    """Return (left, top, right, bottom) of the label in the upright picture.
+
+    Only the label has luma 16: grey() has no such black.
+    """
     luma = np.rot90(frame.planes[0], frame.rotation_degrees // 90)
     rows, columns = np.nonzero(luma == 16)
     return columns.min(), rows.min(), columns.max(), rows.max()
@@ -83,7 +86,7 @@ def label_of(frame) -> tuple[int, int, int, int]:
 
 @pytest.mark.parametrize("rotation", [0, 90, 180, 270])
 def test_the_label_is_above_the_face_in_the_picture(rotation):
-    width = height = 480  # square, so that `stored` is one formula for all turns
+    width = height = 480  # square, so that `stored` is one formula for all rotations
     (face,) = found_in(frame_of(portrait())).faces
     size = np.ptp(face.points_px[:, :2], axis=0)
     places = {
@@ -97,8 +100,8 @@ def test_the_label_is_above_the_face_in_the_picture(rotation):
     middle = places[140, 150]
     wide, high = middle[2] - middle[0], middle[3] - middle[1]
     assert middle[0] == pytest.approx(140, abs=1) and 145 - 2 <= middle[3] < 150
-    for (left, top), found in places.items():
-        assert (found[2] - found[0], found[3] - found[1]) == (wide, high), (left, top)
+    for (left, top), label in places.items():
+        assert (label[2] - label[0], label[3] - label[1]) == (wide, high), (left, top)
     assert places[-80, 150][0] == 0 and places[140, -60][1] == 0
     assert places[width - size[0] / 3, 150][2] == width - 1
 
@@ -124,15 +127,15 @@ def test_a_points_file_never_replaces_another_file(tmp_path):
 
 
 @pytest.fixture
-def place(tmp_path):
-    """(points, src, dst), as PointsFile takes them."""
+def paths(tmp_path):
+    """The paths (points, src, dst) that PointsFile takes."""
     (tmp_path / "in.mp4").write_bytes(b"film")
     return tmp_path / "points.json", tmp_path / "in.mp4", tmp_path / "out.mp4"
 
 
-def test_the_points_file_is_json_with_one_frame_a_line(place):
-    path = place[0]
-    with PointsFile(*place) as file:
+def test_the_points_file_is_json_with_one_frame_a_line(paths):
+    path = paths[0]
+    with PointsFile(*paths) as file:
         draw = DrawFaces(file)
         draw(found_in(frame_of(portrait(), pts=0)))
         draw(FrameFaces(frame_of(grey(), pts=15), cut=True))
@@ -144,10 +147,10 @@ def test_the_points_file_is_json_with_one_frame_a_line(place):
     assert len(path.read_text().splitlines()) == 4
 
 
-def test_a_points_file_of_no_frames_is_json_too(place):
-    with PointsFile(*place):
+def test_a_points_file_of_no_frames_is_json_too(paths):
+    with PointsFile(*paths):
         pass
-    assert json.loads(place[0].read_text())["frames"] == []
+    assert json.loads(paths[0].read_text())["frames"] == []
 
 
 @pytest.mark.parametrize(
@@ -155,27 +158,27 @@ def test_a_points_file_of_no_frames_is_json_too(place):
     [(StoppedError, ["in.mp4", "points.part.json"]), (OutputError, ["in.mp4"]),
      (KeyboardInterrupt, ["in.mp4"])],
 )  # fmt: skip
-def test_only_a_stop_leaves_the_points_so_far_as_valid_json(place, error, left):
-    with pytest.raises(error), PointsFile(*place) as file:
+def test_only_a_stop_leaves_the_points_so_far_as_valid_json(paths, error, left):
+    with pytest.raises(error), PointsFile(*paths) as file:
         file.write(FrameFaces(frame_of(grey())))
         raise error
-    assert sorted(path.name for path in place[0].parent.iterdir()) == left
+    assert sorted(path.name for path in paths[0].parent.iterdir()) == left
     if len(left) > 1:
-        assert len(json.loads(place[0].with_name(left[1]).read_text())["frames"]) == 1
+        assert len(json.loads(paths[0].with_name(left[1]).read_text())["frames"]) == 1
 
 
-def test_a_stop_before_the_first_frame_leaves_nothing(place):
-    with pytest.raises(StoppedError), PointsFile(*place):
+def test_a_stop_before_the_first_frame_leaves_nothing(paths):
+    with pytest.raises(StoppedError), PointsFile(*paths):
         raise StoppedError
-    assert [path.name for path in place[0].parent.iterdir()] == ["in.mp4"]
+    assert [path.name for path in paths[0].parent.iterdir()] == ["in.mp4"]
 
 
-def test_a_points_file_on_a_full_disk_is_removed(place):
-    with pytest.raises(OutputError) as error, PointsFile(*place) as file:
+def test_a_points_file_on_a_full_disk_is_removed(paths):
+    with pytest.raises(OutputError) as error, PointsFile(*paths) as file:
         file.write(FrameFaces(frame_of(grey())))
         file._file.close()
         file._file = open("/dev/full", "w")  # noqa: SIM115
         file.write(FrameFaces(frame_of(grey())))
     assert "points.json cannot be written" in str(error.value)
     assert "\n" not in str(error.value)
-    assert [path.name for path in place[0].parent.iterdir()] == ["in.mp4"]
+    assert [path.name for path in paths[0].parent.iterdir()] == ["in.mp4"]

@@ -16,14 +16,13 @@ from makeup_video.pipeline import (
     process_video,
 )
 from makeup_video.pipeline.frames.rgb import to_frame
-from makeup_video.pipeline.images.exif import orientation as stored_as
-from makeup_video.pipeline.images.picture_file import read_picture
+from makeup_video.pipeline.images.exif import orientation as exif_orientation
 from media import picture
 from people import portrait
-from picture_files import EXIF, ICC, XMP, exif, scene, write
+from picture_files import EXIF, ICC, XMP, exif, read_picture, scene, write
 
-# An RGB display profile with one tag of text (ICC.1, section 7). The text is noise because libpng
-# takes no profile whose compressed form is very small.
+# An RGB display profile with one text tag (ICC.1, section 7). The text is noise because libpng
+# rejects profiles whose compressed form is very small.
 PROFILE = (
     struct.pack(">I4s4s4s4s4s", 600, b"lcms", b"\2\x10\0\0", b"mntr", b"RGB ", b"XYZ ")
     + bytes(12) + b"acsp" + bytes(28) + struct.pack(">III", 0xF6D6, 0x10000, 0xD32D) + bytes(48)
@@ -65,7 +64,7 @@ def test_exif_icc_and_xmp_stay_and_nothing_is_turned(tmp_path, start, end):
 
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_a_face_is_upright_under_every_orientation(tmp_path, orientation):
-    """Stored as Exif 2.32 (table 6) says where row 0 and column 0 are; OpenCV turns it back."""
+    """Exif 2.32 (table 6) defines where row 0 and column 0 are; OpenCV turns the picture back."""
     from makeup_video.pipeline.faces.find import find_faces_in_frame
 
     upright = portrait()[..., ::-1]
@@ -77,7 +76,7 @@ def test_a_face_is_upright_under_every_orientation(tmp_path, orientation):
     src = write(tmp_path / "in.png", np.ascontiguousarray(stored), {EXIF: exif(orientation)})
     np.testing.assert_array_equal(cv2.imread(str(src)), upright)
     pixels, metadata = read_picture(src)
-    frame = to_frame(pixels, stored_as(metadata).turn_degrees)
+    frame = to_frame(pixels, exif_orientation(metadata).turn_degrees)
     (face,) = find_faces_in_frame(frame)[0].faces
     xy = face.points_px[:, :2].astype(int)
     turned = np.zeros(pixels.shape[:2], np.uint8)
@@ -159,7 +158,7 @@ def test_a_picture_cannot_become_a_video(tmp_path, name):
 
 def test_video_options_do_not_go_with_a_picture(tmp_path):
     src = write(tmp_path / "in.png", scene())
-    for how, flags in (
+    for settings, flags in (
         (Settings(crf=20), "crf"),
         (
             Settings(start_seconds=Fraction(1), end_seconds=Fraction(2)),
@@ -167,7 +166,7 @@ def test_video_options_do_not_go_with_a_picture(tmp_path):
         ),
     ):
         with pytest.raises(UsageError, match=f"is a picture: leave out {flags} "):
-            process_video(src, tmp_path / "out.png", None, how)
+            process_video(src, tmp_path / "out.png", None, settings)
 
 
 def test_an_existing_picture_is_not_overwritten(tmp_path):
@@ -180,7 +179,7 @@ def test_an_existing_picture_is_not_overwritten(tmp_path):
 
 
 def test_a_decompression_bomb_is_refused(tmp_path):
-    """A PNG header that promises 100000 x 100000 pixels."""
+    """A PNG header that declares 100000 x 100000 pixels."""
     head = b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + b"IHDR"
     body = struct.pack(">IIBBBBB", 100000, 100000, 8, 2, 0, 0, 0)
     (tmp_path / "in.png").write_bytes(head + body + bytes(200))

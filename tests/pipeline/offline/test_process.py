@@ -1,4 +1,4 @@
-"""A video goes in, and everything comes out: whole files through the whole pipeline."""
+"""Whole files through the whole pipeline: everything in the input reaches the output."""
 
 import os
 from fractions import Fraction
@@ -94,19 +94,22 @@ def test_broadcast_rates_and_b_frames_are_exact(tmp_path, end, rate, b_frames):
 def test_the_last_frame_keeps_its_length(tmp_path):
     src, dst = make_clip(tmp_path / "in.mp4", frames=10), tmp_path / "out.mp4"
     through(src, dst)
-    with av.open(str(src)) as one, av.open(str(dst)) as two:
-        a, b = one.streams.video[0], two.streams.video[0]
+    with av.open(str(src)) as source, av.open(str(dst)) as output:
+        a, b = source.streams.video[0], output.streams.video[0]
         assert a.duration * a.time_base == b.duration * b.time_base == Fraction(10, 30)
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
 @pytest.mark.parametrize("tick", [Fraction(1, 10), Fraction(1, 30), Fraction(1, 90000)])
 def test_the_length_of_the_file_is_the_length_of_the_source(tmp_path, end, tick):
-    pts = [round(at / tick) for at in (0, Fraction(1, 10), Fraction(1, 5), Fraction(3, 10), 5)]
+    pts = [
+        round(seconds / tick)
+        for seconds in (0, Fraction(1, 10), Fraction(1, 5), Fraction(3, 10), 5)
+    ]
     src = make_clip(tmp_path / "in.mp4", pts=pts, time_base=tick)
     process_video(src, tmp_path / f"out{end}")
-    with av.open(str(src)) as one, av.open(str(tmp_path / f"out{end}")) as two:
-        assert two.duration == pytest.approx(one.duration, abs=2000)  # microseconds
+    with av.open(str(src)) as source, av.open(str(tmp_path / f"out{end}")) as output:
+        assert output.duration == pytest.approx(source.duration, abs=2000)  # microseconds
 
 
 def test_every_frame_keeps_its_picture_in_order(tmp_path):
@@ -162,7 +165,7 @@ def test_colour_tags_are_kept_and_numbers_are_not_converted(tmp_path, tags, code
     through(src, tmp_path / f"out{end}", codec=codec)
     old, new = decoded(src)[0], decoded(tmp_path / f"out{end}")[0]
     got = (new.colorspace, new.color_range, new.color_trc, new.color_primaries)
-    if codec == "prores":  # the format has no word for full range: numbers are kept
+    if codec == "prores":  # ProRes cannot signal full range: the numbers are kept
         assert (got[0], *got[2:]) == (matrix, transfer, primaries)
     else:
         assert got == (matrix, span, transfer, primaries)
@@ -205,9 +208,9 @@ def test_layouts_that_do_not_fit_are_converted_and_reported(tmp_path, codec):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt="yuv444p16le")
     report = through(src, tmp_path / "out.mkv", codec=codec)
     new = decoded(tmp_path / "out.mkv")[0].format.name
-    (said,) = report.conversions
-    assert said.startswith(f"pixels yuv444p16le -> {new}")
-    assert ("a bit depth of 10 keeps more" in said) == (codec == "h264")
+    (conversion,) = report.conversions
+    assert conversion.startswith(f"pixels yuv444p16le -> {new}")
+    assert ("a bit depth of 10 keeps more" in conversion) == (codec == "h264")
 
 
 @pytest.mark.parametrize("pix_fmt", ["bgra", "gbrp10le", "gray", "yuv410p", "yuv411p"])
@@ -225,7 +228,7 @@ def test_unusual_layouts_come_out_looking_the_same(tmp_path, pix_fmt):
 def test_odd_sizes_are_kept(tmp_path, size_wh, codec_end):
     codec, end = codec_end
     if codec == "hevc" and size_wh[0] < 32:
-        pytest.skip("x265 takes nothing smaller than 32 px; test_encode holds that refusal")
+        pytest.skip("x265 refuses sizes under 32 px; test_encode checks that refusal")
     src = make_clip(tmp_path / "in.mkv", "ffv1", size_wh=size_wh)
     report = through(src, tmp_path / f"out{end}", codec=codec, preset=QUICK[codec])
     new = decoded(tmp_path / f"out{end}")[0]
@@ -248,8 +251,8 @@ def test_odd_sizes_are_kept(tmp_path, size_wh, codec_end):
 def test_alpha_is_kept_where_codec_and_container_can(tmp_path, pix_fmt, codec, end):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt)
     through(src, tmp_path / f"out{end}", codec=codec)
-    again = through(tmp_path / f"out{end}", tmp_path / "again.mkv", codec="ffv1")
-    assert again.dropped == []
+    lossless = through(tmp_path / f"out{end}", tmp_path / "again.mkv", codec="ffv1")
+    assert lossless.dropped == []
     assert decoded(tmp_path / "again.mkv")[0].format.name.startswith("yuva")
 
 
@@ -270,9 +273,9 @@ def test_interlaced_sources_keep_their_field_order(tmp_path, codec_end, top_firs
     through(src, tmp_path / f"out{end}", codec=codec)
     dst = tmp_path / f"out{end}"
     assert all(frame.interlaced_frame for frame in decoded(dst))
-    with av.open(str(src)) as one, av.open(str(dst)) as two:
-        next(one.decode(video=0)), next(two.decode(video=0))
-        orders = [c.streams.video[0].codec_context.field_order for c in (one, two)]
+    with av.open(str(src)) as source, av.open(str(dst)) as output:
+        next(source.decode(video=0)), next(output.decode(video=0))
+        orders = [c.streams.video[0].codec_context.field_order for c in (source, output)]
     assert orders[0] == orders[1] or codec == "ffv1"
 
 

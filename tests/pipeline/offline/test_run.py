@@ -22,14 +22,14 @@ def test_trimming_keeps_the_chosen_part_and_starts_it_at_zero(tmp_path, end):
     half_tick = HALF_TICK_MKV if end == ".mkv" else 0
     assert all(abs(a - want[0] - b) <= half_tick for a, b in zip(want, times_of(dst), strict=True))
     sound = packets_of(dst, "audio")
-    original = {data: at for at, data in packets_of(src, "audio")}
+    original = {data: seconds for seconds, data in packets_of(src, "audio")}
     assert 0.9 < len(sound) * 1024 / 48000 < 1.0
-    for at, data in sound:  # in sync: every packet moved by what the video moved
-        assert abs(original[data] - want[0] - at) <= Fraction(1, 1000)
+    for seconds, data in sound:  # in sync: every packet moved by what the video moved
+        assert abs(original[data] - want[0] - seconds) <= Fraction(1, 1000)
 
 
 def test_trimming_counts_from_where_the_file_begins(tmp_path):
-    """A recording of a broadcast begins at some hour of the day, not at 0."""
+    """The timestamps of a recorded broadcast begin at a time of day, not at 0."""
     first = 90000 * 3600
     src = make_clip(
         tmp_path / "in.ts", pts=[first + 3000 * i for i in range(90)], time_base=Fraction(1, 90000),
@@ -75,15 +75,15 @@ def test_the_report_counts_bytes_frames_and_stages(tmp_path):
     ],
 )
 def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, threads, expected):
-    taken = {}
+    thread_counts = {}
     decoder, encoder = run.Decoder, run.VideoEncoder
 
     def decode(*args, threads, **options):
-        taken["decode"] = threads
+        thread_counts["decode"] = threads
         return decoder(*args, threads=threads, **options)
 
     def encode(*args):
-        taken["encode"] = args[-1]
+        thread_counts["encode"] = args[-1]
         return encoder(*args)
 
     monkeypatch.setattr(run, "Decoder", decode)
@@ -94,7 +94,7 @@ def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, t
     through(
         src, tmp_path / "out.mp4", decoder_threads=decoder_threads, encoder_threads=encoder_threads
     )
-    assert (taken["decode"], taken["encode"]) == expected
+    assert (thread_counts["decode"], thread_counts["encode"]) == expected
 
 
 def test_planes_reach_the_encoder_unconverted(tmp_path):

@@ -1,4 +1,4 @@
-"""The settings of a run: what they refuse, and which of them a picture does not have."""
+"""The settings of a run: refused values, and settings that do not apply to pictures."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""What every run that looks for faces does: its stages, its counts, and when they are made."""
+"""Runs that search for faces: their stages, their counts, and when the stages are created."""
 
 import cv2
 import pytest
@@ -18,8 +18,8 @@ def test_a_picture_is_searched_once_and_counted():
     run = FaceRun(lambda: [("rest", pass_on)])
     (_, find), (name, rest) = run(None)
     assert name == "rest"
-    two = put(put(grey(), face_of(80), 40, 60), face_of(110), 320, 60)
-    assert rest(find(frame_of(two))) is not None
+    two_faces = put(put(grey(), face_of(80), 40, 60), face_of(110), 320, 60)
+    assert rest(find(frame_of(two_faces))) is not None
     report = Report("in", "out", "png")
     run.count(report)
     assert (report.faces, report.frames_with_face, report.tiny_faces) == (2, 1, 0)
@@ -37,20 +37,20 @@ def test_a_film_is_followed_and_counted(tmp_path):
 @pytest.mark.parametrize("name", ["in.mkv", "in.jpg"])
 def test_the_rest_is_made_between_input_and_output(tmp_path, name):
     def rest():
-        seen.append(sorted(path.name for path in tmp_path.iterdir()))
+        files_at_creation.append(sorted(path.name for path in tmp_path.iterdir()))
         raise UsageError("no such device")
 
-    seen = []
+    files_at_creation = []
     with pytest.raises(InputError):
         run_stages(tmp_path / name, tmp_path / f"out.{name}", FaceRun(rest))
-    assert seen == []
+    assert files_at_creation == []
     if name == "in.jpg":
         (tmp_path / name).write_bytes((SAMPLES / "portrait.jpg").read_bytes())
     else:
         film(tmp_path / name, clip(1))
     with pytest.raises(UsageError, match="no such device"):
         run_stages(tmp_path / name, tmp_path / f"out.{name}", FaceRun(rest))
-    assert seen == [[name]]
+    assert files_at_creation == [[name]]
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 

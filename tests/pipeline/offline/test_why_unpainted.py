@@ -1,4 +1,4 @@
-"""When nothing was painted, one line says why: what there was, and what was wanted."""
+"""When nothing was painted, one warning gives the reason: what was found and what was chosen."""
 
 import cv2
 import numpy as np
@@ -27,12 +27,12 @@ def saved(path, rgb8):
 
 
 def test_an_unknown_number_is_shown_with_those_seen(tmp_path):
-    one = put(grey(), face_of(110), 320, 60)
-    src = saved(tmp_path / "one.png", one)
+    one_face = put(grey(), face_of(110), 320, 60)
+    src = saved(tmp_path / "one.png", one_face)
     assert only_line(src, faces="1") == (
         "nothing was painted: face 1 was chosen, but the only face seen was 0"
     )
-    src = saved(tmp_path / "two.png", put(one, face_of(80), 40, 60))
+    src = saved(tmp_path / "two.png", put(one_face, face_of(80), 40, 60))
     assert only_line(src, faces="2", overwrite=True) == (
         "nothing was painted: face 2 was chosen, but the faces seen were 0 and 1"
     )
@@ -74,8 +74,8 @@ def test_a_hidden_face_is_explained_by_what_is_hidden(tmp_path, monkeypatch):
         (Look(eyes=shadow), "eyes"),
         (Look(BLUE.lips, shadow), "mouth or eyes"),
     ):
-        said = f"no {parts} could be seen in the faces found; {TURN.format('picture')}"
-        assert only_line(src, look, overwrite=True) == f"nothing was painted: {said}"
+        reason = f"no {parts} could be seen in the faces found; {TURN.format('picture')}"
+        assert only_line(src, look, overwrite=True) == f"nothing was painted: {reason}"
 
 
 def test_a_look_that_changes_nothing_is_the_reason(tmp_path):
@@ -93,7 +93,7 @@ def test_where_no_face_was_found_turning_may_help(tmp_path):
 
 
 def test_a_film_that_is_upside_down_is_reported(tmp_path):
-    """What is found in it now and then is no face whose mouth is seen."""
+    """Faces found in single frames have no visible mouth."""
     frames = [np.ascontiguousarray(np.rot90(rgb8, 2)) for rgb8 in clip(12)]
     line = only_line(film(tmp_path / "in.mkv", frames), codec="ffv1")
     assert line.endswith(TURN.format("film"))

@@ -32,7 +32,7 @@ from makeup_video.pipeline.reference.checks import (
 from people import SAMPLES, face_of, grey, portrait, put
 from reference_photos import face
 
-# -- whose face
+# -- which face is read
 
 
 def two_faces(left_px, right_px):
@@ -41,7 +41,7 @@ def two_faces(left_px, right_px):
 
 def test_faces_are_numbered_by_size_as_find_faces_orders_them():
     faces = find_faces(two_faces(110, 170))
-    assert [one.track_id for one in faces] == [0, 1]
+    assert [found.track_id for found in faces] == [0, 1]
     assert width_px(faces[0]) > width_px(faces[1])
     assert choose_face(faces, "largest") is choose_face(faces, "0") is faces[0]
     assert choose_face(faces, "1") is faces[1]
@@ -56,13 +56,13 @@ def test_inspect_shows_the_same_numbers(tmp_path):
     cv2.imwrite(str(tmp_path / "in.png"), picture[..., ::-1])
     inspect_video(tmp_path / "in.png", tmp_path / "out.png", tmp_path / "points.json")
     (frame,) = json.loads((tmp_path / "points.json").read_text())["frames"]
-    for shown, one in zip(frame["faces"], find_faces(picture), strict=True):
-        assert shown["id"] == one.track_id
-        np.testing.assert_allclose(shown["points_px"], one.points_px, atol=2)
+    for exported, found in zip(frame["faces"], find_faces(picture), strict=True):
+        assert exported["id"] == found.track_id
+        np.testing.assert_allclose(exported["points_px"], found.points_px, atol=2)
 
 
 def test_faces_of_about_one_size_are_numbered_left_to_right(tmp_path):
-    """The right one measures a little larger."""
+    """The right face measures a little larger."""
     import json
 
     from makeup_video.pipeline import inspect_video
@@ -71,9 +71,9 @@ def test_faces_of_about_one_size_are_numbered_left_to_right(tmp_path):
     cv2.imwrite(str(tmp_path / "in.png"), picture[..., ::-1])
     inspect_video(tmp_path / "in.png", tmp_path / "out.png", tmp_path / "points.json")
     (frame,) = json.loads((tmp_path / "points.json").read_text())["frames"]
-    shown = {one["id"]: np.mean(one["points_px"], 0)[0] for one in frame["faces"]}
-    found = {one.track_id: one.points_px.mean(0)[0] for one in find_faces(picture)}
-    assert shown[0] < shown[1] and found[0] < found[1]
+    file_x = {exported["id"]: np.mean(exported["points_px"], 0)[0] for exported in frame["faces"]}
+    array_x = {found.track_id: found.points_px.mean(0)[0] for found in find_faces(picture)}
+    assert file_x[0] < file_x[1] and array_x[0] < array_x[1]
 
 
 @pytest.mark.parametrize("chosen", [0, "0", None, "", "largest"])
@@ -121,7 +121,7 @@ def test_a_face_that_is_too_small_is_refused_with_its_width():
 
 
 def turned(yaw_degrees, pitch_degrees=0.0, roll_degrees=0.0):
-    """The mean face, 200 px from eye to eye, turned."""
+    """Return the mean face, 200 px from eye to eye, turned by these angles."""
     y, p, r = np.radians([yaw_degrees, pitch_degrees, roll_degrees])
     yaw = [[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]]
     pitch = [[1, 0, 0], [0, np.cos(p), -np.sin(p)], [0, np.sin(p), np.cos(p)]]

@@ -24,7 +24,7 @@ def codes(params):
     return np.array([params.red, params.green, params.blue])
 
 
-def looked_again(photo, params):
+def correct(photo, params):
     return correct_colour(photo, face(), photo_light(photo, face()), params)
 
 
@@ -36,15 +36,15 @@ def test_a_misread_opaque_colour_gets_closer_to_the_truth(rgb, wrong):
     red, green, blue = np.clip(np.add(rgb, wrong), 0, 255).astype(float)
     misread = replace(true, red=red, green=green, blue=blue)
     before = np.abs(codes(misread) - rgb).sum()
-    assert np.abs(codes(looked_again(photo, misread)) - rgb).sum() < 0.75 * before
+    assert np.abs(codes(correct(photo, misread)) - rgb).sum() < 0.75 * before
 
 
 def test_only_the_colour_of_an_opaque_product_is_corrected():
     sheer = replace(product((180, 0, 46), "sheer"), opacity=SHEER)
-    assert looked_again(portrait(), sheer) is sheer
+    assert correct(portrait(), sheer) is sheer
     satin = product((180, 0, 46), "satin")
-    seen = looked_again(portrait(), satin)
-    assert replace(seen, red=180, green=0, blue=46) == satin
+    corrected = correct(portrait(), satin)
+    assert replace(corrected, red=180, green=0, blue=46) == satin
 
 
 def test_lips_beyond_the_picture_are_not_corrected():
@@ -64,6 +64,6 @@ def test_any_product_gives_a_product_and_the_photo_stays(red, green, blue, opaci
         product((red, green, blue), "gloss"), opacity=opacity, gloss=gloss, reflection=mirror
     )
     photo = portrait().copy()
-    corrected = looked_again(photo, given_product)
+    corrected = correct(photo, given_product)
     assert ((codes(corrected) >= 0) & (codes(corrected) <= 255)).all()
     assert (photo == portrait()).all()

@@ -1,5 +1,4 @@
-"""A look from a photo: that the same face gives the same look, and that any output of the nets
-is a product."""
+"""A look from a photo: the same face gives the same look, and any net output gives a product."""
 
 from dataclasses import fields, replace
 from functools import cache
@@ -40,13 +39,16 @@ SEVEN = st.tuples(
 
 
 @cache
-def looked():
+def portrait_look():
     return estimate_look(portrait(), face())
 
 
-def told(params):
-    """What a net tells, all but the gloss: more than a lacquer's looks the same. Colours
-    count by opacity: those of sheer products hardly show."""
+def compared_numbers(params):
+    """Return the six numbers that are compared, on the nets' scale of 0 to 1.
+
+    Gloss is left out, because more gloss than a lacquer's looks the same. Colours are weighted by
+    opacity, because those of sheer products hardly show.
+    """
     if params is None:
         return np.zeros(6)
     targets = to_targets([getattr(params, name) for name in NUMBERS])
@@ -54,16 +56,16 @@ def told(params):
     return np.delete(targets, NUMBERS.index("gloss"))
 
 
-def off(one, other):
-    """How far two estimates differ, at most, on the nets' own scale of 0 to 1."""
-    regions = ((one.lips, other.lips), (one.eyes, other.eyes))
-    return max(np.abs(told(a) - told(b)).max() for a, b in regions)
+def difference(first, second):
+    """Return the largest difference between two looks, on the nets' scale of 0 to 1."""
+    regions = ((first.lips, second.lips), (first.eyes, second.eyes))
+    return max(np.abs(compared_numbers(a) - compared_numbers(b)).max() for a, b in regions)
 
 
 def test_a_look_is_estimated_with_all_its_settings():
-    look = looked()
+    look = portrait_look()
     assert (look.strength, look.zone, look.intensity) == (1, "lid", 1)
-    assert look == estimate_look(portrait())  # the one face there is
+    assert look == estimate_look(portrait())  # the only face
     assert Look.from_dict(look.to_dict()) == look
 
 
@@ -78,26 +80,26 @@ def test_a_file_gives_the_same_look_as_its_pixels(tmp_path):
 @pytest.mark.parametrize("ground", [(1200, 900), (700, 1500)])
 def test_a_larger_background_gives_about_the_same_look(ground):
     picture = put(grey(*ground), portrait(), ground[0] - 520, ground[1] - 640)
-    assert off(estimate_look(picture), looked()) < 0.12
+    assert difference(estimate_look(picture), portrait_look()) < 0.12
 
 
 def test_a_mirrored_photo_gives_about_the_same_look():
     photo = clip(1)[0]
-    assert off(estimate_look(photo[:, ::-1]), estimate_look(photo)) < 0.12
+    assert difference(estimate_look(photo[:, ::-1]), estimate_look(photo)) < 0.12
 
 
 def test_a_larger_photo_gives_about_the_same_look():
     twice = cv2.resize(portrait(), None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-    assert off(estimate_look(twice), looked()) < 0.12
+    assert difference(estimate_look(twice), portrait_look()) < 0.12
 
 
 @pytest.mark.parametrize("hex_rgb", [(180, 0, 30), (20, 40, 160), (15, 12, 14)])
 def test_an_opaque_lipstick_is_read_closer_than_bare_lips_are(hex_rgb):
     true = Look(lips=product(hex_rgb, "matte"))
-    worn = apply_look(portrait(), true, [face()])
-    again = apply_look(portrait(), replace(estimate_look(worn), eyes=None), [face()])
+    painted = apply_look(portrait(), true, [face()])
+    repainted = apply_look(portrait(), replace(estimate_look(painted), eyes=None), [face()])
     where = lip_mask(portrait(), face()) > 0.5
-    lab = [lab_of(picture[where]) for picture in (worn, again, portrait())]
+    lab = [lab_of(picture[where]) for picture in (painted, repainted, portrait())]
     assert ciede2000(lab[0], lab[1]).mean() < ciede2000(lab[0], lab[2]).mean()
 
 
@@ -130,7 +132,9 @@ def test_a_finish_fills_in_what_the_net_does_not_give(numbers, region):
     np.testing.assert_allclose([getattr(got, name) for name in NUMBERS], kept, atol=5.1e-4)
     rest = {spec.name: getattr(got, spec.name) for spec in fields(GraphicsParams)[7:]}
     assert rest["shimmer"] == 0
-    assert rest in [{name: one[region][name] for name in rest} for one in FINISHES.values()]
+    assert rest in [
+        {name: by_region[region][name] for name in rest} for by_region in FINISHES.values()
+    ]
 
 
 @given(st.lists(st.floats(-3, 9), min_size=7, max_size=7))

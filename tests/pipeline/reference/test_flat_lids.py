@@ -1,4 +1,4 @@
-"""Lids laid flat: every place of the lid has its place in the crop, whatever the face does."""
+"""Flattened lids: each place on the lid keeps its place in the crop, however the face moves."""
 
 import cv2
 import numpy as np
@@ -10,7 +10,7 @@ from makeup_video.pipeline.reference.flat_lids import FLAT_WH, flat_lids
 
 AS_IS = np.eye(2, 3)
 LASH_ROW = 45
-CREASE_ROW = 45 - 45 / 2.2  # rows are even between 2.2 and the lash line
+CREASE_ROW = 45 - 45 / 2.2  # rows are evenly spaced between 2.2 and the lash line
 BROW_ROW = 45 - 45 * 2 / 2.2
 
 
@@ -19,7 +19,7 @@ def mapped(points, to_new):
 
 
 def rows_of(points_px, places):
-    """Rows and columns of the crop whose places come nearest to points."""
+    """Return the rows and columns of the crop whose places lie nearest to the points."""
     flat = places.reshape(2, -1).T
     nearest = np.linalg.norm(points_px[:, None, :2] - flat[None], axis=2).argmin(1)
     return nearest // FLAT_WH[0], nearest % FLAT_WH[0]
@@ -30,7 +30,7 @@ def test_lash_line_crease_and_brow_come_to_their_rows():
     places = flat_lids(true_face(points), AS_IS)
     assert places.shape == (2, *FLAT_WH[::-1]) and places.dtype == np.float32
     for eye in (EYE, RIGHT_EYE):
-        middle = np.asarray(eye)[[12, 28, 44]]  # over the pupil
+        middle = np.asarray(eye)[[12, 28, 44]]  # above the pupil
         rows, _ = rows_of(points[middle], places)
         assert np.abs(rows - [LASH_ROW, CREASE_ROW, BROW_ROW]).max() <= 3
 

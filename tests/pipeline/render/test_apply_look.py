@@ -1,4 +1,4 @@
-"""Painting a film, a picture file, a picture in memory: who is painted, and what is left alone."""
+"""Painting videos, picture files and arrays: which faces are painted, and what stays as it is."""
 
 import subprocess
 import sys
@@ -17,9 +17,9 @@ from makeup_video.pipeline import (
     process_video,
     product,
 )
-from makeup_video.pipeline.images.picture_file import read_picture
 from media import decoded, make_clip
 from people import SAMPLES, clip, clip_points, face_of, film, grey, portrait, put
+from picture_files import read_picture
 
 BLUE = Look(lips=product((10, 42, 140), "matte"))
 BOTH = Look(lips=product((10, 42, 140), "matte"), eyes=product((0, 90, 40), "matte", "eyes"))
@@ -30,7 +30,7 @@ def two_people():
 
 
 def box_of(face):
-    """Columns and rows of a face, wide enough for all that may be painted on it."""
+    """Return the slices of rows and columns that hold all that is painted on a face."""
     low, high = face.points_px[:, :2].min(0), face.points_px[:, :2].max(0)
     return np.s_[int(low[1]) : int(high[1]) + 2, int(low[0]) : int(high[0]) + 2]
 
@@ -114,13 +114,13 @@ def test_only_the_largest_or_the_numbered_face_is_painted(tmp_path):
     picture = two_people()
     cv2.imwrite(str(tmp_path / "in.png"), picture[..., ::-1])
     large, small = find_faces(picture)
-    for who, painted, other in (
+    for chosen, painted, other in (
         ("largest", large, small),
         (str(large.track_id), large, small),
         (str(small.track_id), small, large),
     ):
         process_video(
-            tmp_path / "in.png", tmp_path / "o.png", BLUE, Settings(faces=who, overwrite=True)
+            tmp_path / "in.png", tmp_path / "o.png", BLUE, Settings(faces=chosen, overwrite=True)
         )
         moved = changed(picture, cv2.imread(str(tmp_path / "o.png"))[..., ::-1])
         assert moved[box_of(painted)].any() and not moved[box_of(other)].any()
@@ -160,8 +160,8 @@ def test_a_film_without_a_face_is_not_painted_and_warned_of(tmp_path, name):
     report = process_video(tmp_path / name, tmp_path / f"out{name[2:]}", BLUE)
     assert (report.painted_frames, report.faces) == (0, 0)
     kind = "picture" if name == "in.png" else "film"
-    said = f"no face was found: nothing was painted; if the {kind} is upside down, turn it first"
-    assert report.warnings() == [said]
+    warning = f"no face was found: nothing was painted; if the {kind} is upside down, turn it first"
+    assert report.warnings() == [warning]
     assert report.to_dict()["painted_frames"] == 0
 
 

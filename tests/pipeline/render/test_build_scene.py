@@ -1,4 +1,4 @@
-"""Scenes of frames: every face's lips and lids, their light, and that light over time."""
+"""Building scenes: the lips and lids of every face, their light, and the light over time."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -21,8 +21,8 @@ def item(pts=0, gain=1.0, track_id=0, cut=False):
 
 
 def means(build, *items):
-    """Mean light of the lips after each frame."""
-    return [build(one).faces[0].regions["lips"][0].mean for one in items]
+    """Return the mean light of the lips after each frame."""
+    return [build(item).faces[0].regions["lips"][0].mean for item in items]
 
 
 def test_a_frame_without_faces_is_a_scene_without_faces():
@@ -115,16 +115,16 @@ def test_a_missing_device_is_refused():
 
 
 def test_threads_that_build_scenes_at_once_do_not_mix_them_up():
-    frame, (points, closed) = frame_of(RGB8), (close_up(at)[1] for at in (0, 75))
-    faces = [true_face(points), true_face(closed)]
+    frame, (points, eyes_closed) = frame_of(RGB8), (close_up(number)[1] for number in (0, 75))
+    faces = [true_face(points), true_face(eyes_closed)]
     alone = [BuildScene()(FrameFaces(frame, (face,))).faces[0] for face in faces]
 
-    def many(which):
+    def build_scenes(number):
         build = BuildScene()
-        return [build(FrameFaces(frame, (faces[which],))).faces[0] for _ in range(50)]
+        return [build(FrameFaces(frame, (faces[number],))).faces[0] for _ in range(50)]
 
     with ThreadPoolExecutor(2) as pool:
-        for scenes, want in zip(pool.map(many, (0, 1)), alone, strict=True):
+        for scenes, want in zip(pool.map(build_scenes, (0, 1)), alone, strict=True):
             for scene in scenes:
                 (lips, *lids), (wanted, *wanted_lids) = lit_of(scene), lit_of(want)
                 np.testing.assert_array_equal(lips.shading, wanted.shading)

@@ -1,4 +1,4 @@
-"""What holds for every makeup: which bytes change, and in which colour."""
+"""What holds for every look: which bytes change, and in which colour."""
 
 from dataclasses import replace
 
@@ -24,6 +24,7 @@ from makeup import (
     tagged,
     true_face,
     weights_of,
+    white_light,
 )
 from makeup_video.kernels.colour import (
     HLG,
@@ -44,19 +45,20 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.regions.eyes import ZONES
 from makeup_video.pipeline.render.product_material import SkinAxes, material
-from makeup_video.pipeline.render.scene import white_light
 from people import frame_of
 from skimage.color import deltaE_ciede2000
 
 BOTH = Look(lips=product(), eyes=product(red=0, green=90, blue=40))
 FACING = SkinAxes(np.eye(2), 100.0)
-some = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+fewer_examples = settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 looks = st.builds(
     Look, params(), params(), st.floats(0, 1), st.sampled_from(ZONES), st.floats(0, 1)
 )
 
 
-def odd(pix_fmt, tags=None):
+def odd_scene(pix_fmt, tags=None):
     """A close-up of odd size on which the face is cut off on the right and below."""
     rgb8, points = close_up(box=(231, 83, 384, 270))
     frame = frame_of(rgb8[: 173 + 8, :113], pix_fmt=pix_fmt)
@@ -64,7 +66,7 @@ def odd(pix_fmt, tags=None):
     return scene_of(frame, (true_face(points),), white_light())
 
 
-@some
+@fewer_examples
 @given(
     st.builds(
         Look,
@@ -78,7 +80,7 @@ def test_without_opacity_gloss_and_reflection_no_byte_changes(look):
     assert same(paint_planes(scene, look), copied(scene.frame))
 
 
-@some
+@fewer_examples
 @given(looks)
 def test_bare_looks_change_no_byte(look):
     scene = close_up_scene("yuv420p")
@@ -88,7 +90,7 @@ def test_bare_looks_change_no_byte(look):
 
 
 def unpainted(scene, look, monkeypatch):
-    """For each plane: which samples no weight touches."""
+    """Return for each plane a mask of the samples that no weight touches."""
     weight = weights_of(scene, look, monkeypatch) > 0
     across, down = scene.frame.chroma
     high, wide = (-(-n // step) for n, step in zip(weight.shape, (down, across), strict=True))
@@ -105,7 +107,7 @@ def unpainted(scene, look, monkeypatch):
 @pytest.mark.parametrize("pix_fmt", LAYOUTS)
 @pytest.mark.parametrize("cut", [False, True], ids=["whole", "odd and cut off"])
 def test_nothing_changes_outside_the_mask(pix_fmt, cut, monkeypatch):
-    scene = odd(pix_fmt) if cut else close_up_scene(pix_fmt)
+    scene = odd_scene(pix_fmt) if cut else close_up_scene(pix_fmt)
     glossy = replace(BOTH, lips=product(gloss=1e300, reflection=1, edge_softness=1, shimmer=1),
                      zone="full")  # fmt: skip
     for look in (BOTH, glossy):
@@ -116,7 +118,7 @@ def test_nothing_changes_outside_the_mask(pix_fmt, cut, monkeypatch):
             assert (new != old).any() and mask.any()
 
 
-@some
+@fewer_examples
 @given(looks)
 def test_no_look_changes_pixels_far_from_lips_and_eyes(look):
     scene = close_up_scene("yuv420p")
@@ -130,7 +132,7 @@ def test_no_look_changes_pixels_far_from_lips_and_eyes(look):
         assert not (abs(changed[:, 0] - nose) < 3).any()
 
 
-@some
+@fewer_examples
 @given(params(opacity=0.5, **FLAT), st.sampled_from([SRGB, PQ]))
 def test_more_opacity_moves_a_frame_steadily_to_the_product(p, transfer):
     tags = ColourTags(1, 1, 1 if transfer == SRGB else transfer, 1)
@@ -138,19 +140,19 @@ def test_more_opacity_moves_a_frame_steadily_to_the_product(p, transfer):
     frame = tagged(frame_of(rgb8, pix_fmt="yuv444p10le"), tags)
     scene = scene_of(frame, (true_face(points),), white_light())
     coding = scene.coding
-    seen = []
+    painted_rgb = []
     for opacity in (0, 0.25, 0.5, 0.75, 1):
         planes = paint_planes(scene, Look(lips=replace(p, opacity=opacity)))
         codes = np.stack(planes, axis=-1).astype(float)
-        seen.append(codes @ matrices(coding)[0][:, :3].T)
-    off = np.abs(np.stack(seen) - seen[-1])
+        painted_rgb.append(codes @ matrices(coding)[0][:, :3].T)
+    distance = np.abs(np.stack(painted_rgb) - painted_rgb[-1])
     unit = 2.5 * np.abs(matrices(coding)[0][:, :3]).sum(1)  # all three codes are rounded
     clipped = (codes[..., 0] == 0) | (codes == coding.max_code).any(-1)
-    rise = np.minimum(np.diff(off, axis=0), off[1:])[:, ~clipped]
+    rise = np.minimum(np.diff(distance, axis=0), distance[1:])[:, ~clipped]
     assert (rise <= unit).all()
 
 
-@some
+@fewer_examples
 @given(looks, lights(), st.sampled_from([SRGB, PQ, HLG]), st.sampled_from([0, 64, 500, 940, 1023]))
 def test_uniform_frames_of_any_code_are_painted_without_nan(look, light, transfer, code):
     rgb8, points = close_up()
@@ -176,7 +178,7 @@ SURFACE = flat_surface((12, 9), 0.257)  # luminance of the picture's skin
 
 
 def srgb_of(codes, coding):
-    """R'G'B' as sRGB encodes it, of codes in any coding."""
+    """Return sRGB-encoded R'G'B' of codes in any coding."""
     linear = decode(codes, coding) @ np.linalg.solve(to_xyz(1), to_xyz(coding.primaries)).T
     return to_encoded(linear, SRGB)
 
@@ -191,18 +193,22 @@ def codes_of(srgb_linear, coding):
 def test_the_same_picture_looks_the_same_in_every_coding(p, seed, brightest):
     rng = np.random.default_rng(seed)
     picture = np.array([0.42, 0.22, 0.14]) * rng.uniform(0.5, brightest, (9, 12, 1))
-    exact, shown = {}, {}
+    exact, by_kernel = {}, {}
     for coding in SAME_PICTURE:
         lit = material(p, 1.0, white_light(), FACING, coding)
-        exact[coding] = srgb_of(exactly_painted(codes_of(picture, coding), lit, coding), coding)
-        shown[coding] = srgb_of(really_painted(codes_of(picture, coding), lit, coding), coding)
+        exact[coding] = srgb_of(
+            painted_without_rounding(codes_of(picture, coding), lit, coding), coding
+        )
+        by_kernel[coding] = srgb_of(
+            painted_by_kernel(codes_of(picture, coding), lit, coding), coding
+        )
     first = exact[SAME_PICTURE[0]]
     for coding, rgb in exact.items():
-        # an eighth of a code of 8 bits: the light's colour is kept as float32
+        # an eighth of an 8-bit code: the light's colour is stored as float32
         assert np.abs(rgb - first).max() < (1e-6 if coding.primaries == 1 else 5e-4), coding
-    for coding, rgb in shown.items():
+    for coding, rgb in by_kernel.items():
         bright = (first > 0.1).all(-1) & (first < 0.95).all(-1)  # darker codes are coarser in light
-        step = np.abs(matrices(coding)[0][:, :3]).sum(1).max()  # a code of each plane
+        step = np.abs(matrices(coding)[0][:, :3]).sum(1).max()  # one code in each plane
         # rounded before and after; BT.2020's primaries spread an error over the others
         assert (
             np.abs(rgb - exact[coding])[bright].max(initial=0)
@@ -210,15 +216,15 @@ def test_the_same_picture_looks_the_same_in_every_coding(p, seed, brightest):
         ), coding
 
 
-def exactly_painted(codes, lit, coding):
-    """Without any rounding."""
+def painted_without_rounding(codes, lit, coding):
+    """Paint codes in floating point, without any rounding."""
     coarse, nx, ny = on_pixels(SURFACE)
     skin = skin_at(coarse, SURFACE.mean, nx, ny, SURFACE.environment, lit)
     return encode(made_up(decode(codes, coding), SURFACE.weight, coarse, coarse, skin, lit), coding)
 
 
-def really_painted(codes, lit, coding):
-    """By the kernel, from and to whole codes, 4:4:4."""
+def painted_by_kernel(codes, lit, coding):
+    """Paint codes with the kernel, from and to whole codes, 4:4:4."""
     whole = np.moveaxis(rounded(codes, coding), -1, 0)
     luma = whole[0].astype(np.uint8 if coding.bit_depth == 8 else np.uint16)
     return np.moveaxis(paint_codes(luma, whole[1:], SURFACE, lit, coding), 0, -1)
@@ -229,16 +235,16 @@ def really_painted(codes, lit, coding):
 def test_a_frame_of_any_coding_is_painted_alike(matrix, full_range):
     """The primaries stay those of BT.709."""
     rgb8, points = close_up()
-    seen = []
+    srgb = []
     for some_matrix, full in ((1, False), (matrix, full_range)):
         frame = frame_of(rgb8, pix_fmt="yuv444p", matrix=some_matrix, full_range=full)
         scene = scene_of(frame, (true_face(points),), white_light())
         codes = np.stack(paint_planes(scene, BOTH), axis=-1).astype(float)
-        seen.append(255 * to_encoded(decode(codes, scene.coding), SRGB).clip(0, 1))
-    off = np.abs(seen[0] - seen[1])
-    # Two times from 8 bits to 8 bits. Single pixels are further off: whether a dark one counts as
-    # a lash may hang on one code.
-    assert off.mean() < 1.2 and np.quantile(off, 0.998) < 6
+        srgb.append(255 * to_encoded(decode(codes, scene.coding), SRGB).clip(0, 1))
+    difference = np.abs(srgb[0] - srgb[1])
+    # Both frames round from 8 bits to 8 bits. Single pixels differ more: one code may decide
+    # whether a dark pixel counts as a lash.
+    assert difference.mean() < 1.2 and np.quantile(difference, 0.998) < 6
 
 
 _RNG = np.random.default_rng(8)
@@ -252,11 +258,11 @@ COLOURS = [
 @pytest.mark.parametrize("skin", [(60, 38, 28), (236, 200, 178)], ids=["dark", "light"])
 @pytest.mark.parametrize("coding", [Coding(1, True), Coding(1), Coding(6)], ids=str)
 def test_the_painted_colour_is_the_products_colour(skin, coding):
-    """8 bits, 4:4:4, light and dark skin. What rounding to 8 bits alone is off is taken away:
-    of dark colours in limited range it may be more than 1."""
+    """8 bits, 4:4:4, light and dark skin. The tolerance allows for rounding to 8 bits, which alone
+    may shift dark colours in limited range by more than 1."""
     patch = rounded(codes_of(to_linear(np.array(skin) / 255, SRGB), coding), coding)
     luminance = float(decode(patch.astype(float), coding) @ to_xyz(1)[1])
-    worst = []
+    differences = []
     for rgb in COLOURS:
         red, green, blue = rgb
         lit = material(product(red=red, green=green, blue=blue), 1, white_light(), FACING, coding)
@@ -265,11 +271,12 @@ def test_the_painted_colour_is_the_products_colour(skin, coding):
         got = paint_codes(luma, chroma, flat_surface((2, 2), luminance), lit, coding)[:, 0, 0]
         wanted = to_linear(np.array(rgb) / 255, SRGB)
         best = rounded(codes_of(wanted, coding), coding)
-        off, least = (
+        difference, least = (
             float(deltaE_ciede2000(lab(decode(codes.astype(float), coding)), lab(wanted)))
             for codes in (got, best)
         )
-        worst.append((off, least, rgb))
-    assert all(off < max(1.0, least + 0.05) for off, least, _ in worst), sorted(worst)[-5:]
+        differences.append((difference, least, rgb))
+    worst = sorted(differences)[-5:]
+    assert all(found < max(1.0, least + 0.05) for found, least, _ in differences), worst
     if coding.full_range:
-        assert max(worst)[0] < 1.0
+        assert worst[-1][0] < 1.0

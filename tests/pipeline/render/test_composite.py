@@ -1,4 +1,4 @@
-"""Who is painted, when, and how much of it."""
+"""Which faces are painted, when, and how strongly."""
 
 from dataclasses import replace
 
@@ -13,13 +13,13 @@ from makeup import (
     product,
     scene_of,
     true_face,
+    white_light,
 )
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.faces.topology import LIPS_OUTER
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.scene import white_light
 from people import frame_of
 
 LIPS = Look(lips=product())
@@ -28,12 +28,12 @@ BOTH = Look(LIPS.lips, EYES.eyes)
 
 
 def change(scene, look):
-    """(H, W) by how much luma changes."""
+    """Return (H, W): the change of luma in codes."""
     return np.abs(paint_planes(scene, look)[0].astype(int) - scene.frame.planes[0])
 
 
 def two_faces():
-    """Side by side: number 7 is the larger, 3 the smaller; and the columns of the second."""
+    """Return a scene of two faces side by side: number 7 is the larger, number 3 the smaller."""
     rgb8, points = close_up()
     small = rgb8[::2, ::2]
     ground = np.full((rgb8.shape[0], 310, 3), 90, np.uint8)
@@ -51,14 +51,14 @@ def painted_by(composite, scene):
     return composite(replace(scene, frame=target)).planes[0].astype(int)
 
 
-@pytest.mark.parametrize("who", ["all", "largest", "7", "3", "99"])
-def test_the_chosen_faces_are_painted_and_no_others(who):
+@pytest.mark.parametrize("chosen", ["all", "largest", "7", "3", "99"])
+def test_the_chosen_faces_are_painted_and_no_others(chosen):
     scene = two_faces()
-    composite = Composite(LIPS, faces=who)
+    composite = Composite(LIPS, faces=chosen)
     changed = painted_by(composite, scene) != scene.frame.planes[0]
-    assert changed[:, :200].any() == (who in ("all", "largest", "7"))
-    assert changed[:, 200:].any() == (who in ("all", "3"))
-    assert composite.painted_frames == (who != "99")
+    assert changed[:, :200].any() == (chosen in ("all", "largest", "7"))
+    assert changed[:, 200:].any() == (chosen in ("all", "3"))
+    assert composite.painted_frames == (chosen != "99")
 
 
 def test_the_largest_face_changes_only_for_a_much_larger_one():
@@ -118,9 +118,9 @@ def test_a_new_look_takes_effect_at_the_next_frame():
     composite.set_look(LIPS)
     red = painted_by(composite, scene)
     composite.set_look(replace(LIPS, strength=0.0))
-    again = painted_by(composite, scene)
+    at_no_strength = painted_by(composite, scene)
     np.testing.assert_array_equal(bare, scene.frame.planes[0])
-    np.testing.assert_array_equal(again, bare)
+    np.testing.assert_array_equal(at_no_strength, bare)
     np.testing.assert_array_equal(np.abs(red - bare), change(scene, LIPS))
     assert (red != bare).any()
 

@@ -1,15 +1,23 @@
-"""What holds for every makeup: the eyeball stays as it is, and lids are followed."""
+"""What holds for every look: the eyeball stays as it is, and lids are followed."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from laws import OPEN_MOUTHS, WORN, film_scenes, share_changed, true_px
-from makeup import close_up, inside, paint_planes, product, scene_of, true_face, weights_of
+from makeup import (
+    close_up,
+    inside,
+    paint_planes,
+    product,
+    scene_of,
+    true_face,
+    weights_of,
+    white_light,
+)
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, RIGHT_EYE
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.regions.eyes import ZONES
-from makeup_video.pipeline.render.scene import white_light
 from people import frame_of
 
 

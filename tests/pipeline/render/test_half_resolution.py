@@ -1,4 +1,4 @@
-"""Paint at half size is the same paint, of all layouts and odd sizes; the rest keeps its bytes."""
+"""Painting at half size: the same result in all layouts and odd sizes; other bytes are kept."""
 
 from dataclasses import replace
 
@@ -6,14 +6,13 @@ import av
 import cv2
 import numpy as np
 import pytest
-from makeup import LAYOUTS, close_up, product, scene_of, tagged, true_face, weights_of
+from makeup import LAYOUTS, close_up, product, scene_of, tagged, true_face, weights_of, white_light
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render import composite as composite_module
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.half_resolution import HalfSize, half_size
-from makeup_video.pipeline.render.scene import white_light
 from people import frame_of
 
 BOTH = Look(
@@ -57,16 +56,16 @@ def test_half_resolution_looks_as_at_full_resolution(pix_fmt, size_wh, monkeypat
     far = cv2.dilate(weight, np.ones((9, 9), np.uint8)) == 0
     assert (half[0][far] == scene.frame.planes[0][far]).all()
     inside = weight > 0.5
-    off = np.abs(whole[0].astype(int) - half[0])[inside] / unit
+    difference = np.abs(whole[0].astype(int) - half[0])[inside] / unit
     change = np.abs(whole[0].astype(int) - scene.frame.planes[0])[inside] / unit
-    assert off.mean() < 2.0 < 0.2 * change.mean()
+    assert difference.mean() < 2.0 < 0.2 * change.mean()
     for a, b, bare in zip(whole[1:], half[1:], scene.frame.planes[1:], strict=True):
         assert np.abs(a.astype(int) - b).mean() < 0.15 * np.abs(a.astype(int) - bare).mean()
 
 
 def test_the_picture_keeps_its_detail(monkeypatch):
-    """Fine lines of the skin are nearly as strong as at full size: only the product's own
-    change is coarse."""
+    """Fine lines of the skin are nearly as strong as at full size: only the change that the
+    product makes is coarse."""
     scene = large_scene("yuv444p")
     rng = np.random.default_rng(1)
     scene.frame.writable_planes()[0][:] = np.clip(

@@ -25,11 +25,11 @@ def test_luminance_is_that_of_the_decoded_light(coding):
     unit = 2 ** (coding.bit_depth - 8)
     codes = np.array([140, 118, 146])[:, None] * unit + rng.normal(0, 12 * unit, (3, 200))
     light = decode(codes.T, coding)
-    usual = (light > 0).all(1) & (light.max(1) < 0.9)  # the table ends at R'G'B' of 0 and of 1
+    in_range = (light > 0).all(1) & (light.max(1) < 0.9)  # the table ends at R'G'B' of 0 and of 1
     got, want = linear_luminance(codes, coding), light @ to_xyz(coding.primaries)[1]
     if coding.transfer == 18:
-        return  # its display's gain uses BT.2020's luminance: see the next test
-    np.testing.assert_allclose(got[usual], want[usual], rtol=0.03, atol=2e-3)
+        return  # HLG's display gain uses BT.2020's luminance: see the next test
+    np.testing.assert_allclose(got[in_range], want[in_range], rtol=0.03, atol=2e-3)
 
 
 def test_the_light_of_hlg_is_that_of_its_display():
@@ -65,8 +65,8 @@ def test_grids_are_read_apart_and_outside_repeats_the_border():
     assert [part.shape for part in parts] == [(6, 8), (3, 5), (9, 2)]
     assert parts[1].max() < parts[0].min() + 1e-3 and parts[2].min() > parts[0].max()
     for part, grid in zip(parts, grids, strict=True):
-        (alone,) = luminances(frame, coding_of(frame), [grid])
-        np.testing.assert_array_equal(part, alone)
+        (single,) = luminances(frame, coding_of(frame), [grid])
+        np.testing.assert_array_equal(part, single)
 
 
 def test_the_step_of_a_grid_is_that_of_its_pixels():

@@ -1,4 +1,4 @@
-"""What holds for every makeup: the inside of the mouth stays as it is."""
+"""What holds for every look: the inside of the mouth stays as it is."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from laws import OPEN_MOUTHS, WORN, film_frames, film_scenes, share_changed, tru
 from makeup import inside, paint_planes, scene_of, true_face
 from makeup_video.pipeline.faces.topology import LIPS_INNER
 from makeup_video.pipeline.faces.tracker import FindFaces
-from makeup_video.pipeline.look.finishes import product as finished
+from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
@@ -15,7 +15,7 @@ from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 @pytest.mark.parametrize("finish", ["matte", "gloss", "shimmer"])
 @pytest.mark.parametrize("number", OPEN_MOUTHS)
 def test_less_than_a_hundredth_of_an_open_mouth_changes(number, finish):
-    look = Look(lips=finished((180, 0, 46), finish))
+    look = Look(lips=product((180, 0, 46), finish))
     assert share_changed(number, LIPS_INNER, 2, look) < 0.01
 
 
@@ -36,9 +36,9 @@ def test_less_than_a_hundredth_of_a_mouth_that_opens_changes():
 def test_less_than_a_hundredth_of_a_mouth_changes_in_a_film():
     """The mouth opens wide and closes again; faces are followed and smoothed as in a film."""
     find, smooth, build = FindFaces(), SmoothAhead(), BuildScene()
-    found = [smooth(find(frame)) for frame in film_frames(172, 205)]
+    items = [smooth(find(frame)) for frame in film_frames(172, 205)]
     shares = []
-    for item in (*found, *smooth.drain()):
+    for item in (*items, *smooth.drain()):
         if item is None or item.frame.pts < 178:
             continue
         old, new = item.frame.planes[0].astype(int), paint_planes(build(item), WORN)[0]

@@ -1,4 +1,4 @@
-"""The device of the painting, and the product's own errors when there is none."""
+"""The OpenCL device, and the product's own errors when no device can be opened."""
 
 import pyopencl as cl
 import pytest

@@ -1,4 +1,4 @@
-"""Products under a scene's light: what the parameters become."""
+"""Products under a scene's light: from parameters to the numbers of the kernel."""
 
 from dataclasses import astuple
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup import codings, lights, params, places, product
+from makeup import codings, lights, params, places, product, white_light
 from makeup_video.kernels.colour import HLG, PQ, Coding, product_linear
 from makeup_video.pipeline.render.product_material import SkinAxes, material
-from makeup_video.pipeline.render.scene import SceneLight, white_light
+from makeup_video.pipeline.render.scene import SceneLight
 
 FACING = SkinAxes(np.eye(2), 200.0)
 
@@ -37,12 +37,12 @@ def test_under_white_light_a_product_has_its_own_colour():
 @pytest.mark.parametrize("adaptation", [0.0, 0.5, 1.0])
 def test_the_light_colours_the_product_as_far_as_it_adapts(adaptation):
     warm = lamp((1.3, 0.95, 0.6), 0.5)
-    plain, seen = (
+    under_white, under_warm = (
         np.array(lit(light, red=90, green=80, blue=70, light_adaptation=adaptation).product)
         for light in (None, warm)
     )
     want = 1 + adaptation * (np.array([1.3, 0.95, 0.6]) * 0.5 - 1)
-    np.testing.assert_allclose(seen / plain, want, rtol=1e-6)
+    np.testing.assert_allclose(under_warm / under_white, want, rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["opacity", "reflection", "own_highlights", "glint"])
@@ -54,8 +54,8 @@ def test_strength_scales_what_is_laid_on(name):
 
 
 def test_shimmer_fades_with_a_product_that_is_hardly_there():
-    there = [sum(lit(shimmer=1, opacity=o).sparkle) for o in (0.0, 0.1, 0.5, 1.0)]
-    assert there[0] == 0 and (np.diff(there) > 0).all()
+    sparkles = [sum(lit(shimmer=1, opacity=o).sparkle) for o in (0.0, 0.1, 0.5, 1.0)]
+    assert sparkles[0] == 0 and (np.diff(sparkles) > 0).all()
 
 
 def test_sparkles_finer_than_a_pixel_are_not_drawn():
@@ -64,9 +64,9 @@ def test_sparkles_finer_than_a_pixel_are_not_drawn():
 
 
 def test_gloss_is_shared_between_own_and_synthetic_highlights():
-    own, made = lit(gloss=1, gloss_detail=1.0), lit(gloss=1, gloss_detail=0.0)
+    own, synthetic = lit(gloss=1, gloss_detail=1.0), lit(gloss=1, gloss_detail=0.0)
     assert own.own_highlights > 0 and sum(own.glint) == 0
-    assert made.own_highlights == 0 and min(made.glint) > 0
+    assert synthetic.own_highlights == 0 and min(synthetic.glint) > 0
 
 
 def test_roughness_makes_highlights_broader_and_weaker():
@@ -98,5 +98,5 @@ def test_every_number_is_finite_and_in_its_range(p, amount, light, axes, coding,
     assert 0 < m.lobe < 1 and m.spot > 0 and m.cells > 0 and m.dark > 0
     assert np.linalg.norm(m.half_way) == pytest.approx(1) and m.half_way[2] > 0
     assert min(m.glint) >= 0 and m.own_highlights >= 0
-    # a region reaches less than 8 of the eyes' distance: sparkles' cells stay in their range
+    # a region reaches less than 8 eye distances, so that sparkle cells stay in range
     assert m.cells * 8 < 4096

@@ -1,8 +1,9 @@
-"""Lights check their shapes."""
+"""Scene lights check the shapes of their arrays."""
 
 import numpy as np
 import pytest
-from makeup_video.pipeline.render.scene import SceneLight, white_light
+from makeup import white_light
+from makeup_video.pipeline.render.scene import SceneLight
 
 
 def test_white_light_is_white_and_from_the_viewers_side():

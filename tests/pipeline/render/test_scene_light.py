@@ -1,4 +1,4 @@
-"""The light on faces over time: steady, gradual, and fresh after a cut."""
+"""The light on faces over time: steady, gradual, and estimated anew after a cut."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -15,15 +15,15 @@ def test_the_environment_shows_the_frame_where_it_is():
     picture = np.zeros((360, 640, 3), np.uint8)
     picture[:, :320] = 255
     picture[:90, 320:] = (0, 0, 255)
-    (found,) = light_of(FrameFaces(frame_of(picture), (face_at(points()),)))
-    assert found.environment.shape == (16, 16, 3) and found.environment.dtype == np.float32
-    assert found.environment[:, :7].min() > 0.95 and found.environment[5:, 9:].max() < 0.05
-    blue = found.environment[:3, 9:]
+    (estimated,) = light_of(FrameFaces(frame_of(picture), (face_at(points()),)))
+    assert estimated.environment.shape == (16, 16, 3) and estimated.environment.dtype == np.float32
+    assert estimated.environment[:, :7].min() > 0.95 and estimated.environment[5:, 9:].max() < 0.05
+    blue = estimated.environment[:3, 9:]
     assert blue[..., 2].min() > 0.8 and blue[..., :2].max() < 0.1
 
 
 def film(pictures, fps, faces=None, cut_at=None):
-    """Frames at a rate, of which picture(seconds) is shown, as (seconds, lights)."""
+    """Yield (seconds, lights) for two seconds of the frames pictures(seconds), at fps frames/s."""
     estimate = EstimateLight()
     for index in range(round(2 * fps)):
         seconds = index / fps
@@ -33,7 +33,7 @@ def film(pictures, fps, faces=None, cut_at=None):
 
 
 def switched(at_seconds, before=1.0, after=0.4):
-    """Pictures of a room where the light is switched at a moment."""
+    """Return a function of seconds that gives frames whose light is switched at a moment."""
     frames = frame_of(lit(*[before] * 3)), frame_of(lit(*[after] * 3))
     return lambda seconds: frames[seconds >= at_seconds]
 
@@ -47,7 +47,7 @@ def test_the_light_follows_by_time_not_by_frames():
             if abs(seconds * 15 - round(seconds * 15)) < 1e-6
         }
     for seconds, want in strengths[30].items():
-        for fps in (15, 60):  # all look again at 0.4 s
+        for fps in (15, 60):  # all rates estimate the light at 0.4 s
             assert strengths[fps][seconds] == pytest.approx(want, rel=0.04)
 
 
@@ -92,5 +92,5 @@ def test_a_face_that_was_long_away_is_read_anew():
     bright, dark = frame_of(portrait()), frame_of(lit(0.3, 0.3, 0.3))
     estimate(FrameFaces(bright, (face,)))
     assert estimate(FrameFaces(replace(dark, pts=30), ())) == ()
-    (found,) = estimate(FrameFaces(replace(dark, pts=150), (face,)))
-    assert found.strength == pytest.approx(light(lit(0.3, 0.3, 0.3)).strength)
+    (estimated,) = estimate(FrameFaces(replace(dark, pts=150), (face,)))
+    assert estimated.strength == pytest.approx(light(lit(0.3, 0.3, 0.3)).strength)

@@ -35,11 +35,11 @@ def warmth(light):
 
 
 def test_an_ordinary_portrait_has_nearly_white_light():
-    found = light(portrait())
-    assert_sane(found)
-    assert 0.8 < found.strength < 1.25
-    assert np.abs(found.colour - 1).max() < 0.2
-    assert found.colour @ [0.2126, 0.7152, 0.0722] == pytest.approx(1, abs=1e-3)
+    estimate = light(portrait())
+    assert_sane(estimate)
+    assert 0.8 < estimate.strength < 1.25
+    assert np.abs(estimate.colour - 1).max() < 0.2
+    assert estimate.colour @ [0.2126, 0.7152, 0.0722] == pytest.approx(1, abs=1e-3)
 
 
 def test_a_darker_picture_of_the_same_face_means_weaker_light():
@@ -75,7 +75,7 @@ def test_a_warm_cast_gives_warm_light_and_a_blue_one_blue():
 def test_the_same_picture_in_any_layout_has_the_same_light(pix_fmt, full_range, matrix):
     want = light(portrait(), pix_fmt="yuv444p", full_range=True)
     got = light(portrait(), pix_fmt=pix_fmt, full_range=full_range, matrix=matrix)
-    # chroma is coarser, and single pixels are looked at
+    # chroma is coarser, and single pixels are sampled
     assert got.strength == pytest.approx(want.strength, rel=0.02)
     np.testing.assert_allclose(got.colour, want.colour, atol=0.02)
     np.testing.assert_allclose(got.direction, want.direction, atol=0.03)
@@ -103,10 +103,10 @@ def test_hdr_shows_the_same_light_in_its_own_primaries(transfer):
 @pytest.mark.parametrize("pix_fmt", ["gray", "yuv420p"])
 def test_a_film_without_colour_stands_in_white_light(pix_fmt):
     grey = np.repeat(cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
-    found = light(grey, pix_fmt=pix_fmt, full_range=True)
-    assert_sane(found)
-    assert np.abs(found.colour - 1).max() < 0.02
-    assert found.strength == pytest.approx(light(portrait()).strength, rel=0.25)
+    estimate = light(grey, pix_fmt=pix_fmt, full_range=True)
+    assert_sane(estimate)
+    assert np.abs(estimate.colour - 1).max() < 0.02
+    assert estimate.strength == pytest.approx(light(portrait()).strength, rel=0.25)
 
 
 def test_a_warm_lamp_stays_warm_where_red_is_clipped():
@@ -140,9 +140,9 @@ def test_any_face_on_any_small_picture_gives_a_sane_light(size, scale, shift, ki
 
 @pytest.mark.parametrize("level", [0, 255])
 def test_black_and_blown_out_faces_give_colourless_light(level):
-    found = light(np.full_like(portrait(), level))
-    assert_sane(found)
-    assert np.abs(found.colour - 1).max() < 0.1
+    estimate = light(np.full_like(portrait(), level))
+    assert_sane(estimate)
+    assert np.abs(estimate.colour - 1).max() < 0.1
 
 
 def test_points_that_are_not_finite_do_no_harm():
@@ -156,7 +156,7 @@ def test_points_that_are_not_finite_do_no_harm():
 
 
 def shaded(towards, rgb8=(200, 150, 130)):
-    """A picture with the portrait's face as a matt mask under a lamp in a direction."""
+    """Return a picture of the portrait's face as a matte mask, lit by a lamp in this direction."""
     face = points().astype(np.float64)
     a, b, c = face[TRIANGLES].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
@@ -172,13 +172,14 @@ def shaded(towards, rgb8=(200, 150, 130)):
 
 
 @pytest.mark.parametrize(
-    "towards", [(-0.7, -0.3, -0.65), (0.7, -0.3, -0.65), (0, -0.8, -0.6), (0, 0, -1), (0.5, 0.4, -0.77)]
+    "towards",
+    [(-0.7, -0.3, -0.65), (0.7, -0.3, -0.65), (0, -0.8, -0.6), (0, 0, -1), (0.5, 0.4, -0.77)],
 )  # fmt: skip
 def test_shading_shows_where_the_light_comes_from(towards):
     towards = np.array(towards) / np.linalg.norm(towards)
-    found = light(shaded(towards), pix_fmt="yuv444p")
-    assert_sane(found)
-    assert found.direction @ towards > 0.9
+    estimate = light(shaded(towards), pix_fmt="yuv444p")
+    assert_sane(estimate)
+    assert estimate.direction @ towards > 0.9
 
 
 def test_even_light_counts_as_light_from_the_front_and_above():
@@ -195,7 +196,7 @@ def test_the_light_turns_with_a_turned_picture(rotation_degrees):
     to_stored = FramePicture(frame).to_stored
     turned = points().copy()
     turned[:, :2] = points()[:, :2] @ to_stored[:, :2].T + to_stored[:, 2]
-    (found,) = light_of(FrameFaces(frame, (face_at(turned),)))
+    (estimate,) = light_of(FrameFaces(frame, (face_at(turned),)))
     want = np.append(to_stored[:, :2] @ upright.direction[:2], upright.direction[2])
-    np.testing.assert_allclose(found.direction, want, atol=0.02)
-    assert found.strength == pytest.approx(upright.strength, rel=0.02)
+    np.testing.assert_allclose(estimate.direction, want, atol=0.02)
+    assert estimate.strength == pytest.approx(upright.strength, rel=0.02)

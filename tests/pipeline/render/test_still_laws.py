@@ -1,4 +1,4 @@
-"""What holds for every makeup: what does not change is painted the same."""
+"""What holds for every look: what stays the same is painted the same."""
 
 import os
 import subprocess
@@ -17,14 +17,14 @@ from makeup import (
     product,
     scene_of,
     true_face,
+    white_light,
 )
 from makeup_video.kernels.colour import decode
 from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.faces.tracker import FindFaces
-from makeup_video.pipeline.look.finishes import product as finished
+from makeup_video.pipeline.look.finishes import product as product_of_finish
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.build_scene import BuildScene
-from makeup_video.pipeline.render.scene import white_light
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from people import frame_of
 from skimage.color import deltaE_ciede2000
@@ -40,14 +40,16 @@ print(hashlib.sha256(b"".join(plane.tobytes() for plane in planes)).hexdigest())
 
 
 def test_any_number_of_threads_gives_the_same_bytes():
-    here = Path(__file__).parents[2] / "support"
+    support = Path(__file__).parents[2] / "support"
     printed = set()
     for threads in ("1", "2", ""):
         environment = dict(os.environ)
-        environment["PYTHONPATH"] = os.pathsep.join([str(here), os.environ.get("PYTHONPATH", "")])
+        environment["PYTHONPATH"] = os.pathsep.join(
+            [str(support), os.environ.get("PYTHONPATH", "")]
+        )
         for name in ("POCL_MAX_PTHREAD_COUNT", "POCL_DEVICES"):
             environment.pop(name, None)
-        if threads:  # without: PoCL's device that has none
+        if threads:  # "" leaves the default, PoCL's device without threads
             environment.update(POCL_MAX_PTHREAD_COUNT=threads, POCL_DEVICES="pthread")
         done = subprocess.run(
             [sys.executable, "-c", _PAINT_ONCE],
@@ -75,28 +77,28 @@ def test_a_still_face_under_noise_keeps_its_colour():
         np.clip(still + rng.normal(0, 4, still.shape), 0, 255).astype(np.uint8) for _ in range(60)
     ]
     find, smooth, build = FindFaces(), SmoothAhead(), BuildScene()
-    found = [smooth(find(frame_of(rgb8, index))) for index, rgb8 in enumerate(noisy)]
-    found = [item for item in (*found, *smooth.drain()) if item is not None]
-    assert len(found) == 60 and all(len(item.faces) == 1 for item in found)
+    items = [smooth(find(frame_of(rgb8, index))) for index, rgb8 in enumerate(noisy)]
+    items = [item for item in (*items, *smooth.drain()) if item is not None]
+    assert len(items) == 60 and all(len(item.faces) == 1 for item in items)
     lips = inside(2 * points[LIPS_OUTER] + 0.5, still.shape[:2], 4)
     lips &= ~inside(2 * points[LIPS_INNER] + 0.5, still.shape[:2], -4)
     assert lips.sum() > 300
-    seen = {"bare": [], "painted": []}
-    look = Look(lips=finished((180, 0, 46), "satin"))
-    for item in found:
+    colours = {"bare": [], "painted": []}
+    look = Look(lips=product_of_finish((180, 0, 46), "satin"))
+    for item in items:
         scene = build(item)
         for name, planes in (("bare", copied(item.frame)), ("painted", paint_planes(scene, look))):
-            seen[name].append(mean_lab(planes, lips, scene.coding))
+            colours[name].append(mean_lab(planes, lips, scene.coding))
     moved = {
         name: max(float(deltaE_ciede2000(row, np.mean(rows, axis=0))) for row in rows)
-        for name, rows in seen.items()
+        for name, rows in colours.items()
     }
     assert moved["painted"] < moved["bare"] + 0.5, moved
-    assert deltaE_ciede2000(seen["bare"][0], seen["painted"][0]) > 5
+    assert deltaE_ciede2000(colours["bare"][0], colours["painted"][0]) > 5
 
 
 def mean_lab(planes, mask, coding):
-    """Of the mean light of a 4:2:0 picture within a mask."""
+    """Return CIE Lab of the mean light of a 4:2:0 picture within a mask."""
     chroma = [
         plane.repeat(2, 0).repeat(2, 1)[: mask.shape[0], : mask.shape[1]] for plane in planes[1:]
     ]
@@ -106,23 +108,23 @@ def mean_lab(planes, mask, coding):
 
 @pytest.mark.parametrize("shift", [(8, 0), (0, 6), (-14, 10)])
 def test_shimmer_sticks_to_the_face(shift):
-    """The picture is moved by whole pixels; what is painted moves alike."""
+    """When the picture moves by whole pixels, the paint moves by the same pixels."""
     shiny = Look(
         lips=product(shimmer=1, gloss=1, red=60), eyes=product(shimmer=0.7, shimmer_size=0)
     )
     rgb8, points = close_up(box=(200, 60, 440, 300))
     rgb8, points = rgb8.repeat(2, 0).repeat(2, 1), 2 * points + 0.5
-    seen = []
-    for moved_by in (np.zeros(2, int), np.array(shift)):
-        dx, dy = moved_by
+    painted = []
+    for offset in (np.zeros(2, int), np.array(shift)):
+        dx, dy = offset
         moved = np.roll(rgb8, (dy, dx), (0, 1))
         scene = scene_of(
-            frame_of(moved, pix_fmt="yuv444p"), (true_face(points + moved_by),), white_light()
+            frame_of(moved, pix_fmt="yuv444p"), (true_face(points + offset),), white_light()
         )
         planes = [np.roll(plane, (-dy, -dx), (0, 1)) for plane in paint_planes(scene, shiny)]
-        seen.append(np.stack(planes).astype(int))
+        painted.append(np.stack(planes).astype(int))
     dull = paint_planes(scene, Look(lips=product(red=60), eyes=product()))
-    assert (np.abs(np.roll(dull[0], (-dy, -dx), (0, 1)) - seen[1][0]) > 8).sum() > 200
-    off = np.abs(seen[0] - seen[1])
-    # places round differently: by a thousandth of a pixel, where a sparkle has its edge
-    assert (off > 3).mean() < 2e-4 and off.max() < 40
+    assert (np.abs(np.roll(dull[0], (-dy, -dx), (0, 1)) - painted[1][0]) > 8).sum() > 200
+    difference = np.abs(painted[0] - painted[1])
+    # positions round differently by a thousandth of a pixel, which shows at the edge of a sparkle
+    assert (difference > 3).mean() < 2e-4 and difference.max() < 40

@@ -1,4 +1,4 @@
-"""Zones for eye-shadow: where they lie, and that they follow the lid."""
+"""Eye-shadow zones: where they lie, and how they follow the lid."""
 
 import cv2
 import heads
@@ -66,9 +66,10 @@ def test_one_eye_is_the_mirror_of_the_other():
     for index in np.setdiff1d(np.arange(478), np.concatenate([EYE, RIGHT_EYE])):
         mirrored[index] = points[index]
     mirrored[:, 0] = HW[1] - 1 - mirrored[:, 0]
-    here, there = weights(points), weights(mirrored)[:, :, ::-1]
+    original, mirror_image = weights(points), weights(mirrored)[:, :, ::-1]
     for eye, other in ((0, 1), (1, 0)):
-        np.testing.assert_allclose(here[eye], there[other], atol=0.08)  # `up` differs a little
+        # `up` differs a little
+        np.testing.assert_allclose(original[eye], mirror_image[other], atol=0.08)
 
 
 def test_a_closing_lid_takes_the_shadow_down_with_it():
@@ -108,23 +109,23 @@ def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean):
     points = turned(points, degrees)
     points = np.column_stack([points, lean * points[:, 0] - 3 * lean * points[:, 1]])
     shaken = points + np.random.default_rng(1).normal(0, 6, points.shape)
-    for some in (points, points * (0.2, 1, 1), shaken, 0 * points + 50):
-        for region in lid_surfaces(heads.face(some)):
+    for variant in (points, points * (0.2, 1, 1), shaken, 0 * points + 50):
+        for region in lid_surfaces(heads.face(variant)):
             assert np.isfinite(region.normals).all() and np.isfinite(region.up).all()
             assert (np.square(region.normals).sum(0) < 1).all()
 
 
 def test_eyes_too_narrow_to_be_seen_are_left_out():
     _, points = close_up()
-    gone = points.copy()
-    gone[EYE] = points[EYE].mean(0) + (points[EYE] - points[EYE].mean(0)) * (0.05, 1)
-    gone[[33, 133], 1] = gone[33, 1]
+    one_eyed = points.copy()
+    one_eyed[EYE] = points[EYE].mean(0) + (points[EYE] - points[EYE].mean(0)) * (0.05, 1)
+    one_eyed[[33, 133], 1] = one_eyed[33, 1]
     assert len(lid_surfaces(true_face(points))) == 2
-    assert len(lid_surfaces(true_face(gone))) == 1
+    assert len(lid_surfaces(true_face(one_eyed))) == 1
 
 
 def test_the_light_of_a_lid_is_measured_on_skin():
-    """What is bright on the eyeball does not count."""
+    """A bright eyeball does not count."""
     _, points = close_up()
     for region, contour in zip(
         lid_surfaces(true_face(points)), (EYE_CONTOUR, RIGHT_EYE[:16]), strict=True

@@ -22,7 +22,7 @@ def weight_of(face, hw=HW, softness=0.5, origin_xy=(0, 0)):
 
 
 def turned(points, degrees, scale=1.0):
-    """About the middle of the picture."""
+    """Turn and scale points about the middle of the picture."""
     angle = np.radians(degrees)
     spin = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     return (points - (100, 110)) @ spin.T + (100, 110)
@@ -75,9 +75,9 @@ def test_what_the_mask_leaves_out_is_not_painted():
     face = true_face(points)
     hand = face.lips.logits.copy()
     hand[:, 50:60] = -8
-    there = weight_of(heads.face(points, logits=hand))
+    weight_with_hand = weight_of(heads.face(points, logits=hand))
     column = round(face.lips.to_px[0] @ (55, 40, 1))
-    assert weight_of(face)[:, column].max() == 1 and there[:, column].max() < 0.05
+    assert weight_of(face)[:, column].max() == 1 and weight_with_hand[:, column].max() < 0.05
 
 
 @pytest.mark.parametrize("visible", [0.0, 0.1, 0.2])
@@ -92,7 +92,7 @@ def test_a_rect_of_the_weight_is_a_part_of_the_whole():
     face = true_face(points)
     whole = weight_of(face)
     part = weight_of(face, (80, 90), origin_xy=(61, 103))
-    np.testing.assert_allclose(part, whole[103:183, 61:151], atol=0.02)  # 1/32 px in OpenCV
+    np.testing.assert_allclose(part, whole[103:183, 61:151], atol=0.02)  # OpenCV rounds to 1/32 px
 
 
 @settings(max_examples=100, deadline=None)
@@ -123,8 +123,8 @@ def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean, depth
     _, points = close_up(100)
     points = turned(points, degrees)
     leaning = np.column_stack([points, depth * np.abs(points[:, 0] - 90) + lean * points[:, 1]])
-    for some in (leaning, leaning * (0.0, 1.0, 1.0), leaning * 0 + 50):
-        region = lips_surface(heads.face(some, to_px=heads.face(points).lips.to_px))
+    for variant in (leaning, leaning * (0.0, 1.0, 1.0), leaning * 0 + 50):
+        region = lips_surface(heads.face(variant, to_px=heads.face(points).lips.to_px))
         if region is not None:
             assert np.isfinite(region.normals).all() and np.isfinite(region.odds).all()
             assert (np.square(region.normals).sum(0) < 1).all()
@@ -135,7 +135,7 @@ def test_lips_bulge_towards_the_viewer():
     _, points = close_up()
     region = lips_surface(true_face(points))
     back = cv2.invertAffineTransform(region.grid.to_px)
-    top, bottom = (points[at] @ back[:, :2].T + back[:, 2] for at in (0, 17))
+    top, bottom = (points[index] @ back[:, :2].T + back[:, 2] for index in (0, 17))
     ny = region.normals[1]
     assert ny[round(top[1]) + 1, round(top[0])] < ny[round(bottom[1]) - 1, round(bottom[0])]
 

@@ -19,7 +19,7 @@ from people import SAMPLES
 ROOT = Path(__file__).parents[4]
 PORTRAIT = SAMPLES / "portrait.jpg"
 CHEEKS = 50, 280  # points of the face
-HALF = 0.25  # of a cheek's side, in distances of the eyes
+HALF = 0.25  # half the side of a cheek, in eye distances
 
 DESCRIPTION = """
 from makeup_video.pipeline.look.regions.info import Dial, RegionInfo
@@ -95,7 +95,7 @@ REGION = Cheeks()
 
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory):
-    """Runs Python with the product as it would be with a region `cheeks`."""
+    """Return a function that runs Python with a copy of the product that has a region `cheeks`."""
     home = tmp_path_factory.mktemp("toy")
     package = shutil.copytree(ROOT / "package", home / "makeup_video")
     shutil.copytree(ROOT / "pipeline", package / "pipeline")
@@ -104,13 +104,15 @@ def toy(tmp_path_factory):
     (package / "pipeline" / "look" / "regions" / "cheeks.py").write_text(DESCRIPTION)
     (package / "pipeline" / "render" / "regions" / "cheeks.py").write_text(PAINTER)
     registry = package / "pipeline" / "look" / "regions" / "__init__.py"
-    line = '_NAMES = ("lips", "eyes")'
-    assert registry.read_text().count(line) == 1
-    registry.write_text(registry.read_text().replace(line, '_NAMES = ("lips", "eyes", "cheeks")'))
+    names_line = '_NAMES = ("lips", "eyes")'
+    assert registry.read_text().count(names_line) == 1
+    registry.write_text(
+        registry.read_text().replace(names_line, '_NAMES = ("lips", "eyes", "cheeks")')
+    )
 
-    def run(*words):
+    def run(*arguments):
         return subprocess.run(
-            [sys.executable, *map(str, words)],
+            [sys.executable, *map(str, arguments)],
             cwd=home,
             env={**os.environ, "PYTHONPATH": str(home)},
             capture_output=True,
@@ -123,8 +125,8 @@ def toy(tmp_path_factory):
 
 def test_the_command_paints_a_new_region_and_no_other(toy, tmp_path):
     out, look = tmp_path / "out.png", tmp_path / "look.json"
-    words = ("--color", "B4002E", "--parts", "cheeks", "-o", out, "--save-look", look)
-    done = toy("-m", "makeup_video", PORTRAIT, *words)
+    arguments = ("--color", "B4002E", "--parts", "cheeks", "-o", out, "--save-look", look)
+    done = toy("-m", "makeup_video", PORTRAIT, *arguments)
     assert done.returncode == 0, done.stderr
     before, after = cv2.imread(str(PORTRAIT)), cv2.imread(str(out))
     changed = (before != after).any(2)
@@ -147,14 +149,14 @@ def test_a_look_file_has_the_new_region_beside_the_old_ones(toy, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     (tmp_path / "look.json").write_text(json.dumps(look | {"flush": 2}))
-    words = ("--look", tmp_path / "look.json", "-o", tmp_path / "out.png")
-    done = toy("-m", "makeup_video", PORTRAIT, *words)
+    arguments = ("--look", tmp_path / "look.json", "-o", tmp_path / "out.png")
+    done = toy("-m", "makeup_video", PORTRAIT, *arguments)
     assert done.returncode == 2 and "flush must be a number in 0..1, got 2" in done.stderr
 
 
 def test_messages_name_the_new_region(toy, tmp_path):
-    words = ("--color", "B02", "--parts", "nose", "-o", tmp_path / "out.png")
-    done = toy("-m", "makeup_video", PORTRAIT, *words)
+    arguments = ("--color", "B02", "--parts", "nose", "-o", tmp_path / "out.png")
+    done = toy("-m", "makeup_video", PORTRAIT, *arguments)
     assert "--parts must be lips, eyes, cheeks or lips,eyes,cheeks, got 'nose'" in done.stderr
     assert "cheeks" in toy("-m", "makeup_video", "apply", "--help").stdout
 
