@@ -58,7 +58,7 @@ def settle() -> Path:
 
 @contextlib.contextmanager
 def left_clean(folder: Path) -> Generator[None, None, None]:
-    """Remove the empty file that PoCL makes at its start, and what killed runs left a day ago.
+    """Remove the empty file that PoCL makes at its start, and day-old leftovers of killed runs.
 
     PoCL closes that file at once and never opens it again, so the file of another process that
     starts within the block may go too. Files in use have a suffix and are younger.

@@ -24,9 +24,8 @@ from makeup_video.web.messages import (
 )
 from makeup_video.web.session import PhotoLook, Session, ShownPicture
 
-# The least time between two looks that are read, while a page sends one at each refresh of its
-# screen. Of faster looks only the newest of each page is read and painted, which takes about 0.1
-# ms.
+# Least time between two looks that are read: a page may send one at every refresh of its screen.
+# Of faster looks only the newest of each page is read and painted, which takes about 0.1 ms.
 LOOKS_SECONDS = 0.01
 IN_FLIGHT = 2  # one at the screen, one on its way: no picture waits for an acknowledgement
 FIGURES_SECONDS = 0.5

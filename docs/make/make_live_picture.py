@@ -37,7 +37,7 @@ def draw() -> np.ndarray:
         page.goto(url)
         page.wait_for_selector("#picture[data-pts]")
         page.set_input_files("#photo-slot input", sheet.SAMPLES / "look.jpg")
-        page.wait_for_function("() => document.getElementById('told').textContent")
+        page.wait_for_function("() => document.getElementById('look-words').textContent")
         page.click("#compare-button")
         page.wait_for_timeout(_SETTLED_MS)
         box = page.locator("#divider").bounding_box()

@@ -126,7 +126,7 @@ def peak_memory_bytes() -> int:
 
 
 def give_back_memory() -> None:
-    """Return freed memory to the system: glibc would keep it, and a film would need more on top."""
+    """Return freed memory to the system: glibc would keep it, and the film would allocate more."""
     gc.collect()
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # not in musl, which keeps less

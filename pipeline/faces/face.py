@@ -121,7 +121,7 @@ def iod_px(face: Face) -> float:
 
 
 def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
-    """The faces whose numbers are all finite: one NaN would spoil all that it is smoothed with."""
+    """The faces whose numbers are all finite: one NaN would spread through the smoothing."""
     return tuple(face for face in item.faces if _is_finite(face))
 
 

@@ -50,7 +50,7 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
                 break
             if any(is_same(detection, other.pose) for other in (*found, *tiny)):
                 continue
-            landmarks = locate(nets, picture, detection, carefully=True)
+            landmarks = locate(nets, picture, detection, average=True)
             if landmarks is None:
                 continue
             if not any(is_same(landmarks.pose, other.pose) for other in (*found, *tiny)):

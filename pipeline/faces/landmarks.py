@@ -21,7 +21,7 @@ _A_FACE, _STILL_A_FACE = 0.85, 0.4
 _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
 # Least scores after each pass of the mesh net from a detection, below which there is no further
 # pass. A detection may be off by half a face, so the score means nothing before the second pass.
-_LEAST_SCORES, _LEAST_SCORES_CAREFULLY = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
+_LEAST_SCORES, _LEAST_SCORES_AVERAGE = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
 # How far a face moves between two frames: IOD, log scale or radians, whichever is largest.
 _MOVED_FAR = 0.12  # more: the mesh net reads the face once more, at its new pose
 _AT_REST = 0.015  # less: no more than noise
@@ -93,14 +93,14 @@ def detect(
 
 
 def locate(
-    nets: FaceNets, picture: Picture, detection: Similarity, carefully: bool = False
+    nets: FaceNets, picture: Picture, detection: Similarity, average: bool = False
 ) -> FaceLandmarks | None:
     """The face at a detection; None when there is no face after all.
 
-    carefully: take the mean of several readings, for a picture that stands alone.
+    average: take the mean of several readings, for a picture that stands alone.
     """
     pose = detection
-    for least_score in _LEAST_SCORES_CAREFULLY if carefully else _LEAST_SCORES:
+    for least_score in _LEAST_SCORES_AVERAGE if average else _LEAST_SCORES:
         mesh = nets.read_mesh(picture, pose)
         pose = nets.fit_pose(mesh.xy)
         if mesh.scores[0] < least_score or not _is_plausible(mesh.xy, picture):
@@ -110,13 +110,13 @@ def locate(
     if face < _A_FACE or _disagreement(mesh, mirrored, pose) > _AGREE:
         return None
     xy, z = mesh.xy, mesh.z
-    if carefully:
+    if average:
         meshes = [nets.read_mesh(picture, p, m) for p in _around(pose) for m in (False, True)]
         meshes += [mesh, mirrored]
         xy, z = np.mean([m.xy for m in meshes], 0), np.mean([m.z for m in meshes], 0)
     for _ in range(2):
         layout = nets.crop_layout(xy)
-        parts = nets.read_parts(picture, layout, with_mirrored=carefully)
+        parts = nets.read_parts(picture, layout, with_mirrored=average)
         xy[nets.part_points] = parts.xy
     return FaceLandmarks(xy, z, (face, mouth), nets.fit_pose(xy), parts.lips, layout, parts.centres)
 
@@ -126,19 +126,19 @@ def relocate(
     picture: Picture,
     before: FaceLandmarks,
     seconds: float,
-    doubtfully: bool = False,
+    verify: bool = False,
 ) -> FaceLandmarks | None:
     """The same face a frame later, at `seconds` of the film; None when it is gone.
 
     The lip and eye nets read every frame, at the place that the face's motion leads to. The mesh
     net runs now and then: it reads the other points, and checks that this still is a face. In
-    between, the other points move along. doubtfully: check the mirrored crop, too.
+    between, the other points move along. verify: check the mirrored crop, too.
     """
     age = seconds - before.meshed_seconds
-    is_due = doubtfully or before.moved > _FAST or not 0 <= age < MESH_SECONDS
-    found = _follow(nets, picture, before, seconds if is_due else None, doubtfully)
+    is_due = verify or before.moved > _FAST or not 0 <= age < MESH_SECONDS
+    found = _follow(nets, picture, before, seconds if is_due else None, verify)
     if found is not None and not is_due and _is_odd(before, found):
-        found = _follow(nets, picture, before, seconds, doubtfully)
+        found = _follow(nets, picture, before, seconds, verify)
     return found
 
 
@@ -177,7 +177,7 @@ def _follow(
     picture: Picture,
     before: FaceLandmarks,
     mesh_seconds: float | None,
-    doubtfully: bool,
+    verify: bool,
 ) -> FaceLandmarks | None:
     """mesh_seconds: the time, when the mesh net is to run; None: the other points move along."""
     layout = _expected_layout(before)
@@ -187,7 +187,7 @@ def _follow(
         xy, z, scores = step.apply(before.xy), before.z, before.scores
         pose, meshed_seconds = step.after(before.pose), before.meshed_seconds
     else:
-        checked = _read_mesh_again(nets, picture, layout, doubtfully)
+        checked = _read_mesh_again(nets, picture, layout, verify)
         if checked is None:
             return None
         mesh, is_where_expected = checked
@@ -243,9 +243,10 @@ def _steady(before: FaceLandmarks, layout: CropLayout) -> CropLayout:
 
 
 def _read_mesh_again(
-    nets: FaceNets, picture: Picture, layout: CropLayout, doubtfully: bool
+    nets: FaceNets, picture: Picture, layout: CropLayout, verify: bool
 ) -> tuple[Mesh, bool] | None:
-    """The mesh, and whether the face is where it was expected; None when it is no face any more."""
+    """The mesh, and whether the face is where it was expected; None when it no longer looks
+    like a face."""
     mesh = nets.read_mesh(picture, layout.pose)
     pose = nets.fit_pose(mesh.xy)
     is_where_expected = distance(layout.pose, pose) < _MOVED_FAR
@@ -255,7 +256,7 @@ def _read_mesh_again(
     resized = abs(math.log(max(iod_of(pose), 1e-6) / iod_of(layout.pose)))
     if mesh.scores[0] < _STILL_A_FACE or resized > _SHRUNK or not _is_plausible(mesh.xy, picture):
         return None
-    if doubtfully:
+    if verify:
         mirrored = nets.read_mesh(picture, pose, mirrored=True)
         if _disagreement(mesh, mirrored, pose) > _AGREE_STILL:
             return None
@@ -279,7 +280,7 @@ def is_tiny(pose: Similarity, share: float = 1) -> bool:
 
 
 def is_same(a: Similarity, b: Similarity) -> bool:
-    """True for two poses of one face, and when one is of a part of the other's face."""
+    """True for two poses of one face, and when one pose lies on a part of the other's face."""
     small, large = sorted((iod_of(a), iod_of(b)))
     apart = abs(middle_of(a) - middle_of(b)) / large
     reach, ratio = _PART_OF_FACE

@@ -119,7 +119,7 @@ class FindFaces:
         if cut:
             self._tracks.clear()
         is_due = self._detection_is_due(seconds)
-        lost = self._follow(picture, seconds, doubtfully=is_due and self._detections % 2 == 0)
+        lost = self._follow(picture, seconds, verify=is_due and self._detections % 2 == 0)
         if cut or lost:
             self._detect(picture, seconds, DETECTOR_SIDES_PX)
         elif is_due:
@@ -138,13 +138,13 @@ class FindFaces:
     def _followed(self) -> list[_Track]:
         return [track for track in self._tracks if track.is_followed]
 
-    def _follow(self, picture: FramePicture, seconds: float, doubtfully: bool) -> bool:
+    def _follow(self, picture: FramePicture, seconds: float, verify: bool) -> bool:
         """Relocate every followed face; True when one was lost."""
         followed = self._followed()
         for track in followed:
-            found = None if doubtfully else self._carried(picture, track)
+            found = None if verify else self._carried(picture, track)
             if found is None:
-                found = relocate(self.nets, picture, track.landmarks, seconds, doubtfully)
+                found = relocate(self.nets, picture, track.landmarks, seconds, verify)
                 self._keep_luma(picture, track, found)
             if found is None:
                 track.is_followed = False

@@ -44,7 +44,7 @@ def keep_apart(output: Path, read: Path) -> None:
 
 
 def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
-    """Raises what OutputFile would raise, before the run does anything.
+    """Check an output's place before the run does anything. Raises as OutputFile does.
 
     OutputFile checks again when it opens the file.
     """
@@ -146,7 +146,7 @@ def _check_part(part: Path, source: Path | None, overwrite: bool) -> None:
 
 
 def _is_same_file(one: Path, other: Path) -> bool:
-    """Also False when one of them no longer exists: an input may be removed once it is open."""
+    """True for two paths of one file; False when either is gone: an open input may be removed."""
     try:
         return one.samefile(other)
     except OSError:

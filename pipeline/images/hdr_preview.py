@@ -19,7 +19,7 @@ from makeup_video.kernels.colour import (
 )
 
 _KNEE = 0.5  # light up to half of HDR's reference white stays as it is; white itself becomes 0.75
-_JFIF = Coding(6, True)
+JFIF = Coding(6, True)
 
 
 def standard(luma: np.ndarray, chroma: list[np.ndarray], coding: Coding) -> list[np.ndarray]:
@@ -67,7 +67,7 @@ def _curve(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
 def _of_chroma(coding: Coding) -> list[list[float]]:
     """What chroma adds to luma, Cb and Cr where the slope is 1: rows (of Cb, of Cr, constant)."""
     to_rgb, _ = matrices(coding)
-    _, to_codes = matrices(_JFIF)
+    _, to_codes = matrices(JFIF)
     srgb = np.linalg.inv(from_srgb_primaries(coding.primaries))
     mix = to_codes[:, :3] @ srgb @ to_rgb[:, 1:3]
     neutral = (coding.max_code + 1) // 2

@@ -14,13 +14,12 @@ import simplejpeg
 from makeup_video.kernels.colour import SRGB, Coding, matrices
 from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
 from makeup_video.pipeline.frames.sampling import halved
-from makeup_video.pipeline.images.hdr_preview import standard
+from makeup_video.pipeline.images.hdr_preview import JFIF, standard
 
 QUALITY = 85
 # Pictures with longer sides are halved: no page is wider, and 2160p costs three times as much
 # whole.
 LIMIT_PX = 2560
-_JFIF = Coding(6, True)
 _FINE = 2  # what chroma adds to luma is stored in halves of a code; it never reaches 64 codes
 _KNOWN_CHROMA = {(1, 1), (2, 1), (2, 2), (1, 2), (4, 1)}  # the subsampling that JPEG has
 Planes = tuple[np.ndarray, ...] | list[np.ndarray]
@@ -90,7 +89,7 @@ class _Mix(NamedTuple):
 def _mix(coding: Coding) -> _Mix | None:
     """The mix for a coding; None when the codes are those of a JPEG already."""
     to_rgb, _ = matrices(coding)
-    _, to_codes = matrices(_JFIF)
+    _, to_codes = matrices(JFIF)
     mix = to_codes[:, :3] @ to_rgb[:, :3]
     added = to_codes[:, :3] @ to_rgb[:, 3] + to_codes[:, 3]
     if coding.bit_depth == 8 and np.allclose(mix, np.eye(3)) and np.allclose(added, 0, atol=1e-9):

@@ -73,7 +73,7 @@ class GraphicsParams:
         0, 1, "How much more it mirrors where it turns away: 0 even all over, 1 at the rims.", 0.5
     )
     environment_blur: float = _number(
-        0, 1, "How blurred the mirrored room is: 0 shapes can be told, 1 only light and dark.", 0.5
+        0, 1, "How blurred the mirrored room is: 0 shows shapes, 1 only light and dark.", 0.5
     )
     shimmer: float = _number(0, 1, "How many sparkles: 0 none, 1 as close as they come.", 0.0)
     shimmer_size: float = _number(0, 1, "Size of the sparkles: 0 fine dust, 1 coarse glitter.", 0.5)

@@ -44,7 +44,7 @@ class DecodeStats:
 class StreamCopier(Protocol):
     """Takes the rest of the input to the output; see Muxer, which is one.
 
-    dropped, converted: a line each for what the output cannot hold, or not as it was.
+    dropped, converted: one line each for what the output cannot hold, or holds in another form.
     strict: such losses are errors.
     """
 

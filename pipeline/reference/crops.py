@@ -1,4 +1,4 @@
-"""Input and output of the reference nets: crops of lips and eyes, and seven numbers."""
+"""Input and output of the reference nets: a crop of each region, and seven numbers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
 from makeup_video.pipeline.faces.face import PATCH_SPAN, Face
-from makeup_video.pipeline.faces.topology import EYE_CORNERS
-from makeup_video.pipeline.frames.affine import invert
+from makeup_video.pipeline.faces.topology import EYE, EYE_CORNERS, RIGHT_EYE
+from makeup_video.pipeline.frames.affine import AffineArray, invert
 from makeup_video.pipeline.frames.sampling import pixel_places
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.reference.flat_lids import FLAT_WH, flat_lids
@@ -22,39 +22,56 @@ _UNITS = np.array([1, 255, 255, 255, _GLOSS_UNIT, 1, 1], np.float64)
 _DARKEST = 0.05  # least light that is divided out: below it there is only noise
 
 
+def _lips_middle(face: Face) -> np.ndarray:
+    patch = face.lips
+    high, wide = patch.logits.shape
+    middle: np.ndarray = patch.to_px @ [(wide - 1) / 2, (high - 1) / 2, 1]
+    return middle
+
+
+def _eyes_middle(face: Face) -> np.ndarray:
+    middle: np.ndarray = face.points_px[list(EYE_CORNERS), :2].mean(0, dtype=np.float64)
+    return middle
+
+
 @dataclass(frozen=True, slots=True)
 class _Crop:
     """A crop turned with the face, and the input of the net that is sampled from it.
 
-    input_wh, crop_wh: px. span: width of the crop in IOD. rise: how far the centre of the crop lies
-    above that of the lips or the eye corners, in IOD.
+    input_wh, crop_wh: px. span: width of the crop in IOD. middle: of the region, (2,) px of the
+    picture. rise: how far the centre of the crop lies above it, in IOD.
+    needed: points of the face that must lie in the picture.
+    flatten: where in the crop each pixel of the input lies, given the face and the map from the
+    picture to the crop, as `input_places` returns it; None to sample the crop as it is.
     """
 
     input_wh: tuple[int, int]
     crop_wh: tuple[int, int]
     span: float
-    rise: float
+    middle: Callable[[Face], np.ndarray]
+    rise: float = 0.0
+    needed: tuple[int, ...] = ()
+    flatten: Callable[[Face, AffineArray], np.ndarray | None] | None = None
 
 
+# The regions that are read from photos. Each has a net in weights/, reference_NAME.onnx.
 CROPS = {
-    "lips": _Crop((128, 96), (128, 96), 0.9, 0.0),
-    "eyes": _Crop(FLAT_WH, (176, 72), 1.42, -0.01),
+    "lips": _Crop((128, 96), (128, 96), 0.9, _lips_middle),
+    "eyes": _Crop(
+        FLAT_WH, (176, 72), 1.42, _eyes_middle, -0.01, (*EYE, *RIGHT_EYE), flatten=flat_lids
+    ),
 }
 
 
 def crop_around(face: Face, region: str) -> Crop:
-    """The crop of a picture around a region, "lips" or "eyes", turned with the face.
+    """The crop of a picture around a region, a key of CROPS, turned with the face.
 
-    Scale and turn are those of the face's lip patch, for the eyes, too.
+    Scale and turn are those of the face's lip patch, for every region.
     """
     crop, patch = CROPS[region], face.lips
-    high, wide = patch.logits.shape
+    wide = patch.logits.shape[1]
     axes = patch.to_px[:, :2] * (wide / PATCH_SPAN)  # px of the picture per IOD
-    if region == "lips":
-        middle = patch.to_px @ [(wide - 1) / 2, (high - 1) / 2, 1]
-    else:
-        middle = face.points_px[list(EYE_CORNERS), :2].mean(0, dtype=np.float64)
-    middle = middle - axes @ [0, crop.rise]
+    middle = crop.middle(face) - axes @ [0, crop.rise]
     w, h = crop.crop_wh
     linear = axes * (crop.span / w)
     return np.column_stack([linear, middle - linear @ [(w - 1) / 2, (h - 1) / 2]]), crop.crop_wh
@@ -63,10 +80,10 @@ def crop_around(face: Face, region: str) -> Crop:
 def input_places(face: Face, region: str) -> np.ndarray | None:
     """Where in the crop (px) each pixel of a net's input lies, (2, H, W) float32.
 
-    Lips are sampled as they are, lids are laid flat. None when the eyes cannot be seen.
+    Lips are sampled as they are, lids are laid flat. None when the region cannot be seen.
     """
-    if region == "eyes":
-        return flat_lids(face, invert(crop_around(face, region)[0]))
+    if (flatten := CROPS[region].flatten) is not None:
+        return flatten(face, invert(crop_around(face, region)[0]))
     w, h = CROPS[region].input_wh
     return pixel_places((w, h))[:2].reshape(2, h, w)
 
@@ -86,7 +103,7 @@ def read_input(
 ) -> np.ndarray | None:
     """The input of a region's net from a picture, (H, W, 3) uint8.
 
-    None when the eyes are not seen.
+    None when the region cannot be seen.
     """
     places = input_places(face, region)
     if places is None:

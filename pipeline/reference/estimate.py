@@ -1,4 +1,4 @@
-"""Reads a look from a photo: photo -> face -> crops of lips and eyes -> seven numbers each -> Look.
+"""Reads a look from a photo: photo -> face -> a crop of each region -> seven numbers each -> Look.
 
 The crops are sampled, and the light on the face is divided out, exactly as in training (crops.py).
 The other ten settings of a product are those of the finish nearest to the seven numbers. The colour
@@ -9,6 +9,7 @@ import math
 import os
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -17,7 +18,6 @@ from makeup_video.pipeline.errors import PhotoError, UsageError, option
 from makeup_video.pipeline.faces.face import Face, FrameFaces, iod_px, resized
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.net import Net
-from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
 from makeup_video.pipeline.frames.rgb import to_frame
 from makeup_video.pipeline.frames.views import RgbPicture, check_rgb8
 from makeup_video.pipeline.images.photo_file import read_photo
@@ -26,7 +26,7 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.checks import check_face, choose_face, is_inside
 from makeup_video.pipeline.reference.correct_colour import correct_colour
-from makeup_video.pipeline.reference.crops import NUMBERS, read_input, read_numbers
+from makeup_video.pipeline.reference.crops import CROPS, NUMBERS, read_input, read_numbers
 from makeup_video.pipeline.render.scene import SceneLight
 from makeup_video.pipeline.render.scene_light import light_of
 
@@ -39,6 +39,8 @@ BARE_OPACITY, BARE_GLOSS, BARE_REFLECTION = 0.2, 0.4, 0.2
 # Light is read from a copy whose outer eye corners are this far apart, as in training, and that has
 # no more pixels than this. With the eyes 20 px apart, the light is still the same within 1 %.
 _LIGHT_IOD_PX, _LIGHT_PX = 69, 1_000_000
+# By region: what is done to a product after it was read.
+_CORRECTIONS = {"lips": correct_colour}
 
 
 def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
@@ -59,12 +61,8 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     face = choose_face(find_faces(rgb8)) if face is None else face
     check_face(rgb8, face)
     light = photo_light(rgb8, face)
-    lips = _read(rgb8, face, light, "lips")
-    has_eyes = is_inside(rgb8, face, [*EYE, *RIGHT_EYE])
-    return Look(
-        lips=lips and correct_colour(rgb8, face, light, lips),
-        eyes=_read(rgb8, face, light, "eyes") if has_eyes else None,
-    )
+    products: dict[str, Any] = {region: _read(rgb8, face, light, region) for region in CROPS}
+    return Look(**products)
 
 
 def look_from_photo(
@@ -139,11 +137,18 @@ def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
 
 
 def _read(rgb8: np.ndarray, face: Face, light: SceneLight, region: str) -> GraphicsParams | None:
-    """The product of a region; None when it is bare, or its eyes cannot be seen."""
-    read = read_input(RgbPicture(rgb8), face, region, light)
-    if read is None:
+    """The product of a region; None when the region is bare or cannot be seen."""
+    needed = CROPS[region].needed
+    if needed and not is_inside(rgb8, face, needed):
         return None
-    return product_of(read_numbers(lambda rgb8: _net(region)(rgb8)["targets"], read), region)
+    crop = read_input(RgbPicture(rgb8), face, region, light)
+    if crop is None:
+        return None
+    numbers = read_numbers(lambda rgb8: _net(region)(rgb8)["targets"], crop)
+    product = product_of(numbers, region)
+    if product is not None and region in _CORRECTIONS:
+        product = _CORRECTIONS[region](rgb8, face, light, product)
+    return product
 
 
 @cache

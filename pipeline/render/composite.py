@@ -44,7 +44,7 @@ class _Job:
     shade: float
     environment: np.ndarray
     skin_px: float
-    window: Rect
+    rect: Rect
 
 
 class Composite:
@@ -96,7 +96,7 @@ class Composite:
         jobs = [
             job for scene, parts in chosen for part in parts for job in _jobs(item, scene, part)
         ]
-        area_px = sum(job.window.width * job.window.height for job in jobs)
+        area_px = sum(job.rect.width * job.rect.height for job in jobs)
         # hysteresis: otherwise the glitter would flicker between the two sizes
         least_px = _STAYS_SMALL * LARGE_PX if self._is_small else LARGE_PX
         self._is_small = self.level >= QualityLevel.LESS_DETAIL and area_px >= least_px
@@ -142,15 +142,15 @@ class Composite:
             def paint(planes: tuple[np.ndarray, ...], together: list[_Job] = together) -> None:
                 self._paint(item, planes, together)
 
-            windows = [job.window for job in together]
-            self._half.paint(planes, windows, item.frame.chroma, item.coding.max_code, paint)
+            rects = [job.rect for job in together]
+            self._half.paint(planes, rects, item.frame.chroma, item.coding.max_code, paint)
 
     def _paint(self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[_Job]) -> None:
-        windows = [job.window for job in jobs]
-        weights = self._canvas.place(windows, item.frame.chroma, planes[0].dtype)
+        rects = [job.rect for job in jobs]
+        weights = self._canvas.place(rects, item.frame.chroma, planes[0].dtype)
         surfaces = []
         for job, weight in zip(jobs, weights, strict=True):
-            origin_xy = job.window.x, job.window.y
+            origin_xy = job.rect.x, job.rect.y
             job.lit.surface.weigh(weight, origin_xy, job.params.edge_softness, job.shape)
             surfaces.append(_surface(job, weight, item.coding))
         self._canvas.paint(planes, surfaces, item.coding)
@@ -160,9 +160,9 @@ def _half(job: _Job, frame: Frame) -> Iterator[_Job]:
     """A job on the picture at half size; none when nothing of it lies there."""
     lit = half_of(job.lit)
     reach = lit.surface.reach(job.params.edge_softness, job.shape)
-    window = Rect.around(*reach, half_size((frame.width_px, frame.height_px)), frame.chroma)
-    if window is not None:
-        yield replace(job, lit=lit, skin_px=job.skin_px / 2, window=window)
+    rect = Rect.around(*reach, half_size((frame.width_px, frame.height_px)), frame.chroma)
+    if rect is not None:
+        yield replace(job, lit=lit, skin_px=job.skin_px / 2, rect=rect)
 
 
 def _jobs(item: FrameScene, scene: FaceScene, part: _Part) -> Iterator[_Job]:
@@ -173,11 +173,11 @@ def _jobs(item: FrameScene, scene: FaceScene, part: _Part) -> Iterator[_Job]:
     size, block, skin_px = (frame.width_px, frame.height_px), frame.chroma, iod_px(scene.face)
     for lit in surfaces:
         low_xy, high_xy = lit.surface.reach(params.edge_softness, layer.shape)
-        window = Rect.around(low_xy, high_xy, size, block)
-        if window is not None:
+        rect = Rect.around(low_xy, high_xy, size, block)
+        if rect is not None:
             yield _Job(
                 lit, params, layer.shape, amount, scene.light, region.shade(scene.light, lit.mean),
-                environment, skin_px, window,
+                environment, skin_px, rect,
             )  # fmt: skip
 
 
@@ -185,7 +185,7 @@ def _apart(jobs: Iterable[_Job]) -> Iterator[list[_Job]]:
     """The jobs in order, in groups whose rectangles do not overlap."""
     together: list[_Job] = []
     for job in jobs:
-        if any(job.window.overlaps(other.window) for other in together):
+        if any(job.rect.overlaps(other.rect) for other in together):
             yield together
             together = []
         together.append(job)
@@ -198,13 +198,13 @@ def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> PaintedRegion:
     a, b, x, c, d, y = Affine.from_array(surface.grid.to_px)
     along, across = math.hypot(a, c), math.hypot(b, d)  # px of a step on the grid
     turn = (a / along, b / across), (c / along, d / across)
-    to_grid = Affine(a, b, x - job.window.x, c, d, y - job.window.y).inverse()
+    to_grid = Affine(a, b, x - job.rect.x, c, d, y - job.rect.y).inverse()
     # the surface's own axes, in units of the eyes' distance
     units = [along / job.skin_px] * 3 + [across / job.skin_px] * 3
     to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]
-    place = SkinAxes(turn, job.skin_px)
-    product = material(job.params, job.amount, job.light, place, coding, surface.spared, job.shade)
+    axes = SkinAxes(turn, job.skin_px)
+    product = material(job.params, job.amount, job.light, axes, coding, surface.spared, job.shade)
     return PaintedRegion(
-        job.window, weight, job.lit.shading, surface.normals, to_grid, job.lit.mean, to_skin,
+        job.rect, weight, job.lit.shading, surface.normals, to_grid, job.lit.mean, to_skin,
         job.environment, product,
     )  # fmt: skip

@@ -14,7 +14,7 @@ from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.scene import Lit
 
-# Luma px of all windows of a frame. Below, less than a sixth of painting is saved, and it is seen
+# Luma px of all rects of a frame. Below, less than a sixth of painting is saved, and it is seen
 # more.
 LARGE_PX = 30_000
 _TO_HALF: AffineArray = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # px centres at whole numbers
@@ -34,20 +34,18 @@ class HalfSize:
     def paint(
         self,
         planes: tuple[np.ndarray, ...],
-        windows: Sequence[Rect],
+        rects: Sequence[Rect],
         block: tuple[int, int],
         max_code: int,
         paint: Callable[[tuple[np.ndarray, ...]], None],
     ) -> None:
         """Change `planes`, luma first, as `paint` changes what it is given: the same at half size.
 
-        windows: of the planes at half size, where there is something to be painted.
+        rects: of the planes at half size, where there is something to be painted.
         """
         self._make_room(planes)
-        ours = [part for window in windows for part in _parts(self._planes, window, block)]
-        theirs = [
-            part for window in windows for part in _parts(planes, _doubled(window, planes), block)
-        ]
+        ours = [part for rect in rects for part in _parts(self._planes, rect, block)]
+        theirs = [part for rect in rects for part in _parts(planes, _doubled(rect, planes), block)]
         for small, large in zip(ours, theirs, strict=True):
             small[:] = _halved(large)
         before = [small.astype(np.int16) for small in ours]
@@ -66,23 +64,21 @@ def half_size(size_wh: tuple[int, int]) -> tuple[int, int]:
     return -(-size_wh[0] // 2), -(-size_wh[1] // 2)
 
 
-def _doubled(window: Rect, planes: tuple[np.ndarray, ...]) -> Rect:
+def _doubled(rect: Rect, planes: tuple[np.ndarray, ...]) -> Rect:
     """The same in the picture itself, without what an odd size lacks."""
     high, wide = planes[0].shape
-    x, y = 2 * window.x, 2 * window.y
-    return Rect(x, y, min(2 * window.width, wide - x), min(2 * window.height, high - y))
+    x, y = 2 * rect.x, 2 * rect.y
+    return Rect(x, y, min(2 * rect.width, wide - x), min(2 * rect.height, high - y))
 
 
-def _parts(
-    planes: tuple[np.ndarray, ...], window: Rect, block: tuple[int, int]
-) -> list[np.ndarray]:
-    """Views of a window on every plane; NV12 keeps both colours in one."""
+def _parts(planes: tuple[np.ndarray, ...], rect: Rect, block: tuple[int, int]) -> list[np.ndarray]:
+    """Views of a rect on every plane; NV12 keeps both colours in one."""
     across, down = block
     at = np.s_[
-        window.y // down : -(-(window.y + window.height) // down),
-        window.x // across : -(-(window.x + window.width) // across),
+        rect.y // down : -(-(rect.y + rect.height) // down),
+        rect.x // across : -(-(rect.x + rect.width) // across),
     ]
-    return [window.luma(planes), *(plane[at] for plane in planes[1:3])]
+    return [rect.luma(planes), *(plane[at] for plane in planes[1:3])]
 
 
 def _halved(part: np.ndarray) -> np.ndarray:

@@ -233,7 +233,8 @@ def _typical(light: np.ndarray, optics: Optics) -> tuple[np.ndarray, float]:
 
 
 def _sane(gain: np.ndarray, trust: float, optics: Optics) -> np.ndarray:
-    """A light in sRGB's primaries, log (3,) -> log strength and log colour in the frame's, (4,)."""
+    """Bound a light: log (3,) in sRGB's primaries -> log strength and log colour (4,) in the
+    frame's primaries."""
     strength = math.log(np.exp(gain) @ _SRGB_LUMINANCE)
     tint = np.exp(np.clip(trust * (gain - strength), -_TINT, _TINT))
     colour = np.maximum(optics.from_srgb @ tint, 0.1)

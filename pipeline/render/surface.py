@@ -39,7 +39,7 @@ class Surface(Protocol):
         ...
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light on the surface, alike, and its mean."""
+        """Luminance on the grid -> the broad light on the grid, and its mean over the surface."""
         ...
 
     def scaled(self, to_new: AffineArray) -> Self:

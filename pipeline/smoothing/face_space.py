@@ -20,20 +20,20 @@ STABLE = np.array([
     10, 338, 297, 332, 284, 251, 389, 356, 454, 234, 127, 162, 21, 54, 103, 67, 109,
 ])  # fmt: skip
 
-# What two moments of a face are compared by, and what each is smoothed by, apart from the others.
+# Parts of a face that are compared between moments, and smoothed, independently of each other.
 # Of the eyes only the lids are compared: the rings around the lids hardly move in a blink and would
 # hide it. Of the rest every fifth point is enough.
-REGIONS = ("lips", "left lids", "right lids", "rest", "pose", "patch")
-LIPS_REGION, POSE_REGION, PATCH_REGION = 0, 4, 5
+PARTS = ("lips", "left lids", "right lids", "rest", "pose", "patch")
+LIPS_PART, POSE_PART, PATCH_PART = 0, 4, 5
 _REST = np.setdiff1d(np.arange(POINTS), np.concatenate([LIPS, EYE, RIGHT_EYE]))
 _LIDS = len(EYE_CONTOUR)
 _KEY_POINTS = [LIPS, EYE[:_LIDS], RIGHT_EYE[:_LIDS], _REST[::5]]
 _KEYS = (2 * np.concatenate(_KEY_POINTS)[:, None] + [0, 1]).ravel()  # columns of `values`
 _KEY_COUNTS = [len(points) for points in _KEY_POINTS]
-_REGION_OF_POINT = np.full(POINTS, 3)
+_PART_OF_POINT = np.full(POINTS, 3)
 for _region, _points in enumerate((LIPS, EYE, RIGHT_EYE)):
-    _REGION_OF_POINT[_points] = _region
-REGION_OF_COLUMN = np.concatenate([np.repeat(_REGION_OF_POINT, 2), _REGION_OF_POINT])  # of `values`
+    _PART_OF_POINT[_points] = _region
+PART_OF_COLUMN = np.concatenate([np.repeat(_PART_OF_POINT, 2), _PART_OF_POINT])  # of `values`
 _EVERY = 8  # px between samples of the patch along each side; its logits are smoother than that
 # A crop that is off the track's crop by more than this share of its size becomes the track's crop.
 _MOST_OFF = 0.08
@@ -61,7 +61,7 @@ class Readings:
         self.pose = np.zeros((count, 4))
         self.patches = np.zeros((count, *space.patch_hw), np.float32)
         self.keys = np.zeros((count, int(space.key_ends[-1])))
-        self.apart = np.zeros((len(REGIONS), count, count))
+        self.apart = np.zeros((len(PARTS), count, count))
 
 
 class FaceSpace:
@@ -84,8 +84,8 @@ class FaceSpace:
         self.key_ends = np.cumsum([*(2 * n for n in _KEY_COUNTS), 4, sample])
         self.key_starts = np.concatenate([[0], self.key_ends[:-1]])
         self.key_counts = np.array([*_KEY_COUNTS, 1, sample], np.float64)
-        regions = np.repeat(np.arange(len(REGIONS)), np.diff(self.key_ends, prepend=0))
-        self._shares = np.eye(len(REGIONS))[regions] / self.key_counts  # (K, regions)
+        regions = np.repeat(np.arange(len(PARTS)), np.diff(self.key_ends, prepend=0))
+        self._shares = np.eye(len(PARTS))[regions] / self.key_counts  # (K, regions)
 
     def split(self, face: Face, readings: Readings, index: int) -> None:
         """Write the face to `index` of readings of the same track."""
@@ -127,7 +127,7 @@ class FaceSpace:
         return points, LipPatch(logits.reshape(self.patch_hw), to_px.array())
 
     def _compare(self, readings: Readings, index: int) -> None:
-        """Write the keys of a moment, and how far all moments lie from it."""
+        """Write the keys of a moment, and the distances of all moments from it."""
         keys = readings.keys[index]
         keys[: len(_KEYS)] = readings.values[index].take(_KEYS)
         keys[len(_KEYS) : len(_KEYS) + 4] = readings.pose[index]

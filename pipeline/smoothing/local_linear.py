@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from makeup_video.pipeline.smoothing.face_space import LIPS_REGION, PATCH_REGION
+from makeup_video.pipeline.smoothing.face_space import LIPS_PART, PATCH_PART
 
 _TIME_SECONDS = 0.12  # standard deviation of the weight by time
 _SLOPE_SECONDS = 0.04  # the same for the first estimate of the speed
@@ -52,8 +52,8 @@ def local_linear_taps(
     # In units of noise; both moments of a distance are noisy.
     both *= (_FALL / 2) / variance[:, None]
     # A mouth that closes changes little of the patch, but its points move.
-    patch = both[:, PATCH_REGION]
-    np.maximum(patch, both[:, LIPS_REGION], out=patch)
+    patch = both[:, PATCH_PART]
+    np.maximum(patch, both[:, LIPS_PART], out=patch)
     both = np.array(by_time) * np.exp((_FALL * _TOLERANCE - both).clip(_NO_WEIGHT, 0))
     # Take whichever explains more of the window: at rest, a speed would be nothing but noise.
     explained = both.sum(2, keepdims=True) * _MAY_MOVE

@@ -12,9 +12,9 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces, sound_faces, with_faces
 from makeup_video.pipeline.frames.clock import GAP_SECONDS
 from makeup_video.pipeline.smoothing.face_space import (
-    PATCH_REGION,
-    POSE_REGION,
-    REGION_OF_COLUMN,
+    PART_OF_COLUMN,
+    PATCH_PART,
+    POSE_PART,
     FaceSpace,
     Readings,
 )
@@ -26,7 +26,7 @@ from makeup_video.pipeline.smoothing.tracks import Tracks
 # weight by time here, time constant of the live filter.
 SCORE_SECONDS = 0.025
 # (regions, columns) values flattened -> each column from the region that it belongs to.
-_OWN = REGION_OF_COLUMN * len(REGION_OF_COLUMN) + np.arange(len(REGION_OF_COLUMN))
+_OWN = PART_OF_COLUMN * len(PART_OF_COLUMN) + np.arange(len(PART_OF_COLUMN))
 
 
 class SmoothAhead:
@@ -117,9 +117,9 @@ class _TimeWindow:
         ]
         taps = local_linear_taps(readings.apart, from_now, index, self._noise.variance())
         taps32 = taps.astype(np.float32)
-        values = (taps32[:POSE_REGION] @ readings.values).take(_OWN)
-        logits = taps32[PATCH_REGION] @ readings.patches.reshape(self._size, -1)
-        points_px, lips = self.space.join(values, taps[POSE_REGION] @ readings.pose, logits)
+        values = (taps32[:POSE_PART] @ readings.values).take(_OWN)
+        logits = taps32[PATCH_PART] @ readings.patches.reshape(self._size, -1)
+        points_px, lips = self.space.join(values, taps[POSE_PART] @ readings.pose, logits)
         return Face(points_px, min(score, 1.0), min(mouth_visible, 1.0), face.track_id, lips)
 
     def _scores_at(self, now: float) -> tuple[float, float]:

@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from makeup_video.pipeline.smoothing.face_space import LIPS_REGION, POSE_REGION
+from makeup_video.pipeline.smoothing.face_space import LIPS_PART, POSE_PART
 
-# Variances per region of face_space.REGIONS, in its units. _USUAL is taken before there is any
+# Variances per region of face_space.PARTS, in its units. _USUAL is taken before there is any
 # estimate; _LEAST and _MOST bound the estimates: numbers are rounded, and some motion is taken for
 # noise.
 _USUAL = np.array([2e-3, 2e-3, 2e-3, 2e-3, 1e-3, 0.02]) ** 2
@@ -59,8 +59,8 @@ class NoiseLevel:
         self._count += 1
         estimates = np.sort(self._estimates[: self._count], 0)
         variance = np.clip(estimates[len(estimates) // 2], _LEAST, _MOST)
-        others = float(variance[LIPS_REGION + 1 : POSE_REGION].mean())
-        variance[LIPS_REGION] = min(variance[LIPS_REGION], _LIPS_TO_OTHERS * others)
+        others = float(variance[LIPS_PART + 1 : POSE_PART].mean())
+        variance[LIPS_PART] = min(variance[LIPS_PART], _LIPS_TO_OTHERS * others)
         self._variance = variance
 
     def variance(self) -> np.ndarray:

@@ -6,10 +6,10 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces, sound_faces, with_faces
 from makeup_video.pipeline.frames.clock import GAP_SECONDS, EvenTimes
 from makeup_video.pipeline.smoothing.face_space import (
-    LIPS_REGION,
-    PATCH_REGION,
-    POSE_REGION,
-    REGION_OF_COLUMN,
+    LIPS_PART,
+    PART_OF_COLUMN,
+    PATCH_PART,
+    POSE_PART,
     FaceSpace,
     Readings,
 )
@@ -84,9 +84,9 @@ class _Filter:
         self._noise.update(readings.apart, last, self._seconds[: len(last)])
         shares = self._filter(readings.keys[index], step, self._noise.variance())
         values, pose, patch = readings.values[-1], readings.pose[-1], readings.patches[-1]
-        values += shares.astype(np.float32)[REGION_OF_COLUMN] * (readings.values[index] - values)
-        pose += shares[POSE_REGION] * (readings.pose[index] - pose)
-        share = max(shares[LIPS_REGION], shares[PATCH_REGION])
+        values += shares.astype(np.float32)[PART_OF_COLUMN] * (readings.values[index] - values)
+        pose += shares[POSE_PART] * (readings.pose[index] - pose)
+        share = max(shares[LIPS_PART], shares[PATCH_PART])
         patch += np.float32(share) * (readings.patches[index] - patch)
         scores = np.array([face.score, face.mouth_visible])
         self._scores += (1 - math.exp(-step / SCORE_SECONDS)) * (scores - self._scores)

@@ -13,6 +13,7 @@ import zlib
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish
@@ -162,7 +163,8 @@ def look_of(
     """A look of one product, (7,) numbers and ten settings, on one region."""
     numbers = dict(zip(NUMBERS, np.asarray(values, np.float64).tolist(), strict=True))
     params = GraphicsParams(**numbers, **settings)
-    return Look(lips=params) if region == "lips" else Look(eyes=params, zone=zone)
+    products: dict[str, Any] = {region: params}
+    return Look(**products, zone=zone)
 
 
 def number_errors(true: np.ndarray, estimated: np.ndarray) -> np.ndarray:

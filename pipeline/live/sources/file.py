@@ -14,7 +14,7 @@ from makeup_video.pipeline.media.input_file import VideoSource, open_video, pack
 
 _GAP_SECONDS = 10.0  # a longer gap between two frames is an error in the file's times
 _LATE_FRAMES = 3  # frames that are later than so many are dropped, as a camera would
-_FAR_BEHIND_SECONDS = 1.0  # when later than this, decoding skips to the next key frame that is due
+_FAR_BEHIND_SECONDS = 1.0  # beyond this delay, decoding skips to the next key frame that is due
 
 
 class Timeline:

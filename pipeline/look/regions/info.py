@@ -48,12 +48,15 @@ class RegionInfo:
     """A region as people choose it.
 
     name: its key in look files, its field of Look, and the name of its file in render/regions.
-    title: of its tab on the page.  product: what is worn there.  part: what must be seen of a face
-    for it to be painted.  category: a pattern for the words by which shops name such products, in
-    lower case. first_rgb: the colour that the page begins with, sRGB code values 0..255.
-    finishes: by the finish's name a row of numbers in the order of SETTINGS.  remark: what the
-    documents say of them.
-    is_required: look files must have its key, as they did before there were other regions.
+    title: of its tab on the page.
+    product: what is worn there.
+    part: the part of a face that must be visible.
+    category: a pattern for the words by which shops name such products, in lower case.
+    first_rgb: the colour that the page begins with, sRGB code values 0..255.
+    finishes: by the finish's name, a row of numbers in the order of SETTINGS.
+    dials: the settings of its own.
+    remark: what the documents say of the finishes.
+    is_required: True when a look file must have its key, as before there were other regions.
     """
 
     name: str

@@ -31,13 +31,13 @@ class Region(Protocol):
     """Where one product goes on a face."""
 
     def places(self, face: Face) -> list[GridPlace | None]:
-        """Where its surfaces' grids lie on the frame; None for one that is not seen."""
+        """Where the grids of its surfaces lie on the frame; None for a surface that is not seen."""
         ...
 
     def surfaces(
         self, seen: SeenFace, places: Sequence[GridPlace | None]
     ) -> list[LitSurface | None]:
-        """One for each place, in their order; None where there is none."""
+        """The surfaces in the order of their places; None where there is no place."""
         ...
 
     def amount(self, face: Face) -> float:

@@ -135,11 +135,15 @@ class LidSurface:
         )
         np.minimum(there[..., 0], 1, out=out)
         out *= there[..., 1]
-        cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)  # also what is below the lashes
+        cv2.threshold(
+            out, _FAINTEST, 0, cv2.THRESH_TOZERO, out
+        )  # also removes what lies below the lashes
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light, alike, and its mean over the lid:
-        a twin too."""
+        """Luminance on the grid -> the broad light on the grid, and its mean over the lid.
+
+        Also a twin of kernels/surface.cl.
+        """
         is_lid = (self.up > LID_LIGHT_FROM) & (self.up < LID_LIGHT_TO)
         is_lid &= np.abs(self.out) < LID_LIGHT_BESIDE
         (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX)
@@ -195,8 +199,7 @@ class Eyes:
         return 1.0
 
     def shade(self, light: SceneLight, mean: float) -> float:
-        """Lids are skin: where they are darker than the face, less light falls on them, by that
-        much.
+        """Lids are skin: where they are darker than the face, that much less light falls on them.
 
         So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
         """
@@ -232,7 +235,7 @@ def lid_surfaces_of(
 def _eye_place(
     outer_xy: list[float], inner_xy: list[float], up_xy: tuple[float, float]
 ) -> GridPlace | None:
-    """None when it is too narrow."""
+    """The place of one eye's grid; None when the eye is too narrow."""
     (x0, y0), (x1, y1) = outer_xy, inner_xy
     right, down = x0 - x1, y0 - y1
     if not math.hypot(right, down) >= _NARROWEST_PX:

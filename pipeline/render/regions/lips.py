@@ -107,7 +107,9 @@ class LipsSurface:
         return feather * _ODDS_PER_PX
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light, alike, and its mean over the lips: a twin too.
+        """Luminance on the grid -> the broad light on the grid, and its mean over the lips.
+
+        Also a twin of kernels/surface.cl.
 
         Each lip is blurred alone: the upper one is mostly in the shade, and would make a highlight
         of all the lower one.

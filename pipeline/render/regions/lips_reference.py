@@ -18,6 +18,7 @@ from makeup_video.kernels.surface import (
 )
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.frames.affine import invert
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.render.grid import Grid, slopes_along
 from makeup_video.pipeline.render.regions.lips import (
@@ -36,7 +37,7 @@ def lips_surface(face: Face) -> LipsSurface | None:
         return None
     patch = face.lips
     height, width = patch.logits.shape
-    to_patch = cv2.invertAffineTransform(patch.to_px)
+    to_patch = invert(patch.to_px)
     points = face.points_px[LIPS].astype(np.float64)
     px_per_patch = step_px(patch.to_px)
     xy = points[:, :2] @ to_patch[:, :2].T + to_patch[:, 2]

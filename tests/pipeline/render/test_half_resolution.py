@@ -142,13 +142,13 @@ def test_a_face_of_varying_size_keeps_one_resolution(monkeypatch):
     scenes = [large_scene(size_wh=(size, size * 11 // 10)) for size in (400, 396)]
     areas = []
     for scene in scenes:
-        windows = [
-            job.window
+        rects = [
+            job.rect
             for face in scene.faces
             for part in composite._parts(face, BOTH)
             for job in composite_module._jobs(scene, face, part)
         ]
-        areas.append(sum(window.width * window.height for window in windows))
+        areas.append(sum(rect.width * rect.height for rect in rects))
     assert areas[1] < areas[0]
     monkeypatch.setattr(composite_module, "LARGE_PX", areas[0])
     for scene in (scenes[0], scenes[1], scenes[0], scenes[1]):

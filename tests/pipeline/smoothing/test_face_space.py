@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from makeup_video.pipeline.faces.face import POINTS
 from makeup_video.pipeline.faces.topology import EYE, LIPS
 from makeup_video.pipeline.smoothing.face_space import (
-    REGION_OF_COLUMN,
-    REGIONS,
+    PART_OF_COLUMN,
+    PARTS,
     RIGHT_EYE,
     STABLE,
     FaceSpace,
@@ -70,8 +70,8 @@ def test_regions_name_points_once_and_eyes_mirror_each_other():
     named = np.concatenate([LIPS, EYE, RIGHT_EYE])
     assert len(set(named)) == len(named) and named.min() >= 0 and named.max() < POINTS
     assert len(set(STABLE)) == len(STABLE) and not np.isin(STABLE, LIPS).any()
-    assert len(REGION_OF_COLUMN) == 3 * POINTS and set(REGION_OF_COLUMN) == set(range(4))
-    assert len(REGIONS) == 6
+    assert len(PART_OF_COLUMN) == 3 * POINTS and set(PART_OF_COLUMN) == set(range(4))
+    assert len(PARTS) == 6
     straight = HEAD_PX[:12].mean(0)
     mirrored = fit_similarity(straight[EYE] * [-1, 1], straight[RIGHT_EYE])
     off = moved(straight[EYE] * [-1, 1], mirrored) - straight[RIGHT_EYE]

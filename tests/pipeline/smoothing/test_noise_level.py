@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from heads import HEAD_PX, IOD_PX, LOWER_LID, UPPER_LID, face, film, lip_logits, rms, through, xy_px
 from makeup_video.pipeline.faces.topology import LIPS
-from makeup_video.pipeline.smoothing.face_space import POSE_REGION
+from makeup_video.pipeline.smoothing.face_space import POSE_PART
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.pipeline.smoothing.noise_level import NoiseLevel
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
@@ -25,7 +25,7 @@ def test_noise_is_measured_on_still_and_moving_heads(share_of_iod, even):
         lips = np.sqrt(level.variance()[0] / 2) * space._unit  # per axis, px
         assert lips == pytest.approx(sigma, rel=0.15)
     # Of the pose the shake leaves a trace, which must stay well under the noise of a point.
-    assert np.sqrt(level.variance()[POSE_REGION]) * space._unit < 1.5 * sigma
+    assert np.sqrt(level.variance()[POSE_PART]) * space._unit < 1.5 * sigma
 
 
 def test_blinks_and_syllables_are_not_taken_for_noise():
