@@ -43,12 +43,14 @@ def test_a_dataclass_of_options_reaches_the_command_whole():
 def test_apply_and_live_share_every_option_of_the_look():
     commands = get_command(app).commands
     for name in LookOptions.__dataclass_fields__:
-        one, other = (
+        apply_options, live_options = (
             next(param for param in commands[command].params if param.name == name)
             for command in ("apply", "live")
         )
         shared = ("opts", "secondary_opts", "metavar", "help", "default", "rich_help_panel")
-        assert [getattr(one, key) for key in shared] == [getattr(other, key) for key in shared]
+        assert [getattr(apply_options, key) for key in shared] == [
+            getattr(live_options, key) for key in shared
+        ]
 
 
 def test_no_two_options_are_defined_with_the_same_text():
