@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from makeup_video.cli.app import app
 from makeup_video.pipeline import Look, look_from_photo, product
-from makeup_video.pipeline.reference import estimate as reference
+from makeup_video.pipeline.reference import estimate
 from media import decoded, make_clip
 from people import SAMPLES, clip, film, portrait
 from typer.testing import CliRunner
@@ -144,7 +144,7 @@ def reads(monkeypatch):
     """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        monkeypatch.setattr(reference, "look_from_photo", lambda *_: look)
+        monkeypatch.setattr(estimate, "look_from_photo", lambda *_: look)
 
     return pretend
 
@@ -214,7 +214,7 @@ def test_options_are_refused_before_the_photo_is_read(folder, monkeypatch, words
     def fails(*_):
         raise AssertionError("the photo was read")
 
-    monkeypatch.setattr(reference, "look_from_photo", fails)
+    monkeypatch.setattr(estimate, "look_from_photo", fails)
     (folder / "old.png").write_text("precious")
     done = run(PHOTO, "--ref", PHOTO, "-o", "out.png", *words)
     assert done.exit_code == 2, done.output

@@ -13,7 +13,7 @@ import pytest
 from makeup_video.cli.app import app
 from makeup_video.pipeline import GraphicsParams, Look, look_from_photo, product
 from makeup_video.pipeline.look.finishes import in_words
-from makeup_video.pipeline.reference import estimate as reference
+from makeup_video.pipeline.reference import estimate
 from people import SAMPLES, face_of, grey, portrait, put
 from typer.testing import CliRunner
 
@@ -38,7 +38,7 @@ def reads(monkeypatch):
     """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        monkeypatch.setattr(reference, "look_from_photo", lambda *_: look)
+        monkeypatch.setattr(estimate, "look_from_photo", lambda *_: look)
 
     return pretend
 
@@ -240,5 +240,5 @@ def test_yes_overwrites_an_old_look(folder, reads):
 def test_a_photo_and_its_array_give_the_same_colour(folder):
     cv2.imwrite("in.png", portrait()[..., ::-1])
     lips = json.loads(run("in.png", "--json").stdout)["lips"]
-    read = reference.estimate_look(portrait()).lips
+    read = estimate.estimate_look(portrait()).lips
     assert (lips and lips["hex"]) == (read and read.hex)

@@ -97,7 +97,7 @@ class Visit:
     def _heard(self, message: Any) -> None:
         # the browser logs every refused request; the page itself shows the error
         known = ["status of 4"] + ["ERR_CONNECTION_REFUSED"] * self.server_may_stop
-        if message.type in ("error", "warning") and not any(one in message.text for one in known):
+        if message.type in ("error", "warning") and not any(text in message.text for text in known):
             self.faults.append(message.text)
 
     def _asked(self, url: str, origin: str) -> None:

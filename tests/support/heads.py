@@ -47,7 +47,7 @@ def face(points_px, track_id=0, logits=_LOGITS, to_px=None, score=0.9, mouth_vis
     return Face(points_px.astype(np.float32), score, mouth_visible, track_id, patch)
 
 
-def through(stage, items):
+def run_stage(stage, items):
     """All outputs of a stage, in order."""
     out = [result for result in map(stage, items) if result is not None]
     return out + list(getattr(stage, "drain", tuple)())
