@@ -1,22 +1,21 @@
-"""What holds for all tests."""
+"""Settings for all tests."""
 
 import signal
 
 import browser
 from hypothesis import settings
 
-# No test depends on the machine's speed: one that has other things to do takes a second for what
-# takes 10 ms.
+# No test depends on the machine's speed: a busy machine may take a second for 10 ms of work.
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
-# A job in the background may be started with Ctrl-C ignored, and would hand that on: the tests of
-# Ctrl-C would then wait for ever.
+# A background job may start with SIGINT ignored, and child processes inherit that. The tests of
+# Ctrl-C would then wait forever.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_terminal_summary(terminalreporter):
-    """A test that was left out is told of, without any option."""
+    """Report skipped tests of the page, without any option of pytest."""
     skipped = terminalreporter.stats.get("skipped", [])
     left_out = sum(browser.LEFT_OUT in str(report.longrepr) for report in skipped)
     if left_out:

@@ -1,5 +1,4 @@
-"""The pages made from the code say what the code says now, and their pictures are
-there and small."""
+"""Generated pages match the code, and their pictures exist and are small."""
 
 import re
 from dataclasses import fields
@@ -30,7 +29,7 @@ def test_pages_are_what_the_code_writes(maker):
     again = f"run python docs/make/{maker.__name__}.py"
     if maker.__name__ == "make_parameters":
         assert page == maker.text(), again
-    else:  # what follows its last heading is written by people
+    else:  # people write the part after the last heading
         assert page.startswith(maker.text()), again
         assert page == maker.text() + maker.kept_judgement()
 
@@ -55,7 +54,7 @@ def test_no_picture_is_without_a_page():
 
 
 def test_the_results_page_shows_all_of_its_small_pictures():
-    page = DOCS / "results.md"  # measured, so it cannot be written again to compare
+    page = DOCS / "results.md"  # contains measurements, so a second run would differ
     if not page.exists():
         pytest.skip("nothing was measured yet")
     named = re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
@@ -91,7 +90,7 @@ def test_the_readme_begins_with_the_strip():
 
 
 def measured():
-    """Numbers as the bench gives them, of one size and with one round."""
+    """Results as from the bench, for one size and one round."""
     runs = {"fps": 100.0, "fps_spread": [99.0, 101.0], "cpu_ms_per_frame": 12.0}
     beside = {"ratio": 0.5, "ratio_spread": [0.4, 0.6], "not_codec_cpu_ms": 6.0}
     times = {"mean_ms": 2.0, "p50_ms": 1.0, "p95_ms": 3.0, "cpu_mean_ms": 1.0, "cpu_p50_ms": 1.0}
@@ -132,7 +131,7 @@ def test_measured_numbers_fill_the_performance_page(tmp_path):
     assert sorted(shown) == sorted(performance.PICTURES)
     assert all(0 < (tmp_path / name).stat().st_size < 60e3 for name in shown)
     blocks = re.compile(r"(<!-- measured: \w+ -->\n).*?(<!-- end -->)", re.DOTALL)
-    assert blocks.sub(r"\1\2", text) == blocks.sub(r"\1\2", before)  # what people wrote stays
+    assert blocks.sub(r"\1\2", text) == blocks.sub(r"\1\2", before)  # hand-written text stays
     performance.write_page({"faces": measured()["faces"]}, page, tmp_path)
     assert page.read_text(encoding="utf-8") == text
 

@@ -1,4 +1,4 @@
-"""Which room may use which: imports run down the list, never sideways and never up."""
+"""The import rules between rooms: imports run down the list, never sideways, never up."""
 
 import ast
 from functools import cache
@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 
-# A room imports only from lines below its own. Those in one line do not know each other.
+# A room imports only from lines below its own. Rooms on one line do not import each other.
 TOP = (("cli", "training"), ("benchmark",), ("web",), ("pipeline",), ("kernels",))
 PIPELINE = (
     ("offline", "live", "reference"),
@@ -19,7 +19,7 @@ PIPELINE = (
     ("errors",),
 )
 USE_KERNELS = ("frames", "look", "media", "images", "render", "reference")
-# A library is imported in these places alone.
+# The only places that may import a library.
 ONLY_IN = {
     "pyopencl": ("kernels",),
     "onnxruntime": ("pipeline/faces/net.py", "benchmark", "training"),
@@ -43,7 +43,7 @@ ONLY_IN = {
 
 @cache
 def imports(folder):
-    """(path, whole name of what is imported), at any depth of every file."""
+    """(path, full name) of every import in a folder, at any depth of a file."""
     found = []
     for path in sorted((ROOT / folder).rglob("*.py")):
         place = path.relative_to(ROOT).as_posix()

@@ -1,4 +1,4 @@
-"""What is shipped: every folder, every file, one direction of imports, a README that is true."""
+"""The shipped package: every folder and file is listed, and the README is right."""
 
 import ast
 import re
@@ -50,8 +50,8 @@ def test_only_the_listed_modules_use_threads():
         "engine/signals.py",  # only the main thread may set handlers
         "engine/channel.py",  # its lock
         "live/runner.py",
-        "live/sources/device.py",  # is read as long as it is there, whoever fetches
-        "live/sources/file.py",  # only to be woken
+        "live/sources/device.py",  # reads the camera even when nobody fetches frames
+        "live/sources/file.py",  # an event that ends a wait
         "media/mux.py",  # the file's lock
     }
 
@@ -102,7 +102,7 @@ def test_the_sample_media_are_there_and_small():
 
 
 def test_the_wheel_carries_every_source_file(tmp_path):
-    copy = tmp_path / "copy"  # building leaves files behind, and must not pick up old ones
+    copy = tmp_path / "copy"  # a build leaves files behind, and must not include old ones
     for name in (*FOLDERS.values(), "pyproject.toml", "README.md", "LICENSE"):
         if (ROOT / name).is_dir():
             shutil.copytree(ROOT / name, copy / name, dirs_exist_ok=True)

@@ -1,4 +1,4 @@
-"""Nothing is sent and nothing is fetched: the kernel would end a process that tried."""
+"""The product sends nothing and fetches nothing: the kernel ends a process that tries."""
 
 import os
 import re
@@ -20,9 +20,9 @@ pytestmark = pytest.mark.skipif(not sandbox.is_there(), reason="no seccomp filte
 
 
 def run(tmp_path, *command, mode="quiet"):
-    """The command with a home of its own, ended by SIGSYS if it tries to reach a network.
+    """Run the command with its own home; SIGSYS ends a process that uses the network.
 
-    Telemetry that a user has switched on stays off all the same.
+    Telemetry stays off even if the environment switches it on.
     """
     home = {"HOME": str(tmp_path), "XDG_CACHE_HOME": "", "ORT_DISABLE_TELEMETRY": "0"}
     return subprocess.run(
@@ -69,7 +69,7 @@ def test_no_command_opens_an_internet_socket(tmp_path, words):
 
 
 def test_nets_that_stay_loaded_send_nothing_later(tmp_path):
-    """ONNX Runtime would report after some ten seconds, and leave a device's number at once."""
+    """ONNX Runtime would send telemetry after some ten seconds, and store a device id at once."""
     program = (
         "import sys, time, numpy as np\n"
         "from makeup_video.pipeline import find_faces\n"
@@ -103,7 +103,7 @@ def test_a_served_page_only_listens(tmp_path, words):
             if found := re.search(r"http://\S+", line):
                 break
         assert urllib.request.urlopen(found[0]).status == 200
-        time.sleep(1)  # for what a thread in the background may try
+        time.sleep(1)  # gives background threads time to try
         process.send_signal(signal.SIGINT)
         process.stderr.read()
     assert process.returncode == 0

@@ -1,7 +1,7 @@
-"""Guards the speed of the product by counting work, since seconds are noise on a shared machine.
+"""Guards the speed of the product by counting work, since times are noise on a shared machine.
 
-Each limit lies about a tenth above the count at the time when it was set. A change that needs more
-work per frame raises the limit here, and docs/performance.md says what the work buys.
+Each limit was set about a tenth above the count at that time. A change that needs more work per
+frame raises the limit here, and docs/performance.md explains the benefit.
 """
 
 from pathlib import Path
@@ -14,14 +14,14 @@ from people import film
 from work import measure_work
 
 SAMPLE = Path(__file__).parents[1] / "samples" / "in.mp4"
-FRAMES = 40  # for one face, of which a few begin the film
+FRAMES = 40  # one face; the first few frames cost more
 LIMITS = {
     "frames_converted": 0,  # no frame ever becomes RGB
     "net_runs_lips": 1.1,
     "net_runs_eye": 1.1,
     "net_runs_mesh": 0.65,
     "net_runs_detector": 0.2,
-    "kernels_launched": 4,  # one for the surfaces, three that paint, whatever the regions
+    "kernels_launched": 4,  # one for the surfaces and three that paint, for any set of regions
     "calls": 2100,
 }
 
@@ -50,7 +50,7 @@ def test_in_a_larger_frame_only_pixels_cost_more(work, tmp_path):
     more = measure_work(clip, full_look(), FRAMES)
     for name in ("net_runs", "kernels_launched", "calls"):
         assert more[name] <= 1.1 * work[name]
-    # opencv reads only half as many of the larger frame's bytes
+    # OpenCV reads only half as many bytes of the larger frame
     assert more["bytes_converted"] <= 0.75 * 4 * work["bytes_converted"]
 
 

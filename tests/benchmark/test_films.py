@@ -1,4 +1,4 @@
-"""Films to measure with: as long as asked for, without jumps, the face as large as promised."""
+"""Films for measurements: of the requested length, without jumps, with a face of known size."""
 
 from fractions import Fraction
 from itertools import islice, pairwise
@@ -18,7 +18,7 @@ UNIQUE = 40
 
 
 def numbered(index):
-    """A picture that says its number by its grey, which survives encoding."""
+    """A picture whose grey level encodes its number, which survives encoding."""
     return grey(64, 48) // 110 * (20 + 5 * index)
 
 
@@ -28,30 +28,31 @@ def number_of(picture):
 
 def bounce(index, unique):
     """0 1 2 ... n-1 n-2 ... 1 0 1 ..."""
-    at = index % max(2 * (unique - 1), 1)
-    return min(at, 2 * (unique - 1) - at)
+    step = index % max(2 * (unique - 1), 1)
+    return min(step, 2 * (unique - 1) - step)
 
 
 @pytest.fixture(scope="module")
 def numbers(tmp_path_factory):
-    """{count: a film of so many numbered pictures with a keyframe every group}"""
-    folder, made = tmp_path_factory.mktemp("numbers"), {}
+    """{count: a film of `count` numbered pictures, with a keyframe in every group}"""
+    folder, clips = tmp_path_factory.mktemp("numbers"), {}
     for count in (1, 2, 3, 15, 16, 31, UNIQUE):
-        made[count] = folder / f"{count}.mkv"
+        clips[count] = folder / f"{count}.mkv"
         pictures = (
             av.VideoFrame.from_ndarray(numbered(i), format="rgb24").reformat(format="yuv420p")
             for i in range(count)
         )
         options = {"preset": "ultrafast", "crf": "12", "g": str(films._GROUP)}
-        assert films.write_film(made[count], pictures, options) == count
-    return made
+        assert films.write_film(clips[count], pictures, options) == count
+    return clips
 
 
 @pytest.mark.parametrize("unique", [1, 2, 3, 15, 16, 31, UNIQUE])
 def test_frames_play_back_and_forth_without_a_jump(numbers, unique):
     count = 3 * unique + 5
     played = [
-        number_of(one) for one in islice(films._there_and_back(numbers[unique], unique), count)
+        number_of(picture)
+        for picture in islice(films._there_and_back(numbers[unique], unique), count)
     ]
     assert played == [bounce(index, unique) for index in range(count)]
 
@@ -106,8 +107,8 @@ def test_a_clip_without_a_face_is_refused(tmp_path):
 def test_a_damaged_clip_is_refused(tmp_path):
     source = make_clip(tmp_path / "short.mp4", size_wh=(640, 360))
     data = bytearray(source.read_bytes())
-    for at in range(48, len(data) // 2, 64):  # every packet, not the tables at the end
-        data[at : at + 32] = bytes(32)
+    for offset in range(48, len(data) // 2, 64):  # every packet, not the tables at the end
+        data[offset : offset + 32] = bytes(32)
     source.write_bytes(data)
     with pytest.raises(InputError, match=r"short\.mp4 is damaged"):
         films.make_clip(source, tmp_path / "out.mp4", 120, 6)
@@ -135,12 +136,12 @@ def test_the_crop_stays_in_the_picture_where_it_fits(x, y, tall, aspect):
 
 
 def test_a_film_that_loops_can_be_repeated_without_encoding(tmp_path):
-    one = films.make_clip(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
-    assert one.frames == 20
-    film = films.repeat_film(one.path, tmp_path / "long.mp4", 3)
+    short = films.make_clip(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
+    assert short.frames == 20
+    film = films.repeat_film(short.path, tmp_path / "long.mp4", 3)
     assert times_of(film) == [Fraction(n, 30) for n in range(60)]
     assert {data for _, data in packets_of(film, "video")} == {
-        data for _, data in packets_of(one.path, "video")
+        data for _, data in packets_of(short.path, "video")
     }
     lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(film)]
     assert all((a == b).all() for a, b in zip(lumas, lumas[20:], strict=False))

@@ -1,4 +1,4 @@
-"""The counts behind the floor."""
+"""The operation counts behind the performance floor."""
 
 import pytest
 from makeup_video.benchmark import floor

@@ -1,4 +1,4 @@
-"""Comparisons in turn, and their medians. Nothing here is timed."""
+"""Interleaved comparisons and their medians. Nothing here is timed."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""`bench --live`: its sums, and a real run of its processes. Nothing is timed."""
+"""`bench --live`: its arithmetic, and a real run of its processes. Nothing is timed."""
 
 import json
 
@@ -18,7 +18,7 @@ def run(*args):
 
 
 def table(seconds: float, late: float = 0.01) -> np.ndarray:
-    """Frames that came 30 times a second, each stage a millisecond long."""
+    """Frames that arrive 30 times a second; every stage takes a millisecond."""
     count = round(seconds * 30)
     came = 100 + np.arange(count) / 30
     frames = came[:, None] + np.linspace(0, late / 2, len(COLUMNS))
@@ -26,18 +26,18 @@ def table(seconds: float, late: float = 0.01) -> np.ndarray:
     return frames
 
 
-def seen(frames: np.ndarray, late: float = 0.01) -> np.ndarray:
+def viewer_times(frames: np.ndarray, late: float = 0.01) -> np.ndarray:
     return np.array([*((pts, pts / 1e6 + late) for pts in frames[:, 0]), (0, 0.6)])
 
 
 def samples(seconds: float) -> np.ndarray:
-    at = np.arange(0, seconds + 1, 0.5)
-    return np.column_stack([100 + at, 200 + at, 0.3 * at])
+    seconds_in = np.arange(0, seconds + 1, 0.5)
+    return np.column_stack([100 + seconds_in, 200 + seconds_in, 0.3 * seconds_in])
 
 
 def test_latency_runs_from_arrival_to_viewer_after_warm_up():
     frames = table(30)
-    viewed = seen(frames)
+    viewed = viewer_times(frames)
     viewed[: round(WARM_SECONDS * 30), 1] += 5
     got = figures(frames, samples(30), viewed)
     assert got["frames"] == round((30 - WARM_SECONDS) * 30)
@@ -54,7 +54,7 @@ def test_latency_runs_from_arrival_to_viewer_after_warm_up():
 
 def test_a_delay_that_grows_shows_at_the_end():
     frames = table(60)
-    viewed = seen(frames)
+    viewed = viewer_times(frames)
     viewed[:-1, 1] += np.arange(len(frames)) / len(frames) / 10
     got = figures(frames, samples(60), viewed)
     first, last = got["first_seconds_latency_ms"]["p50"], got["last_seconds_latency_ms"]["p50"]
@@ -63,8 +63,8 @@ def test_a_delay_that_grows_shows_at_the_end():
 
 def test_lost_frames_are_counted_where_they_were_lost():
     frames = table(20)
-    frames[100:103, 2:] = np.nan  # a newer one came while another was painted
-    viewed = seen(frames)
+    frames[100:103, 2:] = np.nan  # a newer frame arrived while another was painted
+    viewed = viewer_times(frames)
     viewed = np.delete(viewed, [100, 101, 102, 300, 301, 400], axis=0)
     frames = np.delete(frames, 400, axis=0)  # the camera itself was late
     got = figures(frames, samples(20), viewed)
@@ -74,14 +74,14 @@ def test_lost_frames_are_counted_where_they_were_lost():
 
 
 def test_memory_that_the_system_does_not_report_is_unknown():
-    told = samples(10)
-    told[:, 1] = np.nan
-    got = figures(table(10), told, seen(table(10)))
+    memory = samples(10)
+    memory[:, 1] = np.nan
+    got = figures(table(10), memory, viewer_times(table(10)))
     assert got["memory_mb"] == {"after_10_s": None, "at_end": None}
 
 
 def test_the_steps_of_a_frame_are_listed_in_order():
-    got = figures(table(10), samples(10), seen(table(10)))
+    got = figures(table(10), samples(10), viewer_times(table(10)))
     ways = list(got["ways_ms"])
     assert ways[0] == "arrival to work" and ways[-1] == "to the viewer"
     assert all(spread["p50"] >= 0 for spread in got["ways_ms"].values())

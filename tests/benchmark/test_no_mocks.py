@@ -1,4 +1,4 @@
-"""The benchmark uses settings and observers: no file of the wheel patches anything."""
+"""The benchmark uses settings and observers: no file of the wheel uses mocks."""
 
 import ast
 from pathlib import Path

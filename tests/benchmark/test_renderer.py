@@ -1,4 +1,4 @@
-"""The renderer's part of the bench measures what it says it measures. Nothing here is timed."""
+"""The benchmark of the renderer measures what it reports. Nothing here is timed."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def faces(face_clip):
 
 
 def test_faces_are_found_in_every_frame(faces):
-    assert [len(there) for there in faces] == [1] * FRAMES
+    assert [len(found) for found in faces] == [1] * FRAMES
 
 
 def test_a_larger_frame_holds_the_same_face(face_clip, faces, tmp_path):

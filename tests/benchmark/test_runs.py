@@ -1,4 +1,4 @@
-"""One run of each kind. Nothing here is timed."""
+"""One run of each kind of benchmark. Nothing here is timed."""
 
 import pytest
 from makeup_video.benchmark import harness, runs
@@ -30,23 +30,23 @@ def test_the_bare_loop_encodes_every_frame(tmp_path):
 
 
 def test_the_codec_alone_has_the_threads_of_the_product(tmp_path, monkeypatch):
-    seen = {}
+    threads_of = {}
 
     class Noted(offline.Decoder):
-        def __init__(self, *given, threads, **named):
-            super().__init__(*given, threads=threads, **named)
-            seen["decoder"] = threads
+        def __init__(self, *args, threads, **options):
+            super().__init__(*args, threads=threads, **options)
+            threads_of["decoder"] = threads
 
     class NotedEncoder(offline.VideoEncoder):
-        def __init__(self, *given):
-            super().__init__(*given)
-            seen["encoder"] = self.threads
+        def __init__(self, *args):
+            super().__init__(*args)
+            threads_of["encoder"] = self.threads
 
     monkeypatch.setattr(offline, "Decoder", Noted)
     monkeypatch.setattr(offline, "VideoEncoder", NotedEncoder)
     source = film(tmp_path / "a.mkv", clip(10))
     runs.run_product(source, tmp_path / "out.mp4", LOOK)
-    assert (seen["decoder"], seen["encoder"]) == harness.own_threads()
+    assert (threads_of["decoder"], threads_of["encoder"]) == harness.own_threads()
 
 
 def test_empty_caches_lie_in_the_folder(tmp_path):

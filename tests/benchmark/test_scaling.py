@@ -1,4 +1,4 @@
-"""The cost by faces, threads and length. Nothing here is timed."""
+"""The cost by number of faces, number of threads and film length. Nothing here is timed."""
 
 from collections import Counter
 
@@ -43,24 +43,24 @@ def test_threads_of_codecs_and_of_pocl_are_compared(bench, monkeypatch):
 
 
 def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
-    seen = []
+    runs = []
 
     class Noted(offline.Runner):
-        def __init__(self, source, stages, sink, **named):
-            super().__init__(source, stages, sink, **named)
-            seen[-1] += sink[1].threads, len(self.channels) - 1
+        def __init__(self, source, stages, sink, **options):
+            super().__init__(source, stages, sink, **options)
+            runs[-1] += sink[1].threads, len(self.channels) - 1
 
     class NotedDecoder(offline.Decoder):
-        def __init__(self, *given, threads, **named):
-            super().__init__(*given, threads=threads, **named)
-            seen.append((threads,))
+        def __init__(self, *args, threads, **options):
+            super().__init__(*args, threads=threads, **options)
+            runs.append((threads,))
 
     monkeypatch.setattr(offline, "Runner", Noted)
     monkeypatch.setattr(offline, "Decoder", NotedDecoder)
     film = bench.clip(144).path
     for threads in ((1, 3, 2), (0, 0, 4)):
         scaling._run_with_threads(bench, film, *threads)
-    assert seen == [(1, 3, 2), (0, 0, 4)]
+    assert runs == [(1, 3, 2), (0, 0, 4)]
 
 
 def test_the_memory_of_a_long_film_is_sampled(bench):

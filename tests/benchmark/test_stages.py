@@ -1,4 +1,4 @@
-"""The times of stages, and the bottleneck. Nothing here is timed."""
+"""Times per stage, and the bottleneck. Nothing here is timed."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Fixtures of this folder."""
+"""Fixtures of the command-line tests."""
 
 import pytest
 from media import make_clip

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from makeup_video.cli.app import app
 from makeup_video.pipeline import Look, look_from_photo, product
-from makeup_video.pipeline.reference import estimate as reference
+from makeup_video.pipeline.reference import estimate
 from media import decoded, make_clip
 from people import SAMPLES, clip, film, portrait
 from typer.testing import CliRunner
@@ -69,7 +69,7 @@ def test_the_look_that_is_painted_can_be_saved_and_used_again(folder, words, loo
 
 
 @pytest.mark.parametrize(
-    ("save", "report", "code", "says"),
+    ("save", "report", "code", "message"),
     [
         ("old.json", None, 2, "old.json exists already: add -y"),
         ("base.json", None, 2, "the look file base.json is one of this run's own files"),
@@ -83,7 +83,7 @@ def test_the_look_that_is_painted_can_be_saved_and_used_again(folder, words, loo
         (".", None, 4, "the look file . is a folder"),
     ],
 )
-def test_a_saved_look_never_takes_the_place_of_another_file(folder, save, report, code, says):
+def test_a_saved_look_never_takes_the_place_of_another_file(folder, save, report, code, message):
     Look(lips=product((1, 2, 3), "matte")).save("base.json")
     os.link("base.json", "twin.json")
     (folder / "old.json").write_text("precious")
@@ -92,7 +92,7 @@ def test_a_saved_look_never_takes_the_place_of_another_file(folder, save, report
     yes = [] if save == "old.json" else ["-y"]
     done = run(PHOTO, "--look", "base.json", "-o", "out.png", "--save-look", save, *words, *yes)
     assert done.exit_code == code, done.output
-    assert says in done.output and len(done.output.splitlines()) == 1
+    assert message in done.output and len(done.output.splitlines()) == 1
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
@@ -141,10 +141,10 @@ def test_a_device_that_is_not_there_is_one_line_and_no_file(folder, name, device
 
 @pytest.fixture
 def reads(monkeypatch):
-    """Pretend that this was read from every photo."""
+    """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        monkeypatch.setattr(reference, "look_from_photo", lambda *_: look)
+        monkeypatch.setattr(estimate, "look_from_photo", lambda *_: look)
 
     return pretend
 
@@ -202,7 +202,7 @@ def test_a_photo_without_makeup_is_refused_without_a_colour(folder, reads):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--strength", "2"], "--strength"), (["--zone", "nose"], "--zone"),
         (["--color", "red"], "--color"), (["--finish", "wet"], "--finish"),
@@ -210,15 +210,15 @@ def test_a_photo_without_makeup_is_refused_without_a_colour(folder, reads):
         (["-o", ""], "the name of the output is empty"),
     ],
 )  # fmt: skip
-def test_options_are_refused_before_the_photo_is_read(folder, monkeypatch, words, said):
+def test_options_are_refused_before_the_photo_is_read(folder, monkeypatch, words, message):
     def fails(*_):
         raise AssertionError("the photo was read")
 
-    monkeypatch.setattr(reference, "look_from_photo", fails)
+    monkeypatch.setattr(estimate, "look_from_photo", fails)
     (folder / "old.png").write_text("precious")
     done = run(PHOTO, "--ref", PHOTO, "-o", "out.png", *words)
     assert done.exit_code == 2, done.output
-    assert said in done.output and len(done.output.splitlines()) == 1
+    assert message in done.output and len(done.output.splitlines()) == 1
 
 
 @pytest.mark.parametrize(
@@ -247,8 +247,8 @@ def test_help_names_every_region_finish_and_zone():
     from makeup_video.pipeline.look.regions import REGIONS
     from makeup_video.pipeline.look.regions.eyes import ZONES
 
-    said = " ".join(run("apply", "--help").output.split())
-    assert all(name in said for name in (*REGIONS, *FINISHES, *ZONES))
+    text = " ".join(run("apply", "--help").output.split())
+    assert all(name in text for name in (*REGIONS, *FINISHES, *ZONES))
 
 
 def test_painting_nothing_loads_no_nets_and_no_opencl(folder):

@@ -89,7 +89,7 @@ def test_other_sizes_are_refused(sizes):
 
 
 @pytest.mark.parametrize(
-    ("args", "told"),
+    ("args", "message"),
     [
         (("--seconds", "0"), "--seconds must be 0.5"),
         (("--seconds", "nan"), "--seconds must be 0.5"),
@@ -101,10 +101,10 @@ def test_other_sizes_are_refused(sizes):
         (("--look", "none.json"), "none.json"),
     ],
 )
-def test_wrong_options_are_one_line(args, told):
+def test_wrong_options_are_one_line(args, message):
     done = run(*ARGS, *args)
     assert done.exit_code in (2, 4)
-    assert told in done.stderr and "Traceback" not in done.output
+    assert message in done.stderr and "Traceback" not in done.output
 
 
 def test_a_plot_without_matplotlib_is_refused_at_once(monkeypatch):

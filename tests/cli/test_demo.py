@@ -1,4 +1,4 @@
-"""`makeup-video demo`: it prints the address of the page and succeeds after Ctrl-C."""
+"""`makeup-video demo` prints the address of the page and exits with 0 after Ctrl-C."""
 
 import re
 import signal
@@ -31,8 +31,8 @@ def address(process):
 
 def ended(process, number):
     process.send_signal(number)
-    _, said = process.communicate(timeout=30)
-    return process.returncode, said
+    _, stderr = process.communicate(timeout=30)
+    return process.returncode, stderr
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -70,17 +70,17 @@ def refusal(*args):
 def test_mistakes_are_one_line_before_the_page_is_served(tmp_path):
     cv2.imwrite(str(tmp_path / "wall.png"), grey())
     assert refusal(tmp_path / "none.jpg")[0] == 3
-    code, said = refusal(tmp_path / "wall.png")
-    assert code == 3 and "wall.png: no face was found" in said
+    code, stderr = refusal(tmp_path / "wall.png")
+    assert code == 3 and "wall.png: no face was found" in stderr
     assert refusal("--ref", tmp_path / "none.jpg")[0] == 3
     assert refusal("--look", tmp_path / "none.json")[0] == 2
-    code, said = refusal("--ref", "a.jpg", "--look", "b.json")
-    assert code == 2 and "give one of them" in said
+    code, stderr = refusal("--ref", "a.jpg", "--look", "b.json")
+    assert code == 2 and "give one of them" in stderr
     assert refusal("--port", "70000")[0] == 2
 
 
 def test_a_port_that_is_taken_is_one_line():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        code, said = refusal("--port", port)
-    assert code == 2 and f"port {port} on 127.0.0.1 is taken" in said
+        code, stderr = refusal("--port", port)
+    assert code == 2 and f"port {port} on 127.0.0.1 is taken" in stderr

@@ -13,7 +13,7 @@ import pytest
 from makeup_video.cli.app import app
 from makeup_video.pipeline import GraphicsParams, Look, look_from_photo, product
 from makeup_video.pipeline.look.finishes import in_words
-from makeup_video.pipeline.reference import estimate as reference
+from makeup_video.pipeline.reference import estimate
 from people import SAMPLES, face_of, grey, portrait, put
 from typer.testing import CliRunner
 
@@ -23,7 +23,7 @@ CATALOGUE = "brand,product,shade,hex\n" + "".join(
 )
 WORN = Look(
     lips=product((180, 0, 46), "gloss"), eyes=product((90.4, 70, 60), "sheer", "eyes")
-)  # what a test pretends to have been read
+)  # the look that a test substitutes for the photo's
 
 
 @pytest.fixture
@@ -35,10 +35,10 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.fixture
 def reads(monkeypatch):
-    """Pretend that this was read from every photo."""
+    """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        monkeypatch.setattr(reference, "look_from_photo", lambda *_: look)
+        monkeypatch.setattr(estimate, "look_from_photo", lambda *_: look)
 
     return pretend
 
@@ -85,15 +85,15 @@ def test_products_for_the_lips_are_not_offered_for_the_eyes(folder, reads):
     lines = run(PHOTO, "--catalogue", "lips.csv").output.splitlines()
     assert len([line for line in lines if "Velvet" in line]) == 5
     assert lines[-1] == "      no product in the catalogue is for the eyes"
-    said = json.loads(run(PHOTO, "--catalogue", "lips.csv", "--json").stdout)
-    assert len(said["lips"]["nearest"]) == 5 and said["eyes"]["nearest"] == []
+    result = json.loads(run(PHOTO, "--catalogue", "lips.csv", "--json").stdout)
+    assert len(result["lips"]["nearest"]) == 5 and result["eyes"]["nearest"] == []
 
 
 def test_json_holds_everything_that_is_printed(folder, reads):
     reads(Look(lips=WORN.lips))
-    said = json.loads(run(PHOTO, "--catalogue", "shades.csv", "--json").stdout)
-    assert said["photo"] == str(PHOTO) and said["eyes"] is None
-    lips = said["lips"]
+    result = json.loads(run(PHOTO, "--catalogue", "shades.csv", "--json").stdout)
+    assert result["photo"] == str(PHOTO) and result["eyes"] is None
+    lips = result["lips"]
     assert (lips["hex"], lips["words"]) == ("#B4002E", "glossy, opaque")
     assert GraphicsParams.from_dict(lips["params"]) == WORN.lips
     assert len(lips["nearest"]) == 5
@@ -115,7 +115,7 @@ def test_a_bare_face_adds_one_line_about_it(folder, reads):
      ({"TERM": "dumb"}, False), ({"TERM": "linux"}, False), (None, False)],
 )  # fmt: skip
 def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, colours):
-    """None: no terminal at all. The numbers of a real photo may be any."""
+    """settings None: no terminal. The photo is real, so its numbers are not checked."""
     code = (
         "from makeup_video.cli.estimate import _print\n"
         "params = dict(opacity=1, gloss=0, gloss_roughness=0.5, reflection=0)\n"
@@ -125,16 +125,16 @@ def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, col
     plain = {name: value for name, value in os.environ.items()
              if name not in ("NO_COLOR", "FORCE_COLOR", "COLORTERM")}  # fmt: skip
     if settings is None:
-        said = subprocess.run(words, capture_output=True, check=True, env=plain).stdout
+        output = subprocess.run(words, capture_output=True, check=True, env=plain).stdout
     else:
         screen, terminal = pty.openpty()
         env = {**plain, "TERM": "xterm-256color", **settings}
         subprocess.run(words, stdout=terminal, stdin=subprocess.DEVNULL, check=True, env=env)
         os.close(terminal)
-        said = os.read(screen, 10_000)
+        output = os.read(screen, 10_000)
         os.close(screen)
-    assert (b"\x1b[48;2;180;0;46m" in said) == colours == (b"\x1b" in said)
-    assert len(said.splitlines()) == 3  # a long line is not broken
+    assert (b"\x1b[48;2;180;0;46m" in output) == colours == (b"\x1b" in output)
+    assert len(output.splitlines()) == 3  # a long line is not broken
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ ESCAPES = (
 
 
 def script(*args):
-    """The command in a process of its own, where every photo wears the same."""
+    """The command in its own process, with one fixed look for every photo."""
     code = (
         "import sys; from makeup_video.pipeline import Look, product, reference\n"
         "from makeup_video.cli.main import main\n"
@@ -240,5 +240,5 @@ def test_yes_overwrites_an_old_look(folder, reads):
 def test_a_photo_and_its_array_give_the_same_colour(folder):
     cv2.imwrite("in.png", portrait()[..., ::-1])
     lips = json.loads(run("in.png", "--json").stdout)["lips"]
-    read = reference.estimate_look(portrait()).lips
+    read = estimate.estimate_look(portrait()).lips
     assert (lips and lips["hex"]) == (read and read.hex)

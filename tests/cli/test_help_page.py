@@ -17,7 +17,7 @@ SECTION = re.compile(r"^(\w[\w ]*):\n((?:  .*\n)*)", re.MULTILINE)
 
 
 def help_of(*words, columns=80):
-    """What the command prints on a terminal of this width; CliRunner knows only one of 80."""
+    """The command's output on a terminal of this width; CliRunner supports only 80 columns."""
     text = io.StringIO()
     with redirect_stdout(text), patch.dict(os.environ, COLUMNS=str(columns)):
         app([*words, "--help"], standalone_mode=False)

@@ -1,4 +1,4 @@
-"""`makeup-video inspect`: a drawing, points as JSON, and one line when something is wrong."""
+"""`makeup-video inspect`: a drawing, points as JSON, and errors of one line."""
 
 import json
 import os
@@ -146,9 +146,9 @@ def test_ctrl_c_leaves_a_playable_part_and_the_points_so_far(folder):
     while not (part.exists() and part.stat().st_size > 20000) and time.monotonic() < deadline:
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=30)
+    _, stderr = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert said.splitlines()[-1] == "stopped; out.part.mp4 holds what was done"
+    assert stderr.splitlines()[-1] == "stopped; out.part.mp4 holds what was done"
     assert 0 < len(decoded(part)) < 600
     frames = json.loads((folder / "points.part.json").read_text())["frames"]
     assert len(frames) >= len(decoded(part))

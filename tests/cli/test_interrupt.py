@@ -1,4 +1,4 @@
-"""Ctrl-C at any moment: the exit code, one line, and a part that plays."""
+"""Ctrl-C at any moment: the exit code, one line, and a part file that plays."""
 
 import signal
 import subprocess
@@ -20,14 +20,14 @@ def test_a_second_ctrl_c_keeps_the_part_file(folder, long_clip):
     for _ in range(3):
         process.send_signal(signal.SIGINT)
         time.sleep(0.02)
-    _, said = process.communicate(timeout=30)
+    _, stderr = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert said.splitlines()[-1].startswith("stopped")
+    assert stderr.splitlines()[-1].startswith("stopped")
     assert len(decoded(part)) > 0
 
 
 def test_a_busy_thread_keeps_neither_process_nor_exit_code():
-    """Such a thread reads a large photo that a page sent."""
+    """A thread that reads a large uploaded photo is busy in this way."""
     code = (
         "import time; from makeup_video.cli import main\n"
         "from makeup_video.web.worker import Worker\n"
@@ -37,7 +37,7 @@ def test_a_busy_thread_keeps_neither_process_nor_exit_code():
 
 
 def test_ctrl_c_keeps_its_exit_code_while_python_compiles():
-    """Python remembers such an interruption, and would otherwise end by the signal."""
+    """Python remembers this interruption, and would otherwise exit by the signal."""
     code = (
         "import sys, types; from makeup_video.cli import main\n"
         "def app(**_): exec('raise KeyboardInterrupt')\n"
@@ -51,11 +51,11 @@ def test_an_early_ctrl_c_is_one_line(folder, long_clip, delay):
     process = command(long_clip, "--look", "none", "-o", "out.mp4")
     time.sleep(delay)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=30)
-    if process.returncode == -signal.SIGINT or "site.py" in said or "runpy" in said:
+    _, stderr = process.communicate(timeout=30)
+    if process.returncode == -signal.SIGINT or "site.py" in stderr or "runpy" in stderr:
         pytest.skip("it came before Python had begun to run our code")
     assert process.returncode == 130
-    assert len(said.splitlines()) == 1 and said.startswith("stopped")
+    assert len(stderr.splitlines()) == 1 and stderr.startswith("stopped")
 
 
 @pytest.mark.parametrize("name", [signal.SIGINT, signal.SIGTERM])
@@ -69,16 +69,16 @@ def test_ctrl_c_leaves_a_playable_part_within_two_seconds(folder, long_clip, nam
         time.sleep(0.01)
     process.send_signal(name)
     began = time.monotonic()
-    _, said = process.communicate(timeout=30)
+    _, stderr = process.communicate(timeout=30)
     assert time.monotonic() - began < 2
     assert process.returncode == 130
-    assert said.splitlines()[-1] == f"stopped; out.part{end} holds what was done"
+    assert stderr.splitlines()[-1] == f"stopped; out.part{end} holds what was done"
     assert not (folder / f"out{end}").exists()
     assert 0 < len(decoded(part)) < 400
 
 
 def test_ctrl_c_raised_as_another_error_is_still_a_stop(monkeypatch, capsys):
-    """This happens while a C module is being loaded."""
+    """This happens while Python loads a C module."""
     ended = []
 
     def app(**_):

@@ -8,8 +8,7 @@ import pytest
 from media import decoded, make_clip
 from people import SAMPLES
 
-# The real command; a signal comes when `name` of `where` is called, and is heard before that goes
-# on.
+# The real command, which receives a signal before or after it calls `name` of `where`.
 HOOKED = """
 import importlib, os, signal, sys, time
 from makeup_video.cli import main
@@ -25,7 +24,7 @@ def stop():
     time.sleep(0.5)
 
 def hooked(*words, **more):
-    open("hooked", "w").close()  # shows that this was called at all
+    open("hooked", "w").close()  # proves that the hook was called
     if moment == "before":
         stop()
     done = original(*words, **more)
@@ -69,8 +68,8 @@ FILM = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--sa
     ],
 )
 def test_a_whole_output_ends_with_0_and_all_its_files(folder, where, name, moment, number):
-    code, said = run_hooked(where, name, moment, number, *FILM)
-    assert (code, len(said)) == (0, 1) and said[0].startswith("out.mp4: 12 frames in")
+    code, lines = run_hooked(where, name, moment, number, *FILM)
+    assert (code, len(lines)) == (0, 1) and lines[0].startswith("out.mp4: 12 frames in")
     assert sorted(path.name for path in folder.iterdir()) == [
         "in.mp4",
         "l.json",
@@ -83,24 +82,24 @@ def test_a_whole_output_ends_with_0_and_all_its_files(folder, where, name, momen
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_an_unfinished_output_ends_with_130_and_no_sidecars(folder, number):
     encoder = "makeup_video.pipeline.media.encode:VideoEncoder"
-    code, said = run_hooked(encoder, "__call__", "after", number, *FILM)
-    assert (code, said) == (130, ["stopped; out.part.mp4 holds what was done"])
+    code, lines = run_hooked(encoder, "__call__", "after", number, *FILM)
+    assert (code, lines) == (130, ["stopped; out.part.mp4 holds what was done"])
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.part.mp4"]
 
 
 @pytest.mark.parametrize("moment", ["before", "after"])
 def test_a_stopped_picture_is_whole_or_absent(folder, moment):
     words = (str(SAMPLES / "look.jpg"), "--look", "none", "-o", "out.png", "--report", "r.json")
-    code, said = run_hooked(PART, "rename", moment, "SIGINT", *words)
-    assert (code, said[0].split(":")[0]) == (0, "out.png")
+    code, lines = run_hooked(PART, "rename", moment, "SIGINT", *words)
+    assert (code, lines[0].split(":")[0]) == (0, "out.png")
     still = "makeup_video.pipeline.offline.picture"
-    code, said = run_hooked(still, "encode_picture", moment, "SIGINT", *words, "-y")
-    assert (code, said) == (130, ["stopped"])
+    code, lines = run_hooked(still, "encode_picture", moment, "SIGINT", *words, "-y")
+    assert (code, lines) == (130, ["stopped"])
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.png", "r.json"]
 
 
 def test_points_of_a_whole_drawing_get_their_final_name(folder):
     words = ("inspect", "in.mp4", "-o", "seen.mp4", "--json", "p.json")
-    code, said = run_hooked(PART, "rename", "after", "SIGINT", *words)
-    assert code == 0 and said[-1].startswith("seen.mp4: ")
+    code, lines = run_hooked(PART, "rename", "after", "SIGINT", *words)
+    assert code == 0 and lines[-1].startswith("seen.mp4: ")
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "p.json", "seen.mp4"]

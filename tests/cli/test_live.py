@@ -39,7 +39,7 @@ def lines(done):
 
 
 def reddest(path):
-    """By frame, how far the highest Cr is above the middle, in codes."""
+    """Per frame, the highest Cr above neutral, in codes."""
     return [int(picture.to_ndarray()[-90:].max()) - 128 for picture in decoded(path)]
 
 
@@ -49,9 +49,9 @@ def test_a_film_is_painted_and_recorded_at_clock_times(folder):
     assert [p.name for p in folder.iterdir() if "part" in p.name] == []
     times = np.array([float(t) for t in times_of(folder / "out.mkv")])
     summary = r"(\d+) pictures in [\d.]+ s, [\d.]+ fps, (\d+) dropped; out.mkv got (\d+) of them"
-    told = re.fullmatch(summary, lines(done)[-1])
-    assert times[0] == 0 and len(times) == int(told[1]) == int(told[3])
-    assert len(times) + int(told[2]) == 12  # a busy machine drops some
+    counts = re.fullmatch(summary, lines(done)[-1])
+    assert times[0] == 0 and len(times) == int(counts[1]) == int(counts[3])
+    assert len(times) + int(counts[2]) == 12  # a busy machine drops some frames
     steps = times * 30
     assert np.abs(steps - steps.round()).max() < 0.05  # on the film's own grid
     plain = run("--camera", "in.mkv", "--look", "none", "--no-preview", "-o", "plain.mkv", "-q")
@@ -70,7 +70,7 @@ def test_a_recording_is_only_overwritten_with_y(folder):
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "told"),
+    ("words", "code", "message"),
     [
         (
             ["--camera", "in.mkv", "--color", "#D00020", "--no-preview"],
@@ -88,10 +88,10 @@ def test_a_recording_is_only_overwritten_with_y(folder):
         (["--camera", "in.mkv", "--color", "#D00020", "-o", "in.mkv", "-y"], 2, "in.mkv"),
     ],
 )
-def test_mistakes_are_one_line_before_anything_is_written(folder, words, code, told):
+def test_mistakes_are_one_line_before_anything_is_written(folder, words, code, message):
     done = run(*words, "--no-browser", "--port", "0")
     assert (done.exit_code, len(lines(done))) == (code, 1), done.output
-    assert told in done.output
+    assert message in done.output
     assert sorted(path.name for path in folder.iterdir()) == ["in.mkv"]
 
 
@@ -115,7 +115,7 @@ def test_ctrl_c_is_the_usual_end_and_the_recording_is_whole(folder, name):
         url = process.stderr.readline().split()[0]
         with urllib.request.urlopen(url, timeout=20) as page:
             assert page.status == 200
-        while not (folder / "out.part.mp4").exists():  # it is begun with the first picture
+        while not (folder / "out.part.mp4").exists():  # created with the first picture
             assert process.poll() is None
             time.sleep(0.02)
         while process.poll() is None:
@@ -174,7 +174,7 @@ def test_the_terminal_line_has_speed_delay_and_notices():
 
 
 class ClosedTerminal(io.StringIO):
-    """A terminal whose window was closed: every write fails."""
+    """A terminal whose window is closed: every write fails."""
 
     def isatty(self):
         return True
@@ -204,18 +204,18 @@ def test_the_closing_line_counts_every_output_but_the_page():
 
 @pytest.mark.parametrize("words", [[], ["-o", "out.mkv"], ["-o", "out.mkv", "-q"]])
 def test_a_stream_that_always_refuses_exits_with_4(folder, words):
-    with socket.socket() as closed:  # bound, and never listening
+    with socket.socket() as closed:  # bound, but not listening
         closed.bind(("127.0.0.1", 0))
         url = f"rtmp://127.0.0.1:{closed.getsockname()[1]}/live/s3cr3t"
         done = run(
             "--camera", "in.mkv", "--color", "#D00020", "--no-preview", "--stream", url, *words
         )
     assert done.exit_code == 4
-    told = [line for line in lines(done) if line.startswith("OutputError: rtmp://127.0.0.1: ")]
-    assert len(told) == 1 and "no picture was sent" in told[0] and "s3cr3t" not in done.output
+    errors = [line for line in lines(done) if line.startswith("OutputError: rtmp://127.0.0.1: ")]
+    assert len(errors) == 1 and "no picture was sent" in errors[0] and "s3cr3t" not in done.output
     assert ("rtmp://127.0.0.1 got 0 of them" in done.output) is ("-q" not in words)
     if words:
-        assert decoded(folder / "out.mkv")  # the recording is whole all the same
+        assert decoded(folder / "out.mkv")  # the recording is complete all the same
 
 
 def test_a_sink_that_fails_gives_its_exit_code(folder, monkeypatch):

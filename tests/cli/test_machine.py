@@ -1,4 +1,4 @@
-"""The real command on a machine that lacks something, and with files that disturb C libraries."""
+"""The real command with too little memory or disk, and with files that make C libraries print."""
 
 import os
 import resource
@@ -49,25 +49,27 @@ def run(words, limit=None, **environment):
 @pytest.mark.parametrize("megabytes", [200, 450, 620, 800])
 @pytest.mark.parametrize("words", [PICTURE, FILM, ESTIMATE, INSPECT], ids=lambda words: words[0])
 def test_too_little_address_space_is_one_line(folder, words, megabytes):
-    code, said = run(words, (resource.RLIMIT_AS, megabytes << 20))
-    assert code == 1 and len(said) == 1, said
-    assert said[0].startswith("TooLittleMemoryError: ") and "limit" in said[0]
+    code, lines = run(words, (resource.RLIMIT_AS, megabytes << 20))
+    assert code == 1 and len(lines) == 1, lines
+    assert lines[0].startswith("TooLittleMemoryError: ") and "limit" in lines[0]
     assert list(folder.iterdir()) == []
 
 
 @pytest.mark.parametrize(("words", "megabytes"), [(FILM, 1100), (ESTIMATE, 1000), (COPY, 350)])
 def test_the_line_names_the_figure_that_is_needed(words, megabytes):
-    code, said = run(words, (resource.RLIMIT_AS, megabytes << 20))
-    assert code == 1 and len(said) == 1
-    assert "MB of address space, and this process may take" in said[0] and "ulimit -v" in said[0]
+    code, lines = run(words, (resource.RLIMIT_AS, megabytes << 20))
+    assert code == 1 and len(lines) == 1
+    assert "MB of address space, and this process may take" in lines[0] and "ulimit -v" in lines[0]
 
 
 def test_no_room_for_kernels_is_one_line(folder):
-    """A limit on the size of files stands for a full disk: PoCL and LLVM end the process for it."""
+    """A limit on file sizes stands in for a full disk, on which PoCL and LLVM end the process."""
     limit = (resource.RLIMIT_FSIZE, 100_000)
-    code, said = run(PICTURE, limit, POCL_CACHE_DIR=str(folder / "kernels"), TMPDIR=str(folder))
-    assert code == 4 and len(said) == 1, said
-    assert said[0].startswith("OutputError: the kernels that paint need a folder with 4 MB of room")
+    code, lines = run(PICTURE, limit, POCL_CACHE_DIR=str(folder / "kernels"), TMPDIR=str(folder))
+    assert code == 4 and len(lines) == 1, lines
+    assert lines[0].startswith(
+        "OutputError: the kernels that paint need a folder with 4 MB of room"
+    )
     assert [path.name for path in folder.iterdir()] == ["kernels"]
 
 
@@ -85,14 +87,14 @@ def test_a_kernel_folder_is_removed_also_after_ctrl_c(folder):
 
 
 def png_with(chunk, data):
-    """A PNG with one more chunk behind its header."""
+    """A PNG with an extra chunk after its header."""
     whole = cv2.imencode(".png", np.full((32, 32, 3), 90, np.uint8))[1].tobytes()
     more = struct.pack(">I", len(data)) + chunk + data
     return whole[:33] + more + struct.pack(">I", zlib.crc32(chunk + data)) + whole[33:]
 
 
 def disturbed(suffix):
-    """A picture of that kind with noise in the middle of its data."""
+    """A picture file of this type with noise in the middle of its data."""
     noise = np.random.default_rng(5).integers(0, 256, (64, 64, 3)).astype(np.uint8)
     name = f"disturbed{suffix}"
     Image.fromarray(noise).save(
@@ -112,24 +114,26 @@ def disturbed(suffix):
 def test_libpng_prints_nothing(folder, chunk, data, before):
     (folder / "odd.png").write_bytes(png_with(chunk, data))
     words = [*before, "odd.png", *([] if before else ["--look", "none"]), "-o", "out.png"]
-    code, said = run(words)
-    assert code == 0 and not any("libpng" in line for line in said)
-    assert said[-1].startswith("out.png: one picture")
+    code, lines = run(words)
+    assert code == 0 and not any("libpng" in line for line in lines)
+    assert lines[-1].startswith("out.png: one picture")
 
 
 def test_libjpeg_and_libtiff_print_nothing(folder):
-    code, said = run([disturbed(".jpg"), "--look", "none", "-o", "out.png"])
-    assert len(said) == 1 and said[0].startswith("out.png: one picture" if code == 0 else "Decode")
+    code, lines = run([disturbed(".jpg"), "--look", "none", "-o", "out.png"])
+    assert len(lines) == 1 and lines[0].startswith(
+        "out.png: one picture" if code == 0 else "Decode"
+    )
     tiff = disturbed(".tif")
     for words in (["estimate", tiff], [*PICTURE[:1], "--ref", tiff, "-o", "out2.jpg"]):
-        code, said = run(words)
-        assert code == 3 and len(said) == 1 and said[0].startswith("PhotoError: "), said
+        code, lines = run(words)
+        assert code == 3 and len(lines) == 1 and lines[0].startswith("PhotoError: "), lines
 
 
 def test_debug_shows_what_libraries_print(folder):
     (folder / "odd.png").write_bytes(png_with(b"tIME", b"\0"))
-    _, said = run(["odd.png", "--look", "none", "-o", "out.png", "--debug"])
-    assert "libpng warning: tIME: too short" in said
+    _, lines = run(["odd.png", "--look", "none", "-o", "out.png", "--debug"])
+    assert "libpng warning: tIME: too short" in lines
 
 
 def test_onnx_runtime_stores_nothing_and_sends_nothing(folder):
@@ -139,5 +143,5 @@ def test_onnx_runtime_stores_nothing_and_sends_nothing(folder):
     )
     environment = {**os.environ, "XDG_CACHE_HOME": str(folder / "cache"), "HOME": str(folder)}
     environment.pop("ORT_DISABLE_TELEMETRY", None)
-    told = subprocess.check_output([sys.executable, "-c", code], env=environment, text=True)
-    assert told == "1\n" and list(folder.rglob("*onnxruntime*")) == []
+    output = subprocess.check_output([sys.executable, "-c", code], env=environment, text=True)
+    assert output == "1\n" and list(folder.rglob("*onnxruntime*")) == []

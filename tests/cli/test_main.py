@@ -1,4 +1,4 @@
-"""The command line, run in-process where that is enough and as a real process where it is not."""
+"""The command line, run in-process where possible and as a real process otherwise."""
 
 import json
 import os
@@ -55,9 +55,9 @@ def test_help_and_version_belong_to_the_group():
 )  # fmt: skip
 def test_wrong_options_are_one_line(folder, args):
     process = command(*args)
-    _, said = process.communicate(timeout=60)
+    _, stderr = process.communicate(timeout=60)
     assert process.returncode == 2
-    assert len(said.splitlines()) == 1 and said.startswith("UsageError: ")
+    assert len(stderr.splitlines()) == 1 and stderr.startswith("UsageError: ")
 
 
 @pytest.mark.parametrize(
@@ -112,8 +112,8 @@ def test_quiet_prints_nothing(folder):
 def test_no_encoder_prints_lines_of_its_own(folder, codec):
     end = ".webm" if codec == "vp9" else ".mp4"
     process = command("in.mp4", "--look", "none", "-o", f"out{end}", "--codec", codec)
-    out, said = process.communicate(timeout=60)
-    lines = [line for line in said.splitlines() if not line.startswith("changed: ")]
+    out, stderr = process.communicate(timeout=60)
+    lines = [line for line in stderr.splitlines() if not line.startswith("changed: ")]
     assert out == "" and len(lines) == 1 and lines[0].startswith(f"out{end}: 12 frames")
 
 
@@ -140,7 +140,7 @@ def test_trimming_reads_seconds_and_clock_times(folder):
 
 
 def test_nothing_heavy_is_imported_before_it_is_needed():
-    """A quick start: --help loads no OpenCV, no ONNX Runtime, no OpenCL and no rich."""
+    """--help starts fast: it loads no OpenCV, no ONNX Runtime, no OpenCL and no rich."""
     code = (
         "import sys; from makeup_video.cli.app import app\n"
         "heavy = {'cv2', 'onnxruntime', 'pyopencl', 'av', 'numpy'} & set(sys.modules)\n"

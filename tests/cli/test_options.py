@@ -12,7 +12,7 @@ from makeup_video.cli.app import app
 from makeup_video.cli.look_options import LookOptions
 from makeup_video.cli.options import parse_time, with_options
 from makeup_video.pipeline import Look, PhotoError, UsageError, product
-from makeup_video.pipeline.reference import estimate as reference
+from makeup_video.pipeline.reference import estimate
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -43,12 +43,14 @@ def test_a_dataclass_of_options_reaches_the_command_whole():
 def test_apply_and_live_share_every_option_of_the_look():
     commands = get_command(app).commands
     for name in LookOptions.__dataclass_fields__:
-        one, other = (
+        apply_options, live_options = (
             next(param for param in commands[command].params if param.name == name)
             for command in ("apply", "live")
         )
         shared = ("opts", "secondary_opts", "metavar", "help", "default", "rich_help_panel")
-        assert [getattr(one, key) for key in shared] == [getattr(other, key) for key in shared]
+        assert [getattr(apply_options, key) for key in shared] == [
+            getattr(live_options, key) for key in shared
+        ]
 
 
 def test_no_two_options_are_defined_with_the_same_text():
@@ -80,7 +82,7 @@ def test_the_base_look_is_that_of_a_file_a_photo_or_nothing(tmp_path, monkeypatc
     assert LookOptions().base_look(quiet=True) is None
     assert LookOptions(look="none").base_look(quiet=True) == Look()
     assert LookOptions(look=str(tmp_path / "look.json")).base_look(quiet=True) == lips
-    monkeypatch.setattr(reference, "look_from_photo", lambda *_: lips)
+    monkeypatch.setattr(estimate, "look_from_photo", lambda *_: lips)
     assert LookOptions(ref="a.jpg").base_look(quiet=True) == lips
     assert capsys.readouterr().err == ""
     assert LookOptions(ref="a.jpg").base_look(quiet=False) == lips
@@ -88,7 +90,7 @@ def test_the_base_look_is_that_of_a_file_a_photo_or_nothing(tmp_path, monkeypatc
 
 
 def test_a_bare_photo_needs_a_colour(monkeypatch):
-    monkeypatch.setattr(reference, "look_from_photo", lambda *_: Look())
+    monkeypatch.setattr(estimate, "look_from_photo", lambda *_: Look())
     with pytest.raises(PhotoError, match="add --color"):
         LookOptions(ref="a.jpg").base_look(quiet=True)
     assert LookOptions(ref="a.jpg", color="B02").base_look(quiet=True) == Look()

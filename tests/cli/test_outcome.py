@@ -12,7 +12,7 @@ from media import damage, decoded, make_clip
 
 
 @pytest.mark.parametrize(
-    ("args", "code", "says"),
+    ("args", "code", "message"),
     [
         (["no.mp4", "--look", "none", "-o", "out.mp4"], 3, "InputError: no.mp4 does not exist"),
         (
@@ -63,16 +63,16 @@ from media import damage, decoded, make_clip
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--report", "old.mp4"], 2, "add -y"),
     ],
 )
-def test_mistakes_are_one_line_and_the_documented_exit_code(folder, args, code, says):
+def test_mistakes_are_one_line_and_the_documented_exit_code(folder, args, code, message):
     (folder / "look.json").write_text(json.dumps(LOOK))
     (folder / "bad.json").write_text(json.dumps({**LOOK, "lips": {**LOOK["lips"], "gloss": -1}}))
     (folder / "old.mp4").write_text("precious")
-    says = "lips.gloss must be" if says == "lips.glos" else says
+    message = "lips.gloss must be" if message == "lips.glos" else message
     before = (folder / "in.mp4").read_bytes()
     result = run(*args)
     assert result.exit_code == code, result.output
     lines = [line for line in result.output.splitlines() if "Error" in line]
-    assert len(lines) == 1 and says in lines[0]
+    assert len(lines) == 1 and message in lines[0]
     assert "Traceback" not in result.output
     assert (folder / "in.mp4").read_bytes() == before
     assert (folder / "old.mp4").read_text() == "precious"
@@ -111,16 +111,16 @@ def test_damaged_input_is_done_as_far_as_possible(folder):
 
 
 def test_a_full_disk_is_one_line_and_leaves_no_file(folder, long_clip):
-    """A limit on the size of files stands for a full disk; the error is much the same."""
+    """A limit on file sizes stands in for a full disk; the error is almost the same."""
 
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
 
     process = command(long_clip, "--look", "none", "-o", "out.mp4", preexec_fn=limit)
-    _, said = process.communicate(timeout=60)
+    _, stderr = process.communicate(timeout=60)
     assert process.returncode == 4
-    assert said.startswith("OutputError: out.part.mp4 cannot be written: ")
-    assert len(said.splitlines()) == 1
+    assert stderr.startswith("OutputError: out.part.mp4 cannot be written: ")
+    assert len(stderr.splitlines()) == 1
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4"]
 
 
@@ -134,9 +134,9 @@ def test_a_really_full_disk(folder, long_clip, end):
         pytest.skip("mounting is not allowed here; the test above limits the file instead")
     try:
         process = command(long_clip, "--look", "none", "-o", f"small/out{end}")
-        _, said = process.communicate(timeout=60)
+        _, stderr = process.communicate(timeout=60)
         assert process.returncode == 4
-        assert "No space left on device" in said and len(said.splitlines()) == 1
+        assert "No space left on device" in stderr and len(stderr.splitlines()) == 1
         assert list((folder / "small").iterdir()) == []
     finally:
         subprocess.run(["umount", "small"], check=True)

@@ -1,4 +1,4 @@
-"""How far a run is, on a terminal and elsewhere."""
+"""Progress of a run, on a terminal and elsewhere."""
 
 import os
 import pty
@@ -14,12 +14,12 @@ def test_the_progress_counts_only_what_the_trim_keeps(folder):
 
     from makeup_video.pipeline import Settings, process_video
 
-    src, seen = make_clip(folder / "long.mp4", frames=300), []
+    src, totals = make_clip(folder / "long.mp4", frames=300), []
     settings = Settings(start_seconds=Fraction(2), end_seconds=Fraction(5))
     process_video(
-        src, folder / "o.mp4", None, settings, lambda d, expected, r: seen.append(expected)
+        src, folder / "o.mp4", None, settings, lambda d, expected, r: totals.append(expected)
     )
-    assert set(seen) <= {90}
+    assert set(totals) <= {90}
 
 
 def test_on_a_terminal_a_bar_shows_frames_speed_and_time_left(folder, long_clip):

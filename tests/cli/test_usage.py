@@ -1,4 +1,4 @@
-"""Mistyped commands and options: one line that says what was meant and which help to read."""
+"""Mistyped commands and options: one line with a suggestion and the help page to read."""
 
 import subprocess
 import sys
@@ -9,7 +9,7 @@ MODULES = ("makeup_video", "makeup_video.cli")
 
 
 def run(*words, module="makeup_video.cli"):
-    """The exit code and the only line of the real command."""
+    """The exit code and the single output line of the real command."""
     done = subprocess.run(
         [sys.executable, "-m", module, *words], capture_output=True, text=True, check=False
     )

@@ -1,4 +1,4 @@
-"""One case: a damaged file, and what is done with it. All follows from kind, seed and number."""
+"""One case: a damaged file and what is run on it, all derived from kind, seed and number."""
 
 import shlex
 from collections.abc import Sequence
@@ -28,12 +28,13 @@ _OLD_SHARE = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """What is run, and on what.
+    """A damaged file, and how the product is run on it.
 
-    action: "film" and "picture" call process_video, "photo" and "bytes" look_from_photo, "look" and
-    "catalogue" read a text file.  by_command: `makeup-video` itself is run, for its exit code and
-    what it says.  has_old: a file stands where the output goes, and -y is given.
-    options: those of the command, without dashes; None for one without a value.
+    damage: the mutations that were applied, as text.  action: "film" and "picture" call
+    process_video, "photo" and "bytes" look_from_photo, "look" and "catalogue" read a text file.
+    by_command: run `makeup-video` itself, to check its exit code and its messages.
+    has_old: an older output file exists, and -y is given.
+    options: options of the command, without dashes; the value is None for a flag.
     """
 
     kind: str
@@ -41,7 +42,7 @@ class Case:
     number: int
     name: str
     data: bytes
-    told: str
+    damage: str
     action: str
     output: str | None = None
     paints: bool = False
@@ -59,7 +60,7 @@ class Case:
 
     @property
     def words(self) -> list[str]:
-        """The command's arguments, for a run in the folder that the input lies in."""
+        """The command's arguments, for a run in the folder of the input."""
         if self.action in ("photo", "bytes"):
             return ["estimate", self.input]
         if self.action == "look":
@@ -80,15 +81,17 @@ class Case:
 
 
 def make_case(kind: str, seed: str, number: int, seeds: Seeds, as_is: bool = False) -> Case:
-    """Case `number`. as_is: one of the whole files in turn, and nothing odd is asked for."""
+    """Case `number`. as_is: take the undamaged files in turn, without unusual options."""
     r = Random(f"{seed}/{number}")
     names = tuple(seeds.files)
     name = names[number % len(names)] if as_is else r.choice(names)
-    data, told = seeds.files[name], "as it is"
+    data, damage = seeds.files[name], "as it is"
     if not as_is:
-        data, told = _damaged(r, name, data, tuple(seeds.files.values()))
+        data, damage = _damaged(r, name, data, tuple(seeds.files.values()))
     action = _action(r, kind, name)
-    case = Case(kind=kind, seed=seed, number=number, name=name, data=data, told=told, action=action)
+    case = Case(
+        kind=kind, seed=seed, number=number, name=name, data=data, damage=damage, action=action
+    )
     if action in ("film", "picture"):
         case = _with_output(r, case, as_is)
     by_command = r.random() < _COMMAND_SHARE * (0.5 if kind == "text" else 1)

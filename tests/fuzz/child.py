@@ -1,4 +1,4 @@
-"""What a case's own process does: run the product once, and say how it ended."""
+"""The process of one case: runs the product once and returns the outcome."""
 
 import gc
 import json
@@ -22,9 +22,10 @@ _LIPS_RGB, _EYES_RGB = (180, 0, 46), (60, 80, 150)
 
 @dataclass(frozen=True)
 class Answer:
-    """outcome: "done", "damaged" (done, with what could be decoded), "refused CLASS" or FAULT.
+    """The outcome of one run.
 
-    detail: the message, or the traceback.  report: what `Report.to_dict` says, None without one.
+    outcome: "done", "damaged" (done with the decodable part), "refused CLASS" or FAULT.
+    detail: the message or the traceback.  report: `Report.to_dict()`, or None.
     """
 
     outcome: str
@@ -33,7 +34,7 @@ class Answer:
 
 
 def warm_up() -> None:
-    """Import what cases need, before any is forked off: no thread, no net and no OpenCL yet."""
+    """Import what cases need before the first fork, without starting a thread, a net or OpenCL."""
     import cv2
     import makeup_video.cli.app
     import makeup_video.cli.progress
@@ -45,26 +46,26 @@ def warm_up() -> None:
     Image.init()
     cv2.setNumThreads(1)
     gc.collect()
-    gc.freeze()  # children would copy the memory of every object that the collector looks at
+    gc.freeze()  # otherwise children would copy the memory of every object the collector visits
 
 
 def compile_kernels(kind: str, files: Mapping[str, bytes]) -> None:
-    """Paint everybody there is once. What OpenCL compiles stays on disk: no case waits."""
+    """Paint every seed with a face once: OpenCL caches its kernels on disk, so no case waits."""
     faces = [name for name, film in FILMS.items() if film.has_face] if kind == "video" else []
     faces += ["plain.png"] if kind == "photo" else []
     for name in faces:
         action, end = ("film", ".mkv") if kind == "video" else ("picture", ".png")
         with TemporaryDirectory() as folder, chdir(folder):
             case = Case(
-                kind=kind, seed="", number=0, name=name, data=files[name], told="", action=action,
+                kind=kind, seed="", number=0, name=name, data=files[name], damage="", action=action,
                 output=f"out{end}", paints=True,
             )  # fmt: skip
             Path(case.input).write_bytes(case.data)
-            run(case)  # what is wrong here, a case will tell
+            run(case)  # the cases report any fault
 
 
 def run(case: Case) -> Answer:
-    """By the public API, in the current folder. Whatever it raises is an answer."""
+    """Run the case through the public API, in the current folder. Any exception is an answer."""
     from makeup_video.pipeline.errors import InstallError, MakeupVideoError
 
     try:
@@ -75,33 +76,33 @@ def run(case: Case) -> Answer:
         if len(str(error).splitlines()) != 1:
             return Answer(FAULT, f"not one line: {type(error).__name__}: {str(error)!r}")
         return Answer(f"refused {type(error).__name__}", str(error))
-    except BaseException:  # noqa: BLE001  # MemoryError and SystemExit, too, are found here
+    except BaseException:  # noqa: BLE001  # MemoryError and SystemExit are faults, too
         return Answer(FAULT, traceback.format_exc())
 
 
 def run_command(case: Case) -> None:
-    """`makeup-video` as users run it; ends the process by SystemExit, or otherwise."""
+    """Run `makeup-video` as users do; this ends the process, as a rule by SystemExit."""
     from makeup_video.cli.main import main
 
     sys.argv = ["makeup-video", *case.words]
     main()
 
 
-def answer_of_command(code: int, said: str, place: Path) -> Answer:
-    """The answer that a command gave: its exit code, what it printed, its report in `place`."""
+def answer_of_command(code: int, stderr: str, place: Path) -> Answer:
+    """The answer of a command, from its exit code, its stderr and its report in `place`."""
     from makeup_video.pipeline import errors
 
-    lines, file = said.splitlines(), place / REPORT
+    lines, file = stderr.splitlines(), place / REPORT
     if code in (0, 5):
         report = json.loads(file.read_text()) if file.exists() else None
-        return Answer("done" if code == 0 else "damaged", said, report)
+        return Answer("done" if code == 0 else "damaged", stderr, report)
     if code not in (2, 3, 4, 6):
-        return Answer(FAULT, f"exit code {code}: {said}")
+        return Answer(FAULT, f"exit code {code}: {stderr}")
     names = [line.partition(":")[0] for line in lines]
     ours = [name for name in names if hasattr(errors, name)]
     if len(ours) != 1:
-        return Answer(FAULT, f"exit code {code} with {len(ours)} lines of ours: {said}")
-    return Answer(f"refused {ours[0]}", said)
+        return Answer(FAULT, f"exit code {code} with {len(ours)} lines of ours: {stderr}")
+    return Answer(f"refused {ours[0]}", stderr)
 
 
 def _film(case: Case) -> Answer:

@@ -1,4 +1,4 @@
-"""Small, odd films and animations, made at run time: what video cases begin from."""
+"""Small, unusual films and animations, made at run time: the seeds of video cases."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -16,9 +16,9 @@ from av.subtitles.subtitle import SubtitleSet
 from media import add_video, encode_frames, picture, tone
 from people import portrait
 
-# The same bytes each time: no random identifiers, no dates.
+# Write the same bytes each time: no random identifiers, no dates.
 _BITEXACT = {"fflags": "+bitexact"}
-# Nor does it matter how many cores there are.
+# The number of cores must not change the bytes either.
 _ONE_THREAD = {
     "hevc": {"x265-params": "log-level=none:pools=1:frame-threads=1"},
     "av1": {"svtav1-params": "lp=1"},
@@ -34,14 +34,14 @@ _TITLES = ((20, 150, "One"), (190, 120, "Grüße — 你好"))  # ms, ms, text
 
 @dataclass(frozen=True, kw_only=True)
 class Film:
-    """One seed: what its tracks are, in their order, and how they are written.
+    """One seed: its streams and how they are written.
 
-    tracks: "video", "title CODEC" or "sound CODEC", in the order of the file.  sound_first: the
-    packets of the sound come before those of the picture.  has_face: it shows somebody to paint.
+    streams: "video", "title CODEC" or "sound CODEC", in the order of the file.
+    sound_first: audio packets precede video packets.  has_face: the film shows a face to paint.
     """
 
     codec: str = "h264"
-    tracks: Sequence[str] = ("video", "sound aac")
+    streams: Sequence[str] = ("video", "sound aac")
     pts: Iterable[int] = range(10)
     rate: int = 48000
     layout: str = "stereo"
@@ -59,9 +59,9 @@ class Film:
     video: dict[str, Any] = field(default_factory=dict)
 
     def write(self, path: Path) -> None:
-        """Raises FFmpeg's error, or ValueError, where this build cannot write it."""
+        """Raises FFmpeg's error or ValueError where this build cannot write the film."""
         with av.open(str(path), "w", container_options={**_BITEXACT, **self.container}) as out:
-            streams = [self._add(out, track) for track in self.tracks]
+            added = [self._add(out, text) for text in self.streams]
             if self.attachment:
                 out.add_attachment("font.ttf", "font/ttf", b"not really a font" * 10)
             cover = self._add_cover(out) if self.cover else None
@@ -70,15 +70,15 @@ class Film:
                 out.set_chapters(_chapters())
             if cover is not None:
                 out.mux_one(cover)
-            for track, stream in sorted(zip(self.tracks, streams, strict=True), key=self._turn):
-                self._fill(out, track, stream)
+            for text, stream in sorted(zip(self.streams, added, strict=True), key=self._turn):
+                self._fill(out, text, stream)
 
     def _turn(self, pair: tuple[str, Any]) -> int:
         order = ("sound", "video", "title") if self.sound_first else ("video", "sound", "title")
         return order.index(pair[0].split()[0])
 
-    def _add(self, out: Any, track: str) -> Any:
-        kind, _, codec = track.partition(" ")
+    def _add(self, out: Any, text: str) -> Any:
+        kind, _, codec = text.partition(" ")
         if kind == "video":
             return self._add_video(out)
         if kind == "sound":
@@ -106,12 +106,12 @@ class Film:
             stream.set_display_rotation(self.rotation_degrees)
         return stream
 
-    def _fill(self, out: Any, track: str, stream: Any) -> None:
+    def _fill(self, out: Any, text: str, stream: Any) -> None:
         pts = list(self.pts)
         seconds = float((pts[-1] + 1) * (self.video.get("time_base") or Fraction(1, 30)))
-        if track == "video":
+        if text == "video":
             encode_frames(out, stream, pts, change=_face if self.has_face else None)
-        elif track.startswith("sound"):
+        elif text.startswith("sound"):
             tone(out, stream, seconds)
         else:
             _write_titles(out, stream)
@@ -176,7 +176,7 @@ def _write_plain(path: Path, encoder: str, pix_fmt: str, rate: int = 10) -> None
 
 
 def _greys(index: int) -> av.VideoFrame:
-    """With a palette, as GIF wants it."""
+    """A frame with a palette, as GIF requires."""
     grey = np.mgrid[0:48, 0:64].sum(0) * 2 + 5 * index
     palette = np.repeat(np.arange(256, dtype=np.uint8)[:, None], 4, axis=1)
     palette[:, 0] = 255
@@ -189,7 +189,7 @@ _LATE = {"time_base": Fraction(1, 600)}
 
 FILMS: dict[str, Film] = {
     "h264_aac.mp4": Film(has_face=True, options=_B_FRAMES, tags={"title": "A film", "genre": "x"}),
-    "sound_first.mp4": Film(tracks=("sound aac", "video"), sound_first=True),
+    "sound_first.mp4": Film(streams=("sound aac", "video"), sound_first=True),
     "late_edit.mp4": Film(options=_B_FRAMES, video=_LATE, pts=range(700, 900, 20)),
     "vfr_turned.mp4": Film(
         video={**_LATE, "size_wh": (98, 66)}, pts=(0, 20, 30, 90, 130, 131, 200),
@@ -202,56 +202,57 @@ FILMS: dict[str, Film] = {
         container={"movflags": "frag_keyframe+empty_moov+default_base_moof"},
     ),
     "two_sounds.mp4": Film(
-        has_face=True, tracks=("video", "sound aac", "sound ac3", "title mov_text")
+        has_face=True, streams=("video", "sound aac", "sound ac3", "title mov_text")
     ),
     "chapters.mp4": Film(
         chapters=True, tags={"title": "Parts", "own_tag": "x"},
         container={"movflags": "faststart+use_metadata_tags"},
     ),
     "cover.mp4": Film(cover=True),
-    "odd_444.mp4": Film(video={"size_wh": (65, 49), "pix_fmt": "yuv444p"}, tracks=("video",)),
+    "odd_444.mp4": Film(video={"size_wh": (65, 49), "pix_fmt": "yuv444p"}, streams=("video",)),
     "prores.mov": Film(
-        codec="prores", video={"pix_fmt": "yuv422p10le"}, tracks=("video", "sound pcm_s16le"),
+        codec="prores", video={"pix_fmt": "yuv422p10le"}, streams=("video", "sound pcm_s16le"),
         pts=range(4), video_tags={"timecode": "01:02:03:04"},
     ),
     "prores_alpha.mov": Film(
         codec="prores", video={"pix_fmt": "yuva444p10le"}, options={"profile": "4444"},
-        tracks=("video",), pts=range(4),
+        streams=("video",), pts=range(4),
     ),
-    "timecode.mov": Film(video_tags={"timecode": "10:00:00:00"}, tracks=("video", "sound alac")),
+    "timecode.mov": Film(video_tags={"timecode": "10:00:00:00"}, streams=("video", "sound alac")),
     "qtrle_alpha.mov": Film(
-        codec="qtrle", video={"pix_fmt": "argb"}, tracks=("video",), pts=range(3)
+        codec="qtrle", video={"pix_fmt": "argb"}, streams=("video",), pts=range(3)
     ),
     "ffv1.mkv": Film(
-        codec="ffv1", video={"pix_fmt": "yuv422p10le"}, tracks=("video", "sound flac"), pts=range(6)
+        codec="ffv1", video={"pix_fmt": "yuv422p10le"}, streams=("video", "sound flac"),
+        pts=range(6),
     ),
-    "title_first.mkv": Film(tracks=("title subrip", "sound libopus", "video"), chapters=True),
+    "title_first.mkv": Film(streams=("title subrip", "sound libopus", "video"), chapters=True),
     "ass_font.mkv": Film(
-        has_face=True, tracks=("video", "sound libmp3lame", "title ass"), attachment=True,
+        has_face=True, streams=("video", "sound libmp3lame", "title ass"), attachment=True,
         options=_B_FRAMES,
     ),
     "fields.mkv": Film(interlaced=True, options={"preset": "veryfast", "x264-params": "tff=1"}),
-    "hevc_pcm.mkv": Film(codec="hevc", tracks=("video", "sound pcm_s24le"), layout="mono"),
-    "two_videos.mkv": Film(tracks=("video", "sound ac3", "video"), pts=range(8)),
+    "hevc_pcm.mkv": Film(codec="hevc", streams=("video", "sound pcm_s24le"), layout="mono"),
+    "two_videos.mkv": Film(streams=("video", "sound ac3", "video"), pts=range(8)),
     "vp9.webm": Film(
-        has_face=True, codec="vp9", tracks=("video", "sound libopus"), options={"g": "5"}
+        has_face=True, codec="vp9", streams=("video", "sound libopus"), options={"g": "5"}
     ),
-    "vp9_alpha.webm": Film(codec="vp9", video={"pix_fmt": "yuva420p"}, tracks=("video",)),
-    "webvtt.webm": Film(codec="vp9", tracks=("video", "sound libopus", "title webvtt")),
-    "av1.webm": Film(codec="av1", tracks=("video",)),
-    "mpeg4.avi": Film(codec="mpeg4", tracks=("video", "sound libmp3lame")),
+    "vp9_alpha.webm": Film(codec="vp9", video={"pix_fmt": "yuva420p"}, streams=("video",)),
+    "webvtt.webm": Film(codec="vp9", streams=("video", "sound libopus", "title webvtt")),
+    "av1.webm": Film(codec="av1", streams=("video",)),
+    "mpeg4.avi": Film(codec="mpeg4", streams=("video", "sound libmp3lame")),
     "mjpeg.avi": Film(
-        codec="mjpeg", video={"pix_fmt": "yuvj420p"}, tracks=("video", "sound pcm_s16le"),
+        codec="mjpeg", video={"pix_fmt": "yuvj420p"}, streams=("video", "sound pcm_s16le"),
     ),
-    "h264_b.avi": Film(options=_B_FRAMES, tracks=("video", "sound ac3")),
+    "h264_b.avi": Film(options=_B_FRAMES, streams=("video", "sound ac3")),
     "h264_aac.ts": Film(has_face=True, options={"g": "5"}),
-    "two_sounds.ts": Film(tracks=("sound mp2", "video", "sound aac"), sound_first=True),
-    "mpeg4.flv": Film(tracks=("video", "sound libmp3lame"), rate=44100),
-    "sound_first.flv": Film(tracks=("sound aac", "video"), sound_first=True),
-    "h264.mxf": Film(tracks=("video", "sound pcm_s16le"), video={"rate": 25}, options={"g": "6"}),
-    "mpeg4.nut": Film(codec="mpeg4", tracks=("video", "sound pcm_s16le")),
-    "bare.h264": Film(tracks=("video",), options={"g": "5"}),
-    "bare.ivf": Film(codec="vp9", tracks=("video",)),
+    "two_sounds.ts": Film(streams=("sound mp2", "video", "sound aac"), sound_first=True),
+    "mpeg4.flv": Film(streams=("video", "sound libmp3lame"), rate=44100),
+    "sound_first.flv": Film(streams=("sound aac", "video"), sound_first=True),
+    "h264.mxf": Film(streams=("video", "sound pcm_s16le"), video={"rate": 25}, options={"g": "6"}),
+    "mpeg4.nut": Film(codec="mpeg4", streams=("video", "sound pcm_s16le")),
+    "bare.h264": Film(streams=("video",), options={"g": "5"}),
+    "bare.ivf": Film(codec="vp9", streams=("video",)),
 }  # fmt: skip
 
 ANIMATIONS: dict[str, Callable[[Path], None]] = {

@@ -1,4 +1,4 @@
-"""Damage to a file, drawn by a random generator: the same generator damages it the same way."""
+"""Random damage to a file; a generator in the same state does the same damage."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -7,13 +7,13 @@ from random import Random
 
 Mutation = Callable[[Random, bytes], bytes]
 
-# Where programs count, compare or allocate.
+# Limits at which programs count, compare or allocate wrongly.
 NUMBERS = (
     0, 1, 2, 3, 4, 7, 8, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 0x10000, 0x1000000,
     0x10000000, 0x40000000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF,
 )  # fmt: skip
-_MOST_BYTES = 4_000_000  # what a mutation has blown up is cut here
-_HEAD = 4096  # where most formats keep what is said of the rest
+_MOST_BYTES = 4_000_000  # a mutated file is cut to this size
+_HEAD = 4096  # bytes in which most formats describe the rest of the file
 
 
 def some(r: Random, low: int, high: int) -> int:
@@ -22,7 +22,7 @@ def some(r: Random, low: int, high: int) -> int:
 
 
 def put(data: bytearray, at: int, value: int, width: int, order: str = "big") -> None:
-    """Overwrite `width` bytes by a number, where there are so many."""
+    """Overwrite `width` bytes with a number, if they lie within the data."""
     if 0 <= at <= len(data) - width:
         low = value & (256**width - 1)
         data[at : at + width] = low.to_bytes(width, "big" if order == "big" else "little")
@@ -91,24 +91,24 @@ GENERAL = (flip_many, flip_few, cut, fill, duplicate, drop, swap, number, noise)
 def mutate(
     r: Random, name: str, data: bytes, others: Sequence[bytes], own: Sequence[Mutation]
 ) -> tuple[bytes, str]:
-    """The damaged file and what was done to it.
+    """The damaged file and the names of the mutations.
 
-    others: whole files, whose end may take the place of its own.  own: mutations that know the
-    file's format; they come about as often as the general ones.
+    others: whole files, whose end may replace the end of this file.  own: mutations that know the
+    file's format; they are about as frequent as the general ones.
     """
     if r.random() < 0.03:
         other = r.choice(others)
         return data[: r.randrange(len(data))] + other[r.randrange(len(other)) :], "splice"
-    told = []
+    names = []
     weight = max(1, len(GENERAL) // max(1, len(own)))
     for _ in range(r.choice((1, 1, 1, 2, 3))):
         mutation = r.choice((*GENERAL, *(tuple(own) * weight)))
         data = mutation(r, data)[:_MOST_BYTES] or b"\0"
-        told.append(mutation.__name__)
-    return data, f"{PurePath(name).suffix[1:]}: {', '.join(told)}"
+        names.append(mutation.__name__)
+    return data, f"{PurePath(name).suffix[1:]}: {', '.join(names)}"
 
 
 def _span(r: Random, data: bytes) -> tuple[int, int]:
-    """Where a piece begins, and how long it is."""
+    """(start, length) of a random piece, in bytes."""
     at = r.randrange(len(data))
     return at, min(some(r, 1, max(2, len(data) // 2)), len(data) - at)

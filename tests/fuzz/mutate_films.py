@@ -1,4 +1,4 @@
-"""Damage that knows how films are stored: atoms, elements, chunks, packets and tags."""
+"""Mutations that know how films are stored: atoms, elements, chunks, packets and tags."""
 
 from collections.abc import Iterable, Sequence
 from random import Random
@@ -28,7 +28,7 @@ _PACKET_BYTES = 188
 
 
 def atom_number(r: Random, data: bytes) -> bytes:
-    """A number in an atom: a size, a count, a time, an offset."""
+    """Change a number in an atom: a size, a count, a time, an offset."""
     changed = bytearray(data)
     for at in _drawn(r, _places(data, _ATOMS, 4)):
         size = int.from_bytes(data[at - 4 : at], "big")
@@ -118,7 +118,7 @@ def element_order(r: Random, data: bytes) -> bytes:
 
 
 def chunk(r: Random, data: bytes) -> bytes:
-    """RIFF: a size, a number, a name."""
+    """RIFF: change a size, a number or a name."""
     changed, what = bytearray(data), r.randrange(3)
     for at in _drawn(r, _places(data, _CHUNKS)):
         if what == 0:
@@ -144,7 +144,7 @@ def packets_gone_or_twice(r: Random, data: bytes) -> bytes:
 
 
 def packet_head(r: Random, data: bytes) -> bytes:
-    """Another programme number, another counter, other flags."""
+    """Change a packet's programme number, counter or flags."""
     changed = bytearray(data)
     for at in range(0, len(data) - 3, _PACKET_BYTES):
         if r.random() < 0.1:
@@ -153,7 +153,7 @@ def packet_head(r: Random, data: bytes) -> bytes:
 
 
 def tag(r: Random, data: bytes) -> bytes:
-    """FLV: one tag's kind, size or time; or the tag goes, or comes twice."""
+    """FLV: change a tag's kind, size or time, or delete or duplicate the tag."""
     tags, at = [], 13
     while at + 15 <= len(data):
         size = 15 + int.from_bytes(data[at + 1 : at + 4], "big")
@@ -184,7 +184,7 @@ OWN: dict[str, Sequence[Mutation]] = {
 
 
 def _places(data: bytes, names: Iterable[bytes], first: int = 0) -> list[int]:
-    """Where any of the names stands, at `first` or later; of each name, those found first."""
+    """Offsets of the names, from `first` on; of each name, only the first matches."""
     found = set()
     for name in names:
         at = data.find(name, first)
@@ -201,13 +201,13 @@ def _drawn(r: Random, places: Sequence[int]) -> list[int]:
 
 
 def _element_ends(r: Random, data: bytes) -> list[int]:
-    """Where the sizes of elements stand. Names of one byte stand everywhere: few of them count."""
+    """Offsets of element sizes. One-byte names match anywhere, so only a few of them are used."""
     names = [name for name in _ELEMENTS if len(name) > 1 or r.random() < 0.2]
     return [at + len(name) for name in names for at in _places(data, [name])]
 
 
 def _width(first: int) -> int:
-    """How many bytes an element's size takes, from the first of them."""
+    """The length of an element's size in bytes, which its first byte encodes."""
     return 9 - first.bit_length() if first else 8
 
 

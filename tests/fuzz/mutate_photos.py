@@ -1,4 +1,4 @@
-"""Damage that knows how pictures are stored, and keeps their checksums right."""
+"""Mutations that know how pictures are stored, and keep their checksums right."""
 
 import zlib
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ _TIFF_ENTRY_BYTES = 12
 
 
 def png_chunks(r: Random, data: bytes) -> bytes:
-    """A chunk changes, goes, comes twice or elsewhere; every CRC is right."""
+    """Change, delete, duplicate or move a chunk; every CRC stays right."""
     parts = _png_chunks(data)
     if not parts:
         return number(r, data)
@@ -35,7 +35,7 @@ def png_chunks(r: Random, data: bytes) -> bytes:
 
 
 def jpeg_segments(r: Random, data: bytes) -> bytes:
-    """A segment changes, goes, comes often or elsewhere; or the picture's size changes."""
+    """Change, delete, repeat or move a segment, or change the picture's size."""
     parts, rest = _jpeg_segments(data)
     if not parts:
         return number(r, data)
@@ -57,7 +57,7 @@ def jpeg_segments(r: Random, data: bytes) -> bytes:
 
 
 def tiff_tags(r: Random, data: bytes) -> bytes:
-    """A tag's number, type, count or value."""
+    """Change a tag's number, type, count or value."""
     order = {b"II": "little", b"MM": "big"}.get(data[:2])
     if order is None or len(data) < 8:
         return number(r, data)
@@ -88,7 +88,7 @@ def _byte_changed(r: Random, data: bytes) -> bytes:
 
 
 def _png_chunks(data: bytes) -> list[tuple[bytes, bytes]]:
-    """(name, body) of each; none when it is no PNG."""
+    """(name, body) of each chunk; empty if the data is no PNG."""
     parts, at = [], len(_PNG)
     while data.startswith(_PNG) and at + 12 <= len(data):
         size = int.from_bytes(data[at : at + 4], "big")
@@ -98,7 +98,7 @@ def _png_chunks(data: bytes) -> list[tuple[bytes, bytes]]:
 
 
 def _jpeg_segments(data: bytes) -> tuple[list[bytes], bytes]:
-    """The segments before the picture, with their marks; and all from the picture on."""
+    """The segments before the scan, with their markers; and the bytes from the scan on."""
     parts, at = [], 2
     while (
         data.startswith(b"\xff\xd8")

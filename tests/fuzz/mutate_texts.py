@@ -1,4 +1,4 @@
-"""Damage to look files and catalogues: by their grammar first, then by bytes."""
+"""Mutations of look files and catalogues: of their grammar first, then of their bytes."""
 
 import json
 import sys
@@ -24,7 +24,7 @@ _WHOLE = (
 
 
 def mutate_look(r: Random, data: bytes) -> tuple[bytes, str]:
-    """Another look file, mostly one that is still JSON, and what was done."""
+    """A mutated look file, which mostly is still JSON, and the name of the mutation."""
     text = _spelled(r, _changed(r, json.loads(data)))
     what = r.choice(("", "", "", "bom", "encoding", "deep", "digits", "token", "twice", "bytes"))
     if what == "bom":
@@ -47,7 +47,7 @@ def mutate_look(r: Random, data: bytes) -> tuple[bytes, str]:
 
 
 def mutate_catalogue(r: Random, data: bytes) -> tuple[bytes, str]:
-    """Another catalogue, and what was done."""
+    """A mutated catalogue, and the name of the mutation."""
     what = r.choice(tuple(_CATALOGUES))
     return _CATALOGUES[what](r, data), f"csv: {what}"
 
@@ -68,7 +68,7 @@ def _changed(r: Random, look: dict[str, Any]) -> dict[str, Any]:
 
 def _spelled(r: Random, look: dict[str, Any]) -> bytes:
     most = sys.get_int_max_str_digits()
-    sys.set_int_max_str_digits(0)  # one of the values is longer than Python likes to write
+    sys.set_int_max_str_digits(0)  # one value has more digits than Python writes by default
     try:
         text = json.dumps(look, ensure_ascii=r.random() < 0.5, indent=r.choice((None, 1)))
     finally:

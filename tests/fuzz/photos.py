@@ -1,4 +1,4 @@
-"""Photos of a face in every kind of file that is read, and of some kinds that are refused."""
+"""Photos of a face in every file format that is read, and in some that are refused."""
 
 import io
 from collections.abc import Callable
@@ -11,7 +11,7 @@ import numpy as np
 from PIL import ExifTags, Image, ImageCms, PngImagePlugin
 
 _LOOK = Path(__file__).parents[2] / "samples" / "look.jpg"
-_SIZE_WH = 300, 352  # the face is 106 px wide: just enough to be read
+_SIZE_WH = 300, 352  # the face is 106 px wide: just enough to read its makeup
 
 
 @cache
@@ -22,7 +22,7 @@ def _face() -> Image.Image:
 
 @cache
 def _profile(space: str = "sRGB") -> bytes:
-    """An ICC profile without the date that it was made at."""
+    """An ICC profile without its creation date."""
     data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile(space)).tobytes())
     data[24:36] = bytes(12)
     return bytes(data)
@@ -48,7 +48,7 @@ def _save(path: Path, mode: str = "RGB", pages: int = 1, **options: Any) -> None
 
 
 def _save_rest(path: Path) -> None:
-    """A palette with one transparent entry, and text before and behind the pixels."""
+    """A palette with one transparent entry, and text before and after the pixels."""
     text = PngImagePlugin.PngInfo()
     text.add_text("Comment", "a comment" * 20)
     text.add_itxt("XML:com.adobe.xmp", "<x:xmpmeta xmlns:x='adobe:ns:meta/'/>", zip=True)
@@ -68,7 +68,7 @@ def _save_turned(path: Path) -> None:
 
 
 def _save_mpo(path: Path) -> None:
-    """A phone's JPEG with another picture behind it."""
+    """A phone's JPEG, followed by another picture."""
     data = io.BytesIO()
     _face().save(data, "MPO", save_all=True, append_images=[_face().resize((64, 64))])
     path.write_bytes(data.getvalue())

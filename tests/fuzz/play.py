@@ -1,4 +1,4 @@
-"""Plays a case in a process of its own, with limits, and judges all that it leaves behind."""
+"""Plays a case in its own process, with limits, and judges the result and the files left."""
 
 import faulthandler
 import json
@@ -22,8 +22,8 @@ from fuzz.child import FAULT, Answer
 
 IS_POSSIBLE = hasattr(os, "pidfd_open")  # Linux
 _OLD = b"an older output\n" * 9
-_SHOWN = 4000  # characters of what was printed, or of a traceback
-# Our own lines when all went well; --quiet keeps the others away.
+_SHOWN = 4000  # characters of output or of a traceback
+# The command's own lines in a successful run; --quiet suppresses all others.
 _OURS = re.compile(
     r"changed: |left out: |the input is damaged: |no face was found|nothing was painted"
     r"|faces under |in\.\w+: no makeup was found"
@@ -32,8 +32,11 @@ _OURS = re.compile(
 
 @dataclass(frozen=True)
 class Limits:
-    """seconds: of a case.  most_mb: of memory that is really used.  address_mb: beyond, allocations
-    fail, which keeps the machine alive; address space costs nothing, so it is much larger."""
+    """Limits of one case.
+
+    seconds: run time.  most_mb: resident memory.  address_mb: address space, beyond which
+    allocations fail; this protects the machine. Address space is free, so the limit is larger.
+    """
 
     seconds: float = 60
     most_mb: int = 2000
@@ -42,9 +45,9 @@ class Limits:
 
 @dataclass
 class Result:
-    """outcome: as Answer has it.  faults: what is wrong, one line each.
+    """The verdict on one case.
 
-    noise: what libraries printed.
+    outcome: as in Answer.  faults: one line each.  noise: output of libraries.
     """
 
     outcome: str
@@ -57,20 +60,20 @@ class Result:
 
 @dataclass
 class _Ended:
-    """How a process ended. code: its exit code, less than 0 for a signal, None when it was stopped.
+    """How a process ended.
 
-    said: on stderr.  printed: on stdout.
+    code: the exit code, negative for a signal, None if the process ran out of time.
     """
 
     code: int | None
     memory_mb: int
     answer: Any
-    said: str
-    printed: str
+    stderr: str
+    stdout: str
 
 
 def play(case: Case, limits: Limits, keep: Path | None = None) -> Result:
-    """Run and judge one case. keep: where input and verdict are stored when something is wrong."""
+    """Run and judge one case. keep: folder for the input and the verdict of a failed case."""
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="fuzz_") as folder:
         place = Path(folder) / "case"
@@ -86,8 +89,8 @@ def play(case: Case, limits: Limits, keep: Path | None = None) -> Result:
 
 
 def _judged(case: Case, place: Path, limits: Limits) -> Result:
-    """Run it; when it says that all is well, look at the output in one more process: this one must
-    live on whatever the decoder makes of it."""
+    """Run the case. If the run succeeds, check the output in a second process, because a crash of
+    the decoder must not end this one."""
     job = child.run_command if case.by_command else child.run
     ended = forked(lambda: job(case), place, limits)
     answer, faults = _answer(case, ended, place, limits)
@@ -101,24 +104,24 @@ def _judged(case: Case, place: Path, limits: Limits) -> Result:
     faults += _left_behind(case, place, answer)
     if answer.outcome in ("done", "damaged") and answer.report is not None and not faults:
         judged = forked(lambda: _look_at(case, answer.report or {}), place, limits)
-        faults += judged.answer if judged.code == 0 else [f"the check: {judged.said[-_SHOWN:]}"]
+        faults += judged.answer if judged.code == 0 else [f"the check: {judged.stderr[-_SHOWN:]}"]
     return result
 
 
 def _noise(case: Case, ended: _Ended, answer: Answer) -> str:
-    """What libraries printed."""
-    lines = [line for line in ended.said.splitlines() if not _OURS.match(line)]
+    """The lines on stderr and stdout that libraries printed."""
+    lines = [line for line in ended.stderr.splitlines() if not _OURS.match(line)]
     if case.by_command and answer.outcome.startswith("refused"):
         lines = [line for line in lines if not line.startswith(answer.outcome.split()[1])]
     if not (case.by_command and case.words[0] == "estimate"):
-        lines += ended.printed.splitlines()
+        lines += ended.stdout.splitlines()
     return "\n".join(lines)
 
 
 def forked(job: Callable[[], Any], place: Path, limits: Limits) -> _Ended:
-    """What `job` returns, or how it ended, in a child process that works in `place`."""
-    said, printed, told = (place.parent / name for name in ("said", "printed", "told"))
-    for path in (said, printed, told):
+    """Run `job` in a child process, in the folder `place`."""
+    stderr, stdout, answer = (place.parent / name for name in ("stderr", "stdout", "answer"))
+    for path in (stderr, stdout, answer):
         path.write_bytes(b"")
     pid = os.fork()
     if pid == 0:
@@ -129,13 +132,13 @@ def forked(job: Callable[[], Any], place: Path, limits: Limits) -> _Ended:
     if not on_time:
         os.kill(pid, signal.SIGKILL)
     _, status, used = os.wait4(pid, 0)
-    text = told.read_text()
+    text = answer.read_text()
     return _Ended(
         os.waitstatus_to_exitcode(status) if on_time else None,
         used.ru_maxrss // 1024,
         json.loads(text) if text else None,
-        said.read_text(errors="replace"),
-        printed.read_text(errors="replace"),
+        stderr.read_text(errors="replace"),
+        stdout.read_text(errors="replace"),
     )
 
 
@@ -143,51 +146,51 @@ def _in_child(job: Callable[[], Any], place: Path, limits: Limits) -> NoReturn:
     code = 99
     try:
         os.chdir(place)
-        for number, name in ((1, "printed"), (2, "said")):
+        for number, name in ((1, "stdout"), (2, "stderr")):
             os.dup2(os.open(place.parent / name, os.O_WRONLY | os.O_APPEND), number)
         resource.setrlimit(resource.RLIMIT_AS, (limits.address_mb << 20,) * 2)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30,) * 2)
-        log = os.dup(2)  # a command may close the other one to its libraries
-        signal.signal(signal.SIGSEGV, signal.SIG_DFL)  # PoCL's handler would go on after a crash
+        log = os.dup(2)  # the command may redirect file descriptor 2 for its libraries
+        signal.signal(signal.SIGSEGV, signal.SIG_DFL)  # PoCL's handler would continue after a crash
         faulthandler.enable(log)
         faulthandler.dump_traceback_later(0.9 * limits.seconds, file=log)
         value = job()
         plain = asdict(value) if isinstance(value, Answer) else value
-        (place.parent / "told").write_text(json.dumps(plain))
+        (place.parent / "answer").write_text(json.dumps(plain))
         code = 0
-    except SystemExit as ended:  # a command's
+    except SystemExit as ended:  # from the command
         code = ended.code if isinstance(ended.code, int) else 0
-    except BaseException:  # noqa: BLE001  # a child must never go on as if it were the parent
+    except BaseException:  # noqa: BLE001  # a child must never return into the parent's code
         os.write(2, traceback.format_exc().encode())
     finally:
         os._exit(code)
 
 
 def _answer(case: Case, ended: _Ended, place: Path, limits: Limits) -> tuple[Answer, list[str]]:
-    """The child's own answer, or that it gave none."""
+    """The child's answer and its faults; a FAULT if the child gave no answer."""
     if ended.code is None:
-        return Answer(FAULT, ended.said), [f"still at work after {limits.seconds:g} s"]
+        return Answer(FAULT, ended.stderr), [f"still at work after {limits.seconds:g} s"]
     if ended.code < 0:
         name = signal.Signals(-ended.code).name
-        return Answer(FAULT, ended.said), [f"ended by {name}"]
+        return Answer(FAULT, ended.stderr), [f"ended by {name}"]
     if case.by_command:
-        answer = child.answer_of_command(ended.code, ended.said, place)
+        answer = child.answer_of_command(ended.code, ended.stderr, place)
     elif ended.answer is None:
-        return Answer(FAULT, ended.said), [f"ended with exit code {ended.code} and no answer"]
+        return Answer(FAULT, ended.stderr), [f"ended with exit code {ended.code} and no answer"]
     else:
         answer = Answer(**ended.answer)
     return answer, [_in_short(answer.detail)] if answer.outcome == FAULT else []
 
 
 def _in_short(detail: str) -> str:
-    """The line of a message or of a traceback that says most."""
+    """The most informative line of a message or of a traceback."""
     lines = detail.strip().splitlines()
     return lines[-1 if lines[0].startswith("Traceback") else 0][:300]
 
 
 def _left_behind(case: Case, place: Path, answer: Answer) -> list[str]:
-    """Files that are there and should not be, or the other way round, or changed."""
+    """Faults of the folder: files left behind, missing or changed."""
     faults = []
     own = place / case.input
     if not own.exists() or own.read_bytes() != case.data:
@@ -213,7 +216,7 @@ def _left_behind(case: Case, place: Path, answer: Answer) -> list[str]:
 
 
 def _look_at(case: Case, report: dict[str, Any]) -> list[str]:
-    """In a child: whether the output is what the report says."""
+    """Compare the output with its report; runs in a child process."""
     if report["is_picture"]:
         return check.picture_faults(Path(str(case.output)))
     return check.film_faults(Path(case.input), Path(str(case.output)), report, case.is_trimmed)
@@ -224,5 +227,5 @@ def _keep(case: Case, result: Result, keep: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / case.input).write_bytes(case.data)
-    lines = (case.command, case.told, result.outcome, *result.faults, result.detail)
+    lines = (case.command, case.damage, result.outcome, *result.faults, result.detail)
     (folder / "how.txt").write_text("\n".join(lines) + "\n", errors="replace")

@@ -1,4 +1,4 @@
-"""Many cases, shared among worker processes, and what is said of them."""
+"""Runs many cases in worker processes, and prints a summary."""
 
 import argparse
 import json
@@ -21,7 +21,7 @@ _SHARES = {"video": 0.4, "photo": 0.4, "text": 0.2}
 
 @dataclass(frozen=True)
 class Job:
-    """One case to be played by a worker, which has the seeds."""
+    """One case for a worker; the worker has the seeds."""
 
     kind: str
     seed: str
@@ -31,7 +31,7 @@ class Job:
     keep: Path | None
 
     def again(self) -> str:
-        """The command that repeats it."""
+        """The command that repeats this case."""
         as_is = " --as-is" if self.as_is else ""
         return (
             f"python -m tests.fuzz --kind {self.kind} --seed {self.seed} --first {self.number} "
@@ -40,7 +40,7 @@ class Job:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Returns the exit code: 1 when a case is wrong, 2 where cases cannot be run."""
+    """Returns the exit code: 1 if a case failed, 2 on a system that cannot run cases."""
     args = _parser().parse_args(arguments)
     if not IS_POSSIBLE:
         print(
@@ -63,7 +63,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 class Tally:
-    """Counts what came, and prints what is wrong at once."""
+    """Counts outcomes, and prints each failed case at once."""
 
     def __init__(self) -> None:
         self.wrong = 0
@@ -80,7 +80,7 @@ class Tally:
             self._noise[result.noise.splitlines()[0][:80]] += 1
         if result.faults:
             self.wrong += 1
-            print(f"WRONG {name} ({case['name']}; {case['told']}; {case['command']})")
+            print(f"WRONG {name} ({case['name']}; {case['damage']}; {case['command']})")
             for fault in result.faults:
                 print(f"    {fault}")
             print(f"    {job.again()}", flush=True)
@@ -111,15 +111,15 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _make_seeds(kinds: Sequence[str]) -> dict[str, Seeds]:
-    """In another process: codecs and OpenCL leave threads behind, and no worker could fork then."""
+    """Make the seeds in another process: codecs and OpenCL leave threads, which forbid a fork."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context) as maker:
-        made = dict(zip(kinds, maker.map(_prepare, kinds), strict=True))
-    for kind, seeds in made.items():
+        seeds_by_kind = dict(zip(kinds, maker.map(_prepare, kinds), strict=True))
+    for kind, seeds in seeds_by_kind.items():
         print(f"{kind}: {len(seeds.files)} whole files, mark {seeds.mark}")
         for name, reason in seeds.left_out.items():
             print(f"  left out {name}: {reason}")
-    return made
+    return seeds_by_kind
 
 
 def _prepare(kind: str) -> Seeds:
@@ -130,10 +130,10 @@ def _prepare(kind: str) -> Seeds:
 
 def _jobs(args: argparse.Namespace, seeds: dict[str, Seeds]) -> Iterator[Job]:
     limits = replace(Limits(), seconds=args.seconds, most_mb=args.most_mb)
-    for kind, made in seeds.items():
+    for kind, whole in seeds.items():
         count = args.count if args.kind != "all" else round(args.count * _SHARES[kind])
         if args.as_is:
-            count = min(count, len(made.files))
+            count = min(count, len(whole.files))
         for number in range(args.first, args.first + count):
             yield Job(kind, args.seed, number, args.as_is, limits, args.keep)
 
@@ -151,13 +151,13 @@ def _play(job: Job) -> tuple[dict[str, str], Result]:
     result = play(case, job.limits, job.keep)
     if job.as_is and case.action == "film" and result.outcome != "done" and not result.faults:
         result.faults.append(f"a whole file: {result.outcome} {result.detail}")
-    return {"name": case.name, "told": case.told, "command": case.command}, result
+    return {"name": case.name, "damage": case.damage, "command": case.command}, result
 
 
 def _played(
     jobs: Sequence[Job], seeds: dict[str, Seeds], workers: int
 ) -> Iterator[tuple[Job, dict[str, str], Result]]:
-    """In the order of the jobs. Workers are forked while this process has one thread."""
+    """Results in the order of the jobs. Workers fork while this process has a single thread."""
     context = multiprocessing.get_context("fork")
     pool = ProcessPoolExecutor(workers, context, initializer=_start_worker, initargs=(seeds,))
     with pool:

@@ -1,4 +1,4 @@
-"""The whole, sound files that cases begin from, made once at the start of a run."""
+"""The undamaged files that cases begin from, made once at the start of a run."""
 
 import hashlib
 import os
@@ -16,14 +16,14 @@ _WRITERS = {"video": films.WRITERS, "photo": photos.WRITERS, "text": texts.WRITE
 
 @dataclass(frozen=True)
 class Seeds:
-    """files: what is in each, by its name.  left_out: what could not be made, and why."""
+    """files: name -> bytes.  left_out: name -> why the file could not be made."""
 
     files: dict[str, bytes]
     left_out: dict[str, str]
 
     @property
     def mark(self) -> str:
-        """Cases are the same wherever this is: it stands for every byte of the seeds."""
+        """A hash of all seeds: runs with the same mark have the same cases."""
         whole = hashlib.sha256()
         for name, data in self.files.items():
             whole.update(name.encode() + hashlib.sha256(data).digest())
@@ -31,13 +31,13 @@ class Seeds:
 
 
 def make_seeds(kind: str) -> Seeds:
-    """Every seed of a kind. What this build of FFmpeg or Pillow cannot make is named instead."""
-    os.environ.setdefault("SVT_LOG", "-1")  # the AV1 encoder prints on its own
+    """Every seed of a kind. Seeds that FFmpeg or Pillow cannot make here are listed instead."""
+    os.environ.setdefault("SVT_LOG", "-1")  # silences the AV1 encoder
     return make(_WRITERS[kind])
 
 
 def make(writers: Mapping[str, Callable[[Path], None]]) -> Seeds:
-    """What each writer writes, by its name."""
+    """The seeds from one writer per name."""
     files, left_out = {}, {}
     with tempfile.TemporaryDirectory() as folder:
         for name, write in writers.items():

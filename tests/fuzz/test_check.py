@@ -1,4 +1,4 @@
-"""Whatever an output lacks of what its report promises is found."""
+"""The checks find every difference between an output and its report."""
 
 import av
 import pytest
@@ -10,14 +10,14 @@ from media import make_clip
 
 @pytest.fixture
 def film(tmp_path):
-    """(source, output, report as a dict): a true one."""
+    """(source, output, report as a dict) of a correct run."""
     source, output = tmp_path / "in.mkv", tmp_path / "out.mkv"
     FILMS["ass_font.mkv"].write(source)
     return source, output, process_video(source, output).to_dict()
 
 
 def rewrite(path, change):
-    """The same file, but for packets that `change` makes something else of, or None."""
+    """Rewrite a file with every packet passed through `change`; None drops the packet."""
     packets, new = [], path.with_name("new.mkv")
     with av.open(str(path)) as old, av.open(str(new), "w") as out:
         streams = {s.index: s for s in old.streams if s.type != "attachment"}
@@ -38,7 +38,7 @@ def other(packet):
 
 
 def nth(kind, change, number=2):
-    """Applies `change` to one packet of a kind of track."""
+    """Applies `change` to packet `number` of one kind of stream."""
     seen = []
 
     def once(packet):
@@ -60,7 +60,7 @@ def test_no_whole_film_is_called_broken(tmp_path, name, end):
     FILMS[name].write(source)
     try:
         report = process_video(source, output)
-    except OSError as error:  # a fault of the product, which `--as-is` tells of
+    except OSError as error:  # a fault of the product, which `--as-is` reports
         pytest.skip(str(error))
     assert film_faults(source, output, report.to_dict(), trimmed=False) == []
 
@@ -91,7 +91,7 @@ def test_sound_that_is_lost_is_found_unless_it_is_reported(film):
     source, output, report = film
     rewrite(output, nth("audio", lambda packet: None))
     assert film_faults(source, output, report, trimmed=False) == [
-        "1 packets of copied tracks are missing, 0 reported"
+        "1 packets of copied streams are missing, 0 reported"
     ]
     assert film_faults(source, output, {**report, "skipped_packets": 1}, trimmed=False) == []
     assert film_faults(source, output, report, trimmed=True) == []
@@ -110,9 +110,9 @@ def test_a_missing_stream_is_found_unless_reported(film, tmp_path, kind):
     index = {"audio": 1, "subtitle": 2}[kind]
     bare = make_clip(tmp_path / "bare.mkv", frames=10, audio=None if kind == "audio" else "mp2")
     faults = film_faults(source, bare, report, trimmed=False)
-    assert f"{kind} tracks: 1 promised, 0 in the output" in faults
-    said = {**report, "dropped": [f"{kind} #{index} (x): no room"]}
-    assert not any(kind in fault for fault in film_faults(source, bare, said, trimmed=False))
+    assert f"{kind} streams: 1 promised, 0 in the output" in faults
+    reported = {**report, "dropped": [f"{kind} #{index} (x): no room"]}
+    assert not any(kind in fault for fault in film_faults(source, bare, reported, trimmed=False))
 
 
 def test_an_output_that_is_no_film_is_found(film):

@@ -1,4 +1,4 @@
-"""The fuzzer itself: cases are the same each time, and whatever goes wrong is found."""
+"""The fuzzer itself: cases are reproducible, and every kind of failure is found."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(not IS_POSSIBLE, reason="the fuzzer needs Linux"
 
 ROOT = Path(__file__).parents[2]
 CASE = Case(
-    kind="video", seed="s", number=0, name="a.mp4", data=b"film", told="", action="film",
+    kind="video", seed="s", number=0, name="a.mp4", data=b"film", damage="", action="film",
     output="out.mkv",
 )  # fmt: skip
 
@@ -35,13 +35,13 @@ def seeds():
 
 
 def fuzz(*words):
-    """`python -m tests.fuzz` as people run it, where no test has left a thread behind."""
+    """Run `python -m tests.fuzz` in a new process, which has no threads from other tests."""
     command = [sys.executable, "-m", "tests.fuzz", "--jobs", "1", *words]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
 def played(monkeypatch, does, case=CASE, limits=None):
-    """The verdict when the product does this."""
+    """The verdict on a case in which the product does `does`."""
     monkeypatch.setattr(child, "run", does)
     return play(case, limits or Limits(seconds=20))
 
@@ -105,8 +105,8 @@ def test_mutations_accept_any_remains_of_a_file(data):
 
 def test_texts_are_damaged_in_every_way(seeds):
     files = seeds["text"].files
-    told = {mutate_look(Random(n), files["both.json"])[1] for n in range(200)}
-    assert len(told) == 8
+    kinds = {mutate_look(Random(n), files["both.json"])[1] for n in range(200)}
+    assert len(kinds) == 8
     assert len({mutate_catalogue(Random(n), files["commas.csv"])[1] for n in range(200)}) == 12
 
 
@@ -199,7 +199,7 @@ def test_an_old_output_must_survive_errors_and_only_errors(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("code", "said", "fault"),
+    ("code", "stderr", "fault"),
     [
         (3, "InputError: no\n", None),
         (3, "", "exit code 3 with 0 lines of ours"),
@@ -208,10 +208,10 @@ def test_an_old_output_must_survive_errors_and_only_errors(monkeypatch):
         (3, "libx: oh\nInputError: no\n", "printed beside our lines: libx: oh"),
     ],
 )
-def test_the_output_of_a_command_is_judged(monkeypatch, code, said, fault):
+def test_the_output_of_a_command_is_judged(monkeypatch, code, stderr, fault):
     def command(_):
         sys.stderr.flush()
-        os.write(2, said.encode())
+        os.write(2, stderr.encode())
         raise SystemExit(code)
 
     monkeypatch.setattr(child, "run_command", command)
@@ -222,11 +222,11 @@ def test_the_output_of_a_command_is_judged(monkeypatch, code, said, fault):
 def test_a_fault_is_printed_with_the_command_to_repeat_it(capsys):
     job = run.Job("photo", "5", 17, False, Limits(), None)
     tally = run.Tally()
-    tally.take(job, {"name": "a.jpg", "told": "cut", "command": "c"}, Result("done", "", ["bad"]))
+    tally.take(job, {"name": "a.jpg", "damage": "cut", "command": "c"}, Result("done", "", ["bad"]))
     assert tally.wrong == 1
-    told = capsys.readouterr().out
-    assert "bad" in told
-    assert "python -m tests.fuzz --kind photo --seed 5 --first 17 --count 1" in told
+    output = capsys.readouterr().out
+    assert "bad" in output
+    assert "python -m tests.fuzz --kind photo --seed 5 --first 17 --count 1" in output
 
 
 def test_the_exit_code_is_1_when_a_case_is_wrong():

@@ -1,6 +1,6 @@
-"""`kill -9` at any moment leaves a whole output or none, and nothing that is in the next run's way.
+"""`kill -9` at any moment leaves a whole output or none, and nothing that blocks the next run.
 
-Not among the ordinary tests, for it takes minutes: `pytest -m slow`.
+These tests take minutes: run them with `pytest -m slow`.
 """
 
 import json
@@ -29,7 +29,7 @@ FILES = {"in.mp4", "out.mp4", "out.part.mp4", "report.json", "report.part.json"}
 
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory):
-    """The bytes of a film of a face that moves to and fro, with sound."""
+    """The bytes of a film of a face that moves back and forth, with audio."""
     path = tmp_path_factory.mktemp("clip") / "in.mp4"
     rgb8 = cv2.resize(portrait(), (256, 304), interpolation=cv2.INTER_AREA)
     with av.open(str(path), "w") as out:
@@ -47,7 +47,8 @@ def clip(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def seconds(clip, tmp_path_factory):
-    """(until the output begins to grow, in all) of a run that nobody kills, kernels compiled."""
+    """(seconds until the output grows, total seconds) of a run that is not killed; the kernels are
+    already compiled."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "in.mp4").write_bytes(clip)
     assert start(folder, "--report", "report.json").wait() == 0
@@ -65,7 +66,7 @@ def start(folder, *options):
 
 
 def wait_for_output(run, folder):
-    """Until the output begins to grow, under whatever name, or the run ends."""
+    """Wait until the output grows, under any name, or the run ends."""
     before = sizes(folder)
     while run.poll() is None and sizes(folder) == before:
         time.sleep(0.001)

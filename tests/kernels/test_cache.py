@@ -1,4 +1,4 @@
-"""Kernels are kept where there is room for them, and nothing else is left there."""
+"""Compiled kernels are cached where the disk has room, and nothing else is left there."""
 
 import os
 import subprocess
@@ -17,7 +17,7 @@ DAY = 86400
 
 @pytest.fixture(autouse=True)
 def places(monkeypatch, tmp_path):
-    """The environment comes back, and temporary folders are made below tmp_path."""
+    """Restores the environment, and makes temporary folders below tmp_path."""
     monkeypatch.setenv("POCL_CACHE_DIR", "")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
     (tmp_path / "temporary").mkdir()
@@ -65,7 +65,9 @@ def full(folder):
 def test_a_full_disk_is_noticed_before_pocl_fails_on_it(monkeypatch, tmp_path):
     allocate = cache._allocate
     usual = tmp_path / "xdg/pocl/kcache"
-    monkeypatch.setattr(cache, "_allocate", lambda at: (full if at == usual else allocate)(at))
+    monkeypatch.setattr(
+        cache, "_allocate", lambda path: (full if path == usual else allocate)(path)
+    )
     assert [settle()] == own_folders(tmp_path)
 
 
@@ -80,7 +82,7 @@ def test_a_full_disk_is_noticed_before_pocl_fails_on_it(monkeypatch, tmp_path):
 def test_a_disk_that_pocl_would_fail_on_is_not_used(monkeypatch, tmp_path, state):
     statvfs = os.statvfs
     usual = tmp_path / "xdg/pocl/kcache"
-    monkeypatch.setattr(os, "statvfs", lambda at: state if at == usual else statvfs(at))
+    monkeypatch.setattr(os, "statvfs", lambda path: state if path == usual else statvfs(path))
     assert [settle()] == own_folders(tmp_path)
 
 
@@ -88,32 +90,34 @@ def test_no_room_anywhere_is_one_line_that_names_all_places(monkeypatch, tmp_pat
     monkeypatch.setattr(cache, "_allocate", full)
     with pytest.raises(NoRoomError, match="No space left on device") as caught:
         settle()
-    said = str(caught.value)
+    message = str(caught.value)
     assert (
-        "\n" not in said and str(tmp_path / "xdg") in said and str(tmp_path / "temporary") in said
+        "\n" not in message
+        and str(tmp_path / "xdg") in message
+        and str(tmp_path / "temporary") in message
     )
     assert own_folders(tmp_path) == [] and os.environ["POCL_CACHE_DIR"] == ""
 
 
 def test_only_leftovers_of_pocl_are_removed(tmp_path):
-    def made(name, text="", age=0):
+    def make(name, text="", age=0):
         (tmp_path / name).write_text(text)
         os.utime(tmp_path / name, (time.time() - age,) * 2)
 
-    made("tempfile_before")  # 6 letters and more: not PoCL's
-    made("tempfile_other1")
-    made("tempfile_others")
-    made("tempfile_second")
-    made("tempfile_aaaaaa")  # of a run that begins at the same time
-    made("tempfile_bbbbbb.so.o", "x", 2 * DAY)
-    made("tempfile_cccccc", "", 2 * DAY)
-    made("notes", "", 2 * DAY)
+    make("tempfile_before")  # named like PoCL's, but not made by this run
+    make("tempfile_other1")
+    make("tempfile_others")
+    make("tempfile_second")
+    make("tempfile_aaaaaa")  # from a run that starts at the same time
+    make("tempfile_bbbbbb.so.o", "x", 2 * DAY)
+    make("tempfile_cccccc", "", 2 * DAY)
+    make("notes", "", 2 * DAY)
     with left_clean(tmp_path):
-        made("tempfile_dddddd")
-        made("tempfile_eeeeee.cl", "in use")
-        made("tempfile_ffffff", "in use")
-    kept = {path.name for path in tmp_path.iterdir() if path.is_file()}
-    assert kept == {
+        make("tempfile_dddddd")
+        make("tempfile_eeeeee.cl", "in use")
+        make("tempfile_ffffff", "in use")
+    remaining = {path.name for path in tmp_path.iterdir() if path.is_file()}
+    assert remaining == {
         "tempfile_before", "tempfile_other1", "tempfile_others", "tempfile_second", "tempfile_aaaaaa",
         "notes", "tempfile_eeeeee.cl", "tempfile_ffffff",
     }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Codes, light and primaries mean what the standards say, and every code comes back."""
+"""Codes, light and primaries follow the standards, and every code survives a round trip."""
 
 import numpy as np
 import pytest
@@ -87,11 +87,11 @@ def test_pq_is_that_of_st_2084_with_203_as_one():
 
 
 def test_hlg_is_that_of_bt_2100():
-    # scene light 1/12 at half the signal, 1 at all of it, and the 1000 cd/m2 of its display there
+    # scene light is 1/12 at half the signal and 1 at full signal, where a display has 1000 cd/m2
     light = to_linear(np.array([[0.5] * 3, [1] * 3, [0.75] * 3]), HLG)[:, 0]
     np.testing.assert_allclose(light[1] * 203, 1000, rtol=2e-3)  # 75 % is 203.2, not 203
     np.testing.assert_allclose(light[0] / light[1], (1 / 12) ** 1.2, rtol=1e-6)
-    # colours keep their scene ratios: one gain for all three
+    # colours keep their scene ratios: the three channels share one gain
     colour = to_linear(np.array([0.5, np.sqrt(0.5) * 0.5, 0]), HLG)
     np.testing.assert_allclose(colour[1] / colour[0], 0.5, rtol=1e-9)
 
@@ -119,7 +119,7 @@ def test_a_product_colour_is_that_colour_in_every_coding(rgb, coding):
     linear = product_linear(rgb, coding)
     back = to_encoded(np.linalg.inv(from_srgb_primaries(coding.primaries)) @ linear, SRGB)
     np.testing.assert_allclose(back * 255, rgb, atol=1e-6)
-    if coding.transfer == SRGB and coding.primaries == 1:  # what is typed is what players show
+    if coding.transfer == SRGB and coding.primaries == 1:  # players show the given colour
         _, to_codes = matrices(coding)
         want = to_codes[:, :3] @ (np.array(rgb) / 255) + to_codes[:, 3]
         np.testing.assert_allclose(encode(linear, coding), want, atol=1e-6)
@@ -135,7 +135,7 @@ def test_every_grey_code_returns_to_itself(coding):
 @given(CODINGS, st.integers(0, 2**32 - 1))
 def test_codes_survive_a_round_trip_even_outside_the_gamut(coding, seed):
     codes = np.random.default_rng(seed).integers(0, coding.max_code + 1, (500, 3))
-    if coding.transfer == PQ:  # cut where its curve would have a pole
+    if coding.transfer == PQ:  # clipped below the pole of the curve
         to_rgb, _ = matrices(coding)
         codes = codes[np.abs(codes @ to_rgb[:, :3].T + to_rgb[:, 3]).max(axis=1) < PQ_LARGEST]
     np.testing.assert_array_equal(rounded(encode(decode(codes, coding), coding), coding), codes)

@@ -1,4 +1,4 @@
-"""colour.h does what its numpy twin does, as exactly as ten bits need, and PoCL vectorises it."""
+"""colour.h matches its numpy twin to the precision of ten bits, and PoCL vectorises it."""
 
 import itertools
 
@@ -72,12 +72,12 @@ def kernel(device):
 
 
 def codings(depths=(8, 10, 12)):
-    for what in itertools.product(sorted(LUMA_WEIGHTS), (False, True), TRANSFERS, depths):
-        yield Coding(what[0], what[1], what[2], 9 if what[0] == 9 else 1, what[3])
+    for values in itertools.product(sorted(LUMA_WEIGHTS), (False, True), TRANSFERS, depths):
+        yield Coding(values[0], values[1], values[2], 9 if values[0] == 9 else 1, values[3])
 
 
 def all_codes(coding, count=4000):
-    """Every grey code, the corners of the cube of codes, and any other colours, (N, 3)."""
+    """Every grey code, the corners of the code cube, and random colours, (N, 3)."""
     luma = np.arange(coding.max_code + 1)
     grey = np.stack([luma, *[np.full_like(luma, 2 ** (coding.bit_depth - 1))] * 2], axis=1)
     corners = list(itertools.product((0, coding.max_code), repeat=3))
@@ -97,7 +97,7 @@ def test_decoding_is_right_to_a_tenth_of_a_code_of_ten_bits(device, kernel):
         codes = all_codes(coding)
         got = np.zeros(codes.shape, np.float32)
         run(device, kernel("test_decode", coding.transfer), codes.astype(np.float32), got, coding)
-        # light itself has no scale to judge it by, its codes have
+        # compare codes: linear light has no natural scale for an error
         off = np.abs(encode(got.astype(float), coding) - encode(decode(codes, coding), coding))
         assert off.max() < 0.1, coding
 
@@ -137,7 +137,7 @@ def dim(device, kernel, planes, coding, gain):
 def test_every_code_returns_to_itself_in_every_coding(device, kernel):
     for coding in codings():
         codes = all_codes(coding)
-        # beyond 1.25 PQ is cut: see test_colour.py
+        # PQ is clipped above 1.25: see test_colour.py
         codes = codes[: coding.max_code + 1] if coding.transfer == PQ else codes
         dtype = np.uint8 if coding.bit_depth == 8 else np.uint16
         planes = [codes[None, :, plane].astype(dtype) for plane in range(3)]
@@ -162,7 +162,7 @@ def test_matches_numpy_within_one_code_value(device, kernel, size):
         want = before.copy()
         light = decode(before[:height, :width], coding) * np.float32(0.5)
         want[:height, :width] = rounded(encode(light, coding), coding)
-        # both round once, from different float widths
+        # both round once, but from floats of different widths
         assert np.abs(after - want)[:height, :width].max() <= 1, coding
         after[:height, :width] = before[:height, :width]
-        np.testing.assert_array_equal(after, before)  # the gaps between rows are not ours
+        np.testing.assert_array_equal(after, before)  # the gaps between rows stay untouched

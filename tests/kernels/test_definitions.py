@@ -1,4 +1,4 @@
-"""Constants and struct layouts reach the C compiler as Python has them."""
+"""Constants and struct layouts are the same in C as in Python."""
 
 import numpy as np
 import pyopencl as cl
@@ -77,7 +77,7 @@ def test_offsets_count_floats_by_upper_case_names():
 
 
 def test_another_constant_is_another_program():
-    """PoCL keeps compiled programs by their source and options."""
+    """PoCL caches compiled programs by source and options."""
     source = "__kernel void read(__global float *out) { *out = VALUE; }"
     device, got = Device(), []
     for value in (1.5, 2.5, 1.5):

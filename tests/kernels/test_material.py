@@ -1,4 +1,4 @@
-"""What a material does to light: colour, texture, highlights, reflection, sparkles."""
+"""The effect of a material on light: colour, texture, highlights, reflection, sparkles."""
 
 from dataclasses import fields, replace
 
@@ -36,8 +36,8 @@ def even(shape=(1, 1), coarse=0.2, mean=0.2, nx=0.0, ny=0.0, room=DARK_ROOM, m=N
 
 def paint(bare, m, skin=None, weight=1.0, u=0.5, v=0.5):
     """The light of one pixel."""
-    one = np.ones((1, 1))
-    return made_up(np.full((1, 1, 3), bare), weight * one, u * one, v * one, skin or even(), m)[
+    ones = np.ones((1, 1))
+    return made_up(np.full((1, 1, 3), bare), weight * ones, u * ones, v * ones, skin or even(), m)[
         0, 0
     ]
 
@@ -109,7 +109,7 @@ def test_gloss_brightens_the_skins_own_highlights():
     shown = [paint(bare, of(gloss=g, gloss_detail=1.0)).sum() for g in (0, 0.5, 1, 4)]
     assert (np.diff(shown) > 0).all()
     matte = [paint(0.2, of(gloss=g, gloss_detail=1.0)).sum() for g in (0, 4)]
-    assert matte[0] == pytest.approx(matte[1])  # there is nothing to lift
+    assert matte[0] == pytest.approx(matte[1])  # no highlight to brighten
 
 
 def test_reflections_come_from_where_the_mirrored_ray_points():
@@ -138,8 +138,10 @@ def test_values_between_texels_are_interpolated():
     np.testing.assert_allclose(bilinear(image, np.array(2.5), np.array(3.25))[0], 3.25 * 16 + 2.5)
 
 
-def sparkling(density, at=None, **given_params):
-    u, v = np.meshgrid(np.linspace(0, 1, 300), np.linspace(0, 1, 300)) if at is None else at
+def sparkling(density, grid_uv=None, **given_params):
+    u, v = (
+        np.meshgrid(np.linspace(0, 1, 300), np.linspace(0, 1, 300)) if grid_uv is None else grid_uv
+    )
     m = of(shimmer=density, **given_params)
     flat = skin_at(np.full(u.shape, 0.2), 0.2, 0 * u, 0 * u, DARK_ROOM, m)
     return sparkles(u, v, flat, m)
@@ -169,11 +171,11 @@ def test_sparkles_stick_to_the_coordinates_of_the_skin():
 def test_sparkles_come_and_go_with_the_tilt_of_the_surface():
     u, v = np.meshgrid(np.linspace(0, 1, 200), np.linspace(0, 1, 200))
     m = of(shimmer=1.0)
-    seen = [
+    first, second = [
         sparkles(u, v, skin_at(0.2 + 0 * u, 0.2, x + 0 * u, 0 * u, DARK_ROOM, m), m) > 0.1
         for x in (0.0, 0.5)
     ]
-    assert seen[0].any() and seen[1].any() and (seen[0] & ~seen[1]).any()
+    assert first.any() and second.any() and (first & ~second).any()
 
 
 def test_lashes_are_spared_where_the_material_says_so():

@@ -1,4 +1,4 @@
-"""The kernel that paints against its twin, over codings, depths, products, lights and surfaces."""
+"""The painting kernel against its numpy twin, for any coding, depth, product, light and surface."""
 
 from dataclasses import replace
 
@@ -42,8 +42,8 @@ cases = st.tuples(
 )
 
 
-def made(case):
-    """Codes, surface, material and coding of a case."""
+def unpack_case(case):
+    """(luma, chroma, surface, material, coding) of a case."""
     given_params, amount, light, place, coding, spared, seed = case
     brightest = 1.0 if coding.transfer == SRGB else 8.0
     surface = any_surface(seed, SIZE, place, brightest)
@@ -52,22 +52,22 @@ def made(case):
 
 
 def twin(luma, chroma, surface, lit, coding):
-    """(3, h, w): luma rounded, chroma as it is before that, but as far as a code can say it."""
+    """(3, h, w): rounded luma and unrounded chroma, clipped to the range of codes."""
     new, change = region_twin(luma, chroma, replace(surface, material=lit), coding)
     return np.stack([new, *np.clip(chroma + change, 0, coding.max_code)])
 
 
 def on_border(surface, lit):
-    """Pixels so near to the border of a sparkle's cell that float32 decides which cell it is."""
+    """Pixels so close to the border of a sparkle's cell that float32 rounding picks the cell."""
     y, x = np.mgrid[: SIZE[1], : SIZE[0]]
     to_patch = np.reshape(surface.to_patch, (2, 3))
-    at = np.einsum("ij,jhw->ihw", to_patch, np.stack([x, y, np.ones_like(x)])) * lit.cells
-    return (np.abs(at - np.rint(at)) < 2e-3).any(0)
+    cell = np.einsum("ij,jhw->ihw", to_patch, np.stack([x, y, np.ones_like(x)])) * lit.cells
+    return (np.abs(cell - np.rint(cell)) < 2e-3).any(0)
 
 
 def means_a_colour(luma, chroma, coding):
-    """Not so of most codes: their R'G'B' is negative somewhere, and may have no luminance at all,
-    or is above PQ's 10,000 cd/m2 by any factor."""
+    """Whether codes mean a real colour. Most codes do not: a channel of their R'G'B' is negative,
+    the luminance may vanish, or the light is far above PQ's 10,000 cd/m2."""
     light = decode(np.stack([luma, *chroma], axis=-1).astype(float), coding)
     top = PQ_BRIGHTEST if coding.transfer == PQ else np.inf
     inside = ((light >= 0) & (light <= top)).all(-1)
@@ -75,9 +75,9 @@ def means_a_colour(luma, chroma, coding):
 
 
 def difference(case):
-    """Of kernel and twin, (3, h, w) codes; which codes mean a colour; and what a thousandth of a
-    code, and a ten-thousandth of the surface's light, makes of the twin."""
-    luma, chroma, surface, lit, coding = made(case)
+    """The difference of kernel and twin, (3, h, w) codes; which codes mean a colour; and the
+    twin's response to a thousandth of a code and a ten-thousandth of the surface's light."""
+    luma, chroma, surface, lit, coding = unpack_case(case)
     got = paint_codes(luma, chroma, surface, lit, coding)
     want = twin(luma, chroma, surface, lit, coding)
     moved = np.zeros_like(want)
@@ -96,21 +96,21 @@ def difference(case):
 @given(cases.filter(lambda case: case[0].gloss <= 4))
 def test_matches_numpy_within_one_code_value(case):
     off, is_colour, _ = difference(case)
-    # both round once, from different float widths
+    # both round once, but from floats of different widths
     assert off[:, is_colour].max(initial=0) <= 1 + last_bits(case[4])
 
 
 def last_bits(coding):
-    """PQ tells a ten-millionth of white apart beside white, which float32 loses
-    between primaries."""
+    """Tolerance, codes: PQ resolves a ten-millionth of white beside white, which float32 loses in
+    the conversion of primaries."""
     wide = coding.transfer == PQ and coding.primaries != 1
-    return 2 ** (coding.bit_depth - 5) if wide else 0  # of the darkest, beside bright ones
+    return 2 ** (coding.bit_depth - 5) if wide else 0  # for the darkest channel beside bright ones
 
 
 @settings(max_examples=200, deadline=None)
 @given(cases)
 def test_boundless_gloss_matches_but_for_the_last_bits(case):
-    """It is a gain of thousands, for differences of light that float32 just holds."""
+    """Such gloss is a gain of thousands on differences of light that float32 barely resolves."""
     off, is_colour, moved = difference(case)
     assert (off <= 1 + last_bits(case[4]) + 2 * moved)[:, is_colour].all()
 
@@ -118,9 +118,9 @@ def test_boundless_gloss_matches_but_for_the_last_bits(case):
 @settings(max_examples=300, deadline=None)
 @given(cases)
 def test_everything_is_finite_for_every_parameter_and_code(case):
-    luma, chroma, surface, lit, coding = made(case)
+    luma, chroma, surface, lit, coding = unpack_case(case)
     paint_codes(luma, chroma, surface, lit, coding)
-    for change in canvas()._change.array:  # before it is rounded
+    for change in canvas()._change.array:  # before rounding
         assert np.isfinite(change[: SIZE[1], : SIZE[0]][surface.weight > 0]).all()
     assert np.isfinite(twin(luma, chroma, surface, lit, coding)).all()
     assert np.isfinite(np.hstack(lit.record())).all()
@@ -129,7 +129,7 @@ def test_everything_is_finite_for_every_parameter_and_code(case):
 @settings(max_examples=60, deadline=None)
 @given(cases)
 def test_where_there_is_no_weight_nothing_changes(case):
-    luma, chroma, surface, lit, coding = made(case)
+    luma, chroma, surface, lit, coding = unpack_case(case)
     bare = surface.weight == 0
     new = paint_codes(luma, chroma, surface, lit, coding)
     np.testing.assert_array_equal(new[0, bare], luma[bare])
@@ -140,7 +140,7 @@ def test_where_there_is_no_weight_nothing_changes(case):
 @given(params(opacity=0.0, gloss=0.0, reflection=0.0), codings(), st.integers(0, 99))
 def test_a_product_without_effect_gives_the_codes_back(bare, coding, seed):
     luma, chroma = any_codes(seed, SIZE, coding)
-    if coding.transfer == PQ:  # beyond 1.25 it is cut
+    if coding.transfer == PQ:  # clipped above 1.25
         luma, chroma = luma[1:6], chroma[:, 1:6]
     luma, chroma = luma.copy(), chroma.copy()
     surface = any_surface(seed, luma.shape[::-1], FACING, 1.0)
@@ -150,7 +150,7 @@ def test_a_product_without_effect_gives_the_codes_back(bare, coding, seed):
 
 
 def planes_around(rects, block, depth, interleaved, seed):
-    """Planes on which the rects lie, of any codes."""
+    """Planes of random codes that contain the rects."""
     width, height = (max(ends) + 3 for ends in zip(*((w.x + w.width, w.y + w.height) for w in rects), strict=True))  # fmt: skip
     rng = np.random.default_rng(seed)
     dtype, top = (np.uint8, 256) if depth == 8 else (np.uint16, 1024)
@@ -170,7 +170,7 @@ def planes_around(rects, block, depth, interleaved, seed):
     st.lists(st.tuples(st.integers(1, 90), st.integers(1, 40)), min_size=1, max_size=4),
 )  # fmt: skip
 def test_rects_of_any_layout_are_painted_together_as_the_twin(case, layout, sizes):
-    *_, lit, coding = made(case)
+    *_, lit, coding = unpack_case(case)
     block, interleaved = layout
     surfaces, y = [], 0
     for number, (width, height) in enumerate(sizes):
@@ -178,8 +178,10 @@ def test_rects_of_any_layout_are_painted_together_as_the_twin(case, layout, size
         rect = Rect(4 * number, y, width, height)
         surfaces.append(replace(surface, rect=rect, material=replace(lit, shimmer=0)))
         y += -(-height // 4) * 4
-    planes = planes_around([one.rect for one in surfaces], block, coding.bit_depth, interleaved, 1)
-    for plane in planes:  # ordinary colours: others are told apart in other tests
+    planes = planes_around(
+        [surface.rect for surface in surfaces], block, coding.bit_depth, interleaved, 1
+    )
+    for plane in planes:  # ordinary colours only: other tests cover the rest
         plane[:] = (plane // 8 + 110 / 256 * 2**coding.bit_depth).astype(plane.dtype)
     want = paint_twin(planes, surfaces, coding, block)
     bare = [plane.copy() for plane in planes]
@@ -231,7 +233,7 @@ def test_a_region_without_weight_paints_nothing():
 
 
 def test_buffers_grow_when_more_regions_are_painted():
-    """After few on the same canvas; each has its own product."""
+    """First few, then many regions on one canvas, each with its own product."""
     coding, size = Coding(), (9, 4)
     surfaces = []
     for number in range(40):
@@ -241,8 +243,8 @@ def test_buffers_grow_when_more_regions_are_painted():
     planes = tuple(np.full((160, 9), 120, np.uint8) for _ in range(3))
     want = paint_twin(planes, surfaces, coding, (1, 1))
     paint_on(planes, surfaces, coding, (1, 1))
-    for got, wanted in zip(planes, want, strict=True):
-        assert np.abs(got.astype(int) - wanted).max() <= 1
+    for got, expected in zip(planes, want, strict=True):
+        assert np.abs(got.astype(int) - expected).max() <= 1
     assert len(np.unique(planes[2][::4, 0])) > 10
 
 
@@ -250,16 +252,16 @@ def test_a_device_with_memory_of_its_own_paints_the_same(monkeypatch):
     coding, surface = Coding(), any_surface(3, (50, 20), FACING, 0.5)
     lit = material(product(gloss=1), 1, white_light(), FACING, coding)
     surfaces = [replace(surface, material=lit)]
-    seen = []
+    painted = []
     for shares in (True, False):
         own = Canvas(Device())
         own.device.shares_memory = shares
         monkeypatch.setattr("makeup.canvas", lambda own=own: own)
         planes = planes_around([surface.rect], (2, 2), 8, False, 4)
         paint_on(planes, surfaces, coding, (2, 2))
-        seen.append(planes)
-    for one, other in zip(*seen, strict=True):
-        np.testing.assert_array_equal(one, other)
+        painted.append(planes)
+    for left, right in zip(*painted, strict=True):
+        np.testing.assert_array_equal(left, right)
 
 
 @settings(max_examples=60, deadline=None)
@@ -276,15 +278,15 @@ def test_more_opacity_moves_every_channel_to_the_laid_colour(p, light, coding, s
     off = np.stack([laid_light(luma, chroma, surface, lit, coding) @ to_film for lit in products])
     off = np.abs(off - off[-1])
     assert (np.diff(off, axis=0) <= 1e-9 + 1e-6 * off[:-1]).all()
-    # Of codes this holds where they say the same light: not so in HLG, where more of one channel
-    # makes others fall, and in other primaries.
+    # The same holds for codes only if a channel's code depends on that channel's light alone. In
+    # HLG and in other primaries, more of one channel lowers the others.
     if coding.transfer == HLG or coding.primaries != 1:
         return
-    skin = slice(2, 6)  # rows whose codes are certain to mean colours
+    skin = slice(2, 6)  # rows whose codes always mean colours
     shown, clipped = [], np.zeros((len(off[0][skin]), SIZE[0]), bool)
     for lit in products:
         new = paint_codes(luma, chroma, surface, lit, coding)[0]
-        change = canvas()._change.array[:, : SIZE[1], : SIZE[0]]  # before it is rounded
+        change = canvas()._change.array[:, : SIZE[1], : SIZE[0]]  # before rounding
         codes = np.stack([new, *(chroma + change)], axis=-1)[skin].astype(float)
         clipped |= (codes[..., 0] == coding.max_code) | (codes[..., 0] == 0)
         shown.append(codes @ matrices(coding)[0][:, :3].T)
@@ -294,7 +296,7 @@ def test_more_opacity_moves_every_channel_to_the_laid_colour(p, light, coding, s
 
 
 def laid_light(luma, chroma, surface, lit, coding):
-    """Linear light that the twin paints, before it is encoded."""
+    """The linear light that the twin paints, before encoding."""
     codes = np.stack([luma, *chroma], axis=-1).astype(float)
     coarse, nx, ny = on_pixels(surface)
     skin = skin_at(coarse, surface.mean, nx, ny, surface.environment.astype(float), lit)

@@ -1,4 +1,4 @@
-"""Rectangles of planes, chroma spread over pixels and its change folded back."""
+"""Rectangles of planes, chroma upsampled to pixels, and its change averaged back."""
 
 import numpy as np
 import pytest
@@ -37,12 +37,12 @@ def test_a_rect_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
         assert not is_inside
         return
     assert rect.x % chroma[0] == 0 and rect.y % chroma[1] == 0
-    for at, extent, size_px, block in (
+    for start, extent, size_px, block in (
         (rect.x, rect.width, size[0], chroma[0]),
         (rect.y, rect.height, size[1], chroma[1]),
     ):
-        assert at >= 0 and extent > 0 and at + extent <= size_px
-        assert (at + extent) % block == 0 or at + extent == size_px
+        assert start >= 0 and extent > 0 and start + extent <= size_px
+        assert (start + extent) % block == 0 or start + extent == size_px
     for x, y in is_inside:
         assert 0 <= x - rect.x < rect.width and 0 <= y - rect.y < rect.height
 
@@ -51,11 +51,11 @@ def test_a_rect_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
     st.lists(st.tuples(*[st.integers(0, 9)] * 2, *[st.integers(1, 6)] * 2), min_size=2, max_size=2)
 )
 def test_rects_that_share_a_pixel_overlap(boxes):
-    one, other = (Rect(*box) for box in boxes)
-    seen = np.zeros((2, 16, 16), bool)
-    for layer, rect in zip(seen, (one, other), strict=True):
+    first, second = (Rect(*box) for box in boxes)
+    masks = np.zeros((2, 16, 16), bool)
+    for layer, rect in zip(masks, (first, second), strict=True):
         layer[rect.y : rect.y + rect.height, rect.x : rect.x + rect.width] = True
-    assert one.overlaps(other) == other.overlaps(one) == (seen[0] & seen[1]).any()
+    assert first.overlaps(second) == second.overlaps(first) == (masks[0] & masks[1]).any()
 
 
 @pytest.mark.parametrize("ends", [((-9, -9), (-3, 5)), ((20, 2), (30, 5)), ((2, 40), (5, 50))])
@@ -82,10 +82,10 @@ def test_views_share_the_memory_of_the_planes(chroma, interleaved):
 @given(st.sampled_from(SUBSAMPLINGS), WINDOW_SIZES)
 def test_every_pixel_sees_the_chroma_of_its_block(chroma, size):
     planes = planes_of(size, chroma)
-    seen = spread(list(planes[1:]), chroma, size[::-1])
-    assert seen.shape == (2, size[1], size[0])
+    spread_chroma = spread(list(planes[1:]), chroma, size[::-1])
+    assert spread_chroma.shape == (2, size[1], size[0])
     y, x = np.mgrid[: size[1], : size[0]]
-    for plane, got in zip(planes[1:], seen, strict=True):
+    for plane, got in zip(planes[1:], spread_chroma, strict=True):
         np.testing.assert_array_equal(got, plane[y // chroma[1], x // chroma[0]])
 
 

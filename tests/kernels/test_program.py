@@ -1,4 +1,4 @@
-"""Devices are found or named as missing; planes are lent as they lie in memory."""
+"""Devices are found or reported as missing; kernels use planes where they lie in memory."""
 
 import os
 import subprocess
@@ -36,14 +36,14 @@ def add(device, plane):
         device.launch(kernel, (width, height), [*buffers, stride_of(plane), np.int32(width)])
 
 
-@pytest.mark.parametrize(("what", "name"), [("kernel", "test_add"), ("program", "test_add.cl")])
-def test_kernels_and_programs_are_built_once(device, what, name):
-    get = getattr(device, what)
+@pytest.mark.parametrize(("kind", "name"), [("kernel", "test_add"), ("program", "test_add.cl")])
+def test_kernels_and_programs_are_built_once(device, kind, name):
+    get = getattr(device, kind)
     first = get(name, 13, BYTES)
     assert get(name, 13, np.dtype(np.uint8)) is first
     assert get(name, 16, BYTES) is not first
     assert get(name, 13, np.dtype(np.uint16)) is not first
-    assert what == "kernel" or get(name, 13, BYTES, (2, 1)) is not first
+    assert kind == "kernel" or get(name, 13, BYTES, (2, 1)) is not first
 
 
 @pytest.mark.parametrize("shares", [True, False])
@@ -156,22 +156,22 @@ def test_pocl_comes_first_among_platforms(monkeypatch):
 
 def test_the_device_without_threads_comes_first_by_default(monkeypatch):
     code = "from makeup_video.kernels.program import devices; print(*[d.name for d in devices()])"
-    seen = []
+    names = []
     for chosen in (None, "pthread"):
         environment = {name: value for name, value in os.environ.items() if name != "POCL_DEVICES"}
         environment |= {"POCL_DEVICES": chosen} if chosen else {}
-        seen.append(
+        names.append(
             subprocess.check_output([sys.executable, "-c", code], text=True, env=environment)
         )
-    assert seen[0].startswith("basic") and "pthread" in seen[0]
-    assert seen[1].startswith("pthread") and "basic" not in seen[1]
+    assert names[0].startswith("basic") and "pthread" in names[0]
+    assert names[1].startswith("pthread") and "basic" not in names[1]
 
 
 def test_pocl_is_asked_again_without_names_it_does_not_know(monkeypatch):
     monkeypatch.delenv("POCL_DEVICES", raising=False)
-    there = program._found()
-    monkeypatch.setattr(program, "_found", lambda: [] if "POCL_DEVICES" in os.environ else there)
-    assert program.devices() == there
+    found = program._found()
+    monkeypatch.setattr(program, "_found", lambda: [] if "POCL_DEVICES" in os.environ else found)
+    assert program.devices() == found
     assert "POCL_DEVICES" not in os.environ
 
 
@@ -188,7 +188,7 @@ def test_without_any_device_one_line_says_what_to_install(monkeypatch, platforms
 
 
 @pytest.mark.parametrize(
-    ("variable", "value", "says"),
+    ("variable", "value", "message"),
     [
         (
             "POCL_DEVICES",
@@ -199,7 +199,7 @@ def test_without_any_device_one_line_says_what_to_install(monkeypatch, platforms
         ("OCL_ICD_VENDORS", "{file}", "found none where the environment says to look (OCL_ICD_VEN"),
     ],
 )
-def test_a_variable_that_hides_every_device_is_named(tmp_path, variable, value, says):
+def test_a_variable_that_hides_every_device_is_named(tmp_path, variable, value, message):
     (tmp_path / "empty.icd").touch()
     code = "from makeup_video.kernels.program import devices; devices()"
     done = subprocess.run(
@@ -210,7 +210,7 @@ def test_a_variable_that_hides_every_device_is_named(tmp_path, variable, value, 
         text=True,
     )
     last = done.stderr.splitlines()[-1]
-    assert "NoDeviceError: " in last and says in last and "pip install" not in last
+    assert "NoDeviceError: " in last and message in last and "pip install" not in last
 
 
 def test_without_a_linker_an_error_comes_before_pocl_aborts(monkeypatch, tmp_path):

@@ -1,4 +1,4 @@
-"""Lips and lids made by the kernel against the numpy that says what they are."""
+"""The surfaces of lips and lids from the kernel against their numpy definition."""
 
 import re
 from fractions import Fraction
@@ -38,28 +38,32 @@ SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample
 
 
 def made_and_meant(frame: Frame, face: Face):
-    """Pairs of a lit region by the kernel and one by numpy, each with shading and
-    mean; lips first."""
+    """Pairs of a lit region from the kernel and one from numpy, each with shading and mean; lips
+    first."""
     (scene,) = BuildScene()(FrameFaces(frame, (face,))).faces
-    made = lit_of(scene)
-    meant = [region for region in (lips_surface(face), *lid_surfaces(face)) if region is not None]
-    light = luminances(frame, coding_of(frame), [region.grid for region in meant])
-    assert len(made) == len(meant)
-    for lit, region, luminance in zip(made, meant, light, strict=True):
+    by_kernel = lit_of(scene)
+    by_numpy = [
+        region for region in (lips_surface(face), *lid_surfaces(face)) if region is not None
+    ]
+    light = luminances(frame, coding_of(frame), [region.grid for region in by_numpy])
+    assert len(by_kernel) == len(by_numpy)
+    for lit, region, luminance in zip(by_kernel, by_numpy, light, strict=True):
         yield lit.surface, lit.shading, lit.mean, region, *region.shaded(luminance)
 
 
-def assert_same_surface(made, meant):
-    np.testing.assert_allclose(made.grid.to_px, meant.grid.to_px, atol=1e-9)
-    # float32 against float64 where contours are steep; odds reach to 200
-    names = ("odds", "rim", "upper") if hasattr(meant, "odds") else ("up", "lash_px")
+def assert_same_surface(by_kernel, by_numpy):
+    np.testing.assert_allclose(by_kernel.grid.to_px, by_numpy.grid.to_px, atol=1e-9)
+    # float32 against float64 on steep contours; odds reach 200
+    names = ("odds", "rim", "upper") if hasattr(by_numpy, "odds") else ("up", "lash_px")
     for name in names:
-        np.testing.assert_allclose(getattr(made, name), getattr(meant, name), rtol=1e-4, atol=2e-3)
-    np.testing.assert_allclose(made.normals, meant.normals, atol=2e-3)
+        np.testing.assert_allclose(
+            getattr(by_kernel, name), getattr(by_numpy, name), rtol=1e-4, atol=2e-3
+        )
+    np.testing.assert_allclose(by_kernel.normals, by_numpy.normals, atol=2e-3)
 
 
 def turned(points_px, degrees, scale, to_xy):
-    """About the middle of the close-up, and moved."""
+    """The points turned about the middle of the close-up, scaled and moved."""
     angle = np.radians(degrees)
     spin = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     shift = np.array([100, 110]) + to_xy - spin @ (100, 110)
@@ -74,16 +78,18 @@ def turned(points_px, degrees, scale, to_xy):
 def test_surfaces_are_those_of_numpy(degrees, scale, to_xy, number, lean):
     rgb8, points = close_up(number)
     face = true_face(points)
-    there, spin = turned(points, degrees, scale, to_xy)
-    depth = lean * there[:, 0] + 0.3 * np.abs(there[:, 0] - there[:, 0].mean())
+    turned_px, spin = turned(points, degrees, scale, to_xy)
+    depth = lean * turned_px[:, 0] + 0.3 * np.abs(turned_px[:, 0] - turned_px[:, 0].mean())
     face = heads.face(
-        np.column_stack([there, depth]),
+        np.column_stack([turned_px, depth]),
         logits=face.lips.logits,
         to_px=compose(spin, face.lips.to_px),
     )
-    for made, shading, mean, meant, want_shading, want_mean in made_and_meant(frame_of(rgb8), face):
-        assert_same_surface(made, meant)
-        # codes are not rounded on the way, chroma is looked at by fours
+    for by_kernel, shading, mean, by_numpy, want_shading, want_mean in made_and_meant(
+        frame_of(rgb8), face
+    ):
+        assert_same_surface(by_kernel, by_numpy)
+        # the kernel does not round codes in between, and reads chroma in blocks of four
         assert mean == pytest.approx(want_mean, rel=0.03, abs=3e-3)
         np.testing.assert_allclose(shading, want_shading, rtol=0.06, atol=0.01)
 
@@ -118,9 +124,9 @@ def test_hdr_has_the_light_of_numpy(transfer):
 def test_frames_smaller_than_a_face_give_finite_surfaces(size_wh, pix_fmt):
     rgb8 = np.full((*size_wh[::-1], 3), 140, np.uint8)
     _, points = close_up()
-    for at in (points, points - 5000, points + 1e6):
+    for points_px in (points, points - 5000, points + 1e6):
         (scene,) = BuildScene()(
-            FrameFaces(frame_of(rgb8, pix_fmt=pix_fmt), (heads.face(at),))
+            FrameFaces(frame_of(rgb8, pix_fmt=pix_fmt), (heads.face(points_px),))
         ).faces
         for lit in lit_of(scene):
             assert np.isfinite(lit.shading).all() and np.ptp(lit.shading) < 1e-3
@@ -161,16 +167,14 @@ def test_the_head_of_given_lies_as_its_layout_names_it():
     kernel = SurfaceKernel(Device(), np.zeros((14, 11)))
     points = np.arange(3.0 * 478).reshape(478, 3)
     kernel._fill([None, place, None], points, np.ones(PATCH_HW), light)
-    (given,) = kernel._given.view(GIVEN)
-    np.testing.assert_array_equal(given["points"], points)
-    assert not given["logits"].any() and not given["places"]["to_own"][[0, 2]].any()
-    assert given["luma"]["row_step"] == 8 and given["chroma"]["last_x"] == pytest.approx(
-        4, rel=1e-5
-    )
-    lid = given["places"][1]
+    (head,) = kernel._given.view(GIVEN)
+    np.testing.assert_array_equal(head["points"], points)
+    assert not head["logits"].any() and not head["places"]["to_own"][[0, 2]].any()
+    assert head["luma"]["row_step"] == 8 and head["chroma"]["last_x"] == pytest.approx(4, rel=1e-5)
+    lid = head["places"][1]
     assert (lid["own_px"], lid["step_px"]) == (2, 0.5)
     np.testing.assert_array_equal(lid["to_own"], 2 * np.eye(2))
     np.testing.assert_array_equal(lid["near"] + 0.5 * -lid["origin"], (10.25, 20))
     np.testing.assert_array_equal(lid["to_chroma"], [[1, 0, 5.125], [0, 2, 20.0625]])
-    np.testing.assert_allclose(given["weights"].sum(), 1, rtol=1e-6)
-    assert given["last_step"] == 1023
+    np.testing.assert_allclose(head["weights"].sum(), 1, rtol=1e-6)
+    assert head["last_step"] == 1023

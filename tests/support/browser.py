@@ -1,5 +1,4 @@
-"""A real browser on the real page: finds Chromium, starts `makeup-video`, and watches what the
-page does."""
+"""A real browser on the real page: finds Chromium, starts `makeup-video` and observes the page."""
 
 import os
 import queue
@@ -21,7 +20,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline import find_faces, lip_mask
 
-# Set by .ci/run: there a missing browser is a failure.
+# .ci/run sets this variable: there, a missing browser is a failure.
 REQUIRED = os.environ.get("MAKEUP_VIDEO_BROWSER") == "required"
 LEFT_OUT = "no Chromium on this machine: Debian's package is chromium"
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
@@ -29,11 +28,11 @@ _ARGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
     "--disable-background-networking", "--disable-component-update",
 )  # fmt: skip
-PATIENCE_S = 30.0  # two cores that do other things as well
+PATIENCE_S = 30.0  # for two busy cores
 
 
 def executable() -> str:
-    """Path of Chromium; skips the test where there is none, or fails it if it is required."""
+    """Path of Chromium; without Chromium, skips the test, or fails it if Chromium is required."""
     found = next((path for name in _NAMES if (path := shutil.which(name))), None)
     if found is None:
         (pytest.fail if REQUIRED else pytest.skip)(LEFT_OUT)
@@ -52,7 +51,7 @@ def open_browser() -> Iterator[Any]:
 
 
 class Served:
-    """`makeup-video ARGUMENTS` in a process of its own, and the address it tells."""
+    """`makeup-video ARGUMENTS` in its own process, and the address it prints."""
 
     def __init__(self, *arguments: str, port: int = 0) -> None:
         command = [sys.executable, "-m", "makeup_video.cli", *arguments]
@@ -60,28 +59,28 @@ class Served:
             [*command, "--port", str(port), "--no-browser"], stderr=subprocess.PIPE, text=True
         )
         self.lines: list[str] = []
-        told: queue.Queue[str] = queue.Queue()
-        threading.Thread(target=self._listen, args=(told,), daemon=True).start()
-        self.url = told.get(timeout=PATIENCE_S)
+        addresses: queue.Queue[str] = queue.Queue()
+        threading.Thread(target=self._listen, args=(addresses,), daemon=True).start()
+        self.url = addresses.get(timeout=PATIENCE_S)
         assert self.url, self.lines
         self.port = urlsplit(self.url).port or 0
 
-    def _listen(self, told: queue.Queue[str]) -> None:
+    def _listen(self, addresses: queue.Queue[str]) -> None:
         assert self.process.stderr is not None
         for line in self.process.stderr:
             self.lines.append(line)
             if found := re.search(r"http://\S+", line):
-                told.put(found[0])
-        told.put("")  # it ended
+                addresses.put(found[0])
+        addresses.put("")  # the process ended
 
     def stop(self) -> int:
-        """Ctrl-C; the exit code."""
+        """Send Ctrl-C; returns the exit code."""
         self.process.send_signal(signal.SIGINT)
         return self.process.wait(PATIENCE_S)
 
 
 class Visit:
-    """A page that somebody opened. `faults`: what it must not do, such as errors on the console."""
+    """An open page. `faults`: everything a page must not do, such as errors on the console."""
 
     def __init__(self, browser: Any, url: str, **context: Any) -> None:
         self.context = browser.new_context(**context)
@@ -96,9 +95,9 @@ class Visit:
         self.until(lambda: self.pts is not None)
 
     def _heard(self, message: Any) -> None:
-        # the browser itself notes every refusal; the page tells of it where it happened
+        # the browser logs every refused request; the page itself shows the error
         known = ["status of 4"] + ["ERR_CONNECTION_REFUSED"] * self.server_may_stop
-        if message.type in ("error", "warning") and not any(one in message.text for one in known):
+        if message.type in ("error", "warning") and not any(text in message.text for text in known):
             self.faults.append(message.text)
 
     def _asked(self, url: str, origin: str) -> None:
@@ -106,7 +105,7 @@ class Visit:
             self.faults.append(f"request to {url}")
 
     def until(self, holds: Callable[[], Any]) -> Any:
-        """Wait until it holds, and return what it gave; fails when it never does."""
+        """Wait until `holds` returns a true value, and return it; fails after PATIENCE_S."""
         end = time.monotonic() + PATIENCE_S
         while not (value := holds()):
             assert time.monotonic() < end, f"never came to hold; {self.faults}"
@@ -115,16 +114,16 @@ class Visit:
 
     @property
     def pts(self) -> str | None:
-        """Of the picture that is on the screen."""
+        """Pts of the picture on the screen."""
         return self.page.get_attribute("#picture", "data-pts")
 
     def wait_for_pictures(self, count: int) -> None:
-        """So many different ones, from now on."""
+        """Wait for `count` new pictures."""
         seen = {self.pts}
         self.until(lambda: seen.add(self.pts) or len(seen) > count)
 
     def picture(self) -> np.ndarray:
-        """(H, W, 3) uint8 RGB of what the canvas shows."""
+        """(H, W, 3) uint8 RGB of the canvas."""
         url = self.page.evaluate("() => document.getElementById('picture').toDataURL('image/png')")
         import base64
 
@@ -132,8 +131,8 @@ class Visit:
         return np.ascontiguousarray(cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1])
 
     def lips(self, side: slice = slice(None)) -> np.ndarray | None:
-        """Mean (red, green, blue) of the lips in the picture; None where no face is seen.
-        side: which part of the lips, of columns counted from their left end, 0 to 100."""
+        """Mean (red, green, blue) of the lips in the picture, or None without a face.
+        side: the part of the lips, in columns from their left end, 0 to 100."""
         rgb8 = self.picture()
         faces = find_faces(rgb8)
         if not faces:
@@ -145,7 +144,7 @@ class Visit:
         return rgb8[rows[chosen], columns[chosen]].mean(axis=0)
 
     def drop(self, path: Path, target: str = "body", name: str = "") -> None:
-        """Drag a file over the page and let it fall on `target`, as a person would."""
+        """Drag a file over the page and drop it on `target`, as a user would."""
         import base64
 
         self.page.evaluate(

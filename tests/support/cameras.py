@@ -7,8 +7,8 @@ from media import make_clip, picture
 
 
 class FakeDevice:
-    """What FFmpeg would open: gives the packets of a clip once it may begin, then does what it
-    was told."""
+    """Stands in for the container that FFmpeg opens: gives the packets of a clip after `begin`,
+    then calls `end`."""
 
     def __init__(self, path, end, begin=None):
         self.file = av.open(str(path))
@@ -42,19 +42,18 @@ def mjpeg(tmp_path, name="cam.avi", **more):
 
 
 class Damaged(FakeDevice):
-    """One packet breaks off, one is no JPEG at all, one is empty, one has rubbish
-    behind its end."""
+    """One packet is cut short, one is no JPEG, one is empty, and one has garbage after its end."""
 
     def changed(self, packet):
         data = bytes(packet)
         number = packet.pts
         odd = {1: data[: len(data) // 2], 3: b"no picture", 5: b"", 6: data + b"rubbish"}
         cut = odd.get(number, data)
-        return av.Packet(cut)  # without a stamp, by which a busy machine would leave some out
+        return av.Packet(cut)  # no time stamp: on a busy machine, stale packets would be dropped
 
 
 def raw_yuyv(path, frames=4, size_wh=(64, 48)):
-    """YUYV as a camera gives it, in AVI."""
+    """Raw YUYV, as from a camera, in AVI."""
     with av.open(str(path), "w") as out:
         stream = out.add_stream("rawvideo", rate=10)
         stream.width, stream.height, stream.pix_fmt = *size_wh, "yuyv422"
@@ -66,7 +65,7 @@ def raw_yuyv(path, frames=4, size_wh=(64, 48)):
 
 
 class Scripted(FakeDevice):
-    """Gives its packets at set times, with set stamps: script is [(stamped, read), ...]."""
+    """Gives its packets at scripted times with scripted stamps: script is [(stamp, read), ...]."""
 
     def __init__(self, path, end, begin, clock, script):
         super().__init__(path, end, begin)

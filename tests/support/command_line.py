@@ -1,4 +1,4 @@
-"""The command, run in this process or in its own."""
+"""The command, run in this process or in a process of its own."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Films of faces through the tracker, and what must hold for what is found."""
+"""Runs pictures through the tracker, and checks the faces it finds."""
 
 import numpy as np
 from makeup_video.pipeline import Face, FindFaces
@@ -17,9 +17,9 @@ def error_percent(face: Face, true: np.ndarray, index=slice(None)) -> float:
 
 
 def run(pictures, finder: FindFaces | None = None, *, first_pts=0, **how):
-    """The faces of each picture, followed as a film."""
+    """FrameFaces of each picture, tracked as a film."""
     finder = finder or FindFaces()
-    return [finder(frame_of(p, first_pts + at, **how)) for at, p in enumerate(pictures)]
+    return [finder(frame_of(p, first_pts + index, **how)) for index, p in enumerate(pictures)]
 
 
 def middle(face: Face) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Faces and frames for tests: a head that talks, turns and blinks, whose true points are known."""
+"""Faces and frames for tests: a talking, turning, blinking head with known true points."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -35,7 +35,7 @@ def face(points_px, track_id=0, logits=_LOGITS, to_px=None, score=0.9, mouth_vis
     """A face with these points, (478, 2) or (478, 3), and a crop around its lips."""
     points_px = np.asarray(points_px)
     if points_px.shape[1] == 2:
-        # Any depth that belongs to the points will do.
+        # any plausible depth
         z = 0.3 * np.abs(points_px[:, 0] - points_px[:, 0].mean())
         points_px = np.column_stack([points_px, z])
     if to_px is None:
@@ -47,25 +47,25 @@ def face(points_px, track_id=0, logits=_LOGITS, to_px=None, score=0.9, mouth_vis
     return Face(points_px.astype(np.float32), score, mouth_visible, track_id, patch)
 
 
-def through(stage, items):
-    """All that comes out of a stage, in order."""
+def run_stage(stage, items):
+    """All outputs of a stage, in order."""
     out = [result for result in map(stage, items) if result is not None]
     return out + list(getattr(stage, "drain", tuple)())
 
 
 def film(faces, time_base=Fraction(1, 30), every=1):
-    """One face a frame; None is a frame without."""
+    """One face per frame; None is a frame without a face."""
     return [
-        FrameFaces(frame(index * every, time_base), () if one is None else (one,))
-        for index, one in enumerate(faces)
+        FrameFaces(frame(index * every, time_base), () if item is None else (item,))
+        for index, item in enumerate(faces)
     ]
 
 
 def xy_px(items):
-    """(N, 478, 2) of the first faces."""
+    """(N, 478, 2) points of the first face of each item, px."""
     return np.array([item.faces[0].points_px[:, :2] for item in items], np.float64)
 
 
 def rms(error_px, points=slice(None)):
-    """Of an (N, 478, 2) error, over frames, points and both axes."""
+    """Root mean square of an (N, 478, 2) error, over frames, points and both axes."""
     return float(np.sqrt((error_px[:, points] ** 2).mean()))

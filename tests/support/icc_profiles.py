@@ -27,8 +27,8 @@ def profile(colorants, curve, name="test", space=b"RGB "):
     tags = {b"desc": b"mluc\0\0\0\0" + struct.pack(">II4sII", 1, 12, b"enUS", len(text), 28) + text}
     tags[b"wtpt"] = b"XYZ \0\0\0\0" + fixed(0.9642, 1.0, 0.8249)
     kind = {1: 0, 5: 3}[len(curve)]
-    for at, letter in enumerate((b"r", b"g", b"b")):
-        tags[letter + b"XYZ"] = b"XYZ \0\0\0\0" + fixed(*(row[at] for row in colorants))
+    for index, letter in enumerate((b"r", b"g", b"b")):
+        tags[letter + b"XYZ"] = b"XYZ \0\0\0\0" + fixed(*(row[index] for row in colorants))
         tags[letter + b"TRC"] = b"para\0\0\0\0" + struct.pack(">HH", kind, 0) + fixed(*curve)
     table, body, start = b"", b"", 132 + 12 * len(tags)
     for tag, data in tags.items():

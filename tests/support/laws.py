@@ -1,4 +1,4 @@
-"""What tests of the renderer's laws share: colours, and scenes of the sample."""
+"""Shared by tests of the renderer's laws: colours, and scenes of the sample."""
 
 from functools import cache
 
@@ -27,8 +27,8 @@ def lab(linear):
     return xyz2lab(np.maximum(linear, 0) @ to_xyz(1).T, illuminant="D65", observer="2")
 
 
-def same(one, other):
-    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+def same(left, right):
+    return all(np.array_equal(a, b) for a, b in zip(left, right, strict=True))
 
 
 def film_frames(first, last):
@@ -57,7 +57,8 @@ def true_px(number):
 
 
 def share_changed(number, contour, shrunk_px, look):
-    """Of the pixels in a contour and at least shrunk_px from it: by more than 2 codes of luma."""
+    """Share of the pixels at least shrunk_px inside a contour whose luma changed by more than
+    2 codes."""
     scene = film_scenes()[number]
     old, new = scene.frame.planes[0].astype(int), paint_planes(scene, look)[0]
     within = inside(true_px(number)[contour], old.shape, shrunk_px)

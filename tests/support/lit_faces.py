@@ -1,4 +1,4 @@
-"""The portrait under other lights, and the light that is read from it."""
+"""The portrait under other lights, and the light estimated from it."""
 
 from functools import cache
 
@@ -16,7 +16,7 @@ NO_LIPS = LipPatch(np.zeros((80, 112), np.float32), np.eye(2, 3))
 
 @cache
 def points():
-    """(478, 3) of the portrait's face."""
+    """(478, 3) points of the portrait's face."""
     (face,) = find_faces(portrait())
     return face.points_px
 

@@ -1,4 +1,4 @@
-"""Sources and sinks of a live run that do as a test wants."""
+"""Sources and sinks of a live run that a test controls."""
 
 import threading
 import time
@@ -18,7 +18,7 @@ def numbers(pictures):
 
 
 class List:
-    """A sink that keeps its pictures; it may be held up, or break."""
+    """A sink that keeps its pictures; `gate` can stall it, and `error` makes it fail."""
 
     notice = ""
 
@@ -43,7 +43,7 @@ class List:
 
 
 class Frames:
-    """A camera that gives what a generator does."""
+    """A camera that yields the frames of a generator."""
 
     def __init__(self, frames):
         self._frames, self.closes = frames, 0
@@ -56,7 +56,7 @@ class Frames:
 
 
 class Camera:
-    """Gives a frame each time it is allowed to; one that is stuck does not hear `close`."""
+    """Gives a frame for each permission of the test; a stuck camera ignores `close`."""
 
     def __init__(self):
         self.allowed, self.given, self.closed = threading.Semaphore(0), 0, threading.Event()
@@ -77,14 +77,14 @@ class Camera:
 
 
 def started(runner):
-    """The run on a thread of its own, and what it raised."""
+    """The run on its own thread, and the errors it raised."""
     raised = []
 
     def run():
         try:
             runner.run(tick_seconds=0.01)
             raised.append(None)
-        except BaseException as error:  # noqa: BLE001  # the test looks at it
+        except BaseException as error:  # noqa: BLE001  # the test inspects the error
             raised.append(error)
 
     thread = threading.Thread(target=run)

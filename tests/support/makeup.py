@@ -1,4 +1,4 @@
-"""Any product, light and surface; faces whose true points are known; who paints them."""
+"""Arbitrary products, lights and surfaces; faces with known true points; the painter."""
 
 import sys
 from dataclasses import fields, replace
@@ -32,7 +32,7 @@ LAYOUTS = (
     "yuv420p", "yuv422p", "yuv444p", "nv12",
     "yuv420p10le", "yuv422p10le", "yuv444p10le",
 )  # fmt: skip
-BARE = {"opacity": 0.0, "gloss": 0.0, "reflection": 0.0}  # of a product that is not worn
+BARE = {"opacity": 0.0, "gloss": 0.0, "reflection": 0.0}  # a product that changes nothing
 FLAT = {"gloss": 0.0, "reflection": 0.0, "shimmer": 0.0}  # colour alone
 
 device = cache(Device)
@@ -57,7 +57,7 @@ def white_light() -> SceneLight:
 
 
 def params(**fixed: float):
-    """Any GraphicsParams of the whole space, gloss up to the largest number there is."""
+    """Any GraphicsParams of the whole space, with gloss up to the largest float."""
     free = {}
     for spec in fields(GraphicsParams):
         low, high = spec.metadata["low"], spec.metadata["high"]
@@ -69,13 +69,13 @@ def params(**fixed: float):
 
 
 def product(**given: float) -> GraphicsParams:
-    """An opaque matte red, but for what is given."""
+    """An opaque matte red with the given changes."""
     plain = {"red": 180, "green": 0, "blue": 46, "opacity": 1, "gloss_roughness": 0.5, **FLAT}
     return GraphicsParams(**{**plain, **given})
 
 
 def light_of(colour, tilt, strength: float, room: float, seed: int) -> SceneLight:
-    """Light of a colour (logarithms of red, green, blue) from a side (x and y)."""
+    """Light of a colour (logarithms of red, green, blue) from a direction (x and y)."""
     rgb = np.exp(np.array(colour))
     direction = np.array([*tilt, -np.sqrt(1 - np.square(tilt).sum())])
     environment = np.random.default_rng(seed).uniform(0, room, (16, 16, 3))
@@ -88,7 +88,7 @@ def light_of(colour, tilt, strength: float, room: float, seed: int) -> SceneLigh
 
 
 def lights():
-    """Any that may be estimated; its luminance is 1."""
+    """Any light that can be estimated; its luminance is 1."""
     return st.builds(
         light_of,
         st.tuples(*[st.floats(-1.2, 1.2)] * 3),
@@ -112,21 +112,21 @@ def place_of(angle: float, skin_px: float) -> SkinAxes:
 
 
 def places():
-    """A region turned by any angle, of a face of any size."""
+    """A region at any angle, on a face of any size."""
     return st.builds(place_of, st.floats(-3.2, 3.2), st.floats(4, 1500))
 
 
 def any_surface(
     seed: int, size_wh: tuple[int, int], place: SkinAxes, brightest: float
 ) -> PaintedRegion:
-    """Every kind of pixel: no weight, little and all; black and bright; normals too steep."""
+    """Every kind of pixel: weights from 0 to 1, from black to bright, even too steep normals."""
     rng = np.random.default_rng(seed)
     w, h = size_wh
     weight = np.clip(rng.uniform(-0.5, 1.5, (h, w)), 0, 1)
     coarse = brightest * rng.uniform(0, 1, (h, w)) ** 3 * (rng.uniform(0, 1, (h, w)) > 0.1)
     coarse = np.pad(coarse, ((0, h < 2), (0, w < 2)), mode="edge")
     normals = rng.uniform(-1.2, 1.2, (2, *coarse.shape)).astype(np.float32)
-    # as fine as the rectangle, or coarser, turned, and not all over it
+    # the grid is as fine as the rectangle, or coarser, turned, and only on a part of it
     to_grid = (1, 0, 0, 0, 1, 0) if seed % 2 else (0.6, 0.2, 1.3, -0.1, 0.5, 2.0)
     mean = float(rng.choice([0, 0.02, 0.3, brightest]))
     step = np.array([[1, 0], [0, 1]]) / place.skin_px
@@ -153,24 +153,24 @@ def flat_surface(size_wh: tuple[int, int], luminance: float, weight: float = 1.0
 def paint_codes(
     luma: np.ndarray, chroma: np.ndarray, surface: PaintedRegion, lit: Material, coding: Coding
 ) -> np.ndarray:
-    """What the kernels make of codes (h, w) and (2, h, w), 4:4:4: (3, h, w) integers."""
+    """Paint 4:4:4 codes (h, w) and (2, h, w) with the kernels: (3, h, w) integers."""
     planes = luma.copy(), *chroma.astype(luma.dtype)
     paint_on(planes, [replace(surface, material=lit)], coding, (1, 1))
     return np.stack(planes).astype(int)
 
 
 def paint_on(planes, surfaces: list[PaintedRegion], coding: Coding, block: tuple[int, int]) -> None:
-    """The surfaces on any planes, in place."""
-    weights = canvas().place([one.rect for one in surfaces], block, planes[0].dtype)
-    for weight, one in zip(weights, surfaces, strict=True):
+    """Paint the surfaces on any planes, in place."""
+    weights = canvas().place([surface.rect for surface in surfaces], block, planes[0].dtype)
+    for weight, surface in zip(weights, surfaces, strict=True):
         assert not weight.any()
-        weight[:] = one.weight
-    placed = [replace(one, weight=w) for one, w in zip(surfaces, weights, strict=True)]
+        weight[:] = surface.weight
+    placed = [replace(surface, weight=w) for surface, w in zip(surfaces, weights, strict=True)]
     canvas().paint(planes, placed, coding)
 
 
 def any_codes(seed: int, size_wh: tuple[int, int], coding: Coding) -> tuple[np.ndarray, np.ndarray]:
-    """Luma and chroma: black, white, ordinary skin, and codes that mean no colour at all."""
+    """Luma and chroma: black, white, ordinary skin, and codes outside every gamut."""
     rng = np.random.default_rng(seed)
     w, h = size_wh
     top, unit = coding.max_code, 2.0 ** (coding.bit_depth - 8)
@@ -185,7 +185,7 @@ def any_codes(seed: int, size_wh: tuple[int, int], coding: Coding) -> tuple[np.n
 
 
 def signed_distance(points_xy: np.ndarray, hw: tuple[int, int]) -> np.ndarray:
-    """(H, W) float32 px, positive inside a polygon, right to a quarter of a pixel."""
+    """(H, W) float32 px, positive inside a polygon, accurate to a quarter of a pixel."""
     fine = 4
     big = np.zeros((hw[0] * fine, hw[1] * fine), np.uint8)
     cv2.fillPoly(big, [np.rint((points_xy + 0.5) * fine - 0.5).astype(np.int32)], 1)
@@ -196,7 +196,7 @@ def signed_distance(points_xy: np.ndarray, hw: tuple[int, int]) -> np.ndarray:
 
 
 def true_face(points_px: np.ndarray, track_id: int = 0, mouth_visible: float = 1.0) -> Face:
-    """A face with a lip patch drawn after its points, (478, 2)."""
+    """A face with a lip patch drawn from its points, (478, 2)."""
     face = heads.face(points_px, track_id, mouth_visible=mouth_visible)
     back = cv2.invertAffineTransform(face.lips.to_px)
     hw = face.lips.logits.shape
@@ -214,7 +214,7 @@ def _sample(index: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def close_up(index: int = 0, box=(220, 80, 420, 300)) -> tuple[np.ndarray, np.ndarray]:
-    """A part of a sample's frame, 640 x 360 in all: RGB, and the face's points in it."""
+    """A crop of a frame of the 640 x 360 sample: RGB, and the face's points in the crop."""
     rgb8, points = _sample(index)
     x0, y0, x1, y1 = box
     return np.ascontiguousarray(rgb8[y0:y1, x0:x1]), points - (x0, y0)
@@ -225,7 +225,7 @@ def tagged(frame: Frame, tags: ColourTags) -> Frame:
 
 
 def scene_of(frame: Frame, faces: tuple[Face, ...], light: SceneLight | None = None) -> FrameScene:
-    """The scene of a frame that stands alone; a light that is given stands in for the estimate."""
+    """The scene of a single frame; `light` replaces the estimated light."""
     scene = BuildScene()(FrameFaces(frame, faces))
     if light is None:
         return scene
@@ -239,7 +239,7 @@ def close_up_scene(pix_fmt: str = "yuv444p", light: SceneLight | None = None, **
 
 @cache
 def painter() -> Composite:
-    """One for all tests; each sets its own look."""
+    """One painter for all tests; each test sets its own look."""
     return Composite(Look())
 
 
@@ -248,7 +248,7 @@ def copied(frame: Frame) -> list[np.ndarray]:
 
 
 def paint_planes(scene: FrameScene, look: Look) -> list[np.ndarray]:
-    """The planes with the look on; the scene's own frame is as before, so it can be used again."""
+    """The painted planes; the scene's frame is restored, so a test can use the scene again."""
     frame = scene.frame
     fresh = av.VideoFrame(frame.width_px, frame.height_px, frame.pix_fmt)
     target = Frame(fresh, frame.pts, frame.time_base, frame.tags)
@@ -259,12 +259,12 @@ def paint_planes(scene: FrameScene, look: Look) -> list[np.ndarray]:
 
 
 def lit_of(face: FaceScene) -> list[Lit]:
-    """Every surface of a face that is seen: the lips, then the lids."""
+    """Every visible surface of a face: the lips, then the lids."""
     return [lit for surfaces in face.regions.values() for lit in surfaces]
 
 
 def weights_of(scene: FrameScene, look: Look, monkeypatch) -> np.ndarray:
-    """(H, W): the largest weight that a look lays on each pixel of a frame."""
+    """(H, W): the largest weight of a look at each pixel of a frame."""
     frame = scene.frame
     total = np.zeros((frame.height_px, frame.width_px), np.float32)
 
@@ -285,5 +285,5 @@ def weights_of(scene: FrameScene, look: Look, monkeypatch) -> np.ndarray:
 
 
 def inside(points_px: np.ndarray, hw: tuple[int, int], shrunk_px: float = 0.0) -> np.ndarray:
-    """(H, W) bool: pixels within a contour, and at least shrunk_px away from it."""
+    """(H, W) bool: the pixels at least shrunk_px inside a contour."""
     return signed_distance(points_px, hw) > shrunk_px

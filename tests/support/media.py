@@ -1,4 +1,4 @@
-"""Makes the small, odd media files that the tests feed to the product."""
+"""Makes the small, unusual media files that the tests use."""
 
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
@@ -20,7 +20,7 @@ ENCODERS = {
     "mjpeg": ("mjpeg", {"qscale": "3"}),
     "qtrle": ("qtrle", {}),
 }
-# What FFmpeg's encoders of text subtitles want to know before the first title.
+# The header that FFmpeg's encoders of text subtitles need before the first title.
 ASS_HEADER = b"""[Script Info]
 ScriptType: v4.00+
 [V4+ Styles]
@@ -63,7 +63,7 @@ def add_video(
     options: dict[str, str] | None = None,
     **attributes: Any,
 ) -> Any:
-    """Add a video stream that one of ENCODERS fills; attributes go onto its codec context."""
+    """Add a video stream for one of ENCODERS; the attributes are set on its codec context."""
     name, defaults = ENCODERS[codec]
     stream = container.add_stream(name, rate=rate, options={**defaults, **(options or {})})
     stream.width, stream.height = size_wh
@@ -169,5 +169,5 @@ def decoded(path: Path) -> list[av.VideoFrame]:
 
 
 def times_of(path: Path) -> list[Fraction]:
-    """Presentation times of the decoded frames, in seconds, exact."""
+    """Exact presentation times of the decoded frames, in seconds."""
     return [frame.pts * frame.time_base for frame in decoded(path)]

@@ -1,4 +1,4 @@
-"""Heads that move under noise, and what smoothing makes of them."""
+"""Moving heads with noise, and their noise levels."""
 
 import numpy as np
 from heads import IOD_PX, face, lip_logits
@@ -11,14 +11,14 @@ from makeup_video.pipeline.smoothing.realtime import SmoothLive
 SMALL = lip_logits((8, 10))
 
 
-def heard(points, seconds=None):
-    """NoiseLevel after these faces, and their space."""
+def measure_noise(points, seconds=None):
+    """(FaceSpace, Readings, NoiseLevel) after a face at each of the points."""
     seconds = np.arange(len(points)) / 30 if seconds is None else seconds
     space, level = FaceSpace(face(points[0], logits=SMALL)), NoiseLevel()
     readings = Readings(space, len(points))
-    for at, each in enumerate(points):
-        space.split(face(each, logits=SMALL), readings, at)
-        last = range(max(0, at + 1 - NOISE_MOMENTS), at + 1)
+    for index, points_px in enumerate(points):
+        space.split(face(points_px, logits=SMALL), readings, index)
+        last = range(max(0, index + 1 - NOISE_MOMENTS), index + 1)
         level.update(readings.apart, last, seconds[last].tolist())
     return space, readings, level
 
@@ -27,7 +27,7 @@ STAGES = [SmoothAhead, SmoothLive]
 
 
 def noise_px(count, share_of_iod=0.003, seed=0):
-    """Jitter as nets have it: part moves each point, part a whole region at once."""
+    """Jitter like that of nets: one part moves single points, the other moves whole regions."""
     rng = np.random.default_rng(seed)
     lips = np.isin(np.arange(478), LIPS)
     out = rng.normal(0, 0.7, (count, 478, 2))

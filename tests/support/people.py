@@ -1,4 +1,4 @@
-"""Frames and pictures with people on them, cut from the repository's own samples."""
+"""Frames and pictures of people, from the repository's own samples."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -39,7 +39,7 @@ def clip(count: int = 40) -> tuple[np.ndarray, ...]:
 
 @cache
 def clip_points(count: int = 40) -> np.ndarray:
-    """(count, 478, 2) where the points truly are in `clip`, px."""
+    """(count, 478, 2) true points in `clip`, px."""
     stored = np.load(SAMPLES / "in_points.npz")
     points = stored["points"][:count].astype(np.float64) * stored["unit"]
     return (points + 0.5) / 2 - 0.5
@@ -55,7 +55,7 @@ def frame_of(
     full_range: bool = False,
     rotation_degrees: int = 0,
 ) -> Frame:
-    """An upright RGB picture as the frame that a camera turned by -rotation would store."""
+    """An upright RGB picture as the stored frame of a camera that is turned by -rotation."""
     stored = np.rot90(rgb8, -rotation_degrees // 90)
     picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(stored), format="rgb24").reformat(
         format=pix_fmt,
@@ -69,7 +69,7 @@ def frame_of(
 def film(
     path: Path, pictures: Sequence[np.ndarray], pix_fmt: str = "yuv420p", rotation_degrees: int = 0
 ) -> Path:
-    """Upright RGB pictures as a lossless film, stored turned as a camera would, and saying so."""
+    """Upright RGB pictures as a lossless film, stored with a rotation and its tag."""
     with av.open(str(path), "w") as out:
         height, width = np.rot90(pictures[0], rotation_degrees // 90).shape[:2]
         stream = add_video(out, "ffv1", size_wh=(width, height), pix_fmt=pix_fmt)
@@ -84,7 +84,7 @@ def film(
 
 
 def put(ground: np.ndarray, picture: np.ndarray, x: int, y: int) -> np.ndarray:
-    """A copy of ground with picture's top left corner at (x, y); what lies outside is cut off."""
+    """A copy of `ground` with the top left corner of `picture` at (x, y); the rest is cut off."""
     out = ground.copy()
     h, w = picture.shape[:2]
     x0, y0 = max(x, 0), max(y, 0)

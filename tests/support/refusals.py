@@ -1,4 +1,4 @@
-"""Errors as the command spells them: options that a message names have their dashes."""
+"""Errors as the command prints them: options in a message have their dashes."""
 
 import re
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from makeup_video.pipeline import MakeupVideoError
 
 @contextmanager
 def refused(kind: type[MakeupVideoError], match: str) -> Iterator[None]:
-    """What happens inside must raise `kind`, in one line in which `match` is found."""
+    """The block must raise `kind` with a message of one line that contains `match`."""
     with pytest.raises(kind) as caught:
         yield
     line = caught.value.spelled(option_of_command)

@@ -1,4 +1,4 @@
-"""Clips with subtitles, chapters, cover art, timecode and data, and what is in them."""
+"""Clips with subtitles, chapters, cover art, timecode and data, and readers for these."""
 
 from fractions import Fraction
 
@@ -82,7 +82,7 @@ def chapters_of(path):
 
 
 def make_cover(path):
-    """A clip whose cover is larger than the video itself; returns the cover's JPEG bytes."""
+    """Write a clip with a cover larger than the video; returns the cover's JPEG bytes."""
     jpeg = av.CodecContext.create("mjpeg", "w")
     jpeg.width, jpeg.height, jpeg.pix_fmt = 400, 300, "yuvj420p"
     jpeg.time_base = Fraction(1, 25)

@@ -1,8 +1,9 @@
-"""A process that must not talk to any network: the kernel ends it when it tries.
+"""A process without network: the kernel ends the process if it tries to use one.
 
-`python tests/sandbox.py quiet COMMAND ...` runs COMMAND so that opening an internet socket ends it
-with SIGSYS, as does every child of it; with `serves` instead of `quiet` it may listen, but neither
-connect nor send datagrams. By seccomp (Linux: seccomp(2), linux/filter.h), which needs no rights.
+`python tests/support/sandbox.py quiet COMMAND ...` runs COMMAND and its children so that opening an
+internet socket ends the process with SIGSYS. With `serves` instead of `quiet`, COMMAND may listen,
+but neither connect nor send datagrams. The filter uses seccomp (Linux: seccomp(2),
+linux/filter.h), which needs no privileges.
 """
 
 import ctypes
@@ -13,7 +14,7 @@ import subprocess
 import sys
 from functools import cache
 
-# of linux/audit.h and the system call tables: (AUDIT_ARCH, socket, connect)
+# from linux/audit.h and the system call tables: (AUDIT_ARCH, socket, connect)
 _MACHINES = {"x86_64": (0xC000003E, 41, 42), "aarch64": (0xC00000B7, 198, 203)}
 _PR_SET_SECCOMP, _PR_SET_NO_NEW_PRIVS, _MODE_FILTER = 22, 38, 2
 _LOAD, _EQUAL, _AND, _RETURN = 0x20, 0x15, 0x54, 0x06
@@ -24,7 +25,7 @@ _INET, _INET6, _DATAGRAM = 2, 10, 2
 
 @cache
 def is_there() -> bool:
-    """True on a Linux that has such filters for this processor, and lets us set them."""
+    """True if this Linux and this processor support the filters."""
     if sys.platform != "linux" or platform.machine() not in _MACHINES:
         return False
     trial = [sys.executable, __file__, "quiet", sys.executable, "-c", ""]
@@ -32,7 +33,7 @@ def is_there() -> bool:
 
 
 def forbid_network(*, serves: bool = False) -> None:
-    """From here on, for this process and its children, for good."""
+    """Cut off the network for this process and its children; this cannot be undone."""
     steps = _serving() if serves else _quiet()
     code = b"".join(struct.pack("HBBI", *step) for step in steps)
     memory = ctypes.create_string_buffer(code)
@@ -47,11 +48,11 @@ def forbid_network(*, serves: bool = False) -> None:
 
 
 def _quiet() -> list[tuple[int, int, int, int]]:
-    """socket() with an internet family ends the process."""
+    """End the process on socket() with an internet family."""
     arch, socket, _ = _MACHINES[platform.machine()]
     return [
         (_LOAD, 0, 0, _ARCH),
-        (_EQUAL, 0, 4, arch),  # of another architecture: to the end, which kills
+        (_EQUAL, 0, 4, arch),  # another architecture jumps to the end, which kills
         (_LOAD, 0, 0, _NUMBER),
         (_EQUAL, 0, 3, socket),
         (_LOAD, 0, 0, _FAMILY),
@@ -63,7 +64,7 @@ def _quiet() -> list[tuple[int, int, int, int]]:
 
 
 def _serving() -> list[tuple[int, int, int, int]]:
-    """connect() ends the process, and so does socket() with an internet family for datagrams."""
+    """End the process on connect(), and on socket() for datagrams with an internet family."""
     arch, socket, connect = _MACHINES[platform.machine()]
     return [
         (_LOAD, 0, 0, _ARCH),

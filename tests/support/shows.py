@@ -1,4 +1,4 @@
-"""A show that tests conduct, a server that serves it, and pages that watch."""
+"""A show under the control of tests, a server for the show, and pages that watch."""
 
 import json
 import socket
@@ -20,7 +20,7 @@ BLUE = Look(lips=product((20, 0, 200), "gloss"))
 
 
 class StandIn:
-    """One session for all pages; the test pushes the pictures. `reads` is what photos hold."""
+    """One session for all pages; the test pushes the pictures. `reads` is the look of photos."""
 
     mode = "demo"
     name = "stand-in"
@@ -28,7 +28,7 @@ class StandIn:
     def __init__(self, mode="demo"):
         self.mode, self.look, self.push, self.compares = mode, RED, None, False
         self.watched = threading.Event()
-        self.photos, self.portraits, self.told = [], [], None
+        self.photos, self.portraits, self.latest_figures = [], [], None
         self.reads = lambda photo, name: BLUE
         self.picture = self.photo = None
 
@@ -52,7 +52,7 @@ class StandIn:
         self.compares = on
 
     def figures(self):
-        return self.told
+        return self.latest_figures
 
     def read(self, photo, name):
         self.photos.append((photo, name))
@@ -71,9 +71,9 @@ class StandIn:
 
 @contextmanager
 def serving(show, worker=None, **options) -> Generator[str, None, None]:
-    """The page's address, without the last slash."""
-    said = options.pop("said", [])
-    server = Server(show, worker or Worker(), log=said.append, **options)
+    """The page's address, without the final slash."""
+    log = options.pop("log", [])
+    server = Server(show, worker or Worker(), log=log.append, **options)
     try:
         yield server.start().rstrip("/")
     finally:
@@ -81,7 +81,7 @@ def serving(show, worker=None, **options) -> Generator[str, None, None]:
 
 
 class Page:
-    """A page without a screen: it says hello, and shows what comes when it is asked to."""
+    """A page without a screen: sends its hello, and reads messages and pictures on request."""
 
     def __init__(self, url, session=""):
         self.url = url
@@ -110,7 +110,7 @@ class Page:
         self.socket.send(json.dumps({"type": kind, **values}))
 
     def message(self, *kinds):
-        """The next text of one of these types; others and pictures are passed over."""
+        """The next message of one of these types; skips others, and pictures."""
         while True:
             got = self.socket.recv(timeout=10)
             if isinstance(got, str):
@@ -119,7 +119,7 @@ class Page:
                     return values
 
     def picture(self, shown=True):
-        """(pts_us, rotation, jpeg, before) of the next picture; texts are passed over."""
+        """(pts_us, rotation, jpeg, before) of the next picture; skips messages."""
         while isinstance(got := self.socket.recv(timeout=10), str):
             pass
         pts_us, rotation, flags, size, size_before = HEAD.unpack_from(got)
@@ -134,14 +134,14 @@ class Page:
 
 
 def post(url, where, data, **headers):
-    """headers: with _ for -; an Origin of None is left out."""
+    """headers: names have _ for -; None leaves the header out."""
     given = {"origin": url, **{name.replace("_", "-"): value for name, value in headers.items()}}
     given = {name: value for name, value in given.items() if value is not None}
     return httpx.post(url + where, content=data, headers=given, timeout=30)
 
 
 def stalled(url):
-    """A socket that opens a WebSocket and never reads."""
+    """A socket that opens a WebSocket but never reads."""
     parts = urlsplit(url)
     raw = socket.create_connection((parts.hostname, parts.port))
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)

@@ -1,7 +1,7 @@
-"""Counts the work of painting a film; counts are the same on every machine, however busy.
+"""Counts the work of painting a film; the counts do not depend on the machine or its load.
 
-`tests/test_work_per_frame.py` compares every count with a limit, so that a change that makes frames
-more expensive shows where seconds would only be noise.
+`tests/test_work_per_frame.py` compares every count with a limit, which reveals a more expensive
+frame where times would only be noise.
 """
 
 import gc
@@ -33,12 +33,12 @@ _OPENCV_FUNCTIONS = ("remap", "warpAffine", "resize", "transform", "merge", "spl
 
 
 def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
-    """The work of one frame: the mean of the first `frames` of a film; nothing is encoded.
+    """The mean work per frame over the first `frames` of a film; nothing is encoded.
 
-    net_runs, and net_runs_<name> of each net.  kernels_launched.  work_items: of these kernels.
-    bytes_converted: size of the pictures that OpenCV returned (crops, maps, blurs).
-    frames_converted: whole frames that PyAV converted to another layout.  calls: of Python and C
-    functions.
+    net_runs, and net_runs_<name> of each net.  kernels_launched.  work_items: total of these
+    kernels.  bytes_converted: size of the pictures that OpenCV returned (crops, maps, blurs).
+    frames_converted: whole frames that PyAV converted to another layout.  calls: calls of Python
+    and C functions.
     """
     counted: Counter[str] = Counter()
     source = open_video(local_file(clip))
@@ -99,7 +99,7 @@ def _names_of_nets() -> dict[int, str]:
 
 @contextmanager
 def _calls(counted: Counter[str]) -> Iterator[None]:
-    """Count the calls of Python and C functions on this thread, and whole frames converted."""
+    """Count calls of Python and C functions on this thread, and conversions of whole frames."""
 
     def count(frame: FrameType, event: str, function: Any) -> None:
         if event in ("call", "c_call"):

@@ -1,4 +1,4 @@
-"""Each kind of file that the product writes, made in the shortest way."""
+"""Writes each kind of output file of the product in the shortest way."""
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ from media import make_clip, picture
 
 
 def make_video(folder, name, during=lambda: None, *, overwrite=False):
-    """`during` is called while the file is being written, by this one and the others."""
+    """Like the other writers, calls `during` while the file is being written."""
     run(make_clip(folder / "in.mp4"), folder / name, during, overwrite)
 
 

@@ -1,4 +1,4 @@
-"""Training geometry: what it says about points must be what it does to pictures."""
+"""Training geometry: transforms of points must match the transforms of pictures."""
 
 import numpy as np
 import pytest
@@ -37,8 +37,8 @@ def test_own_coordinates_undo_the_pose():
 def test_depth_is_read_bilinearly_and_held_beyond_the_grid():
     ramp = np.linspace(-1, 1, prepare.DEPTH_CELLS, dtype=np.float32)
     grids = np.tile(ramp, (1, prepare.DEPTH_CELLS, 1))
-    at = np.array([[[0.0, 0.3], [0.8, -0.2], [99.0, 0.0]]])
-    assert np.allclose(crops.look_up(grids, at)[0], [0, 0.5, 1], atol=1e-3)
+    places = np.array([[[0.0, 0.3], [0.8, -0.2], [99.0, 0.0]]])
+    assert np.allclose(crops.look_up(grids, places)[0], [0, 0.5, 1], atol=1e-3)
 
 
 def test_stretch_keeps_a_linear_map_exact():
@@ -135,8 +135,8 @@ def test_a_quantised_convolution_stays_close_on_256_values():
         want = net(x / 127.5 - 1)
         rounded(net)
         net((x - 128) / 127.5)  # watches
-        for one in roundings(net):
-            one.settle()
+        for rounding in roundings(net):
+            rounding.settle()
         got = net((x - 128) / 127.5)
     assert len(got.unique()) <= 256
     inside = slice(1, None), slice(1, None)  # at the border grey is 128, not 127.5
@@ -158,8 +158,8 @@ def test_a_net_laid_out_for_integers_gives_the_same_output():
     x = (rgb8.permute(0, 3, 1, 2).float() - 128) / 127.5
     with torch.no_grad():
         net(x)
-        for one in rounded.roundings(net):
-            one.settle()
+        for rounding in rounded.roundings(net):
+            rounding.settle()
         points, _, mask = net(x)
         got_points, got_mask = integers.Integers(net, ["points", "mask_logits"])(rgb8)
     assert torch.allclose(got_points, points, atol=1e-4)
@@ -191,15 +191,15 @@ def test_kept_parts_stay_float_and_fitted_ranges_are_closer():
 
     rgb8 = torch.randint(0, 256, (4, 16, 32, 3), dtype=torch.uint8)
     with torch.no_grad():
-        wanted = teacher(model.normalise(rgb8))
+        expected = teacher(model.normalise(rgb8))
         net(quantise.codes(rgb8))  # watches
-        for one in rounded.roundings(net):
-            one.highest *= 20  # as an outlier would
-            one.settle()
-        before = quantise.difference("mesh", net(quantise.codes(rgb8)), wanted)
+        for rounding in rounded.roundings(net):
+            rounding.highest *= 20  # as an outlier would
+            rounding.settle()
+        before = quantise.difference("mesh", net(quantise.codes(rgb8)), expected)
         for _ in range(2):
             quantise.fit_ranges("mesh", teacher, net, rgb8)
-        told = net(quantise.codes(rgb8))
-        assert quantise.difference("mesh", told, wanted) < before
+        calibrated = net(quantise.codes(rgb8))
+        assert quantise.difference("mesh", calibrated, expected) < before
         got = integers.Integers(net, ["points", "scores"])(rgb8)
-    assert torch.allclose(got[0], told[0], atol=1e-4)
+    assert torch.allclose(got[0], calibrated[0], atol=1e-4)

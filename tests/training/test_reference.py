@@ -1,4 +1,4 @@
-"""The reference net's training pictures: products in range, crops in place, R and nothing else."""
+"""The reference net's training pictures: products in range, crops in place, true numbers."""
 
 import csv
 from functools import cache
@@ -22,9 +22,7 @@ from makeup_video.pipeline.reference.crops import (
     input_places,
     to_targets,
 )
-from makeup_video.training.reference import draw_products as shades
-from makeup_video.training.reference import prepare
-from makeup_video.training.reference import rendered_crops as render
+from makeup_video.training.reference import draw_products, prepare, rendered_crops
 from makeup_video.training.reference.people import People
 from people import portrait
 
@@ -37,7 +35,7 @@ def face() -> Face:
 
 
 class OnePerson:
-    """Stands in for People: the sample's portrait."""
+    """Stands in for People, with the sample's portrait."""
 
     share = np.ones(1)
 
@@ -56,64 +54,66 @@ def table(path):
     with path.open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(["brand", "product", "shade", "hex", "finish"])
-        for at in range(200):
-            finish = ("matte", "gloss", "glitter", "")[at % 4]
-            rows.writerow(["brand", "product", f"shade {at}", HEXES[at % len(HEXES)], finish])
+        for number in range(200):
+            finish = ("matte", "gloss", "glitter", "")[number % 4]
+            rows.writerow(
+                ["brand", "product", f"shade {number}", HEXES[number % len(HEXES)], finish]
+            )
     return path
 
 
-def mixture() -> shades.Mixture:
+def mixture() -> draw_products.Mixture:
     rng = np.random.default_rng(3)
-    return shades.Mixture(rng.random((100, 7)) * shades.MOST)
+    return draw_products.Mixture(rng.random((100, 7)) * draw_products.MOST)
 
 
 def renderer(region, seed=0, varied=True):
-    return render.Renderer(OnePerson(), region, mixture(), seed, varied)
+    return rendered_crops.Renderer(OnePerson(), region, mixture(), seed, varied)
 
 
 def look(region, **numbers):
     given = {"opacity": 0.9, "red": 30, "green": 60, "blue": 200, "gloss": 0.5,
              "gloss_roughness": 0.5, "reflection": 0.1, **numbers}  # fmt: skip
     values = np.array([given[name] for name in NUMBERS], np.float64)
-    return shades.look_of(values, shades.settings_of("satin", region), region)
+    return draw_products.look_of(values, draw_products.settings_of("satin", region), region)
 
 
 def test_drawn_products_are_in_range_and_some_are_extreme():
     drawn = mixture().draw(5000, np.random.default_rng(0))
-    assert (drawn >= 0).all() and (drawn <= shades.MOST).all()
+    assert (drawn >= 0).all() and (drawn <= draw_products.MOST).all()
     unworn = (drawn[:, [0, 4, 6]] == 0).all(1).mean()
-    assert 0.5 * shades.BARE < unworn < 2 * shades.BARE
+    assert 0.5 * draw_products.BARE < unworn < 2 * draw_products.BARE
     blue = (drawn[:, 3] > 200) & (drawn[:, 1] < 60)
     assert blue.mean() > 0.01
 
 
 def test_fitted_samples_resemble_what_they_were_fitted_on():
     values = np.tile([0.9, 180, 40, 60, 0.4, 0.5, 0.05], (50, 1))
-    real = shades.Mixture(values).real(4000, np.random.default_rng(0))
+    real = draw_products.Mixture(values).real(4000, np.random.default_rng(0))
     assert np.allclose(np.median(real, 0), values[0], atol=[0.05, 4, 4, 4, 0.06, 0.05, 0.03])
 
 
 def test_normal_space_round_trip():
-    values = np.random.default_rng(0).uniform(0.01, 0.99, (500, 7)) * shades.MOST
-    assert np.allclose(shades.from_normal(shades.to_normal(values)), values, atol=0.6)
+    values = np.random.default_rng(0).uniform(0.01, 0.99, (500, 7)) * draw_products.MOST
+    assert np.allclose(draw_products.from_normal(draw_products.to_normal(values)), values, atol=0.6)
 
 
 @given(st.lists(st.floats(0, 1), min_size=7, max_size=7))
 def test_targets_round_trip_and_lie_between_0_and_1(parts):
-    values = np.array(parts) * shades.MOST
+    values = np.array(parts) * draw_products.MOST
     targets = to_targets(values)
     assert (targets >= 0).all() and (targets <= 1).all()
     assert np.allclose(from_targets(targets), values, atol=1e-9)
 
 
 def test_net_outputs_beyond_their_ranges_are_clipped():
-    told = from_targets(np.array([1.2, 1.5, -0.1, 0.5, 1.5, 2.0, -1.0]))
-    assert np.allclose(told, [1, 255, 0, 127.5, 4, 1, 0])
+    numbers = from_targets(np.array([1.2, 1.5, -0.1, 0.5, 1.5, 2.0, -1.0]))
+    assert np.allclose(numbers, [1, 255, 0, 127.5, 4, 1, 0])
 
 
 @pytest.mark.parametrize("region", REGIONS)
 def test_shade_tables_are_read_into_products_of_all_splits(tmp_path, region):
-    products = shades.read_products(table(tmp_path / "shades.csv"), region)
+    products = draw_products.read_products(table(tmp_path / "shades.csv"), region)
     assert products.values.shape == (200, 7)
     assert set(products.split) == {0, 1, 2} and (products.split == 0).mean() > 0.5
     red = products.values[0, NUMBERS.index("red")]
@@ -125,9 +125,13 @@ def test_shade_tables_are_read_into_products_of_all_splits(tmp_path, region):
 @pytest.mark.parametrize("region", REGIONS)
 def test_every_finish_is_nearest_to_itself(region):
     for name, by_region in FINISHES.items():
-        one = by_region[region]
+        product_numbers = by_region[region]
         found = nearest_finish(
-            one["opacity"], one["gloss"], one["gloss_roughness"], one["reflection"], region
+            product_numbers["opacity"],
+            product_numbers["gloss"],
+            product_numbers["gloss_roughness"],
+            product_numbers["reflection"],
+            region,
         )
         assert found == name
 
@@ -137,25 +141,25 @@ def test_every_finish_is_nearest_to_itself(region):
 def test_drawn_settings_make_a_look(seed, region):
     rng = np.random.default_rng(seed)
     values = mixture().draw(1, rng)[0]
-    made = shades.look_of(values, shades.draw_settings(values, region, rng), region)
+    made = draw_products.look_of(values, draw_products.draw_settings(values, region, rng), region)
     assert (made.lips or made.eyes).light_adaptation == 1
 
 
 @pytest.mark.parametrize("region", REGIONS)
 def test_an_unworn_product_leaves_the_crop_bare(region):
-    one = renderer(region, varied=False)
-    shot = one.shoot(0)
-    painted = one.paint(shot, look(region, opacity=0, gloss=0, reflection=0))
-    assert (painted == render.to_rgb8(shot.codes)).all()
+    crop_renderer = renderer(region, varied=False)
+    shot = crop_renderer.shoot(0)
+    painted = crop_renderer.paint(shot, look(region, opacity=0, gloss=0, reflection=0))
+    assert (painted == rendered_crops.to_rgb8(shot.codes)).all()
 
 
 @pytest.mark.parametrize("region", REGIONS)
 def test_different_products_give_different_crops(region):
-    one = renderer(region, varied=False)
-    shot = one.shoot(0)
+    crop_renderer = renderer(region, varied=False)
+    shot = crop_renderer.shoot(0)
     before = shot.codes.copy()
     seen = [
-        one.see(shot, one.paint(shot, look(region, **numbers)))
+        crop_renderer.see(shot, crop_renderer.paint(shot, look(region, **numbers)))
         for numbers in ({}, {"red": 200}, {"opacity": 0.3}, {"gloss": 3.0})
     ]
     assert (shot.codes == before).all()
@@ -166,12 +170,12 @@ def test_different_products_give_different_crops(region):
 
 
 def test_a_red_and_a_blue_product_are_seen_as_red_and_blue():
-    one = renderer("lips", varied=False)
-    shot = one.shoot(0)
+    crop_renderer = renderer("lips", varied=False)
+    shot = crop_renderer.shoot(0)
     for red, blue in ((200, 20), (20, 200)):
         wanted = np.array([red, 20, blue])
         matte = look("lips", opacity=1, gloss=0, reflection=0, red=red, green=20, blue=blue)
-        crop = one.see(shot, one.paint(shot, matte)).astype(int)
+        crop = crop_renderer.see(shot, crop_renderer.paint(shot, matte)).astype(int)
         nearest = np.abs(crop - wanted).max(-1).min()
         assert nearest < 25
 
@@ -226,7 +230,7 @@ def test_the_pixels_of_a_net_input_lie_in_its_crop(region):
 def test_a_shifted_crop_keeps_its_middle_but_for_the_shift():
     to_px, size_wh = crop_around(face(), "lips")
     middle = np.array([(size_wh[0] - 1) / 2, (size_wh[1] - 1) / 2, 1])
-    moved_to = render.shifted((to_px, size_wh), 0.2, 1.1, np.array([3.0, -2.0])) @ middle
+    moved_to = rendered_crops.shifted((to_px, size_wh), 0.2, 1.1, np.array([3.0, -2.0])) @ middle
     assert np.allclose(moved_to, to_px @ (middle + np.array([3, -2, 0])))
 
 
@@ -262,9 +266,9 @@ def test_every_source_of_people_is_split_by_its_order():
     found = [
         {"picture": picture, "points": face().points_px,
          "logits": face().lips.logits.astype(np.float16), "to_px": face().lips.to_px,
-         "colours": np.arange(10.0) + np.random.default_rng(at).normal(size=10),
-         "tone": np.int64(at % 4 == 0)}
-        for at in range(40)
+         "colours": np.arange(10.0) + np.random.default_rng(number).normal(size=10),
+         "tone": np.int64(number % 4 == 0)}
+        for number in range(40)
     ]  # fmt: skip
     packed = prepare.pack(found, prepare.split_of(np.array(["a"] * 20 + ["b"] * 20)))
     assert packed["split"].tolist() == sorted(packed["split"][:20].tolist()) * 2
@@ -273,12 +277,12 @@ def test_every_source_of_people_is_split_by_its_order():
 
 def test_packed_people_are_read_back(tmp_path):
     picture = cv2.imencode(".png", portrait()[..., ::-1])[1].ravel()
-    one = {"picture": picture, "points": face().points_px,
+    person = {"picture": picture, "points": face().points_px,
            "logits": face().lips.logits.astype(np.float16), "to_px": face().lips.to_px,
            "colours": np.zeros(10), "tone": np.int64(0)}  # fmt: skip
     tones = [0, 0, 0, 1]
     rng = np.random.default_rng(0)
-    found = [{**one, "tone": np.int64(tone), "colours": rng.normal(size=10)} for tone in tones]
+    found = [{**person, "tone": np.int64(tone), "colours": rng.normal(size=10)} for tone in tones]
     packed = prepare.pack(found, np.zeros(4, np.int64))
     packed["bare_lips"] = np.ones(4, bool)
     np.savez(tmp_path / "people.npz", **packed)

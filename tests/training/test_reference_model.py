@@ -1,4 +1,4 @@
-"""The reference net: where it begins, how it is judged and trained."""
+"""The reference net: its initial state, its error and its training."""
 
 import pytest
 
@@ -8,16 +8,16 @@ def test_the_net_begins_at_the_mean_and_has_the_lite_sizes():
     from makeup_video.training.reference.model import ReferenceNet
 
     mean = torch.linspace(0.1, 0.9, 7)
-    # the published 4.65 and 13.0 million, less their 1280 x 1000 classifiers
-    # and the head's, which here sees 8 x 6 colours as well
+    # the published 4.65 and 13.0 million parameters, without their 1280 x 1000 classifiers; the
+    # head of this net has 8 x 6 colours as further inputs
     for size, blocks, millions in (("lite0", 16, 3.38), ("lite4", 30, 11.73)):
         torch.manual_seed(0)
         net = ReferenceNet(size, mean, "lips", shrink=2)
         assert len(net.blocks) == blocks
         assert sum(p.numel() for p in net.parameters()) / 1e6 == pytest.approx(millions, abs=0.015)
         with torch.no_grad():
-            told = net(torch.rand(8, 3, 96, 128) * 2 - 1)
-        assert told.shape == (8, 7) and (told - mean).abs().mean() < 0.1
+            output = net(torch.rand(8, 3, 96, 128) * 2 - 1)
+        assert output.shape == (8, 7) and (output - mean).abs().mean() < 0.1
 
 
 def test_a_sheer_looks_colour_hardly_counts_in_its_error():

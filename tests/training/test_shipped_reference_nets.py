@@ -1,4 +1,4 @@
-"""The shipped reference nets tell what their PyTorch originals told when they were exported."""
+"""The shipped reference nets give the outputs that their PyTorch originals gave at export."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ EXPECTED = json.loads((Path(__file__).parent / "reference_targets.json").read_te
 
 @pytest.mark.parametrize("region", REGIONS)
 def test_onnx_gives_the_outputs_of_pytorch(region):
-    told = Net(f"reference_{region}")(fixed_crops(region))["targets"]
-    assert told.shape == (16, 7) and (told >= 0).all()
-    assert np.ptp(told, axis=0).min() > 0.01  # no number is stuck
-    assert np.abs(told - EXPECTED[region]).max() < 5e-3
+    targets = Net(f"reference_{region}")(fixed_crops(region))["targets"]
+    assert targets.shape == (16, 7) and (targets >= 0).all()
+    assert np.ptp(targets, axis=0).min() > 0.01  # every number varies
+    assert np.abs(targets - EXPECTED[region]).max() < 5e-3

@@ -1,8 +1,8 @@
-"""The fit of what skin looks like."""
+"""The fit of the distribution of skin colours."""
 
 import numpy as np
 from makeup_video.kernels.colour import to_xyz
-from makeup_video.training import skin_light as light
+from makeup_video.training import skin_light
 
 RNG = np.random.default_rng(0)
 
@@ -16,25 +16,27 @@ def drawn(lightness):
 
 
 def test_the_spread_ignores_how_often_a_lightness_is_listed():
-    even = light.fit_covariance(drawn(RNG.uniform(30, 85, 20000)))
-    mostly_pale = light.fit_covariance(drawn(30 + 55 * RNG.uniform(0, 1, 20000) ** 0.6))
+    even = skin_light.fit_covariance(drawn(RNG.uniform(30, 85, 20000)))
+    mostly_pale = skin_light.fit_covariance(drawn(30 + 55 * RNG.uniform(0, 1, 20000) ** 0.6))
     np.testing.assert_allclose(mostly_pale, even, rtol=0.1, atol=0.01)
 
 
 def test_the_mean_ignores_how_often_a_lightness_is_seen():
     pale, dark = drawn(RNG.uniform(70.5, 74, 5000)), drawn(RNG.uniform(41, 44, 50))
-    want = light.fit_mean(np.concatenate([pale[:50], dark]))
-    assert np.allclose(light.fit_mean(np.concatenate([pale, dark])), want, atol=0.03)
+    want = skin_light.fit_mean(np.concatenate([pale[:50], dark]))
+    assert np.allclose(skin_light.fit_mean(np.concatenate([pale, dark])), want, atol=0.03)
 
 
 def test_shades_far_from_all_others_are_left_out():
     shades = drawn(RNG.uniform(30, 85, 5000))
     spoilt = shades.copy()
     spoilt[:100, 2] += 3
-    assert np.allclose(light.fit_covariance(spoilt), light.fit_covariance(shades), atol=0.03)
+    assert np.allclose(
+        skin_light.fit_covariance(spoilt), skin_light.fit_covariance(shades), atol=0.03
+    )
 
 
 def test_a_list_of_shades_is_read_as_linear_light(tmp_path):
     path = tmp_path / "shades.csv"
     path.write_text("brand,hex\nours,#ffffff\nours,808080\n")
-    assert np.allclose(np.exp(light.shades(path)), [[1] * 3, [0.2159] * 3], atol=1e-4)
+    assert np.allclose(np.exp(skin_light.shades(path)), [[1] * 3, [0.2159] * 3], atol=1e-4)

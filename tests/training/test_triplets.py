@@ -1,4 +1,4 @@
-"""What reference nets are measured by: triplets, scores, the simple tool, the page."""
+"""The evaluation of reference nets: triplets, scores, the baseline tool and the page."""
 
 from functools import cache
 from importlib import import_module
@@ -10,9 +10,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.reference.crops import to_targets
-from makeup_video.training.reference import draw_products as shades
-from makeup_video.training.reference import read_look as reading
-from makeup_video.training.reference import triplets
+from makeup_video.training.reference import draw_products, read_look, triplets
 from makeup_video.training.reference.baselines import transfer_mean_colour
 from makeup_video.training.reference.picture_metrics import ciede2000, crop_face, face_crop_to_px
 from makeup_video.training.reference.rendered_crops import to_rgb8
@@ -28,7 +26,7 @@ def face() -> Face:
 
 
 class SamePeople:
-    """Stands in for People: the sample's portrait, several times."""
+    """Stands in for People, with several copies of the sample's portrait."""
 
     share = np.full(PEOPLE, 1 / PEOPLE)
     tone = np.array([1, 4, 4, 2, 1, 4])
@@ -44,17 +42,19 @@ class SamePeople:
 
 
 def products():
-    return shades.RealProducts(np.tile(RED, (5, 1)))
+    return draw_products.RealProducts(np.tile(RED, (5, 1)))
 
 
 def made(region, count=2, seed=0):
     people = SamePeople()
-    worn = {one: products() for one in ((region,) if region in REGIONS else REGIONS)}
+    worn = {
+        worn_region: products() for worn_region in ((region,) if region in REGIONS else REGIONS)
+    }
     return list(triplets.triplets(people, *triplets.halves(people), worn, count, seed))
 
 
 def knowing(values):
-    """A net that tells these numbers, whatever it is shown."""
+    """A net that returns these numbers for any picture."""
     return lambda rgb8: np.tile(to_targets(values), (len(rgb8), 1))
 
 
@@ -65,13 +65,13 @@ def test_the_halves_share_no_person_and_leave_none_out():
 
 @pytest.mark.parametrize("region", (*REGIONS, "both"))
 def test_a_triplet_is_painted_where_it_says_and_only_there(region):
-    for one in made(region):
-        bare = to_rgb8(one.bare.codes)
-        assert triplets.worn(one.look) == ([region] if region in REGIONS else list(REGIONS))
-        assert one.photo.shape == one.truth.shape == bare.shape
-        touched = (one.truth != bare).any(-1)
-        assert touched[one.where].mean() > 0.9
-        assert one.where.sum() > 0.2 * touched.sum() and touched.mean() < 0.1
+    for triplet in made(region):
+        bare = to_rgb8(triplet.bare.codes)
+        assert triplets.worn(triplet.look) == ([region] if region in REGIONS else list(REGIONS))
+        assert triplet.photo.shape == triplet.truth.shape == bare.shape
+        touched = (triplet.truth != bare).any(-1)
+        assert touched[triplet.where].mean() > 0.9
+        assert triplet.where.sum() > 0.2 * touched.sum() and touched.mean() < 0.1
 
 
 def test_the_same_seed_gives_the_same_triplets():
@@ -87,27 +87,27 @@ def test_products_of_a_colour_have_it_and_cover():
 
 
 def test_a_look_of_numbers_keeps_them():
-    look = reading.look_with({"lips": RED, "eyes": RED / 2}, "outer")
+    look = read_look.look_with({"lips": RED, "eyes": RED / 2}, "outer")
     assert np.allclose(triplets.numbers_of(look, "lips"), RED)
     assert np.allclose(triplets.numbers_of(look, "eyes"), RED / 2) and look.zone == "outer"
 
 
 def test_a_look_is_read_from_a_photo_that_has_a_face():
     nets = {"lips": knowing(RED)}
-    look = reading.estimate_look(portrait(), nets)
+    look = read_look.estimate_look(portrait(), nets)
     read = triplets.numbers_of(look, "lips")
     assert np.allclose(read[[0, 4, 5, 6]], RED[[0, 4, 5, 6]]) and look.eyes is None
-    assert (read[1:4] != RED[1:4]).any()  # nobody wears it here: the second look says so
-    assert reading.estimate_look(np.full((300, 300, 3), 90, np.uint8), nets) is None
+    assert (read[1:4] != RED[1:4]).any()  # the face is bare, so the correction changes the colour
+    assert read_look.estimate_look(np.full((300, 300, 3), 90, np.uint8), nets) is None
 
 
 def test_a_net_in_a_folder_is_found_by_its_region(tmp_path):
-    assert reading.file_of(tmp_path, "lips") is None
+    assert read_look.file_of(tmp_path, "lips") is None
     (tmp_path / "lips-lite0.pt").touch()
-    assert reading.file_of(tmp_path, "lips").name == "lips-lite0.pt"
+    assert read_look.file_of(tmp_path, "lips").name == "lips-lite0.pt"
     (tmp_path / "reference_lips.onnx").touch()
-    assert reading.file_of(tmp_path, "lips").name == "reference_lips.onnx"
-    assert reading.nets_of(tmp_path / "nowhere") == {}
+    assert read_look.file_of(tmp_path, "lips").name == "reference_lips.onnx"
+    assert read_look.nets_of(tmp_path / "nowhere") == {}
 
 
 def test_the_simple_tool_moves_the_mean_and_nothing_outside():
@@ -147,7 +147,7 @@ def test_whole_scores_are_0_for_the_same_and_grow():
 
 
 def lpips_files(folder):
-    """Weights as they are published, of other numbers."""
+    """Files in the format of the published weights, with other numbers."""
     import torch
     from makeup_video.training.reference import lpips
 
@@ -189,7 +189,7 @@ def test_a_photo_without_a_face_leaves_the_source_as_it_is(monkeypatch):
     pytest.importorskip("torch")
     from makeup_video.training.reference import evaluate
 
-    seen = iter([None, reading.see(portrait())])
+    seen = iter([None, read_look.see(portrait())])
     monkeypatch.setattr(evaluate, "see", lambda rgb8: next(seen))
     nets = {"ours": {"lips": knowing(RED), "eyes": knowing(RED)}, "half": {"eyes": knowing(RED)}}
     found = evaluate.measure(made("lips", 2), nets)
@@ -204,11 +204,11 @@ def test_colour_errors_count_where_they_are_visible():
 
     true = np.tile(RED, (2, 1))
     true[1, 0] = 0.1
-    told = true + np.array([0.1, 3, 6, 9, 0, 0, 0])
-    told[1, 1:4] += 100
-    assert evaluate.colour_error(true, told) == pytest.approx(6)
-    assert np.allclose(shades.number_errors(true, told), [0.1, 3, 6, 9, 0, 0, 0])
-    assert np.isnan(evaluate.colour_error(true[1:], told[1:]))
+    estimated = true + np.array([0.1, 3, 6, 9, 0, 0, 0])
+    estimated[1, 1:4] += 100
+    assert evaluate.colour_error(true, estimated) == pytest.approx(6)
+    assert np.allclose(draw_products.number_errors(true, estimated), [0.1, 3, 6, 9, 0, 0, 0])
+    assert np.isnan(evaluate.colour_error(true[1:], estimated[1:]))
 
 
 def test_the_page_shows_misses_first_and_keeps_written_notes(monkeypatch, tmp_path):
@@ -220,7 +220,7 @@ def test_the_page_shows_misses_first_and_keeps_written_notes(monkeypatch, tmp_pa
     nets = {"ours": {region: knowing(RED) for region in REGIONS}}
     main = {worn: evaluate.measure(made(worn), nets) for worn in (*REGIONS, "lips and eyes")}
     kinds = {region: {"blue": main[region]} for region in REGIONS}
-    cost = reading.Cost(1.5, {1: 2.0, 2: 1.0})
+    cost = read_look.Cost(1.5, {1: 2.0, 2: 1.0})
     results = page.Results(main, kinds, kinds, {}, ["ours"], {"ours": {"lips": cost}})
     text = page.text(results)
     marks = [line.endswith("| **missed** |") for line in page.reach(results).splitlines()[2:]]

@@ -1,4 +1,4 @@
-"""What the server's addresses answer."""
+"""The answers of the server's addresses."""
 
 import urllib.error
 import urllib.request
@@ -44,7 +44,7 @@ def test_the_page_is_at_the_root(url):
     ],
 )  # fmt: skip
 def test_nothing_else_is_there(url, path):
-    with pytest.raises(urllib.error.HTTPError) as caught:  # httpx would tidy the path up
+    with pytest.raises(urllib.error.HTTPError) as caught:  # httpx would normalise the path
         urllib.request.urlopen(url + path)
     assert caught.value.code == 404 and b"error" in caught.value.read()
 
@@ -100,9 +100,9 @@ def test_a_bug_of_ours_is_one_line_on_page_and_terminal(show):
     def fails(photo, name):
         raise ZeroDivisionError("ours")
 
-    show.reads, said = fails, []
-    with serving(show, said=said) as url, Page(url) as page:
+    show.reads, log_lines = fails, []
+    with serving(show, log=log_lines) as url, Page(url) as page:
         answer = page.post("/photo", b"x")
         assert answer.status_code == 500 and "\n" not in answer.json()["error"]
-        assert page.post("/photo", b"x").status_code == 500  # it goes on
-    assert said[0] == "internal error at /photo: ZeroDivisionError: ours"
+        assert page.post("/photo", b"x").status_code == 500  # the server goes on
+    assert log_lines[0] == "internal error at /photo: ZeroDivisionError: ours"

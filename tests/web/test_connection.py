@@ -1,4 +1,4 @@
-"""Limits of a connection: how long a header may take, and how much work a flood may make."""
+"""Limits of a connection: the time for a header, and the work that a flood can cause."""
 
 import contextlib
 import json
@@ -24,7 +24,7 @@ def opened(url):
 
 
 def whole_answer(raw):
-    """Headers and body of one answer."""
+    """Headers and body of one response."""
     data = b""
     while b"\r\n\r\n" not in data:
         data += raw.recv(65536)
@@ -111,7 +111,7 @@ def test_half_headers_on_every_connection_block_only_briefly(hurried):
 
 
 class Transport:
-    """Of a connection whose peer sends and sends: notes who reads."""
+    """The transport of a connection whose peer never stops sending; records pauses of reading."""
 
     def __init__(self):
         self.reads, self.max_size, self.wrote = True, 256 * 1024, b""
@@ -136,7 +136,7 @@ class Transport:
 
 
 class Loop:
-    """Collects what is to be called later."""
+    """An event loop that collects delayed calls."""
 
     def __init__(self):
         self.later = []
@@ -165,57 +165,60 @@ HANDSHAKE = (
 
 
 async def no_app(scope, receive, send):
-    """Nobody hears what is received."""
+    """An app that ignores everything it receives."""
 
 
 @pytest.fixture
 def flooded(monkeypatch):
-    """A connection with its loop and its transport; reading takes a hundredth of a second each
-    time."""
+    """(connection, loop, transport); each read takes a hundredth of a second."""
     clock = iter(range(10**6))
     monkeypatch.setattr(connection.time, "thread_time", lambda: next(clock) / 100)
     loop, transport = Loop(), Transport()
-    one = Connection(Config(no_app, ws=Connection), ServerState(), {}, loop)
-    one.connection_made(transport)
-    one.data_received(HANDSHAKE)
+    protocol = Connection(Config(no_app, ws=Connection), ServerState(), {}, loop)
+    protocol.connection_made(transport)
+    protocol.data_received(HANDSHAKE)
     (_, read_on), loop.later = loop.later[0], []
     read_on()
     assert transport.reads
-    return one, loop, transport
+    return protocol, loop, transport
 
 
 @pytest.mark.parametrize("opcode", [1, 2, 9, 10])
 def test_after_reading_a_socket_rests_nine_times_as_long(flooded, opcode):
-    one, loop, transport = flooded
-    one.data_received(frame("x", opcode))
+    protocol, loop, transport = flooded
+    protocol.data_received(frame("x", opcode))
     assert not transport.reads
     ((seconds, read_on),) = loop.later
     assert seconds == pytest.approx(0.09)
     read_on()
-    assert transport.reads is (opcode > 8)  # a message must be heard first
+    assert transport.reads is (opcode > 8)  # the app must receive a message first
 
 
 def test_bytes_per_second_of_a_socket_are_limited_too(flooded):
-    one, loop, _ = flooded
-    one.data_received(b"\x81\xff" + (1_000_000).to_bytes(8, "big") + bytes(4) + bytes(400_000))
+    protocol, loop, _ = flooded
+    protocol.data_received(b"\x81\xff" + (1_000_000).to_bytes(8, "big") + bytes(4) + bytes(400_000))
     assert loop.later[0][0] == pytest.approx(0.2, rel=0.01)  # two million bytes a second
 
 
-@pytest.mark.parametrize("heard_first", [True, False])
-def test_reading_resumes_after_the_rest_and_all_messages(flooded, heard_first):
-    one, loop, transport = flooded
-    one.data_received(frame("x"))
+@pytest.mark.parametrize("received_first", [True, False])
+def test_reading_resumes_after_the_rest_and_all_messages(flooded, received_first):
+    protocol, loop, transport = flooded
+    protocol.data_received(frame("x"))
     rested = loop.later[0][1]
-    steps = [lambda: hear(one), rested] if heard_first else [rested, lambda: hear(one)]
+    steps = (
+        [lambda: receive_all(protocol), rested]
+        if received_first
+        else [rested, lambda: receive_all(protocol)]
+    )
     steps[0]()
     assert not transport.reads
     steps[1]()
     assert transport.reads
 
 
-def hear(one):
-    while not one.queue.empty():
-        receiving = one.receive()
+def receive_all(protocol):
+    while not protocol.queue.empty():
+        receiving = protocol.receive()
         with contextlib.suppress(StopIteration):
             receiving.send(None)
 

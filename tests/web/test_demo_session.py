@@ -1,4 +1,4 @@
-"""The demo: each page its portrait and its look; the newest look wins; pages come back, and go."""
+"""The demo: a portrait and a look per page; the newest look wins; pages reconnect and leave."""
 
 import asyncio
 import threading
@@ -18,7 +18,7 @@ from makeup_video.pipeline import (
     find_faces,
     lip_mask,
 )
-from makeup_video.web import demo_session as demo
+from makeup_video.web import demo_session
 from makeup_video.web.app import PAGE
 from makeup_video.web.demo_session import MOST_SESSIONS, DemoShow
 from makeup_video.web.portrait import SHOWN_PX, WHOLE_PX, Portrait
@@ -30,14 +30,14 @@ OURS = PAGE / "portrait.jpg"
 
 
 @pytest.fixture(scope="module")
-def somebody():
+def own_portrait():
     return Portrait(OURS.read_bytes(), "portrait.jpg")
 
 
 @pytest.fixture
-def url(somebody):
+def url(own_portrait):
     worker = Worker()
-    with serving(DemoShow(somebody, RED, worker, print), worker) as url:
+    with serving(DemoShow(own_portrait, RED, worker, print), worker) as url:
         yield url
 
 
@@ -58,22 +58,24 @@ def lips_of(rgb8, faces=None):
 # -- a portrait
 
 
-def test_our_own_portrait_is_painted_as_apply_look_paints_it(somebody):
+def test_our_own_portrait_is_painted_as_apply_look_paints_it(own_portrait):
     bare = rgb8_of(OURS.read_bytes())
     wanted = apply_look(np.ascontiguousarray(bare), RED)
-    got = rgb8_of(somebody.painted(RED))
+    got = rgb8_of(own_portrait.painted(RED))
     assert np.abs(got.astype(int) - wanted).mean() < 2  # JPEG, once more
-    assert np.abs(rgb8_of(somebody.bare).astype(int) - bare).mean() < 2
+    assert np.abs(rgb8_of(own_portrait.bare).astype(int) - bare).mean() < 2
     assert lips_of(got)[1] < lips_of(bare)[1] - 20
 
 
 def test_a_large_portrait_is_shown_small_and_kept_large():
     large = cv2.resize(portrait(), None, fx=5, fy=5)
-    one = Portrait(png_of(large), "large.png")
-    whole = one.painted_whole(RED)
-    assert max(whole.shape) == WHOLE_PX and max(rgb8_of(one.painted(RED)).shape) == SHOWN_PX
+    large_portrait = Portrait(png_of(large), "large.png")
+    whole = large_portrait.painted_whole(RED)
+    assert (
+        max(whole.shape) == WHOLE_PX and max(rgb8_of(large_portrait.painted(RED)).shape) == SHOWN_PX
+    )
     shown = cv2.resize(whole, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-    off = np.abs(rgb8_of(one.painted(RED)).astype(int) - shown)
+    off = np.abs(rgb8_of(large_portrait.painted(RED)).astype(int) - shown)
     assert off.mean() < 2 and np.percentile(off, 99.5) < 25  # faces lie where they lie in the whole
 
 
@@ -190,7 +192,7 @@ def test_a_second_page_of_the_same_session_compares_too(url):
 
 
 class Bare:
-    """A portrait that waits until it may be painted."""
+    """A portrait whose painting waits for the test."""
 
     bare = b"bare"
 
@@ -212,13 +214,13 @@ def test_while_one_look_is_painted_only_the_newest_waits():
     session = DemoShow(slow, RED, worker, print).enter("")
     session.watch(pictures.append)
     assert slow.begun.wait(20)
-    looks = [replace(RED, strength=at / 100) for at in range(50)]
+    looks = [replace(RED, strength=percent / 100) for percent in range(50)]
     for look in looks:
         session.set_look(look)
     slow.go_on.set()
     worker.submit(lambda: None).result(20)
     assert slow.painted_looks in ([RED, looks[-1]], [looks[-1], looks[-1]])
-    assert [one.pts_us for one in pictures] == sorted(one.pts_us for one in pictures)
+    assert [pushed.pts_us for pushed in pictures] == sorted(pushed.pts_us for pushed in pictures)
 
 
 def test_a_look_that_is_the_same_is_not_painted_again():
@@ -247,12 +249,12 @@ def test_nothing_is_painted_while_nobody_watches():
     ],
 )
 def test_an_error_of_the_painter_is_logged(error, line):
-    worker, said = Worker(), []
+    worker, log_lines = Worker(), []
     broken = Bare(error)
     broken.go_on.set()
-    DemoShow(broken, RED, worker, said.append).enter("").watch(print)
+    DemoShow(broken, RED, worker, log_lines.append).enter("").watch(print)
     worker.submit(lambda: None).result(20)
-    assert said == [line]
+    assert log_lines == [line]
 
 
 def test_sessions_end_after_their_page_and_are_limited():
@@ -286,4 +288,4 @@ def test_names_of_sessions_cannot_be_guessed():
 
 def test_the_limits_keep_memory_in_bounds():
     assert MOST_SESSIONS * WHOLE_PX**2 * 3 < 300e6
-    assert demo.GRACE_SECONDS < 120
+    assert demo_session.GRACE_SECONDS < 120

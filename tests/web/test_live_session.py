@@ -1,4 +1,4 @@
-"""A live run on its way to the pages, in right colours, upright, and only while they watch."""
+"""A live run as pages receive it: in right colours, upright, and only while pages watch."""
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -73,7 +73,7 @@ def test_pictures_become_jpegs_only_while_somebody_watches(parts):
     sink(picture())
     assert jpeg.made == 0
     with serving(show) as url, Page(url) as page:
-        page.message("figures")  # it is in
+        page.message("figures")  # the page is connected
         sink(picture(pts=123))
         pts_us, rotation, data, before = page.picture()
     assert (pts_us, rotation, before, jpeg.made) == (123, 0, b"", 1)
@@ -84,7 +84,7 @@ def test_before_is_made_only_while_somebody_compares(parts):
     run, jpeg, sink, show = parts
     with serving(show) as url, Page(url) as page:
         page.message("figures")
-        sink(picture(before=True))  # of a run that was slow to hear that nobody compares any more
+        sink(picture(before=True))  # from a run that has not noticed the end of the comparison yet
         assert page.picture()[3] == b"" and jpeg.made == 1
         page.send("compare", on=True)
         page.send("nothing")
@@ -106,8 +106,8 @@ def test_times_become_microseconds_from_any_time_base(parts):
 
 def test_figures_are_those_of_the_run(parts):
     with serving(parts[3]) as url, Page(url) as page:
-        said = page.message("figures")
-    assert said["fps"] == 30.0 and said["notice"] == "" and said["viewers"] == 1
+        message = page.message("figures")
+    assert message["fps"] == 30.0 and message["notice"] == "" and message["viewers"] == 1
 
 
 @pytest.mark.parametrize("rotation_degrees", [0, 90, 180, 270])

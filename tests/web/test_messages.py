@@ -1,4 +1,4 @@
-"""What pages say is read strictly; whatever else comes is one line."""
+"""Messages of pages are parsed strictly; an invalid message gives an error of one line."""
 
 import json
 
@@ -44,10 +44,10 @@ def test_invalid_messages_are_refused_in_one_line(text):
 
 
 def read(text):
-    """A look to its very end, which is done when its turn comes."""
+    """Parse a message completely; a look is otherwise parsed only when its turn comes."""
     message = read_message(text)
     if isinstance(message, LookRequest):
-        message.look  # noqa: B018  # it is for the error
+        message.look  # noqa: B018  # raises the error
 
 
 JSON = st.recursive(
@@ -66,15 +66,15 @@ def test_any_message_is_read_or_refused_in_one_line(values):
 
 
 def test_hello_carries_all_that_a_page_needs():
-    said = json.loads(hello("live", StandIn()))
-    assert said["mode"] == "live" and said["session"] == "stand-in"
-    assert said["photo_bytes_limit"] == PHOTO_BYTES
-    assert said["finishes"]["gloss"]["lips"]["opacity"] == 0.94
-    assert len(said["parameters"]) == 17
-    lips, eyes = said["regions"]
+    message = json.loads(hello("live", StandIn()))
+    assert message["mode"] == "live" and message["session"] == "stand-in"
+    assert message["photo_bytes_limit"] == PHOTO_BYTES
+    assert message["finishes"]["gloss"]["lips"]["opacity"] == 0.94
+    assert len(message["parameters"]) == 17
+    lips, eyes = message["regions"]
     assert (lips["product"], lips["dials"]) == ("Lipstick", [])
     assert [dial["name"] for dial in eyes["dials"]] == ["zone", "intensity"]
-    assert said["photo"] is None
+    assert message["photo"] is None
     shown = StandIn()
     shown.photo = PhotoLook("anna.jpg", Look(lips=product((180, 0, 46), "gloss")))
     photo = json.loads(hello("live", shown))["photo"]

@@ -25,7 +25,7 @@ def chromium():
 
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory):
-    """Two seconds of the sample, small, and lying on its side as phones store it."""
+    """Two seconds of the sample, scaled down and stored sideways as by a phone."""
     path = tmp_path_factory.mktemp("live") / "clip.mp4"
     with av.open(str(SAMPLES / "in.mp4")) as source, av.open(str(path), "w") as out:
         stream = out.add_stream("h264", rate=15, options={"crf": "16"})
@@ -35,9 +35,9 @@ def clip(tmp_path_factory):
             if number % 2:
                 continue
             lying = np.rot90(frame.to_ndarray(format="rgb24", width=640, height=360), -1)
-            one = av.VideoFrame.from_ndarray(np.ascontiguousarray(lying), format="rgb24")
-            one.pts = number // 2
-            out.mux(stream.encode(one.reformat(format="yuv420p")))
+            sideways = av.VideoFrame.from_ndarray(np.ascontiguousarray(lying), format="rgb24")
+            sideways.pts = number // 2
+            out.mux(stream.encode(sideways.reformat(format="yuv420p")))
         out.mux(stream.encode(None))
     return path
 
@@ -58,7 +58,7 @@ def demo(chromium):
 
 @pytest.fixture
 def visit(chromium):
-    """Opens pages; what one of them must not have done fails the test at its end."""
+    """Opens pages; the test fails at its end if a page has faults."""
     visits = []
 
     def open_page(served, **context):
@@ -66,13 +66,13 @@ def visit(chromium):
         return visits[-1]
 
     yield open_page
-    for one in visits:
-        one.context.close()
-        assert not one.faults
+    for page in visits:
+        page.context.close()
+        assert not page.faults
 
 
 def wear(visit, colour, finish="satin"):
-    """Lipstick of that colour, and nothing on the eyes."""
+    """Put on lipstick of this colour, and nothing on the eyes."""
     for region, worn in (("eyes", False), ("lips", True)):
         visit.page.click(f"#{region}-tab")
         visit.page.set_checked(f"#{region}-panel [role=switch]", worn)
@@ -81,14 +81,14 @@ def wear(visit, colour, finish="satin"):
 
 
 def look_of(visit):
-    """The look as its file says it."""
+    """The look as the downloaded file has it."""
     with visit.page.expect_download() as download:
         visit.page.click("#save-look")
     return Look.load(download.value.path())
 
 
 def is_red(rgb):
-    """As RED on lips; bare ones have more green, berry ones more blue."""
+    """Whether lips wear RED; bare lips have more green, berry lips more blue."""
     return rgb is not None and rgb[1] < 0.36 * rgb[0] and rgb[2] < 0.6 * rgb[0]
 
 
@@ -134,7 +134,7 @@ def test_two_pages_stay_in_step_beside_a_stalled_one(live, visit):
     first, second, stalled = visit(live), visit(live), visit(live)
     devtools = stalled.context.new_cdp_session(stalled.page)
     devtools.send("Debugger.enable")
-    devtools.send("Debugger.pause")  # takes nothing and acknowledges nothing from here on
+    devtools.send("Debugger.pause")  # from here on the page reads and acknowledges nothing
     wear(first, "#20A040")
     first.until(lambda: second.page.input_value("#lips-panel .hex") == "#20A040")
     first.wait_for_pictures(20)
@@ -147,24 +147,24 @@ def test_two_pages_stay_in_step_beside_a_stalled_one(live, visit):
 
 
 def test_a_dragged_slider_is_not_reset_by_another_page(live, visit):
-    one, other = visit(live), visit(live)
-    wear(one, RED)
+    page, other = visit(live), visit(live)
+    wear(page, RED)
     other.until(lambda: other.page.input_value("#lips-panel .hex") == RED)
-    mine, theirs = (each.page.locator("#lips-panel").get_by_label for each in (one, other))
-    gloss, mouse = mine("Gloss", exact=True), one.page.mouse
+    mine, theirs = (visitor.page.locator("#lips-panel").get_by_label for visitor in (page, other))
+    gloss, mouse = mine("Gloss", exact=True), page.page.mouse
     box = gloss.bounding_box()
     y = box["y"] + box["height"] / 2
     mouse.move(box["x"] + box["width"] / 2, y)
     mouse.down()
-    held = gloss.input_value()
+    value = gloss.input_value()
     theirs("Gloss, as a number").fill("0.11")
     theirs("Coverage, as a number").fill("0.77")
-    one.until(lambda: mine("Coverage", exact=True).input_value() == "0.77")
-    assert gloss.input_value() == held
+    page.until(lambda: mine("Coverage", exact=True).input_value() == "0.77")
+    assert gloss.input_value() == value
     mouse.move(box["x"] + box["width"], y)
     mouse.up()
     other.until(lambda: theirs("Gloss", exact=True).input_value() == "4")
-    assert look_of(other) == look_of(one)
+    assert look_of(other) == look_of(page)
 
 
 def test_a_dropped_photo_gives_its_look(live, visit):
@@ -176,12 +176,12 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     look = look_of(page)
     assert look.eyes is not None and look.lips.hex.lower() in words.lower()
     assert page.page.is_visible("#photo-slot img")
-    page.until(lambda: not is_red(page.lips()))  # they are berry
+    page.until(lambda: not is_red(page.lips()))  # the lips turn berry
     page.page.fill("#lips-panel .hex", BLUE)
     page.page.click("#reset")
     assert look_of(page) == look
     page.page.fill("#lips-panel .hex", BLUE)
-    page.page.reload()  # the server has all but the thumbnail
+    page.page.reload()  # the server keeps everything except the thumbnail
     page.until(lambda: "look.jpg" in page.page.inner_text("#photo-slot"))
     assert page.page.inner_text("#look-words") == words
     page.page.click("#reset")
@@ -286,5 +286,5 @@ def test_the_page_shows_a_stopped_server_and_reconnects(chromium, visit):
     page.until(lambda: "was stopped" in page.page.inner_text("#veil"))
     again = Served("demo", port=served.port)
     page.until(lambda: not page.page.is_visible("#veil"))
-    page.until(lambda: is_blue(page.lips()))  # the look is the page's own
+    page.until(lambda: is_blue(page.lips()))  # the page sends its own look
     assert again.stop() == 0

@@ -1,5 +1,5 @@
-"""A visitor's photo is decoded elsewhere: the same pixels, limits that hold, and a crash is one
-line."""
+"""A visitor's photo is decoded in another process: the pixels are the same, limits hold, and a
+crash is an error of one line."""
 
 import io
 import json
@@ -52,7 +52,7 @@ def test_other_users_do_not_see_the_name_of_a_photo(monkeypatch):
 
 
 def webp_of(width, height):
-    """A WebP that claims a size, and holds next to nothing."""
+    """A WebP that declares a size but holds almost no data."""
     head = b"\x2f" + struct.pack("<I", (width - 1) | (height - 1) << 14 | 1 << 28) + bytes(27)
     chunks = b"WEBPVP8L" + struct.pack("<I", len(head)) + head
     return b"RIFF" + struct.pack("<I", len(chunks)) + chunks
@@ -60,15 +60,14 @@ def webp_of(width, height):
 
 @pytest.mark.parametrize("size", [(16383, 16383), (10900, 10900), (5001, 5000)])
 def test_a_webp_is_refused_by_its_header(size):
-    """Pillow reserves the memory for one when it opens the file: up to 2.1 GB, of which nothing
-    is used."""
+    """Pillow reserves memory for a WebP when it opens the file: up to 2.1 GB, all unused."""
     words = f"^x has {size[0]} x {size[1]} px, more than 25 million px: make it smaller first$"
     with pytest.raises(PhotoError, match=words):
         read_apart.read_apart(webp_of(*size), "x")
 
 
 def child(lines, photo):
-    """What the child writes when these lines come before its main."""
+    """The exit code and the output of a child that runs these lines before its main."""
     code = f"import makeup_video.web.photo_child as c\n{lines}\nc.main()"
     command = [sys.executable, "-c", code]
     done = subprocess.run(
@@ -86,8 +85,8 @@ def read(photo, name, most_px, before_decoding):
     kinds = r.RLIMIT_AS, r.RLIMIT_CPU, r.RLIMIT_FSIZE
     raise c.MakeupVideoError(str([r.getrlimit(kind)[0] for kind in kinds]))
 c.read_photo = read"""
-    code, said = child(lines, b"")
-    assert code == 0 and json.loads(json.loads(said)) == [1_000_000_000, 20, 0]
+    code, output = child(lines, b"")
+    assert code == 0 and json.loads(json.loads(output)) == [1_000_000_000, 20, 0]
 
 
 @on_linux
@@ -95,8 +94,8 @@ c.read_photo = read"""
 def test_a_picture_above_the_memory_limit_is_one_line(kind):
     file = io.BytesIO()
     Image.new("RGB", (4000, 4000), (200, 90, 80)).save(file, kind)
-    code, said = child("c._DECODING_BYTES = 160_000_000", file.getvalue())
-    assert code == 0 and isinstance(json.loads(said), str)
+    code, output = child("c._DECODING_BYTES = 160_000_000", file.getvalue())
+    assert code == 0 and isinstance(json.loads(output), str)
     assert json.loads(child("", file.getvalue())[1]) == [4000, 4000]
 
 
@@ -115,7 +114,7 @@ BROKEN = {
 
 @pytest.fixture(params=BROKEN)
 def broken(request, monkeypatch, tmp_path):
-    """A decoder that does what no decoder should."""
+    """Replace the decoder by one that crashes, fails or hangs; returns the expected message."""
     (tmp_path / "broken_child.py").write_text(BROKEN[request.param])
     monkeypatch.setenv("PYTHONPATH", os.fspath(tmp_path))
     monkeypatch.setattr(read_apart, "_MODULE", "broken_child")

@@ -1,4 +1,4 @@
-"""Other sites' requests and bent names are refused, on every address of the server."""
+"""Requests from other sites or with foreign host names are refused on every address."""
 
 import asyncio
 import re
@@ -84,7 +84,7 @@ def test_another_sites_web_sockets_are_refused():
 
 
 def refusal(url, named, **options):
-    """The status of a handshake with the server at url that goes by another name."""
+    """The status of a handshake with the server at `url` under another host name."""
     parts = urlsplit(url)
     with (
         socket.create_connection((parts.hostname, parts.port)) as raw,

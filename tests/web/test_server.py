@@ -1,4 +1,4 @@
-"""The server as pages meet it: pictures, looks, slow pages, bad messages, its start and its end."""
+"""The server from a page's view: pictures, looks, slow pages, bad messages, start and stop."""
 
 import contextlib
 import json
@@ -28,7 +28,7 @@ def url(show):
 
 
 def until(holds):
-    """Wait for what another thread does."""
+    """Wait until a condition of another thread holds."""
     end = time.monotonic() + 20
     while not holds():
         assert time.monotonic() < end
@@ -48,10 +48,10 @@ def test_two_pages_see_every_picture_and_one_compares(show, url):
     with Page(url) as page, Page(url) as other:
         other.send("compare", on=True)
         until(lambda: show.compares)
-        for at in range(1, 20):
-            show.show(at)
-            assert page.picture() == (at, 90, b"painted", b"")
-            assert other.picture() == (at, 90, b"painted", b"bare")
+        for pts_us in range(1, 20):
+            show.show(pts_us)
+            assert page.picture() == (pts_us, 90, b"painted", b"")
+            assert other.picture() == (pts_us, 90, b"painted", b"bare")
         other.send("compare", on=False)
         until(lambda: not show.compares)
 
@@ -81,22 +81,22 @@ def test_a_page_that_joins_later_sees_the_newest_picture(show, url):
 
 def test_at_most_two_pictures_are_in_flight_then_the_newest(show, url):
     with Page(url) as page, Page(url) as quick:
-        for at in range(1, 10):
-            show.show(at)
-            assert quick.picture()[0] == at  # so that all of them have left the server
+        for pts_us in range(1, 10):
+            show.show(pts_us)
+            assert quick.picture()[0] == pts_us  # so the server has sent every picture
         assert [page.picture(shown=False)[0] for _ in range(2)] == [1, 2]
-        page.send("shown", pts_us=2)  # 1 never comes on the screen
+        page.send("shown", pts_us=2)  # the page never shows 1
         assert page.picture(shown=False)[0] == 9
 
 
 @pytest.mark.parametrize("pts_us", [3, 0, 2**62])
 def test_what_was_never_sent_cannot_be_shown(show, url, pts_us):
     with Page(url) as page, Page(url) as quick:
-        for at in (1, 2, 4):
-            show.show(at)
-            assert quick.picture()[0] == at
+        for sent_us in (1, 2, 4):
+            show.show(sent_us)
+            assert quick.picture()[0] == sent_us
         page.send("shown", pts_us=pts_us)
-        page.send("look", look=BLUE.to_dict())  # the server has heard both when others are told
+        page.send("look", look=BLUE.to_dict())  # read after "shown", and passed on to `quick`
         quick.message("look")
         assert [page.picture(shown=False)[0] for _ in range(2)] == [1, 2]
         page.send("shown", pts_us=1)
@@ -105,17 +105,17 @@ def test_what_was_never_sent_cannot_be_shown(show, url, pts_us):
 
 def test_a_page_that_never_reads_delays_nobody(show, url):
     with stalled(url), Page(url) as page:
-        for at in range(1, 60):
-            show.show(at, noise(1_000_000))
-            assert page.picture()[0] == at
+        for pts_us in range(1, 60):
+            show.show(pts_us, noise(1_000_000))
+            assert page.picture()[0] == pts_us
 
 
 def test_a_page_that_never_reads_is_disconnected(show):
-    show.told = {}
+    show.latest_figures = {}
     with serving(show, ping_seconds=1) as url, Page(url) as page, stalled(url):
         while page.message("figures")["viewers"] != 2:
             pass
-        show.show(1, noise(8_000_000))  # more than the kernel takes
+        show.show(1, noise(8_000_000))  # more than the kernel buffers
         while page.message("figures")["viewers"] != 1:
             pass
 
@@ -138,7 +138,7 @@ def test_a_change_reaches_other_pages_and_does_not_come_back(show, url):
             got = other.message("look")
             assert got["look"] == look and got["photo"] is None and got["seen"] is None
         page.send("nothing")
-        page.message("error")  # no look came before it
+        page.message("error")  # by now the server has handled all looks
         other.send("look", look=BLUE.to_dict(), n=0)
         got = page.message("look")
         assert got["look"] == BLUE.to_dict() and got["seen"] == 9
@@ -156,17 +156,17 @@ def test_a_look_without_a_count_returns_as_it_was_understood(show, url):
 def test_a_refused_look_is_answered_with_the_current_one(show, url):
     with Page(url) as page:
         page.send("look", look={**RED.to_dict(), "strength": 7})
-        said = [page.message("error", "look") for _ in range(2)]
-    told = {one["type"]: one for one in said}
-    assert told["error"]["text"] == "strength must be a number in 0..1, got 7"
-    assert told["look"]["look"] == RED.to_dict() and show.look == RED
+        replies = [page.message("error", "look") for _ in range(2)]
+    reply_of = {reply["type"]: reply for reply in replies}
+    assert reply_of["error"]["text"] == "strength must be a number in 0..1, got 7"
+    assert reply_of["look"]["look"] == RED.to_dict() and show.look == RED
 
 
 # -- figures
 
 
 def test_figures_come_with_the_delay_to_the_screen(show, url):
-    show.told = {"fps": 29.9, "notice": None}
+    show.latest_figures = {"fps": 29.9, "notice": None}
     with Page(url) as page:
         assert page.message("figures") == {
             "type": "figures", "fps": 29.9, "notice": None, "viewers": 1, "screen_ms": None,
@@ -274,7 +274,7 @@ def test_the_server_stops_though_a_page_never_reads():
 
 
 def test_the_server_stops_though_a_photo_is_being_read():
-    show, begun, go_on, said = StandIn(), threading.Event(), threading.Event(), []
+    show, begun, go_on, log_lines = StandIn(), threading.Event(), threading.Event(), []
 
     def slow(photo, name):
         begun.set()
@@ -282,7 +282,7 @@ def test_the_server_stops_though_a_photo_is_being_read():
         return BLUE
 
     show.reads = slow
-    server = Server(show, Worker(), log=said.append)
+    server = Server(show, Worker(), log=log_lines.append)
     with Page(server.start().rstrip("/")) as page:
         sender = threading.Thread(target=send_in_vain, args=(page,))
         sender.start()
@@ -291,7 +291,7 @@ def test_the_server_stops_though_a_photo_is_being_read():
         assert not [thread for thread in threading.enumerate() if thread.name == "web server"]
     go_on.set()
     sender.join(20)
-    assert not said and show.look == RED
+    assert not log_lines and show.look == RED
 
 
 def send_in_vain(page):

@@ -1,4 +1,4 @@
-"""Photos that pages send: what is too large, what is no photo, and how they are called."""
+"""Photos that pages upload: their limits, their formats and their names."""
 
 import os
 import queue
@@ -39,8 +39,8 @@ def test_a_photo_changes_the_look_of_all_pages_in_words_too(show, page):
         words = "lips #1400C8, glossy, opaque; eyes bare"
         assert answer.status_code == 200
         assert answer.json() == {"name": "anna.jpg", "look": BLUE.to_dict(), "words": words}
-        for one in (page, other):
-            got = one.message("look")
+        for viewer in (page, other):
+            got = viewer.message("look")
             photo = {"name": "anna.jpg", "look": BLUE.to_dict(), "words": words}
             assert (got["look"], got["photo"]) == (BLUE.to_dict(), photo)
     assert show.look == BLUE and show.photos == [(b"bytes", "anna.jpg")]
@@ -156,7 +156,7 @@ def test_a_third_photo_at_once_is_busy_and_pictures_go_on(show, page):
     ]
     for thread in threads:
         thread.start()
-    busy = answers.get(timeout=10)  # the others wait
+    busy = answers.get(timeout=10)  # the other two wait
     assert busy.status_code == 503 and "try again" in busy.json()["error"]
     show.show(1)
     assert page.picture()[0] == 1
@@ -165,7 +165,7 @@ def test_a_third_photo_at_once_is_busy_and_pictures_go_on(show, page):
     assert page.post("/photo", b"x").status_code == 200
 
 
-# -- what is in them
+# -- content
 
 
 def test_the_look_of_a_real_photo_is_read_from_its_bytes():
@@ -185,7 +185,7 @@ def test_a_photo_without_a_face_is_refused_by_its_own_name():
 
 
 def png_of(width, height):
-    """A PNG that claims a size, and holds next to nothing."""
+    """A PNG that declares a size but holds almost no data."""
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(bytes(100_000))), (b"IEND", b"")]
     return b"\x89PNG\r\n\x1a\n" + b"".join(
@@ -223,9 +223,9 @@ written: list[str] | None = None
 def note_writing(event, args):
     if written is not None and event == "open":
         path, mode, flags = args
-        if path == os.devnull or isinstance(path, int):  # of the process that decodes, its pipes
+        if path == os.devnull or isinstance(path, int):  # pipes of the decoding process
             return
-        if "kcache" in str(path):  # whether there is room for compiled kernels, once a process
+        if "kcache" in str(path):  # the check for room for kernels, once per process
             return
         if set(str(mode or "")) & set("wax+") or flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
             written.append(str(path))

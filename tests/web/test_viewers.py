@@ -1,5 +1,5 @@
-"""Looks of several pages in one room: the newest wins, few are read, and all pages end
-up the same."""
+"""Looks of several pages in one room: the newest wins, few are parsed, and all pages end up
+with the same look."""
 
 import asyncio
 import json
@@ -17,7 +17,7 @@ BAD = {"strength": "much"}
 
 
 class Loop:
-    """A loop whose time the test moves: what is due by then is called."""
+    """An event loop whose clock the test moves; due calls run."""
 
     def __init__(self):
         self.now, self.calls = 0.0, []
@@ -26,20 +26,20 @@ class Loop:
         return self.now
 
     def call_at(self, when, call):
-        made = Call(when, call)
-        self.calls.append(made)
-        return made
+        timer = Call(when, call)
+        self.calls.append(timer)
+        return timer
 
     def call_later(self, seconds, call):
         return self.call_at(self.now + seconds, call)
 
     def go_on(self, seconds):
         self.now += seconds
-        due = [one for one in self.calls if one.when <= self.now]
-        self.calls = [one for one in self.calls if one.when > self.now]
-        for one in due:
-            if not one.cancelled:
-                one.call()
+        due = [call for call in self.calls if call.when <= self.now]
+        self.calls = [call for call in self.calls if call.when > self.now]
+        for call in due:
+            if not call.cancelled:
+                call.call()
 
 
 class Call:
@@ -51,7 +51,7 @@ class Call:
 
 
 class Session(StandIn):
-    """Notes every look that it is given."""
+    """Records every look it gets."""
 
     def __init__(self):
         super().__init__()
@@ -63,8 +63,8 @@ class Session(StandIn):
 
 
 class Page:
-    """A page as `look.js` is one: it counts its looks, and leaves alone what is newer than what
-    was heard."""
+    """A page that behaves like `look.js`: it counts its looks, and ignores a look from the server
+    while the server has not seen the page's newest one."""
 
     def __init__(self, room):
         self.room, self.viewer = room, Viewer("{}")
@@ -79,7 +79,7 @@ class Page:
         self.room.receive(self.viewer, json.dumps({"type": "look", **values}))
 
     def listen(self):
-        """Take all that the server has for this page by now."""
+        """Read every message that waits for this page."""
         while (message := self._next()) is not None:
             if message.get("type") == "look" and self.count <= (message["seen"] or 0):
                 self.look = message["look"]
@@ -92,12 +92,12 @@ class Page:
             waiting.send(None)
         except StopIteration as got:
             return json.loads(got.value)
-        waiting.close()  # there is nothing
+        waiting.close()  # no message waits
         return None
 
 
 def in_a_room(test):
-    """Call test(room, loop, pages) where asyncio's events work."""
+    """Call test(room, loop, pages) inside an asyncio loop."""
 
     async def called():
         loop = Loop()
@@ -160,7 +160,7 @@ def test_a_photo_wins_over_the_looks_that_came_before_it():
     def photo(room, loop, pages):
         pages[0].send_look(LOOKS[1].to_dict())
         loop.go_on(0)
-        pages[0].send_look(LOOKS[2].to_dict())  # its turn has not come
+        pages[0].send_look(LOOKS[2].to_dict())  # waits for its turn
         room.change(BLUE, PhotoLook("anna.jpg", BLUE))
         loop.go_on(1)
         for page in pages:

@@ -1,4 +1,4 @@
-"""One thread for what takes its time, behind everything else."""
+"""One thread of low priority for slow jobs."""
 
 import asyncio
 import os
@@ -19,8 +19,8 @@ def test_only_the_server_and_the_worker_use_threads():
 
 def test_jobs_run_one_after_another_on_a_thread_of_their_own():
     one_thread = Worker()
-    seen = [one_thread.submit(threading.get_native_id) for _ in range(5)]
-    (only,) = {one.result(20) for one in seen}
+    futures = [one_thread.submit(threading.get_native_id) for _ in range(5)]
+    (only,) = {future.result(20) for future in futures}
     assert only != threading.get_native_id()
 
 
@@ -36,18 +36,18 @@ def test_the_worker_has_lower_priority_than_other_threads():
 
 def test_the_result_or_error_of_a_job_reaches_its_waiter():
     async def waiting():
-        one = Worker()
-        assert await one.run(lambda: 3) == 3
+        worker = Worker()
+        assert await worker.run(lambda: 3) == 3
         with pytest.raises(ZeroDivisionError):
-            await one.run(lambda: 1 // 0)
+            await worker.run(lambda: 1 // 0)
 
     asyncio.run(waiting())
 
 
 def test_waiting_jobs_are_cancelled_by_a_stop():
-    one, go_on, done = Worker(), threading.Event(), []
-    first = one.submit(lambda: go_on.wait(20))
-    second = one.submit(lambda: done.append(1))
-    one.stop()
+    worker, go_on, done = Worker(), threading.Event(), []
+    first = worker.submit(lambda: go_on.wait(20))
+    second = worker.submit(lambda: done.append(1))
+    worker.stop()
     go_on.set()
     assert first.result(20) and second.cancelled() and not done

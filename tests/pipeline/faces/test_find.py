@@ -1,4 +1,4 @@
-"""Faces are found in one picture, and odd pictures do no harm."""
+"""Faces are found in one picture, and unusual pictures do no harm."""
 
 from fractions import Fraction
 
@@ -24,11 +24,11 @@ def test_a_portrait_has_one_face_whose_mouth_is_visible():
     assert inter_ocular(face.points_px) == pytest.approx(122, rel=0.1)
 
 
-@pytest.mark.parametrize("at", [0, 25])
-def test_points_lie_where_they_truly_are(at):
-    (face,) = find_faces(clip()[at])
-    true = clip_points()[at]
-    assert error_percent(face, true) < 4.5  # MediaPipe, which made the truth's order: 2.7
+@pytest.mark.parametrize("index", [0, 25])
+def test_points_lie_where_they_truly_are(index):
+    (face,) = find_faces(clip()[index])
+    true = clip_points()[index]
+    assert error_percent(face, true) < 4.5  # MediaPipe, which defines the order of points: 2.7
     assert error_percent(face, true, LIPS) < 5
     assert error_percent(face, true, EYE_CONTOUR) < 3
 
@@ -43,8 +43,8 @@ def test_several_faces_come_largest_first():
 
 def test_twenty_faces_are_all_found():
     picture = grey(1280, 720)
-    for at in range(20):
-        picture = put(picture, face_of(70), 30 + at % 7 * 175, 20 + at // 7 * 230)
+    for number in range(20):
+        picture = put(picture, face_of(70), 30 + number % 7 * 175, 20 + number // 7 * 230)
     faces = find_faces(picture)
     assert len(faces) == 20
     assert_sound(faces, (1280, 720))
@@ -60,7 +60,7 @@ def test_a_face_under_forty_pixels_is_skipped_and_counted():
 
 
 def test_a_wrong_guess_does_not_hide_the_face_behind_it():
-    # at the coarsest size the detector takes the uniform for a face
+    # at the coarsest size the detector mistakes the uniform for a face
     assert len(find_faces(put(wall(), face_of(150), 200, 20))) == 1
 
 
@@ -77,7 +77,7 @@ def test_a_tilted_head_is_found(degrees):
 
 @pytest.mark.parametrize("x", [-110, 430])
 def test_a_face_cut_by_the_border_is_found(x):
-    (face,) = find_faces(put(wall(), face_of(150), x, 20))  # a third of it lies outside
+    (face,) = find_faces(put(wall(), face_of(150), x, 20))  # a third of the face lies outside
     middle_x = middle(face)[0]
     assert middle_x < 70 or middle_x > 560
 
@@ -97,8 +97,8 @@ def test_an_upside_down_face_is_found_only_by_its_rotation():
     assert_sound(find_faces(turned), (440, 440))
     (face,) = find_faces_in_frame(frame_of(picture, rotation_degrees=180))[0].faces
     (upright,) = find_faces(picture)
-    there = 439 - face.points_px[:, :2]  # both axes of the stored picture run backwards
-    off = np.linalg.norm(there - upright.points_px[:, :2], axis=1).mean()
+    mirrored = 439 - face.points_px[:, :2]  # both axes of the stored picture run backwards
+    off = np.linalg.norm(mirrored - upright.points_px[:, :2], axis=1).mean()
     assert off < 0.02 * inter_ocular(upright.points_px)
 
 

@@ -1,4 +1,4 @@
-"""The plain-number shortcut of following is the least-squares fit that it stands for."""
+"""The tracker's shortcut in plain numbers equals the least-squares fit."""
 
 import numpy as np
 import pytest
@@ -36,8 +36,8 @@ def landmarks(moved: float, lips_at: complex = 0j, painted: int = 100) -> FaceLa
     ("before", "found", "odd"),
     [
         (landmarks(0.005), landmarks(0.01), False),
-        (landmarks(0.005), landmarks(0.01, lips_at=6 + 0j), True),  # they jump about the face
-        (landmarks(0.005), landmarks(0.01, painted=45), True),  # they vanish
+        (landmarks(0.005), landmarks(0.01, lips_at=6 + 0j), True),  # the lips jump
+        (landmarks(0.005), landmarks(0.01, painted=45), True),  # the lips vanish
         (landmarks(0.005), landmarks(0.06), True),  # the film jerks
         (landmarks(0.04), landmarks(0.06), False),  # the head is moving
     ],

@@ -23,9 +23,9 @@ def open_mouth() -> int:
     return int(gap[:40].argmax())
 
 
-@pytest.mark.parametrize("at", [0, open_mouth()])
-def test_the_mask_covers_the_lips_and_little_else(at):
-    picture, true = clip()[at], clip_points()[at]
+@pytest.mark.parametrize("index", [0, open_mouth()])
+def test_the_mask_covers_the_lips_and_little_else(index):
+    picture, true = clip()[index], clip_points()[index]
     mask = lip_mask(picture, find_faces(picture)[0])
     assert mask.shape == picture.shape[:2]
     assert mask.dtype == np.float32

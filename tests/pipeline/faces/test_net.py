@@ -1,4 +1,4 @@
-"""Weights are read as they were shipped, or not at all."""
+"""Weights are verified against their hashes before use."""
 
 import json
 
@@ -18,7 +18,7 @@ from makeup_video.pipeline.faces.topology import (
 
 @pytest.fixture
 def folder(tmp_path):
-    """A copy of the weights that may be spoilt."""
+    """A copy of the weights that a test may damage."""
     for file in net.SHIPPED.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     return tmp_path
@@ -30,7 +30,7 @@ def test_weights_are_small_and_every_one_has_a_hash():
     assert set(hashes) == set(files)
     read_once = {name for name in files if name.startswith("reference_")}
     assert sum(len(data) for name, data in files.items() if name not in read_once) <= 8e6
-    assert sum(map(len, files.values())) <= 24e6  # what is installed
+    assert sum(map(len, files.values())) <= 24e6  # installed size, bytes
 
 
 @pytest.mark.parametrize("name", ["detector.onnx", "mesh.onnx", "lips.onnx", "eye.onnx",
@@ -80,9 +80,9 @@ def test_every_net_takes_crops_and_gives_finite_numbers(name, crop, shapes, coun
 
 def test_a_net_repeats_its_answer_on_any_number_of_threads():
     rgb8 = np.random.default_rng(1).integers(0, 256, (1, 96, 96, 3), dtype=np.uint8)
-    one = net.Net("mesh")
-    first = one(rgb8)["points"]
-    assert (one(rgb8)["points"] == first).all()
+    mesh = net.Net("mesh")
+    first = mesh(rgb8)["points"]
+    assert (mesh(rgb8)["points"] == first).all()
     assert net.Net("mesh", threads=2)(rgb8)["points"] == pytest.approx(first, abs=1e-5)
 
 

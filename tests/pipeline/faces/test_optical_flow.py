@@ -1,4 +1,4 @@
-"""Motion that is known is measured; what is none is not taken for it."""
+"""Known motion is measured; cuts, hands and jumps give no motion."""
 
 import cv2
 import numpy as np
@@ -33,7 +33,7 @@ def places():
     return (x + 1j * y).ravel()
 
 
-def through(to, xy):
+def apply(to, xy):
     real, imag = to[:, :2] @ np.stack([xy.real, xy.imag]) + to[:, 2:]
     return real + 1j * imag
 
@@ -58,28 +58,28 @@ def test_a_known_motion_is_measured(to, rotation):
     )
     motion = measure(before, now)
     assert motion is not None
-    off = np.abs(motion.move(places()) - through(to, places()))
+    off = np.abs(motion.move(places()) - apply(to, places()))
     assert off.mean() < 0.006 * iod_of(POSE)
 
 
 def test_where_the_second_crop_lies_does_not_matter():
-    """It lies where the face is expected."""
+    """The tracker places the crop where it expects the face."""
     measure, to = MeasureMotion(), matrix(shift=(9.0, 4.0))
     expected = Similarity(POSE.turn * 1.01, POSE.shift + (8 + 5j))
     motion = measure(crop_of(measure, portrait()), crop_of(measure, moved_picture(to), expected))
     assert motion is not None
-    off = np.abs(motion.move(places()) - through(to, places()))
+    off = np.abs(motion.move(places()) - apply(to, places()))
     assert off.mean() < 0.006 * iod_of(POSE)
 
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p10le", "nv12", "yuv444p", "gray"])
 def test_every_layout_gives_the_same_motion(pix_fmt):
     measure, to = MeasureMotion(), matrix(shift=(2.3, -1.6))
-    seen = [crop_of(measure, p, pix_fmt=pix_fmt) for p in (portrait(), moved_picture(to))]
-    assert seen[0].luma8.dtype == np.uint8
-    motion = measure(*seen)
+    crops = [crop_of(measure, p, pix_fmt=pix_fmt) for p in (portrait(), moved_picture(to))]
+    assert crops[0].luma8.dtype == np.uint8
+    motion = measure(*crops)
     assert motion is not None
-    assert np.abs(motion.move(places()) - through(to, places())).mean() < 0.006 * iod_of(POSE)
+    assert np.abs(motion.move(places()) - apply(to, places())).mean() < 0.006 * iod_of(POSE)
 
 
 def test_a_new_scene_a_hand_or_a_jump_gives_no_motion():
@@ -98,7 +98,7 @@ def test_a_patch_moves_with_what_it_lay_on():
     y, x = np.mgrid[0:80, 0:112].astype(np.float32)
     patch = 0.01 * (x - 50) ** 2 - 0.02 * (y - 40) ** 2
     to_px = np.array([[1.0, 0, 200], [0, 1.0, 240]])
-    turned = matrix(degrees=3.0)  # where the new patch lies is free, too
+    turned = matrix(degrees=3.0)  # the new patch may lie anywhere, too
     now_px = compose(turned, to_px)
     carried = motion.move_patch(patch, to_px, now_px)
     way = compose(cv2.invertAffineTransform(compose(to, to_px)), now_px)
@@ -110,24 +110,24 @@ def test_a_patch_moves_with_what_it_lay_on():
 
 def test_speaking_lips_are_followed_better_than_held_ones():
     measure, pictures, points = MeasureMotion(), clip(30), clip_points(30)
-    moved, held = [], []
-    for at in range(29):
-        left, right = (complex(*points[at, point]) for point in (33, 263))
+    moved, still = [], []
+    for index in range(29):
+        left, right = (complex(*points[index, point]) for point in (33, 263))
         pose = Similarity(right - left, (left + right) / 2)
         motion = measure(
-            crop_of(measure, pictures[at], pose), crop_of(measure, pictures[at + 1], pose)
+            crop_of(measure, pictures[index], pose), crop_of(measure, pictures[index + 1], pose)
         )
-        lips, now = (points[i, LIPS, 0] + 1j * points[i, LIPS, 1] for i in (at, at + 1))
+        lips, now = (points[i, LIPS, 0] + 1j * points[i, LIPS, 1] for i in (index, index + 1))
         if motion is not None:
             moved.append(np.abs(motion.move(lips) - now).mean())
-            held.append(np.abs(lips - now).mean())
+            still.append(np.abs(lips - now).mean())
     assert len(moved) > 20
-    assert np.mean(moved) < 0.6 * np.mean(held)
+    assert np.mean(moved) < 0.6 * np.mean(still)
 
 
 @pytest.mark.parametrize(("px", "is_measured"), [(1.0, True), (9.0, False)])
 def test_a_mouth_that_opens_fast_is_left_to_the_nets(px, is_measured):
-    """Its lower lip goes down by so much in one frame, and the upper one stays."""
+    """The lower lip drops by `px` in one frame, and the upper lip stays."""
     rgb8, y = portrait(), np.mgrid[0:600, 0:512][0].astype(np.float32)
     x = np.mgrid[0:600, 0:512][1].astype(np.float32)
     lower = np.exp(-((x - 267) ** 2 / 2 / 30**2 + (y - 292) ** 2 / 2 / 14**2)).astype(np.float32)

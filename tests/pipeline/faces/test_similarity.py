@@ -1,4 +1,4 @@
-"""Similarities in complex numbers are those of matrices."""
+"""Similarities in complex numbers equal those in matrices."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Faces on a machine that is too slow: looked for less often, and read in every second frame."""
+"""Faces on a slow machine: detection runs less often, and the nets read every second frame."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from people import clip, clip_points, face_of, frame_of, grey, put
 
 
 class CountedNets(FaceNets):
-    """Counts what the nets are asked for."""
+    """Counts the runs of the nets."""
 
     def __init__(self):
         super().__init__()
@@ -32,11 +32,11 @@ class CountedNets(FaceNets):
 def run(pictures, level):
     find = FindFaces(nets=CountedNets())
     find.level = level
-    return [find(frame_of(picture, at)) for at, picture in enumerate(pictures)], find
+    return [find(frame_of(picture, index)) for index, picture in enumerate(pictures)], find
 
 
 def errors_percent(found):
-    """(N,) mean error of all points of each frame, in percent of the eyes' distance."""
+    """(N,) mean error of all points per frame, in percent of the distance between the eyes."""
     errors = []
     for item, true in zip(found, clip_points(len(found)), strict=True):
         unit = np.linalg.norm(np.subtract(*true[list(EYE_CORNERS)]))
@@ -65,24 +65,24 @@ def test_from_level_2_the_nets_read_every_second_frame():
 
 
 def test_with_two_faces_the_nets_read_one_per_frame():
-    """So no frame takes twice as long as the next."""
+    """This way, no frame takes twice as long as the next."""
     ground = grey(640, 360)
     for x in (0, 320):
         ground = put(ground, face_of(120), x, 40)
     find = FindFaces(nets=CountedNets())
     find.level = 2
     read = []
-    for at in range(20):
+    for index in range(20):
         before = find.nets.parts
-        assert len(find(frame_of(ground, at)).faces) == 2
+        assert len(find(frame_of(ground, index)).faces) == 2
         read.append(find.nets.parts - before)
     assert read[5:].count(1) >= 12 and max(read[5:]) <= 2
 
 
 def test_a_face_that_motion_loses_is_read_by_the_nets():
-    """A cut to the same face elsewhere, and one that jumps."""
+    """The same face jumps to another place."""
     small = face_of(110)
-    pictures = [put(grey(640, 360), small, 200 + 90 * (at >= 6), 50) for at in range(14)]
+    pictures = [put(grey(640, 360), small, 200 + 90 * (index >= 6), 50) for index in range(14)]
     found, _ = run(pictures, 2)
     want, _ = run(pictures, 0)
     for a, b in zip(found[9:], want[9:], strict=True):
@@ -101,9 +101,9 @@ def test_a_face_that_left_is_lost_at_the_nets_next_run():
 def test_the_level_may_change_between_any_two_frames(levels):
     find = FindFaces()
     found = []
-    for at, picture in enumerate(clip(35)):
-        find.level = levels[at // 5 % len(levels)]
-        found.append(find(frame_of(picture, at)))
+    for index, picture in enumerate(clip(35)):
+        find.level = levels[index // 5 % len(levels)]
+        found.append(find(frame_of(picture, index)))
     assert {item.faces[0].track_id for item in found} == {0}
     assert errors_percent(found).max() < 6
 

@@ -1,4 +1,4 @@
-"""What is remembered of a track ends with a longer absence, and no sooner."""
+"""The memory of a track ends after a long absence, and no sooner."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import pytest
 from makeup_video.pipeline.faces.track_memory import TrackMemory
 
 
-class Seen(NamedTuple):
+class Reading(NamedTuple):
     last_seconds: float
 
 
@@ -16,7 +16,7 @@ def memory():
 
 
 def test_a_track_is_remembered_for_as_long_as_the_gap(memory):
-    memory[7], memory[8] = Seen(1.0), Seen(1.25)
+    memory[7], memory[8] = Reading(1.0), Reading(1.25)
     memory.forget(1.5)
     assert set(memory) == {7, 8}
     memory.forget(1.625)
@@ -28,20 +28,20 @@ def test_a_track_is_remembered_for_as_long_as_the_gap(memory):
 
 
 def test_a_track_that_is_seen_again_is_kept(memory):
-    memory[7] = Seen(1.0)
-    memory[7] = Seen(1.4)
+    memory[7] = Reading(1.0)
+    memory[7] = Reading(1.4)
     memory.forget(1.8)
     assert memory[7].last_seconds == 1.4
 
 
 def test_a_clock_that_jumps_back_leaves_nothing_for_ever(memory):
-    memory[7], memory[8] = Seen(100.0), Seen(0.25)
+    memory[7], memory[8] = Reading(100.0), Reading(0.25)
     memory.forget(0.0)
     assert set(memory) == {8}
 
 
 def test_keys_may_name_a_region(memory):
-    memory[7, "lips"], memory[7, "eye 0"] = Seen(1.0), Seen(3.0)
+    memory[7, "lips"], memory[7, "eye 0"] = Reading(1.0), Reading(3.0)
     memory.forget(3.0)
     assert set(memory) == {(7, "eye 0")}
 

@@ -1,4 +1,4 @@
-"""Faces are found, kept apart, followed, lost and found again in a film."""
+"""Faces are found, told apart, tracked, lost and found again in a film."""
 
 from fractions import Fraction
 
@@ -13,8 +13,8 @@ from people import TICK, clip, clip_points, face_of, frame_of, grey, put
 
 def test_no_more_than_thirty_two_faces_are_followed():
     crowd = grey(1280, 720)
-    for at in range(45):
-        crowd = put(crowd, face_of(56), 10 + at % 9 * 140, 5 + at // 9 * 140)
+    for index in range(45):
+        crowd = put(crowd, face_of(56), 10 + index % 9 * 140, 5 + index // 9 * 140)
     assert 20 < len(find_faces(crowd)) <= 32
     assert 20 < len(run([crowd] * 2)[-1].faces) <= 32
 
@@ -30,7 +30,7 @@ def test_a_rotated_film_is_followed_in_stored_pixels(rotation):
         assert lips == pytest.approx(want, abs=1.5)
 
 
-# --- a film
+# --- films
 
 
 def test_a_talking_head_keeps_its_number_and_its_points():
@@ -45,8 +45,8 @@ def test_a_talking_head_keeps_its_number_and_its_points():
 
 def test_frames_come_back_with_their_own_face_and_unchanged():
     finder = FindFaces()
-    for at in range(4):
-        frame = frame_of(clip()[at], at)
+    for index in range(4):
+        frame = frame_of(clip()[index], index)
         before = [plane.copy() for plane in frame.planes]
         item = finder(frame)
         assert item.frame is frame
@@ -54,10 +54,10 @@ def test_frames_come_back_with_their_own_face_and_unchanged():
 
 
 def test_two_faces_that_move_keep_their_numbers():
-    def scene(at: int) -> np.ndarray:
-        return put(put(grey(), face_of(90), 20 + 3 * at, 60), face_of(90), 420 - 3 * at, 120)
+    def scene(index: int) -> np.ndarray:
+        return put(put(grey(), face_of(90), 20 + 3 * index, 60), face_of(90), 420 - 3 * index, 120)
 
-    items = run([scene(at) for at in range(30)])
+    items = run([scene(index) for index in range(30)])
     assert all(len(item.faces) == 2 for item in items)
     for item in items:
         by_id = {face.track_id: middle(face)[0] for face in item.faces}
@@ -76,7 +76,7 @@ def test_a_new_face_is_picked_up_within_half_a_second(rate):
     finder = FindFaces()
     run([alone] * rate, finder, time_base=Fraction(1, rate))
     after = run([both] * rate, finder, first_pts=rate, time_base=Fraction(1, rate))
-    first = next(at for at, item in enumerate(after) if len(item.faces) == 2)
+    first = next(index for index, item in enumerate(after) if len(item.faces) == 2)
     assert first / rate <= 0.5
 
 
@@ -88,12 +88,12 @@ def test_a_face_that_leaves_and_returns_keeps_its_number():
     assert all(item.faces == () for item in items[8:20])  # within a tenth of a second
     assert len(items[-1].faces) == 1
     assert items[-1].faces[0].track_id == items[0].faces[0].track_id
-    back = next(at for at, item in enumerate(items[20:]) if item.faces)
+    back = next(index for index, item in enumerate(items[20:]) if item.faces)
     assert back * TICK <= Fraction(1, 2)
 
 
 def test_a_face_that_walks_out_is_lost_at_the_border():
-    scenes = [put(grey(), face_of(120), 330 + 14 * at, 60) for at in range(45)]
+    scenes = [put(grey(), face_of(120), 330 + 14 * index, 60) for index in range(45)]
     items = run(scenes)
     assert items[0].faces
     assert items[-1].faces == ()
@@ -112,17 +112,17 @@ def test_faces_are_found_though_the_clock_stops_or_jumps_back():
     finder = FindFaces()
     face = put(wall(), face_of(120), 200, 50)
     run([wall()] * 3, finder, first_pts=3000)
-    seen = [finder(frame_of(face, pts)) for pts in (0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8)]
-    assert not any(item.cut for item in seen)
-    assert seen[-1].faces
+    items = [finder(frame_of(face, pts)) for pts in (0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8)]
+    assert not any(item.cut for item in items)
+    assert items[-1].faces
 
 
 def test_faces_that_cross_keep_their_numbers():
-    def scene(at: int) -> np.ndarray:
-        behind = put(wall(), face_of(90), 20 + 10 * at, 60)
-        return put(behind, face_of(110), 420 - 10 * at, 90)
+    def scene(index: int) -> np.ndarray:
+        behind = put(wall(), face_of(90), 20 + 10 * index, 60)
+        return put(behind, face_of(110), 420 - 10 * index, 90)
 
-    items = run([scene(at) for at in range(42)])
+    items = run([scene(index) for index in range(42)])
     first = {face.track_id: middle(face)[0] for face in items[0].faces}
     last = {face.track_id: middle(face)[0] for face in items[-1].faces}
     assert set(first) == set(last) == {0, 1}
@@ -130,10 +130,10 @@ def test_faces_that_cross_keep_their_numbers():
 
 def test_a_face_hidden_for_a_moment_keeps_its_number():
     still = put(wall(), face_of(90), 330, 60)
-    items = run([put(still, face_of(120), 40 + 14 * at, 70) for at in range(45)])
-    there = [face for face in items[0].faces if middle(face)[0] > 330]
+    items = run([put(still, face_of(120), 40 + 14 * index, 70) for index in range(45)])
+    hidden = [face for face in items[0].faces if middle(face)[0] > 330]
     again = [face for face in items[-1].faces if middle(face)[0] < 480]
-    assert [face.track_id for face in again] == [face.track_id for face in there]
+    assert [face.track_id for face in again] == [face.track_id for face in hidden]
 
 
 def test_a_face_away_for_long_returns_under_a_new_number():
@@ -171,7 +171,8 @@ def test_a_hand_that_covers_the_mouth_is_not_painted(rate, phase):
 
 def test_a_fast_head_is_not_lost():
     scenes = [
-        put(grey(), face_of(120), 60 + 22 * (at if at < 12 else 24 - at), 60) for at in range(24)
+        put(grey(), face_of(120), 60 + 22 * (index if index < 12 else 24 - index), 60)
+        for index in range(24)
     ]
     items = run(scenes)  # 22 px a frame: a third of the distance between the eyes
     assert all(len(item.faces) == 1 for item in items)

@@ -1,4 +1,4 @@
-"""Affine maps as plain numbers and as arrays do the same."""
+"""Affine maps as plain numbers equal those as arrays."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ maps = st.builds(Affine, *[numbers] * 6)
 small = st.builds(Affine, *[st.floats(-3, 3)] * 6)
 
 
-def through(affine: Affine, x: float, y: float) -> tuple[float, float]:
+def apply(affine: Affine, x: float, y: float) -> tuple[float, float]:
     across, down = affine.array() @ [x, y, 1]
     return float(across), float(down)
 
@@ -25,8 +25,8 @@ def test_a_map_and_its_array_hold_the_same_numbers(affine):
 
 @given(maps, maps, numbers, numbers)
 def test_the_first_map_is_applied_first(second, first, x, y):
-    want = through(second, *through(first, x, y))
-    assert through(second.after(first), x, y) == pytest.approx(want, rel=1e-9, abs=1e-4)
+    want = apply(second, *apply(first, x, y))
+    assert apply(second.after(first), x, y) == pytest.approx(want, rel=1e-9, abs=1e-4)
     np.testing.assert_allclose(
         second.after(first).array(), compose(second.array(), first.array()), atol=1e-9
     )
@@ -35,8 +35,8 @@ def test_the_first_map_is_applied_first(second, first, x, y):
 @given(maps, numbers, numbers)
 def test_the_inverse_leads_back(affine, x, y):
     assume(abs(affine.area) > 0.1)
-    moved = through(affine, x, y)
-    assert through(affine.inverse(), *moved) == pytest.approx((x, y), abs=1e-3)
+    moved = apply(affine, x, y)
+    assert apply(affine.inverse(), *moved) == pytest.approx((x, y), abs=1e-3)
     assert affine.solve(*moved) == pytest.approx((x, y), abs=1e-3)
     np.testing.assert_allclose(
         affine.inverse().array(), invert(affine.array()), rtol=1e-6, atol=1e-6

@@ -28,8 +28,8 @@ def test_a_repeated_or_earlier_stamp_counts_as_one_usual_step():
 
 def test_times_are_evened_only_where_frames_come_too_close():
     even = EvenTimes()
-    steady = [even(at / 30) for at in range(30)]
-    assert steady == [at / 30 for at in range(30)]
+    steady = [even(index / 30) for index in range(30)]
+    assert steady == [index / 30 for index in range(30)]
     pair = [even(31 / 30 - 0.001), even(31 / 30)]
     assert pair[0] == 31 / 30 - 0.001
     assert 0.7 / 30 < pair[1] - pair[0] < 1 / 30
@@ -37,9 +37,9 @@ def test_times_are_evened_only_where_frames_come_too_close():
 
 @given(st.lists(st.floats(1e-6, 3), min_size=1, max_size=60))
 def test_even_times_increase_and_never_run_far_ahead(steps):
-    even, now, told = EvenTimes(), 0.0, [-1.0]
+    even, now, times = EvenTimes(), 0.0, [-1.0]
     for step in steps:
         now += step
-        told.append(even(now))
-        assert told[-1] > told[-2]
-        assert now <= told[-1] < now + 10 * GAP_SECONDS
+        times.append(even(now))
+        assert times[-1] > times[-2]
+        assert now <= times[-1] < now + 10 * GAP_SECONDS

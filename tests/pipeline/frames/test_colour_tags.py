@@ -1,4 +1,4 @@
-"""What colour tags mean, and what is made of missing ones."""
+"""The meaning of colour tags, and the defaults for missing tags."""
 
 import pytest
 from makeup_video.kernels.colour import Coding
@@ -14,7 +14,7 @@ from people import frame_of, portrait
         (ColourTags(), (1920, 1080), Coding(1, False, 13, 1)),
         (ColourTags(), (1280, 536), Coding(1, False, 13, 1)),
         (ColourTags(), (720, 576), Coding(6, False, 13, 1)),
-        (ColourTags(), (608, 1080), Coding(1, False, 13, 1)),  # held upright
+        (ColourTags(), (608, 1080), Coding(1, False, 13, 1)),  # a portrait video
         (ColourTags(matrix=5, range=2), (1920, 1080), Coding(5, True, 13, 1)),
         (ColourTags(1, 1, 1, 1), (320, 240), Coding(1, False, 13, 1)),
         (ColourTags(6, 1, 6, 6), (720, 480), Coding(6, False, 13, 6)),

@@ -1,4 +1,4 @@
-"""The table of EXIF orientations: turn, mirror and Pillow's transposition say the same."""
+"""The table of EXIF orientations: turn and mirror match Pillow's transposition."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Crops come straight from the planes, and show what the RGB picture shows there."""
+"""Crops come straight from the planes, and match crops of the RGB picture."""
 
 import cv2
 import numpy as np
@@ -30,7 +30,7 @@ def test_every_layout_and_coding_gives_the_crop_of_rgb(pix_fmt, matrix, full_ran
         want = RgbPicture(portrait()).crop(window, (96, 80))
         assert got.shape == (80, 96, 3)
         assert difference(got, want) < 2.5  # chroma is stored at half the size
-        # FFmpeg's own conversion to full range is off by half a code
+        # FFmpeg's conversion to full range is off by half a code
         assert np.abs(got.mean((0, 1)) - want.mean((0, 1))).max() < 1.3
 
 
@@ -101,7 +101,7 @@ def test_several_crops_at_once_are_the_crops_one_by_one(pix_fmt, scale, rotation
         for got, (maps, size) in zip(picture.crops(windows), windows, strict=True):
             assert got.shape == (len(maps), *size[::-1], 3)
             for crop, to_px in zip(got, maps, strict=True):
-                # one window alone may be seen in less detail than together with others
+                # a single window may have less detail than the same window among several
                 assert difference(crop, picture.crop(to_px, size)) < 2
 
 
@@ -119,7 +119,7 @@ def test_the_whole_picture_is_seen_upright_at_any_size(pix_fmt, rotation, size):
     for picture in (FramePicture(frame), RgbPicture(rgb8)):
         got = picture.whole(size)
         assert got.shape == want.shape
-        assert difference(got, want) < 7  # less is read; off by one pixel it would be 10 at least
+        assert difference(got, want) < 7  # fewer samples; a shift by one pixel would give 10
 
 
 def test_halving_averages_four_and_leaves_out_the_odd_one():
@@ -132,7 +132,7 @@ def test_halving_averages_four_and_leaves_out_the_odd_one():
 
 @pytest.mark.parametrize("scale", [1.5, 3.0, 6.0, 12.0, 24.0])
 def test_reading_every_second_row_moves_nothing(scale):
-    """A slope is a slope at any size: a shift of half a row would show."""
+    """A gradient stays the same at any size, so a shift of half a row would show."""
     slope = np.repeat(np.arange(0, 256, 0.25, np.float32)[:, None], 1024, axis=1)
     window = np.array([[scale, 0, 30.0], [0, scale, 30.0]])
     for plane in (slope, np.ascontiguousarray(slope.T)):
@@ -181,10 +181,10 @@ def test_untagged_films_count_as_players_take_them(size, matrix):
 
 @pytest.mark.parametrize("full_range", [False, True])
 def test_faces_are_found_in_colours_that_cannot_be_painted(full_range):
-    """ICtCp: the nets see it as BT.709."""
+    """ICtCp: the nets read it as BT.709."""
     range_ = 2 if full_range else 1
-    seen, known = (_to_rgb_matrix(ColourTags(matrix, range_), 1920, 1080) for matrix in (14, 1))
-    np.testing.assert_array_equal(seen, known)
+    unknown, known = (_to_rgb_matrix(ColourTags(matrix, range_), 1920, 1080) for matrix in (14, 1))
+    np.testing.assert_array_equal(unknown, known)
 
 
 @pytest.mark.parametrize("bad", [np.zeros((4, 4), np.uint8), np.zeros((4, 4, 3), np.float32),

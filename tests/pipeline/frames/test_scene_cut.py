@@ -1,4 +1,4 @@
-"""Cuts are seen; flashes, fades, pans and noise are none."""
+"""Cuts are detected; flashes, fades, pans and noise are not cuts."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ def luma(rgb8: np.ndarray) -> np.ndarray:
 
 def cuts(planes, bit_depth=8) -> list[int]:
     is_cut = CutDetector()
-    return [at for at, plane in enumerate(planes) if is_cut(plane, bit_depth)]
+    return [index for index, plane in enumerate(planes) if is_cut(plane, bit_depth)]
 
 
 def other() -> np.ndarray:

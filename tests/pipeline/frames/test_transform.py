@@ -1,4 +1,4 @@
-"""FFmpeg's converter is given the very matrix and range that a frame is coded with."""
+"""FFmpeg's converter uses the matrix and range of the frame."""
 
 from fractions import Fraction
 

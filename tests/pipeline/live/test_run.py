@@ -1,4 +1,4 @@
-"""A camera that waits for its turn, so that what is dropped is no matter of the machine's speed."""
+"""Live runs with a camera that waits for the painter, so drops do not depend on the machine."""
 
 import threading
 
@@ -17,7 +17,7 @@ RED, BLUE = (Look(lips=product(rgb, "matte")) for rgb in ((200, 0, 30), (20, 40,
 
 
 class Camera:
-    """Gives the next frame when the last has been painted."""
+    """Gives the next frame after the last one is painted."""
 
     notice, dropped = "", 0
 
@@ -55,9 +55,9 @@ class Sink:
 def lips_change(picture, codes, number):
     """Mean change of Cb and Cr in the middle of the lower lip."""
     x, y = (clip_points()[number, 17] * 0.4 + clip_points()[number, 14] * 0.6) / 2
-    at = np.s_[round(y) - 1 : round(y) + 2, round(x) - 3 : round(x) + 4]
+    area = np.s_[round(y) - 1 : round(y) + 2, round(x) - 3 : round(x) + 4]
     return [
-        float(new[at].astype(int).mean() - old[at].astype(int).mean())
+        float(new[area].astype(int).mean() - old[area].astype(int).mean())
         for new, old in zip(picture.frame.planes[1:], codes[1:], strict=True)
     ]
 
@@ -116,7 +116,7 @@ def test_painting_does_not_wait_while_a_photo_is_read():
     sink = Sink(camera)
     run = LiveRun(camera, RED, [sink])
     thread = threading.Thread(target=run.run, daemon=True)
-    with BuildScene()._surface._lock:  # as a thread of low priority may hold it for long
+    with BuildScene()._surface._lock:  # a thread of low priority may hold the lock for long
         thread.start()
         thread.join(20)
         assert not thread.is_alive() and len(sink.pictures) == 3
@@ -143,7 +143,7 @@ def test_figures_count_what_was_painted_and_what_sinks_took():
 def test_pictures_that_a_sink_threw_away_do_not_count_as_sent():
     camera = Camera(5)
     sink = Sink(camera)
-    sink.sent = 2  # of the five that it takes
+    sink.sent = 2  # of the five that the sink accepts
     run = LiveRun(camera, RED, [sink])
     run.run()
     assert len(sink.pictures) == 5 and run.figures().sinks[0].pictures == 2
@@ -158,20 +158,22 @@ def test_stages_get_the_level_and_changes_are_logged_seldom(monkeypatch):
             return self.level
 
     monkeypatch.setattr(live, "Budget", Wavering)
-    camera, lines, seen = Camera(8), [], []
+    camera, lines, stage_levels = Camera(8), [], []
     run = LiveRun(camera, RED, [Sink(camera)], log=lines.append)
-    camera.before_frame = lambda number: seen.append((run.figures().level, run._find.level))
+    camera.before_frame = lambda number: stage_levels.append((run.figures().level, run._find.level))
     run.run()
-    assert seen == [(level, level) for level in (0, 0, 0, 1, 0, 1, 0, 1)]  # after each frame
+    assert stage_levels == [
+        (level, level) for level in (0, 0, 0, 1, 0, 1, 0, 1)
+    ]  # after each frame
     assert lines == [NOTICES[1], "fast enough again: nothing is left out", NOTICES[2]]
 
 
 def test_frames_that_the_camera_dropped_count_in_the_budget(monkeypatch):
-    given = []
+    intervals = []
 
     class Asked(Budget):
         def __call__(self, work_seconds, interval_seconds, dropped=0):
-            given.append((round(interval_seconds, 3), dropped))
+            intervals.append((round(interval_seconds, 3), dropped))
             return 0
 
     def late(number):
@@ -181,7 +183,7 @@ def test_frames_that_the_camera_dropped_count_in_the_budget(monkeypatch):
     camera = Camera(5, late)
     run = LiveRun(camera, RED, [Sink(camera)])
     run.run()
-    assert given == [(0.033, 0), (0.033, 0), (0.033, 2), (0.033, 0)]
+    assert intervals == [(0.033, 0), (0.033, 0), (0.033, 2), (0.033, 0)]
     assert run.figures().dropped == 2
 
 

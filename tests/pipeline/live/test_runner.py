@@ -12,10 +12,10 @@ from makeup_video.pipeline.live.runner import LiveRunner
 
 @pytest.fixture
 def camera():
-    """No thread is left to the tests after this one."""
-    made = Camera()
-    yield made
-    until(lambda: made.closed.is_set() or made.allowed.release())
+    """A camera whose thread ends before the next test."""
+    source = Camera()
+    yield source
+    until(lambda: source.closed.is_set() or source.allowed.release())
 
 
 def test_all_frames_reach_every_sink_in_order():
@@ -45,7 +45,7 @@ def test_slow_work_gets_the_newest_frame_and_counts_others(camera):
     runner = LiveRunner(camera, work, [sink], log=pytest.fail)
     thread, _ = started(runner)
     camera.allowed.release()
-    assert busy.wait(20)  # at work on the first frame
+    assert busy.wait(20)  # the first frame is in work
     camera.allowed.release(6)
     until(lambda: runner.inbox.dropped == 5)
     assert runner.inbox.fill == 1
@@ -91,7 +91,7 @@ def test_a_sink_that_fails_is_logged_and_the_others_go_on(camera):
 
 
 class NeverWorked(List):
-    """Takes every picture and can send none of them, as a stream without a receiver."""
+    """Accepts every picture but sends none, like a stream without a receiver."""
 
     def finish(self, stopped):
         raise OutputError(f"{self.name} was never reached")

@@ -10,7 +10,7 @@ from people import clip, frame_of
 
 @pytest.fixture
 def used(monkeypatch):
-    """The nets and kernels that were run."""
+    """The nets and kernels that ran."""
     seen = set()
     run, launch = Net.__call__, cl.enqueue_nd_range_kernel
 

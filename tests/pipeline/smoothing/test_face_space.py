@@ -75,7 +75,7 @@ def test_regions_name_points_once_and_eyes_mirror_each_other():
     straight = HEAD_PX[:12].mean(0)
     mirrored = fit_similarity(straight[EYE] * [-1, 1], straight[RIGHT_EYE])
     off = moved(straight[EYE] * [-1, 1], mirrored) - straight[RIGHT_EYE]
-    assert np.abs(off).max() < 4  # px of 190 between the eyes: a face is not quite symmetric
+    assert np.abs(off).max() < 4  # px, with 190 px between the eyes: faces are slightly asymmetric
 
 
 @pytest.mark.parametrize("size", [0.05, 1, 8])
@@ -84,19 +84,21 @@ def test_what_is_split_is_joined_again(size):
     faces = [face(HEAD_PX[i] * size, logits=rng.normal(0, 3, (80, 112))) for i in (0, 90, 195)]
     space = FaceSpace(faces[0])
     readings = Readings(space, 3)
-    for at, one in enumerate(faces):
-        space.split(one, readings, at)
-    for at, one in enumerate(faces):
-        points, patch = space.join(readings.values[at], readings.pose[at], readings.patches[at])
-        np.testing.assert_allclose(points, one.points_px, atol=1e-3 * max(size, 1))
+    for index, original in enumerate(faces):
+        space.split(original, readings, index)
+    for index, original in enumerate(faces):
+        points, patch = space.join(
+            readings.values[index], readings.pose[index], readings.patches[index]
+        )
+        np.testing.assert_allclose(points, original.points_px, atol=1e-3 * max(size, 1))
         assert patch.logits.shape == (80, 112)
 
 
 def test_moments_differ_by_the_mean_square_of_their_keys():
     space = FaceSpace(face(HEAD_PX[0]))
     readings = Readings(space, 3)
-    for at, index in enumerate((0, 90, 195, 20)):  # the last takes the place of the first
-        space.split(face(HEAD_PX[index]), readings, at % 3)
+    for moment, frame_index in enumerate((0, 90, 195, 20)):  # the last replaces the first
+        space.split(face(HEAD_PX[frame_index]), readings, moment % 3)
     off = readings.keys[:, None] - readings.keys
     want = np.add.reduceat(off * off, space.key_starts, 2) / space.key_counts
     np.testing.assert_allclose(readings.apart, np.moveaxis(want, 2, 0), atol=1e-12)
@@ -107,9 +109,9 @@ def test_a_face_moved_as_a_whole_keeps_its_shape():
     readings = Readings(space, 2)
     space.split(face(HEAD_PX[0]), readings, 0)
     where = similarity(1.7, 0.6, 300, -40)
-    there = face(moved(HEAD_PX[0], where))
-    there.points_px[:, 2] = 1.7 * face(HEAD_PX[0]).points_px[:, 2]
-    space.split(there, readings, 1)
+    moved_face = face(moved(HEAD_PX[0], where))
+    moved_face.points_px[:, 2] = 1.7 * face(HEAD_PX[0]).points_px[:, 2]
+    space.split(moved_face, readings, 1)
     np.testing.assert_allclose(readings.values[1], readings.values[0], atol=2e-5)
     log_scale, turn = readings.pose[1, 2:] - readings.pose[0, 2:]
     assert log_scale == pytest.approx(np.log(1.7), abs=1e-5)
@@ -119,8 +121,8 @@ def test_a_face_moved_as_a_whole_keeps_its_shape():
 def test_a_turning_face_does_not_jump_at_180_degrees():
     space = FaceSpace(face(HEAD_PX[0]))
     readings = Readings(space, 40)
-    for at in range(40):
-        space.split(face(moved(HEAD_PX[0], similarity(1, 0.3 * at, 0, 0))), readings, at)
+    for index in range(40):
+        space.split(face(moved(HEAD_PX[0], similarity(1, 0.3 * index, 0, 0))), readings, index)
     np.testing.assert_allclose(np.diff(readings.pose[:, 3]), 0.3, atol=1e-5)
 
 
@@ -128,7 +130,7 @@ def test_a_crop_that_moves_far_takes_the_old_patches_along():
     x = np.mgrid[0:80, 0:112][1].astype(np.float32)
     first = face(HEAD_PX[0], logits=x - 40)
     to_px = first.lips.to_px.copy()
-    to_px[:, 2] += 20 * to_px[:, 0]  # the crop moves 20 of its px to the right
+    to_px[:, 2] += 20 * to_px[:, 0]  # the crop moves right by 20 of its own pixels
     space = FaceSpace(first)
     readings = Readings(space, 2)
     space.split(first, readings, 0)

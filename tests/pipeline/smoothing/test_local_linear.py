@@ -1,11 +1,11 @@
-"""Local linear regression over moments that are alike."""
+"""Local linear regression over similar moments."""
 
 import numpy as np
 from heads import HEAD_PX
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.smoothing.local_linear import local_linear_taps
-from noisy_heads import heard
+from noisy_heads import measure_noise
 
 
 @given(
@@ -15,7 +15,7 @@ from noisy_heads import heard
 )
 @settings(deadline=None)
 def test_taps_sum_to_one_and_skip_hidden_moments(steps, hidden, now):
-    _, readings, level = heard(HEAD_PX[60:69])
+    _, readings, level = measure_noise(HEAD_PX[60:69])
     from_now = np.concatenate([[0], np.cumsum(steps)])
     from_now -= from_now[now]
     from_now[list(hidden - {now})] = np.nan
@@ -26,7 +26,7 @@ def test_taps_sum_to_one_and_skip_hidden_moments(steps, hidden, now):
 
 
 def test_a_moment_alone_is_not_smoothed():
-    _, readings, level = heard(HEAD_PX[:3])
+    _, readings, level = measure_noise(HEAD_PX[:3])
     from_now = np.array([np.nan, 0, np.nan])
     taps = local_linear_taps(readings.apart, from_now.tolist(), 1, level.variance())
     np.testing.assert_allclose(taps, [[0, 1, 0]] * 6)

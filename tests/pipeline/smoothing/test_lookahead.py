@@ -1,10 +1,10 @@
-"""Smoothing with frames ahead: every frame comes out once, steady and without lag."""
+"""Smoothing with look-ahead: every frame comes out once, steady and without lag."""
 
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from heads import HEAD_PX, IOD_PX, face, film, frame, lip_logits, through, xy_px
+from heads import HEAD_PX, IOD_PX, face, film, frame, lip_logits, run_stage, xy_px
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.engine.runner import Runner
@@ -13,34 +13,34 @@ from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
 from noisy_heads import STAGES, noise_px
 
-SMALL = lip_logits((8, 10))  # a patch of any size will do, and a small one is quick
+SMALL = lip_logits((8, 10))  # a small patch is fast, and any size is valid
 
 
 def all_finite(items):
     return all(
-        np.isfinite(one.points_px).all()
-        and np.isfinite(one.lips.logits).all()
-        and np.isfinite(one.lips.to_px).all()
-        and 0 <= one.score <= 1
-        and 0 <= one.mouth_visible <= 1
+        np.isfinite(found.points_px).all()
+        and np.isfinite(found.lips.logits).all()
+        and np.isfinite(found.lips.to_px).all()
+        and 0 <= found.score <= 1
+        and 0 <= found.mouth_visible <= 1
         for item in items
-        for one in item.faces
+        for found in item.faces
     )
 
 
 moments = st.lists(
     st.tuples(
         st.sampled_from([-400, -33, 0, 1, 17, 33, 33, 33, 42, 100, 160, 3000]),  # ms to the next
-        st.sets(st.integers(0, 2)),  # who is there
+        st.sets(st.integers(0, 2)),  # visible tracks
         st.sampled_from([False] * 9 + [True]),  # cut
-        st.integers(0, 299),  # what they do
+        st.integers(0, 299),  # frame of the head
     ),
     max_size=25,
 )
 
 
 def timeline(script):
-    """FrameFaces of a drawn script; faces jump about, shrink, grow and turn."""
+    """FrameFaces of a drawn script; faces jump, shrink, grow and turn."""
     items, pts = [], 0
     for step, who, cut, pose in script:
         faces = []
@@ -58,12 +58,12 @@ def timeline(script):
 @settings(deadline=None, max_examples=60)
 def test_frames_come_out_once_in_order_with_their_faces(stage, script):
     items = timeline(script)
-    before = [[one.points_px.copy() for one in item.faces] for item in items]
-    out = through(stage(), items)
+    before = [[found.points_px.copy() for found in item.faces] for item in items]
+    out = run_stage(stage(), items)
     assert [item.frame for item in out] == [item.frame for item in items]
     assert [item.cut for item in out] == [item.cut for item in items]
-    ids = [[one.track_id for one in item.faces] for item in items]
-    assert [[one.track_id for one in item.faces] for item in out] == ids
+    ids = [[found.track_id for found in item.faces] for item in items]
+    assert [[found.track_id for found in item.faces] for item in out] == ids
     assert all_finite(out)
     for item, points in zip(items, before, strict=True):
         assert all((a.points_px == b).all() for a, b in zip(item.faces, points, strict=True))
@@ -74,7 +74,7 @@ def test_frames_come_out_once_in_order_with_their_faces(stage, script):
 def test_the_live_output_does_not_depend_on_later_frames(script):
     items = timeline(script)
     half = len(items) // 2
-    whole, first = through(SmoothLive(), items), through(SmoothLive(), items[:half])
+    whole, first = run_stage(SmoothLive(), items), run_stage(SmoothLive(), items[:half])
     for a, b in zip(whole, first, strict=False):
         assert all(
             (x.points_px == y.points_px).all() for x, y in zip(a.faces, b.faces, strict=True)
@@ -84,18 +84,18 @@ def test_the_live_output_does_not_depend_on_later_frames(script):
 @pytest.mark.parametrize("stage", STAGES)
 def test_another_time_base_gives_the_same_points(stage):
     faces = [face(points, logits=SMALL) for points in HEAD_PX[60:90]]
-    a = through(stage(), film(faces, Fraction(1, 30)))
-    b = through(stage(), film(faces, Fraction(1, 90000), 3000))
+    a = run_stage(stage(), film(faces, Fraction(1, 30)))
+    b = run_stage(stage(), film(faces, Fraction(1, 90000), 3000))
     assert (xy_px(a) == xy_px(b)).all()
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_later_start_time_gives_the_same_points(stage):
     faces = [face(points, logits=SMALL) for points in HEAD_PX[60:90]]
-    late = [FrameFaces(frame(index + 12345), (one,), False) for index, one in enumerate(faces)]
+    late = [FrameFaces(frame(index + 12345), (still,), False) for index, still in enumerate(faces)]
     # Seconds are subtracted in floating point.
     np.testing.assert_allclose(
-        xy_px(through(stage(), film(faces))), xy_px(through(stage(), late)), atol=1e-3
+        xy_px(run_stage(stage(), film(faces))), xy_px(run_stage(stage(), late)), atol=1e-3
     )
 
 
@@ -103,25 +103,25 @@ def test_a_later_start_time_gives_the_same_points(stage):
 @pytest.mark.parametrize("iod_px", [20, 190, 1500])
 def test_a_face_that_stays_is_left_as_it_is(stage, iod_px):
     rng = np.random.default_rng(1)
-    one = face(HEAD_PX[100] * iod_px / IOD_PX, logits=rng.normal(0, 4, (80, 112)))
-    for item in through(stage(), film([one] * 14)):
+    still = face(HEAD_PX[100] * iod_px / IOD_PX, logits=rng.normal(0, 4, (80, 112)))
+    for item in run_stage(stage(), film([still] * 14)):
         got = item.faces[0]
-        np.testing.assert_allclose(got.points_px, one.points_px, atol=2e-6 * iod_px + 1e-3)
-        np.testing.assert_allclose(got.lips.logits, one.lips.logits, atol=1e-5)
-        np.testing.assert_allclose(got.lips.to_px, one.lips.to_px, atol=2e-6 * iod_px)
+        np.testing.assert_allclose(got.points_px, still.points_px, atol=2e-6 * iod_px + 1e-3)
+        np.testing.assert_allclose(got.lips.logits, still.lips.logits, atol=1e-5)
+        np.testing.assert_allclose(got.lips.to_px, still.lips.to_px, atol=2e-6 * iod_px)
         assert got.score == pytest.approx(0.9) and got.mouth_visible == pytest.approx(1.0)
 
 
 def steady(count, every=1):
-    """A head that moves across the picture and nearer, at steady speed, without noise."""
-    at = np.arange(count)[:, None, None] * every
-    return HEAD_PX[0] + at * [3.7, -1.3]
+    """A head that moves across the picture at constant speed, without noise."""
+    index = np.arange(count)[:, None, None] * every
+    return HEAD_PX[0] + index * [3.7, -1.3]
 
 
 @pytest.mark.parametrize("time_base", [Fraction(1, 24), Fraction(1, 30), Fraction(1, 60)])
 def test_steady_motion_in_a_file_does_not_lag_at_any_frame(time_base):
     true = steady(30)
-    got = xy_px(through(SmoothAhead(), film([face(points) for points in true], time_base)))
+    got = xy_px(run_stage(SmoothAhead(), film([face(points) for points in true], time_base)))
     assert np.abs(got - true).max() < 2e-3  # float32
 
 
@@ -134,12 +134,12 @@ def test_steady_motion_does_not_lag_at_a_variable_frame_rate(steps):
         FrameFaces(frame(int(t), Fraction(1, 1000)), (face(points, logits=SMALL),))
         for t, points in zip(pts, true, strict=True)
     ]
-    assert np.abs(xy_px(through(SmoothAhead(), items)) - true).max() < 2e-3
+    assert np.abs(xy_px(run_stage(SmoothAhead(), items)) - true).max() < 2e-3
 
 
 def test_steady_live_motion_lags_less_than_a_third_of_a_frame():
     true = steady(40)
-    got = xy_px(through(SmoothLive(), film([face(points) for points in true])))
+    got = xy_px(run_stage(SmoothLive(), film([face(points) for points in true])))
     assert np.abs(got - true)[5:].max() < 3.7 / 3
 
 
@@ -148,7 +148,7 @@ def test_a_step_at_a_cut_is_untouched(stage):
     before, after = face(HEAD_PX[0]), face(HEAD_PX[190] * 0.7 + [400, 90])
     items = film([before] * 10 + [after] * 10)
     items[10] = FrameFaces(items[10].frame, items[10].faces, cut=True)
-    got = through(stage(), items)
+    got = run_stage(stage(), items)
     for item, want in zip(got, items, strict=True):
         np.testing.assert_allclose(item.faces[0].points_px, want.faces[0].points_px, atol=1e-3)
 
@@ -158,8 +158,8 @@ def test_nothing_is_smoothed_across_a_cut(stage):
     noise = noise_px(20)
     items = film([face(HEAD_PX[0] + n) for n in noise])
     items[10] = FrameFaces(items[10].frame, items[10].faces, cut=True)
-    whole = xy_px(through(stage(), items))
-    second = xy_px(through(stage(), items[10:]))
+    whole = xy_px(run_stage(stage(), items))
+    second = xy_px(run_stage(stage(), items[10:]))
     np.testing.assert_allclose(whole[10:], second, atol=1e-3)
 
 
@@ -170,20 +170,20 @@ def test_a_face_that_was_away_for_long_begins_anew(stage, away, begins_anew):
     faces = [face(HEAD_PX[0] + n) for n in noise]
     faces[10 : 10 + away] = [None] * away
     items = film(faces)
-    got = through(stage(), items)[10 + away :]
-    alone = through(stage(), items[10 + away :])
+    got = run_stage(stage(), items)[10 + away :]
+    alone = run_stage(stage(), items[10 + away :])
     same = np.abs(xy_px(got) - xy_px(alone)).max() < 1e-3
     assert same == begins_anew
 
 
 def test_missed_frames_cause_no_false_motion():
-    """A head at steady speed, missed for two frames: where it is seen, it does not lag."""
+    """A head at constant speed that is missed in two frames does not lag in the others."""
     true = steady(24)
     faces = [face(points) for points in true]
     faces[11:13] = [None, None]
-    for item, points in zip(through(SmoothAhead(), film(faces)), true, strict=True):
-        for one in item.faces:
-            assert np.abs(one.points_px[:, :2] - points).max() < 2e-3
+    for item, points in zip(run_stage(SmoothAhead(), film(faces)), true, strict=True):
+        for found in item.faces:
+            assert np.abs(found.points_px[:, :2] - points).max() < 2e-3
 
 
 @pytest.mark.parametrize("stage", STAGES)
@@ -192,7 +192,7 @@ def test_two_faces_do_not_influence_each_other(stage):
     left = [face(HEAD_PX[0] + n, 4) for n in noise]
     right = [face(HEAD_PX[i] + [900, 0], 7) for i in range(20)]
     both = [FrameFaces(frame(i), (a, b)) for i, (a, b) in enumerate(zip(left, right, strict=True))]
-    got, alone = through(stage(), both), through(stage(), film(left))
+    got, alone = run_stage(stage(), both), run_stage(stage(), film(left))
     for a, b in zip(got, alone, strict=True):
         assert (a.faces[0].points_px == b.faces[0].points_px).all()
 
@@ -200,7 +200,7 @@ def test_two_faces_do_not_influence_each_other(stage):
 @pytest.mark.parametrize("stage", STAGES)
 def test_faces_of_one_number_in_one_frame_do_not_mix(stage):
     near, far = face(HEAD_PX[0], 3), face(HEAD_PX[0] * 0.4 + [800, 0], 3)
-    got = through(stage(), [FrameFaces(frame(i), (near, far)) for i in range(12)])
+    got = run_stage(stage(), [FrameFaces(frame(i), (near, far)) for i in range(12)])
     for item in got:
         np.testing.assert_allclose(item.faces[0].points_px, near.points_px, atol=1e-3)
         np.testing.assert_allclose(item.faces[1].points_px, far.points_px, atol=1e-3)
@@ -211,7 +211,7 @@ def test_a_face_that_is_not_finite_is_left_out(stage):
     broken = HEAD_PX[0].copy()
     broken[7, 0] = np.nan
     faces = [face(HEAD_PX[0])] * 6 + [face(broken)] + [face(HEAD_PX[0])] * 6
-    got = through(stage(), film(faces))
+    got = run_stage(stage(), film(faces))
     assert [len(item.faces) for item in got] == [1] * 6 + [0] + [1] * 6
     assert all_finite(got)
 
@@ -220,14 +220,14 @@ def test_a_face_that_is_not_finite_is_left_out(stage):
 @pytest.mark.parametrize("to_px", [np.zeros((2, 3)), np.eye(2, 3) * 1e-9, np.eye(2, 3) * 1e6])
 def test_a_degenerate_crop_gives_finite_points(stage, to_px):
     faces = [face(p, logits=SMALL, to_px=to_px) for p in HEAD_PX[:12]]
-    assert all_finite(through(stage(), film(faces)))
+    assert all_finite(run_stage(stage(), film(faces)))
 
 
 # -- the lip patch
 
 
 def placed(item, xy):
-    """The logit that a smoothed face has at a place of the picture, to the nearest pixel."""
+    """The logit of a smoothed face at a point of the picture, to the nearest pixel."""
     patch = item.faces[0].lips
     u, v = np.linalg.solve(patch.to_px[:, :2], np.asarray(xy) - patch.to_px[:, 2])
     return patch.logits[round(v), round(u)]
@@ -235,7 +235,7 @@ def placed(item, xy):
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_the_patch_stays_on_the_lips_when_the_crop_wanders(stage):
-    """The crop wanders by a tenth of itself and back; what is seen stays on the moving lips."""
+    """The crop wanders by a tenth of its size and back; the mask stays on the moving lips."""
     items, places = [], []
     for index in range(40):
         points = HEAD_PX[0] + [2.5 * index, -index]
@@ -248,7 +248,7 @@ def test_the_patch_stays_on_the_lips_when_the_crop_wanders(stage):
         u, v = (x + shift[0] - 56) / 35, (y + shift[1] - 40) / 18
         items.append(face(points, logits=4 - 6 * (u * u + v * v), to_px=to_px))
         places.append(centred.lips.to_px @ [56, 40, 1])
-    for item, place in zip(through(stage(), film(items)), places, strict=True):
+    for item, place in zip(run_stage(stage(), film(items)), places, strict=True):
         assert placed(item, place) == pytest.approx(4, abs=0.15)
 
 
@@ -312,5 +312,5 @@ def test_options_out_of_range_are_refused(make):
 
 def test_without_frames_ahead_no_frame_is_held_back():
     items = film([face(p) for p in HEAD_PX[:8]])
-    got = through(SmoothAhead(ahead_frames=0), items)
+    got = run_stage(SmoothAhead(ahead_frames=0), items)
     np.testing.assert_allclose(xy_px(got), HEAD_PX[:8], atol=1e-3)

@@ -1,4 +1,4 @@
-"""Smoothing at once, with the times of a camera: they jitter, frames are missing, hours go by."""
+"""Smoothing in real time, with camera times: jitter, missing frames and long runs."""
 
 from fractions import Fraction
 
@@ -16,8 +16,8 @@ _LIPS_APART = 13, 14  # inner rims in the middle
 
 def filmed(points_px, seconds):
     return [
-        FrameFaces(frame(round(at * 1_000_000), LIVE_TIME_BASE), (face(points),))
-        for points, at in zip(points_px, seconds, strict=True)
+        FrameFaces(frame(round(second * 1_000_000), LIVE_TIME_BASE), (face(points),))
+        for points, second in zip(points_px, seconds, strict=True)
     ]
 
 
@@ -31,12 +31,12 @@ def live(points_px, seconds):
 
 
 def stamps(kind, count, tick=1 / 30):
-    """When frames arrive that were taken every tick."""
+    """Arrival times of frames that were taken every tick, s."""
     rng = np.random.default_rng(5)
     taken = 1000 + np.arange(count) * tick
     if kind == "late at random":
         return taken + np.abs(rng.normal(0, 0.2 * tick, count))
-    if kind == "in pairs":  # a driver that hands over two at once
+    if kind == "in pairs":  # a driver that delivers two frames at once
         return taken + np.where(np.arange(count) % 2, 0.0, tick - 0.001)
     return taken
 
@@ -47,10 +47,10 @@ def opening(points_px):
 
 
 def lag_frames(got, true):
-    """By which shift in time the mouth's opening is most like the true one."""
-    at = np.arange(len(got))
+    """The shift in time, in frames, that best aligns the mouth's opening with the true one."""
+    index = np.arange(len(got))
     lags = np.arange(-1, 3, 0.05)
-    off = [np.square(np.interp(at - lag, at, true) - got)[5:-5].mean() for lag in lags]
+    off = [np.square(np.interp(index - lag, index, true) - got)[5:-5].mean() for lag in lags]
     return lags[int(np.argmin(off))]
 
 
@@ -64,7 +64,7 @@ def test_speech_does_not_lag_by_half_a_frame(kind):
     ("kind", "most"), [("even", 0.9), ("late at random", 0.9), ("in pairs", 1.1)]
 )
 def test_smoothed_points_are_no_worse_than_the_readings(kind, most):
-    """As times stand, the squared error of frames in pairs would be almost five times as large."""
+    """With raw times, the squared error of frames in pairs would be almost five times as large."""
     read = noisy(HEAD_PX[:200])
     off = live(read, stamps(kind, 200)) - HEAD_PX[:200]
     assert np.square(off).mean() < most * np.square(read - HEAD_PX[:200]).mean()
@@ -88,10 +88,10 @@ def test_a_still_face_is_steady_however_frames_arrive():
 
 def test_dropped_frames_do_no_harm():
     rng = np.random.default_rng(2)
-    kept = np.sort(rng.choice(240, 150, replace=False))
-    read = noisy(HEAD_PX[:240])[kept]
-    got = live(read, 1000 + kept / 30)
-    assert np.square(got - HEAD_PX[kept]).mean() < np.square(read - HEAD_PX[kept]).mean()
+    arrived = np.sort(rng.choice(240, 150, replace=False))
+    read = noisy(HEAD_PX[:240])[arrived]
+    got = live(read, 1000 + arrived / 30)
+    assert np.square(got - HEAD_PX[arrived]).mean() < np.square(read - HEAD_PX[arrived]).mean()
 
 
 def test_smoothing_is_the_same_after_minutes_and_months():
@@ -113,7 +113,7 @@ def test_look_ahead_is_hardly_better_than_realtime():
     ahead = SmoothAhead()
     files = [x for x in map(ahead, items) if x is not None] + list(ahead.drain())
     at_once = list(map(SmoothLive(), items))
-    off = [np.sqrt(np.square(xy_px(each) - true)[:, LIPS].mean()) for each in (files, at_once)]
+    off = [np.sqrt(np.square(xy_px(points) - true)[:, LIPS].mean()) for points in (files, at_once)]
     assert off[1] < 1.6 * off[0] + 0.0005 * IOD_PX
 
 

@@ -1,4 +1,4 @@
-"""Recording what is painted live: whole whenever it is stopped, with the times of the clock."""
+"""Live recordings: complete whenever they stop, with times from the clock."""
 
 import contextlib
 import subprocess
@@ -21,16 +21,18 @@ UNEVEN = [0, 33, 70, 71, 500, 9000]  # milliseconds
 
 
 def live(milliseconds, pix_fmt="yuv420p", size_wh=(96, 64)):
-    """Live pictures that came at these times after some hour of a machine's clock."""
+    """Live pictures at these times, with an arbitrary offset of the clock."""
     door = NormaliseCamera(is_device=True)
-    for index, at in enumerate(milliseconds):
-        yield LivePicture(door(picture(index, *size_wh, pix_fmt), 55555.123 + at / 1000))
+    for index, milliseconds_in in enumerate(milliseconds):
+        yield LivePicture(
+            door(picture(index, *size_wh, pix_fmt), 55555.123 + milliseconds_in / 1000)
+        )
 
 
 def record(path, pictures, **settings):
     recording = Recording(path, **settings)
-    for each in pictures:
-        recording(each)
+    for live_picture in pictures:
+        recording(live_picture)
     recording.finish(stopped=True)
     return recording
 
@@ -40,18 +42,18 @@ def test_times_are_those_of_the_clock_and_begin_at_zero(tmp_path, end):
     path = tmp_path / f"out{end}"
     recording = record(path, live(UNEVEN))
     assert [round(float(t) * 1000) for t in times_of(path)] == UNEVEN
-    assert [each.name for each in tmp_path.iterdir()] == [path.name] == [recording.name]
+    assert [left.name for left in tmp_path.iterdir()] == [path.name] == [recording.name]
 
 
 @pytest.mark.parametrize(("pix_fmt", "matrix", "span"), [("yuvj422p", 5, 2), ("yuyv422", 6, 1)])
 def test_colours_arrive_with_their_tags(tmp_path, pix_fmt, matrix, span):
     path = tmp_path / "out.mkv"
-    made = list(live([0, 40], pix_fmt))
+    live_pictures = list(live([0, 40], pix_fmt))
     if span == 2:
-        assert made[0].frame.tags.range == 2
-    record(path, made, crf=1)
+        assert live_pictures[0].frame.tags.range == 2
+    record(path, live_pictures, crf=1)
     got = decoded(path)[0]
-    want = made[0].frame
+    want = live_pictures[0].frame
     assert (got.color_range, got.color_primaries, got.color_trc) == (span, 1, 1)
     assert got.colorspace == want.tags.matrix
     luma = np.frombuffer(got.planes[0], np.uint8).reshape(64, -1)[:, :96]
@@ -66,13 +68,13 @@ def test_hevc_is_named_as_apple_plays_it(tmp_path, end):
 
 
 def test_the_pictures_are_only_read(tmp_path):
-    made = list(live([0, 40, 80]))
-    before = [[p.copy() for p in each.frame.planes] for each in made]
-    record(tmp_path / "out.mp4", made)
-    for each, planes in zip(made, before, strict=True):
-        assert each.frame.picture.pts == each.frame.pts
-        assert each.frame.picture.pict_type == 0
-        for now, then in zip(each.frame.planes, planes, strict=True):
+    live_pictures = list(live([0, 40, 80]))
+    before = [[p.copy() for p in live_picture.frame.planes] for live_picture in live_pictures]
+    record(tmp_path / "out.mp4", live_pictures)
+    for live_picture, planes in zip(live_pictures, before, strict=True):
+        assert live_picture.frame.picture.pts == live_picture.frame.pts
+        assert live_picture.frame.picture.pict_type == 0
+        for now, then in zip(live_picture.frame.planes, planes, strict=True):
             np.testing.assert_array_equal(now, then)
 
 
@@ -138,8 +140,8 @@ from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline import OutputError
 recording = Recording(sys.argv[1], crf=5)
 try:
-    for each in live(range(0, 9000, 33), size_wh=(320, 240)):
-        recording(each)
+    for live_picture in live(range(0, 9000, 33), size_wh=(320, 240)):
+        recording(live_picture)
     recording.finish(True)
 except OutputError as error:
     print(error)
@@ -156,15 +158,15 @@ def frames_that_play(path):
 
 @pytest.mark.parametrize("end", [".mkv", ".mp4"])
 def test_a_full_disk_is_one_line_and_what_was_recorded_plays(tmp_path, end):
-    """A limit on the file's size stands for the disk; the kernel's answer is much the same."""
+    """A limit on file sizes stands in for a full disk; the kernel's error is almost the same."""
     path, here = tmp_path / f"out{end}", Path(__file__).parent
-    said = subprocess.run(
+    output = subprocess.run(
         [sys.executable, "-c", FULL_DISK, str(path), str(here), str(Path(media.__file__).parent)],
         capture_output=True, text=True, timeout=60, check=True,
     ).stdout  # fmt: skip
     part = tmp_path / f"out.part{end}"
-    assert "cannot be written" in said and len(said.splitlines()) == 1
-    assert said.strip().endswith(f"the recording so far is {part}")
+    assert "cannot be written" in output and len(output.splitlines()) == 1
+    assert output.strip().endswith(f"the recording so far is {part}")
     assert frames_that_play(part) >= 5 and not path.exists()
 
 

@@ -1,4 +1,4 @@
-"""Streams: what arrives, what happens when nobody is there, and what is never shown."""
+"""Streams: the received film, absent receivers, and secrets that no message shows."""
 
 import contextlib
 import os
@@ -23,37 +23,37 @@ SECRET = "s3cr3t-key"
 
 def live(milliseconds, size_wh=(96, 64), degrees=0):
     door = NormaliseCamera(is_device=True)
-    for index, at in enumerate(milliseconds):
-        frame = door(picture(index, *size_wh, "yuvj422p"), 55555.123 + at / 1000)
+    for index, milliseconds_in in enumerate(milliseconds):
+        frame = door(picture(index, *size_wh, "yuvj422p"), 55555.123 + milliseconds_in / 1000)
         frame.rotation_degrees = degrees
         yield LivePicture(frame)
 
 
 def free_port(kind=socket.SOCK_DGRAM):
-    with socket.socket(socket.AF_INET, kind) as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
+    with socket.socket(socket.AF_INET, kind) as udp_socket:
+        udp_socket.bind(("127.0.0.1", 0))
+        return udp_socket.getsockname()[1]
 
 
 @pytest.fixture
 def pieces(monkeypatch, tmp_path):
-    """What a stream sends, into files instead of the network: one per connection."""
-    made = []
+    """Files that receive the stream instead of the network, one per connection."""
+    paths = []
 
     def container(url, format_name, relay):
-        made.append(tmp_path / f"{len(made)}.{format_name}")
-        return av.open(str(made[-1]), "w", format=format_name)
+        paths.append(tmp_path / f"{len(paths)}.{format_name}")
+        return av.open(str(paths[-1]), "w", format=format_name)
 
     monkeypatch.setattr(live_stream, "_container", container)
-    return made
+    return paths
 
 
 @pytest.mark.parametrize("scheme", ["udp", "rtmp"])
 def test_pictures_keep_their_times_with_regular_key_frames(pieces, scheme):
     stream = Stream(f"{scheme}://host/live/{SECRET}", log=pytest.fail)
     times = [0, 40, 100, 1000, 1990, 2010, 2050, 4020, 4060]
-    for each in live(times):
-        stream(each)
+    for live_picture in live(times):
+        stream(live_picture)
     stream.finish(stopped=True)
     with av.open(str(pieces[0])) as got:
         packets = [p for p in got.demux(video=0) if p.size]
@@ -61,21 +61,25 @@ def test_pictures_keep_their_times_with_regular_key_frames(pieces, scheme):
         video = got.streams.video[0].codec_context
         assert (video.width, video.height, video.color_range) == (96, 64, 2)
     assert np.round((seconds - seconds[0]) * 1000).tolist() == times
-    assert [p.is_keyframe for p in packets] == [at in (0, 2010, 4020) for at in times]
+    assert [p.is_keyframe for p in packets] == [
+        milliseconds in (0, 2010, 4020) for milliseconds in times
+    ]
 
 
 def test_the_pictures_are_only_read(pieces):
-    stream, made = Stream("udp://host:1", log=pytest.fail), list(live([0, 2500]))
-    for each in made:
-        stream(each)
-    assert [each.frame.picture.pict_type for each in made] == [0, 0]
-    assert [each.frame.picture.pts for each in made] == [each.frame.pts for each in made]
+    stream, pictures = Stream("udp://host:1", log=pytest.fail), list(live([0, 2500]))
+    for live_picture in pictures:
+        stream(live_picture)
+    assert [live_picture.frame.picture.pict_type for live_picture in pictures] == [0, 0]
+    assert [live_picture.frame.picture.pts for live_picture in pictures] == [
+        live_picture.frame.pts for live_picture in pictures
+    ]
 
 
 def test_formats_without_rotation_get_upright_pictures(pieces):
     stream = Stream("udp://host:1", log=pytest.fail)
-    for each in live(range(0, 800, 40), degrees=90):
-        stream(each)
+    for live_picture in live(range(0, 800, 40), degrees=90):
+        stream(live_picture)
     stream.finish(stopped=False)
     with av.open(str(pieces[0])) as got:
         assert next(got.decode(video=0)).width == 64
@@ -94,8 +98,8 @@ def test_a_receiver_over_udp_gets_a_film(tmp_path):
     receiver = threading.Thread(target=receive)
     receiver.start()
     stream = Stream(f"udp://127.0.0.1:{port}", log=lambda line: None)
-    for each in live(range(0, 400_000, 33)):
-        stream(each)
+    for live_picture in live(range(0, 400_000, 33)):
+        stream(live_picture)
         receiver.join(0.005)
         if not receiver.is_alive():
             break
@@ -106,7 +110,7 @@ def test_a_receiver_over_udp_gets_a_film(tmp_path):
 
 
 class Gone:
-    """A container whose receiver hangs up after some packets."""
+    """A container whose receiver disconnects after some packets."""
 
     def __init__(self, packets):
         self.left, self.inner = packets, av.open(os.devnull, "w", format="mpegts")
@@ -136,9 +140,9 @@ def test_a_lost_receiver_is_logged_and_retried_ever_slower(monkeypatch):
     monkeypatch.setattr(live_stream, "_container", container)
     monkeypatch.setattr(live_stream.time, "monotonic", lambda: clock[0])
     stream = Stream(f"rtmp://user:{SECRET}@host/live/{SECRET}", log=lines.append)
-    for each in live(range(0, 150_000, 100)):
+    for live_picture in live(range(0, 150_000, 100)):
         clock[0] += 0.1
-        stream(each)
+        stream(live_picture)
     stream.finish(stopped=True)
     pauses = np.diff(tries)
     assert pauses == pytest.approx([1.4, 2, 4, 8, 16, 30, 30], abs=0.21)
@@ -148,7 +152,7 @@ def test_a_lost_receiver_is_logged_and_retried_ever_slower(monkeypatch):
     ]
     assert stream.notice == ""
     at_last = sum(1 for tick in range(1, 1501) if 1000 + 0.1 * tick > tries[7] - 0.05)
-    assert stream.sent == 3 + at_last  # and none of those that came in between
+    assert stream.sent == 3 + at_last  # and none in between
 
 
 @pytest.fixture
@@ -170,14 +174,14 @@ def test_a_stream_that_never_connected_is_an_error_at_the_end(slammed, closed):
     port = free_port(socket.SOCK_STREAM) if closed else slammed
     lines = []
     stream = Stream(f"rtmp://127.0.0.1:{port}/live/{SECRET}", log=lines.append)
-    for each in live(range(0, 400, 40)):
-        stream(each)
+    for live_picture in live(range(0, 400, 40)):
+        stream(live_picture)
     assert stream.sent == 0 and len(lines) == 1
     with pytest.raises(
         OutputError, match=r"^rtmp://127.0.0.1: .*; no picture was sent in the"
-    ) as told:
+    ) as caught:
         stream.finish(stopped=True)
-    assert SECRET not in str(told.value) and "\n" not in str(told.value)
+    assert SECRET not in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_run_without_any_picture_is_no_error_of_the_stream():
@@ -190,8 +194,8 @@ def test_an_absent_receiver_is_one_line_without_the_key(capfd):
     lines = []
     port = free_port(socket.SOCK_STREAM)
     stream = Stream(f"rtmp://user:{SECRET}@127.0.0.1:{port}/live/{SECRET}", log=lines.append)
-    for each in live([0, 40, 80]):
-        stream(each)
+    for live_picture in live([0, 40, 80]):
+        stream(live_picture)
     assert lines == ["rtmp://127.0.0.1: Connection refused; trying again"]
     assert stream.notice == lines[0]
     assert SECRET not in "".join([*capfd.readouterr(), *lines, stream.name])
@@ -236,7 +240,7 @@ exec cat > "$0.ts"
 
 @pytest.fixture
 def program(tmp_path, monkeypatch):
-    """An `ffmpeg` on the PATH that knows SRT, and writes down what it is given."""
+    """An `ffmpeg` on the PATH that supports SRT, and stores its input."""
     path = tmp_path / "ffmpeg"
     path.write_text(FFMPEG)
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
@@ -247,11 +251,11 @@ def program(tmp_path, monkeypatch):
 def test_srt_goes_through_an_ffmpeg_that_knows_it(program):
     url = f"srt://127.0.0.1:1?passphrase={SECRET}"
     stream = Stream(url, log=pytest.fail)
-    for each in live(range(0, 1000, 40)):
-        stream(each)
-    assert stream.sent == 0  # the relay takes everything, whether it is connected or not
+    for live_picture in live(range(0, 1000, 40)):
+        stream(live_picture)
+    assert stream.sent == 0  # the relay accepts everything, even while it is not connected
     stream.finish(stopped=True)
-    assert stream.sent == 25  # it ended well
+    assert stream.sent == 25  # the relay exited without an error
     assert program.with_suffix(".url").read_text() == url
     with av.open(str(program.with_suffix(".ts"))) as got:
         assert len(list(got.decode(video=0))) == 25
@@ -276,8 +280,8 @@ def test_a_relay_that_ends_counts_as_a_lost_receiver(program):
     lines = []
     stream = Stream("srt://127.0.0.1:1", log=lines.append)
     deadline = time.monotonic() + 30
-    for each in live(range(0, 400_000, 33), size_wh=(320, 240)):
-        stream(each)
+    for live_picture in live(range(0, 400_000, 33), size_wh=(320, 240)):
+        stream(live_picture)
         if lines or time.monotonic() > deadline:
             break
     with pytest.raises(OutputError, match="Broken pipe; no picture was sent"):
@@ -289,8 +293,8 @@ def test_a_relay_that_ends_counts_as_a_lost_receiver(program):
 def test_a_relay_that_never_connected_has_sent_nothing(program):
     program.write_text(FFMPEG.replace('exec cat > "$0.ts"', "cat > /dev/null; exit 1"))
     stream = Stream("srt://127.0.0.1:1", log=pytest.fail)
-    for each in live([0, 40]):
-        stream(each)
+    for live_picture in live([0, 40]):
+        stream(live_picture)
     with pytest.raises(OutputError, match=r"srt://127.0.0.1: no connection; no picture was sent"):
         stream.finish(stopped=True)
     assert stream.sent == 0
@@ -306,5 +310,5 @@ def test_larger_pictures_get_more_bits_but_fewer_a_pixel():
     pixels = [640 * 360, 1280 * 720, 1920 * 1080, 3840 * 2160]
     rates = [bit_rate_for(n) for n in pixels]
     assert rates == sorted(rates) and rates[1] == 3_000_000
-    each = [rate / n for rate, n in zip(rates, pixels, strict=True)]
-    assert each == sorted(each, reverse=True)
+    per_pixel = [rate / n for rate, n in zip(rates, pixels, strict=True)]
+    assert per_pixel == sorted(per_pixel, reverse=True)

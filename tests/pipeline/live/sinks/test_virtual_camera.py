@@ -1,4 +1,4 @@
-"""The virtual camera, with pyvirtualcam faked where it is imported."""
+"""The virtual camera, with a fake pyvirtualcam."""
 
 import sys
 from types import SimpleNamespace
@@ -27,8 +27,8 @@ def codes(rgb, matrix, full):
 
 
 def shown(matrix=6, full=False, size_wh=(64, 48), degrees=0):
-    one = picture(0, *size_wh)
-    frame = NormaliseCamera(is_device=False)(one, 1.0)
+    source = picture(0, *size_wh)
+    frame = NormaliseCamera(is_device=False)(source, 1.0)
     for plane, code in zip(frame.writable_planes(), codes(RED, matrix, full), strict=True):
         plane[:] = round(code)
     frame.tags = type(frame.tags)(matrix, 2 if full else 1)
@@ -41,7 +41,7 @@ class FakeCamera:
     device = "/dev/video9"
 
     def __init__(self, width, height, fps, *, fmt, device):
-        self.told = (width, height, fps, fmt, device)
+        self.settings = (width, height, fps, fmt, device)
         self.sent, self.closed = [], False
 
     def send(self, codes):
@@ -73,14 +73,14 @@ def test_programs_get_limited_bt601_whatever_the_source_is(library, matrix, full
     luma, cb, cr = np.split(library.made[0].sent[0], [64 * 48, 64 * 48 * 5 // 4])
     for got, want in zip((luma, cb, cr), codes(RED, 6, False), strict=True):
         assert np.abs(got.astype(float) - want).max() <= 2.5  # two roundings and FFmpeg's tables
-    assert library.made[0].told == (64, 48, 30.0, "I420", None)
+    assert library.made[0].settings == (64, 48, 30.0, "I420", None)
     assert sink.name == "/dev/video9" and sink.sent == 1
 
 
 def test_a_turned_picture_is_shown_upright(library):
     sink = VirtualCamera("/dev/video9")
     sink(shown(degrees=270))
-    assert library.made[0].told[:2] == (48, 64) and library.made[0].told[4] == "/dev/video9"
+    assert library.made[0].settings[:2] == (48, 64) and library.made[0].settings[4] == "/dev/video9"
 
 
 def test_finish_closes_the_camera_if_a_picture_opened_one(library):

@@ -1,8 +1,8 @@
-"""The source of a live run: its settings, and which file or camera a name opens."""
+"""The source of a live run: its settings, and the file or camera that a name opens."""
 
 import pytest
 from makeup_video.pipeline import InputError, UsageError
-from makeup_video.pipeline.live.sources import device as camera_device
+from makeup_video.pipeline.live.sources import device
 from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
 
 
@@ -31,6 +31,6 @@ def test_only_files_of_this_machine_are_played(name):
 
 
 def test_without_a_camera_the_error_lists_what_was_tried(monkeypatch):
-    monkeypatch.setattr(camera_device, "devices_found", list)
+    monkeypatch.setattr(device, "devices_found", list)
     with pytest.raises(InputError, match=r"no camera was found.*give a video file in its place"):
         Camera(CameraSettings(), pytest.fail)

@@ -1,4 +1,4 @@
-"""Cameras, faked: what they give, what they lack, and that they come and go."""
+"""Fake cameras: their pictures, their faults, and their loss and return."""
 
 import threading
 import time
@@ -7,27 +7,33 @@ import av
 import pytest
 from cameras import Damaged, FakeDevice, Scripted, mjpeg, raw_yuyv, unplugged
 from makeup_video.pipeline import DecodeError, InputError
-from makeup_video.pipeline.live.sources import device as camera_device
+from makeup_video.pipeline.live.sources import device
 from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
 from makeup_video.pipeline.live.sources.device import attempts
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 
 def test_mjpeg_is_tried_before_raw_pixels_and_then_anything():
-    wish = camera_device.CameraRequest("1280x720", 30, None)
+    wish = device.CameraRequest("1280x720", 30, None)
     tried = attempts(wish, "v4l2")
-    assert [one.get("input_format") for one in tried] == ["mjpeg", "yuyv422", None, None, None]
+    assert [opened.get("input_format") for opened in tried] == [
+        "mjpeg",
+        "yuyv422",
+        None,
+        None,
+        None,
+    ]
     assert tried[0]["video_size"] == "1280x720" and set(tried[-1]) == {"fflags"}
-    raw = attempts(camera_device.CameraRequest(None, None, "yuyv422"), "v4l2")
-    assert [one.get("input_format") for one in raw] == ["yuyv422", "mjpeg", None]
+    raw = attempts(device.CameraRequest(None, None, "yuyv422"), "v4l2")
+    assert [opened.get("input_format") for opened in raw] == ["yuyv422", "mjpeg", None]
     assert attempts(wish, "dshow")[0]["vcodec"] == "mjpeg"
     assert attempts(wish, "avfoundation")[0]["framerate"] == "30"
 
 
 @pytest.fixture
 def plug(monkeypatch):
-    """plug(device, ...): what opening a camera gives, time after time; an exception is raised."""
-    monkeypatch.setattr(camera_device, "_RETRY_SECONDS", 0.01)
+    """plug(device, ...): the results of opening the camera, in order; exceptions are raised."""
+    monkeypatch.setattr(device, "_RETRY_SECONDS", 0.01)
     opened = []
 
     def setup(*devices):
@@ -35,12 +41,12 @@ def plug(monkeypatch):
 
         def open_camera(name, system, options):
             opened.append((name, options))
-            one = rest.pop(0) if rest else OSError(19, "No such device")
-            if isinstance(one, Exception):
-                raise one
-            return one
+            result = rest.pop(0) if rest else OSError(19, "No such device")
+            if isinstance(result, Exception):
+                raise result
+            return result
 
-        monkeypatch.setattr(camera_device, "open_camera", open_camera)
+        monkeypatch.setattr(device, "open_camera", open_camera)
         return opened
 
     return setup
@@ -68,7 +74,7 @@ def test_a_picture_from_before_the_first_request_is_kept(tmp_path, plug):
     ended, stay = threading.Event(), threading.Event()
     plug(FakeDevice(mjpeg(tmp_path, frames=6), lambda: (ended.set(), stay.wait())))
     camera = Camera(settings(), lambda line: None)
-    assert ended.wait(20)  # while nets were loaded, say
+    assert ended.wait(20)  # for instance, while the nets load
     next(camera.frames())
     stay.set()
     camera.close()
@@ -119,18 +125,18 @@ def test_close_ends_the_wait_for_a_camera_that_is_gone(tmp_path, plug):
 
     def log(line):
         lines.append(line)
-        threading.Timer(0.05, camera.close).start()  # it waits by then, as a rule
+        threading.Timer(0.05, camera.close).start()  # by then the camera usually waits
 
     begin = threading.Event()
     plug(FakeDevice(mjpeg(tmp_path), unplugged, begin))
     camera = Camera(settings(), log)
     begin.set()
-    list(camera.frames())  # it ends
+    list(camera.frames())  # returns
     assert lines == ["camera /dev/video0 is gone: waiting for it"]
 
 
 def test_a_hanging_camera_is_logged_and_close_does_not_wait(tmp_path, plug, monkeypatch):
-    monkeypatch.setattr(camera_device, "_SILENT_SECONDS", 0.05)
+    monkeypatch.setattr(device, "_SILENT_SECONDS", 0.05)
     lines, ended, hanging = [], threading.Event(), threading.Event()
     plug(FakeDevice(mjpeg(tmp_path), lambda: (ended.set(), hanging.wait())))
 
@@ -164,7 +170,7 @@ def test_damaged_jpegs_are_counted_and_skipped(tmp_path, plug):
     frames = camera.frames()
     begin.set()
     assert ended.wait(20)
-    assert camera.damaged == 3 and camera.dropped == 4  # the newest of five waits
+    assert camera.damaged == 3 and camera.dropped == 4  # of five, only the newest waits
     frame = next(frames)
     assert (frame.pix_fmt, frame.tags.range) == ("yuv420p", 2)
     stay.set()
@@ -187,10 +193,12 @@ def test_settings_that_a_camera_changes_are_one_logged_line(tmp_path, plug):
     assert frame.picture.format.name == "yuv420p"
 
 
-@pytest.mark.parametrize(("number", "told"), [(13, "group video"), (16, "another program uses it")])
-def test_a_camera_without_permission_is_refused_with_advice(plug, number, told):
+@pytest.mark.parametrize(
+    ("number", "advice"), [(13, "group video"), (16, "another program uses it")]
+)
+def test_a_camera_without_permission_is_refused_with_advice(plug, number, advice):
     opened = plug(OSError(number, "no"))
-    with pytest.raises(InputError, match=told) as caught:
+    with pytest.raises(InputError, match=advice) as caught:
         Camera(settings(), pytest.fail)
     assert "\n" not in str(caught.value) and len(opened) == 1
 
@@ -198,12 +206,12 @@ def test_a_camera_without_permission_is_refused_with_advice(plug, number, told):
 def test_pictures_queued_in_the_driver_by_a_stall_are_dropped(tmp_path, plug, monkeypatch):
     clock, shown = [0.0], []
     begin, ended, stay = threading.Event(), threading.Event(), threading.Event()
-    monkeypatch.setattr(camera_device.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(device.time, "monotonic", lambda: clock[0])
     monkeypatch.setattr(
-        camera_device.DeviceCamera, "_offer", lambda self, frame: shown.append(frame.seconds)
+        device.DeviceCamera, "_offer", lambda self, frame: shown.append(frame.seconds)
     )
     fresh = [(0.50, 0.50), (0.53, 0.53)]
-    stalled = [(0.56, 1.56), (0.60, 1.56), (0.63, 1.56)]  # the first was being read when we stopped
+    stalled = [(0.56, 1.56), (0.60, 1.56), (0.63, 1.56)]  # the stall hit the read of the first
     script = [*fresh, *stalled, (1.60, 1.60)]
     plug(Scripted(mjpeg(tmp_path), lambda: (ended.set(), stay.wait()), begin, clock, script))
     camera = Camera(settings(), lambda line: None)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError
-from makeup_video.pipeline.live.sources import file as camera_file
+from makeup_video.pipeline.live.sources import file
 from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
 from makeup_video.pipeline.live.sources.file import Timeline
 from media import damage, make_clip
@@ -48,7 +48,7 @@ def test_the_times_of_a_timeline_always_increase(times):
 
 
 def played(path, count=None, **settings):
-    """[(frame, seconds between when it was due and when it came)]"""
+    """[(frame, seconds of delay after its due time)]"""
     camera = Camera(CameraSettings(name=str(path), **settings), pytest.fail)
     got = []
     for frame in camera.frames():
@@ -77,7 +77,7 @@ def test_a_variable_rate_is_played_from_its_first_frame(tmp_path):
 @pytest.mark.parametrize("end", ["mp4", "avi"])
 def test_a_loop_has_no_seam(tmp_path, end, monkeypatch):
     path, now = make_clip(tmp_path / f"in.{end}", "mjpeg", frames=5, pix_fmt="yuvj420p"), [100.0]
-    monkeypatch.setattr(camera_file.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
     camera = Camera(CameraSettings(name=str(path), loop=True), pytest.fail)
     camera._source._closing = FakeWait(now)
     got = [frame.seconds for frame in itertools.islice(camera.frames(), 14)]
@@ -86,10 +86,10 @@ def test_a_loop_has_no_seam(tmp_path, end, monkeypatch):
 
 
 def test_a_file_catches_up_after_a_stall(tmp_path, monkeypatch):
-    """After a stall nothing old is shown, and the clock is the one it began with."""
+    """After a stall no old frame is shown, and the clock keeps its origin."""
     path = make_clip(tmp_path / "in.mp4", frames=60, options={"g": "10"})
     now = [100.0]
-    monkeypatch.setattr(camera_file.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
     camera = Camera(CameraSettings(name=str(path)), pytest.fail)
     camera._source._closing = FakeWait(now)
     frames = camera.frames()
@@ -103,7 +103,7 @@ def test_a_file_catches_up_after_a_stall(tmp_path, monkeypatch):
 
 def test_a_frame_due_while_the_process_stood_still_is_dropped(tmp_path, monkeypatch):
     path, now = make_clip(tmp_path / "in.mp4", frames=6), [100.0]
-    monkeypatch.setattr(camera_file.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
     camera = Camera(CameraSettings(name=str(path)), pytest.fail)
     camera._source._closing = FakeWait(now)
     frames = camera.frames()
@@ -114,7 +114,7 @@ def test_a_frame_due_while_the_process_stood_still_is_dropped(tmp_path, monkeypa
 
 
 class FakeWait:
-    """An Event for a clock that only moves when somebody waits, once by too much."""
+    """An Event for a clock that moves only during waits, and once by too much."""
 
     def __init__(self, now):
         self.now = now

@@ -1,4 +1,4 @@
-"""Pictures of any camera or file become frames of the one live layout."""
+"""Pictures of any camera or file become frames of the live layout."""
 
 from contextlib import closing
 from fractions import Fraction
@@ -21,7 +21,7 @@ def test_a_cameras_picture_becomes_420_with_true_tags(pix_fmt, matrix, span):
     luma = shown.reformat(format="yuvj422p" if span == 2 else "yuv422p", src_color_range=span,
                           dst_color_range=span)  # fmt: skip
     shown.color_range = 2 if span == 2 else 0
-    shown.colorspace = 5 if span == 2 else 2  # as FFmpeg's decoders say it
+    shown.colorspace = 5 if span == 2 else 2  # as FFmpeg's decoders set it
     frame = NormaliseCamera(is_device=True)(shown, 12.5)
     assert (frame.pix_fmt, frame.tags.matrix, frame.tags.range) == ("yuv420p", matrix, span)
     assert (frame.tags.primaries, frame.tags.transfer) == (1, 1)
@@ -64,7 +64,7 @@ def test_square_pixels_keep_what_the_picture_means():
 
 def test_times_increase_even_when_two_pictures_come_at_once():
     door = NormaliseCamera(is_device=True)
-    pts = [door(picture(i, 16, 16), at).pts for i, at in enumerate((0.0, 0.0, 1.0, 0.5))]
+    pts = [door(picture(i, 16, 16), seconds).pts for i, seconds in enumerate((0.0, 0.0, 1.0, 0.5))]
     assert pts == [0, 1, 1_000_000, 1_000_001]
 
 
