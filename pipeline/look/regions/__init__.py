@@ -1,6 +1,6 @@
 """The registry of regions. A region is a file here and one in render/regions, both of its name.
 
-Look files, command line, page, finishes, renderer, documents, benchmark and tests go through it.
+Look files, command line, page, finishes, messages, renderer, warm-up and benchmark go through it.
 """
 
 from importlib import import_module
