@@ -92,7 +92,7 @@ def text() -> str:
 
 `python docs/make/make_sheets.py` writes this page down to its last heading. The script needs the
 extra `samples`. Nothing is retouched: each cell is a part of a picture that `apply_look` painted.
-The faces are those of the samples; [samples/README.md](../samples/README.md) gives their origin.
+The faces are those of the samples; `samples/README.md` gives their origin.
 The effect of each parameter: [parameters.md](parameters.md).
 
 ## Finishes in different light
