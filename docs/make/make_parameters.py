@@ -162,14 +162,14 @@ def _picture(name: str, caption: str) -> str:
     return f"![{name}]({sheet.PICTURES}/{name}.jpg)\n\n{caption}"
 
 
+def _section(spec: Any) -> str:
+    picture = _picture(spec.name, STRIPS[spec.name].caption())
+    return f"### {spec.name}\n\n{spec.metadata['meaning']}\n\n{picture}"
+
+
 def text() -> str:
     """Return the whole page."""
     specs = fields(GraphicsParams)
-    strips = "\n\n".join(
-        f"### {spec.name}\n\n{spec.metadata['meaning']}\n\n"
-        + _picture(spec.name, STRIPS[spec.name].caption())
-        for spec in specs
-    )
     return f"""# Parameters of a look
 
 `python docs/make/make_parameters.py` writes this page from the code. Change the code, not the page.
@@ -211,7 +211,7 @@ In each picture one parameter rises from left to right, and the others stay the 
 are parts of frames of `samples/in.mp4`, painted at 720p and then enlarged: a mouth 1.2 times, an
 eye 1.8 times.
 
-{strips}
+{(chr(10) * 2).join(_section(spec) for spec in specs)}
 """
 
 
