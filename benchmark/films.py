@@ -51,7 +51,7 @@ class Clip:
         """Size, length and faces in words."""
         shown = f"{self.faces} face{'' if self.faces == 1 else 's'}"
         if self.is_cropped:
-            shown = f"one face, brought to {FACE_SHARE:g} of the height"
+            shown = f"one face scaled to {FACE_SHARE:g} of the height"
         return f"{self.size_wh[0]}x{self.size_wh[1]}, {self.frames} frames, {shown}"
 
 

@@ -6,7 +6,7 @@ from typing import Any
 Row = tuple[str, ...]
 _Values = Mapping[str, Any]
 
-_STAGE_HEAD = ("", "at work: mean", "p50", "p95", "own CPU: mean", "p50", "waiting before it")
+_STAGE_HEAD = ("", "wall time: mean", "p50", "p95", "own CPU time: mean", "p50", "frames waiting")
 _STAGE_KEYS = ("mean_ms", "p50_ms", "p95_ms", "cpu_mean_ms", "cpu_p50_ms")
 
 
@@ -34,7 +34,7 @@ def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
         yield f"{name}: ms a frame", _STAGE_HEAD, list(_stages(size))
     if any("renderer" in size for size in sizes.values()):
         yield "painting with everything on, CPU ms a frame", ("", *sizes), list(_renderer(sizes))
-        title = "the floor, CPU ms a frame: what no program can leave out"
+        title = "theoretical minimum (floor), CPU ms a frame"
         yield title, ("", *sizes), list(_floor(sizes))
     yield from more_tables(results)
 
@@ -62,7 +62,7 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("the start, not counted", rows, lambda r: spread(r["warm_up_latency_ms"]))
     yield _row("first 10 s", rows, lambda r: spread(r["first_seconds_latency_ms"]))
     yield _row("last 10 s", rows, lambda r: spread(r["last_seconds_latency_ms"]))
-    yield _row("dropped by the file as camera", rows, lambda r: str(r["dropped_by_camera"]))
+    yield _row("dropped by the camera's file", rows, lambda r: str(r["dropped_by_camera"]))
     yield _row("dropped before painting", rows, lambda r: str(r["dropped_at_door"]))
     yield _row("dropped in the preview", rows, lambda r: str(r["dropped_in_preview"]))
     yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
@@ -102,7 +102,7 @@ def _films(sizes: Iterable[_Values]) -> Iterator[Row]:
 
     yield _row("film", rows, lambda r: r["film"])
     yield _row("bare decode+encode, frames/s", of["bare"], fps)
-    yield _row("its threads, decoder + encoder", of["bare"], _threads_of)
+    yield _row("bare: threads of decoder + encoder", of["bare"], _threads_of)
     yield _row("--look none, frames/s", of["none"], fps)
     yield _row("whole product, frames/s", of["product"], fps)
     yield _row("--look none / bare", of["none"], ratio)
@@ -161,9 +161,9 @@ def _floor(sizes: Mapping[str, _Values]) -> Iterator[Row]:
     for key, label in (
         ("decode_ms", "decoding, one thread"),
         ("encode_ms", "encoding, one thread"),
-        ("copy_ms", "moving the painted px once"),
-        ("paint_ms", "arithmetic of their paint"),
-        ("nets_ms", "multiplications of the nets"),
+        ("copy_ms", "copying the painted px once"),
+        ("paint_ms", "arithmetic of painting"),
+        ("nets_ms", "arithmetic of the nets"),
         ("least_ms", "floor, all but the codec"),
     ):
         yield _row(label, [row[key] for row in rows], "{:.3g}".format)
@@ -179,10 +179,14 @@ def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
     if "faces" in results:
         faces = results["faces"]
         title = (
-            f"faces in a frame of {faces['height_px']}p; "
-            f"each further face {faces['further_face_cpu_ms']:.2f} ms"
+            f"{faces['height_px']}p frames with several faces; "
+            f"each further face costs {faces['further_face_cpu_ms']:.2f} CPU ms"
         )
-        yield title, ("faces", "frames/s", "by bare", "not codec, CPU ms"), list(_faces(faces))
+        yield (
+            title,
+            ("faces", "frames/s", "ratio to bare", "not codec, CPU ms"),
+            list(_faces(faces)),
+        )
     if "threads" in results:
         threads = results["threads"]
         title = f"threads, {threads['size']}; best: {threads['best']}"

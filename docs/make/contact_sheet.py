@@ -1,5 +1,4 @@
-"""Close-ups of the samples, painted and laid out in labelled grids, for the pages of
-this folder."""
+"""Paint close-ups of the samples and lay them out in labelled grids, for the pages in docs/."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -12,7 +11,7 @@ from makeup_video.pipeline import Face, Look, apply_look, find_faces
 
 DOCS = Path(__file__).parents[1]
 SAMPLES = DOCS.parent / "samples"
-PICTURES = "pictures"  # in DOCS
+PICTURES = "pictures"  # folder in DOCS
 JPEG = [
     cv2.IMWRITE_JPEG_QUALITY, 88,
     cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
@@ -21,13 +20,13 @@ JPEG = [
 _LABEL_PX, _PAPER, _INK = 20, 255, (40, 40, 40)
 _FONT, _FONT_SCALE, _CHARACTER_PX = cv2.FONT_HERSHEY_SIMPLEX, 0.42, 8
 
-# What a close-up is of: the points of its middle, and its width in distances of the eyes' outer
-# corners
+# The part of a face in a close-up: the points around its middle, and its width in distances between
+# the outer eye corners.
 What = tuple[Sequence[int], float]
 MOUTH: What = (0, 17, 61, 291), 1.15
-EYE: What = (33, 133, 159), 0.80  # open or closed, brow included
+EYE: What = (33, 133, 159), 0.80  # with the brow
 
-# Times the linear light, red, green, blue
+# Factors of linear red, green and blue.
 LIGHTS = {
     "as it is": (1.0, 1.0, 1.0),
     "light x 0.5": (0.5, 0.5, 0.5),
@@ -38,15 +37,14 @@ LIGHTS = {
 
 
 class Scene:
-    """A picture and its largest face; rgb8 is (H, W, 3) uint8, encoded as sRGB."""
+    """A picture, (H, W, 3) uint8 encoded as sRGB, and its largest face."""
 
     def __init__(self, rgb8: np.ndarray, face: Face | None = None) -> None:
         self.rgb8 = rgb8
         self.face: Face = face or find_faces(rgb8)[0]
 
     def in_light(self, name: str) -> "Scene":
-        """The same picture with more, less or other light; what is too bright clips, as in a
-        camera."""
+        """Return the scene in a light of LIGHTS. Too bright values clip, as in a camera."""
         return Scene(encoded(np.clip(linear(self.rgb8) * np.float32(LIGHTS[name]), 0, 1)))
 
     def closeup(
@@ -55,8 +53,7 @@ class Scene:
         what: What = MOUTH,
         size_wh: tuple[int, int] = (240, 150),
     ) -> np.ndarray:
-        """(h, w, 3) uint8: the look painted on the whole picture, then a part of it at
-        this size."""
+        """Paint the look on the whole picture and return a part of it, (h, w, 3) uint8, as sRGB."""
         points, width = what
         xy = self.face.points_px[:, :2].astype(np.float64)
         middle = xy[list(points)].mean(0)
@@ -69,45 +66,45 @@ class Scene:
 
 
 def rgb(code: str) -> tuple[int, int, int]:
-    """ "B4002E" -> (180, 0, 46)"""
+    """Return the code values of six hex digits: (180, 0, 46) for "B4002E"."""
     red, green, blue = bytes.fromhex(code)
     return red, green, blue
 
 
 def linear(rgb8: np.ndarray) -> np.ndarray:
-    """sRGB codes -> linear light in 0..1, float32 (IEC 61966-2-1)."""
+    """Convert sRGB codes to linear light in 0..1, float32 (IEC 61966-2-1)."""
     v = rgb8.astype(np.float32) / 255
     return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
-    """Linear light in 0..1 -> sRGB codes, uint8."""
+    """Convert linear light in 0..1 to sRGB codes, uint8."""
     v = np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
     return np.round(v * 255).astype(np.uint8)
 
 
 def read(path: Path) -> np.ndarray:
-    """(H, W, 3) uint8, encoded as sRGB."""
+    """Read a picture file as (H, W, 3) uint8, encoded as sRGB."""
     return np.ascontiguousarray(cv2.imread(str(path))[..., ::-1])
 
 
 @cache
 def portrait() -> Scene:
-    """Grace Hopper: older skin, thin lips, glasses."""
+    """Return the portrait of Grace Hopper: older skin, thin lips, glasses."""
     return Scene(read(SAMPLES / "portrait.jpg"))
 
 
 @cache
 def astronaut() -> Scene:
-    """Eileen Collins as photographed, enlarged to the size of a face in a 720p video: a smile."""
-    from skimage.data import astronaut  # of the extra `samples`
+    """Return the photograph of Eileen Collins, a smile, as large as a face in a 720p video."""
+    from skimage.data import astronaut  # in the extra `samples`
 
     return Scene(cv2.resize(astronaut(), None, fx=3, fy=3, interpolation=cv2.INTER_CUBIC))
 
 
 @cache
 def clip(index: int) -> Scene:
-    """A frame of samples/in.mp4 by its number."""
+    """Return a frame of samples/in.mp4 by its number. Raises ValueError beyond the last frame."""
     with av.open(str(SAMPLES / "in.mp4")) as container:
         for number, frame in enumerate(container.decode(video=0)):
             if number == index:
@@ -118,8 +115,10 @@ def clip(index: int) -> Scene:
 def grid(
     cells: Sequence[Sequence[np.ndarray]], columns: Sequence[str], rows: Sequence[str] = ()
 ) -> np.ndarray:
-    """Rows of cells of one size; columns are named above, rows (where they have names)
-    at the left."""
+    """Lay out rows of cells of equal size, (H, W, 3) uint8.
+
+    columns: labels above the cells.  rows: labels to the left, or none.
+    """
     height, width = cells[0][0].shape[:2]
     margin = _CHARACTER_PX * max(map(len, rows), default=0)
     lines = [np.hstack([_label("", margin, _LABEL_PX), *(_label(c, width) for c in columns)])]
@@ -140,7 +139,7 @@ def _label(text: str, width: int, height: int = _LABEL_PX) -> np.ndarray:
 
 
 def save_all(pictures: dict[str, Callable[[], np.ndarray]]) -> None:
-    """Draw and write each picture, by its file's name."""
+    """Draw each picture and write it under its file name. Raises OSError when a write fails."""
     (DOCS / PICTURES).mkdir(exist_ok=True)
     for name, draw in pictures.items():
         path = DOCS / PICTURES / name

@@ -1,7 +1,8 @@
-"""Take the README's picture of the page: `makeup-video live` on the sample film, with the look of
-the sample photo.
+"""Write the README's screenshot of `makeup-video live` on the sample film with the sample look.
 
-python docs/make/make_live_picture.py     (needs Chromium, and the extra "test")
+    python docs/make/make_live_picture.py
+
+The script needs Chromium and the extra `test`.
 """
 
 import re
@@ -21,12 +22,12 @@ from makeup_video.pipeline import find_faces
 LIVE = "live.jpg"
 PICTURES = {LIVE: lambda: draw()}
 _SIZE = {"width": 1280, "height": 760}
-_PAUSE_MS = 1_500  # a picture taken holds the page up, and its figures say so for a while
-_SETTLED_MS = 12_000  # what was said of the first seconds is gone again
+_PAUSE_MS = 1_500  # a screenshot delays the page, and its figures show the delay for a while
+_SETTLED_MS = 12_000  # by then the page no longer shows the messages of the first seconds
 
 
 def draw() -> np.ndarray:
-    """(H, W, 3) uint8: the page with the divider on the face."""
+    """Return a screenshot with the divider on the face, (H, W, 3) uint8, encoded as sRGB."""
     from playwright.sync_api import sync_playwright
 
     with _live() as url, sync_playwright() as playwright:
@@ -50,7 +51,7 @@ def draw() -> np.ndarray:
 
 
 def _poses(rgb8: np.ndarray, middle_x: float) -> bool:
-    """Whether her nose is there, her mouth not wide open and her eyes not closed."""
+    """Tell whether the nose is at middle_x, the mouth not wide open and the eyes not closed."""
     points = find_faces(rgb8)[0].points_px
     nose_x, open_px = points[4, 0], points[14, 1] - points[13, 1]
     lids_px = points[374, 1] - points[386, 1]
@@ -64,7 +65,7 @@ def _shot(page: Any) -> np.ndarray:
 
 @contextmanager
 def _live() -> Iterator[str]:
-    """`makeup-video live` while the block runs; the page's address."""
+    """Run `makeup-video live` while the block runs, and yield the address of the page."""
     film = str(sheet.SAMPLES / "in.mp4")
     command = [sys.executable, "-m", "makeup_video.cli", "live", "--camera", film, "--loop"]
     process = subprocess.Popen(

@@ -1,4 +1,7 @@
-"""Writes docs/parameters.md and its pictures from the code: python docs/make/make_parameters.py"""
+"""Write docs/parameters.md and its pictures from the code.
+
+python docs/make/make_parameters.py
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
@@ -13,31 +16,32 @@ from makeup_video.pipeline.look.regions.info import RegionInfo
 
 PAGE = sheet.DOCS / "parameters.md"
 STEPS = 5
-_OPEN, _SHUT = 0, 24  # eyes, in frames of samples/in.mp4; the mouth is closed in both
+# Frames of samples/in.mp4 with open and with closed eyes; the mouth is closed in both.
+_OPEN, _SHUT = 0, 24
 RED, PLUM, NUDE, PINK, BROWN, BRONZE = "B4002E", "4A1030", "B5705A", "F0D0D8", "5A3A2E", "8A5A34"
 
 _FINISHES = {
-    "matte": "dry and full, no shine",
-    "satin": "full, with a soft shine",
-    "sheer": "a tint: the skin shows through",
-    "gloss": "wet: sharp highlights, some mirror",
-    "metallic": "full, a broad bright sheen and dust of its own colour",
-    "shimmer": "half covering, with sparkles",
+    "matte": "dry, with full cover and no shine",
+    "satin": "full cover with a soft shine",
+    "sheer": "a tint that lets the skin show through",
+    "gloss": "wet, with sharp highlights and some reflection",
+    "metallic": "full cover with a broad bright sheen and fine sparkles of its own colour",
+    "shimmer": "half cover with sparkles",
 }
 _ZONES = {
-    "lid": "from the lashes to a little above the crease, the whole width of the eye",
-    "crease": "only around the crease, the lid itself stays bare",
-    "full": "from the lashes to well above the crease, thinning out towards the brow",
+    "lid": "from the lashes to a little above the crease, across the whole width of the eye",
+    "crease": "around the crease only; the lid itself stays bare",
+    "full": "from the lashes to well above the crease, fading towards the brow",
     "outer": "the outer third, from the lashes to above the crease",
 }
 
 
 @dataclass(frozen=True)
 class Strip:
-    """What a parameter is shown on: it alone changes from 0 to most, from left to right.
+    """The product that a parameter is shown on; the parameter rises from 0 to `most`.
 
-    eyes: on eye-shadow too, in a second row, on a lid that is shut.  light: of
-    contact_sheet.LIGHTS.
+    eyes: adds a second row, with eye-shadow on a closed lid.  light: a key of
+    contact_sheet.LIGHTS.  others: parameters that differ from those of the finish.
     """
 
     colour: str
@@ -48,13 +52,14 @@ class Strip:
     others: Mapping[str, float] = field(default_factory=dict)
 
     def caption(self) -> str:
-        words = [f"On #{self.colour} {self.finish}"]
-        words += [f"{name} {value:g}" for name, value in self.others.items()]
+        where = "Lips and a closed lid" if self.eyes else "Lips"
+        words = f"{where} in #{self.colour} {self.finish}"
+        if self.others:
+            settings = (f"{name} {value:g}" for name, value in self.others.items())
+            words += f", with {' and '.join(settings)}"
         if self.light != "as it is":
-            words.append(f"in {self.light} light")
-        return (
-            ", ".join(words) + "; " + ("lips, and eye-shadow on the lid." if self.eyes else "lips.")
-        )
+            words += f", in {self.light} light"
+        return f"{words}."
 
 
 _MIRROR = {"gloss": 0.2, "reflection": 0.8}
@@ -132,8 +137,8 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 
 def _parameter_row(spec: Any) -> list[str]:
     low, high = spec.metadata["low"], spec.metadata["high"]
-    reach = f"{low:g} to {high:g}" if high < 1e6 else f"{low:g} and more, mostly under 4"
-    default = "to be given" if spec.default is MISSING else f"{spec.default:g}"
+    reach = f"{low:g} to {high:g}" if high < 1e6 else f"{low:g} or more, usually under 4"
+    default = "required" if spec.default is MISSING else f"{spec.default:g}"
     return [f"`{spec.name}`", reach, default, spec.metadata["meaning"]]
 
 
@@ -153,58 +158,60 @@ def _finish_table(region: str) -> str:
     return _table(["", *FINISHES], rows)
 
 
-def _picture(name: str, words: str) -> str:
-    return f"![{name}]({sheet.PICTURES}/{name}.jpg)\n\n{words}"
+def _picture(name: str, caption: str) -> str:
+    return f"![{name}]({sheet.PICTURES}/{name}.jpg)\n\n{caption}"
+
+
+def _section(spec: Any) -> str:
+    picture = _picture(spec.name, STRIPS[spec.name].caption())
+    return f"### {spec.name}\n\n{spec.metadata['meaning']}\n\n{picture}"
 
 
 def text() -> str:
-    """The page, all of it."""
+    """Return the whole page."""
     specs = fields(GraphicsParams)
-    strips = "\n\n".join(
-        f"### {spec.name}\n\n{spec.metadata['meaning']}\n\n"
-        + _picture(spec.name, STRIPS[spec.name].caption())
-        for spec in specs
-    )
     return f"""# Parameters of a look
 
-Made by `python docs/make/make_parameters.py` from the code; change it there.
+`python docs/make/make_parameters.py` writes this page from the code. Change the code, not the page.
 
-A product is {len(specs)} numbers for each region, lips or eyes. The seven without a default say what product it is;
-the others, how it is laid on and what it does in the light.
+A product, for lips or for eyes, has {len(specs)} parameters. The seven required ones describe
+the product itself. The others describe how the product is applied and how it responds to light.
 
 {_table(["name", "range", "default", "meaning"], [_parameter_row(spec) for spec in specs])}
 
-Three dials belong to the whole look, not to a product:
+Three settings belong to the whole look, not to one product:
 
-* `strength`, 0 to 1: how much of all of it, lips and eyes. 0 paints nothing.
+* `strength`, 0 to 1: how strong the whole look is, lips and eyes. 0 paints nothing.
 
-{_picture("strength", f"#{RED} satin.")}
+{_picture("strength", f"Lips in #{RED} satin.")}
 
-* `intensity`, 0 to 1: how much of the eye-shadow, on top of `strength`.
+* `intensity`, 0 to 1: how strong the eye-shadow is, multiplied with `strength`.
 
-{_picture("intensity", f"#{BROWN} satin on the lid.")}
+{_picture("intensity", f"A closed lid in #{BROWN} satin.")}
 
-* `zone`: where the eye-shadow goes. It follows the eye and its blinks; the eyeball stays bare.
+* `zone`: where the eye-shadow is painted. The zone follows the eye and its blinks; the eyeball
+  stays bare.
 
 {_table(["zone", "where"], [[f"`{name}`", _ZONES[name]] for name in ZONES])}
 
-{_picture("zone", f"#{BROWN} satin, on an open eye and in a blink.")}
+{_picture("zone", f"#{BROWN} satin on an open eye and during a blink.")}
 
 ## Finishes
 
-`--finish` sets everything but the colour.
+`--finish` sets every parameter except the colour.
 
-{_table(["finish", "what it is"], [[f"`{name}`", _FINISHES[name]] for name in FINISHES])}
+{_table(["finish", "appearance"], [[f"`{name}`", _FINISHES[name]] for name in FINISHES])}
 
 {chr(10).join(_finishes_of(info) for info in REGIONS.values())}
-How they look on faces and in different light: [sheets.md](sheets.md).
+Finishes on faces and in different light: [sheets.md](sheets.md).
 
-## What each one does
+## What each parameter does
 
-From left to right only the one parameter changes. A frame of `samples/in.mp4`, painted at 720p; then
-enlarged: a mouth 1.2 times, an eye 1.8 times.
+In each picture one parameter rises from left to right, and the others stay the same. The pictures
+are parts of frames of `samples/in.mp4`, painted at 720p and then enlarged: a mouth 1.2 times, an
+eye 1.8 times.
 
-{strips}
+{(chr(10) * 2).join(_section(spec) for spec in specs)}
 """
 
 

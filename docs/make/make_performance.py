@@ -1,10 +1,11 @@
-"""Measures how fast the product is, and writes the tables and plots of docs/performance.md.
+"""Measure the product's speed and write the tables and plots of docs/performance.md.
 
     python docs/make/make_performance.py --clip talk.mp4 --hour --peer peer/bin/python
 
-It takes most of an hour, two with --hour, on a machine that does nothing else. Parts can be
-measured one by one (--parts faces length). Their results are kept in --results, and the page is
-written from all of them; its text outside the markers stays. The script needs the extra `plot`.
+The measurements take most of an hour, or two hours with --hour, on an idle machine. --parts
+measures some parts only (--parts faces length). The file --results keeps the results of all parts,
+and the script writes the page from that file. The text outside the markers stays. The script needs
+the extra `plot`.
 """
 
 import argparse
@@ -29,7 +30,7 @@ LENGTHS_MINUTES, AN_HOUR = (1 / 6, 1, 10), 60
 
 
 class Measurements:
-    """The parts of the page; each method measures the part of its name."""
+    """The measurements behind the page. Each part has a method of the same name."""
 
     def __init__(self, options: argparse.Namespace, folder: Path) -> None:
         self.options, self.folder = options, folder
@@ -43,13 +44,13 @@ class Measurements:
         )  # fmt: skip
 
     def whole(self) -> dict[str, Any]:
-        """The results of the command, by clip."""
+        """Return the results of `makeup-video bench` by clip."""
         heights = heights_of(self.options.sizes)
         clips = [SAMPLES / "in.mp4", *self.options.clip]
         return {clip.name: measure(self.bench(clip), heights, renderer=True) for clip in clips}
 
     def resolution(self) -> dict[str, Any]:
-        """Bare loop and product in turn, by height."""
+        """Run the bare loop and the product in turn at every height."""
         bench, rows = self.bench(), {}
         target = self.folder / "out.mp4"
         for height in heights_of(self.options.resolutions):
@@ -79,7 +80,7 @@ class Measurements:
         return [over_length(self.bench(), self.options.long_height, m) for m in minutes]
 
     def peer(self) -> str:
-        """The output of docs/make/peer_mediapipe.py, run in its own environment."""
+        """Return the output of peer_mediapipe.py, run in its own environment."""
         product = Path(sys.executable).with_name("makeup-video")
         words = [
             self.options.peer,
@@ -97,17 +98,24 @@ def log(line: str) -> None:
 
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--parts", nargs="*", choices=page.PARTS, help="default: all; none: draw")
-    parser.add_argument("--clip", type=Path, nargs="*", default=[], help="further clips")
+    parser.add_argument(
+        "--parts",
+        nargs="*",
+        choices=page.PARTS,
+        help="parts to measure; default: all; with no names, only write the page",
+    )
+    parser.add_argument(
+        "--clip", type=Path, nargs="*", default=[], help="clips to measure besides samples/in.mp4"
+    )
     parser.add_argument("--sizes", default="720p,1080p,2160p")
     parser.add_argument("--resolutions", default="360p,540p,720p,1080p,1440p,2160p")
-    parser.add_argument("--seconds", type=float, default=20, help="of film")
+    parser.add_argument("--seconds", type=float, default=20, help="length of the films")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--long-height", type=int, default=360, help="of the long films")
-    parser.add_argument("--hour", action="store_true", help="a film of an hour, too")
-    parser.add_argument("--peer", type=Path, help="python of the peer's environment")
+    parser.add_argument("--long-height", type=int, default=360, help="height of the long films")
+    parser.add_argument("--hour", action="store_true", help="also measure a film of an hour")
+    parser.add_argument("--peer", type=Path, help="Python of the peer's environment")
     parser.add_argument(
-        "--results", type=Path, default=Path("runs/performance.json"), help="kept here"
+        "--results", type=Path, default=Path("runs/performance.json"), help="JSON of all results"
     )
     parser.add_argument("--page", type=Path, default=page.PAGE)
     parser.add_argument("--pictures", type=Path, default=page.FOLDER)
@@ -123,7 +131,7 @@ def main() -> None:
         measurements = Measurements(options, Path(name))
         for part in parts:
             if part == "peer" and options.peer is None:
-                log("the peer is left out: give --peer PYTHON")
+                log("the peer is not measured: it needs --peer PYTHON")
                 continue
             measured[part] = getattr(measurements, part)()
             options.results.write_text(json.dumps(measured, indent=1), encoding="utf-8")

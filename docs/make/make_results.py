@@ -1,9 +1,9 @@
-"""Measures the reference nets and writes docs/results.md and its pictures.
+"""Measure the reference nets and write docs/results.md and its pictures.
 
     python docs/make/make_results.py --data runs/reference.npz --lip-shades lip_shades.csv \\
         --eye-shades eyeshadow_shades.csv
 
-It needs the extra `train`. What is written in the page under JUDGEMENT stays.
+The script needs the extra `train`. It keeps the text of the page under the heading JUDGEMENT.
 """
 
 import argparse
@@ -32,7 +32,7 @@ Nets = Mapping[str, Mapping[str, Net]]
 
 
 class Measuring:
-    """The people and products that are measured on, and how many times."""
+    """Measures the nets on the test people and held-out products."""
 
     def __init__(self, options: argparse.Namespace, nets: Nets, whole: Whole) -> None:
         self.options, self.nets, self.whole = options, nets, whole
@@ -41,7 +41,7 @@ class Measuring:
         self.products = {region: held_out(path, region) for region, path in tables.items()}
 
     def main(self) -> dict[str, Measured]:
-        """Test people, one half wearing looks, the other bare, all tones about as often."""
+        """Measure on test people by worn regions: one half wears looks, the other half is bare."""
         found = {}
         for at, (name, regions) in enumerate(SETS.items()):
             people = People(self.options.data, regions, "test")
@@ -54,7 +54,7 @@ class Measuring:
         return found
 
     def extremes(self) -> dict[str, dict[str, Measured]]:
-        """By region and colour."""
+        """Measure products of extreme colours, by region and colour."""
         found: dict[str, dict[str, Measured]] = {}
         for region in REGIONS:
             people = People(self.options.data, region, "test")
@@ -68,7 +68,7 @@ class Measuring:
         return found
 
     def tones(self, data: Path, *splits: str) -> dict[str, dict[str, Measured]]:
-        """By region and skin tone of the wearer, as many looks for each tone that there is."""
+        """Measure by region and skin tone of the wearer, with as many looks for each tone."""
         found: dict[str, dict[str, Measured]] = {}
         for region in REGIONS:
             people = People(data, region, *splits)
@@ -84,37 +84,49 @@ class Measuring:
         return found
 
 
-def log(what: str) -> None:
-    print(time.strftime("%H:%M:%S"), what, flush=True)
+def log(line: str) -> None:
+    print(time.strftime("%H:%M:%S"), line, flush=True)
 
 
 def named(text: str) -> tuple[str, Path]:
-    """ "lite0=runs/lite0" -> its name and folder."""
+    """Split "lite0=runs/lite0" into name and folder; the name defaults to that of the folder."""
     name, _, folder = text.rpartition("=")
     return name or Path(folder).name, Path(folder)
 
 
-def parsed() -> argparse.Namespace:
+def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--nets", type=named, nargs="+", default=[("shipped", SHIPPED)], metavar="NAME=DIR",
         help="folders with reference_REGION.onnx or REGION-*.pt; the first is measured in full",
     )  # fmt: skip
     parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
-    parser.add_argument("--more", type=Path, help="other people as `prepare` packed them")
+    parser.add_argument("--more", type=Path, help="other people, as packed by `prepare`")
     parser.add_argument("--lip-shades", type=Path, required=True)
     parser.add_argument("--eye-shades", type=Path, required=True)
-    parser.add_argument("--lpips-weights", type=Path, nargs="+", default=[], help="see lpips.py")
-    parser.add_argument("--count", type=int, default=COUNT, help="triplets; fewer to try it out")
+    parser.add_argument(
+        "--lpips-weights",
+        type=Path,
+        nargs="+",
+        default=[],
+        help="weights of AlexNet and of LPIPS; see lpips.py",
+    )
+    parser.add_argument(
+        "--count", type=int, default=COUNT, help="number of triplets; fewer for a trial"
+    )
     parser.add_argument("--out", type=Path, default=page.PAGE)
     parser.add_argument("--pictures", type=Path, default=sheet.DOCS / sheet.PICTURES)
-    parser.add_argument("--look-at", type=Path, help="folder for grids of the test people")
-    parser.add_argument("--clips", type=Path, help="folder for samples/in.mp4 with read looks")
+    parser.add_argument(
+        "--look-at", type=Path, help="folder for grids of the test people, for viewing"
+    )
+    parser.add_argument(
+        "--clips", type=Path, help="folder for samples/in.mp4 painted with read looks"
+    )
     return parser.parse_args()
 
 
 def main() -> None:
-    options = parsed()
+    options = parse_arguments()
     calm()
     nets = {name: nets_of(folder) for name, folder in options.nets}
     if next(iter(nets.values())).keys() != set(REGIONS):

@@ -1,6 +1,6 @@
-"""Writes docs/sheets.md and its pictures: python docs/make/make_sheets.py
+"""Write docs/sheets.md and its pictures. The script keeps the text under the heading JUDGEMENT.
 
-What is written in the page under JUDGEMENT stays.
+python docs/make/make_sheets.py
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,10 +14,13 @@ PAGE = sheet.DOCS / "sheets.md"
 JUDGEMENT = "## What still looks wrong"
 _CELL_WH = 200, 125
 _RED, _PLUM, _BLUE, _WHITE = "B4002E", "4A1030", "0A2A8C", "F2EEEA"
-_COLOURS = {"red": _RED, "nude": "B5705A", "plum": _PLUM, "blue": _BLUE, "black": "101012", "white": _WHITE}  # fmt: skip
+_COLOURS = {
+    "red": _RED, "nude": "B5705A", "plum": _PLUM, "blue": _BLUE, "black": "101012",
+    "white": _WHITE,
+}  # fmt: skip
 _SHADOW = "6A3A5E"
 _FACES = {"hopper": sheet.portrait, "astronaut": sheet.astronaut}
-# Frames of samples/in.mp4, by what they show
+# Frames of samples/in.mp4.
 _MOUTHS = {"closed": 0, "smile": 105, "talking": 213, "open": 207, "wide open": 190, "turned": 140}
 _EYES = {"open": 0, "shut": 24}
 _LIP_PRODUCTS = [("red", "matte"), ("red", "gloss"), ("plum", "satin"), ("black", "gloss"),
@@ -31,9 +34,12 @@ def lips(colour: str, finish: str) -> Look:
 def draw(
     scenes: Mapping[str, sheet.Scene], looks: Mapping[str, Look], what: sheet.What = sheet.MOUTH
 ) -> np.ndarray:
-    """Rows are scenes; columns are looks, after the bare face."""
+    """Draw a grid. Rows are scenes; columns are the bare face, then the looks."""
     looks = {"bare": Look(), **looks}
-    cells = [[scene.closeup(look, what, _CELL_WH) for look in looks.values()] for scene in scenes.values()]  # fmt: skip
+    cells = [
+        [scene.closeup(look, what, _CELL_WH) for look in looks.values()]
+        for scene in scenes.values()
+    ]
     return sheet.grid(cells, list(looks), list(scenes))
 
 
@@ -51,7 +57,7 @@ def draw_mouths() -> np.ndarray:
 
 
 def draw_shadow() -> np.ndarray:
-    """Each zone on an eye that is open and on one that is shut; and one behind glasses."""
+    """Draw each zone on an open and a closed eye, then one eye behind glasses."""
     places = [(zone, name, sheet.clip(at)) for zone in ZONES for name, at in _EYES.items()]
     places.append(("full", "glasses", sheet.portrait()))
     cells = []
@@ -81,23 +87,25 @@ def _codes(names: Sequence[str]) -> str:
 
 
 def text() -> str:
-    """The page, down to the judgement."""
-    return f"""# Sheets: looks on faces
+    """Return the page down to the heading JUDGEMENT."""
+    return f"""# Looks on faces
 
-Made by `python docs/make/make_sheets.py` (it needs the extra `samples`). Nothing is retouched: each cell is a part of a
-picture that `apply_look` painted. The faces are those of the samples; `samples/README.md` says where they are from.
-What the parameters do one by one: [parameters.md](parameters.md).
+`python docs/make/make_sheets.py` writes this page down to its last heading. The script needs the
+extra `samples`. Nothing is retouched: each cell is a part of a picture that `apply_look` painted.
+The faces are those of the samples; `samples/README.md` gives their origin.
+The effect of each parameter: [parameters.md](parameters.md).
 
 ## Finishes in different light
 
-Red (#{_RED}) in every finish. Rows: the photograph as it is; with half and 1.6 times the light; in warm and
-in cool light. Light was changed in linear light before painting, and clips where a camera's would.
+Red (#{_RED}) in every finish. The rows show the photograph as it is, with 0.5 and 1.6 times the
+light, and in warm and cool light. The light was changed in linear RGB before painting. Values that
+are too bright clip, as in a camera.
 
-Older skin, thin closed lips:
+Older skin and thin, closed lips:
 
 {_picture("lips-finishes-hopper")}
 
-A smile, teeth showing:
+A smile that shows teeth:
 
 {_picture("lips-finishes-astronaut")}
 
@@ -111,14 +119,15 @@ Satin: {_codes(list(_COLOURS))}.
 
 ## Mouths
 
-Frames of `samples/in.mp4`, its teeth and tongue being drawn: {_codes(["red", "plum", "black", "white", "blue"])}.
+Frames of `samples/in.mp4`, whose teeth and tongue are drawn. Colours:
+{_codes(["red", "plum", "black", "white", "blue"])}.
 
 {_picture("lips-mouths")}
 
 ## Eye-shadow
 
-#{_SHADOW} in each zone and finish, on an eye that is open and on one that is shut (frames of `samples/in.mp4`);
-the last row is an eye behind glasses.
+#{_SHADOW} in each zone and finish, on an open and on a closed eye (frames of `samples/in.mp4`).
+The last row shows an eye behind glasses.
 
 {_picture("eye-shadow")}
 
@@ -127,7 +136,7 @@ the last row is an eye behind glasses.
 
 
 def kept_judgement() -> str:
-    """What the page says under its last heading."""
+    """Return the text of the present page under the heading JUDGEMENT, or ""."""
     if not PAGE.exists():
         return ""
     return PAGE.read_text(encoding="utf-8").partition(JUDGEMENT + "\n")[2]

@@ -1,5 +1,4 @@
-"""Draw the strip at the top of the README: the reference photo, and frames of the sample before and
-after.
+"""Draw the strip at the top of the README: the reference photo, and frames before and after.
 
 python docs/make/make_strip.py
 """
@@ -21,7 +20,7 @@ _FACE: sheet.What = ((4, 33, 263), 2.1)
 
 
 def draw() -> np.ndarray:
-    """(H, W, 3) uint8, made by the README's command."""
+    """Draw the strip, (H, W, 3) uint8, with the settings of the README's command."""
     photo, film = sheet.SAMPLES / "look.jpg", sheet.SAMPLES / "in.mp4"
     with tempfile.TemporaryDirectory() as folder:
         painted = Path(folder) / "out.mp4"

@@ -1,10 +1,10 @@
-"""Measures savings and errors of each quality level of a live run: the table of docs/live.md.
+"""Measure the savings and errors of each quality level of a live run, for docs/live.md.
 
     python docs/make/measure_levels.py samples/in.mp4 talk.mp4
 
 All levels run in turn on every frame, in one thread, without a codec. The script prints a Markdown
-table: CPU time of the stages, and how far the smoothed lips and eyes, and the painted picture, are
-off those of level 0.
+table with the CPU time of the stages and the differences from level 0: of the smoothed lips and
+eyes, and of the painted picture.
 """
 
 import argparse
@@ -27,18 +27,20 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
-WARM_UP = 15  # frames that do not count
+WARM_UP = 15  # frames that are not counted
 STAGES = "faces", "smooth", "scene", "paint"
 PARTS = np.concatenate([LIPS, EYE, RIGHT_EYE])
 
 
 @dataclass
 class Level:
-    """The stages at one level, with their CPU times and their errors."""
+    """The stages at one quality level, with their CPU times and errors."""
 
     number: int
     milliseconds: list[list[float]] = field(default_factory=list)  # by frame and stage
-    points_off: list[float] = field(default_factory=list)  # thousandths of the eyes' distance
+    points_off: list[float] = field(
+        default_factory=list
+    )  # thousandths of the distance between the eyes
     codes_off: list[float] = field(default_factory=list)  # of luma, where level 0 paints
 
     def __post_init__(self) -> None:
@@ -47,8 +49,8 @@ class Level:
         self.find.level = self.paint.level = self.number
 
     def __call__(self, frame: Frame) -> tuple[FrameFaces, np.ndarray]:
-        """Process a frame; returns the smoothed faces and the painted luma."""
-        frame.writable_planes()  # as a camera gives them
+        """Process a frame and return the smoothed faces and the painted luma."""
+        frame.writable_planes()  # as those of a camera are
         times = [time.process_time()]
         found = self.find(frame)
         times.append(time.process_time())
@@ -62,7 +64,10 @@ class Level:
         return faces, painted.planes[0]
 
     def compare(self, mine: "Shown", whole: "Shown", bare: np.ndarray) -> None:
-        """Add the errors of this level's result to the lists; whole: that of level 0."""
+        """Add the errors of a result to the lists.
+
+        mine: the result of this level.  whole: that of level 0.  bare: the luma before painting.
+        """
         for face, true in zip(mine[0].faces, whole[0].faces, strict=False):
             xy = true.points_px[:, :2]
             unit = np.linalg.norm(np.subtract(*xy[list(EYE_CORNERS)]))
@@ -78,12 +83,12 @@ Shown = tuple[FrameFaces, np.ndarray]
 
 
 def measure(film: Path) -> list[Level]:
-    """Run all levels on a film, frame by frame."""
+    """Run all levels on a film, frame by frame, and return them with their results."""
     levels = [Level(number) for number in QualityLevel]
     films = (pictures(film) for _ in range(len(levels) + 1))
     for number, pictures_now in enumerate(zip(*films, strict=True)):
         bare, *frames = map(frame_of, pictures_now)
-        # the first level pays for cold caches: so each is first in turn
+        # The first level of a frame pays for cold caches, so the levels take turns.
         first = number % len(levels)
         order = levels[first:] + levels[:first]
         shown = {level.number: level(frames[level.number]) for level in order}
@@ -93,7 +98,7 @@ def measure(film: Path) -> list[Level]:
 
 
 def rows(name: str, height_px: int, levels: list[Level]) -> Iterator[str]:
-    """A row of the table for each level."""
+    """Yield a row of the Markdown table for each level."""
     for level in levels:
         spent = np.array(level.milliseconds)[WARM_UP:]
         stages = " | ".join(f"{stage_ms:.2f}" for stage_ms in spent.mean(0))

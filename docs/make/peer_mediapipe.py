@@ -1,19 +1,19 @@
-"""Measures what a skilled user would write instead: MediaPipe's Face Mesh and OpenCV on BGR frames.
+"""Measure the peer: what a skilled user would write with MediaPipe's Face Mesh and OpenCV.
 
-The peer paints lips and eye-shadow in one loop and encodes as `makeup-video bench` does. It runs in
-turn with the bare codec loop and with our product, on the same film:
+The peer paints lips and eye-shadow on BGR frames in one loop and encodes as `makeup-video bench`
+does. It runs in turn with the bare codec loop and the product, on the same film:
 
     python3.11 -m venv peer && peer/bin/pip install mediapipe==0.10.21 av
     peer/bin/python docs/make/peer_mediapipe.py --product .venv/bin/makeup-video [CLIP]
 
-MediaPipe 0.10.21 is the last version with these models inside. It needs Python 3.12 or older, and
-other versions of numpy and OpenCV than makeup-video: hence the environment of its own. Its models
-are loaded before the clock starts, ours after it.
+MediaPipe 0.10.21 is the last version that contains these models. It needs Python 3.12 or older, and
+other versions of numpy and OpenCV than makeup-video, so it has an environment of its own. The clock
+starts after MediaPipe's models are loaded, but before the product's are.
 
-There are two loops, neither slow on purpose: FaceMesh follows one face, its detector runs only when
-the face is lost, and all but the weights is uint8 and OpenCV's own code. "whole frames" blends as
-tutorials do; "face boxes" blends only around lips and lids. The colour goes into a and b of Lab, so
-light and dark stay.
+Two loops are measured. "whole frames" blends as tutorials do; "face boxes" blends only around lips
+and lids. Neither is slow on purpose: FaceMesh follows one face, its detector runs only when the
+face is lost, and everything except the weights is uint8 in OpenCV's own code. The colour goes into
+a and b of Lab, so lightness stays.
 """
 
 import argparse
@@ -40,12 +40,12 @@ LIPS_OUTER = [
 LIPS_INNER = [
     78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81, 80, 191,
 ]  # fmt: skip
-# along the edge of the upper lid, and back below the brow
+# Along the edge of the upper lid and back below the brow.
 LIDS = (
     [33, 246, 161, 160, 159, 158, 157, 173, 133, 243, 190, 56, 28, 27, 29, 30, 247, 130],
     [263, 466, 388, 387, 386, 385, 384, 398, 362, 463, 414, 286, 258, 257, 259, 260, 467, 359],
 )
-# in the environment of the product: CLIP, where to write, height, frames
+# Runs in the product's environment. Arguments: clip, film to write, height, frames.
 MAKE_FILM = (
     "import sys; from pathlib import Path; from makeup_video.benchmark.films import make_clip; "
     "clip, film, height, frames = sys.argv[1:]; "
@@ -54,7 +54,7 @@ MAKE_FILM = (
 
 
 class Peer:
-    """Paints a decoded picture; `painted` counts the pictures with a face."""
+    """Paints decoded pictures. `painted` counts the pictures with a face."""
 
     def __init__(self, whole: bool) -> None:
         self.whole, self.painted = whole, 0
@@ -63,7 +63,7 @@ class Peer:
     def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
         bgr8 = picture.to_ndarray(format="bgr24")
         rgb8 = cv2.cvtColor(bgr8, cv2.COLOR_BGR2RGB)
-        rgb8.flags.writeable = False  # so that MediaPipe need not copy it
+        rgb8.flags.writeable = False  # spares MediaPipe a copy
         found = self.mesh.process(rgb8).multi_face_landmarks
         if not found:
             return picture
@@ -101,7 +101,7 @@ class Peer:
 
 
 def loop(film: Path, target: Path, threads: tuple[int, int], change=None) -> dict[str, float]:
-    """Decode, change each picture (None: nothing), encode; returns frames/s and CPU ms a frame."""
+    """Decode, apply `change` to each picture, encode. Return frames/s and CPU ms a frame."""
     began, cpu, frames = time.perf_counter(), time.process_time(), 0
     with av.open(str(film)) as box, av.open(str(target), "w") as out:
         video = box.streams.video[0]
@@ -122,7 +122,7 @@ def loop(film: Path, target: Path, threads: tuple[int, int], change=None) -> dic
 
 
 def ours(product: Path, film: Path, target: Path, ref: Path) -> dict[str, float]:
-    """Run the real command; its report times it from opening the film to the end, as the loops."""
+    """Run the real command. Its report times the same span as the loops, from opening the film."""
     report = target.with_suffix(".json")
     command = [product, film, "--ref", ref, "-o", target, "--report", report, "-q", "-y"]
     command += ["--codec", "h264", "--preset", OPTIONS["preset"], "--crf", OPTIONS["crf"]]
@@ -135,11 +135,11 @@ def ours(product: Path, film: Path, target: Path, ref: Path) -> dict[str, float]
 
 def check(painted: int, frames: int, who: str) -> None:
     if painted < 0.95 * frames:
-        raise SystemExit(f"{who} painted {painted} of {frames} frames: give a clip with a face")
+        raise SystemExit(f"{who} painted {painted} of {frames} frames: use a clip with a face")
 
 
 def peer(film: Path, target: Path, threads: tuple[int, int], whole: bool) -> dict[str, float]:
-    """Run the peer; its models are loaded before the clock starts."""
+    """Run the peer. The clock starts after its models are loaded."""
     change = Peer(whole)
     done = loop(film, target, threads, change)
     check(change.painted, done["frames"], "the peer")
@@ -147,9 +147,12 @@ def peer(film: Path, target: Path, threads: tuple[int, int], whole: bool) -> dic
 
 
 def compare(options: argparse.Namespace, film: Path, folder: Path) -> dict[str, dict[str, float]]:
-    """Medians of all, run in turn, every round beginning with another; loops with best threads."""
+    """Run all in turn and return their medians. Each round begins with the next one.
+
+    The loops use their fastest thread settings.
+    """
     target = folder / "out.mp4"
-    loop(film, target, THREADS[0])  # warms the file cache, not counted
+    loop(film, target, THREADS[0])  # warms the file cache; not counted
     best = max(THREADS, key=lambda threads: loop(film, target, threads)["fps"])
     best_peer = max(THREADS, key=lambda threads: peer(film, target, threads, False)["fps"])
     work = {
@@ -171,7 +174,9 @@ def compare(options: argparse.Namespace, film: Path, folder: Path) -> dict[str, 
 
 
 def print_table(height: str, film: str, rows: dict[str, dict[str, float]]) -> None:
-    print(f"\n{height}: {film}\n\n| | frames/s | by bare | CPU ms a frame | makeup-video is |")
+    print(
+        f"\n{height}: {film}\n\n| | frames/s | ratio to bare | CPU ms a frame | makeup-video is |"
+    )
     print("|---|---|---|---|---|")
     bare, best = rows["bare"]["fps"], rows["makeup-video"]["fps"]
     for name, row in rows.items():
@@ -184,13 +189,23 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("clip", type=Path, nargs="?", default=SAMPLES / "in.mp4")
     parser.add_argument(
-        "--product", type=Path, required=True, help="makeup-video, its python beside it"
+        "--product",
+        type=Path,
+        required=True,
+        help="the command makeup-video, with its Python in the same folder",
     )
-    parser.add_argument("--ref", type=Path, default=SAMPLES / "look.jpg", help="what ours paints")
-    parser.add_argument("--sizes", default="720p,1080p", help="the face fills half the height")
+    parser.add_argument(
+        "--ref",
+        type=Path,
+        default=SAMPLES / "look.jpg",
+        help="photo with the look that makeup-video paints",
+    )
+    parser.add_argument(
+        "--sizes", default="720p,1080p", help="heights of the film; the face fills half of each"
+    )
     parser.add_argument("--seconds", type=float, default=10)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--picture", type=Path, help="keep a frame of the peer's, to look at")
+    parser.add_argument("--picture", type=Path, help="also save a frame that the peer painted")
     return parser.parse_args()
 
 

@@ -1,4 +1,4 @@
-"""The measured part of docs/performance.md: its tables and plots, from stored numbers."""
+"""Write the measured part of docs/performance.md, its tables and plots, from stored results."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -14,10 +14,10 @@ FOLDER = DOCS / "pictures"
 PICTURES = tuple(f"performance_{name}.png" for name in ("resolution", "faces", "length"))
 
 _BARE, _OURS, _MORE = "#9aa5b1", "#b4002e", "#5b8db8"
-# The targets: label, how the value is read from the results of a size, at least or at most, limits
-# by size.
+# The goals: label, how to read the value from the results of a size, at least or at most, and the
+# limits by size.
 _Read = Callable[[Mapping[str, Any]], float]
-TARGETS: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
+GOALS: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
     (
         "whole product / bare, frames/s",
         lambda row: row["product"]["ratio"], ">=",
@@ -43,7 +43,7 @@ TARGETS: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
 def write_page(measured: Mapping[str, Any], page: Path, folder: Path) -> None:
     """Write each measured part between its markers in the page, and its plot into the folder.
 
-    The rest of the page stays as it is. Raises ValueError when the page lacks the markers of a
+    The rest of the page stays. Raises ValueError when the page lacks the markers of a
     part.
     """
     text = page.read_text(encoding="utf-8")
@@ -61,25 +61,25 @@ def between_markers(page: str, part: str, text: str) -> str:
 
 
 def _whole(clips: Mapping[str, Mapping[str, Any]], folder: Path) -> str:
-    """The tables of every clip.
+    """Return the tables of every clip.
 
-    clips: by name, what `makeup-video bench --json` prints.
+    clips: the output of `makeup-video bench --json` by name.
     """
     parts = []
     for results in clips.values():
         sizes = list(results["sizes"])
         command = f"    makeup-video bench CLIP --sizes {','.join(sizes)}\n"
-        parts += [f"### {results['clip']}\n", command, _targets(results["sizes"])]
+        parts += [f"### {results['clip']}\n", command, _goals(results["sizes"])]
         parts += [f"{title}:\n\n{_table(head, rows)}" for title, head, rows in tables(results)]
     return "\n".join(parts)
 
 
-def _targets(sizes: Mapping[str, Mapping[str, Any]]) -> str:
+def _goals(sizes: Mapping[str, Mapping[str, Any]]) -> str:
     rows = []
-    for label, read, sign, limits in TARGETS:
+    for label, read, sign, limits in GOALS:
         cells = [_with_limit(read(row), sign, limits.get(name)) for name, row in sizes.items()]
         rows.append((label, *cells))
-    return _table(("measured (to reach)", *sizes), rows)
+    return _table(("measured (goal)", *sizes), rows)
 
 
 def _with_limit(value: float, sign: str, limit: float | None) -> str:

@@ -1,4 +1,4 @@
-"""The page docs/results.md, of what make_results.py measured."""
+"""Write the page docs/results.md from the measurements of make_results.py."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,26 +24,28 @@ from makeup_video.training.reference.rendered_crops import TEST_QUALITY
 
 PAGE = Path(__file__).parents[1] / "results.md"
 JUDGEMENT = "## What still goes wrong"
-# What we set out to reach: CIEDE2000 median and 90th percentile, of 255, rank correlation
+# The goals: CIEDE2000 (median, 90th percentile), colour error of 255, rank correlation of gloss.
 REACH_CIEDE = {"lips": (2.5, 6.0), "eyes": (3.0, 7.0)}
 REACH_COLOUR, REACH_GLOSS = 12.0, 0.8
-# The paper's lipstick net: its own names of the numbers in a table of its LaTeX source (Kips et
-# al., 2021, supplement, commented out); and table 1, on the photographed triplets of CA-GAN.
+# The paper's lipstick net (Kips et al., 2021): a table that is commented out in the LaTeX source of
+# the supplement, with the paper's own parameter names; and table 1, on CA-GAN's photographed
+# triplets.
 PAPER_MAE = {"red": "28.25", "green": "89.93", "blue": "83.64", "gloss": "0.29 (wetness, 0 to 1)",
              "gloss_roughness": "0.29 (glossDetail)"}  # fmt: skip
 PAPER_TRIPLETS = {"BeautyGAN": (0.123, 0.371, 0.093), "CA-GAN": (0.085, 0.304, 0.077),
                   "the paper": (0.083, 0.283, 0.060)}  # fmt: skip
 _RANGES = {"red": "0 to 255", "green": "0 to 255", "blue": "0 to 255", "gloss": "0 to 4"}
-_METHODS = {TRUE: "the true numbers (the best that can be)", MEAN: "mean colour moved",
-            SOURCE: "source left as it is"}  # fmt: skip
+_METHODS = {TRUE: "the true parameters (the best possible)", MEAN: "mean colour moved",
+            SOURCE: "source unchanged"}  # fmt: skip
 _UNMEASURED, MISSED = "not measured", "**missed**"
 
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """main: by what is worn.  extremes, tones, more: by region, then by colour or tone.
+    """All measurements behind the page.
 
-    nets: their names; the first is that of all else.  costs: by net and region.
+    main: by worn regions.  extremes, tones, more: by region, then by colour or tone.
+    nets: their names; the other tables measure the first.  costs: by net and region.
     """
 
     main: Mapping[str, Measured]
@@ -69,16 +71,16 @@ def median_and_most(off: np.ndarray) -> tuple[float, float]:
 
 
 def reach(results: Results) -> str:
-    """What we set out to reach beside what was measured, misses first."""
+    """Return the table of goals and measured values, missed goals first."""
     rows = []
     for region in REACH_CIEDE:
         for what, limit, measured, met in _reach_of(results.main[region], results.nets[0], region):
             rows.append((f"{region}: {what}", limit, measured, "reached" if met else MISSED))
-    return table(("", "reach", "measured", ""), sorted(rows, key=lambda row: row[3] != MISSED))
+    return table(("", "goal", "measured", ""), sorted(rows, key=lambda row: row[3] != MISSED))
 
 
 def _reach_of(found: Measured, ours: str, region: str) -> Iterator[tuple[str, str, str, bool]]:
-    """What, its limit, what was measured, whether that is within."""
+    """Yield each measure, its goal, its value, and whether the goal is reached."""
     for name, most, off in zip(
         ("median", "90 %"), REACH_CIEDE[region], median_and_most(found.only(ours)), strict=True
     ):
@@ -112,7 +114,7 @@ def numbers_table(results: Results) -> str:
 
 
 def known_line(results: Results) -> str:
-    """How much finding the face and reading its light in the made-up photo costs."""
+    """Return how much detecting the face and its light in the made-up photo costs."""
     parts = []
     for region in REACH_CIEDE:
         found = results.main[region]
@@ -121,13 +123,14 @@ def known_line(results: Results) -> str:
     lost = sum(found.unread for found in results.main.values())
     count = sum(len(found.tone) for found in results.main.values())
     return (
-        "Points and light are found in the made-up photo itself. With those of the bare portrait the mean error of colours\n"
-        f"would be: {'; '.join(parts)}. In {lost} of {count} photos no face was found."
+        "Face points and light are read from the made-up photo itself. With those of the bare\n"
+        f"portrait the mean error of colours would be: {'; '.join(parts)}.\n"
+        f"In {lost} of {count} photos no face was found."
     )
 
 
 def triplet_tables(results: Results) -> str:
-    """One table for each of what is worn."""
+    """Return a table for each combination of worn regions."""
     parts = []
     for worn, found in results.main.items():
         methods = {results.nets[0]: "**ours**", **_METHODS}
@@ -149,7 +152,10 @@ def triplet_tables(results: Results) -> str:
 
 
 def by_kind(ours: str, kinds: Mapping[str, Mapping[str, Measured]], what: str) -> str:
-    """A row for each region and colour or tone; of tones only the makeup is compared."""
+    """Return a table with a row for each region and colour or tone.
+
+    The measures of the whole face are given for colours only.
+    """
     whole, rows = MEASURES[1:] if what == "colour" else (), []
     for region, by_name in kinds.items():
         for name, found in by_name.items():
@@ -178,7 +184,7 @@ def nets_table(results: Results) -> str:
 
 
 def text(results: Results) -> str:
-    """The page, down to the judgement."""
+    """Return the page down to the heading JUDGEMENT."""
     parts = (_beginning, _triplets, _kinds, _end)
     return "\n".join(part(results) for part in parts) + f"\n{JUDGEMENT}\n"
 
@@ -186,23 +192,28 @@ def text(results: Results) -> str:
 def _beginning(results: Results) -> str:
     return f"""# Results: how well a look is read from one photo
 
-Made by `python docs/make/make_results.py`, which measures everything on this page. The people and the products are unseen:
-no net was trained on them. Looks are painted by the renderer with all of its 17 numbers, those that no net tells too; photos
-are saved as JPEG {TEST_QUALITY}, and from such a photo alone a look is read, as the product does it: find the face, read the
-light, cut the crop, seven numbers, the renderer's other settings from the nearest finish. People are drawn so that
-skin tones come about as often, as far as there are some.
+`python docs/make/make_results.py` measures everything on this page and writes the page down to its
+last heading. The people and the products are unseen: no net was trained on them.
 
-## Reach
+The renderer paints each look with all of its 17 parameters, including those that no net estimates.
+The photos are saved as JPEG {TEST_QUALITY}. The look is then read from such a photo alone, as the
+product does: find the face, read the light, cut the crop, estimate seven parameters, and take the
+others from the nearest finish. People are drawn so that all skin tones that occur are about equally
+frequent.
 
-CIEDE2000: the look that was read and the true one, painted on the same other bare person, over the px that are made up.
+## Goals
+
+CIEDE2000 compares the look that was read with the true look. Both are painted on the same other,
+bare person, and the painted pixels are compared.
 
 {reach(results)}
 
-## Error of each number
+## Error of each parameter
 
-Mean of |error|; that of colours where opacity is at least {COLOUR_SEEN:g}: of less, little can be told. The paper's figures
-are in a table of its source that was commented out. Its numbers are defined a little differently, and one more (gamma,
-1.42, of any positive value) has no counterpart here.
+The table gives the mean absolute error. Colours count where opacity is at least {COLOUR_SEEN:g},
+because a sheerer product shows little of its colour. The paper's figures are from a table that is
+commented out in its source. Its parameters are defined slightly differently, and one more (gamma,
+error 1.42, any positive value) has no counterpart here.
 
 {numbers_table(results)}
 
@@ -213,14 +224,16 @@ are in a table of its source that was commented out. Its numbers are defined a l
 def _triplets(results: Results) -> str:
     return f"""## Triplets
 
-A photo of somebody who wears the look, somebody else who is bare, and that one with the same look as the truth. Those who
-wear looks and those who are bare are different halves of the test people. L1, MS-SSIM (of R'G'B') and LPIPS are of the
-whole face at {FACE_PX} x {FACE_PX} px, values 0 to 1, so the makeup is a small part of them.
+A triplet is a photo of a person who wears the look, a photo of another, bare person, and that bare
+person with the same look as the truth. The wearers are one half of the test people, the bare people
+the other. L1, MS-SSIM (of R'G'B') and LPIPS compare the whole face at {FACE_PX} x {FACE_PX} px,
+with values 0 to 1. The makeup is a small part of that area.
 
-The paper's figures (its table 1, lipstick) are from other, photographed triplets, in which the two photos of a person
-differ in more than makeup. They can be compared with each other, not with ours.
+The paper's figures (its table 1, lipstick) are from other, photographed triplets, in which the two
+photos of a person differ in more than makeup. Compare these figures with each other, not with ours.
 
-*Mean colour moved* is what a simple tool does: the mean Lab of the region becomes that of the reference, its detail stays.
+*Mean colour moved* is what a simple tool does: it shifts the mean Lab of the region to that of the
+reference and keeps the detail.
 
 {triplet_tables(results)}
 """
@@ -229,21 +242,24 @@ differ in more than makeup. They can be compared with each other, not with ours.
 def _kinds(results: Results) -> str:
     ours = results.nets[0]
     more = f"""
-Real photographs, of people and in light that neither the nets nor the renderer were made by; those who look made up were
-left out. Tone is that of the cheeks in the photo, so a shadow or a coloured lamp counts as well.
+The next table is measured on real photographs. Neither the nets nor the renderer were developed on
+these people or in this light. People who look made up were left out. The tone is that of the cheeks
+in the photo, so a shadow or a coloured lamp affects it.
 
 {by_kind(ours, results.more, "tone")}
 """ if results.more else ""  # fmt: skip
     return f"""## Extreme colours
 
-Blue, green, black, white and yellow products, opacity 0.6 to 1, otherwise as real ones.
+Blue, green, black, white and yellow products with opacity 0.6 to 1. Their other parameters are
+drawn like those of real products.
 
 {by_kind(ours, results.extremes, "colour")}
 
 ## Skin tones
 
-By the tone of who wears the look (individual typology angle of the cheeks), people of the validation and test parts; the
-validation people were watched during training, never trained on. Mind how few people some rows have.
+The rows are skin tones of the wearer (individual typology angle of the cheeks), for people of the
+validation and test sets. The validation people were monitored during training, but no net was
+trained on them. Some rows have very few people.
 
 {by_kind(ours, results.tones, "tone")}
 {more}"""
@@ -252,23 +268,24 @@ validation people were watched during training, never trained on. Mind how few p
 def _end(results: Results) -> str:
     return f"""## Nets
 
-Size of the weights and time of one crop; the rest as above, on the same triplets.
+Size of the weights, time of one crop, and the measures above on the same triplets.
 
 {nets_table(results)}
 
 ## Pictures
 
-A look is painted on a reference, read from that photo saved as JPEG {TEST_QUALITY}, and painted on another picture, beside
-the truth. Lipsticks go from Grace Hopper to Eileen Collins. Hopper's lids are behind the rims of her glasses, so eye-shadow
-goes from the photograph of Collins to a frame of `samples/in.mp4`, made from that photograph: the same person. Both
-photographs are in the public domain.
+A look is painted on a reference, read from that photo saved as JPEG {TEST_QUALITY}, and painted on
+another picture, beside the truth. Lipsticks go from Grace Hopper to Eileen Collins. Hopper's lids
+are behind the rims of her glasses. So eye-shadow goes from the photograph of Collins to a frame of
+`samples/in.mp4`, which is made from that photograph and shows the same person. Both photographs are
+in the public domain.
 
 {pictures.markdown()}
 """
 
 
 def kept_judgement(path: Path = PAGE) -> str:
-    """What a page says under its last heading."""
+    """Return the text of a page under the heading JUDGEMENT, or ""."""
     if not path.exists():
         return ""
     return path.read_text(encoding="utf-8").partition(JUDGEMENT + "\n")[2]

@@ -1,4 +1,4 @@
-"""Pictures and clips of looks that were read from photos, for make_results.py."""
+"""Draw pictures and clips of looks that were read from photos, for make_results.py."""
 
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -18,7 +18,7 @@ TEST_QUALITY = 90  # JPEG
 _CELL_WH = {"lips": (200, 125), "eyes": (240, 90)}
 EYES: sheet.What = ((33, 263, 9, 8), 1.75)
 _WHAT = {"lips": sheet.MOUTH, "eyes": EYES}
-# Grids: what is worn, and its products as colour and finish.
+# The grids: a region and its products, each a colour and a finish.
 GRIDS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
     "results-lips.jpg": ("lips", (
         ("B4002E", "matte"), ("C8325A", "gloss"), ("B5705A", "satin"), ("4A1030", "satin"),
@@ -37,8 +37,7 @@ GRIDS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
         ("F0CD1E", "satin"),
     )),
 }  # fmt: skip
-# Who wears it, and who it is painted on. Hopper's lids are behind the rims of her glasses.
-_SHUT = 24  # frame of samples/in.mp4
+_SHUT = 24  # frame of samples/in.mp4 with closed eyes
 _COLUMNS = ("reference", "bare", "read from it", "truth")
 _CLIPS = {
     "lipstick.mp4": ("lips", "8C1446", "gloss"),
@@ -56,34 +55,36 @@ def worn(region: str, code: str, finish: str) -> Look:
 
 
 def saved(rgb8: np.ndarray) -> np.ndarray:
-    """The picture after it was saved as JPEG, once more as pixels."""
+    """Encode a picture as JPEG of TEST_QUALITY and decode it again, (H, W, 3) uint8."""
     data = cv2.imencode(".jpg", rgb8[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, TEST_QUALITY])[1]
     return cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1].copy()
 
 
 @cache
 def hopper() -> sheet.Scene:
-    """Hopper at half size: her face is about as wide as those that the nets learned from."""
+    """Return Hopper at half size: her face is then about as wide as the faces in training."""
     whole = sheet.portrait().rgb8
     return sheet.Scene(cv2.resize(whole, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA))
 
 
 def wearer(region: str) -> sheet.Scene:
+    """Return the face of the reference. Hopper's lids are behind the rims of her glasses."""
     return hopper() if region == "lips" else sheet.astronaut()
 
 
 def other(region: str) -> sheet.Scene:
+    """Return the bare face on which the look is painted."""
     return sheet.astronaut() if region == "lips" else sheet.clip(_SHUT)
 
 
 def photo_of(look: Look, region: str) -> np.ndarray:
-    """(H, W, 3) uint8: the reference photo, as saved."""
+    """Paint the reference photo and save it as JPEG, (H, W, 3) uint8."""
     scene = wearer(region)
     return saved(apply_look(scene.rgb8, look, [scene.face]))
 
 
 def read_from(photo: np.ndarray, look: Look, nets: Mapping[str, "Net"]) -> Look:
-    """Those parts of the photo's look that the true one has, in its zone."""
+    """Read the regions that the true look has from the photo, in the zone of the true look."""
     from makeup_video.training.reference.read_look import estimate_look
     from makeup_video.training.reference.triplets import worn as regions_of
 
@@ -92,7 +93,7 @@ def read_from(photo: np.ndarray, look: Look, nets: Mapping[str, "Net"]) -> Look:
 
 
 def draw(name: str, nets: Mapping[str, "Net"]) -> np.ndarray:
-    """A grid: a row for each product, (H, W, 3) uint8."""
+    """Draw a grid with a row for each product, (H, W, 3) uint8."""
     region, products = GRIDS[name]
     what, size_wh = _WHAT[region], _CELL_WH[region]
     cells = []
@@ -122,7 +123,7 @@ def save_all(nets: Mapping[str, "Net"], folder: Path) -> None:
 def save_test_people(
     made: Iterable["Triplet"], region: str, nets: Mapping[str, "Net"], folder: Path
 ) -> None:
-    """The same grid of test people, with the moved mean colour: to look at only."""
+    """Draw a similar grid of test people, with the moved mean colour. No page shows this grid."""
     from makeup_video.training.reference.baselines import transfer_mean_colour
     from makeup_video.training.reference.rendered_crops import to_rgb8
     from makeup_video.training.reference.triplets import weight_of
@@ -146,7 +147,7 @@ def save_test_people(
 
 
 def save_clips(nets: Mapping[str, "Net"], folder: Path) -> None:
-    """samples/in.mp4 with a lipstick and with an eye-shadow, each read from a reference photo."""
+    """Paint samples/in.mp4 with a lipstick and an eye-shadow that were read from photos."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, (region, code, finish) in _CLIPS.items():
         look = worn(region, code, finish)

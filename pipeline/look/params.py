@@ -42,46 +42,66 @@ class GraphicsParams:
     """
 
     red: float = _number(
-        0, 255, "Red of the colour in the tube, as a colour picker shows it in neutral light."
+        0, 255, "Red of the product's own colour, as a colour picker shows it in neutral light."
     )
-    green: float = _number(0, 255, "Green of the colour in the tube.")
-    blue: float = _number(0, 255, "Blue of the colour in the tube.")
+    green: float = _number(0, 255, "Green of the product's own colour.")
+    blue: float = _number(0, 255, "Blue of the product's own colour.")
     opacity: float = _number(
-        0, 1, "How much the product covers: 0 is bare skin, 1 hides the colour under it."
+        0, 1, "How much the product covers: 0 is transparent, 1 hides the colour of the skin."
     )
     gloss: float = _number(
-        0, _UNBOUNDED, "How wet it shines: 0 not at all, 1 a lip gloss, 4 lacquer."
+        0,
+        _UNBOUNDED,
+        "How strongly the product shines: 0 not at all, 1 like lip gloss, 4 like lacquer.",
     )
     gloss_roughness: float = _number(
-        0, 1, "Size of the highlight: 0 a small sharp glint, 1 a broad soft sheen."
+        0, 1, "Size of the highlights: 0 is a small sharp glint, 1 a broad soft sheen."
     )
-    reflection: float = _number(0, 1, "How much of the room the product mirrors.")
+    reflection: float = _number(0, 1, "How strongly the product mirrors its surroundings.")
 
     edge_softness: float = _number(
-        0, 1, "How the border ends: 0 crisp, as after a liner, 1 blended out.", 0.5
+        0, 1, "How soft the border is: 0 is crisp, as drawn with a liner, 1 is blended out.", 0.5
     )
     texture_keep: float = _number(
-        0, 1, "How much of the fine lines and folds is seen: 0 fills them, 1 keeps them all.", 0.5
+        0, 1, "How visible fine lines and folds stay: 0 fills them, 1 keeps them all.", 0.5
     )
     undertone: float = _number(
-        0, 1, "How much of the skin's own colour tints the product: 0 none, 1 all.", 0.0
+        0, 1, "How much the skin's own colour tints the product: 0 not at all, 1 fully.", 0.0
     )
     gloss_detail: float = _number(
-        0, 1, "Where it shines: 0 as a smooth surface would, 1 where the skin already does.", 0.5
+        0,
+        1,
+        "Where the product shines: 0 as a smooth surface would, 1 where the skin already shines.",
+        0.5,
     )
     fresnel: float = _number(
-        0, 1, "How much more it mirrors where it turns away: 0 even all over, 1 at the rims.", 0.5
+        0,
+        1,
+        "How much stronger reflections are at grazing angles: 0 is even all over, 1 strongest at "
+        "the rims.",
+        0.5,
     )
     environment_blur: float = _number(
-        0, 1, "How blurred the mirrored room is: 0 shows shapes, 1 only light and dark.", 0.5
+        0,
+        1,
+        "How blurred the mirrored surroundings are: 0 shows shapes, 1 only light and dark.",
+        0.5,
     )
-    shimmer: float = _number(0, 1, "How many sparkles: 0 none, 1 as close as they come.", 0.0)
-    shimmer_size: float = _number(0, 1, "Size of the sparkles: 0 fine dust, 1 coarse glitter.", 0.5)
+    shimmer: float = _number(
+        0, 1, "How many sparkles there are: 0 none, 1 as dense as possible.", 0.0
+    )
+    shimmer_size: float = _number(
+        0, 1, "Size of the sparkles: 0 is fine dust, 1 coarse glitter.", 0.5
+    )
     shimmer_tint: float = _number(
-        0, 1, "Colour of the sparkles: 0 silver, 1 the product's own.", 0.5
+        0, 1, "Colour of the sparkles: 0 is silver, 1 the product's own colour.", 0.5
     )
     light_adaptation: float = _number(
-        0, 1, "How much of the light of the scene it takes on: 0 the same in any light, 1 all.", 1.0
+        0,
+        1,
+        "How much the product follows the light of the scene: 0 looks the same in any light, "
+        "1 follows it fully.",
+        1.0,
     )
 
     def __post_init__(self) -> None:

@@ -19,7 +19,7 @@ LIDS = {
     "left": ([263, 466, 388, 387, 386, 385, 384, 398, 362],
              [263, 249, 390, 373, 374, 380, 381, 382, 362]),
 }  # fmt: skip
-# The rows of points above the lid, with the share of the lid's way that they follow.
+# The rows of points above the lid, with their share of the lid's movement.
 FOLLOW = {
     "right": {0.55: [247, 30, 29, 27, 28, 56, 190], 0.2: [113, 225, 224, 223, 222, 221, 189]},
     "left": {0.55: [467, 260, 259, 257, 258, 286, 414], 0.2: [342, 445, 444, 443, 442, 441, 413]},
@@ -32,14 +32,16 @@ RIM = 0.5 * SCALE  # how far below the margin points the lid's dark edge reaches
 
 
 class Eyes:
-    """Both eyes."""
+    """Renders both eyes and moves their points."""
 
     def __init__(self, points: NDArray[np.float32]) -> None:
         self.eyes = [_Eye(points, *LIDS[name], points[IRISES[name][0], :2]) for name in LIDS]
 
     def render(self, sheet: Image, shut: float, gaze: float) -> Image:
-        """The upper sheet (H, W, 5) with the lids down by shut 0..1 and the eyes turned to the
-        right of the picture by gaze degrees."""
+        """Return the upper sheet, (H, W, 5), with blinking lids and turned eyes.
+
+        shut: how far the lids are down, 0..1.  gaze: degrees to the right of the picture.
+        """
         out = sheet.copy()
         for eye in self.eyes:
             out[eye.box][..., :4] = eye.render(sheet[..., :4].copy(), shut, gaze)
@@ -48,7 +50,7 @@ class Eyes:
     def move_points(
         self, points: NDArray[np.float32], shut: float, gaze: float
     ) -> NDArray[np.float32]:
-        """The face points with the irises, lid margins and the skin above them moved."""
+        """Move the irises, the lid margins and the skin above them."""
         out = points.copy()
         for iris in IRISES.values():
             out[iris, 0] += _iris_shift(gaze)
@@ -78,22 +80,22 @@ class _Eye:
         return np.maximum(_curve(self.lower, x) - _curve(self.upper, x), 0)
 
     def drop(self, x: NDArray, shut: float) -> NDArray[np.float32]:
-        """How far down the upper margin is at columns x."""
+        """Return how far the upper margin moves down at columns x."""
         return 0.9 * shut * self._gap(x)
 
     def rise(self, x: NDArray, shut: float) -> NDArray[np.float32]:
-        """How far up the lower margin is at columns x."""
+        """Return how far the lower margin moves up at columns x."""
         return 0.14 * shut * self._gap(x)
 
     def _mobile(self, iris: NDArray) -> NDArray[np.float32]:
-        """1 where the iris moves as a whole, falling to 0 at the lids and corners."""
+        """Return a weight: 1 where the iris moves as a whole, 0 at the lids and corners."""
         across = np.abs(self.xs - iris[0]) / SCALE
         low = _curve(self.lower, self.xs[0])[None]
         inside = np.minimum(self.ys - self.top[None], low - self.ys) / SCALE
         return smoothstep(8.0, 3.4, across) * smoothstep(-0.9, 0.5, inside)
 
     def render(self, sheet: Image, shut: float, gaze: float) -> Image:
-        """The box of the sheet with this eye turned by gaze and its lids shut by 0..1."""
+        """Return the box of the sheet with this eye turned by gaze and its lids shut by 0..1."""
         looking = sheet[self.box].copy()
         if gaze:
             from_x = self.xs - _iris_shift(gaze) * self.looks
@@ -103,7 +105,7 @@ class _Eye:
         sheet[self.box] = looking
         top, drop = self.top[None], self.drop(self.xs[0], shut)[None]
         high, still = top - REACH, top - LASHES
-        # Skin between brow and lashes stretches, most of all close to the lashes.
+        # Skin between brow and lashes stretches, most close to the lashes.
         t = np.clip((self.ys - high) / (still + drop - high), 0, 1)
         k = (still + drop - high) / (still - high)
         bent = np.where(k < 1.85, k * t - (k - 1) * t * t, 0)
@@ -115,7 +117,7 @@ class _Eye:
         near = smoothstep(14, 0, np.abs(self.ys - _curve(self.lower, self.xs[0])[None]))
         below = cv2.remap(sheet, self.xs, self.ys + rise * near, cv2.INTER_CUBIC)
         rim = top + drop + RIM * (1 + 0.9 * shut)
-        # The white of the eye right under the margin may not come down with the lid.
+        # The white of the eye right under the margin must not move down with the lid.
         line = smoothstep(-3.4, -1.4, self.ys - rim) * min(1.0, 4 * shut)
         line = (0.9 * line * smoothstep(1.0, 10.0, drop / shut))[..., None]
         lid[..., :3] = lid[..., :3] * (1 - line) + LASH_COLOUR * line
@@ -125,7 +127,7 @@ class _Eye:
         return lid * cover + below * (1 - cover)
 
     def _bare(self, skin: Image, margin: NDArray, shut: float) -> Image:
-        """The unfolded lid: smooth skin, lighter where the ball bulges, over the crease."""
+        """Return the unfolded lid: smooth skin over the crease, lighter on the bulge."""
         way = np.maximum(self.drop(self.xs[0], 1.0), 1e-3)[None]
         up = (margin - LASHES * 0.8 - self.ys) / way
         there = smoothstep(0.0, 0.3, up) * smoothstep(1.7, 0.9, up) * smoothstep(2, 12, way)
@@ -139,11 +141,11 @@ class _Eye:
 
 
 def _iris_shift(gaze: float) -> float:
-    """How far the iris of an eyeball of common size moves to the right, canvas pixels."""
+    """Return how far the iris of an average eyeball moves to the right, in canvas pixels."""
     return 8.2 * SCALE * float(np.sin(np.radians(gaze)))
 
 
 def _curve(line: NDArray, x: NDArray) -> NDArray[np.float32]:
-    """A lid margin's y at columns x, a smooth curve through its points, flat beyond them."""
+    """Return the y of a lid margin at columns x: a smooth curve, flat beyond its points."""
     wide = np.interp(x[:, None] + np.linspace(-4, 4, 9), line[:, 0], line[:, 1])
     return wide.mean(-1).astype(np.float32)

@@ -1,9 +1,9 @@
 """Expressions: the jaw drops, the lips part and close, the lids come down.
 
-The face is not one sheet: upper and lower lip move apart, and the chin slides over the
-neck. So the head picture is moved as three sheets, the neck (still), everything below the
-mouth line (lower) and the rest (upper), laid over each other with the inside of the mouth
-between them. All positions are canvas pixels; shifts are set in picture pixels.
+One sheet is not enough: upper and lower lip move apart, and the chin slides over the neck. So the
+head picture is split into three sheets: the neck (still), everything below the mouth line (lower)
+and the rest (upper). They are laid over each other, with the inside of the mouth between them. All
+positions are canvas pixels; shifts are set in picture pixels.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from picture import HEIGHT, SCALE, WIDTH, Image, blur, smoothstep, spread
 from shapes import CORNERS, LOWER, RINGS, SHAPES, UPPER, field, lower_points, shape
 
-TINT = np.float32([0.75, 1.0, 1.0])  # shade between lips is reddish
+TINT = np.float32([0.75, 1.0, 1.0])  # the shade between lips is reddish
 
 
 class Face:
-    """The head layer with an expression."""
+    """Renders the head layer with an expression."""
 
     def __init__(self, head: Image, points: NDArray[np.float32]) -> None:
         self.points, self.head = points, head
@@ -31,7 +31,7 @@ class Face:
         lower = lower_points(points)
         self.is_lower = lower
         moves = {name: shape(name, points, lower) for name in SHAPES}
-        # Beside the mouth the sheets must agree, or the cheeks would tear.
+        # Beside the mouth both sheets must move alike, or the cheeks would tear.
         half = np.ptp(points[CORNERS, 0]) / 2
         beside = np.abs(points[:, 0] - points[CORNERS, 0].mean()) > 1.04 * half
         up = [i for i in range(468) if not lower[i] or beside[i]]
@@ -48,14 +48,14 @@ class Face:
         self.near_mouth = smoothstep(1.06, 0.82, np.abs(middle))
 
     def fields(self, state: State) -> tuple[Field, Field]:
-        """The forward fields of the upper and the lower sheet."""
+        """Return the forward fields of the upper and the lower sheet."""
         gains = {n: getattr(state, n) for n in SHAPES}
         upper = sum(gains[n] * f for n, f in self.upper.items())
         lower = sum(gains[n] * f for n, f in self.lower.items())
         return upper, lower
 
     def move_points(self, state: State) -> NDArray[np.float32]:
-        """The 478 face points, (478, 3), with the expression, before the head turns."""
+        """Return the 478 face points, (478, 3), with the expression, before the head turns."""
         out = self.eyes.move_points(self.points, state.lids, state.gaze).astype(np.float32)
         x, y = out[:, 0].copy(), out[:, 1].copy()
         upper, lower = (sample(f, x, y) for f in self.fields(state))
@@ -63,7 +63,7 @@ class Face:
         return out
 
     def render(self, state: State) -> Image:
-        """The head layer with the expression, premultiplied RGBA (HEIGHT, WIDTH, 4)."""
+        """Return the head layer with the expression, premultiplied RGBA (HEIGHT, WIDTH, 4)."""
         upper_field, lower_field = self.fields(state)
         upper = self._sheet(self.eyes.render(self.sheets[0], state.lids, state.gaze), upper_field)
         lower = self._sheet(self.sheets[1], lower_field)
@@ -90,21 +90,21 @@ class Face:
         return result
 
     def _sheet(self, sheet: Image, field: Field) -> Image:
-        """One sheet moved by its forward field, cut to the box; (h, w, 5)."""
+        """Move a sheet by its forward field and cut it to the box, (h, w, 5)."""
         x, y = self._source(field)
         four = cv2.remap(sheet[..., :4], x, y, cv2.INTER_CUBIC)
         mask = cv2.remap(sheet[..., 4], x, y, cv2.INTER_LINEAR)
         return np.dstack([four, mask])
 
     def _source(self, field: Field) -> tuple[Image, Image]:
-        """Full resolution source positions of the box's pixels."""
+        """Return the source positions of the box's pixels at full resolution."""
         rows, columns = self.box
         part = (slice(rows.start // STEP, rows.stop // STEP),
                 slice(columns.start // STEP, columns.stop // STEP))  # fmt: skip
         gx, gy = grid()
         x, y = invert(field, gx[part], gy[part], 14)
         dx, dy = x - gx[part], y - gy[part]
-        # Field samples sit on every STEP-th pixel, not at the middles of STEP x STEP blocks.
+        # Field samples lie on every STEP-th pixel, not in the middle of STEP x STEP blocks.
         fx = (self.xs - columns.start) / STEP
         fy = (self.ys - rows.start) / STEP
         wide = (cv2.remap(d, fx, fy, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -112,7 +112,7 @@ class Face:
         return tuple(p + d for p, d in zip((self.xs, self.ys), wide, strict=True))
 
     def _beside(self, field: Field) -> Image:
-        """1 beside the moved corners of the mouth, where no opening can be; (h, w, 1)."""
+        """Return 1 beside the moved corners of the mouth, where no opening can be, (h, w, 1)."""
         corners = self.points[[RINGS[3][0], RINGS[3][10]], :2]
         shift = sample(field, corners[:, 0].copy(), corners[:, 1].copy())
         left, right = corners[:, 0] + shift[:, 0]
@@ -120,7 +120,7 @@ class Face:
         return smoothstep(0.0, 5.0, out)[..., None]
 
     def _chin_edge(self, field: Field) -> Image:
-        """1 above the moved jaw line, 0 below, as seen in the box."""
+        """Return 1 above the moved jaw line and 0 below, within the box."""
         line = self.points[JAW_LINE, :2]
         shift = sample(field, line[:, 0].copy(), line[:, 1].copy())
         moved = (line + shift)[np.argsort((line + shift)[:, 0])]
@@ -129,14 +129,14 @@ class Face:
 
 
 def _box(points: NDArray) -> tuple[slice, slice]:
-    """The part of the canvas that expressions change; even bounds, to match the fields."""
+    """Return the part of the canvas that expressions change; even bounds match the fields."""
     low, high = points[:468, :2].min(0) - 24, points[:468, :2].max(0) + np.array([24, 70])
     (x0, y0), (x1, y1) = (np.stack([low, high]) // STEP * STEP).astype(int).tolist()
     return slice(y0, min(y1, HEIGHT)), slice(x0, x1)
 
 
 def _dark_corners(head: Image, line: NDArray) -> NDArray[np.bool_]:
-    """The dark of the open mouth around its corners, which no sheet may carry along."""
+    """Find the dark of the open mouth around its corners, which no sheet may contain."""
     ys, xs = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
     near = np.zeros((HEIGHT, WIDTH), bool)
     for x, y in line[[0, -1]]:
@@ -146,16 +146,17 @@ def _dark_corners(head: Image, line: NDArray) -> NDArray[np.bool_]:
 
 
 def _sheets(head: Image, points: NDArray) -> tuple[Image, Image]:
-    """The upper and lower sheets, (HEIGHT, WIDTH, 5): premultiplied RGBA and cut-out mask.
+    """Return the upper and lower sheets, (HEIGHT, WIDTH, 5): premultiplied RGBA and mask.
 
-    Beyond its cut each sheet carries its lip's colour on, so that teeth never fringe it."""
+    Each sheet continues the colour of its lip beyond the cut, so that no teeth show at its edge.
+    """
     ys, xs = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
     sheets = []
     for rows, sign, inset in ((UPPER, 1, 0.1), (LOWER, -1, 0.1)):
         line = points[[RINGS[3][0], *rows[3], RINGS[3][10]], :2]
         edge = np.interp(xs[0], line[:, 0], line[:, 1]).astype(np.float32)
         edge = cv2.GaussianBlur(edge[None], (0, 0), 4)[0]
-        # Teeth may not fringe the lips, hence the inset; in the corners the sheets overlap.
+        # The inset keeps teeth off the edges of the lips; in the corners the sheets overlap.
         u = 2 * (xs[0] - line[0, 0]) / (line[-1, 0] - line[0, 0]) - 1
         inset = np.where(np.abs(u) < 1, (inset + 0.4) * (1 - u**8) - 0.4, -0.4)
         depth = (edge[None] - ys) * sign - inset[None].astype(np.float32) * SCALE

@@ -1,6 +1,6 @@
-"""The inside of the mouth, drawn: two rows of teeth, gums, tongue and the dark behind.
+"""Draws the inside of the mouth: two rows of teeth, gums, tongue and the dark behind.
 
-Drawn in picture pixels (x, y below), in the place of the photograph's own teeth.
+The drawing replaces the photograph's own teeth. x and y are picture pixels.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ TONGUE = np.float32([0.74, 0.40, 0.40])
 
 
 class Interior:
-    """Draws what shows between the lips."""
+    """Draws what is visible between the lips."""
 
     def render(self, state: State, gap: Image, xs: Image, ys: Image) -> Image:
-        """Colours (h, w, 3) behind the lips at canvas positions xs, ys.
+        """Return the colours (h, w, 3) behind the lips at canvas positions xs, ys.
 
-        gap is the opening's softened mask: where it is narrow, little light gets in. The teeth
-        lie behind the lips, so they slide a little against them as the head turns."""
+        gap: the softened mask of the opening. Little light enters a narrow opening. The teeth lie
+        behind the lips, so they shift slightly against the lips as the head turns.
+        """
         zero, one = to_canvas(np.array([[0.0, 0.0], [1.0, 1.0]]))
         x, y = (xs - zero[0]) / (one[0] - zero[0]), (ys - zero[1]) / (one[1] - zero[1])
         x = x + 0.055 * state.pose.yaw
@@ -44,18 +45,18 @@ class Interior:
 
     @staticmethod
     def _row(out: Image, x: Image, y: Image, widths: tuple[float, ...], upper: bool) -> None:
-        """Paint one row of teeth with its gum; y is already in the row's own frame."""
+        """Paint one row of teeth with its gum; y is relative to the row."""
         edges = np.cumsum((0.0, *widths))
         place = np.abs(x - MIDDLE)
         i = np.clip(np.searchsorted(edges, place, "right") - 1, 0, len(widths) - 1)
         bite, gum = _bite(x, upper), _gum(x, upper)
-        if upper:  # their shadow on whatever lies behind
+        if upper:  # the shadow of the teeth on everything behind
             bite = bite - UPPER_SHORTER[i]
             out *= 1 - (0.5 * smoothstep(1.6, 0.0, y - bite))[..., None]
         down = (y - gum) / (bite - gum)  # 0 at the gum, 1 at the biting edge
         width = np.array(widths)[i]
         across = (place - edges[i]) / width * 2 - 1  # -1..1 within the tooth
-        # Rounded: near the biting edge and at the gum a tooth is narrower.
+        # Teeth are rounded: narrower near the biting edge and at the gum.
         slim = 0.07 * smoothstep(0.72, 1.02, down) ** 2 + 0.10 * smoothstep(0.35, 0.0, down)
         from_side = (1 - slim - np.abs(across)) * width / 2
         corner = 0.45 * smoothstep(0.62, 1.0, np.abs(across)) ** 1.5 * np.sign(bite - gum)
@@ -89,12 +90,12 @@ class Interior:
 
 
 def _bite(x: NDArray, upper: bool) -> NDArray:
-    """The biting edge's y: the upper row follows the smile, the lower one is flatter."""
+    """Return the y of the biting edge. The upper row follows the smile; the lower is flatter."""
     u = x - MIDDLE
     return 148.9 - 0.0125 * u**2 if upper else 147.6 - 0.006 * u**2
 
 
 def _gum(x: NDArray, upper: bool) -> NDArray:
-    """The gum line's y."""
+    """Return the y of the gum line."""
     u = x - MIDDLE
     return 142.4 - 0.004 * u**2 if upper else 154.2 - 0.008 * u**2

@@ -1,4 +1,4 @@
-"""Make look.jpg: the bare portrait, wearing a look that the product painted on it.
+"""Make look.jpg: the portrait with a look that makeup-video painted.
 
 python samples/make/look.py
 """
@@ -17,7 +17,7 @@ LOOK = Look(
 
 
 def make_look(portrait: Path, path: Path) -> None:
-    """A JPEG of quality 92, as the portrait itself."""
+    """Paint LOOK on the portrait and write a JPEG of quality 92, as the portrait has."""
     rgb8 = cv2.cvtColor(cv2.imread(str(portrait)), cv2.COLOR_BGR2RGB)
     painted = cv2.cvtColor(apply_look(rgb8, LOOK), cv2.COLOR_RGB2BGR)
     cv2.imwrite(str(path), painted, [cv2.IMWRITE_JPEG_QUALITY, 92])

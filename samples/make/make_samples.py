@@ -1,6 +1,8 @@
-"""Make the sample media: in.mp4 (a person turning her head, talking and blinking), its face
-points in_points.npz, portrait.jpg (a bare portrait), look.jpg (the same, made up), and
-the portrait that `makeup-video demo` brings along, a frame of the clip.
+"""Make the sample media.
+
+These are in.mp4 (a person who turns her head, talks and blinks), its face points in_points.npz,
+portrait.jpg (a bare portrait), look.jpg (the same portrait with makeup), and the portrait of
+`makeup-video demo`, a part of a frame of the clip.
 
     pip install -e .[samples]
     python samples/make/make_samples.py
@@ -30,18 +32,15 @@ from sound import RATE, voice
 
 SAMPLES = Path(__file__).parents[1]
 SIZE = (1280, 720)  # of the video, pixels
-POSE, POSE_BOX = (
-    266,
-    (400, 20, 920, 660),
-)  # the frame of the demo's portrait; left, top, right, bottom
+DEMO_FRAME, DEMO_BOX = 266, (400, 20, 920, 660)  # the demo's portrait; left, top, right, bottom
 AIM = (224.0, 113.5)  # picture position at the middle of the frame
 LUMA_NOISE, CHROMA_NOISE = 1.7, 0.8  # standard deviations in 8-bit codes
-POINT_UNIT = 1 / 16  # pixels; what in_points.npz counts in
+POINT_UNIT = 1 / 16  # pixels; the unit of in_points.npz
 BT709 = np.float32([[0.2126, 0.7152, 0.0722], [-0.1146, -0.3854, 0.5], [0.5, -0.4542, -0.0458]])
 
 
 class Studio:
-    """Everything that stays the same from frame to frame, and the rendering of one frame."""
+    """Renders frames; holds everything that is the same in all frames."""
 
     def __init__(self) -> None:
         self.layers = build_layers()
@@ -52,7 +51,7 @@ class Studio:
         self.aim = to_canvas(np.array([AIM]))[0]
 
     def render(self, now: State) -> Image:
-        """The picture without noise, (720, 1280, 3) float32, gamma-coded RGB 0..1."""
+        """Render a frame without noise, (720, 1280, 3) float32, gamma-coded RGB 0..1."""
         forward = self.head.turn(now.pose)
         gx, gy = grid()
         hx, hy = invert(forward, gx, gy)
@@ -61,7 +60,7 @@ class Studio:
         dx, dy = (cv2.remap(d, fx, fy, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
                   for d in (hx - gx, hy - gy))  # fmt: skip
         head = cv2.remap(self.face.render(now), x + dx, y + dy, cv2.INTER_CUBIC)
-        # The shoulders follow the head a little; the far backdrop shifts less than she does.
+        # The shoulders follow the head a little; the distant backdrop shifts less than the person.
         bx, by = np.float32(x - 0.5 * now.pose.x), np.float32(y - 0.15 * now.pose.y)
         body = cv2.remap(self.layers.body, bx, by, cv2.INTER_CUBIC)
         far = cv2.remap(self.layers.backdrop, *self._canvas(now, 0.5), cv2.INTER_LINEAR,
@@ -71,15 +70,17 @@ class Studio:
         return np.clip(out * now.gain, 0, 1)
 
     def place_points(self, now: State) -> NDArray[np.float32]:
-        """The 478 face points in the frame, (478, 3): x, y in frame pixels, z to match."""
+        """Return the 478 face points in the frame, (478, 3), in frame pixels."""
         points = self.head.move_points(self.face.move_points(now), now.pose)
         shift_x, shift_y, zoom = now.camera
         middle = np.array([(SIZE[0] - 1) / 2 + shift_x, (SIZE[1] - 1) / 2 + shift_y, 0])
         return ((points - [*self.aim[:2], 0]) * zoom + middle).astype(np.float32)
 
     def _canvas(self, now: State, share: float) -> tuple[Image, Image]:
-        """Canvas position of every frame pixel for a layer that follows the camera's move by
-        the given share."""
+        """Return the canvas position of every frame pixel.
+
+        share: how much of the camera's movement the layer follows, 0..1.
+        """
         shift_x, shift_y, zoom = now.camera
         scale = 1 + (zoom - 1) * share
         x = (self.xs - (SIZE[0] - 1) / 2 - shift_x * share) / scale + self.aim[0]
@@ -88,9 +89,10 @@ class Studio:
 
 
 def to_yuv(rgb: Image, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """RGB 0..1 to planar yuv420p bytes (1080, 1280), BT.709, limited range, with noise.
+    """Convert RGB 0..1 to planar yuv420p bytes (1080, 1280), BT.709, limited range, with noise.
 
-    Chroma is sited as H.264 expects it: on the even columns, between two rows."""
+    Chroma is sited as H.264 expects: on the even columns, between two rows.
+    """
     ycc = rgb @ BT709.T
     luma = 16 + 219 * ycc[..., 0]
     chroma = 128 + 224 * cv2.sepFilter2D(ycc[..., 1:], -1, np.float32([0.25, 0.5, 0.25]),
@@ -104,7 +106,7 @@ def to_yuv(rgb: Image, rng: np.random.Generator) -> NDArray[np.uint8]:
 
 
 def open_video(container: av.container.OutputContainer) -> av.VideoStream:
-    """The H.264 stream: BT.709 limited range, the same bytes on every machine."""
+    """Add the H.264 stream: BT.709, limited range, the same bytes on every machine."""
     options = {
         "crf": "19",
         "preset": "slow",
@@ -121,7 +123,7 @@ def open_video(container: av.container.OutputContainer) -> av.VideoStream:
 
 
 def tagged_frame(planes: NDArray[np.uint8], index: int) -> av.VideoFrame:
-    """A video frame that says how its colours are coded."""
+    """Return a video frame with its colour tags."""
     frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
     frame.color_range, frame.colorspace = 1, 1
     frame.color_primaries, frame.color_trc = 1, 1
@@ -139,7 +141,7 @@ def add_sound(container: av.container.OutputContainer, stream: av.AudioStream) -
 
 
 def make_video(path: Path, points_path: Path) -> None:
-    """Render and encode the clip, and save where the face points are in every frame."""
+    """Render and encode the clip, and save the face points of every frame."""
     studio, rng = Studio(), np.random.default_rng(2)
     points = np.zeros((FRAMES, 478, 2), np.int16)
     with av.open(str(path), "w", options={"movflags": "+faststart"}) as container:
@@ -159,7 +161,7 @@ def make_video(path: Path, points_path: Path) -> None:
 
 
 def make_portrait(path: Path) -> None:
-    """The bare portrait: matplotlib's grace_hopper.jpg, twice as large."""
+    """Write the bare portrait: matplotlib's grace_hopper.jpg at twice its size."""
     with matplotlib.cbook.get_sample_data("grace_hopper.jpg") as file:
         data = np.frombuffer(file.read(), np.uint8)
     picture = cv2.imdecode(data, cv2.IMREAD_COLOR)
@@ -168,11 +170,11 @@ def make_portrait(path: Path) -> None:
 
 
 def make_demo_portrait(video: Path, path: Path) -> None:
-    """The face of the clip while eyes are open and lips are shut: large, and without glasses."""
+    """Write the face of the clip with open eyes and closed lips: large, and without glasses."""
     with av.open(str(video)) as container:
         frames = container.decode(video=0)
-        picture = next(itertools.islice(frames, POSE, None)).to_ndarray(format="bgr24")
-    left, top, right, bottom = POSE_BOX
+        picture = next(itertools.islice(frames, DEMO_FRAME, None)).to_ndarray(format="bgr24")
+    left, top, right, bottom = DEMO_BOX
     cv2.imwrite(str(path), picture[top:bottom, left:right], [cv2.IMWRITE_JPEG_QUALITY, 92])
 
 

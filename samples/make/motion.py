@@ -1,4 +1,4 @@
-"""What the person does when: pose, mouth, eyes, light and voice at every instant."""
+"""The timeline: pose, mouth, eyes and light of the person at every instant."""
 
 from __future__ import annotations
 
@@ -35,9 +35,12 @@ BROWS = [(0, 0), (1.3, 0.2), (1.6, 0.9), (2.2, 0.1), (5.6, 0.1), (6.2, 1), (7.0,
 
 @dataclass(frozen=True)
 class State:
-    """One instant. Mouth: close 1 = lips together, 0 = the photograph's smile; jaw 1 = wide
-    open; narrow 1 = rounded. lids 1 = eyes shut. gaze: degrees to the
-    right of the picture. gain multiplies the light."""
+    """One instant.
+
+    close: 1 for lips together, 0 for the photograph's smile.  jaw: 1 for wide open.  narrow: 1 for
+    rounded lips.  lids: 1 for closed eyes.  gaze: degrees to the right of the picture.  gain:
+    multiplies the code values.
+    """
 
     pose: Pose
     close: float
@@ -51,7 +54,7 @@ class State:
 
 
 def _track(keys: list[tuple[float, float]], t: float) -> float:
-    """Smooth curve through (seconds, value) keys, at rest at each of them."""
+    """Interpolate (seconds, value) keys by a smooth curve that rests at every key."""
     times, values = np.array(keys, float).T
     i = int(np.clip(np.searchsorted(times, t, "right") - 1, 0, len(times) - 2))
     u = np.clip((t - times[i]) / (times[i + 1] - times[i]), 0, 1)
@@ -59,19 +62,19 @@ def _track(keys: list[tuple[float, float]], t: float) -> float:
 
 
 def _gate(spans: list[tuple[float, float]], t: float, ramp: float) -> float:
-    """1 inside the spans, smooth ramps of the given seconds at both ends."""
+    """Return 1 inside the spans, with smooth ramps of `ramp` seconds at both ends."""
     best = max(min(t - a, b - t) for a, b in spans)
     u = np.clip(best / ramp + 0.5, 0, 1)
     return float(u * u * (3 - 2 * u))
 
 
 def _bump(u: float) -> float:
-    """Raised cosine: 1 at 0, 0 beyond -1 and 1."""
+    """Return a raised cosine: 1 at 0, 0 beyond -1 and 1."""
     return float(0.5 + 0.5 * np.cos(np.pi * np.clip(u, -1, 1)))
 
 
 def mouth(t: float) -> tuple[float, float, float]:
-    """(close, jaw, narrow) at t seconds."""
+    """Return (close, jaw, narrow) at t seconds."""
     jaw = sum(j * _bump((t - c) / w) for c, w, j, _ in SYLLABLES)
     narrow = sum(n * _bump((t - c) / (1.2 * w)) for c, w, _, n in SYLLABLES)
     speaking, smiling = _gate(PHRASES, t, 0.2), _gate(SMILES, t, 0.35)
@@ -80,7 +83,7 @@ def mouth(t: float) -> tuple[float, float, float]:
 
 
 def _blink(t: float) -> float:
-    """Lids: shut within two frames, open again within four."""
+    """Return how far the lids are down. They close within two frames and open within four."""
     shut = 0.0
     for start in BLINKS:
         u = (t - start) * FPS
@@ -89,9 +92,9 @@ def _blink(t: float) -> float:
 
 
 def state(t: float) -> State:
-    """Everything at t seconds."""
+    """Return the state at t seconds."""
     close, jaw, narrow = mouth(t)
-    calm = _gate([(0.4, 9.6)], t, 0.8)  # begin and end at rest
+    calm = _gate([(0.4, 9.6)], t, 0.8)  # the clip begins and ends at rest
 
     def wave(hz: float, phase: float) -> float:
         return calm * float(np.sin(2 * np.pi * (hz * t + phase)))
@@ -104,6 +107,6 @@ def state(t: float) -> State:
         y=0.5 * _track(NODS, t) + 1.0 * wave(0.61, 0.3),
     )
     camera = (3 * np.sin(0.9 * t), 2 * np.sin(0.7 * t), 1 + 0.035 * _track([(0, 0), (10, 1)], t))
-    gaze = -0.6 * pose.yaw + _track(GLANCES, t)  # she keeps looking at the camera, mostly
+    gaze = -0.6 * pose.yaw + _track(GLANCES, t)  # mostly towards the camera
     gain = 1 + 0.02 * np.sin(2 * np.pi * t / 7.3) + 0.012 * np.sin(2 * np.pi * t / 3.1)
     return State(pose, close, jaw, narrow, _blink(t), gaze, _track(BROWS, t), float(gain), camera)

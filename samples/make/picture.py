@@ -1,8 +1,8 @@
-"""The photograph, enlarged and taken apart: backdrop, body and head as layers.
+"""Enlarges the photograph and separates it into layers: backdrop, body and head.
 
-Two coordinate systems are used in this folder. "Picture" pixels are those of the
-512 x 512 photograph; "canvas" pixels are those of the enlarged crop that every layer
-shares. In both, (0, 0) is the centre of the top left pixel, x to the right, y down.
+This folder uses two coordinate systems. "Picture" pixels are those of the 512 x 512 photograph;
+"canvas" pixels are those of the enlarged crop that all layers share. In both, (0, 0) is the centre
+of the top left pixel, x points right and y down.
 Colours are float32 RGB, gamma-coded as in the photograph (sRGB), 0..1.
 """
 
@@ -22,7 +22,7 @@ SCALE = 3.2  # canvas pixels per picture pixel
 LEFT, TOP, RIGHT, BOTTOM = 6, -16, 446, 244  # the crop, in picture pixels
 WIDTH, HEIGHT = round((RIGHT - LEFT) * SCALE), round((BOTTOM - TOP) * SCALE)
 
-# Outlines set by eye on the photograph, in picture pixels.
+# Outlines drawn by hand on the photograph, in picture pixels.
 PERSON_SURE = [
     [(166, 100), (160, 78), (172, 58), (186, 38), (215, 22), (245, 22), (272, 36), (290, 62),
      (294, 90), (286, 112), (272, 128), (262, 150), (250, 172), (262, 182), (284, 202), (300, 232),
@@ -54,25 +54,25 @@ class Layers:
 
 
 def to_canvas(points: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Picture pixels to canvas pixels, for the x and y of (..., 2 or 3); z is only scaled."""
+    """Convert picture pixels (..., 2 or 3) to canvas pixels; z is only scaled."""
     out = np.asarray(points, np.float64) * SCALE
     out[..., :2] += (0.5 - np.array([LEFT, TOP])) * SCALE - 0.5
     return out.astype(np.float32)
 
 
 def smoothstep(low: float, high: float, x: Image) -> Image:
-    """0 below low, 1 above high, smooth between; low may lie above high."""
+    """Return 0 below low, 1 above high, smooth between; low may exceed high."""
     t = np.clip((x - low) / (high - low), 0, 1)
     return (t * t * (3 - 2 * t)).astype(np.float32)
 
 
 def blur(image: Image, sigma: float) -> Image:
-    """Gaussian blur; sigma in pixels."""
+    """Blur with a Gaussian; sigma in pixels."""
     return cv2.GaussianBlur(image, (0, 0), sigma, borderType=cv2.BORDER_REFLECT_101)
 
 
 def polygon(points: list[tuple[float, float]], sigma: float = 0.0) -> Image:
-    """A filled polygon of picture points as a canvas mask, float32 (HEIGHT, WIDTH), 0..1."""
+    """Fill a polygon of picture points as a canvas mask, float32 (HEIGHT, WIDTH), 0..1."""
     mask = np.zeros((HEIGHT, WIDTH), np.uint8)
     corners = np.round(to_canvas(np.array(points)) * 16).astype(np.int32)
     cv2.fillPoly(mask, [corners], 255, cv2.LINE_AA, 4)
@@ -80,14 +80,14 @@ def polygon(points: list[tuple[float, float]], sigma: float = 0.0) -> Image:
 
 
 def spread(image: Image, known: NDArray[np.bool_], sigma: float) -> Image:
-    """The known pixels' nearest colours everywhere else, smoothed there by sigma pixels."""
+    """Fill unknown pixels with the nearest known colours, smoothed by sigma pixels."""
     index = ndimage.distance_transform_edt(~known, return_distances=False, return_indices=True)
     filled = image[tuple(index)]
     return np.where(known[..., None], image, blur(filled, sigma)).astype(np.float32)
 
 
 def enlarge(picture: NDArray[np.uint8]) -> Image:
-    """The crop, SCALE times as large and sharpened without halos; (HEIGHT, WIDTH, 3)."""
+    """Enlarge the crop SCALE times and sharpen it without halos, (HEIGHT, WIDTH, 3)."""
     ycc = cv2.cvtColor(cv2.bilateralFilter(picture, 5, 10, 1.2), cv2.COLOR_RGB2YCrCb)
     ycc[..., 1:] = cv2.bilateralFilter(np.ascontiguousarray(ycc), 9, 16, 2.5)[..., 1:]
     clean = cv2.cvtColor(ycc, cv2.COLOR_YCrCb2RGB)
@@ -95,15 +95,17 @@ def enlarge(picture: NDArray[np.uint8]) -> Image:
     size = (WIDTH, HEIGHT)
     big = cv2.resize(pad.astype(np.float32) / 255, size, interpolation=cv2.INTER_LANCZOS4)
     sharp = big + 0.9 * (big - blur(big, 1.7)) + 0.4 * (big - blur(big, 3.6))
-    # Overshoot is what makes enlargements look enlarged: keep within the neighbours' range.
+    # Overshoot makes enlargements look artificial: keep within the neighbours' range.
     box = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (7, 7))
     low, high = cv2.erode(big, box), cv2.dilate(big, box)
     return np.clip(sharp, np.maximum(low - 0.02, 0), np.minimum(high + 0.02, 1))
 
 
 def add_detail(image: Image, rng: np.random.Generator) -> Image:
-    """Fine texture that the photograph is too small to hold: strands along the hair's own
-    direction where the picture is busy, pores where it is smooth."""
+    """Add fine texture that the photograph is too small to hold.
+
+    Busy areas get strands along the direction of the hair; smooth areas get pores.
+    """
     grey = image @ np.float32([0.2126, 0.7152, 0.0722])
     gx, gy = cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)
     jxx, jyy, jxy = blur(gx * gx, 5), blur(gy * gy, 5), blur(gx * gy, 5)
@@ -125,7 +127,7 @@ def add_detail(image: Image, rng: np.random.Generator) -> Image:
 
 
 def _along(noise: Image, ux: Image, uy: Image, steps: int) -> Image:
-    """Line integral convolution: noise averaged `steps` pixels both ways along (ux, uy)."""
+    """Average noise `steps` pixels both ways along (ux, uy): line integral convolution."""
     ys, xs = np.mgrid[: noise.shape[0], : noise.shape[1]].astype(np.float32)
     total = noise.copy()
     for sign in (-1.0, 1.0):
@@ -134,14 +136,14 @@ def _along(noise: Image, ux: Image, uy: Image, steps: int) -> Image:
             x, y = x + px, y + py
             vx = cv2.remap(ux.astype(np.float32), x, y, cv2.INTER_NEAREST)
             vy = cv2.remap(uy.astype(np.float32), x, y, cv2.INTER_NEAREST)
-            turn = np.sign(vx * px + vy * py)  # the direction has no sign of its own
+            turn = np.sign(vx * px + vy * py)  # the direction has no sign
             px, py = vx * turn, vy * turn
             total += cv2.remap(noise, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
     return total
 
 
 def person_matte(picture: NDArray[np.uint8], big: Image) -> tuple[Image, Image]:
-    """The person's alpha (HEIGHT, WIDTH), and her colours spread beyond her edge."""
+    """Return the person's alpha (HEIGHT, WIDTH), and the colours spread beyond the edge."""
     trimap = np.full(picture.shape[:2], cv2.GC_PR_FGD, np.uint8)
     cv2.fillPoly(trimap, [np.array(p, np.int32) for p in PERSON_NEVER], cv2.GC_BGD)
     cv2.fillPoly(trimap, [np.array(p, np.int32) for p in PERSON_SURE], cv2.GC_FGD)
@@ -157,7 +159,7 @@ def person_matte(picture: NDArray[np.uint8], big: Image) -> tuple[Image, Image]:
     sure = blur(hard, 3) > 0.9
     never = blur(hard, 3) < 0.06
     front, back = spread(big, sure, 4), spread(big, never, 6)
-    # Between the two, the share of the front colour on the line from back to front.
+    # Between the two, alpha is the position on the line from back to front colour.
     axis = front - back
     length = (axis**2).sum(-1)
     share = ((big - back) * axis).sum(-1) / np.maximum(length, 1e-4)
@@ -169,11 +171,11 @@ def person_matte(picture: NDArray[np.uint8], big: Image) -> tuple[Image, Image]:
 
 
 def backdrop(big: Image, alpha: Image, rng: np.random.Generator) -> Image:
-    """The studio backdrop without the person, out of focus; (HEIGHT, WIDTH, 3)."""
+    """Return the studio backdrop without the person, out of focus, (HEIGHT, WIDTH, 3)."""
     hole = cv2.dilate(alpha, np.ones((21, 21))) > 0.01
     small = cv2.resize(big, None, fx=0.125, fy=0.125, interpolation=cv2.INTER_AREA)
     mask = cv2.resize(hole.astype(np.uint8) * 255, small.shape[1::-1]) > 0
-    mask[:, : mask.shape[1] // 4] = True  # the flag may not grow into the gap beside it
+    mask[:, : mask.shape[1] // 4] = True  # the flag must not grow into the gap beside it
     coarse = np.round(small * 255).astype(np.uint8)
     filled = cv2.inpaint(coarse, mask.astype(np.uint8), 9, cv2.INPAINT_TELEA)
     filled = cv2.resize(blur(filled.astype(np.float32) / 255, 2.5), (WIDTH, HEIGHT))
@@ -185,10 +187,10 @@ def backdrop(big: Image, alpha: Image, rng: np.random.Generator) -> Image:
 
 
 def behind_neck(colours: Image) -> tuple[Image, Image]:
-    """Paint the collar's hidden back arc: canvas colours and the mask where they are valid.
+    """Paint the hidden back arc of the collar; return canvas colours and their mask.
 
-    Every hidden column is a blend of the two visible columns beside the neck, slid along the
-    arc."""
+    Every hidden column blends the two visible columns beside the neck, moved along the arc.
+    """
     (x0, y0), (x1, y1) = to_canvas(np.array(COLLAR_BACK))
     ys, xs = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
     t = np.clip((xs - x0) / (x1 - x0), 0, 1)
@@ -199,7 +201,7 @@ def behind_neck(colours: Image) -> tuple[Image, Image]:
 
 
 def build_layers(seed: int = 1) -> Layers:
-    """Take the photograph apart."""
+    """Separate the photograph into layers."""
     rng = np.random.default_rng(seed)
     picture = skimage.data.astronaut()
     big = enlarge(picture)

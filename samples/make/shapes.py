@@ -1,4 +1,4 @@
-"""How far each face point moves in each expression, and smooth fields through these shifts.
+"""The shift of each face point in each expression, and smooth fields through these shifts.
 
 Positions and fields are canvas pixels; the amounts are set in picture pixels.
 """
@@ -33,7 +33,7 @@ def lip_y(points: NDArray) -> float:
 
 
 def lower_points(points: NDArray) -> NDArray[np.bool_]:
-    """Which of the 478 points belong to the sheet below the mouth line."""
+    """Select those of the 478 points that belong to the sheet below the mouth line."""
     lower = points[:, 1] > lip_y(points) + 2
     lower[[i for r in UPPER for i in r] + CORNERS] = False
     lower[[i for r in LOWER for i in r]] = True
@@ -41,7 +41,7 @@ def lower_points(points: NDArray) -> NDArray[np.bool_]:
 
 
 def shape(name: str, points: NDArray, lower: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Shifts of the 478 points for one shape at full strength, (478, 2) canvas pixels."""
+    """Return the shifts of the 478 points for a shape at full strength, (478, 2) canvas pixels."""
     shift = np.zeros((len(points), 2), np.float32)
     x = (points[:, 0] - points[CORNERS, 0].mean()) / (np.ptp(points[CORNERS, 0]) / 2)
     if name == "brows":
@@ -57,7 +57,7 @@ def shape(name: str, points: NDArray, lower: NDArray[np.bool_]) -> NDArray[np.fl
 
 
 def _close(shift: NDArray, points: NDArray, x: NDArray) -> None:
-    """Lips over the teeth: the inner borders meet, the outer ones follow part of the way."""
+    """Close the lips over the teeth: the inner borders meet, the outer borders follow partly."""
     gap = points[LOWER[3], 1] - points[UPPER[3], 1]
     follow_up, follow_low = (0.30, 0.60, 0.82, 1.0), (0.42, 0.62, 0.82, 1.0)
     for k in range(4):
@@ -72,14 +72,14 @@ def _close(shift: NDArray, points: NDArray, x: NDArray) -> None:
 
 
 def _open(shift: NDArray, points: NDArray, lower: NDArray[np.bool_]) -> None:
-    """The jaw turns about its joint in front of the ears; the corners follow a little."""
+    """Turn the jaw about its joint in front of the ears; the corners follow a little."""
     arm = HINGE_DEPTH * SCALE - points[:, 2]
     drop = JAW_ANGLE * np.maximum(arm, 0)
     corner = points[CORNERS].mean(0)
     reach = smoothstep(-0.25, 1.0, (points[:, 1] - corner[1]) / (16 * SCALE))
     shift[:, 1] = np.where(lower, drop * reach, 0)
     for ring in LOWER:
-        # A lip hangs between its corners: full drop in the middle, a third beside them.
+        # The lower lip hangs between its corners: full drop in the middle, 0.3 of it beside them.
         u = np.linspace(-1, 1, len(ring))
         shift[ring, 1] = drop[ring] * (0.30 + 0.70 * (1 - np.abs(u) ** 2.4))
         shift[ring, 0] = -1.6 * SCALE * u * np.abs(u)
@@ -93,7 +93,7 @@ def _open(shift: NDArray, points: NDArray, lower: NDArray[np.bool_]) -> None:
 
 
 def field(points: NDArray, members: list[int], shift: NDArray) -> Field:
-    """A smooth field through the members' shifts that dies out around the face."""
+    """Return a smooth field through the shifts of members that falls to 0 around the face."""
     around = to_canvas(np.array([(x, y) for x in (150, 170, 225, 280, 300) for y in (20, 50)]
                                 + [(165, 90), (165, 140), (290, 90), (285, 140), (150, 190),
                                    (160, 235), (225, 240), (290, 235), (300, 190)]))  # fmt: skip

@@ -1,4 +1,4 @@
-"""The clip's sound: a soft sung voice that follows the mouth, made from harmonics."""
+"""Synthesises the sound of the clip: a soft sung voice that follows the mouth."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ RATE = 48000
 
 
 def voice(seed: int = 3) -> NDArray[np.float32]:
-    """Stereo sound for the whole clip, (2, samples) float32, -1..1, at RATE."""
+    """Return stereo sound for the whole clip, (2, samples) float32, -1..1, at RATE."""
     rng = np.random.default_rng(seed)
     count = RATE * FRAMES // FPS
     t = np.arange(count) / RATE
-    # The mouth at 200 Hz is plenty: it moves slowly.
+    # 200 Hz is enough for the mouth, which moves slowly.
     coarse = np.arange(0, t[-1] + 0.01, 0.005)
     _, jaw, narrow = (np.interp(t, coarse, v) for v in np.array([mouth(u) for u in coarse]).T)
     loud = np.clip(jaw * 1.6 - 0.12, 0, 1)
@@ -35,7 +35,7 @@ def voice(seed: int = 3) -> NDArray[np.float32]:
 
 
 def _room(dry: NDArray, rng: np.random.Generator) -> NDArray:
-    """A small room: decaying noise as the echo, different for either ear."""
+    """Add the echo of a small room: decaying noise, different for each ear."""
     length = RATE // 4
     tail = rng.standard_normal(length) * np.exp(-np.arange(length) / (0.055 * RATE))
     tail *= 0.35 / np.sqrt((tail**2).sum())

@@ -22,10 +22,10 @@ INFO = RegionInfo(
     category=r"(?<![a-z])eye(?![ _-]?(brow|lash))",
     first_rgb=(90, 58, 46),
     is_required=True,
-    remark="a powder: softer borders, broader highlights",
+    remark="a powder, so softer borders and broader highlights",
     dials=(
-        Dial("zone", "lid", "Zone", "Where the eye-shadow goes.", choices=ZONES),
-        Dial("intensity", 1.0, "Intensity", "How much of the eye-shadow.", scales=True),
+        Dial("zone", "lid", "Zone", "Where the eye-shadow is painted.", choices=ZONES),
+        Dial("intensity", 1.0, "Intensity", "How strong the eye-shadow is.", scales=True),
     ),
     finishes=_FINISHES,
 )
