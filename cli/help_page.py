@@ -76,7 +76,7 @@ def _columns() -> int:
     return min(max(shutil.get_terminal_size().columns, _NARROWEST), _WIDEST)
 
 
-def _write_list(formatter: Any, rows: Iterable[tuple[str, str]]) -> None:
+def _write_list(formatter: Any, rows: Iterable[tuple[Any, str]]) -> None:
     """Write names on the left and texts on the right, within the page."""
     gaps = formatter.current_indent + 2
     most = min(_NAMES_COLUMNS, formatter.width - gaps - _TEXT_COLUMNS)
