@@ -122,9 +122,9 @@ def test_inputs_are_checked_before_anything_is_logged(words, code):
 
 
 def test_callers_in_python_read_the_names_of_python():
-    with pytest.raises(UsageError, match="^minutes must be 0 to 600 minutes, got -1$"):
+    with pytest.raises(UsageError, match=r"^minutes must be 0 to 600 minutes, got -1$"):
         suite.check_options(1, 1, suite.Extras(minutes=-1), live=False, plot=None)
-    with pytest.raises(UsageError, match="^look and ref both give a look: "):
+    with pytest.raises(UsageError, match=r"^look and ref both give a look: "):
         suite.check_look("a.json", "b.jpg")
     with pytest.raises(UsageError, match=r"^plot must name a \.png file, "):
         plots.check_plot_path("a.jpg")
