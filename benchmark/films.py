@@ -29,9 +29,8 @@ _PROBE = 30  # faces are counted in every 30th frame
 _FOREHEAD, _CHIN = 10, 152
 _GREY = 110
 
-Rectangle = tuple[
-    int, int, int, int
-]  # x0, y0, x1, y1 px; beyond the picture its border is repeated
+# x0, y0, x1, y1 px; beyond the picture its border is repeated
+Rectangle = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,9 +94,9 @@ def make_film(
 
 
 def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Rectangle]:
-    """The number of faces in a clip, its size, and its face as a box of no width.
+    """The number of faces in a clip, its size, and its face as a rectangle of no width.
 
-    The box is a line in the middle of the face, from the forehead to the chin, on average.
+    The rectangle is a line in the middle of the face, from the forehead to the chin, on average.
     """
     counts, ends, size_wh = [], [], (0, 0)
     for planes in islice(_upright(source), 0, frames, _PROBE):
