@@ -29,11 +29,12 @@ _PROBE = 30  # faces are counted in every 30th frame
 _FOREHEAD, _CHIN = 10, 152
 _GREY = 110
 
-Box = tuple[int, int, int, int]  # x0, y0, x1, y1 px; beyond the picture its border is repeated
+# x0, y0, x1, y1 px; beyond the picture its border is repeated
+Rectangle = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
-class Clip:
+class Film:
     """A film to measure with.
 
     faces: how many it shows.  is_cropped: cropped so that its one face fills FACE_SHARE of the
@@ -55,7 +56,7 @@ class Clip:
         return f"{self.size_wh[0]}x{self.size_wh[1]}, {self.frames} frames, {shown}"
 
 
-def make_clip(
+def make_film(
     source: Path,
     target: Path,
     height_px: int,
@@ -64,7 +65,7 @@ def make_clip(
     as_is: bool = False,
     width_px: int | None = None,
     loops: bool = False,
-) -> Clip:
+) -> Film:
     """Scale a clip to a height, as H.264 at 30 frames/s without sound.
 
     A clip of one face is cropped to 16:9 (or to width_px) so that the face fills FACE_SHARE of the
@@ -89,13 +90,13 @@ def make_clip(
         if loops:
             frames = max(2 * (unique - 1), 1)
         write_film(target, islice(_there_and_back(forwards, unique), frames), LIKE_A_FILM)
-    return Clip(target, (width_px, height_px), frames, faces, is_cropped)
+    return Film(target, (width_px, height_px), frames, faces, is_cropped)
 
 
-def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Box]:
-    """The number of faces in a clip, its size, and its face as a box of no width.
+def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Rectangle]:
+    """The number of faces in a clip, its size, and its face as a rectangle of no width.
 
-    The box is a line in the middle of the face, from the forehead to the chin, on average.
+    The rectangle is a line in the middle of the face, from the forehead to the chin, on average.
     """
     counts, ends, size_wh = [], [], (0, 0)
     for planes in islice(_upright(source), 0, frames, _PROBE):
@@ -117,7 +118,7 @@ def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Box]:
     return max(1, round(median(counts))), size_wh, box
 
 
-def _around(face: Box, aspect: float, size_wh: tuple[int, int]) -> Box:
+def _around(face: Rectangle, aspect: float, size_wh: tuple[int, int]) -> Rectangle:
     """A box of this width / height in which the face fills FACE_SHARE of the height.
 
     The face is in the middle of the box, or off it as far as needed to keep the box in the picture.
@@ -148,7 +149,7 @@ def _upright(source: Path) -> Iterator[np.ndarray]:
         opened.close()
 
 
-def _scaled(planes: np.ndarray, box: Box, size_wh: tuple[int, int]) -> av.VideoFrame:
+def _scaled(planes: np.ndarray, box: Rectangle, size_wh: tuple[int, int]) -> av.VideoFrame:
     """The box of planes (3, H, W), scaled to a size, as 4:2:0."""
     x0, y0, x1, y1 = box
     height, width = planes.shape[1:]

@@ -6,9 +6,10 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from makeup_video.benchmark.films import RATE, Clip, make_clip
+from makeup_video.benchmark.films import RATE, Film, make_film
 from makeup_video.benchmark.runs import Run
 from makeup_video.pipeline import Look, UsageError
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.offline.run import decoder_threads
 
 # (decoder threads, encoder threads), 0 = FFmpeg's own choice. The bare loop may use the best pair.
@@ -39,19 +40,20 @@ class Bench:
 
     def __post_init__(self) -> None:
         if self.look.is_bare:
-            raise UsageError("the look paints nothing: give one with lips or eyes to measure with")
+            regions = " or ".join(REGIONS)
+            raise UsageError(f"the look paints nothing: give one with {regions} to measure with")
         if self.photo is not None:
             self.look_words = "--ref", str(self.photo)
         else:
             self.look.save(self.folder / "look.json")
             self.look_words = "--look", str(self.folder / "look.json")
 
-    def clip(self, height_px: int, seconds: float | None = None, **options: Any) -> Clip:
-        """The film to measure with, at a height; options: those of make_clip."""
+    def film(self, height_px: int, seconds: float | None = None, **options: Any) -> Film:
+        """The film to measure with, at a height; options: those of make_film."""
         self.log(f"{height_px}p: making the film")
         frames = round((seconds or self.seconds) * RATE)
         target = self.folder / f"film{height_px}.mp4"
-        return make_clip(self.source, target, height_px, frames, as_is=self.as_is, **options)
+        return make_film(self.source, target, height_px, frames, as_is=self.as_is, **options)
 
 
 def in_turn(

@@ -36,10 +36,10 @@ def measure_live(bench: "Bench", heights: list[int], minutes: float) -> dict[str
 
 def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
     seconds = (60 * minutes or bench.seconds) + WARM_SECONDS
-    clip = bench.clip(height_px, min(seconds, bench.seconds), loops=True)
-    times = math.ceil(seconds * RATE / clip.frames)
-    film = repeat_film(clip.path, bench.folder / f"live{height_px}.mp4", times)
-    bench.log(f"{height_px}p: {clip.frames * times / RATE:.0f} s live")
+    made = bench.film(height_px, min(seconds, bench.seconds), loops=True)
+    times = math.ceil(seconds * RATE / made.frames)
+    film = repeat_film(made.path, bench.folder / f"live{height_px}.mp4", times)
+    bench.log(f"{height_px}p: {made.frames * times / RATE:.0f} s live")
     with TemporaryDirectory(dir=bench.folder) as name:
         folder = Path(name)
         bench.look.save(folder / "look.json")
@@ -51,8 +51,8 @@ def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
         tables = [np.load(folder / table) for table in (FRAMES, SAMPLES, VIEWED)]
     film.unlink()
     values = json.loads(result)
-    check_painted(round(values["painted_share"] * clip.frames * times), clip.frames * times)
-    return {"film": clip.description, **figures(*tables), **values}
+    check_painted(round(values["painted_share"] * made.frames * times), made.frames * times)
+    return {"film": made.description, **figures(*tables), **values}
 
 
 def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict[str, Any]:
@@ -74,7 +74,8 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     latency = _latency_ms(counted, viewed_at)
     last = counted[-1, 1]
     camera = round((due[-1] - due[0]) * RATE) - (len(due) - 1)
-    door, preview = int(np.isnan(painted).sum()), int(np.isnan(seen[~np.isnan(painted)]).sum())
+    before_painting = int(np.isnan(painted).sum())
+    preview = int(np.isnan(seen[~np.isnan(painted)]).sum())
     return {
         "warm_up_seconds": WARM_SECONDS,
         "warm_up_latency_ms": _spread(_latency_ms(frames[frames[:, 1] < began], viewed_at)),
@@ -84,9 +85,9 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
         "latency_ms": _spread(latency),
         "first_seconds_latency_ms": _spread(latency[counted[:, 1] < began + ENDS_SECONDS]),
         "last_seconds_latency_ms": _spread(latency[counted[:, 1] >= last - ENDS_SECONDS]),
-        "dropped": camera + door + preview,
+        "dropped": camera + before_painting + preview,
         "dropped_by_camera": camera,
-        "dropped_at_door": door,
+        "dropped_before_painting": before_painting,
         "dropped_in_preview": preview,
         "ways_ms": _ways(counted, due, seen),
         **_process(samples, began, last, len(counted)),

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from makeup_video.pipeline import InstallError, OutputError, UsageError
+from makeup_video.pipeline.errors import InstallError, OutputError, UsageError, option
 
 _KINDS = {"bare": "#9aa5b1", "none": "#5b8db8", "product": "#b4002e"}
 _NAMES = {"bare": "bare decode+encode", "none": "--look none", "product": "whole product"}
@@ -17,11 +17,11 @@ def check_plot_path(target: str) -> None:
     """Check the path and matplotlib. Raises UsageError, OutputError, InstallError."""
     path = Path(target)
     if path.suffix.lower() != ".png":
-        raise UsageError(f"--plot must name a .png file, got {target!r}")
+        raise UsageError(f"{option('plot')} must name a .png file, got {target!r}")
     if not path.absolute().parent.is_dir():
         raise OutputError(f"{target}: there is no folder {path.parent}: make it first")
     if find_spec("matplotlib") is None:
-        raise InstallError("--plot needs matplotlib: pip install 'makeup-video[plot]'")
+        raise InstallError(f"{option('plot')} needs matplotlib: pip install 'makeup-video[plot]'")
 
 
 def new_figure(columns: int) -> tuple[Any, list[Any]]:

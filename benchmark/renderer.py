@@ -1,6 +1,6 @@
 """The cost of painting by itself, for `makeup-video bench`.
 
-One face fills half the height of the frame; lips and eyes are painted with everything that a look
+One face fills half the height of the frame; every region is painted with everything that a look
 has. Faces are found beforehand, so that only the scene (surfaces and light) and the composite are
 timed.
 """
@@ -26,6 +26,7 @@ from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
@@ -37,10 +38,12 @@ _DECODED_AHEAD = 8  # frames, as in a run: a frame to paint has left the nearer 
 
 
 def full_look() -> Look:
-    """Lips and eyes with gloss, reflection and shimmer: everything that a look can cost."""
-    lips = replace(product((180, 0, 46), "gloss"), shimmer=0.5)
-    eyes = replace(product((90, 40, 120), "shimmer", "eyes"), reflection=0.2)
-    return Look(lips=lips, eyes=eyes, zone="full")
+    """Every region with gloss, reflection and shimmer: everything that a look can cost."""
+    values: dict[str, Any] = {}
+    for name, region in REGIONS.items():
+        values[name] = product(region.first_rgb, "shimmer", name)
+        values |= {dial.name: "full" for dial in region.dials if "full" in dial.choices}
+    return Look(**values)
 
 
 def paint_costs(clip: Path, rounds: int) -> dict[str, Any]:

@@ -7,10 +7,10 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from makeup_video.benchmark.films import RATE, Clip, first_frames, repeat_film, tile
+from makeup_video.benchmark.films import RATE, Film, first_frames, repeat_film, tile
 from makeup_video.benchmark.harness import BARE_THREADS, Bench, beside, in_turn, middle, own_threads
 from makeup_video.benchmark.runs import SETTINGS, Run, run_bare, run_command, run_product
-from makeup_video.pipeline import UsageError
+from makeup_video.pipeline.errors import UsageError, option
 
 # threads of (decoder, encoder, stages), 0 = FFmpeg's own choice; the product itself chooses the
 # first on two cores
@@ -28,12 +28,14 @@ def by_faces(bench: Bench, height_px: int) -> dict[str, Any]:
     """
     columns, rows = _GRID
     height, width = height_px // rows // 2 * 2, height_px * 16 // 9 // columns // 2 * 2
-    clip = bench.clip(height, bench.seconds / 2, width_px=width)
-    if clip.faces > 1:
-        raise UsageError(f"--faces needs a clip of one face, {bench.source} shows {clip.faces}")
+    made = bench.film(height, bench.seconds / 2, width_px=width)
+    if made.faces > 1:
+        raise UsageError(
+            f"{option('faces')} needs a clip of one face, {bench.source} shows {made.faces}"
+        )
     films = {count: bench.folder / f"faces{count}.mp4" for count in FACES}
     for count, film in films.items():
-        tile(clip.path, film, count, _GRID)
+        tile(made.path, film, count, _GRID)
     target, table = bench.folder / "bare.mp4", {}
     for count, film in films.items():
         work = {
@@ -54,10 +56,10 @@ def by_faces(bench: Bench, height_px: int) -> dict[str, Any]:
     }
 
 
-def by_threads(bench: Bench, clip: Clip, name: str) -> dict[str, Any]:
+def by_threads(bench: Bench, film: Film, name: str) -> dict[str, Any]:
     """Frames/s by the threads of the codecs and the stages, and by those of PoCL, in turn."""
     short = bench.folder / "threads.mp4"
-    first_frames(clip.path, short, clip.frames // 2)
+    first_frames(film.path, short, film.frames // 2)
     target = bench.folder / "ours.mp4"
 
     def with_pocl_threads(threads: int) -> Run:
@@ -104,10 +106,10 @@ def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:
     memory: [[seconds, MB], ...].  growth: memory in the last tenth of the run by that in the third
     tenth.
     """
-    clip = bench.clip(height_px, loops=True)
-    times = max(1, round(minutes * 60 * RATE / clip.frames))
-    film = repeat_film(clip.path, bench.folder / "long.mp4", times)
-    bench.log(f"{height_px}p: {times * clip.frames / RATE / 60:.1f} minutes of film")
+    made = bench.film(height_px, loops=True)
+    times = max(1, round(minutes * 60 * RATE / made.frames))
+    film = repeat_film(made.path, bench.folder / "long.mp4", times)
+    bench.log(f"{height_px}p: {times * made.frames / RATE / 60:.1f} minutes of film")
     every = max(0.1, minutes * 60 / 5 / _MEMORY_SAMPLES)
     values = run_command(
         film,
@@ -119,7 +121,7 @@ def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:
     tenth = max(1, len(values["memory"]) // 10)
     sizes = [size_mb for _, size_mb in values["memory"]] or [0.0]
     return {
-        "minutes": times * clip.frames / RATE / 60,
+        "minutes": times * made.frames / RATE / 60,
         "frames": values["frames_out"],
         "fps": values["fps"],
         "peak_memory_mb": values["peak_memory_bytes"] / 1e6,

@@ -30,12 +30,14 @@ class Extras:
 
 def heights_of(sizes: str) -> list[int]:
     """Heights in pixels from "720p,1080p". Raises UsageError."""
-    from makeup_video.pipeline import UsageError
+    from makeup_video.pipeline.errors import UsageError, option
 
     parts = [part.removesuffix("p") for part in sizes.split(",")]
     heights = [int(part) for part in parts if part.isascii() and part.isdecimal() and len(part) < 5]
     if len(heights) != len(parts) or any(not 2 <= h <= 4320 or h % 2 for h in heights):
-        raise UsageError(f"--sizes must be even heights such as 720p,1080p, got {sizes!r}")
+        raise UsageError(
+            f"{option('sizes')} must be even heights such as 720p,1080p, got {sizes!r}"
+        )
     return heights
 
 
@@ -43,16 +45,20 @@ def check_options(
     seconds: float, rounds: int, extras: Extras, *, live: bool, plot: str | None
 ) -> None:
     """Refuse options before anything is measured. Raises UsageError, OutputError, InstallError."""
-    from makeup_video.pipeline import UsageError
+    from makeup_video.pipeline.errors import UsageError, option
 
     if not (0.5 <= seconds <= 3600 and rounds >= 1):
         raise UsageError(
-            f"--seconds must be 0.5 to 3600 and --rounds at least 1, got {seconds:g} and {rounds}"
+            f"{option('seconds')} must be 0.5 to 3600 and {option('rounds')} at least 1, got "
+            f"{seconds:g} and {rounds}"
         )
     if not 0 <= extras.minutes <= 600:
-        raise UsageError(f"--length must be 0 to 600 minutes, got {extras.minutes:g}")
+        raise UsageError(f"{option('minutes')} must be 0 to 600 minutes, got {extras.minutes:g}")
     if live and (extras.faces or extras.threads or plot is not None):
-        raise UsageError("--live is measured alone: leave out --faces, --threads and --plot")
+        raise UsageError(
+            f"{option('live')} is measured alone: leave out {option('faces')}, {option('threads')} "
+            f"and {option('plot')}"
+        )
     if plot is not None:
         from makeup_video.benchmark.plots import check_plot_path
 
@@ -60,30 +66,48 @@ def check_options(
 
 
 def sample_clip(clip: str | None) -> Path:
-    """The clip to measure with, by default our sample. Raises InputError where that is missing."""
+    """The clip to measure with, by default our sample. Raises InputError where it is missing."""
     from makeup_video.pipeline import InputError
+    from makeup_video.pipeline.media.input_file import local_file
 
     source = Path(clip) if clip else _SAMPLES / "in.mp4"
     if clip is None and not source.exists():
         raise InputError(f"the sample {source} is not installed: give a CLIP to measure with")
-    return source
+    return local_file(source, "video")
+
+
+def check_look(look: str | None, ref: str | None) -> None:
+    """Refuse a look file beside a photo, and a photo that does not exist.
+
+    Raises UsageError, InputError.
+    """
+    from makeup_video.pipeline.errors import UsageError, option
+    from makeup_video.pipeline.media.input_file import local_file
+
+    if look is not None and ref is not None:
+        raise UsageError(
+            f"{option('look')} and {option('ref')} both give a look: leave one of them out"
+        )
+    if ref is not None:
+        local_file(ref, "photo")
 
 
 def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]":
     """The look to paint, and the photo that it was read from, if any.
 
-    By default the look of our sample photo; where that is missing, a fixed look of lips and eyes.
-    Raises UsageError, LookError, InputError, PhotoError.
+    By default the look of our sample photo; where that is missing, a look of every region with
+    every effect. Raises UsageError, LookError, InputError, PhotoError.
     """
-    from makeup_video.pipeline import Look, UsageError, look_from_photo, product
+    from makeup_video.pipeline import Look, look_from_photo
 
-    if look is not None and ref is not None:
-        raise UsageError("--look and --ref both give a look: leave one of them out")
+    check_look(look, ref)
     if look is not None:
         return Look.load(look), None
     photo = Path(ref) if ref is not None else _SAMPLES / "look.jpg"
     if ref is None and not photo.exists():
-        return Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes")), None
+        from makeup_video.benchmark.renderer import full_look
+
+        return full_look(), None
     return look_from_photo(photo), photo
 
 
@@ -111,7 +135,7 @@ def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, 
     }
     for index, height in enumerate(heights):
         name = f"{height}p"
-        film = bench.clip(height)
+        film = bench.film(height)
         row = compare(bench, film, name) | own_process(bench, film, name)
         if renderer:
             row |= _painting(bench, film.path, name, row["product"]["not_codec_cpu_ms"])
@@ -155,7 +179,7 @@ def measure_scaling(bench: "Bench", height_px: int, extras: Extras) -> dict[str,
     if extras.faces:
         results["faces"] = by_faces(bench, height_px)
     if extras.threads:
-        film = bench.clip(height_px)
+        film = bench.film(height_px)
         results["threads"] = {"size": f"{height_px}p", **by_threads(bench, film, "threads")}
     if extras.minutes:
         length = over_length(bench, height_px, extras.minutes)

@@ -63,7 +63,7 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("first 10 s", rows, lambda r: spread(r["first_seconds_latency_ms"]))
     yield _row("last 10 s", rows, lambda r: spread(r["last_seconds_latency_ms"]))
     yield _row("dropped by the camera's file", rows, lambda r: str(r["dropped_by_camera"]))
-    yield _row("dropped before painting", rows, lambda r: str(r["dropped_at_door"]))
+    yield _row("dropped before painting", rows, lambda r: str(r["dropped_before_painting"]))
     yield _row("dropped in the preview", rows, lambda r: str(r["dropped_in_preview"]))
     yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
     yield _row("pictures/s", rows, lambda r: f"{r['fps']:.2f}")

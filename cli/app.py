@@ -6,10 +6,11 @@ from typing import Annotated, Any
 
 import typer
 from makeup_video.cli import apply, bench, demo, estimate, inspect, live
-from makeup_video.cli.help_page import DEFAULT, PROGRAM, Command, Group
-from makeup_video.cli.options import RUN
+from makeup_video.cli.help_page import Command, Group
+from makeup_video.cli.options import DEFAULT, PROGRAM, RUN
 
 _ALIKE = 0.7  # of difflib: an unknown first word this close to a command's name is a mistyped one
+_HELP = "help"  # a command of other programs
 
 
 class DefaultGroup(Group):
@@ -19,15 +20,23 @@ class DefaultGroup(Group):
         own = {name for param in self.params for name in (*param.opts, *param.secondary_opts)}
         own |= set(self.get_help_option_names(ctx))
         if args and args[0] not in own and args[0] not in self.commands:
-            self._refuse_mistyped_command(ctx, args[0])
+            self._check_first_word(ctx, args)
             args = [DEFAULT, *args]
         return super().parse_args(ctx, args)
 
-    def _refuse_mistyped_command(self, ctx: Any, word: str) -> None:
-        """Raise a usage error when a word is no file and nearly a command."""
+    def _check_first_word(self, ctx: Any, args: list[str]) -> None:
+        """Raise a usage error for "help", a mistyped command, or a lone word, unless it is a file.
+
+        An input that does not exist, with options after it, is left to the command.
+        """
+        word = args[0]
+        if word.startswith("-") or os.path.exists(word):
+            return
         matches = get_close_matches(word.lower(), self.commands, 1, _ALIKE)
-        if matches and not word.startswith("-") and not os.path.exists(word):
+        if matches:
             ctx.fail(f"there is no command and no file {word}: did you mean {matches[0]}?")
+        if word == _HELP or len(args) == 1:
+            ctx.fail(f"there is no command and no file {word}")
 
 
 app = typer.Typer(

@@ -100,21 +100,21 @@ def bench(
     from makeup_video.cli.progress import show_steps
 
     with report_errors("bench"):
-        from makeup_video.benchmark.suite import Extras, check_options, heights_of, run_suite
+        from makeup_video.benchmark import suite
 
-        heights = heights_of(sizes)
-        extras = Extras(renderer=renderer, faces=faces, threads=threads, minutes=length)
-        check_options(seconds, rounds, extras, live=live, plot=plot)
+        heights = suite.heights_of(sizes)
+        extras = suite.Extras(renderer=renderer, faces=faces, threads=threads, minutes=length)
+        suite.check_options(seconds, rounds, extras, live=live, plot=plot)
+        suite.check_look(look, ref)
+        source = suite.sample_clip(clip)
         with (
             TemporaryDirectory(prefix="makeup-video-bench-") as folder,
             show_steps() as log_step,
         ):
             from makeup_video.benchmark.harness import Bench
-            from makeup_video.benchmark.suite import sample_clip, sample_look
 
-            source = sample_clip(clip)
             log_step("reading the look")
-            painted, photo = sample_look(look, ref)
+            painted, photo = suite.sample_look(look, ref)
             measured = Bench(
                 source,
                 Path(folder),
@@ -126,7 +126,7 @@ def bench(
                 photo,
                 child_stderr(),
             )
-            results = run_suite(measured, heights, extras, live=live)
+            results = suite.run_suite(measured, heights, extras, live=live)
         if plot is not None:
             from makeup_video.benchmark.plots import draw
 

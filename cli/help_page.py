@@ -1,15 +1,20 @@
 """Help pages as plain text: options in groups, then commands and examples; wrapped, never cut."""
 
+import re
+import shutil
 from collections.abc import Iterable
 from typing import Any
 
-from makeup_video.cli.options import GROUPS, RUN
+from makeup_video.cli.options import DEFAULT, GROUPS, PROGRAM, RUN
 from typer.core import TyperCommand, TyperGroup
 
-PROGRAM, DEFAULT = "makeup-video", "apply"
+_NARROWEST, _WIDEST = 40, 100  # columns of a page; in a narrower terminal the lines break
+_TEXT_COLUMNS = 22  # for the texts beside options: "[hh:]mm:ss[.fraction]." is one word
+_NAMES_COLUMNS = 30  # for the options themselves; a longer one has a line of its own
+_BREAK = " \\"  # the end of a line that the next one continues, in a shell
 _EXIT_CODES = (
     ("0", "done"),
-    ("1", "the machine lacks something, or a fault of ours"),
+    ("1", "the machine lacks something, or an internal error"),
     ("2", "options or look file wrong, or the output exists"),
     ("3", "the input or the photo cannot be read"),
     ("4", "the output cannot be written"),
@@ -33,6 +38,7 @@ class Command(TyperCommand):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write usage, description, options by group, examples."""
+        formatter.width = _columns()
         words = f"[{DEFAULT}]" if self.name == DEFAULT else f"{self.name}"
         formatter.write_usage(PROGRAM, f"{words} {_usage(self.get_params(ctx))}")
         self.format_help_text(ctx, formatter)
@@ -45,6 +51,7 @@ class Group(TyperGroup):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write usage, options of the default command, other commands, examples, exit codes."""
+        formatter.width = _columns()
         default = self.commands[DEFAULT]
         params = default.params
         formatter.write_usage(PROGRAM, _usage(params))
@@ -53,15 +60,27 @@ class Group(TyperGroup):
         _write_options(ctx, formatter, [*params, *self.get_params(ctx)])
         others = [command for command in self.commands.values() if command is not default]
         with formatter.section("Commands"):
-            formatter.write_dl([(c.name, " ".join((c.help or "").split())) for c in others])
+            _write_list(formatter, [(c.name, " ".join((c.help or "").split())) for c in others])
         _write_examples(formatter, default)
         with formatter.section("Exit codes"):
-            formatter.write_dl(_EXIT_CODES)
+            _write_list(formatter, _EXIT_CODES)
         formatter.write_paragraph()
         formatter.write_text(
             f"`{PROGRAM} COMMAND --help` lists the options of a command. A file that is named like "
             "a command is given as ./NAME."
         )
+
+
+def _columns() -> int:
+    """The width of a page: that of the terminal, within limits."""
+    return min(max(shutil.get_terminal_size().columns, _NARROWEST), _WIDEST)
+
+
+def _write_list(formatter: Any, rows: Iterable[tuple[Any, str]]) -> None:
+    """Write names on the left and texts on the right, within the page."""
+    gaps = formatter.current_indent + 2
+    most = min(_NAMES_COLUMNS, formatter.width - gaps - _TEXT_COLUMNS)
+    formatter.write_dl([*rows], col_max=most)
 
 
 def _usage(params: Iterable[Any]) -> str:
@@ -88,25 +107,55 @@ def _write_options(ctx: Any, formatter: Any, params: Iterable[Any]) -> None:
     for name, records in groups.items():
         if records:
             with formatter.section(name):
-                formatter.write_dl(records)
+                _write_list(formatter, records)
 
 
 def _filled(text: str) -> str:
-    """A help text with the names of a table, such as {codecs}; only the help page
-    loads the tables."""
-    if "{codecs}" in text:
+    """A help text with the names of tables, such as {codecs}; only a help page loads the tables."""
+    return re.sub(r"{(\w+)}", lambda found: _names_of(found[1]), text)
+
+
+def _names_of(table: str) -> str:
+    """The names of a table: the codecs, the parts, the finishes, or the choices of a dial."""
+    if table == "codecs":
         from makeup_video.pipeline.media.codecs import codecs_with
 
-        return text.replace("{codecs}", codecs_with(lambda codec: True))
-    if "{regions}" in text:
-        from makeup_video.pipeline.look.regions import REGIONS
+        return codecs_with(lambda codec: True)
+    from makeup_video.pipeline.look.finishes import FINISHES
+    from makeup_video.pipeline.look.options import DEFAULT_PARTS, PARTS
+    from makeup_video.pipeline.look.regions import REGIONS
 
-        names = list(REGIONS)
-        return text.replace("{regions}", f"{', '.join(names)}, or {','.join(names[:2])}")
-    return text
+    if table == "parts":
+        return PARTS
+    if table == "default_parts":
+        return ", ".join(DEFAULT_PARTS)
+    if table == "finishes":
+        return _alternatives(FINISHES)
+    dials = [dial for region in REGIONS.values() for dial in region.dials]
+    (choices,) = (dial.choices for dial in dials if dial.name == table)
+    return _alternatives(choices)
+
+
+def _alternatives(names: Iterable[str]) -> str:
+    """Names for a sentence: "matte, satin or sheer"."""
+    *first, last = names
+    return f"{', '.join(first)} or {last}" if first else last
 
 
 def _write_examples(formatter: Any, command: Any) -> None:
     with formatter.section("Examples"):
         for line in command.epilog.splitlines():
-            formatter.write(f"{'':{formatter.current_indent}}{line}\n")
+            _write_command_line(formatter, line)
+
+
+def _write_command_line(formatter: Any, line: str) -> None:
+    """Write a command line as it can be pasted; a backslash ends each line of a long one."""
+    indent = " " * formatter.current_indent
+    written = ""
+    for word in line.split(" "):
+        longer = f"{written} {word}" if written else indent + word
+        if len(longer) + len(_BREAK) > formatter.width and len(f"{indent}{line}") > formatter.width:
+            formatter.write(f"{written}{_BREAK}\n")
+            longer = f"{indent}  {word}"
+        written = longer
+    formatter.write(f"{written}\n")

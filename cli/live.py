@@ -1,4 +1,4 @@
-"""`makeup-video live --ref look.jpg`: a camera in, a made-up picture out, now."""
+"""`makeup-video live --ref look.jpg`: paint a look on a camera's picture as it arrives."""
 
 import time
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from makeup_video.cli.options import (
     Quiet,
     with_options,
 )
-from makeup_video.cli.outcome import option_of_command, report_errors
+from makeup_video.cli.outcome import error_line, report_errors
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
@@ -194,6 +194,6 @@ def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:
                 log(live_summary(run.figures(), time.monotonic() - began))
     if quiet:  # otherwise each was logged when it happened
         for error in run.failures:
-            log(f"{type(error).__name__}: {error.spelled(option_of_command)}")
+            log(error_line(error, "live"))
     for error in run.failures:
         raise typer.Exit(error.exit_code)

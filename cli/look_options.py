@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.look.options import Choice
 
 
-# The help names regions, finishes and zones in words: loading them would take every command 20 ms
-# more. A test compares the words with the regions.
+# A name in braces, such as {finishes}, stands for the names of a table. Only a help page loads the
+# tables, which would take every command 20 ms more.
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookOptions:
     """What to paint, on whom, and on which device, as typed."""
@@ -37,7 +37,7 @@ class LookOptions:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="matte, satin, sheer, gloss, metallic or shimmer.",
+            help="{finishes}.",
             rich_help_panel=LOOK,
         ),
     ] = None
@@ -45,7 +45,7 @@ class LookOptions:
         str | None,
         typer.Option(
             metavar="PARTS",
-            help="{regions}; default: those of the look, or lips.",
+            help="{parts}; default: those of the look, or {default_parts}.",
             rich_help_panel=LOOK,
         ),
     ] = None
@@ -53,7 +53,7 @@ class LookOptions:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Where eye-shadow goes: lid, crease, full or outer.",
+            help="Where eye-shadow goes: {zone}.",
             rich_help_panel=LOOK,
         ),
     ] = None

@@ -12,6 +12,8 @@ import typer
 if TYPE_CHECKING:
     from fractions import Fraction
 
+PROGRAM, DEFAULT = "makeup-video", "apply"  # the default command needs no name
+
 # Groups of options in the help, in the order in which a page lists them.
 LOOK, FACES, CAMERA, FILM, MEASUREMENTS = "Look", "Faces", "Camera", "Film", "Measurements"
 OUTPUT, PAGE, RUN = "Output", "Page", "Run"

@@ -1,6 +1,5 @@
 """How every command ends: its lines on stderr and the documented exit code."""
 
-import re
 import traceback
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 from makeup_video.cli.console import log
+from makeup_video.cli.options import DEFAULT, PROGRAM
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Face, MakeupVideoError, Report
@@ -19,8 +19,10 @@ _NAMES = {
     "end_seconds": "--end",
     "overwrite": "-y",
     "face": "--ref-face",
+    "rate": "--fps",
+    "url": "--stream",
+    "minutes": "--length",
 }
-_LONG_OPTION = re.compile(r"(?<!\S)--[a-z]")
 
 
 @contextmanager
@@ -46,22 +48,35 @@ def report_errors(
             traceback.print_exc()
         if isinstance(error, SeveralFacesError):
             error.extend(after=_choice_of(error.faces))
-        log(_error_line(error, command))
+        log(error_line(error, command))
         raise typer.Exit(error.exit_code) from None
 
 
-def _error_line(error: "MakeupVideoError", command: str) -> str:
+def error_line(error: "MakeupVideoError", command: str) -> str:
+    """The line for an error of the pipeline; a usage error points to the command's help page."""
     from makeup_video.pipeline import UsageError
 
     text = error.spelled(option_of_command)
-    if isinstance(error, UsageError) and _LONG_OPTION.search(text):
-        text = f"{text.rstrip('.')}. See {help_page(command)}."
+    if isinstance(error, UsageError):
+        text = with_help_pages(text, [command])
     return f"{type(error).__name__}: {text}"
 
 
-def help_page(command: str) -> str:
-    """The command line that prints the help of a command."""
-    return "makeup-video --help" if command == "apply" else f"makeup-video {command} --help"
+def with_help_pages(text: str, commands: Sequence[str]) -> str:
+    """A message, and the command lines that print the help of these commands."""
+    sentence = text if text.endswith((".", "?", "!")) else f"{text}."
+    return f"{sentence} See {join_words([f'{as_typed(name)} --help' for name in commands])}."
+
+
+def as_typed(command: str) -> str:
+    """A command as it is typed: the default command needs no name."""
+    return PROGRAM if command == DEFAULT else f"{PROGRAM} {command}"
+
+
+def join_words(words: Sequence[str]) -> str:
+    """Join words for a sentence: "a", "a and b", "a, b and c"."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def option_of_command(name: str, value: str | None) -> str:

@@ -1,43 +1,77 @@
 """Usage errors in one line: what is wrong, what was meant, which help to read."""
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
 
-from makeup_video.cli.help_page import DEFAULT, PROGRAM
-from makeup_video.cli.outcome import help_page
+from makeup_video.cli.options import DEFAULT
+from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
+
+_ALIKE = 0.7  # of difflib: --top is not taken for --output
+# by the first word of the type of pydantic's error
+_KINDS = {"int": "a whole number", "float": "a number"}
 
 
 def usage_line(error: Any) -> str:
     """The line for one of Typer's usage errors.
 
-    A mistyped option comes with the one that was meant; an option of another command with that
-    command.
+    A mistyped option comes with the one that was meant; an option of other commands with those
+    commands.
     """
-    text = " ".join(error.format_message().split())
     ctx = getattr(error, "ctx", None)
     command = ctx.command.name if ctx and ctx.parent else DEFAULT
     if ctx and type(error).__name__ == "NoSuchOption":
-        text, command = _unknown_option(error.option_name, ctx, command)
-    return f"{text if text.endswith(('.', '?', '!')) else f'{text}.'} See {help_page(command)}."
+        return with_help_pages(*_unknown_option(error.option_name, ctx, command))
+    return with_help_pages(_message(error), [command])
 
 
-def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, str]:
-    """The message about an unknown option, and the command whose help lists what was meant."""
-    text = f"{PROGRAM if command == DEFAULT else f'{PROGRAM} {command}'} has no option {option}"
+def _message(error: Any) -> str:
+    """What is wrong, in our words; in Typer's where the error is of no known kind."""
+    kind, typers = type(error).__name__, " ".join(error.format_message().split())
+    param = getattr(error, "param", None)
+    if kind == "MissingParameter" and param is not None:
+        return f"{_named(param)} is missing"
+    if kind == "BadParameter" and param is not None:
+        return _bad_value(error, param) or typers
+    if kind == "BadOptionUsage":
+        needs = "requires" in typers
+        return f"{error.option_name} {'needs a value' if needs else 'takes no value'}"
+    if extra := re.fullmatch(r"Got unexpected extra argument\S* \((.*)\)", typers):
+        return f"too many arguments: {extra[1]}"
+    return typers
+
+
+def _bad_value(error: Any, param: Any) -> str | None:
+    """The message about a value that is no number; None for any other error."""
+    try:
+        (found,) = error.__cause__.errors()
+    except (AttributeError, TypeError, ValueError):
+        return None
+    kind = _KINDS.get(found["type"].partition("_")[0])
+    return kind and f"{_named(param)} must be {kind}, got {found['input']!r}"
+
+
+def _named(param: Any) -> str:
+    """An option with all its names, such as "-o/--output"; an argument as the help shows it."""
+    if param.param_type_name == "argument":
+        return str(param.metavar)
+    return "/".join(param.opts)
+
+
+def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, list[str]]:
+    """The message about an unknown option, and the commands whose help lists what was meant."""
+    text = f"{as_typed(command)} has no option {option}"
     commands = ctx.find_root().command.commands
     owners = [name for name, other in commands.items() if option in _options(other.params)]
     if owners:
-        return f"{text}: it is an option of {_join(owners)}", owners[0]
-    meant = get_close_matches(option, _options(ctx.command.get_params(ctx)), 1)
-    return (f"{text}: did you mean {meant[0]}?" if meant else text), command
+        return f"{text}: it is an option of {join_words([*map(as_typed, owners)])}", owners
+    params = ctx.command.get_params(ctx)
+    if command == DEFAULT:  # its page lists the options of the group, too
+        params += ctx.find_root().command.params
+    meant = get_close_matches(option, _options(params), 1, _ALIKE)
+    return (f"{text}: did you mean {meant[0]}?" if meant else text), [command]
 
 
 def _options(params: Iterable[Any]) -> list[str]:
     return [name for param in params for name in (*param.opts, *param.secondary_opts)]
-
-
-def _join(commands: list[str]) -> str:
-    """ "live and demo", each as it is typed."""
-    names = [PROGRAM if name == DEFAULT else f"{PROGRAM} {name}" for name in commands]
-    return " and ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)

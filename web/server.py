@@ -8,7 +8,7 @@ import socket
 import threading
 
 import uvicorn
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.web.app import Log, make_app
 from makeup_video.web.connection import Connection, Requests
 from makeup_video.web.rooms import Rooms
@@ -117,7 +117,7 @@ class Server:
 def _listen(host: str, port: int) -> socket.socket:
     """Open a listening socket. Raises UsageError."""
     if not 0 <= port <= 65535:
-        raise UsageError(f"--port must be a number in 0..65535, got {port}")
+        raise UsageError(f"{option('port')} must be in 0..65535, got {port}")
     try:
         family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         return socket.create_server(address[:2], family=family)
@@ -130,7 +130,13 @@ def _why_not(host: str, port: int, error: Exception) -> str:
 
     number = getattr(error, "errno", None)
     if number == errno.EADDRINUSE:
-        return f"port {port} on {host} is taken: give another --port, or --port 0 for a free one"
+        return (
+            f"port {port} on {host} is taken: give another {option('port')}, or "
+            f"{option('port', 0)} for a free one"
+        )
     if number == errno.EACCES:
-        return f"port {port} may not be used by this user: choose one from 1024 on with --port"
-    return f"--host {host} is not an address of this machine: give one, or omit it for 127.0.0.1"
+        return f"this user may not use port {port}: set {option('port')} to 1024 or more"
+    return (
+        f"{option('host', host)} is not an address of this machine: give one, or leave it out for "
+        "127.0.0.1"
+    )

@@ -67,7 +67,7 @@ def _shot(page: Any) -> np.ndarray:
 def _live() -> Iterator[str]:
     """Run `makeup-video live` while the block runs, and yield the address of the page."""
     film = str(sheet.SAMPLES / "in.mp4")
-    command = [sys.executable, "-m", "makeup_video.cli", "live", "--camera", film, "--loop"]
+    command = [sys.executable, "-m", "makeup_video", "live", "--camera", film, "--loop"]
     process = subprocess.Popen(
         [*command, "--port", "0", "--no-browser"], stderr=subprocess.PIPE, text=True
     )

@@ -54,7 +54,7 @@ class Measurements:
         bench, rows = self.bench(), {}
         target = self.folder / "out.mp4"
         for height in heights_of(self.options.resolutions):
-            film = bench.clip(height, self.options.seconds / 2)
+            film = bench.film(height, self.options.seconds / 2)
             work: dict[str, Callable[[], Run]] = {
                 "bare": partial(run_bare, film.path, target, own_threads()),
                 "product": lambda film=film: run_product(film.path, target, self.look)[0],
@@ -73,7 +73,7 @@ class Measurements:
 
     def threads(self) -> dict[str, Any]:
         bench = self.bench()
-        return {"size": "720p", **by_threads(bench, bench.clip(720), "threads")}
+        return {"size": "720p", **by_threads(bench, bench.film(720), "threads")}
 
     def length(self) -> list[dict[str, Any]]:
         minutes = [*LENGTHS_MINUTES, *([AN_HOUR] if self.options.hour else [])]

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.benchmark.films import frame_of, make_clip, pictures
+from makeup_video.benchmark.films import frame_of, make_film, pictures
 from makeup_video.benchmark.renderer import full_look
 from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.faces.face import FrameFaces
@@ -124,7 +124,7 @@ def main() -> None:
         for clip in options.clips:
             for height_px in map(int, options.heights.split(",")):
                 target = Path(folder) / f"{clip.stem}_{height_px}.mp4"
-                film = make_clip(clip, target, height_px, options.frames, as_is=True).path
+                film = make_film(clip, target, height_px, options.frames, as_is=True).path
                 for row in rows(clip.name, height_px, measure(film)):
                     print(row, flush=True)
 

@@ -47,9 +47,9 @@ LIDS = (
 )
 # Runs in the product's environment. Arguments: clip, film to write, height, frames.
 MAKE_FILM = (
-    "import sys; from pathlib import Path; from makeup_video.benchmark.films import make_clip; "
+    "import sys; from pathlib import Path; from makeup_video.benchmark.films import make_film; "
     "clip, film, height, frames = sys.argv[1:]; "
-    "print(make_clip(Path(clip), Path(film), int(height), int(frames)).description)"
+    "print(make_film(Path(clip), Path(film), int(height), int(frames)).description)"
 )
 
 

@@ -11,6 +11,8 @@ from makeup_video.pipeline.look.params import GraphicsParams, rgb_of_hex
 from makeup_video.pipeline.look.regions import REGIONS
 
 DEFAULT_FINISH = "satin"
+DEFAULT_PARTS = tuple(REGIONS)[:1]  # of a colour without a look
+PARTS = f"{', '.join(REGIONS)} or {','.join(REGIONS)}"  # what parse_parts reads, in words
 _COLOUR = option("color", "'#B4002E'")
 _NOTHING = (
     f"no look given: add {option('look', 'FILE.json')}, {_COLOUR}, {option('ref', 'PHOTO')}, or "
@@ -51,7 +53,7 @@ def choose_look(choice: Choice) -> Look:
     if parts is None:
         parts = tuple(base.products)
         if not parts and rgb is not None:
-            parts = tuple(REGIONS)[:1]
+            parts = DEFAULT_PARTS
         if not parts and choice.finish is not None:
             raise UsageError(_colourless(choice.finish))
     products = {
@@ -90,9 +92,7 @@ def parse_parts(text: str) -> tuple[str, ...]:
     """The regions named in 'lips,eyes', each once, in the registry's order. Raises UsageError."""
     names = [name.strip() for name in text.split(",")]
     if any(name not in REGIONS for name in names):
-        raise UsageError(
-            f"{option('parts')} must be {', '.join(REGIONS)} or {','.join(REGIONS)}, got {text!r}"
-        )
+        raise UsageError(f"{option('parts')} must be {PARTS}, got {text!r}")
     return tuple(name for name in REGIONS if name in names)
 
 

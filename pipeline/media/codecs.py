@@ -165,8 +165,8 @@ def container_of(path: str | os.PathLike[str]) -> str:
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     if suffix not in CONTAINERS:
         raise UsageError(
-            f"output must end in {', '.join(CONTAINERS)} (or .jpg, .png, .webp for a picture), "
-            f"got {os.fspath(path)}"
+            f"{option('output')} must end in {', '.join(CONTAINERS)} for a video, got "
+            f"{os.fspath(path)!r}"
         )
     return CONTAINERS[suffix]
 

@@ -34,7 +34,7 @@ class Settings:
     strict: raise rather than drop or convert a stream.
     bit_depth: 8, 10 or 12 bits a sample; None: that of the source, but 8 in H.264.
     sdr: turn HDR into SDR.
-    faces: whom to paint: "all", "largest", or the number of a face, as `inspect` shows it.
+    faces: whom to paint: "all", "largest", or the number of a face, as inspect_video draws it.
     compare: show before and after side by side.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
     decoder_threads, encoder_threads: 0: FFmpeg chooses; None: half as many as there are cores for
@@ -67,7 +67,7 @@ class Settings:
     def __post_init__(self) -> None:
         if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
             raise UsageError(
-                f"{option('faces')} must be all, largest, or the number that inspect shows, got "
+                f"{option('faces')} must be all, largest, or the number of a face, got "
                 f"{self.faces!r}"
             )
         if self.bit_depth not in (None, *BIT_DEPTHS):

@@ -97,7 +97,7 @@ class PaintRun(FaceRun):
         worn = self._look.products.items()
         hidden = [REGIONS[name].part for name, params in worn if params.is_worn]
         if not hidden:
-            return "the look neither covers, nor shines, nor mirrors"
+            return "the look has no opacity, no gloss and no reflection"
         return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
 
 

@@ -83,9 +83,7 @@ def look_from_photo(
     chosen = "" if face is None else str(face)
     is_number = chosen.isascii() and chosen.isdigit() and len(chosen) < 10
     if chosen not in ("", "largest") and not is_number:
-        raise UsageError(
-            f"{option('face')} must be largest, or the number that inspect shows, got {face!r}"
-        )
+        raise UsageError(f"{option('face')} must be largest, or the number of a face, got {face!r}")
     check_memory(READ_PHOTO)
     rgb8 = read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
     try:

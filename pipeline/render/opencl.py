@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from makeup_video.pipeline.errors import InstallError, OutputError, UsageError
+from makeup_video.pipeline.errors import InstallError, OutputError, UsageError, option
 
 if TYPE_CHECKING:
     from makeup_video.kernels.program import Device
@@ -24,6 +24,6 @@ def open_device(choice: str = "") -> "Device":
     except NoDeviceError as error:
         raise InstallError(str(error)) from error
     except UnknownDeviceError as error:
-        raise UsageError(str(error)) from error
+        raise UsageError(f"{option('device')}: {error}") from error
     except NoRoomError as error:
         raise OutputError(str(error)) from error

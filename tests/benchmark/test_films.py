@@ -60,7 +60,7 @@ def test_frames_play_back_and_forth_without_a_jump(numbers, unique):
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory):
     target = tmp_path_factory.mktemp("sample") / "face.mp4"
-    return films.make_clip(SAMPLES / "in.mp4", target, 240, 70)
+    return films.make_film(SAMPLES / "in.mp4", target, 240, 70)
 
 
 def test_a_clip_has_the_size_and_length_asked_for(sample):
@@ -81,27 +81,27 @@ def test_the_face_fills_half_the_height(sample):
 
 def test_neighbouring_frames_are_alike_at_the_turns_too(tmp_path):
     short = film(tmp_path / "short.mkv", clip(20))
-    made = films.make_clip(short, tmp_path / "long.mp4", 120, 60)
+    made = films.make_film(short, tmp_path / "long.mp4", 120, 60)
     lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(made.path)]
     steps = [np.abs(b - a).mean() for a, b in pairwise(lumas)]
     assert len(lumas) == 60 and max(steps) < 3  # codes
 
 
 def test_a_clip_can_be_taken_as_it_is(tmp_path):
-    made = films.make_clip(SAMPLES / "in.mp4", tmp_path / "a.mp4", 180, 3, as_is=True)
+    made = films.make_film(SAMPLES / "in.mp4", tmp_path / "a.mp4", 180, 3, as_is=True)
     assert made.size_wh == (320, 180) and not made.is_cropped and "1 face" in made.description
 
 
 def test_several_faces_are_left_as_they_are(tmp_path):
     both = [np.hstack([rgb8, rgb8]) for rgb8 in clip(2)]
-    made = films.make_clip(film(tmp_path / "two.mkv", both), tmp_path / "a.mp4", 180, 4)
+    made = films.make_film(film(tmp_path / "two.mkv", both), tmp_path / "a.mp4", 180, 4)
     assert made.faces == 2 and not made.is_cropped and made.size_wh == (640, 180)
 
 
 def test_a_clip_without_a_face_is_refused(tmp_path):
     source = film(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
     with pytest.raises(InputError, match="no face to paint on in 1 of the 1 frames"):
-        films.make_clip(source, tmp_path / "out.mp4", 48, 3)
+        films.make_film(source, tmp_path / "out.mp4", 48, 3)
 
 
 def test_a_damaged_clip_is_refused(tmp_path):
@@ -111,12 +111,12 @@ def test_a_damaged_clip_is_refused(tmp_path):
         data[offset : offset + 32] = bytes(32)
     source.write_bytes(data)
     with pytest.raises(InputError, match=r"short\.mp4 is damaged"):
-        films.make_clip(source, tmp_path / "out.mp4", 120, 6)
+        films.make_film(source, tmp_path / "out.mp4", 120, 6)
 
 
 def test_a_turned_clip_is_measured_upright(tmp_path):
     turned = film(tmp_path / "turned.mkv", clip(2), rotation_degrees=90)
-    made = films.make_clip(turned, tmp_path / "a.mp4", 180, 2)
+    made = films.make_film(turned, tmp_path / "a.mp4", 180, 2)
     assert made.faces == 1 and made.is_cropped
 
 
@@ -136,7 +136,7 @@ def test_the_crop_stays_in_the_picture_where_it_fits(x, y, tall, aspect):
 
 
 def test_a_film_that_loops_can_be_repeated_without_encoding(tmp_path):
-    short = films.make_clip(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
+    short = films.make_film(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
     assert short.frames == 20
     film = films.repeat_film(short.path, tmp_path / "long.mp4", 3)
     assert times_of(film) == [Fraction(n, 30) for n in range(60)]

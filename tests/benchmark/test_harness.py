@@ -44,7 +44,7 @@ def test_every_round_begins_with_another_piece_of_work(bench):
 
 
 def test_a_look_that_paints_nothing_is_refused(tmp_path):
-    with pytest.raises(UsageError, match="paints nothing"):
+    with pytest.raises(UsageError, match="paints nothing: give one with lips or eyes to"):
         harness.Bench(SAMPLES / "in.mp4", tmp_path, Look(), seconds=0.5, rounds=1)
 
 

@@ -45,7 +45,7 @@ def test_latency_runs_from_arrival_to_viewer_after_warm_up():
         assert got[part]["p50"] == pytest.approx(10, abs=0.01)
         assert got[part]["max"] == pytest.approx(10, abs=0.01)
     assert got["fps"] == pytest.approx(30, abs=0.01)
-    assert got["dropped"] == got["dropped_at_door"] == got["dropped_in_preview"] == 0
+    assert got["dropped"] == got["dropped_before_painting"] == got["dropped_in_preview"] == 0
     assert got["cpu_cores"] == pytest.approx(0.3)
     assert got["cpu_ms_per_frame"] == pytest.approx(10, rel=0.01)
     assert got["memory_mb"]["after_10_s"] == pytest.approx(200 + WARM_SECONDS + 10, abs=0.01)
@@ -68,7 +68,7 @@ def test_lost_frames_are_counted_where_they_were_lost():
     viewed = np.delete(viewed, [100, 101, 102, 300, 301, 400], axis=0)
     frames = np.delete(frames, 400, axis=0)  # the camera itself was late
     got = figures(frames, samples(20), viewed)
-    assert (got["dropped_at_door"], got["dropped_in_preview"]) == (3, 2)
+    assert (got["dropped_before_painting"], got["dropped_in_preview"]) == (3, 2)
     assert got["dropped_by_camera"] == 1 and got["dropped"] == 6
     assert got["latency_ms"]["max"] == pytest.approx(10, abs=0.01)
 
@@ -99,7 +99,7 @@ def test_a_real_run_reports_every_figure(results):
     assert set(live["latency_ms"]) >= {"p50", "p95", "p99"}
     assert 0 < live["latency_ms"]["p50"] <= live["latency_ms"]["p99"]
     assert live["frames"] > 0 and live["painted_share"] >= 0.95
-    parts = "dropped_by_camera", "dropped_at_door", "dropped_in_preview"
+    parts = "dropped_by_camera", "dropped_before_painting", "dropped_in_preview"
     assert live["dropped"] == sum(live[part] for part in parts)
     assert {key: live[key] for key in live["sizes"]["144p"]} == live["sizes"]["144p"]
     for way in ("faces", "smooth", "scene", "composite", "preview", "to the viewer"):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from makeup_video.benchmark import films, renderer
+from makeup_video.pipeline.look.regions import REGIONS
 from media import decoded
 from people import SAMPLES
 
@@ -12,7 +13,7 @@ FRAMES = 12
 @pytest.fixture(scope="module")
 def face_clip(tmp_path_factory):
     target = tmp_path_factory.mktemp("renderer") / "face.mkv"
-    return films.make_clip(SAMPLES / "in.mp4", target, 240, FRAMES).path
+    return films.make_film(SAMPLES / "in.mp4", target, 240, FRAMES).path
 
 
 @pytest.fixture(scope="module")
@@ -36,9 +37,10 @@ def test_a_larger_frame_holds_the_same_face(face_clip, faces, tmp_path):
     np.testing.assert_allclose(moved[0][0].lips.to_px[:, 2] - faces[0][0].lips.to_px[:, 2], [x, y])
 
 
-def test_the_full_look_uses_every_effect():
+def test_the_full_look_uses_every_effect_in_every_region():
     look = renderer.full_look()
-    for params in (look.lips, look.eyes):
+    assert [*look.products] == [*REGIONS] and look.zone == "full"
+    for params in look.products.values():
         assert min(params.opacity, params.gloss, params.reflection, params.shimmer) > 0
 
 

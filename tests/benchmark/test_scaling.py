@@ -26,8 +26,8 @@ def test_faces_cost_by_their_number(bench, monkeypatch):
 
 
 def test_faces_are_counted_on_a_clip_of_one(bench, monkeypatch):
-    several = films.Clip(bench.source, (64, 48), 10, 2, False)
-    monkeypatch.setattr(harness.Bench, "clip", lambda *_, **__: several)
+    several = films.Film(bench.source, (64, 48), 10, 2, False)
+    monkeypatch.setattr(harness.Bench, "film", lambda *_, **__: several)
     with pytest.raises(UsageError, match="shows 2"):
         scaling.by_faces(bench, 360)
 
@@ -36,7 +36,7 @@ def test_threads_of_codecs_and_of_pocl_are_compared(bench, monkeypatch):
     monkeypatch.setattr(scaling, "SHARED", ((1, 2, 1), (0, 0, 4)))
     monkeypatch.setattr(scaling, "BARE_THREADS", ((0, 0),))
     monkeypatch.setattr(scaling, "_POCL_THREADS", (1,))
-    found = scaling.by_threads(bench, bench.clip(144), "threads")
+    found = scaling.by_threads(bench, bench.film(144), "threads")
     kinds = Counter(name.split(":")[0] for name in found["settings"])
     assert kinds == {"bare": 1, "product": 2, "command": 1}
     assert found["best"] in found["settings"] and found["best"].startswith("product")
@@ -57,7 +57,7 @@ def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
 
     monkeypatch.setattr(offline, "Runner", Noted)
     monkeypatch.setattr(offline, "Decoder", NotedDecoder)
-    film = bench.clip(144).path
+    film = bench.film(144).path
     for threads in ((1, 3, 2), (0, 0, 4)):
         scaling._run_with_threads(bench, film, *threads)
     assert runs == [(1, 3, 2), (0, 0, 4)]

@@ -242,15 +242,6 @@ def test_the_photo_is_never_overwritten(folder, reads, out, more):
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_help_names_every_region_finish_and_zone():
-    from makeup_video.pipeline import FINISHES
-    from makeup_video.pipeline.look.regions import REGIONS
-    from makeup_video.pipeline.look.regions.eyes import ZONES
-
-    text = " ".join(run("apply", "--help").output.split())
-    assert all(name in text for name in (*REGIONS, *FINISHES, *ZONES))
-
-
 def test_painting_nothing_loads_no_nets_and_no_opencl(folder):
     make_clip(folder / "in.mp4")
     code = (

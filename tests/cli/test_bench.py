@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from makeup_video.benchmark import film_costs, plots, suite
 from makeup_video.cli.app import app
 from makeup_video.pipeline import UsageError
+from makeup_video.pipeline.look.regions import REGIONS
 from people import SAMPLES, film, grey
 from typer.testing import CliRunner
 
@@ -107,6 +108,28 @@ def test_wrong_options_are_one_line(args, message):
     assert message in done.stderr and "Traceback" not in done.output
 
 
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (("no file", *ARGS[2:]), 3),
+        ((*ARGS[1:], "--ref", "no file"), 3),
+        ((*ARGS[1:], "--look", "a.json", "--ref", "b.jpg"), 2),
+    ],
+)
+def test_inputs_are_checked_before_anything_is_logged(words, code):
+    done = run("bench", *words)
+    assert done.exit_code == code and len(done.stderr.splitlines()) == 1
+
+
+def test_callers_in_python_read_the_names_of_python():
+    with pytest.raises(UsageError, match=r"^minutes must be 0 to 600 minutes, got -1$"):
+        suite.check_options(1, 1, suite.Extras(minutes=-1), live=False, plot=None)
+    with pytest.raises(UsageError, match=r"^look and ref both give a look: "):
+        suite.check_look("a.json", "b.jpg")
+    with pytest.raises(UsageError, match=r"^plot must name a \.png file, "):
+        plots.check_plot_path("a.jpg")
+
+
 def test_a_plot_without_matplotlib_is_refused_at_once(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setattr(plots, "find_spec", lambda name: None)
@@ -136,4 +159,4 @@ def test_without_our_samples_it_asks_for_a_clip(tmp_path, monkeypatch):
     assert done.exit_code == 3 and "give a CLIP" in done.stderr
     look, photo = suite.sample_look(None, None)
     assert photo is None
-    assert look.lips and look.eyes
+    assert [*look.products] == [*REGIONS]

@@ -4,12 +4,17 @@ import io
 import os
 import re
 import shlex
+import subprocess
+import sys
 from contextlib import redirect_stdout
 from unittest.mock import patch
 
 import pytest
 from makeup_video.cli.app import app
 from makeup_video.cli.options import GROUPS
+from makeup_video.pipeline import FINISHES, UsageError
+from makeup_video.pipeline.look.options import PARTS, parse_parts
+from makeup_video.pipeline.look.regions import REGIONS
 from typer.main import get_command
 
 COMMANDS = ("apply", "estimate", "inspect", "live", "demo", "bench")
@@ -51,12 +56,50 @@ def test_the_main_page_lists_the_other_commands():
     assert [head.split()[0] for head in heads(sections(help_of())["Commands"])] == [*COMMANDS[1:]]
 
 
-@pytest.mark.parametrize("columns", [60, 80, 200])
+@pytest.mark.parametrize("columns", [40, 41, 60, 80, 100, 200])
 @pytest.mark.parametrize("words", [(), *((name,) for name in COMMANDS)])
 def test_no_text_is_cut_or_wider_than_the_terminal(words, columns):
     text = help_of(*words, columns=columns)
     assert "…" not in text and "..." not in text
-    assert max(map(len, text.splitlines())) <= min(columns, 80)
+    assert max(map(len, text.splitlines())) <= min(columns, 100)
+
+
+def test_a_wide_terminal_gets_longer_lines():
+    widths = [max(map(len, help_of(columns=n).splitlines())) for n in (40, 60, 80, 100)]
+    assert widths == sorted(set(widths)) and widths[-1] > 90
+
+
+def test_a_long_example_is_broken_as_a_shell_continues_it():
+    wide, narrow = (sections(help_of(columns=n))["Examples"] for n in (100, 40))
+    assert " \\\n" in narrow and " \\\n" not in wide
+    assert [shlex.split(line) for line in narrow.replace("\\\n", "").splitlines()] == [
+        shlex.split(line) for line in wide.splitlines()
+    ]
+
+
+def test_the_help_of_the_look_lists_what_the_tables_hold():
+    look = " ".join(sections(help_of())["Look"].split())
+    dials = [dial for region in REGIONS.values() for dial in region.dials if dial.choices]
+    assert f"{', '.join([*FINISHES][:-1])} or {[*FINISHES][-1]}." in look
+    assert all(f"{', '.join(dial.choices[:-1])} or {dial.choices[-1]}." in look for dial in dials)
+    assert "{" not in help_of() + help_of("live") + help_of("bench")
+
+
+def test_help_and_error_of_parts_list_the_same_choices():
+    with pytest.raises(UsageError, match=f"parts must be {PARTS}, got") as caught:
+        parse_parts("nose")
+    assert all(name in str(caught.value) for name in REGIONS)
+    assert f"--parts PARTS {PARTS}; default" in " ".join(help_of().split())
+
+
+def test_no_table_is_loaded_before_a_help_page_is_printed():
+    code = (
+        "import sys; from makeup_video.cli.app import app\n"
+        "assert not [name for name in sys.modules if name.startswith('makeup_video.pipeline')]\n"
+        "from makeup_video.cli.help_page import _names_of\n"
+        "assert _names_of('zone') and 'makeup_video.pipeline.look.regions' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 @pytest.mark.parametrize("words", [(), *((name,) for name in COMMANDS)])

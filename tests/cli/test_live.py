@@ -83,8 +83,12 @@ def test_a_recording_is_only_overwritten_with_y(folder):
         (["--camera", "gone.mkv", "--color", "#D00020"], 3, "gone.mkv does not exist"),
         (["--camera", "in.mkv", "--size", "large"], 2, "WIDTHxHEIGHT"),
         (["--camera", "in.mkv", "--fps", "0"], 2, "1..240"),
-        (["--camera", "in.mkv", "--color", "#D00020", "--stream", "file:x"], 2, "rtmp"),
-        (["--camera", "in.mkv", "--color", "#D00020", "-o", "out.doc"], 2, "out.doc"),
+        (
+            ["--camera", "in.mkv", "--color", "#D00020", "--stream", "file:x"],
+            2,
+            "--stream must begin",
+        ),
+        (["--camera", "in.mkv", "--color", "#D00020", "-o", "out.doc"], 2, "--output must end in"),
         (["--camera", "in.mkv", "--color", "#D00020", "-o", "in.mkv", "-y"], 2, "in.mkv"),
     ],
 )
@@ -92,6 +96,7 @@ def test_mistakes_are_one_line_before_anything_is_written(folder, words, code, m
     done = run(*words, "--no-browser", "--port", "0")
     assert (done.exit_code, len(lines(done))) == (code, 1), done.output
     assert message in done.output
+    assert ("See makeup-video live --help." in done.output) == (code == 2)
     assert sorted(path.name for path in folder.iterdir()) == ["in.mkv"]
 
 

@@ -40,12 +40,12 @@ from media import damage, decoded, make_clip
         (["in.mp4", "--color", "B02", "--strength", "2", "-o", "out.mp4"], 2, "--strength must be"),
         (["in.mp4", "--color", "B02", "--strength", "nan", "-o", "o.mp4"], 2, "--strength must be"),
         (["in.mp4", "--color", "B02", "--faces", "me", "-o", "out.mp4"], 2, "--faces must be all"),
-        (["in.mp4", "--color", "B02", "--device", "none such", "-o", "out.mp4"], 2, "there is: 0 "),
+        (["in.mp4", "--color", "B02", "--device", "foo", "-o", "out.mp4"], 2, "--device: an "),
         (["in.mp4", "--look", "look.json", "--parts", "eyes", "-o", "out.mp4"], 2, "leaves bare"),
         (["in.mp4", "--look", "none", "-o", "in.mp4"], 2, "output is the input"),
         (["in.mp4", "--look", "none", "-o", "in.mp4", "-y"], 2, "output is the input"),
         (["in.mp4", "--look", "none", "-o", "old.mp4"], 2, "exists already"),
-        (["in.mp4", "--look", "none", "-o", "out.xyz"], 2, "must end in"),
+        (["in.mp4", "--look", "none", "-o", "out.xyz"], 2, "--output must end in .mp4, "),
         (["in.mp4", "--look", "none", "-o", "no/out.mp4"], 4, "OutputError: the folder no"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--codec", "x"], 2, "--codec must be"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--crf", "99"], 2, "--crf must be in 0..51"),
@@ -73,6 +73,7 @@ def test_mistakes_are_one_line_and_the_documented_exit_code(folder, args, code, 
     assert result.exit_code == code, result.output
     lines = [line for line in result.output.splitlines() if "Error" in line]
     assert len(lines) == 1 and message in lines[0]
+    assert lines[0].endswith(" See makeup-video --help.") == lines[0].startswith("UsageError: ")
     assert "Traceback" not in result.output
     assert (folder / "in.mp4").read_bytes() == before
     assert (folder / "old.mp4").read_text() == "precious"

@@ -33,13 +33,33 @@ def folder(tmp_path, monkeypatch):
         (["estimate", "a.jpg", "--jsn"], "did you mean --json?", "makeup-video estimate --help"),
         (["in.mp4", "--helpp"], "did you mean --help?", "makeup-video --help"),
         (["in.mp4", "--qqqq"], "has no option --qqqq.", "makeup-video --help"),
-        (["in.mp4", "--port", "1"], "option of makeup-video live and", "makeup-video live --help"),
+        (
+            ["in.mp4", "--port", "1"],
+            "--port: it is an option of makeup-video live and makeup-video demo.",
+            "makeup-video live --help and makeup-video demo --help",
+        ),
+        (
+            ["in.mp4", "--json"],
+            "has no option --json: it is an option of makeup-video estimate, ",
+            "makeup-video estimate --help, makeup-video inspect --help and makeup-video bench --help",
+        ),
         (["live", "--codec", "av1"], "it is an option of makeup-video.", "makeup-video --help"),
-        (["live", "--port", "x"], "Invalid value for '--port'", "makeup-video live --help"),
-        (["live", "-o"], "Option '-o' requires an argument", "makeup-video live --help"),
-        (["inspect", "in.mp4"], "Missing option '-o'", "makeup-video inspect --help"),
-        (["in.mp4"], "Missing option '-o'", "makeup-video --help"),
-        (["a", "b", "-o", "c"], "unexpected extra argument", "makeup-video --help"),
+        (["in.mp4", "--vrsion"], "did you mean --version?", "makeup-video --help"),
+        (["estimate", "a.jpg", "--top", "5"], "no option --top.", "makeup-video estimate --help"),
+        (["live", "--port", "x"], "--port must be a whole number, got 'x'.", "makeup-video live --help"),
+        (["i", "-o", "o", "--strength", "x"], "--strength must be a number", "makeup-video --help"),
+        (["live", "-o"], "UsageError: -o needs a value.", "makeup-video live --help"),
+        (["live", "--quiet=3"], "--quiet takes no value.", "makeup-video live --help"),
+        (["inspect", "in.mp4"], "-o/--output is missing.", "makeup-video inspect --help"),
+        (["estimate"], "PHOTO is missing.", "makeup-video estimate --help"),
+        (["in.mp4", "--crf", "9"], "-o/--output is missing.", "makeup-video --help"),
+        (["a", "b", "-o", "c"], "too many arguments: b.", "makeup-video --help"),
+        (["help"], "there is no command and no file help.", "makeup-video --help"),
+        (["help", "live"], "there is no command and no file help.", "makeup-video --help"),
+        (["foo"], "there is no command and no file foo.", "makeup-video --help"),
+        (["live", "--size", "3"], "--size must be WIDTHxHEIGHT", "makeup-video live --help"),
+        (["live", "--fps", "0"], "--fps must be in 1..240", "makeup-video live --help"),
+        (["live", "--pixels", "x"], "--pixels must be mjpeg or", "makeup-video live --help"),
         (["bench", "--sizes", "x"], "--sizes must be", "makeup-video bench --help"),
         (["in.mp4", "-o", "o.mp4", "--start", "x"], "--start must be", "makeup-video --help"),
     ],
@@ -48,6 +68,11 @@ def test_the_line_says_what_was_meant_and_which_help_lists_it(words, text, page)
     code, line = run(*words)
     assert code == 2 and line.startswith("UsageError: ")
     assert text in line and line.endswith(f" See {page}.")
+
+
+def test_a_lone_file_lacks_only_its_output(folder):
+    (folder / "help").write_bytes(b"no film")
+    assert run("help") == (2, "UsageError: -o/--output is missing. See makeup-video --help.")
 
 
 def test_a_file_named_nearly_like_a_command_is_a_file(folder):

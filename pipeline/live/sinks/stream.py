@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import av
-from makeup_video.pipeline.errors import EncodeError, OutputError, UsageError
+from makeup_video.pipeline.errors import EncodeError, OutputError, UsageError, option
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.transform import copied, upright
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
@@ -237,11 +237,9 @@ def _checked(url: str) -> tuple[str, str]:
         host, scheme = None, ""
     if scheme not in _FORMATS:
         raise UsageError(
-            f"a stream goes to an address that begins with {', '.join(f'{s}://' for s in _FORMATS)}"
-            f"; this one begins with {scheme + ':' if scheme else 'none of them'}"
+            f"{option('url')} must begin with one of {', '.join(f'{s}://' for s in _FORMATS)}, "
+            f"got {f'an address with {scheme}:' if scheme else 'an address without a scheme'}"
         )
     if not host or any(ord(letter) <= 32 for letter in url):
-        raise UsageError(
-            f"the {scheme}:// address of the stream names no host: give {scheme}://HOST/..."
-        )
+        raise UsageError(f"{option('url')} names no host: give {scheme}://HOST/PATH")
     return f"{scheme}://{f'[{host}]' if ':' in host else host}", _FORMATS[scheme]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from makeup_video.pipeline.errors import InputError, UsageError
+from makeup_video.pipeline.errors import InputError, UsageError, option
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.device import CameraRequest, DeviceCamera
 from makeup_video.pipeline.live.sources.file import FileCamera
@@ -36,11 +36,17 @@ class CameraSettings:
 
     def __post_init__(self) -> None:
         if self.size is not None and not re.fullmatch(r"[1-9]\d{0,4}x[1-9]\d{0,4}", self.size):
-            raise UsageError(f"a camera's size is WIDTHxHEIGHT such as 1280x720, got {self.size!r}")
+            raise UsageError(
+                f"{option('size')} must be WIDTHxHEIGHT such as 1280x720, got {self.size!r}"
+            )
         if self.rate is not None and not 1 <= self.rate <= 240:
-            raise UsageError(f"a camera's rate is 1..240 frames a second, got {self.rate}")
+            raise UsageError(
+                f"{option('rate')} must be in 1..240 frames per second, got {self.rate}"
+            )
         if self.pixels is not None and self.pixels not in PIXELS:
-            raise UsageError(f"a camera's pixels are {' or '.join(PIXELS)}, got {self.pixels!r}")
+            raise UsageError(
+                f"{option('pixels')} must be {' or '.join(PIXELS)}, got {self.pixels!r}"
+            )
         if self.name == "":
             raise UsageError("the name of the camera is empty: give a device or a video file")
 

@@ -83,7 +83,7 @@ def test_a_look_that_changes_nothing_is_the_reason(tmp_path):
     look = Look.from_dict({"version": 1, "lips": {**nothing, "gloss_roughness": 0.5}, "eyes": None})
     assert not look.is_bare
     line = only_line(saved(tmp_path / "in.png", face_of(200)), look)
-    assert line == "nothing was painted: the look neither covers, nor shines, nor mirrors"
+    assert line == "nothing was painted: the look has no opacity, no gloss and no reflection"
 
 
 def test_where_no_face_was_found_turning_may_help(tmp_path):

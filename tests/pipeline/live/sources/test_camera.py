@@ -22,6 +22,7 @@ def test_invalid_settings_are_refused_in_one_line(wrong):
     with pytest.raises(UsageError) as caught:
         CameraSettings(**wrong)
     assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith((*wrong, "the name of the camera"))
 
 
 @pytest.mark.parametrize("name", ["http://host/x.mp4", "concat:a|b", "missing.mp4"])
