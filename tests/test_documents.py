@@ -161,3 +161,26 @@ def test_the_summary_of_performance_repeats_measured_figures():
     for text in repeated:
         rows = "\n".join(line for line in text.splitlines() if line.startswith("|"))
         assert set(re.findall(r"\d+\.\d+", rows)) <= figures, text.splitlines()[0]
+
+
+def prose_lines(path):
+    """Number and text of the lines outside tables, pictures and code."""
+    fenced = False
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        fence = line.startswith("```")
+        fenced ^= fence
+        if not (fence or fenced or line.startswith(("|", "![", "    "))):
+            yield number, line
+
+
+def test_lines_of_prose_are_short():
+    root = DOCS.parent
+    pages = [root / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md")]
+    pages += [root / "samples" / "README.md", *sorted(DOCS.rglob("*.md"))]
+    too_long = [
+        f"{page.relative_to(root)}:{number} has {len(line)} characters, expected at most 110"
+        for page in pages
+        for number, line in prose_lines(page)
+        if len(line) > 110
+    ]
+    assert not too_long
