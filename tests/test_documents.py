@@ -118,7 +118,7 @@ def measured():
     }
 
 
-def test_measured_numbers_fill_the_performance_page(tmp_path):
+def test_measured_numbers_fill_the_page_of_measurements(tmp_path):
     pytest.importorskip("matplotlib")
     performance = import_module("performance_page")
     page, before = tmp_path / "page.md", performance.PAGE.read_text(encoding="utf-8")
@@ -142,10 +142,45 @@ def test_a_missing_marker_is_named():
         between("<!-- measured: whole -->\n<!-- end -->", "faces", "x")
 
 
-def test_the_performance_page_shows_the_existing_pictures():
+def test_the_page_of_measurements_shows_the_existing_pictures():
     performance = import_module("performance_page")
     text = performance.PAGE.read_text(encoding="utf-8")
     named = set(re.findall(r"\]\(pictures/([^)]+)\)", text))
     there = {name for name in performance.PICTURES if (performance.FOLDER / name).exists()}
     assert named == there
     assert all((performance.FOLDER / name).stat().st_size < 60e3 for name in there)
+
+
+def test_the_summary_of_performance_repeats_measured_figures():
+    """Every fraction in a summary table whose section names its run stands in the full tables."""
+    measured_text = import_module("performance_page").PAGE.read_text(encoding="utf-8")
+    figures = set(re.findall(r"\d+\.\d+", measured_text))
+    sections = (DOCS / "performance.md").read_text(encoding="utf-8").split("\n## ")
+    repeated = [text for text in sections if "(measurements.md#" in text]
+    assert len(repeated) >= 8
+    for text in repeated:
+        rows = "\n".join(line for line in text.splitlines() if line.startswith("|"))
+        assert set(re.findall(r"\d+\.\d+", rows)) <= figures, text.splitlines()[0]
+
+
+def prose_lines(path):
+    """Number and text of the lines outside tables, pictures and code."""
+    fenced = False
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        fence = line.startswith("```")
+        fenced ^= fence
+        if not (fence or fenced or line.startswith(("|", "![", "    "))):
+            yield number, line
+
+
+def test_lines_of_prose_are_short():
+    root = DOCS.parent
+    pages = [root / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md")]
+    pages += [root / "samples" / "README.md", *sorted(DOCS.rglob("*.md"))]
+    too_long = [
+        f"{page.relative_to(root)}:{number} has {len(line)} characters, expected at most 110"
+        for page in pages
+        for number, line in prose_lines(page)
+        if len(line) > 110
+    ]
+    assert not too_long

@@ -1,11 +1,12 @@
-"""Measure the product's speed and write the tables and plots of docs/performance.md.
+"""Measure the product's speed and write the tables and plots of docs/measurements.md.
 
     python docs/make/make_performance.py --clip talk.mp4 --hour --peer peer/bin/python
 
 The measurements take most of an hour, or two hours with --hour, on an idle machine. --parts
 measures some parts only (--parts faces length). The file --results keeps the results of all parts,
-and the script writes the page from that file. The text outside the markers stays. The script needs
-the extra `plot`.
+and the script writes the page from that file. The text outside the markers stays. The summary
+tables of docs/performance.md repeat some of the figures: update them by hand. The script needs the
+extra `plot`.
 """
 
 import argparse

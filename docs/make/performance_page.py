@@ -1,4 +1,4 @@
-"""Write the measured part of docs/performance.md, its tables and plots, from stored results."""
+"""Write the measured parts of docs/measurements.md, its tables and plots, from stored results."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -9,7 +9,7 @@ from makeup_video.benchmark.plots import legend_below, new_figure, save
 from makeup_video.benchmark.tables import tables
 
 DOCS = Path(__file__).parents[1]
-PAGE = DOCS / "performance.md"
+PAGE = DOCS / "measurements.md"
 FOLDER = DOCS / "pictures"
 PICTURES = tuple(f"performance_{name}.png" for name in ("resolution", "faces", "length"))
 
