@@ -21,7 +21,7 @@ class Figures(Protocol):
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
 
-class Run(Protocol):
+class LiveRunControl(Protocol):
     """The part of a live run (`pipeline/live/run.py`) that pages use, from other threads."""
 
     compare: bool  # keep the planes as they came from the camera
@@ -37,7 +37,7 @@ class LiveSession:
 
     name = NAME
 
-    def __init__(self, run: Run, sink: PreviewSink, photo: PhotoLook | None) -> None:
+    def __init__(self, run: LiveRunControl, sink: PreviewSink, photo: PhotoLook | None) -> None:
         self._run, self._sink, self.photo = run, sink, photo
 
     @property
@@ -75,7 +75,9 @@ class LiveShow:
 
     mode: Literal["live"] = "live"
 
-    def __init__(self, run: Run, sink: PreviewSink, photo: PhotoLook | None = None) -> None:
+    def __init__(
+        self, run: LiveRunControl, sink: PreviewSink, photo: PhotoLook | None = None
+    ) -> None:
         self._session = LiveSession(run, sink, photo)
 
     def enter(self, name: str) -> LiveSession:

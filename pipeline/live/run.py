@@ -27,7 +27,7 @@ from makeup_video.pipeline.smoothing.realtime import SmoothLive
 _FIGURES_SECONDS = 2.0  # the figures cover the last seconds
 _REPEAT_SECONDS = 60.0  # before the same line is logged again
 # a frame, and monotonic seconds: its work began, faces, smooth, scene and composite ended
-Observe = Callable[[Frame, tuple[float, float, float, float, float]], None]
+ObserveFrame = Callable[[Frame, tuple[float, float, float, float, float]], None]
 _ALL_IS_WELL = "fast enough again: nothing is left out"
 
 
@@ -87,7 +87,7 @@ class LiveRun:
         faces: str = "all",
         device: str = "",
         log: Callable[[str], None] = lambda line: None,
-        observe: Observe | None = None,
+        observe: ObserveFrame | None = None,
     ) -> None:
         self.compare = False
         self._observe = observe
