@@ -5,6 +5,7 @@ frame where times would only be noise.
 """
 
 import gc
+import linecache
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -41,6 +42,8 @@ def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
     and C functions.
     """
     counted: Counter[str] = Counter()
+    # PyOpenCL looks for a free name in there, one after the other, whenever a kernel is made
+    linecache.clearcache()
     source = open_video(local_file(clip))
     try:
         stages = PaintRun(look)(source)
