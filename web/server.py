@@ -64,7 +64,7 @@ class Server:
         return f"http://{f'[{name}]' if ':' in name else name}:{port}/"
 
     def stop(self) -> None:
-        """Log bye to all pages and stop; pages that do not react are cut off.
+        """Say goodbye to all pages and stop; pages that do not react are cut off.
 
         Does nothing when the server does not run.
         """
