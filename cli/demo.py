@@ -1,6 +1,6 @@
 """`makeup-video demo`: the page to play with, without a camera."""
 
-import threading
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +19,7 @@ EXAMPLES = (
     "makeup-video demo me.jpg --look look.json",
 )
 _RED = 180, 0, 46  # R'G'B' of the lips to begin with: the README's red
+_WAKE_SECONDS = 0.5  # a Ctrl-C is noticed within this time
 
 
 @with_options
@@ -45,7 +46,9 @@ def demo(
         show = DemoShow(_portrait(portrait), first, worker, log, photo=photo)
         with serve_page(show, worker, page, log):
             try:
-                threading.Event().wait()
+                # The system may give a signal to any thread, which does not wake this one.
+                while True:
+                    time.sleep(_WAKE_SECONDS)
             except KeyboardInterrupt:
                 log("stopped")  # the usual end: exit code 0
 
