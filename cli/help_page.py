@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from makeup_video.cli.options import DEFAULT, GROUPS, PROGRAM, RUN
+from makeup_video.cli.outcome import join_words
 from typer.core import TyperCommand, TyperGroup
 
 _NARROWEST, _WIDEST = 40, 100  # columns of a page; in a narrower terminal the lines break
@@ -130,16 +131,10 @@ def _names_of(table: str) -> str:
     if table == "default_parts":
         return ", ".join(DEFAULT_PARTS)
     if table == "finishes":
-        return _alternatives(FINISHES)
+        return join_words(FINISHES, "or")
     dials = [dial for region in REGIONS.values() for dial in region.dials]
     (choices,) = (dial.choices for dial in dials if dial.name == table)
-    return _alternatives(choices)
-
-
-def _alternatives(names: Iterable[str]) -> str:
-    """Names for a sentence: "matte, satin or sheer"."""
-    *first, last = names
-    return f"{', '.join(first)} or {last}" if first else last
+    return join_words(choices, "or")
 
 
 def _write_examples(formatter: Any, command: Any) -> None:

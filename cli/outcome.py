@@ -1,7 +1,7 @@
 """How every command ends: its lines on stderr and the documented exit code."""
 
 import traceback
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -73,10 +73,10 @@ def as_typed(command: str) -> str:
     return PROGRAM if command == DEFAULT else f"{PROGRAM} {command}"
 
 
-def join_words(words: Sequence[str]) -> str:
+def join_words(words: Iterable[str], before_last: str = "and") -> str:
     """Join words for a sentence: "a", "a and b", "a, b and c"."""
     *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
+    return f"{', '.join(first)} {before_last} {last}" if first else last
 
 
 def option_of_command(name: str, value: str | None) -> str:
