@@ -9,7 +9,7 @@ from typing import Any
 from makeup_video.benchmark.films import RATE, Film, make_film
 from makeup_video.benchmark.runs import Run
 from makeup_video.pipeline import Look, UsageError
-from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.offline.run import decoder_threads
 
 # (decoder threads, encoder threads), 0 = FFmpeg's own choice. The bare loop may use the best pair.
@@ -40,7 +40,7 @@ class Bench:
 
     def __post_init__(self) -> None:
         if self.look.is_bare:
-            regions = " or ".join(REGIONS)
+            regions = " or ".join(PARTS)
             raise UsageError(f"the look paints nothing: give one with {regions} to measure with")
         if self.photo is not None:
             self.look_words = "--ref", str(self.photo)

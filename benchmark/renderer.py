@@ -25,8 +25,8 @@ from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
@@ -38,12 +38,13 @@ _DECODED_AHEAD = 8  # frames, as in a run: a frame to paint has left the nearer 
 
 
 def full_look() -> Look:
-    """Every region with gloss, reflection and shimmer: everything that a look can cost."""
-    values: dict[str, Any] = {}
-    for name, region in REGIONS.items():
-        values[name] = product(region.first_rgb, "shimmer", name)
-        values |= {dial.name: "full" for dial in region.dials if "full" in dial.choices}
-    return Look(**values)
+    """Lips and eyes with gloss, reflection and shimmer: everything that one layer can cost."""
+    lips, eyes = KINDS["lipstick"], KINDS["eyeshadow"]
+    return Look(
+        lips=product(lips.first_rgb, "shimmer", lips.part),
+        eyes=product(eyes.first_rgb, "shimmer", eyes.part),
+        zone="full",
+    )
 
 
 def paint_costs(clip: Path, rounds: int) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from makeup_video.cli.options import FACES, OUTPUT, Debug, Overwrite, PrintJson
 from makeup_video.cli.outcome import report_errors
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline import GraphicsParams
+    from makeup_video.pipeline import Layer
     from makeup_video.pipeline.look.catalogue import Catalogue
     from rich.console import Console
 
@@ -61,7 +61,7 @@ def estimate(
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.pipeline import look_from_photo
     from makeup_video.pipeline.look.catalogue import read_catalogue
-    from makeup_video.pipeline.look.regions import REGIONS
+    from makeup_video.pipeline.look.kinds import PARTS
     from makeup_video.pipeline.media.sidecar import LookFile
 
     with report_errors("estimate", output, debug):
@@ -77,29 +77,41 @@ def estimate(
             if file is not None:
                 file.write(look.to_dict())
                 mark_output_whole()  # what is printed now follows the file
-        regions = {name: _describe(name, getattr(look, name), shades) for name in REGIONS}
+        parts = {
+            part: [_describe(layer, part, shades) for layer in look.of(kind.name)]
+            for part, kind in PARTS.items()
+            if kind.is_read
+        }
         if as_json:
-            print_result(json.dumps({"photo": photo, **regions}, indent=2) + "\n")
+            values = {part: _for_programs(layers) for part, layers in parts.items()}
+            print_result(json.dumps({"photo": photo, **values}, indent=2) + "\n")
         else:
-            _print(regions)
+            _print(parts)
     if look.is_bare:
         log(f"{photo}: no makeup was found, the look is bare")
 
 
-def _describe(
-    region: str, params: "GraphicsParams | None", shades: "Catalogue | None"
-) -> dict[str, Any] | None:
-    """The makeup of a region as JSON values; None when the region is bare."""
+def _for_programs(layers: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """A part of a look as one JSON object: the first layer, with the others in `more`; None when
+    the part is bare."""
+    if not layers:
+        return None
+    return layers[0] | ({"more": layers[1:]} if layers[1:] else {})
+
+
+def _describe(layer: "Layer", part: str, shades: "Catalogue | None") -> dict[str, Any]:
+    """A layer of makeup as JSON values."""
     from dataclasses import asdict
 
     from makeup_video.pipeline.look.finishes import in_words
 
-    if params is None:
-        return None
+    params = layer.product
     values: dict[str, Any] = {
         "hex": params.hex,
-        "words": in_words(params, region),
+        "words": in_words(params, part),
         "params": asdict(params),
+        "shape": dict(layer.shape),
+        "strength": layer.strength,
     }
     if shades is not None:
         values["nearest"] = [
@@ -111,40 +123,39 @@ def _describe(
                 "shade": shade.shade,
             }
             for difference, shade in shades.nearest(
-                (params.red, params.green, params.blue), region=region
+                (params.red, params.green, params.blue), part=part
             )
         ]
     return values
 
 
-def _print(regions: dict[str, dict[str, Any] | None]) -> None:
+def _print(parts: dict[str, list[dict[str, Any]]]) -> None:
     from rich.console import Console
 
     text = io.StringIO()
     is_terminal = sys.stdout is not None and sys.stdout.isatty()
     console = Console(file=text, force_terminal=is_terminal or None, highlight=False)
-    _print_regions(console, regions)
+    for part, layers in parts.items():
+        if not layers:
+            _print_line(console, f"{part}  bare")
+        for values in layers:
+            _print_layer(console, part, values)
     print_result(text.getvalue())
 
 
-def _print_regions(console: "Console", regions: dict[str, dict[str, Any] | None]) -> None:
-    for region, values in regions.items():
-        if values is None:
-            _print_line(console, f"{region}  bare")
-            continue
-        _print_line(console, f"{region}  {values['hex']}", values["hex"], values["words"])
-        numbers = ", ".join(f"{name} {values['params'][name]:.2f}" for name in _NUMBERS)
-        _print_line(console, f"      {numbers}")
-        if "nearest" in values:
-            none = f"no product in the catalogue is for the {region}"
-            _print_line(
-                console, f"      {'nearest products, by CIEDE2000:' if values['nearest'] else none}"
-            )
-        for near in values.get("nearest", []):
-            name = ", ".join(near[part] for part in ("brand", "product", "shade"))
-            _print_line(
-                console, f"      {near['ciede2000']:5.1f}  {near['hex']}", near["hex"], name
-            )
+def _print_layer(console: "Console", part: str, values: dict[str, Any]) -> None:
+    _print_line(console, f"{part}  {values['hex']}", values["hex"], values["words"])
+    numbers = ", ".join(f"{name} {values['params'][name]:.2f}" for name in _NUMBERS)
+    _print_line(console, f"      {numbers}")
+    if "nearest" not in values:
+        return
+    none = f"no product in the catalogue is for the {part}"
+    _print_line(
+        console, f"      {'nearest products, by CIEDE2000:' if values['nearest'] else none}"
+    )
+    for near in values["nearest"]:
+        name = ", ".join(near[part] for part in ("brand", "product", "shade"))
+        _print_line(console, f"      {near['ciede2000']:5.1f}  {near['hex']}", near["hex"], name)
 
 
 def _print_line(console: "Console", head: str, swatch: str | None = None, tail: str = "") -> None:

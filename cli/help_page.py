@@ -123,18 +123,16 @@ def _names_of(table: str) -> str:
 
         return codecs_with(lambda codec: True)
     from makeup_video.pipeline.look.finishes import FINISHES
-    from makeup_video.pipeline.look.options import DEFAULT_PARTS, PARTS
-    from makeup_video.pipeline.look.regions import REGIONS
+    from makeup_video.pipeline.look.look import ZONES
+    from makeup_video.pipeline.look.options import DEFAULT_PARTS, PARTS_IN_WORDS
 
     if table == "parts":
-        return PARTS
+        return PARTS_IN_WORDS
     if table == "default_parts":
         return ", ".join(DEFAULT_PARTS)
     if table == "finishes":
         return join_words(FINISHES, "or")
-    dials = [dial for region in REGIONS.values() for dial in region.dials]
-    (choices,) = (dial.choices for dial in dials if dial.name == table)
-    return join_words(choices, "or")
+    return join_words(ZONES, "or")
 
 
 def _write_examples(formatter: Any, command: Any) -> None:

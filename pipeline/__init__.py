@@ -36,6 +36,7 @@ from makeup_video.pipeline.errors import (
 
 __all__ = [
     "FINISHES",
+    "KINDS",
     "CatalogueError",
     "ColourTags",
     "DecodeError",
@@ -47,6 +48,7 @@ __all__ = [
     "GraphicsParams",
     "InputError",
     "InstallError",
+    "Layer",
     "LipPatch",
     "Look",
     "LookError",
@@ -78,7 +80,8 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.frames.colour_tags import ColourTags
     from makeup_video.pipeline.frames.frame import Frame
     from makeup_video.pipeline.look.finishes import FINISHES, product
-    from makeup_video.pipeline.look.look import Look
+    from makeup_video.pipeline.look.kinds import KINDS
+    from makeup_video.pipeline.look.look import Layer, Look
     from makeup_video.pipeline.look.params import GraphicsParams
     from makeup_video.pipeline.offline.inspect_faces import inspect_video
     from makeup_video.pipeline.offline.process import process_video
@@ -96,6 +99,8 @@ _LATER = {
     "Frame": "frames.frame",
     "FINISHES": "look.finishes",
     "product": "look.finishes",
+    "KINDS": "look.kinds",
+    "Layer": "look.look",
     "Look": "look.look",
     "GraphicsParams": "look.params",
     "process_video": "offline.process",

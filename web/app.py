@@ -4,7 +4,6 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from makeup_video.pipeline.errors import (
@@ -15,8 +14,7 @@ from makeup_video.pipeline.errors import (
     UsageError,
 )
 from makeup_video.pipeline.look.finishes import look_in_words
-from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.same_origin import SameOrigin
@@ -109,12 +107,12 @@ class Endpoints:
             self._rooms.leave(room, viewer)
 
     async def photo(self, request: Request) -> Response:
-        """Read and paint the look in an uploaded photo. The three dials keep their values."""
+        """Read and paint the look in an uploaded photo. Strengths and places keep their values."""
         room = self._room(request)
         with self._uploads:
             data, name = await read_body(request), file_name(request)
             read = await self._worker.run(lambda: room.session.read(data, name))
-        look = _with_dials(read, room.session.look)
+        look = _in_place_of(room.session.look, read)
         room = self._rooms.find(room.session.name) or room  # all pages may have left and returned
         room.change(look, PhotoLook(name, look))
         return JSONResponse({"name": name, "look": look.to_dict(), "words": look_in_words(look)})
@@ -175,10 +173,19 @@ def _file(name: str) -> Response:
     )
 
 
-def _with_dials(read: Look, now: Look) -> Look:
-    """The products of one look, with the strength and the regions' dials of another."""
-    products: dict[str, Any] = {name: getattr(read, name) for name in REGIONS}
-    return replace(now, **products)
+def _in_place_of(now: Look, read: Look) -> Look:
+    """The layers of one look with the strength of another, and with its places where both have as
+    many layers of a kind."""
+    layers: list[Layer] = []
+    for kind in read.kinds:
+        old, new = now.of(kind), read.of(kind)
+        if len(old) == len(new):
+            new = tuple(
+                replace(there, shape=here.shape, strength=here.strength)
+                for here, there in zip(old, new, strict=True)
+            )
+        layers += new
+    return Look(layers, now.strength)
 
 
 def _png(rgb8: np.ndarray | None) -> bytes | None:

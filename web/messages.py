@@ -25,10 +25,10 @@ from typing import Any
 
 from makeup_video.pipeline.errors import LookError, UsageError
 from makeup_video.pipeline.look.finishes import FINISHES, look_in_words
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.look import Look, whole_number
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.look.regions import REGIONS
-from makeup_video.pipeline.look.regions.info import RegionInfo
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
@@ -110,20 +110,24 @@ def hello(mode: str, session: Session) -> str:
             "photo": None if photo is None else _photo(photo),
             "finishes": FINISHES,
             "parameters": parameters(),
-            "regions": [_region(info) for info in REGIONS.values()],
+            "kinds": [_kind(kind) for kind in KINDS.values()],
             "photo_bytes_limit": PHOTO_BYTES,
         }
     )
 
 
-def _region(info: RegionInfo) -> dict[str, Any]:
-    """What the page makes a region's controls from."""
-    red, green, blue = info.first_rgb
+def _kind(kind: Kind) -> dict[str, Any]:
+    """What the page makes the controls of a kind of makeup from."""
+    red, green, blue = kind.first_rgb
     return {
-        "name": info.name,
-        "title": info.title,
-        "product": info.product,
+        "name": kind.name,
+        "part": kind.part,
+        "title": kind.title,
+        "product": kind.product,
         "first": {"red": red, "green": green, "blue": blue},
+        "first_finish": kind.first_finish,
+        "most": kind.most,
+        "slots": {name: kind.whole_shape({"slot": name}) for name in kind.slots},
         "dials": [
             {
                 "name": dial.name,
@@ -132,8 +136,11 @@ def _region(info: RegionInfo) -> dict[str, Any]:
                 "choices": dial.choices,
                 "low": dial.low,
                 "high": dial.high,
+                "default": dial.default,
+                "unit": dial.unit,
+                "is_colour": dial.is_colour,
             }
-            for dial in info.dials
+            for dial in kind.dials
         ],
     }
 

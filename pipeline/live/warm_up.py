@@ -5,7 +5,6 @@ before, and 45, 20, 8, 10 and 10 ms where the kernels had.
 """
 
 from fractions import Fraction
-from typing import Any
 
 import av
 from makeup_video.pipeline.faces.face import FrameFaces
@@ -18,8 +17,8 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import FramePicture
 from makeup_video.pipeline.look.finishes import product
-from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 
@@ -40,11 +39,14 @@ def warm_up(build: BuildScene, paint: Composite) -> None:
     parts = nets.read_parts(picture, layout)
     seen = FaceLandmarks(xy, _IOD_PX * mean[:, 2], (1, 1), where, parts.lips, layout, parts.centres)
     faces = (to_face(seen, picture, 0),)
-    products: dict[str, Any] = {
-        name: product(info.first_rgb, "shimmer", name) for name, info in REGIONS.items()
-    }
-    look = Look(**products)
-    paint.rehearse(build(FrameFaces(frame, faces)), look)
+    scene = build(FrameFaces(frame, faces))
+    for count in (1, 2):  # of layers: one and several are painted by two versions of a kernel
+        look = Look(
+            Layer(kind.name, product(kind.first_rgb, "shimmer", kind.part))
+            for kind in KINDS.values()
+            for _ in range(min(count, kind.most))
+        )
+        paint.rehearse(scene, look)
 
 
 def _grey() -> Frame:

@@ -14,17 +14,18 @@ import numpy as np
 from makeup_video.pipeline.errors import CatalogueError
 from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
+from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.params import rgb_of_hex
-from makeup_video.pipeline.look.regions import REGIONS
 
 COLUMNS = ("brand", "product", "shade", "hex")
 KIND_COLUMNS = ("category", "product_type", "type")  # what shops call it; each may be left out
 _MOST_BYTES = 200_000_000
 _MOST_LINES = 3_000_000  # of 60 bytes each, as catalogues have them
-# Which region a kind of product is for, as in lip_gloss, Lippenstift, eyeliner; and kinds for none.
-_OF_REGION = {name: re.compile(info.category) for name, info in REGIONS.items()}
+# The part of a look that a product is for, as in lip_gloss, Lippenstift, eyeliner; and what is for
+# none.
+_OF_PART = {part: re.compile(kind.category) for part, kind in PARTS.items()}
 _OF_NONE = re.compile(
-    r"(?<![a-z])(eye[ _-]?)?(brow|lash|mascara|nail|face|foundation|concealer|blush|bronzer|cheek)"
+    r"(?<![a-z])(eye[ _-]?)?(brow|lash|mascara|nail|face|foundation|concealer|bronzer)"
 )
 _BLOCK = 1 << 15  # rows at a time: CIEDE2000 holds some thirty arrays of them
 
@@ -33,14 +34,14 @@ _BLOCK = 1 << 15  # rows at a time: CIEDE2000 holds some thirty arrays of them
 class Shade:
     """One shade of one product.
 
-    rgb: sRGB codes 0..255.  regions: those that it may be meant for, all when nothing is known.
+    rgb: sRGB codes 0..255.  parts: those that it may be meant for, all when nothing is known.
     """
 
     brand: str
     product: str
     shade: str
     rgb: tuple[int, int, int]
-    regions: tuple[str, ...] = tuple(REGIONS)
+    parts: tuple[str, ...] = tuple(PARTS)
 
 
 class Catalogue:
@@ -51,7 +52,7 @@ class Catalogue:
         once: dict[str, str] = {}
         self._names: tuple[list[str], list[str], list[str]] = [], [], []
         codes = array("B")
-        fits = {name: array("B") for name in REGIONS}
+        fits = {name: array("B") for name in PARTS}
         brands, products, names = self._names
         for one in shades:
             brands.append(once.setdefault(one.brand, one.brand))
@@ -59,9 +60,9 @@ class Catalogue:
             names.append(one.shade)
             codes.extend(one.rgb)
             for name, column in fits.items():
-                column.append(name in one.regions)
+                column.append(name in one.parts)
         self._rgb = np.frombuffer(codes.tobytes(), np.uint8).reshape(-1, 3)
-        self._fits = {name: np.frombuffer(fits[name].tobytes(), bool) for name in REGIONS}
+        self._fits = {name: np.frombuffer(fits[name].tobytes(), bool) for name in PARTS}
         self._lab = [lab_of(block) for block in _blocks(self._rgb)]
 
     def __len__(self) -> int:
@@ -73,19 +74,19 @@ class Catalogue:
     def at(self, index: int) -> Shade:
         brand, product, shade = (column[index] for column in self._names)
         red, green, blue = self._rgb[index].tolist()
-        regions = tuple(name for name in REGIONS if self._fits[name][index])
-        return Shade(brand, product, shade, (red, green, blue), regions)
+        parts = tuple(name for name in PARTS if self._fits[name][index])
+        return Shade(brand, product, shade, (red, green, blue), parts)
 
     def nearest(
-        self, rgb: Sequence[float], count: int = 5, region: str | None = None
+        self, rgb: Sequence[float], count: int = 5, part: str | None = None
     ) -> list[tuple[float, Shade]]:
         """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best
         first.
 
-        region: shades that are known to be for other regions are left out. Equally near shades come
+        part: shades that are known to be for other parts are left out. Equally near shades come
         in the order of the catalogue.
         """
-        fit = np.ones(len(self), bool) if region is None else self._fits[region]
+        fit = np.ones(len(self), bool) if part is None else self._fits[part]
         count = min(count, int(fit.sum()))
         if count < 1:
             return []
@@ -101,7 +102,7 @@ class Catalogue:
 def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
     """The rows of a CSV file (UTF-8, at most 200 MB) with columns brand, product, shade, hex.
 
-    The columns category, product_type and type tell which regions a product is for. Other columns
+    The columns category, product_type and type tell which parts a product is for. Other columns
     are ignored.
     Cells are separated by commas, or by semicolons where line 1 has no comma. Rows whose cells are
     all blank do not count. Raises CatalogueError naming file, line and fault.
@@ -151,26 +152,26 @@ def _shades(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Shad
                         f"{where}: {len(names)} cells were expected, as in line 1, got {len(row)}"
                     )
                 kind = " ".join(row[at] for at in kinds).lower()
-                yield _shade([row[at].strip() for at in places], _regions_of(kind), where)
+                yield _shade([row[at].strip() for at in places], _parts_of(kind), where)
     except csv.Error as error:
         raise CatalogueError(f"{path}, line {reader.line_num}: no proper CSV: {error}") from error
 
 
-def _shade(cells: list[str], regions: tuple[str, ...], where: str) -> Shade:
+def _shade(cells: list[str], parts: tuple[str, ...], where: str) -> Shade:
     brand, product, shade, text = cells
     rgb = rgb_of_hex(text)
     if rgb is None:
         raise CatalogueError(
             f"{where}: hex must be 3 or 6 hex digits such as #B4002E, got {text[:40]!r}"
         )
-    return Shade(brand, product, shade, rgb, regions)
+    return Shade(brand, product, shade, rgb, parts)
 
 
 @lru_cache(maxsize=1000)
-def _regions_of(kind: str) -> tuple[str, ...]:
-    """The regions that a kind of product, in lower case, is for; all when its words name none."""
-    named = tuple(name for name in REGIONS if _OF_REGION[name].search(kind))
-    return named or (() if _OF_NONE.search(kind) else tuple(REGIONS))
+def _parts_of(kind: str) -> tuple[str, ...]:
+    """The parts that a kind of product, in lower case, is for; all when its words name none."""
+    named = tuple(name for name in PARTS if _OF_PART[name].search(kind))
+    return named or (() if _OF_NONE.search(kind) else tuple(PARTS))
 
 
 def _blocks(rows: np.ndarray) -> Iterator[np.ndarray]:

@@ -1,125 +1,195 @@
-"""A look: what the makeup is, as a small JSON file that people read, edit, share and reuse.
+"""A look: what the makeup is, as a list of layers, each a product of a kind in a place.
 
-    {"version": 1,
-     "lips": {"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss": 0.6,
-              "gloss_roughness": 0.4, "reflection": 0.2},
-     "eyes": null,
-     "strength": 1.0, "zone": "lid", "intensity": 1.0}
+    {"version": 2, "strength": 1.0,
+     "layers": [
+       {"kind": "lipstick",
+        "product": {"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss": 0.6,
+                    "gloss_roughness": 0.4, "reflection": 0.2}},
+       {"kind": "eyeshadow", "strength": 0.8,
+        "product": {"red": 90, "green": 58, "blue": 46, "opacity": 0.7, "gloss": 0,
+                    "gloss_roughness": 0.9, "reflection": 0},
+        "shape": {"slot": "outer", "softness": 0.6}}]}
 
-In a region, renderer settings may follow the seven parameters of the product; everything after
-`eyes` may be left out. Reading is strict: a typo is an error, never a silently ignored key.
+In a product, renderer settings may follow the seven parameters; `strength` and `shape` may be left
+out, and so may each number of a shape. Files of version 1, with one product for `lips` and one for
+`eyes`, are read, too. Reading is strict: a typo is an error, never a silently ignored key.
 """
 
-import json
-import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import LookError
 from makeup_video.pipeline.files.ordinary import read_ordinary
+from makeup_video.pipeline.look.kinds import KINDS, PAINTED
+from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import GraphicsParams, check_number, refuse_unknown, shown
-from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.strict_json import read_json, written
 
-T = TypeVar("T")
-_MOST_BYTES = 1_000_000  # a look has 1 kB
-_MOST_DIGITS = 400  # no number in range has more, and Python reads no more than 4300
+_MOST_BYTES = 1_000_000  # a look has 2 kB
+_ORDER = {name: place for place, name in enumerate(PAINTED)}
+_KEYS = ("kind", "strength", "product", "shape")
 
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One product on one region.
+    """A product of one kind.
 
-    region: a key of REGIONS.  amount: how much of the product, 0 to 1.  shape: the region's dials
-    by name.
+    kind: a key of KINDS.  shape: values of some of the kind's dials; the others have those of the
+    slot, or their defaults.  strength: how much of the product, 0 to 1.
+    Raises LookError for a kind that is unknown, and for a value out of range.
     """
 
-    region: str
+    kind: str
     product: GraphicsParams
-    amount: float
-    shape: Mapping[str, Any]
-
-
-def _with_regions(cls: type[T]) -> type[T]:
-    """Adds a field for each region and dial of the registry that the class does not
-    declare itself."""
-    for info in REGIONS.values():
-        for name, default in ((info.name, None), *((d.name, d.default) for d in info.dials)):
-            if name not in cls.__annotations__:
-                cls.__annotations__[name] = Any
-                setattr(cls, name, default)
-    return cls
-
-
-@dataclass(frozen=True, slots=True)
-@_with_regions
-class Look:
-    """Makeup: a product for each region (None: bare), the regions' dials, and the strength of all.
-
-    strength scales all of it, 0..1. zone says where eye-shadow goes; intensity, 0..1, how much.
-    """
-
-    # declared for type checkers; regions that come later need no line here
-    lips: GraphicsParams | None = None
-    eyes: GraphicsParams | None = None
+    shape: Mapping[str, Any] = field(default_factory=dict)
     strength: float = 1.0
-    zone: str = "lid"
-    intensity: float = 1.0
-
-    VERSION: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
+        kind = _kind(self.kind, "kind")
+        kind.check_shape(self.shape, "shape")
         check_number("strength", self.strength, 0, 1)
-        for info in REGIONS.values():
-            for dial in info.dials:
-                dial.check(getattr(self, dial.name))
+
+    def __hash__(self) -> int:
+        return hash((self.kind, self.product, tuple(sorted(self.shape.items())), self.strength))
 
     @property
-    def products(self) -> dict[str, GraphicsParams]:
-        """What is worn, by region, in the order in which it is painted; bare regions
-        are left out."""
-        worn = {name: getattr(self, name) for name in REGIONS}
-        return {name: params for name, params in worn.items() if params is not None}
+    def whole_shape(self) -> dict[str, Any]:
+        """A value for every dial of the kind."""
+        return KINDS[self.kind].whole_shape(self.shape)
+
+    @classmethod
+    def from_dict(cls, values: Any, where: str = "layer") -> Self:
+        """Raises LookError that names the key, what it may be, and what came."""
+        if not isinstance(values, dict):
+            raise LookError(f"{where} must be an object, got {shown(values)}")
+        refuse_unknown(where, values, _KEYS)
+        for key in ("kind", "product"):
+            if key not in values:
+                raise LookError(f"{where}.{key} is missing: {_GIVE[key]}")
+        kind = _kind(values["kind"], f"{where}.kind")
+        shape, strength = values.get("shape", {}), values.get("strength", 1.0)
+        kind.check_shape(shape, f"{where}.shape")
+        check_number(f"{where}.strength", strength, 0, 1)
+        product = GraphicsParams.from_dict(values["product"], f"{where}.product")
+        return cls(kind.name, product, shape, strength)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object, all keys written out; of the shape, what was given."""
+        return {
+            "kind": self.kind,
+            "strength": self.strength,
+            "product": asdict(self.product),
+            "shape": dict(self.shape),
+        }
+
+
+_GIVE = {"kind": f"give one of {', '.join(KINDS)}", "product": "give an object"}
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class Look:
+    """Makeup: layers in the order of painting, and the strength of all, 0..1.
+
+    layers are sorted into the order of painting; layers of one kind keep theirs. lips and eyes are
+    the short way to one lipstick and one eye-shadow: zone is then the eye-shadow's slot, intensity
+    its strength.  Raises LookError for a number out of range and for too many layers of a kind.
+    """
+
+    layers: tuple[Layer, ...]
+    strength: float
+
+    VERSION: ClassVar[int] = 2
+
+    def __init__(
+        self,
+        layers: Iterable[Layer] = (),
+        strength: float = 1.0,
+        *,
+        lips: GraphicsParams | None = None,
+        eyes: GraphicsParams | None = None,
+        zone: str = "lid",
+        intensity: float = 1.0,
+    ) -> None:
+        check_number("strength", strength, 0, 1)
+        check_number("intensity", intensity, 0, 1)
+        KINDS["eyeshadow"].check_shape({"slot": zone}, "zone")
+        given = list(layers)
+        if eyes is not None:
+            given.append(Layer("eyeshadow", eyes, {"slot": zone}, intensity))
+        if lips is not None:
+            given.append(Layer("lipstick", lips))
+        check_count([layer.kind for layer in given])
+        given.sort(key=lambda layer: _ORDER[layer.kind])
+        object.__setattr__(self, "layers", tuple(given))
+        object.__setattr__(self, "strength", strength)
 
     @property
-    def layers(self) -> list[Layer]:
-        """What is painted, in order; nothing of which the amount is 0."""
-        layers = []
-        for name, params in self.products.items():
-            dials = REGIONS[name].dials
-            factors = [self.strength, *(getattr(self, d.name) for d in dials if d.scales)]
-            if all(factors):
-                shape = {dial.name: getattr(self, dial.name) for dial in dials}
-                layers.append(Layer(name, params, math.prod(factors), shape))
-        return layers
+    def lips(self) -> GraphicsParams | None:
+        """The lipstick, None on bare lips."""
+        return self._first("lipstick")
+
+    @property
+    def eyes(self) -> GraphicsParams | None:
+        """The eye-shadow, the first of several, None on bare lids."""
+        return self._first("eyeshadow")
+
+    def _first(self, kind: str) -> GraphicsParams | None:
+        return next((layer.product for layer in self.of(kind)), None)
+
+    def of(self, kind: str) -> tuple[Layer, ...]:
+        """The layers of one kind, in the order of painting."""
+        return tuple(layer for layer in self.layers if layer.kind == kind)
+
+    def with_kind(self, kind: str, layers: Iterable[Layer]) -> Self:
+        """The same look with other layers of one kind; none takes it off."""
+        others = [layer for layer in self.layers if layer.kind != kind]
+        return replace(self, layers=(*others, *layers))
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds that are worn, in the order of KINDS."""
+        worn = {layer.kind for layer in self.layers}
+        return tuple(name for name in KINDS if name in worn)
+
+    @property
+    def painted(self) -> list[Layer]:
+        """The layers that change anything, in the order of painting, each with its strength times
+        that of the look."""
+        return [
+            replace(layer, strength=layer.strength * self.strength)
+            for layer in self.layers
+            if layer.strength * self.strength > 0 and layer.product.is_worn
+        ]
 
     @property
     def is_bare(self) -> bool:
         """True when nothing will be painted, so that every frame passes untouched."""
-        return not self.layers
+        return not self.painted
 
     @classmethod
     def from_dict(cls, values: Any) -> Self:
         """Read the parsed JSON. Raises LookError, one line naming the key and its range."""
         if not isinstance(values, dict):
             raise LookError(f"a look must be a JSON object, got {shown(values)}")
-        refuse_unknown("the look", values, ("version", *(spec.name for spec in fields(cls))))
         version = values.get("version")
-        if type(version) is not int or version != cls.VERSION:
-            raise LookError(f"version must be {cls.VERSION}, got {shown(version)}")
-        for info in REGIONS.values():
-            if info.is_required and info.name not in values:
-                raise LookError(f"{info.name} is missing: give an object, or null for none")
-        settings = {name: value for name, value in values.items() if name != "version"}
-        for name in REGIONS:
-            if settings.get(name) is not None:
-                settings[name] = GraphicsParams.from_dict(settings[name], name)
-        return cls(**settings)
+        if type(version) is not int or version not in (1, cls.VERSION):
+            raise LookError(f"version must be 1 or {cls.VERSION}, got {shown(version)}")
+        if version == 1:
+            return cls(**_from_version_1(values))
+        refuse_unknown("the look", values, ("version", "strength", "layers"))
+        layers = values.get("layers")
+        if not isinstance(layers, list):
+            raise LookError(f"layers must be a list, got {shown(layers)}")
+        check_count([one.get("kind") for one in layers if isinstance(one, dict)])
+        read = [Layer.from_dict(one, f"layers[{at}]") for at, one in enumerate(layers)]
+        return cls(read, values.get("strength", 1.0))
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object, all keys written out; `from_dict` gives the same look back."""
-        return {"version": self.VERSION, **asdict(self)}
+        layers = [layer.to_dict() for layer in self.layers]
+        return {"version": self.VERSION, "strength": self.strength, "layers": layers}
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -130,33 +200,45 @@ class Look:
             reason = getattr(error, "strerror", None) or "not UTF-8 text"
             raise LookError(f"{path}: a look file cannot be read: {reason}") from error
         try:
-            values = json.loads(
-                text, object_pairs_hook=_object_without_repeats, parse_int=whole_number
-            )
-            return cls.from_dict(values)
-        except json.JSONDecodeError as error:
-            raise LookError(
-                f"{path}: not JSON at line {error.lineno}, column {error.colno}: {error.msg}"
-            ) from error
-        except RecursionError as error:
-            raise LookError(f"{path}: a look is a flat JSON object, this nests too deep") from error
+            return cls.from_dict(read_json(text))
         except LookError as error:
             raise LookError(f"{path}: {error}") from None
 
     def save(self, path: str | Path) -> None:
         """Write the look as indented UTF-8 JSON."""
-        Path(path).write_text(json.dumps(self.to_dict(), indent=2) + "\n", encoding="utf-8")
+        Path(path).write_text(written(self.to_dict()), encoding="utf-8")
 
 
-def whole_number(digits: str) -> int | float:
-    """A whole number of JSON; infinite when it has more digits than any that may be given."""
-    return int(digits) if len(digits) <= _MOST_DIGITS else float(digits)
+def check_count(kinds: list[Any]) -> None:
+    """Raises LookError for more layers of a kind than a look may have."""
+    for kind in KINDS.values():
+        count = kinds.count(kind.name)
+        if count > kind.most:
+            layers = "layer" if kind.most == 1 else "layers"
+            raise LookError(f"a look has at most {kind.most} {layers} of {kind.name}, got {count}")
 
 
-def _object_without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in values:
-            raise LookError(f"{shown(key, repr)} is given twice: keep one")
-        values[key] = value
-    return values
+def _kind(name: Any, where: str) -> Kind:
+    if not isinstance(name, str) or name not in KINDS:
+        raise LookError(f"{where} must be one of {', '.join(KINDS)}, got {shown(name)}")
+    return KINDS[name]
+
+
+def _from_version_1(values: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of Look from the object of a file of version 1."""
+    keys = ("version", "lips", "eyes", "strength", "zone", "intensity")
+    refuse_unknown("the look", values, keys)
+    for name in ("lips", "eyes"):
+        if name not in values:
+            raise LookError(f"{name} is missing: give an object, or null for none")
+    zone = values.get("zone", "lid")
+    if not isinstance(zone, str) or zone not in ZONES:
+        raise LookError(f"zone must be one of {', '.join(ZONES)}, got {shown(zone)}")
+    arguments = {name: value for name, value in values.items() if name != "version"}
+    for name in ("lips", "eyes"):
+        if arguments[name] is not None:
+            arguments[name] = GraphicsParams.from_dict(arguments[name], name)
+    return arguments
+
+
+ZONES = ("lid", "crease", "full", "outer")  # of version 1

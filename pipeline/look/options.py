@@ -2,17 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
 
 from makeup_video.pipeline.errors import LookError, UsageError, option
 from makeup_video.pipeline.look.finishes import FINISHES, product
-from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.params import GraphicsParams, rgb_of_hex
-from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.look import ZONES, Layer, Look
+from makeup_video.pipeline.look.params import rgb_of_hex
 
 DEFAULT_FINISH = "satin"
-DEFAULT_PARTS = tuple(REGIONS)[:1]  # of a colour without a look
-PARTS = f"{', '.join(REGIONS)} or {','.join(REGIONS)}"  # what parse_parts reads, in words
+DEFAULT_PARTS = tuple(PARTS)[:1]  # of a colour without a look
+PARTS_IN_WORDS = f"{', '.join(PARTS)} or several of them, such as {','.join(tuple(PARTS)[:2])}"
 _COLOUR = option("color", "'#B4002E'")
 _NOTHING = (
     f"no look given: add {option('look', 'FILE.json')}, {_COLOUR}, {option('ref', 'PHOTO')}, or "
@@ -40,28 +39,38 @@ def choose_look(choice: Choice) -> Look:
     """The look that a choice means.
 
     Without a base, the colour paints the parts, or the lips. On top of a base, the colour replaces
-    the base's colour, and the finish all but the colour, of the parts, or of all parts that the
-    base has. Parts that are not chosen become bare.  Raises UsageError or LookError, one line
-    naming the option.
+    the base's colour, and the finish all but the colour, of the parts, or of lips and eyes where
+    the base has them. Parts that are not chosen become bare.  Raises UsageError or LookError, one
+    line naming the option.
     """
     check_options(choice)
     rgb = None if choice.color is None else parse_color(choice.color)
-    parts = None if choice.parts is None else parse_parts(choice.parts)
     if choice.base is None and rgb is None:
         raise UsageError(_NOTHING if choice.finish is None else _colourless(choice.finish))
     base = choice.base or Look()
-    if parts is None:
-        parts = tuple(base.products)
-        if not parts and rgb is not None:
-            parts = DEFAULT_PARTS
-        if not parts and choice.finish is not None:
-            raise UsageError(_colourless(choice.finish))
-    products = {
-        name: _product(name, getattr(base, name), rgb, choice.finish) if name in parts else None
-        for name in REGIONS
-    }
-    look: Look = replace(base, **cast(dict[str, Any], products))
-    return _with_dials(look, choice)
+    if choice.parts is None:
+        kept, changed = _all_parts(base, rgb, choice.finish)
+    else:
+        kept = changed = parse_parts(choice.parts)
+    layers = []
+    for part in kept:
+        change = (rgb, choice.finish) if part in changed else (None, None)
+        layers += _layers(base, part, *change)
+    return _with_dials(Look(layers, base.strength), choice)
+
+
+def _all_parts(
+    base: Look, rgb: Sequence[float] | None, finish: str | None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The parts to paint, and those of them that take the colour and the finish, where none were
+    named."""
+    worn = tuple(part for part, kind in PARTS.items() if kind.name in base.kinds)
+    changed = tuple(part for part in worn if PARTS[part].follows_color)
+    if not changed and rgb is not None:
+        return (*worn, *DEFAULT_PARTS), DEFAULT_PARTS
+    if not changed and finish is not None:
+        raise UsageError(_colourless(finish))
+    return worn, changed
 
 
 def check_options(choice: Choice) -> None:
@@ -74,7 +83,19 @@ def check_options(choice: Choice) -> None:
         )
     if choice.parts is not None:
         parse_parts(choice.parts)
-    _set_dials(Look(), _dials(choice))
+    if choice.zone is not None and choice.zone not in ZONES:
+        raise UsageError(f"{option('zone')} must be one of {', '.join(ZONES)}, got {choice.zone!r}")
+    for name in ("strength", "intensity"):
+        value = getattr(choice, name)
+        if value is not None:
+            _checked(name, value)
+
+
+def _checked(name: str, value: float) -> None:
+    try:
+        Look(**{name: value})
+    except LookError as error:  # its message begins with the name
+        raise UsageError(option(name) + str(error).removeprefix(name)) from None
 
 
 def parse_color(text: str) -> tuple[int, int, int]:
@@ -89,58 +110,58 @@ def parse_color(text: str) -> tuple[int, int, int]:
 
 
 def parse_parts(text: str) -> tuple[str, ...]:
-    """The regions named in 'lips,eyes', each once, in the registry's order. Raises UsageError."""
+    """The parts named in 'lips,eyes', each once, in the registry's order. Raises UsageError."""
     names = [name.strip() for name in text.split(",")]
-    if any(name not in REGIONS for name in names):
-        raise UsageError(f"{option('parts')} must be {PARTS}, got {text!r}")
-    return tuple(name for name in REGIONS if name in names)
+    if any(name not in PARTS for name in names):
+        raise UsageError(f"{option('parts')} must be {PARTS_IN_WORDS}, got {text!r}")
+    return tuple(name for name in PARTS if name in names)
 
 
-def _product(
-    name: str, old: GraphicsParams | None, rgb: Sequence[float] | None, finish: str | None
-) -> GraphicsParams:
-    """What a chosen region wears: the old product in another colour or another finish, or a new
+def _layers(base: Look, part: str, rgb: Sequence[float] | None, finish: str | None) -> list[Layer]:
+    """What a chosen part wears: its old layers in another colour or another finish, or a new
     one."""
-    if old is None:
+    old = base.of(PARTS[part].name)
+    if not old:
         if rgb is None:
             raise UsageError(
-                f"{option('parts')} names the {name}, which the look leaves bare: add {_COLOUR}, "
-                f"or leave {name} out"
+                f"{option('parts')} names the {part}, which the look leaves bare: add {_COLOUR}, "
+                f"or leave {part} out"
             )
-        return product(rgb, finish or DEFAULT_FINISH, name)
+        return [Layer(PARTS[part].name, product(rgb, finish or PARTS[part].first_finish, part))]
+    return [_changed(layer, part, rgb, finish) for layer in old]
+
+
+def _changed(layer: Layer, part: str, rgb: Sequence[float] | None, finish: str | None) -> Layer:
+    old = layer.product
     colour = rgb or (old.red, old.green, old.blue)
     if finish is not None:
-        return product(colour, finish, name)
-    return replace(old, red=colour[0], green=colour[1], blue=colour[2])
+        return replace(layer, product=product(colour, finish, part))
+    red, green, blue = colour
+    return replace(layer, product=replace(old, red=red, green=green, blue=blue))
 
 
 def _with_dials(look: Look, choice: Choice) -> Look:
-    dials = _dials(choice)
-    for region in REGIONS.values():
-        for dial in region.dials:
-            if dial.name in dials and region.name not in look.products:
-                flag = option(dial.name)
-                raise UsageError(
-                    f"{flag} is for {region.product.lower()}, and no {region.name} are painted: "
-                    f"add {option('parts', region.name)} or {option('parts', ','.join(REGIONS))}, "
-                    f"or leave {flag} out"
-                )
-    return _set_dials(look, dials)
-
-
-def _dials(choice: Choice) -> dict[str, Any]:
-    names = ["strength", *(dial.name for region in REGIONS.values() for dial in region.dials)]
-    values = {name: getattr(choice, name, None) for name in names}
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def _set_dials(look: Look, dials: dict[str, Any]) -> Look:
-    for name, value in dials.items():
-        try:
-            look = replace(look, **{name: value})
-        except LookError as error:  # its message begins with the name
-            raise UsageError(option(name) + str(error).removeprefix(name)) from None
-    return look
+    """The look with the strength, and with the place and the strength of its eye-shadow."""
+    if choice.strength is not None:
+        look = replace(look, strength=choice.strength)
+    shadows = look.of("eyeshadow")
+    for name in ("zone", "intensity"):
+        if getattr(choice, name) is not None and not shadows:
+            flag = option(name)
+            raise UsageError(
+                f"{flag} is for eye-shadow, and no eyes are painted: add {option('parts', 'eyes')} "
+                f"or {option('parts', ','.join(tuple(PARTS)[:2]))}, or leave {flag} out"
+            )
+    if choice.zone is not None and len(shadows) > 1:
+        raise UsageError(
+            f"{option('zone')} is for one eye-shadow, and the look has {len(shadows)}, each in a "
+            f"place of its own: leave {option('zone')} out"
+        )
+    if choice.zone is not None:
+        shadows = tuple(replace(layer, shape={"slot": choice.zone}) for layer in shadows)
+    if choice.intensity is not None:
+        shadows = tuple(replace(layer, strength=choice.intensity) for layer in shadows)
+    return look.with_kind("eyeshadow", shadows)
 
 
 def _colourless(finish: str) -> str:

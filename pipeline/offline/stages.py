@@ -15,8 +15,8 @@ from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.render.build_scene import BuildScene
@@ -94,8 +94,8 @@ class PaintRun(FaceRun):
         composite, whom = self._composite, self._faces
         if not composite.chosen_frames and whom.isdigit():
             return f"face {whom} was chosen, but {_numbered(sorted(composite.numbers))}"
-        worn = self._look.products.items()
-        hidden = [REGIONS[name].part for name, params in worn if params.is_worn]
+        painted = {layer.kind for layer in self._look.painted}
+        hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
         if not hidden:
             return "the look has no opacity, no gloss and no reflection"
         return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"

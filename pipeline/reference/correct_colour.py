@@ -72,7 +72,7 @@ def _paint(
     scene = BuildScene().under((light,), FrameFaces(frame, (face,)))
     weight = np.zeros(rgb8.shape[:2], np.float32)
     for lit in scene.faces[0].regions["lips"]:
-        lit.surface.weigh(weight, (0, 0), lips.edge_softness, {})
+        lit.surface.weigh(weight, (0, 0), lips.edge_softness, None)
     painted = Composite(Look(lips=lips))(scene)
     return merge(stored, painted, before)[..., ::-1], weight > _CERTAIN
 

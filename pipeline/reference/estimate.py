@@ -9,7 +9,6 @@ import math
 import os
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import cv2
 import numpy as np
@@ -22,7 +21,8 @@ from makeup_video.pipeline.frames.rgb import to_frame
 from makeup_video.pipeline.frames.views import RgbPicture, check_rgb8
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.checks import check_face, choose_face, is_inside
 from makeup_video.pipeline.reference.correct_colour import correct_colour
@@ -49,8 +49,8 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
     face: whose makeup, as `find_faces` found the face in this very picture; None: the only face.
     Colours are those of the product in neutral light, whatever the light of the photo. Eyes beyond
-    the border of the picture are bare. zone, intensity and strength are a Look's defaults, because
-    a photo does not show them.
+    the border of the picture are bare. Shapes and strengths are defaults, because a photo does not
+    show them.
 
     Raises PhotoError with the reason when no look can be read: no face, several faces and none
     chosen, a face that is too small, turned too far, too dark or grey, a mouth that is covered,
@@ -61,8 +61,9 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     face = choose_face(find_faces(rgb8)) if face is None else face
     check_face(rgb8, face)
     light = photo_light(rgb8, face)
-    products: dict[str, Any] = {region: _read(rgb8, face, light, region) for region in CROPS}
-    return Look(**products)
+    read = {part: _read(rgb8, face, light, part) for part in CROPS}
+    worn = {part: product for part, product in read.items() if product is not None}
+    return Look(Layer(PARTS[part].name, product) for part, product in worn.items())
 
 
 def look_from_photo(

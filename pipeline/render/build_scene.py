@@ -13,18 +13,17 @@ from makeup_video.pipeline.faces.track_memory import TrackMemory
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.luminance import light_planes
 from makeup_video.pipeline.render.opencl import open_device
-from makeup_video.pipeline.render.regions import PAINTED
-from makeup_video.pipeline.render.regions.base import SeenFace
-from makeup_video.pipeline.render.regions.eyes import LID_RINGS
-from makeup_video.pipeline.render.regions.lips import LIP_RINGS
+from makeup_video.pipeline.render.regions import READ
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.scene_light import EstimateLight
+from makeup_video.pipeline.render.surfaces.eyes import LID_RINGS
+from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
+from makeup_video.pipeline.render.surfaces.region import SeenFace
 
 # A region's mean light follows as slowly as the light on the face does: so a shadow that passes
 # is seen on the product at once, as on the skin.
 _SETTLE_SECONDS = 0.5
 _FORGET_SECONDS = 1.0
-_OF_KERNEL = ("lips", "eyes")  # the regions of kernels/surface.cl, in the order of its grids
 # Points around all that the kernel reads light for: borders of the lips, lash lines and brows.
 _LIT = np.concatenate(
     [LIP_RINGS[::4, ::2].ravel(), LID_RINGS[::3, ::8].ravel(), LID_RINGS[2::3, ::4].ravel()]
@@ -70,11 +69,11 @@ class BuildScene:
     def _face(
         self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float
     ) -> FaceScene:
-        places = {name: region.places(face) for name, region in PAINTED.items()}
+        places = {name: region.places(face) for name, region in READ.items()}
         surfaces = self._surfaces(frame, coding, face, places)
         seen = SeenFace(frame, coding, face, surfaces)
         regions = {}
-        for name, region in PAINTED.items():
+        for name, region in READ.items():
             lit = []
             for number, made in enumerate(region.surfaces(seen, places[name])):
                 if made is not None:
@@ -92,7 +91,7 @@ class BuildScene:
         places: Mapping[str, list[GridPlace | None]],
     ) -> FaceSurfaces | None:
         """What the kernel makes of lips and lids, all at once; None where none of them is seen."""
-        grids = [place for name in _OF_KERNEL for place in places[name]]
+        grids = [place for name in READ for place in places[name]]
         there = [place for place in grids if place]
         if not there:
             return None

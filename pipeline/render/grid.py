@@ -52,6 +52,18 @@ class Grid:
         low, high = np.array(ends).T
         return low, high
 
+    def warped(
+        self, values: np.ndarray, origin_xy: tuple[int, int], hw: tuple[int, ...]
+    ) -> np.ndarray:
+        """Values (H, W) or (H, W, C) float32 on the frame's pixels from origin_xy on, bilinear;
+        beyond the grid its border is repeated."""
+        to_px = self.to_px.copy()
+        to_px[:, 2] -= origin_xy
+        there: np.ndarray = cv2.warpAffine(
+            values, to_px, (hw[1], hw[0]), borderMode=cv2.BORDER_REPLICATE
+        )
+        return there
+
     def step_px(self) -> float:
         return step_px(self.to_px)
 

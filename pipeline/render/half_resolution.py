@@ -6,23 +6,16 @@ weight at half size keeps its byte.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import cv2
 import numpy as np
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.affine import AffineArray
-from makeup_video.pipeline.render.scene import Lit
 
 # Luma px of all rects of a frame. Below, less than a sixth of painting is saved, and it is seen
 # more.
 LARGE_PX = 30_000
-_TO_HALF: AffineArray = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # px centres at whole numbers
-
-
-def half_of(lit: Lit) -> Lit:
-    """The same surface on the picture at half size."""
-    return replace(lit, surface=lit.surface.scaled(_TO_HALF))
+TO_HALF: AffineArray = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # px centres at whole numbers
 
 
 class HalfSize:

@@ -8,7 +8,7 @@ from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.render.surface import Surface
+from makeup_video.pipeline.render.surfaces.surface import Surface
 
 
 @dataclass(frozen=True, slots=True, eq=False)

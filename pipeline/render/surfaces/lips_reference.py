@@ -21,7 +21,7 @@ from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.frames.affine import invert
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.render.grid import Grid, slopes_along
-from makeup_video.pipeline.render.regions.lips import (
+from makeup_video.pipeline.render.surfaces.lips import (
     COARSE,
     LOWER,
     UPPER,

@@ -5,7 +5,7 @@ from makeup_video.kernels.surface import LASH_POINTS, LID_HW, LID_ROUNDNESS, LID
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
 from makeup_video.pipeline.render.grid import Grid, slopes_along
-from makeup_video.pipeline.render.regions.eyes import (
+from makeup_video.pipeline.render.surfaces.eyes import (
     COLUMNS,
     CURVES,
     OUTWARDS,

@@ -4,21 +4,22 @@ All of it lives on the grid of the face's lip patch, which is turned with the fa
 cut into columns; each has four contour points and the depths of the mesh's four rings.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import cv2
 import numpy as np
 from makeup_video.kernels.surface import LIPS_HW, LIPS_SIGMA_PX, OVER_SEAM, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face, moved
-from makeup_video.pipeline.faces.topology import LIPS
-from makeup_video.pipeline.frames.affine import AffineArray, compose
+from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
 from makeup_video.pipeline.frames.sampling import step_px
+from makeup_video.pipeline.look.kinds.fields import LipsFields
 from makeup_video.pipeline.render.grid import Box, Grid, box_of
 from makeup_video.pipeline.render.luminance import broad
-from makeup_video.pipeline.render.regions.base import LitSurface, SeenFace
-from makeup_video.pipeline.render.scene import SceneLight
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
 # The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
@@ -31,6 +32,9 @@ _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
 _BEYOND = -15.0  # beyond the patch: half the odds
+_SUB_BITS = 4
+_SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
+_INWARD_SIGMA_PX = 1.0  # of the patch
 _AROUND = 3  # px of the patch around what is seen
 
 
@@ -53,15 +57,28 @@ class LipsSurface:
     normals: np.ndarray
     upper: np.ndarray
     boxes: dict[float, Box] = field(default_factory=dict, repr=False)
-    spared: ClassVar[float] = 0.17  # the dark of the mouth: see `material`
+    number: ClassVar[int] = 0
 
-    def reach(self, softness: float, shape: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    def sides(self) -> "list[LipsSurface]":
+        return [self]
+
+    def fields(self) -> LipsFields:
+        return LipsFields(_inward(self.face, self.grid)[None])
+
+    def line_fields(self, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> LipsFields:
+        raise NotImplementedError("no kind of makeup is drawn on the lips as a line")
+
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
         return patch.box_px(self._box(softness), more=2)  # weights are interpolated
 
     def weigh(
-        self, out: np.ndarray, origin_xy: tuple[int, int], softness: float, shape: Mapping[str, Any]
+        self,
+        out: np.ndarray,
+        origin_xy: tuple[int, int],
+        softness: float,
+        density: np.ndarray | None,
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
 
@@ -92,6 +109,8 @@ class LipsSurface:
         rest += 3
         out *= out
         out *= rest
+        if density is not None:
+            out *= self.grid.warped(density, origin_xy, out.shape)
 
     def _box(self, softness: float) -> Box:
         """Of the patch, where there is weight."""
@@ -139,8 +158,8 @@ def lip_place(face: Face) -> GridPlace | None:
     return GridPlace(coarse, (a, b, left, c, d, top))
 
 
-class Lips:
-    """The region of lipstick. Its one surface comes from kernels/surface.cl."""
+class LipsRegion:
+    """The lips. Their one surface comes from kernels/surface.cl."""
 
     def places(self, face: Face) -> list[GridPlace | None]:
         return [lip_place(face)]
@@ -153,6 +172,9 @@ class Lips:
             return [None]
         return [(lips_surface_of(seen.face, place, made), made.lips[0], made.means[0])]
 
+    def lit(self, item: FrameScene, scene: FaceScene) -> tuple[Lit, ...]:
+        return scene.regions.get("lips", ())
+
     def amount(self, face: Face) -> float:
         return face.mouth_weight
 
@@ -160,10 +182,32 @@ class Lips:
         return 1.0
 
 
-REGION = Lips()
+LIPS_REGION = LipsRegion()
 
 
 def lips_surface_of(face: Face, place: GridPlace, made: FaceSurfaces) -> LipsSurface:
     """The lips that kernels/surface.cl made."""
     grid = Grid.at(place.to_px, LIPS_HW)
     return LipsSurface(face, grid, made.odds, made.rim, made.lips[1:3], made.lips[3])
+
+
+def _inward(face: Face, grid: Grid) -> np.ndarray:
+    """(H, W) float32 on the grid: 0 at the outer border of the lips and beyond, 1 where they meet
+    or the mouth opens.
+
+    It is the share of the distances to both contours, on the patch, where they are drawn.
+    """
+    patch = face.lips
+    size = patch.logits.shape
+    to_patch = invert(patch.to_px)
+    away = []
+    for ring, inside in ((LIPS_OUTER, 0), (LIPS_INNER, 1)):
+        points = face.points_px[ring, :2] @ to_patch[:, :2].T + to_patch[:, 2]
+        drawn = np.full(size, inside, np.uint8)
+        fixed = np.rint(np.clip(points, -99, 999) * _SUB).astype(np.int32)
+        cv2.fillPoly(drawn, [fixed], 1 - inside, shift=_SUB_BITS)
+        away.append(cv2.distanceTransform(drawn, cv2.DIST_L2, 3))
+    from_border, to_middle = away
+    share = from_border / np.maximum(from_border + to_middle, 1)
+    share = cv2.GaussianBlur(share, (0, 0), _INWARD_SIGMA_PX)
+    return cv2.resize(share, grid.size_wh, interpolation=cv2.INTER_AREA)

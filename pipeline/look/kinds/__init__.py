@@ -1,0 +1,18 @@
+"""The registry of kinds of makeup. A kind is one file here: all that is known of it.
+
+Look files, command line, page, finishes, messages, renderer, warm-up, benchmark, documents and the
+tests over all kinds go through it.
+"""
+
+from importlib import import_module
+
+from makeup_video.pipeline.look.kinds.kind import Kind
+
+# In the order in which people name them.
+_NAMES = ("lipstick", "eyeshadow", "eyeliner", "blush")
+
+KINDS: dict[str, Kind] = {name: import_module(f"{__name__}.{name}").KIND for name in _NAMES}
+# The same by the part of a look.
+PARTS: dict[str, Kind] = {kind.part: kind for kind in KINDS.values()}
+# The kinds' names in the order in which they are painted, whatever the order in a look file.
+PAINTED: tuple[str, ...] = tuple(sorted(KINDS, key=lambda name: KINDS[name].order))

@@ -1,0 +1,66 @@
+"""Blush: a soft flush on the cheeks, which may reach the temples or cross the nose."""
+
+import numpy as np
+from makeup_video.pipeline.look.kinds.fields import FaceFields
+from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
+from makeup_video.pipeline.look.kinds.ramps import from_segment, smooth
+from makeup_video.pipeline.look.params import GraphicsParams
+
+# Rows in the order of SETTINGS.
+_FINISHES = {
+    "matte":    (0.50, 0.00, 0.95, 0.00, 0.80, 1.00, 0.00, 0.50, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
+    "satin":    (0.45, 0.12, 0.80, 0.00, 0.80, 1.00, 0.05, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.25, 0.05, 0.80, 0.00, 0.90, 1.00, 0.30, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "gloss":    (0.40, 0.60, 0.50, 0.05, 0.80, 1.00, 0.10, 0.70, 0.50, 0.60, 0.00, 0.50, 0.50, 1.0),
+    "metallic": (0.50, 0.50, 0.65, 0.05, 0.80, 0.90, 0.05, 0.60, 0.50, 0.60, 0.40, 0.10, 1.00, 1.0),
+    "shimmer":  (0.42, 0.30, 0.70, 0.02, 0.80, 0.95, 0.05, 0.60, 0.40, 0.60, 0.45, 0.10, 0.70, 1.0),
+}  # fmt: skip
+# In distances of the outer eye corners, of the cheek at the picture's right: the apple, the highest
+# place on the cheekbone, the temple, and the middle of the nose.
+_APPLE, _CHEEKBONE, _TEMPLE, _NOSE = (0.45, 0.43), (0.58, 0.28), (0.76, 0.14), (0.0, 0.22)
+
+
+def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
+    """A stroke on each cheek that fades in all directions, and one over the nose."""
+    beside = np.abs(at.across)
+    start = _between(_APPLE, _CHEEKBONE, shape["height"])
+    end = _between(start, _TEMPLE, shape["reach"])
+    radius = 0.12 + 0.22 * shape["size"]
+    soft = 0.25 + 0.75 * shape["softness"]
+    away = from_segment(beside, at.down, start, end) * np.float32(1 / radius)
+    density = smooth((1 + 0.3 * soft - away) * np.float32(1 / (1.3 * soft)))
+    if shape["across"] > 0:
+        away = from_segment(beside, at.down, _NOSE, start) * np.float32(1 / (0.8 * radius))
+        band = shape["across"] * smooth((1 + 0.3 * soft - away) * np.float32(1 / (1.3 * soft)))
+        density = np.maximum(density, band)
+    return [Coat(product, density.astype(np.float32))]
+
+
+def _between(a: tuple[float, float], b: tuple[float, float], share: float) -> tuple[float, float]:
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+
+
+KIND = Kind(
+    name="blush",
+    part="blush",
+    title="Blush",
+    product="Blush",
+    hidden="cheeks",
+    category=r"(?<![a-z])(blush|cheek|rouge)",
+    first_rgb=(214, 92, 104),
+    first_finish="matte",
+    finishes=_FINISHES,
+    remark="a veil, so all of the skin's texture and shine stays",
+    dials=(
+        Dial("height", 0.35, "Height", "Where it begins: 0 on the apple of the cheek, 1 on the "
+             "cheekbone."),
+        Dial("reach", 0.45, "Reach", "How far it reaches towards the temple."),
+        Dial("across", 0.0, "Across", "How strongly it crosses the nose."),
+        Dial("size", 0.5, "Size", "How wide it is."),
+        Dial("softness", 0.8, "Softness", "How far it fades."),
+    ),
+    order=10,
+    surface="face",
+    coats=_coats,
+    spared=0.3,
+)  # fmt: skip

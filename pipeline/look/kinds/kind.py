@@ -1,0 +1,139 @@
+"""What a kind of makeup is: its names, its finishes, its shape, and where on a face it lies."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from makeup_video.pipeline.errors import LookError
+from makeup_video.pipeline.look.params import GraphicsParams, check_number, refuse_unknown, shown
+
+if TYPE_CHECKING:
+    import numpy as np
+
+# Everything of GraphicsParams but the colour, in the order of a finish's row.
+SETTINGS = (
+    "opacity", "gloss", "gloss_roughness", "reflection",
+    "edge_softness", "texture_keep", "undertone", "gloss_detail", "fresnel", "environment_blur",
+    "shimmer", "shimmer_size", "shimmer_tint", "light_adaptation",
+)  # fmt: skip
+Shape = Mapping[str, Any]  # values of a kind's dials by name, none missing
+
+
+@dataclass(frozen=True, slots=True)
+class Dial:
+    """One number, choice or colour of a kind's shape.
+
+    title, meaning: what the page and the documents show of it.
+    unit: of a number; empty for a share.
+    choices: what it may be; without them it is a number in low..high, or a colour.
+    is_colour: a text such as "#B4002E".
+    """
+
+    name: str
+    default: Any
+    title: str
+    meaning: str
+    choices: tuple[str, ...] = ()
+    low: float = 0.0
+    high: float = 1.0
+    unit: str = ""
+    is_colour: bool = False
+
+    def check(self, value: Any, where: str) -> None:
+        """Raises LookError for a value that the dial cannot have; where: its name in messages."""
+        if self.choices:
+            if value not in self.choices:
+                raise LookError(
+                    f"{where} must be one of {', '.join(self.choices)}, got {shown(value)}"
+                )
+        elif self.is_colour:
+            if not isinstance(value, str) or not re.fullmatch("#[0-9a-fA-F]{6}", value):
+                raise LookError(f"{where} must be a colour such as '#B4002E', got {shown(value)}")
+        else:
+            check_number(where, value, self.low, self.high)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coat:
+    """A product on a surface of the face.
+
+    density: share of the product at each place, float32, 0..1, as large as the fields that it was
+    made from; None for 1 everywhere.
+    """
+
+    product: GraphicsParams
+    density: "np.ndarray | None" = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """A kind of makeup.
+
+    name: in look files.
+    part: the same where people choose parts of a look, and its option of the command.
+    title, product: its tab on the page, and what is worn.
+    hidden: the part of a face that must be seen.
+    category: a pattern for the words by which shops name such products, in lower case; empty where
+    a photo of products is no guide.
+    first_rgb: the colour that the page begins with, sRGB code values 0..255.
+    finishes: by the finish's name, a row of numbers in the order of SETTINGS.
+    first_finish: the finish of a colour that comes without one.
+    dials: its shape.
+    slots: named shapes, each some values of the dials; the dial `slot` chooses one.
+    is_read: True when it is read from a photo.
+    follows_color: True when a colour for a look, without parts, changes this part of it.
+    remark: what the documents say of the finishes.
+    most: how many layers of this kind a look may have.
+    order: kinds with smaller numbers are painted first.
+    surface: the surface of a face that it is painted on, a key of render's SURFACES.
+    coats: what a layer puts on that surface, given the surface's fields, in the order of painting.
+    is_line: True when the fields are those of the frame's pixels, so that borders are sharp; False
+    when they are those of the surface's grid.
+    spared: pixels darker than this share of the broad light around them stay bare, unless the
+    product is darker still (lashes, the dark of a mouth).
+    keep_highlights: share of the skin's own highlights that lie over the product: 1 for a film of
+    lipstick, little for a powder.
+    """
+
+    name: str
+    part: str
+    title: str
+    product: str
+    hidden: str
+    category: str
+    first_rgb: tuple[int, int, int]
+    finishes: Mapping[str, tuple[float, ...]]
+    first_finish: str = "satin"
+    dials: tuple[Dial, ...] = ()
+    slots: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    is_read: bool = False
+    follows_color: bool = False
+    remark: str = ""
+    most: int = 1
+    order: int
+    surface: str
+    coats: Callable[[Any, GraphicsParams, Shape], list[Coat]]
+    is_line: bool = False
+    spared: float = 0.0
+    keep_highlights: float = 1.0
+
+    def finish(self, name: str) -> dict[str, float]:
+        """Every setting of GraphicsParams but red, green and blue."""
+        return dict(zip(SETTINGS, self.finishes[name], strict=True))
+
+    def check_shape(self, shape: Any, where: str) -> None:
+        """Raises LookError for anything but an object of the kind's dials."""
+        if not isinstance(shape, Mapping):
+            raise LookError(f"{where} must be an object, got {shown(shape)}")
+        dials = {dial.name: dial for dial in self.dials}
+        refuse_unknown(where, dict(shape), dials)
+        for name, value in shape.items():
+            dials[name].check(value, f"{where}.{name}")
+
+    def whole_shape(self, shape: Shape) -> dict[str, Any]:
+        """A shape with a value for every dial: those given, then those of its slot, then the
+        defaults."""
+        defaults = {dial.name: dial.default for dial in self.dials}
+        slot = shape.get("slot", defaults.get("slot"))
+        return defaults | dict(self.slots.get(slot, {})) | dict(shape)

@@ -1,0 +1,15 @@
+"""The regions of a face that makeup is painted on: the lips, the eyes, the whole face."""
+
+from typing import TYPE_CHECKING
+
+from makeup_video.pipeline.render.surfaces.eyes import EYES
+from makeup_video.pipeline.render.surfaces.face import FACE
+from makeup_video.pipeline.render.surfaces.lips import LIPS_REGION
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline.render.surfaces.region import ReadRegion, Region
+
+# Those of which every frame is read, in the order of kernels/surface.cl.
+READ: "dict[str, ReadRegion]" = {"lips": LIPS_REGION, "eyes": EYES}
+# By the name that a kind of makeup knows them by.
+REGIONS: "dict[str, Region]" = {**READ, "face": FACE}

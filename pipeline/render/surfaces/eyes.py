@@ -1,0 +1,271 @@
+"""The lids of a face as a surface: zones for eye-shadow that follow the eye and its blinks.
+
+Each eye has a grid of its own: across from the inner (-0.5) to the outer corner (0.5), up to the
+brow, in widths of the eye; the other eye's grid is its mirror image. Its columns know three
+heights: the lash line (0), the crease (1) and below the brow (2). A closing lid moves the lash line
+only, and the lid grows with it, as lids do.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import cv2
+import numpy as np
+from makeup_video.kernels.surface import (
+    LID_HW,
+    LID_LEFT,
+    LID_LIGHT_BESIDE,
+    LID_LIGHT_FROM,
+    LID_LIGHT_TO,
+    LID_SIGMA_PX,
+    LID_STEP,
+    FaceSurfaces,
+    GridPlace,
+)
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
+from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
+from makeup_video.pipeline.frames.sampling import step_px
+from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
+from makeup_video.pipeline.render.grid import Grid, box_of
+from makeup_video.pipeline.render.luminance import broad
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
+
+SIZE_WH = LID_HW[::-1]
+_TOP = -0.95  # the first row of the grid, in widths of the eye
+# From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
+_LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
+_CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
+_BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
+_LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
+_FAINTEST = 1 / 512
+_LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
+CURVES = np.stack([_LASHES, _CREASE, _BROW])
+_CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
+_NARROWEST_PX = 4
+# The same from the inner to the outer corner, as points of the face: of both eyes, (6, 9).
+LID_RINGS = np.concatenate([eye[CURVES[:, ::-1]] for eye in (EYE, RIGHT_EYE)])
+COLUMNS = np.arange(SIZE_WH[0])
+OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
+_ACROSS = (OUTWARDS + 0.5).astype(np.float32)
+_RISE = (-_TOP - LID_STEP * np.arange(SIZE_WH[1])[:, None]).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LidSurface:
+    """The skin around one eye, above it or below it, ready to be painted; float32 on its grid.
+
+    up: (H, W) height above the upper lash line, 1 at the crease, 2 below the brow.  lash_px: the
+    same in px of the frame.  below_px: (H, W) px of the frame below the lower lash line.
+    normals: (2, H, W).  width_px: of the eye.
+    both: the heights of both eyes of the face.  number: which of them it is.
+    is_upper: True for the skin above the eye.
+    """
+
+    grid: Grid
+    up: np.ndarray
+    lash_px: np.ndarray
+    below_px: np.ndarray
+    normals: np.ndarray
+    width_px: float
+    both: "BothEyes"
+    number: int
+    is_upper: bool = True
+
+    def sides(self) -> "list[LidSurface]":
+        return [self, replace(self, is_upper=False)]
+
+    def fields(self) -> EyeFields:
+        return self.both.upper if self.is_upper else self.both.lower
+
+    def line_fields(self, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> EyeFields:
+        """Of the frame's pixels. Heights are those of the upper side where that is painted."""
+        wide, high = size_wh
+        maps = np.stack([self.lash_px, self.below_px], axis=-1)
+        there = self.grid.warped(maps, origin_xy, (high, wide))
+        to_grid = invert(self.grid.to_px)
+        start = to_grid[:, :2] @ origin_xy + to_grid[:, 2]
+        x, y = np.arange(wide), np.arange(high)[:, None]
+        column, row = (
+            (start[axis] + to_grid[axis, 0] * x + to_grid[axis, 1] * y).astype(np.float32)
+            for axis in (0, 1)
+        )
+        return EyeFields(
+            across=column * np.float32(LID_STEP) + np.float32(LID_LEFT + 0.5),
+            height=_height(there[..., 1], self.width_px),
+            above_px=there[..., 0],
+            below_px=there[..., 1],
+            rise_px=_rise(row) * np.float32(self.width_px),
+            width_px=np.float32(self.width_px),
+            step_px=1.0,
+        )
+
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+        inside = np.ones(self.up.shape, bool) if density is None else density > 0
+        return self.grid.box_px(box_of(inside), more=1)  # weights are interpolated
+
+    def weigh(
+        self,
+        out: np.ndarray,
+        origin_xy: tuple[int, int],
+        softness: float,
+        density: np.ndarray | None,
+    ) -> None:
+        """Fill (h, w) float32 with the weight of makeup on the frame's pixels from origin_xy on:
+        on skin, and feathered at the lash line."""
+        to_px = self.grid.to_px.copy()
+        to_px[:, 2] -= origin_xy
+        feather_px = max(_LASH_FEATHER * self.grid.step_px() / LID_STEP, 1.2)
+        # four channels, of which two are used: OpenCV is quick at one and at four
+        maps = np.zeros((*self.up.shape, 4), np.float32)
+        away_px = self.lash_px if self.is_upper else self.below_px
+        np.multiply(away_px, 1 / feather_px, out=maps[..., 0])
+        maps[..., 1] = 1 if density is None else density
+        there = cv2.warpAffine(
+            maps, to_px, out.shape[::-1], borderMode=cv2.BORDER_CONSTANT, borderValue=(-1e3, 0)
+        )
+        np.minimum(there[..., 0], 1, out=out)
+        out *= there[..., 1]
+        cv2.threshold(
+            out, _FAINTEST, 0, cv2.THRESH_TOZERO, out
+        )  # also removes what lies beyond the lashes
+
+    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+        """Luminance on the grid -> the broad light on the grid, and its mean over the lid.
+
+        Also a twin of kernels/surface.cl.
+        """
+        is_lid = (self.up > LID_LIGHT_FROM) & (self.up < LID_LIGHT_TO)
+        is_lid &= np.abs(OUTWARDS) < LID_LIGHT_BESIDE
+        (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX)
+        return light, mean
+
+    def scaled(self, to_new: AffineArray) -> "LidSurface":
+        """The same on a picture of another size."""
+        grid, share = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh), step_px(to_new)
+        return replace(
+            self, grid=grid, width_px=self.width_px * share,
+            lash_px=self.lash_px * np.float32(share), below_px=self.below_px * np.float32(share),
+        )  # fmt: skip
+
+
+class BothEyes:
+    """What kinds of makeup know of both eyes of a face, (2, H, W), made when it is asked for."""
+
+    def __init__(
+        self, up: np.ndarray, lash_px: np.ndarray, below_px: np.ndarray, widths_px: Sequence[float]
+    ) -> None:
+        self._up, self._lash_px, self._below_px = up, lash_px, below_px
+        self._widths_px = np.array(widths_px, np.float32)[:, None, None]
+        self._step_px = LID_STEP * float(max(widths_px))
+
+    @cached_property
+    def upper(self) -> EyeFields:
+        """Of the skin above the eyes, where heights end at 0 on the lash line."""
+        return self._fields(np.maximum(self._up, 0))
+
+    @cached_property
+    def lower(self) -> EyeFields:
+        """Of the skin below, where heights begin at 0 on the lower lash line."""
+        return self._fields(np.minimum(_height(self._below_px, self._widths_px), 0))
+
+    def _fields(self, height: np.ndarray) -> EyeFields:
+        return EyeFields(
+            _ACROSS, height, self._lash_px, self._below_px, _RISE * self._widths_px,
+            self._widths_px, self._step_px,
+        )  # fmt: skip
+
+
+def _height(below_px: np.ndarray, width_px: float | np.ndarray) -> np.ndarray:
+    """The height of what lies below the lower lash line."""
+    height: np.ndarray = below_px * np.float32(-1 / LID) / width_px
+    return height
+
+
+def _rise(row: np.ndarray) -> np.ndarray:
+    """How far rows of the grid lie above the line through the eye's corners, in its widths."""
+    rise: np.ndarray = (-_TOP - LID_STEP * row).astype(np.float32)
+    return rise
+
+
+class EyesRegion:
+    """The lids of both eyes and what is around them, which kernels/surface.cl makes."""
+
+    def places(self, face: Face) -> list[GridPlace | None]:
+        return eye_places(face)
+
+    def surfaces(
+        self, seen: SeenFace, places: Sequence[GridPlace | None]
+    ) -> list[LitSurface | None]:
+        made = seen.surfaces
+        if made is None:
+            return [None for _ in places]
+        lids = zip(lid_surfaces_of(places, made), made.lids, made.means[1:], strict=True)
+        return [None if surface is None else (surface, lid[2], mean) for surface, lid, mean in lids]
+
+    def lit(self, item: FrameScene, scene: FaceScene) -> tuple[Lit, ...]:
+        return scene.regions.get("eyes", ())
+
+    def amount(self, face: Face) -> float:
+        return 1.0
+
+    def shade(self, light: SceneLight, mean: float) -> float:
+        """Lids are skin: where they are darker than the face, that much less light falls on them.
+
+        So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
+        """
+        if light.skin <= 0:
+            return 1.0
+        return min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
+
+
+EYES = EyesRegion()
+
+
+def eye_places(face: Face) -> list[GridPlace | None]:
+    """Where the grids of both eyes lie; None for one too narrow to be seen (a face
+    from the side)."""
+    forehead, chin, left, left_inner, right, right_inner = face.points_px[_CORNERS, :2].tolist()
+    up = forehead[0] - chin[0], forehead[1] - chin[1]
+    return [_eye_place(left, left_inner, up), _eye_place(right, right_inner, up)]
+
+
+def lid_surfaces_of(
+    places: Sequence[GridPlace | None], made: FaceSurfaces
+) -> list[LidSurface | None]:
+    """The lids that kernels/surface.cl made."""
+    grids = [None if place is None else Grid.at(place.to_px, LID_HW) for place in places]
+    widths = [0.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
+    up, lash_px = made.lids[:, 0], made.lids[:, 1]
+    below_px = -lash_px - 8  # TEMPORARY
+    both = BothEyes(up, lash_px, below_px, widths)
+    return [
+        None
+        if grid is None
+        else LidSurface(
+            grid, lid[0], lid[1], below_px[number], lid[3:5], widths[number], both, number
+        )
+        for number, (grid, lid) in enumerate(zip(grids, made.lids, strict=True))
+    ]
+
+
+def _eye_place(
+    outer_xy: list[float], inner_xy: list[float], up_xy: tuple[float, float]
+) -> GridPlace | None:
+    """The place of one eye's grid; None when the eye is too narrow."""
+    (x0, y0), (x1, y1) = outer_xy, inner_xy
+    right, down = x0 - x1, y0 - y1
+    if not math.hypot(right, down) >= _NARROWEST_PX:
+        return None
+    x, y = -down, right  # down the grid
+    if x * up_xy[0] + y * up_xy[1] > 0:
+        x, y = -x, -y
+    to_px = (
+        right * LID_STEP, x * LID_STEP, (x0 + x1) / 2 + right * LID_LEFT + x * _TOP,
+        down * LID_STEP, y * LID_STEP, (y0 + y1) / 2 + down * LID_LEFT + y * _TOP,
+    )  # fmt: skip
+    return GridPlace(to_px, to_px)

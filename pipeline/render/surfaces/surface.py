@@ -1,0 +1,59 @@
+"""A surface of a face, ready to be painted: the lips, one side of an eye, the whole face."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol, Self
+
+import numpy as np
+from makeup_video.pipeline.frames.affine import AffineArray
+from makeup_video.pipeline.render.grid import Grid
+
+
+class Surface(Protocol):
+    """One surface of one face. A region of a face may have several of the same sort: two eyes.
+
+    grid: where it lies on the frame.  normals: (2, H, W) float32 on the grid, x and y.
+    number: which of its region's surfaces it is.
+    """
+
+    @property
+    def grid(self) -> Grid: ...
+    @property
+    def normals(self) -> np.ndarray: ...
+    @property
+    def number(self) -> int: ...
+
+    def sides(self) -> "Sequence[Surface]":
+        """The parts of the surface that are painted one by one: skin above an eye, and below it."""
+        ...
+
+    def fields(self) -> Any:
+        """What kinds of makeup know of the grid's places: an object of look/kinds/fields.py with
+        arrays of all surfaces of the region, so that (N, H, W) is made at once."""
+        ...
+
+    def line_fields(self, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> Any:
+        """The same of the frame's pixels from origin_xy on, (h, w), of this surface alone."""
+        ...
+
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+        ...
+
+    def weigh(
+        self,
+        out: np.ndarray,
+        origin_xy: tuple[int, int],
+        softness: float,
+        density: np.ndarray | None,
+    ) -> None:
+        """Fill (h, w) float32 with the weight of makeup, 0..1, on the frame's pixels from
+        origin_xy on: what the surface itself allows, times the density (H, W) on the grid."""
+        ...
+
+    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+        """Luminance on the grid -> the broad light on the grid, and its mean over the surface."""
+        ...
+
+    def scaled(self, to_new: AffineArray) -> Self:
+        """The same on a picture of another size; to_new: px of the frame -> px of that picture."""
+        ...
