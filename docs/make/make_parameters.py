@@ -10,8 +10,8 @@ from typing import Any
 import contact_sheet as sheet
 import numpy as np
 from makeup_video.pipeline import FINISHES, GraphicsParams, Look, product
-from makeup_video.pipeline.look.regions import REGIONS
-from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.look.kinds import READ_PARTS
+from makeup_video.pipeline.look.look import ZONES
 from makeup_video.pipeline.look.regions.info import RegionInfo
 
 PAGE = sheet.DOCS / "parameters.md"
@@ -202,7 +202,7 @@ Three settings belong to the whole look, not to one product:
 
 {_table(["finish", "appearance"], [[f"`{name}`", _FINISHES[name]] for name in FINISHES])}
 
-{chr(10).join(_finishes_of(info) for info in REGIONS.values())}
+{chr(10).join(_finishes_of(info) for info in READ_PARTS.values())}
 Finishes on faces and in different light: [sheets.md](sheets.md).
 
 ## What each parameter does

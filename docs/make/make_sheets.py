@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import contact_sheet as sheet
 import numpy as np
 from makeup_video.pipeline import FINISHES, Look, product
-from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.look.look import ZONES
 
 PAGE = sheet.DOCS / "sheets.md"
 JUDGEMENT = "## What still looks wrong"

@@ -135,6 +135,11 @@ class Look:
         """The eye-shadow, the first of several, None on bare lids."""
         return self._first("eyeshadow")
 
+    @property
+    def zone(self) -> str:
+        """The place of the first eye-shadow."""
+        return next((layer.whole_shape["slot"] for layer in self.of("eyeshadow")), ZONES[0])
+
     def _first(self, kind: str) -> GraphicsParams | None:
         return next((layer.product for layer in self.of(kind)), None)
 

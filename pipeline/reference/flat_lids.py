@@ -2,7 +2,7 @@
 
 Lids are thin, and their height differs from face to face: in a plain crop a net spends its capacity
 on finding them. Here a row is a height between lash line, crease and brow, as in the eye-shadow's
-zones (render/regions/eyes.py), and a column a place between the corners. The eye and some skin
+zones (render/surfaces/eyes.py), and a column a place between the corners. The eye and some skin
 follow below the lash line.
 """
 
@@ -12,8 +12,8 @@ from makeup_video.kernels.surface import LID_LEFT, LID_STEP
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.regions.eyes import SIZE_WH
-from makeup_video.pipeline.render.regions.eyes_reference import lid_curves
+from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH
+from makeup_video.pipeline.render.surfaces.eyes_reference import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside
 _ABOVE = 46  # rows from above the brow to the lash line

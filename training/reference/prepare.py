@@ -16,8 +16,8 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.lip_mask import lip_mask
-from makeup_video.pipeline.look.regions import REGIONS
-from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
+from makeup_video.pipeline.look.kinds import READ_PARTS
+from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 from makeup_video.training.faces.evaluate import skin_tone
 
 # As in faces/prepare.py, the last pictures of each source are held out. The first half is for
@@ -154,7 +154,7 @@ def pack(found: list[dict[str, np.ndarray]], split: np.ndarray) -> dict[str, np.
 
 
 def report(packed: dict[str, np.ndarray]) -> None:
-    for name in REGIONS:
+    for name in READ_PARTS:
         kept = packed[f"bare_{name}"]
         counts = [
             f"{TONE_NAMES[tone]} {kept[of].sum()} of {of.sum()}"

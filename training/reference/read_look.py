@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +10,8 @@ import onnxruntime
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.frames.views import RgbPicture
-from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.kinds import READ_PARTS
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.reference.correct_colour import correct_colour
 from makeup_video.pipeline.reference.crops import CROPS, read_input, read_numbers
 from makeup_video.pipeline.reference.estimate import photo_light, product_with
@@ -76,7 +76,7 @@ def net_of(path: Path, threads: int = 1) -> Net:
 
 def nets_of(folder: Path) -> dict[str, Net]:
     """The nets of a folder by region; a region without a net is left out."""
-    found = {region: file_of(folder, region) for region in REGIONS}
+    found = {region: file_of(folder, region) for region in READ_PARTS}
     return {region: net_of(path) for region, path in found.items() if path}
 
 
@@ -125,7 +125,8 @@ def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     look = look_with(numbers, zone)
     if look.lips is None:
         return look
-    return replace(look, lips=correct_colour(seen.rgb8, seen.face, seen.light, look.lips))
+    lips = correct_colour(seen.rgb8, seen.face, seen.light, look.lips)
+    return look.with_kind("lipstick", [Layer("lipstick", lips)])
 
 
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:

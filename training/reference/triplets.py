@@ -4,18 +4,19 @@ All three are whole portraits. The renderer paints the look with all of its 17 p
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
-from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.regions import REGIONS
-from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.kinds import PARTS, READ_PARTS
+from makeup_video.pipeline.look.look import ZONES, Look
 from makeup_video.pipeline.reference.crops import NUMBERS
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
-from makeup_video.pipeline.render.regions.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.surface import Surface
 from makeup_video.training.reference.augment import jpeg
 from makeup_video.training.reference.draw_products import draw_settings, look_of
 from makeup_video.training.reference.people import People
@@ -92,11 +93,18 @@ def shot_of(rgb8: np.ndarray, face: Face) -> Shot:
 def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> np.ndarray:
     """(H, W) float32 weight at each px of a product with a medium soft edge."""
     mouth = lips_surface(face)
-    parts = lid_surfaces(face) if region == "eyes" else [mouth] if mouth else []
+    surfaces: list[Surface] = [mouth] if mouth else []
+    if region == "eyes":
+        surfaces = [*lid_surfaces(face)]
+    kind = PARTS[region]
+    shape = kind.whole_shape({"slot": zone} if region == "eyes" else {})
+    medium = replace(product((0, 0, 0), "matte", region), edge_softness=_HALF)
     total = np.zeros(size_wh[::-1], np.float32)
-    for part in parts:
+    for side in (side for surface in surfaces for side in surface.sides()):
+        (coat,) = kind.coats(side.fields(), medium, shape)
         weight = np.empty_like(total)
-        part.weigh(weight, (0, 0), _HALF, {"zone": zone})
+        density = None if coat.density is None else coat.density[side.number]
+        side.weigh(weight, (0, 0), _HALF, density)
         np.maximum(total, weight, out=total)
     return total
 
@@ -160,7 +168,7 @@ def _where(shot: Shot, look: Look) -> np.ndarray:
 
 def worn(look: Look) -> list[str]:
     """The regions of a look that wear something."""
-    return [region for region in REGIONS if getattr(look, region) is not None]
+    return [region for region in READ_PARTS if getattr(look, region) is not None]
 
 
 def numbers_of(look: Look, region: str) -> np.ndarray:
