@@ -1,9 +1,11 @@
-"""The lids of a face as a surface: zones for eye-shadow that follow the eye and its blinks.
+"""The skin around the eyes as a surface: places for makeup that follow the eye and its blinks.
 
-Each eye has a grid of its own: across from the inner (-0.5) to the outer corner (0.5), up to the
-brow, in widths of the eye; the other eye's grid is its mirror image. Its columns know three
-heights: the lash line (0), the crease (1) and below the brow (2). A closing lid moves the lash line
-only, and the lid grows with it, as lids do.
+Each eye has a grid of its own, in widths of the eye: across from the side of the nose over the
+inner (-0.5) and the outer corner (0.5) to the temple, and from above the brow to the cheek. The
+other eye's grid is its mirror image. Its columns know the heights of the upper lash line (0), the
+crease (1), the fold under the brow bone (LID_FOLD_UP) and the lower edge of the brow (2), and how
+far each place lies from both lash lines. A closing lid moves the lash line only, and the lid grows
+with it, as lids do.
 """
 
 import math
@@ -15,18 +17,22 @@ from typing import Any, ClassVar
 import cv2
 import numpy as np
 from makeup_video.kernels.surface import (
+    LID_CURVES,
+    LID_FOLD_UP,
     LID_HW,
     LID_LEFT,
     LID_LIGHT_BESIDE,
     LID_LIGHT_FROM,
     LID_LIGHT_TO,
+    LID_LIT,
     LID_SIGMA_PX,
     LID_STEP,
+    RING_POINTS,
     FaceSurfaces,
     GridPlace,
 )
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
+from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.render.grid import Grid, box_of
@@ -35,19 +41,30 @@ from makeup_video.pipeline.render.regions.base import LitSurface, SeenFace
 from makeup_video.pipeline.render.scene import SceneLight
 
 SIZE_WH = LID_HW[::-1]
-_TOP = -0.95  # the first row of the grid, in widths of the eye
-# From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
+_TOP = -0.99  # the first row of the grid, in widths of the eye
+# From the outer to the inner corner, as places in EYE: upper lashes, two rings, lower lashes.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
-_BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
-_LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
+_FOLD = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
+_LOWER_LASHES = np.arange(9)
+_LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2  # away from a lash line; of the eye's width
+_LIT = slice(8 * LID_LIT[0], 8 * LID_LIT[1])  # columns that light is read for
 _FAINTEST = 1 / 512
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
-CURVES = np.stack([_LASHES, _CREASE, _BROW])
 _CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
 _NARROWEST_PX = 4
-# The same from the inner to the outer corner, as points of the face: of both eyes, (6, 9).
-LID_RINGS = np.concatenate([eye[CURVES[:, ::-1]] for eye in (EYE, RIGHT_EYE)])
+_CORNER = 0.5  # place of the corners of the eye, in its widths from its middle
+# The same from the inner to the outer corner, as points of the face, with the brow's lower edge.
+EYE_CURVES = tuple(
+    tuple(
+        curve[::-1] for curve in (eye[_LASHES], eye[_CREASE], eye[_FOLD], brow, eye[_LOWER_LASHES])
+    )
+    for eye, brow in ((EYE, BROW), (RIGHT_EYE, RIGHT_BROW))
+)
+# For the kernel: of both eyes, (10, RING_POINTS), filled up with zeros.
+LID_RINGS = np.zeros((2 * LID_CURVES, RING_POINTS), np.int32)
+for _ring, _curve in zip(LID_RINGS, (curve for eye in EYE_CURVES for curve in eye), strict=True):
+    _ring[: len(_curve)] = _curve
 COLUMNS = np.arange(SIZE_WH[0])
 OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
 
@@ -55,7 +72,7 @@ OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
 @dataclass(frozen=True, slots=True)
 class Zone:
     """Where eye-shadow goes: it rises from the first to the second number, falls from the third to
-    the fourth, upwards (lash line 0, crease 1, brow 2) and outwards (corners at -0.5 and 0.5)."""
+    the fourth, upwards (lash line 0, crease 1, fold 2) and outwards (corners at -0.5 and 0.5)."""
 
     up: tuple[float, float, float, float]
     out: tuple[float, float, float, float]
@@ -73,40 +90,45 @@ class ZoneWeights:
     """Weights of zones on all eyes of a face: made for all at once, and kept."""
 
     def __init__(self, up: np.ndarray) -> None:
-        """up: (E, 28, 40)."""
-        self._up = up
+        """up: (E, 32, 48), see LidSurface."""
+        self._ring = np.where(up < 1, up, 1 + (up - 1) * np.float32(1 / (LID_FOLD_UP - 1)))
         self._found: dict[tuple[Zone, float], np.ndarray] = {}
 
     def weights(self, zone: Zone, softness: float) -> np.ndarray:
-        """(E, 28, 40) float32: see zone_weight."""
+        """(E, 32, 48) float32: see zone_weight."""
         key = zone, softness
         if key not in self._found:
             wide = 0.5 + softness
-            self._found[key] = _ramp(self._up, zone.up, wide)
+            self._found[key] = _ramp(self._ring, zone.up, wide)
             self._found[key] *= _across(zone, wide)
         return self._found[key]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LidSurface:
-    """One eye's lid, ready to be painted; (28, 40) float32 on its grid.
+    """The skin around one eye, ready to be painted; (32, 48) float32 on its grid.
 
-    up: height above the lash line, 1 at the crease, 2 below the brow.  lash_px: the same in px of
-    the frame.  out: (40,), -0.5 to 0.5 between the corners.
-    normals: (2, 28, 40).  zones, number: the weights of all eyes of the face, and which it is.
+    up: height above the upper lash line, 1 at the crease, LID_FOLD_UP at the fold under the brow
+    bone, 2 at the lower edge of the brow.  lash_px, below_px: px of the frame above the upper and
+    below the lower lash line; the eyeball is where both are negative.
+    out: (48,), -0.5 to 0.5 between the corners, in widths of the eye.  width_px: that width, in px
+    of the frame.
+    normals: (2, 32, 48).  zones, number: the weights of all eyes of the face, and which it is.
     """
 
     grid: Grid
     up: np.ndarray
     lash_px: np.ndarray
+    below_px: np.ndarray
     out: np.ndarray
+    width_px: float
     normals: np.ndarray
     zones: "ZoneWeights"
     number: int
     spared: ClassVar[float] = 0.2  # lashes, brows, liner: see `material`
 
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
-        """(28, 40) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as
+        """(32, 48) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as
         wide again."""
         weight: np.ndarray = self.zones.weights(zone, softness)[self.number]
         return weight
@@ -123,21 +145,53 @@ class LidSurface:
     ) -> None:
         """Fill (h, w) float32 with the weight of eye-shadow on the frame's pixels from
         origin_xy on."""
-        to_px = self.grid.to_px.copy()
-        to_px[:, 2] -= origin_xy
-        feather_px = max(_LASH_FEATHER * self.grid.step_px() / LID_STEP, 1.2)
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
-        np.multiply(self.lash_px, 1 / feather_px, out=maps[..., 0])
+        np.multiply(self.lash_px, 1 / self._feather_px(), out=maps[..., 0])
         maps[..., 1] = self.zone_weight(ZONES[shape["zone"]], softness)
-        there = cv2.warpAffine(
-            maps, to_px, out.shape[::-1], borderMode=cv2.BORDER_CONSTANT, borderValue=(-1e3, 0)
-        )
+        there = self._on_frame(maps, origin_xy, out.shape, (-1e3, 0))
         np.minimum(there[..., 0], 1, out=out)
         out *= there[..., 1]
         cv2.threshold(
             out, _FAINTEST, 0, cv2.THRESH_TOZERO, out
         )  # also removes what lies below the lashes
+
+    def skin(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:
+        """Fill (h, w) float32 on the frame's pixels from origin_xy on: 1 skin, 0 the eyeball.
+
+        It rises away from each lash line, so that lashes at their roots and the tear duct stay
+        clean. All is skin beyond the corners, and beyond the grid.
+        """
+        per_px = 1 / self._feather_px()
+        maps = np.zeros((*self.up.shape, 4), np.float32)
+        np.multiply(self.lash_px, per_px, out=maps[..., 0])
+        np.multiply(self.below_px, per_px, out=maps[..., 1])
+        maps[..., 2] = (np.abs(self.out) - _CORNER) * (self.width_px * per_px)
+        there = self._on_frame(maps, origin_xy, out.shape, (1, 1, 1))
+        np.maximum(there[..., 0], there[..., 1], out=out)
+        np.maximum(out, there[..., 2], out=out)
+        np.clip(out, 0, 1, out=out)
+
+    def _feather_px(self) -> float:
+        return max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
+
+    def _on_frame(
+        self,
+        maps: np.ndarray,
+        origin_xy: tuple[int, int],
+        hw: tuple[int, ...],
+        beyond: tuple[float, ...],
+    ) -> np.ndarray:
+        """(32, 48, 4) float32 on the grid -> (h, w, 4) on the frame's pixels from origin_xy on.
+
+        beyond: the values outside the grid.
+        """
+        to_px = self.grid.to_px.copy()
+        to_px[:, 2] -= origin_xy
+        there: np.ndarray = cv2.warpAffine(
+            maps, to_px, hw[::-1], borderMode=cv2.BORDER_CONSTANT, borderValue=beyond
+        )
+        return there
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light on the grid, and its mean over the lid.
@@ -146,18 +200,24 @@ class LidSurface:
         """
         is_lid = (self.up > LID_LIGHT_FROM) & (self.up < LID_LIGHT_TO)
         is_lid &= np.abs(self.out) < LID_LIGHT_BESIDE
-        (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX)
+        (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX, _LIT)
         return light, mean
 
     def scaled(self, to_new: AffineArray) -> "LidSurface":
         """The same on a picture of another size."""
-        grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
-        return replace(self, grid=grid, lash_px=self.lash_px * np.float32(step_px(to_new)))
+        grid, scale = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh), step_px(to_new)
+        return replace(
+            self,
+            grid=grid,
+            lash_px=self.lash_px * np.float32(scale),
+            below_px=self.below_px * np.float32(scale),
+            width_px=self.width_px * scale,
+        )
 
 
 @lru_cache
 def _across(zone: Zone, wide: float) -> np.ndarray:
-    """(40,) float32: a zone's weight by column."""
+    """(48,) float32: a zone's weight by column."""
     return _ramp(OUTWARDS, zone.out, wide).astype(np.float32)
 
 
@@ -224,12 +284,18 @@ def lid_surfaces_of(
 ) -> list[LidSurface | None]:
     """The lids that kernels/surface.cl made."""
     zones = ZoneWeights(made.lids[:, 0])
-    return [
-        LidSurface(Grid.at(place.to_px, LID_HW), lid[0], lid[1], OUTWARDS, lid[3:], zones, number)
-        if place
-        else None
-        for number, (place, lid) in enumerate(zip(places, made.lids, strict=True))
-    ]
+    surfaces: list[LidSurface | None] = []
+    for number, (place, lid) in enumerate(zip(places, made.lids, strict=True)):
+        if place is None:
+            surfaces.append(None)
+            continue
+        grid = Grid.at(place.to_px, LID_HW)
+        width_px = grid.step_px() / LID_STEP
+        up, lash_px, below_px = lid[0], lid[1], lid[5]
+        surfaces.append(
+            LidSurface(grid, up, lash_px, below_px, OUTWARDS, width_px, lid[3:5], zones, number)
+        )
+    return surfaces
 
 
 def _eye_place(
