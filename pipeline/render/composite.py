@@ -203,7 +203,10 @@ def _surface(job: _Job, weight: np.ndarray, coding: Coding) -> PaintedRegion:
     units = [along / job.skin_px] * 3 + [across / job.skin_px] * 3
     to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]
     axes = SkinAxes(turn, job.skin_px)
-    product = material(job.params, job.amount, job.light, axes, coding, surface.spared, job.shade)
+    product = material(
+        job.params, job.amount, job.light, axes, coding, surface.spared, job.shade,
+        surface.keep_highlights,
+    )  # fmt: skip
     return PaintedRegion(
         job.rect, weight, job.lit.shading, surface.normals, to_grid, job.lit.mean, to_skin,
         job.environment, product,

@@ -13,6 +13,7 @@ class Surface(Protocol):
 
     grid: where it lies on the frame.  normals: (2, H, W) float32 on the grid, x and y.
     spared: what is so dark that no product lies on it, see `material`.
+    keep_highlights: how much of the skin's own highlights stays on the product, 0..1.
     shape: the values of the region's dials by name, as `Layer` has them.
     """
 
@@ -22,6 +23,8 @@ class Surface(Protocol):
     def normals(self) -> np.ndarray: ...
     @property
     def spared(self) -> float: ...
+    @property
+    def keep_highlights(self) -> float: ...
 
     def reach(self, softness: float, shape: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""

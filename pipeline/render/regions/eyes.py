@@ -104,6 +104,7 @@ class LidSurface:
     zones: "ZoneWeights"
     number: int
     spared: ClassVar[float] = 0.2  # lashes, brows, liner: see `material`
+    keep_highlights: ClassVar[float] = 0.2  # a bright crease would be a white streak on dark shadow
 
     def zone_weight(self, zone: Zone, softness: float) -> np.ndarray:
         """(28, 40) float32, 0 to 1: softness 0 halves the width of the borders, 1 is half as

@@ -54,6 +54,7 @@ class LipsSurface:
     upper: np.ndarray
     boxes: dict[float, Box] = field(default_factory=dict, repr=False)
     spared: ClassVar[float] = 0.17  # the dark of the mouth: see `material`
+    keep_highlights: ClassVar[float] = 1.0
 
     def reach(self, softness: float, shape: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
