@@ -54,6 +54,7 @@ class Cheek:
     grid: Grid
     normals: ClassVar = np.zeros((2, SIZE, SIZE), np.float32)
     spared: ClassVar = 0.0
+    keep_highlights: ClassVar = 1.0
 
     def reach(self, softness, shape):
         return self.grid.box_px((0, 0, SIZE, SIZE), more=1)
