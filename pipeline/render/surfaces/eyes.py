@@ -33,7 +33,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
 from makeup_video.pipeline.frames.sampling import step_px
-from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
+from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeFields
 from makeup_video.pipeline.render.grid import Grid, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
@@ -66,6 +66,7 @@ for _ring, _curve in zip(LID_RINGS, (curve for eye in EYE_CURVES for curve in ey
 COLUMNS = np.arange(SIZE_WH[0])
 OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
 _ACROSS = (OUTWARDS + 0.5).astype(np.float32)
+_AT_LID_RISE = round((LID_RISE_AT - 0.5 - LID_LEFT) / LID_STEP)
 _RISE = (-_TOP - LID_STEP * np.arange(SIZE_WH[1])[:, None]).astype(np.float32)
 
 
@@ -115,6 +116,7 @@ class LidSurface:
             above_px=there[..., 0],
             below_px=there[..., 1],
             rise_px=_rise(row) * np.float32(self.width_px),
+            lid_rise_px=self.both.lid_rise[self.number] * np.float32(self.width_px),
             width_px=np.float32(self.width_px),
             step_px=1.0,
         )
@@ -189,10 +191,17 @@ class BothEyes:
         """Of the skin below, where heights begin at 0 on the lower lash line."""
         return self._fields(np.minimum(_height(self._below_px, self._widths_px), 0))
 
+    @cached_property
+    def lid_rise(self) -> np.ndarray:
+        """(E, 1, 1): of the upper lash line at LID_RISE_AT, in widths of the eye."""
+        first, second = np.moveaxis(self._lash_px[:, :2, _AT_LID_RISE], 1, 0)
+        row = first / np.maximum(first - second, 1e-6)  # heights fall evenly from row to row
+        return _rise(row)[:, None, None]
+
     def _fields(self, height: np.ndarray) -> EyeFields:
         return EyeFields(
             _ACROSS, height, self._lash_px, self._below_px, _RISE * self._widths_px,
-            self._widths_px, self._step_px,
+            self.lid_rise * self._widths_px, self._widths_px, self._step_px,
         )  # fmt: skip
 
 
