@@ -399,6 +399,16 @@ static inline void surface_blur_down(
     }
 }
 
+/* The same for the columns of a lid's grid that light is not read for. */
+static inline void surface_no_light(__global float *blurred, int x, int y) {
+    for (int k = LIGHT; k <= AREA; ++k) {
+        __global float *row = blurred + k * BLURRED + y * PADDED + PAD;
+        PUT(row + x, (float8)0.0f);
+        if (x < PAD) PUT(row - x - 7, (float8)0.0f);
+        if (x >= LID_WIDE - PAD) PUT(row + 2 * (LID_WIDE - 1) - x - 7, (float8)0.0f);
+    }
+}
+
 static inline float8 surface_blur_across(
     __global const float *at, __constant const float *taps, int sides) {
     float8 sum = taps[0] * EIGHT(at);
@@ -480,10 +490,14 @@ __kernel void surface(
                 surface_seam_taps, 3, 2);
         }
     for
-        EACH(i, is_lips ? 0 : LID_SIZE / 8)
-    surface_blur_down(
-        layers, blurred, i % (LID_WIDE / 8) * 8, i / (LID_WIDE / 8), LID_WIDE, LID_HIGH,
-        surface_lid_taps, 7, 2);
+        EACH(i, is_lips ? 0 : LID_SIZE / 8) {
+            int x = i % (LID_WIDE / 8) * 8, y = i / (LID_WIDE / 8);
+            if (x >= 8 * LID_LIT_FROM && x < 8 * LID_LIT_TO)
+                surface_blur_down(
+                    layers, blurred, x, y, LID_WIDE, LID_HIGH, surface_lid_taps, 7, 2);
+            else
+                surface_no_light(blurred, x, y);
+        }
     barrier(CLK_GLOBAL_MEM_FENCE);
     for
         EACH(i, is_lips ? LIPS_SIZE / 8 : 0)

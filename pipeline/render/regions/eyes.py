@@ -91,7 +91,7 @@ class ZoneWeights:
 
     def __init__(self, up: np.ndarray) -> None:
         """up: (E, 32, 48), see LidSurface."""
-        self._ring = np.where(up < 1, up, 1 + (up - 1) * np.float32(1 / (LID_FOLD_UP - 1)))
+        self._up = up
         self._found: dict[tuple[Zone, float], np.ndarray] = {}
 
     def weights(self, zone: Zone, softness: float) -> np.ndarray:
@@ -99,7 +99,10 @@ class ZoneWeights:
         key = zone, softness
         if key not in self._found:
             wide = 0.5 + softness
-            self._found[key] = _ramp(self._ring, zone.up, wide)
+            # the fold is 2 in zones, the crease 1 in both
+            steeper = np.float32(1 / (LID_FOLD_UP - 1))
+            ring = np.maximum(self._up, self._up * steeper + (1 - steeper))
+            self._found[key] = _ramp(ring, zone.up, wide)
             self._found[key] *= _across(zone, wide)
         return self._found[key]
 
