@@ -238,7 +238,8 @@ def made_up(
     through = m.undertone * bright
     # what is dark is spared only where the product would lighten it
     kept = np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
-    opaque = weight * m.opacity * np.maximum(kept, np.clip(2 - bright * shade, 0, 1))
+    lighter = np.maximum(bright * shade - 1, 0)
+    opaque = weight * m.opacity * (1 - np.minimum(1 - kept, lighter))
     weight = weight * kept
     highlight = weight * (fine - matte) * broad  # at the edge bright skin is no highlight
     breakup = np.clip(_BREAKUP_GAIN * fine - _BREAKUP_START, 0, _BREAKUP_MOST)
