@@ -16,7 +16,8 @@ from makeup_video.pipeline.render.half_resolution import HalfSize, half_size
 from people import frame_of
 
 BOTH = Look(
-    product(gloss=0.6, gloss_roughness=0.2), product(red=0, green=90, blue=140, opacity=0.7)
+    lips=product(gloss=0.6, gloss_roughness=0.2),
+    eyes=product(red=0, green=90, blue=140, opacity=0.7),
 )
 
 
