@@ -187,7 +187,9 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     __global float *out = scratch + COLUMNS_AT + x;
     float at_lash = y[x], at_brow = y[x + 2 * BROW_LINE * PATCH_WIDE] + LID_BROW_BELOW;
     float crease = at_lash - surface_lid_gap(at_lash, y, creases, x);
-    float fold = crease - surface_lid_gap(crease, creases, folds, x);
+    float fold = crease - surface_max(
+                              surface_lid_gap(crease, creases, folds, x),
+                              LID_FOLD_LEAST * (crease - at_brow));
     float brow = surface_min(at_brow, fold - LID_LEAST);
     float slope = surface_slope(y, x, LID_WIDE, 1.0f);
     float lower_slope = surface_slope(lower, x, LID_WIDE, 1.0f);

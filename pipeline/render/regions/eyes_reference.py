@@ -7,6 +7,7 @@ from makeup_video.kernels.surface import (
     LID_BROW_BELOW,
     LID_CORNERS,
     LID_FALLS,
+    LID_FOLD_LEAST,
     LID_FOLD_UP,
     LID_HW,
     LID_LEAST,
@@ -106,8 +107,9 @@ def _heights(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     lash, crease, fold, brow = (y[:, curve, None] for curve in range(4))
     apart = crease - fold
     crease = lash - _gap(lash - crease, lash - crease)
-    fold = crease - _gap(crease - fold, apart)
-    brow = np.minimum(brow + LID_BROW_BELOW, fold - LID_LEAST)
+    brow = brow + LID_BROW_BELOW
+    fold = crease - np.maximum(_gap(crease - fold, apart), LID_FOLD_LEAST * (crease - brow))
+    brow = np.minimum(brow, fold - LID_LEAST)
     ring = (lash - _ROWS) / (lash - crease)
     ring = np.where(ring < 1, ring, 1 + (crease - _ROWS) / (crease - fold))
     up = np.where(ring < 1, ring, 1 + (LID_FOLD_UP - 1) * (ring - 1))
