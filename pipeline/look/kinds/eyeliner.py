@@ -91,6 +91,7 @@ KIND = Kind(
         Dial("softness", 0.1, "Softness", "How smudged the line is."),
     ),
     order=30,
+    shown={"wing": 0.25, "lower": 0.5},
     surface="eyes",
     coats=_coats,
     is_line=True,

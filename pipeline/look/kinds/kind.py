@@ -101,6 +101,7 @@ class Kind:
     is_read: True when it is read from a photo.
     follows_color: True when a colour for a look, without parts, changes this part of it.
     remark: what the documents say of the finishes.
+    shown: the shape with which the documents show what each number of it does.
     most: how many layers of this kind a look may have.
     order: kinds with smaller numbers are painted first.
     surface: the surface of a face that it is painted on, a key of render's SURFACES.
@@ -126,6 +127,7 @@ class Kind:
     is_read: bool = False
     follows_color: bool = False
     remark: str = ""
+    shown: Mapping[str, Any] = field(default_factory=dict)
     most: int = 1
     order: int
     surface: str
