@@ -20,7 +20,7 @@ _FINISHES = {
 _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as thick as it was
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
-_THINNED = -1e3  # px: no line at all
+_THINNED = np.float32(-1e3)  # px: no line at all
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 

@@ -105,7 +105,8 @@ class LidSurface:
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        inside = self._away_px > 0
+        # a pixel of skin is interpolated from places up to the diagonal of a step away
+        inside = self._away_px > -1.5 * self.grid.step_px()
         if density is not None:
             inside &= density > 0
         return self.grid.box_px(box_of(inside), more=1)  # weights are interpolated

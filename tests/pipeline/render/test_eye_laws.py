@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from layers import SLOTS
 from laws import OPEN_MOUTHS, WORN, film_scenes, share_changed, true_px
+from layers import SLOTS
 from makeup import (
     close_up,
     inside,

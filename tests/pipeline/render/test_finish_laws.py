@@ -11,8 +11,8 @@ from makeup_video.kernels.colour import SRGB, Coding, decode, encode, rounded, t
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.look.finishes import FINISHES
 from makeup_video.pipeline.look.finishes import product as finished
-from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from people import frame_of, portrait
 from skimage.color import deltaE_ciede2000
