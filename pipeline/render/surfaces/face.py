@@ -90,6 +90,7 @@ class FaceSurface:
     visible: np.ndarray
     likeness: np.ndarray
     number: ClassVar[int] = 0
+    is_broad: ClassVar[bool] = True
 
     def sides(self) -> "list[FaceSurface]":
         return [self]

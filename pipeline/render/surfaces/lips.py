@@ -58,12 +58,13 @@ class LipsSurface:
     upper: np.ndarray
     boxes: dict[float, Box] = field(default_factory=dict, repr=False)
     number: ClassVar[int] = 0
+    is_broad: ClassVar[bool] = False
 
     def sides(self) -> "list[LipsSurface]":
         return [self]
 
     def fields(self) -> LipsFields:
-        return LipsFields(_inward(self.face, self.grid)[None])
+        return LipsFields(lambda: _inward(self.face, self.grid)[None])
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
