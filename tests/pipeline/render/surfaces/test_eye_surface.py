@@ -15,6 +15,7 @@ from makeup_video.pipeline.faces.topology import (
     RIGHT_BROW,
     RIGHT_EYE,
 )
+from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
 HW = (220, 200)
@@ -37,9 +38,11 @@ def on_grid(region, field, points_px):
 
 
 def skin_of(region, hw=HW):
-    out = np.empty(hw, np.float32)
-    region.skin(out, (0, 0))
-    return out
+    """Return the weight that is allowed above or below the eye, (h, w)."""
+    above_and_below = np.full((2, *hw), np.nan, np.float32)
+    for side, out in zip(region.sides(), above_and_below, strict=True):
+        side.weigh(out, (0, 0), 0.5, None)
+    return above_and_below.max(0)
 
 
 @pytest.mark.parametrize("number", [OPEN, SHUT])
@@ -119,7 +122,7 @@ def test_beyond_the_corners_all_is_skin():
 def test_lash_lines_cross_at_the_outer_corner():
     """They go on in their directions: nothing beyond lies between them, as the eyeball does."""
     for region, *_ in surfaces():
-        for column in np.flatnonzero(region.out > 0.52):
+        for column in np.flatnonzero(OUTWARDS > 0.52):
             below_at_lashes = np.interp(0, -region.lash_px[:, column], region.below_px[:, column])
             assert below_at_lashes > 0.05
 
