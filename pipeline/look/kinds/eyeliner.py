@@ -1,12 +1,15 @@
 """Eyeliner: a line along the lashes, with a wing."""
 
 import math
+from typing import TYPE_CHECKING
 
-import numpy as np
 from makeup_video.pipeline.look.kinds.fields import EyeFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
 from makeup_video.pipeline.look.kinds.ramps import fall, rise
 from makeup_video.pipeline.look.params import GraphicsParams
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # Rows in the order of SETTINGS.
 _FINISHES = {
@@ -24,6 +27,8 @@ _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """The upper line, the wing and the lower line, as the largest of their coverages."""
+    import numpy as np
+
     thick_px = shape["thickness"] * _OPEN * at.width_px
     smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
     blur_px = np.maximum(at.step_px, smudge * thick_px)
@@ -41,8 +46,12 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     return [Coat(product, line.astype(np.float32))]
 
 
-def _wing(at: EyeFields, shape: Shape, thick_px: np.ndarray, blur_px: np.ndarray) -> np.ndarray:
+def _wing(
+    at: EyeFields, shape: Shape, thick_px: "np.ndarray", blur_px: "np.ndarray"
+) -> "np.ndarray":
     """A stroke from the outer corner outwards and up that thins to a point."""
+    import numpy as np
+
     length_px = shape["wing"] * at.width_px
     angle = math.radians(shape["wing_angle"])
     # it leaves the lash line a little before the corner, so that line and wing are one stroke
@@ -55,10 +64,12 @@ def _wing(at: EyeFields, shape: Shape, thick_px: np.ndarray, blur_px: np.ndarray
 
 
 def _covered(
-    at_px: np.ndarray, low_px: np.ndarray | float, high_px: np.ndarray, blur_px: np.ndarray
-) -> np.ndarray:
+    at_px: "np.ndarray", low_px: "np.ndarray | float", high_px: "np.ndarray", blur_px: "np.ndarray"
+) -> "np.ndarray":
     """The share of a window, blur_px wide around each place, that lies between two borders: a line
     thinner than a pixel is faint, and does not crawl."""
+    import numpy as np
+
     half = 0.5 * blur_px
     inside = np.minimum(high_px, at_px + half) - np.maximum(low_px, at_px - half)
     return np.clip(inside * (1 / blur_px), 0, 1)

@@ -5,8 +5,10 @@ grid, or, for lines, the pixels of a part of the frame.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
 LID = 0.22  # of the eye's width: height of a usual lid, the unit of heights below the eye
 
@@ -15,7 +17,7 @@ LID = 0.22  # of the eye's width: height of a usual lid, the unit of heights bel
 class LipsFields:
     """inward: 0 at the lips' outer border, 1 where the lips meet or the mouth opens."""
 
-    inward: np.ndarray
+    inward: "np.ndarray"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,12 +32,12 @@ class EyeFields:
     width_px: of the eye.  step_px: between neighbouring places.
     """
 
-    across: np.ndarray
-    height: np.ndarray
-    above_px: np.ndarray
-    below_px: np.ndarray
-    rise_px: np.ndarray
-    width_px: np.ndarray
+    across: "np.ndarray"
+    height: "np.ndarray"
+    above_px: "np.ndarray"
+    below_px: "np.ndarray"
+    rise_px: "np.ndarray"
+    width_px: "np.ndarray"
     step_px: float
 
 
@@ -47,5 +49,5 @@ class FaceFields:
     through the eye corners.
     """
 
-    across: np.ndarray
-    down: np.ndarray
+    across: "np.ndarray"
+    down: "np.ndarray"
