@@ -2,17 +2,17 @@
 
 from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
-from makeup_video.pipeline.look.kinds.ramps import fall, rise
+from makeup_video.pipeline.look.kinds.ramps import fall, rise, smooth
 from makeup_video.pipeline.look.params import GraphicsParams
 
 # Rows in the order of SETTINGS.
 _FINISHES = {
-    "matte":    (0.70, 0.00, 0.95, 0.00, 0.60, 0.75, 0.10, 0.20, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
-    "satin":    (0.60, 0.20, 0.80, 0.00, 0.60, 0.80, 0.10, 0.40, 0.40, 0.80, 0.00, 0.50, 0.50, 1.0),
-    "sheer":    (0.28, 0.10, 0.80, 0.00, 0.80, 0.90, 0.40, 0.40, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
-    "gloss":    (0.45, 0.90, 0.40, 0.10, 0.60, 0.80, 0.15, 0.40, 0.60, 0.50, 0.00, 0.50, 0.50, 1.0),
-    "metallic": (0.80, 0.70, 0.60, 0.15, 0.60, 0.70, 0.05, 0.20, 0.60, 0.60, 0.60, 0.10, 1.00, 1.0),
-    "shimmer":  (0.50, 0.40, 0.65, 0.05, 0.70, 0.75, 0.15, 0.30, 0.50, 0.60, 0.70, 0.30, 0.40, 1.0),
+    "matte":    (0.92, 0.00, 0.95, 0.00, 0.60, 0.75, 0.05, 0.20, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
+    "satin":    (0.85, 0.20, 0.80, 0.00, 0.60, 0.80, 0.05, 0.40, 0.40, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.28, 0.10, 0.80, 0.00, 0.80, 0.90, 0.08, 0.40, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "gloss":    (0.60, 0.90, 0.40, 0.10, 0.60, 0.80, 0.08, 0.40, 0.60, 0.50, 0.00, 0.50, 0.50, 1.0),
+    "metallic": (0.90, 0.70, 0.60, 0.15, 0.60, 0.70, 0.05, 0.20, 0.60, 0.60, 0.60, 0.10, 1.00, 1.0),
+    "shimmer":  (0.85, 0.40, 0.65, 0.05, 0.70, 0.75, 0.08, 0.30, 0.50, 0.60, 0.70, 0.30, 0.70, 1.0),
 }  # fmt: skip
 
 # low, high, inner, outer, lift, softness
@@ -25,6 +25,7 @@ _SLOTS = {
     "inner": (-0.70, 0.70, -0.14, 0.20, 0.0, 0.30),
     "full": (0.0, 1.70, 0.10, 1.15, 0.2, 0.80),
 }
+_SHARP, _FADE = 0.02, 4.0  # heights over which the lower border fades: at the corner, and beyond
 _NUMBERS = ("low", "high", "inner", "outer", "lift", "softness")
 
 
@@ -39,13 +40,16 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     wide = 2 * shape["softness"] * (0.5 + product.edge_softness)
     density = rise(at.across, shape["inner"], 0.38 * wide)
     density = density * fall(at.across, shape["outer"], 0.30 * wide)
-    height = at.height
+    height, beyond = at.height, np.maximum(at.across - 1, 0)
     if shape["lift"]:
-        height = height - np.float32(shape["lift"] / LID) * np.maximum(at.across - 1, 0)
+        height = height - np.float32(shape["lift"] / LID) * beyond
     if is_upper or high < 0:
         density = density * fall(height, high, 0.95 * wide * _room(shape))
     if low > 0 or not is_upper:
         density = density * rise(height, low, 0.90 * wide * _room(shape))
+    elif is_upper:
+        # beyond the corner no lash line ends the colour: it fades the more the further out
+        density = density * smooth((height + _SHARP) / (_SHARP + _FADE * wide * beyond))
     return [Coat(product, density)]
 
 
@@ -80,6 +84,7 @@ KIND = Kind(
     slots={name: dict(zip(_NUMBERS, row, strict=True)) for name, row in _SLOTS.items()},
     most=4,
     order=20,
+    shown={"outer": 1.3},
     surface="eyes",
     coats=_coats,
     spared=0.2,

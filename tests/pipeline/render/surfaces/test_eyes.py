@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import close_up, inside, true_face
 from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
-from makeup_video.pipeline.look.regions.eyes import ZONES
-from makeup_video.pipeline.render.regions.eyes import ZONES as ZONE_OF
-from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
+from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.render.surfaces.eyes import ZONES as ZONE_OF
+from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
 HW = (220, 200)
 
