@@ -124,7 +124,8 @@ def _gap(gap: np.ndarray, apart: np.ndarray) -> np.ndarray:
     for seed, fall, side in zip(LID_SEEDS, LID_FALLS, (-1, 1), strict=True):
         beyond = side * (COLUMNS - seed)
         held = np.where(beyond > 0, np.maximum(held, apart[..., seed, None] - fall * beyond), held)
-    return np.maximum(gap, held)
+    at_least: np.ndarray = np.maximum(gap, held)
+    return at_least
 
 
 def _distance_px(lashes: np.ndarray, steps_px: np.ndarray) -> np.ndarray:
