@@ -4,7 +4,7 @@ import math
 from dataclasses import fields
 
 from hypothesis import strategies as st
-from makeup_video.pipeline import KINDS, GraphicsParams, Layer, Look
+from makeup_video.pipeline import KINDS, GraphicsParams, Layer, Look, product
 
 SPECS = {spec.name: spec.metadata for spec in fields(GraphicsParams)}
 SEVEN = ("red", "green", "blue", "opacity", "gloss", "gloss_roughness", "reflection")
@@ -73,8 +73,6 @@ def looks(draw):
     return Look.from_dict(draw(look_objects()))
 
 
-def layer_of(kind, hexed="#B4002E", **changes):
-    """A plain layer of a kind."""
-    red, green, blue = bytes.fromhex(hexed[1:])
-    rest = dict.fromkeys(SEVEN[3:], 0.5)
-    return Layer(kind, GraphicsParams(red=red, green=green, blue=blue, **rest), **changes)
+def layer_of(kind, hexed="#B4002E", finish="matte", **changes):
+    """A layer of a kind in a colour and a finish."""
+    return Layer(kind, product(bytes.fromhex(hexed[1:]), finish, KINDS[kind].part), **changes)

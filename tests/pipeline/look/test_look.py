@@ -154,9 +154,7 @@ def test_looks_made_in_python_are_checked_alike(make, words):
 def test_lips_and_eyes_are_the_short_way_to_two_layers():
     lips, eyes = (GraphicsParams(**{**LIPS, "red": red}) for red in (1, 2))
     look = Look(lips=lips, eyes=eyes, zone="outer", intensity=0.5)
-    assert look == Look(
-        [Layer("lipstick", lips), Layer("eyeshadow", eyes, {"slot": "outer"}, 0.5)]
-    )
+    assert look == Look([Layer("lipstick", lips), Layer("eyeshadow", eyes, {"slot": "outer"}, 0.5)])
     assert (look.lips, look.eyes, look.zone) == (lips, eyes, "outer")
     assert (Look().lips, Look().eyes, Look().zone) == (None, None, "lid")
     assert look.kinds == ("lipstick", "eyeshadow")
@@ -194,4 +192,6 @@ def test_bare_means_that_nothing_will_be_painted():
     assert Look(eyes=lips, intensity=0).is_bare
     assert not Look(lips=lips, intensity=0).is_bare
     assert not Look(eyes=lips).is_bare
-    assert [layer.strength for layer in Look([Layer("blush", lips, {}, 0.5)], 0.5).painted] == [0.25]
+    assert [layer.strength for layer in Look([Layer("blush", lips, {}, 0.5)], 0.5).painted] == [
+        0.25
+    ]

@@ -92,7 +92,9 @@ def test_values_too_odd_to_print_are_refused_by_name(values, words):
 def test_a_list_that_holds_itself_is_refused():
     nested = []
     nested.append(nested)
-    with pytest.raises(LookError, match=r"layers\[0\] must be an object, got something of type list"):
+    with pytest.raises(
+        LookError, match=r"layers\[0\] must be an object, got something of type list"
+    ):
         Look.from_dict({"version": 2, "layers": nested})
 
 
