@@ -92,7 +92,8 @@ def skin_likeness(
 
 
 def _fit(numbers: np.ndarray, slopes: np.ndarray, usual: float) -> _Skin | None:
-    """numbers, slopes: (3, S) of the samples; usual: the log of the face's luminance. None where no part of the face is seen."""
+    """numbers, slopes: (3, S) of the samples; usual: the log of the face's luminance. None where no
+    part of the face is seen."""
     start = _start(numbers, slopes, usual)
     if start is None:
         return None

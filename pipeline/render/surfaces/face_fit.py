@@ -205,10 +205,12 @@ def _model() -> _Model:
     to_terms = np.linalg.pinv(_products(own, _TANGENT_DEGREE))
     along, down = _exponents(_TANGENT_DEGREE)
     x, y = _powers(own[:, 0], _TANGENT_DEGREE), _powers(own[:, 1], _TANGENT_DEGREE)
-    slopes = np.concatenate([
-        along * x[:, np.maximum(along - 1, 0)] * y[:, down],
-        down * x[:, along] * y[:, np.maximum(down - 1, 0)],
-    ])
+    slopes = np.concatenate(
+        [
+            along * x[:, np.maximum(along - 1, 0)] * y[:, down],
+            down * x[:, along] * y[:, np.maximum(down - 1, 0)],
+        ]
+    )
     return _Model(
         points,
         xy.astype(np.float32),
