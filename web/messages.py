@@ -27,8 +27,9 @@ from makeup_video.pipeline.errors import LookError, UsageError
 from makeup_video.pipeline.look.finishes import FINISHES, look_in_words
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Kind
-from makeup_video.pipeline.look.look import Look, whole_number
+from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.look.strict_json import whole_number
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63

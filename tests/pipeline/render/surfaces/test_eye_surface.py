@@ -38,11 +38,14 @@ def on_grid(region, field, points_px):
 
 
 def skin_of(region, hw=HW):
-    """Return the weight that is allowed above or below the eye, (h, w)."""
-    above_and_below = np.full((2, *hw), np.nan, np.float32)
-    for side, out in zip(region.sides(), above_and_below, strict=True):
+    """Return how much is covered where all is painted above and below the eye, (h, w); 1 beyond
+    the grid."""
+    bare = region.grid.warped(np.ones(region.up.shape, np.float32), (0, 0), hw, 0.0)
+    for side in region.sides():
+        out = np.full(hw, np.nan, np.float32)
         side.weigh(out, (0, 0), 0.5, None)
-    return above_and_below.max(0)
+        bare *= 1 - out
+    return 1 - bare
 
 
 @pytest.mark.parametrize("number", [OPEN, SHUT])
