@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 import numpy as np
 from hypothesis import strategies as st
+from looks import shapes
 from makeup import params, product
 from makeup_video.pipeline.look.kinds import KINDS
-from makeup_video.pipeline.look.kinds.kind import Dial
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.coats import Job, jobs_of
 from makeup_video.pipeline.render.scene import FrameScene
@@ -16,24 +16,9 @@ SLOTS = tuple(KINDS["eyeshadow"].slots)
 UPPER_SLOTS = tuple(slot for slot, shape in KINDS["eyeshadow"].slots.items() if shape["low"] >= 0)
 
 
-def _values(dial: Dial):
-    if dial.choices:
-        return st.sampled_from(dial.choices)
-    if dial.is_colour:
-        return st.integers(0, 0xFFFFFF).map("#{:06X}".format)
-    return st.floats(dial.low, dial.high)
-
-
-def shapes(kind: str):
-    """Any shape of a kind: some of its dials, each over its whole range."""
-    return st.fixed_dictionaries(
-        {}, optional={dial.name: _values(dial) for dial in KINDS[kind].dials}
-    )
-
-
 def layers(kind: str, **fixed: float):
     """Any layer of a kind, with all parameters free but those that are given."""
-    return st.builds(Layer, st.just(kind), params(**fixed), shapes(kind), st.floats(0, 1))
+    return st.builds(Layer, st.just(kind), params(**fixed), shapes(KINDS[kind]), st.floats(0, 1))
 
 
 def layer_lists(**fixed: float):

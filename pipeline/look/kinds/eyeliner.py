@@ -23,7 +23,7 @@ _FINISHES = {
 _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as thick as it was
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
-_THINNED = np.float32(-1e3)  # px: no line at all
+_THINNED = -1e3  # px: no line at all
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 
@@ -50,7 +50,8 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
 def _along(away_px: "np.ndarray", over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
     """A stroke along a lash line that begins a little over it."""
     above = away_px + over_px
-    return Stroke(above, _THINNED * (thick_px <= 0) + thick_px - above)
+    none = (thick_px <= 0).astype(above.dtype)
+    return Stroke(above, _THINNED * none + thick_px - above)
 
 
 def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
@@ -67,7 +68,8 @@ def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndar
     high = (np.maximum(height, thick_px) + over_px) * left**_SLIM
     # never on the eyeball, nor before the place where the wing leaves the line
     above = np.minimum(np.minimum(beside, at.above_px) + over_px, along - back)
-    return Stroke(above, _THINNED * (left <= 0) + high - over_px - beside)
+    none = (left <= 0).astype(above.dtype)
+    return Stroke(above, _THINNED * none + high - over_px - beside)
 
 
 def _turned(out: "np.ndarray", up: "np.ndarray", angle: float) -> "tuple[np.ndarray, np.ndarray]":

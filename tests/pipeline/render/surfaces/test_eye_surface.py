@@ -40,7 +40,8 @@ def on_grid(region, field, points_px):
 def skin_of(region, hw=HW):
     """Return how much is covered where all is painted above and below the eye, (h, w); 1 beyond
     the grid."""
-    bare = region.grid.warped(np.ones(region.up.shape, np.float32), (0, 0), hw, 0.0)
+    on_grid = region.grid.warped(np.ones(region.up.shape, np.float32), (0, 0), hw, 0.0)
+    bare = (on_grid >= 1).astype(np.float32)
     for side in region.sides():
         out = np.full(hw, np.nan, np.float32)
         side.weigh(out, (0, 0), 0.5, None)
@@ -117,7 +118,8 @@ def test_beyond_the_corners_all_is_skin():
             outwards = eye[0] - eye[8]
             for corner, way in ((eye[0], outwards), (eye[8], -outwards)):
                 x, y = np.rint(corner + 0.06 * way).astype(int)
-                assert skin[y - 6 : y + 7, x].min() > 0.9
+                # both sides are feathered where their lash lines cross
+                assert skin[y - 6 : y + 7, x].min() > 0.7
             x, y = np.rint(eye[8] + 0.03 * outwards).astype(int)
             assert skin[y, x] < 0.5  # the tear duct
 
