@@ -101,25 +101,27 @@ def test_the_crease_goes_on_beyond_the_outer_corner():
 @pytest.mark.parametrize("scale", [1.0, 3.0])
 def test_all_is_skin_but_the_eyeball(scale):
     hw = tuple(int(side * scale) for side in HW)
-    for region, _, _, contour in surfaces(OPEN, scale):
+    for region, eye, _, contour in surfaces(OPEN, scale):
         skin = skin_of(region, hw)
         feather_px = max(0.025 * region.width_px, 1.2)
         assert skin.min() == 0 and skin.max() == 1
         assert skin[inside(contour, hw, 0.9 * scale)].max() < 0.05
         # the lash lines are curves through the contour's points, which bulge between them
         far = 1 - inside(contour, hw, -(feather_px + 0.04 * region.width_px + 1))
-        assert skin[far > 0].min() == 1
+        across = (np.stack(np.mgrid[: hw[0], : hw[1]][::-1], -1) - eye[8]) @ (eye[0] - eye[8])
+        between = (across > 0) & (across < region.width_px**2)
+        assert skin[(far > 0) & between].min() == 1
 
 
-def test_beyond_the_corners_all_is_skin():
+def test_beyond_the_corners_all_is_skin_but_a_line():
     for number in (OPEN, SHUT):
         for region, eye, _, _ in surfaces(number, 3.0):
             skin = skin_of(region, (660, 600))
             outwards = eye[0] - eye[8]
             for corner, way in ((eye[0], outwards), (eye[8], -outwards)):
                 x, y = np.rint(corner + 0.06 * way).astype(int)
-                # both sides are feathered where their lash lines cross
-                assert skin[y - 6 : y + 7, x].min() > 0.7
+                # both sides are feathered away from their lash lines, which meet there
+                assert (1 - skin[y - 6 : y + 7, x]).sum() < 1.3 * 0.025 * region.width_px
             x, y = np.rint(eye[8] + 0.03 * outwards).astype(int)
             assert skin[y, x] < 0.5  # the tear duct
 
