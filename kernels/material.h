@@ -39,9 +39,10 @@ MATERIAL_INLINE material_surface material_at(
     s.ny = ny;
     float facing = nx * m->half_way[0] + ny * m->half_way[1] + nz * m->half_way[2];
     facing = colour_positive(facing);
-    /* Trowbridge and Reitz's lobe (GGX), 1 at its peak */
+    /* Trowbridge and Reitz's lobe (GGX), 1 at its peak, without its tail */
     float lobe = m->lobe / (1.0f - facing * facing * (1.0f - m->lobe));
-    s.lobe = lobe * lobe;
+    lobe = colour_positive(lobe * lobe - MATERIAL_LOBE_TAIL);
+    s.lobe = lobe * (1.0f / (1.0f - MATERIAL_LOBE_TAIL));
     float rim = 1.0f - nz;
     s.mirror = m->reflection * (m->fresnel_front + m->fresnel_rim * rim * rim * rim);
     /* the reflected ray's x and y, from the middle of the environment's texels */
@@ -141,17 +142,21 @@ MATERIAL_INLINE colour_rgb material_paint(
     float broad = s->coarse + m->dark;
     float fine = lit / broad;
     fine = colour_min(fine, MATERIAL_BRIGHTEST);
-    weight *= colour_clamp(m->dark_offset + m->dark_gain * fine, 1.0f);
     float matte = colour_min(fine, MATERIAL_FINEST);
-    float highlight = weight * (fine - matte) * broad; /* at the edge bright skin is no highlight */
     float shade = s->shade * (1.0f + m->texture * (matte - 1.0f));
     float below = colour_min(shade, 1.0f);
     float above = shade - below;
     float product_y = m->luminance[0] * m->product[0] + m->luminance[1] * m->product[1] +
                       m->luminance[2] * m->product[2];
-    float skin = m->undertone * product_y / lit;
-    float opaque = weight * m->opacity;
-    float own = m->texture * highlight;
+    float bright = product_y / lit; /* of the product, as a multiple of the pixel's light */
+    float skin = m->undertone * bright;
+    /* what is dark is spared only where the product would lighten it */
+    float kept = colour_clamp(m->dark_offset + m->dark_gain * fine, 1.0f);
+    float darkens = colour_clamp(2.0f - bright * shade, 1.0f);
+    float opaque = weight * m->opacity * (darkens > kept ? darkens : kept);
+    weight *= kept;
+    float highlight = weight * (fine - matte) * broad; /* at the edge bright skin is no highlight */
+    float own = m->texture * m->keep_highlights * highlight;
     float mirror = weight * s->mirror;
     float breakup = MATERIAL_BREAKUP_GAIN * fine - MATERIAL_BREAKUP_START;
     breakup = colour_clamp(breakup, MATERIAL_BREAKUP_MOST);

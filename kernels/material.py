@@ -17,6 +17,7 @@ _BRIGHTEST = 6.0  # times the broad light
 _BRIGHTEST_SHADE = 4.0  # times the mean of the region
 _STEEPEST = 0.96  # of nx^2 + ny^2: a steeper normal would turn away from the viewer
 LEAST_ROOM = 1e-4
+_LOBE_TAIL = 0.3  # of the highlight's peak: the fainter rest would veil the product
 # How fine light breaks up the synthetic highlight.
 _BREAKUP_GAIN, _BREAKUP_START, _BREAKUP_MOST = 2.5, 1.5, 2.0
 # Sparkles: added to coordinates so that cells count from 0; margin and spread of a sparkle's place
@@ -33,6 +34,7 @@ MATERIAL = np.dtype([
     ("opacity", np.float32),
     ("texture", np.float32),
     ("undertone", np.float32),
+    ("keep_highlights", np.float32),
     ("own_highlights", np.float32),
     ("lobe", np.float32),
     ("half_way", np.float32, 3),
@@ -60,6 +62,7 @@ DEFINITIONS = Definitions(
         "MATERIAL_BRIGHTEST_SHADE": _BRIGHTEST_SHADE,
         "MATERIAL_STEEPEST": _STEEPEST,
         "MATERIAL_LEAST_ROOM": LEAST_ROOM,
+        "MATERIAL_LOBE_TAIL": _LOBE_TAIL,
         "MATERIAL_BREAKUP_GAIN": _BREAKUP_GAIN,
         "MATERIAL_BREAKUP_START": _BREAKUP_START,
         "MATERIAL_BREAKUP_MOST": _BREAKUP_MOST,
@@ -84,6 +87,7 @@ class Material:
     opacity: 0..1.
     texture: how much of the skin's fine light and dark survives, 0..1.
     undertone: how much of the skin's chroma survives, 0..1.
+    keep_highlights: how much of the skin's own highlights stays on the film, 0..1.
     own_highlights: gain of the highlights that the skin has.
     lobe: squared width of the synthetic highlight, 0..1.
     half_way: unit vector between light and viewer, z towards the viewer.
@@ -96,7 +100,7 @@ class Material:
     spot: squared radius of a sparkle, in cells.
     dark: light below which differences do not count.
     dark_gain, dark_offset: the weight is multiplied by dark_offset + dark_gain * fine light,
-    clipped to 0..1, which spares what is dark.
+    clipped to 0..1. So what is dark is spared, except from a film that darkens it.
     to_film, from_film: (3, 3) by rows, from the frame's primaries to sRGB's and back.
     ceiling: the brightest light that is painted.
     """
@@ -108,6 +112,7 @@ class Material:
     opacity: float
     texture: float
     undertone: float
+    keep_highlights: float
     own_highlights: float
     lobe: float
     half_way: tuple[float, float, float]
@@ -161,8 +166,9 @@ def skin_at(
     nz = np.sqrt(1 - (nx * nx + ny * ny))
     shade = np.minimum((coarse + m.dark) / (mean + m.dark), _BRIGHTEST_SHADE)
     facing = np.maximum(nx * m.half_way[0] + ny * m.half_way[1] + nz * m.half_way[2], 0)
-    # Trowbridge and Reitz's lobe (GGX), 1 at its peak
+    # Trowbridge and Reitz's lobe (GGX), 1 at its peak, without its tail
     lobe = (m.lobe / (1 - facing * facing * (1 - m.lobe))) ** 2
+    lobe = np.maximum(lobe - _LOBE_TAIL, 0) / (1 - _LOBE_TAIL)
     mirror = m.reflection * (m.fresnel_front + m.fresnel_rim * (1 - nz) ** 3)
     rx, ry = 2 * nz * nx, 2 * nz * ny
     ex = np.clip(_MIDDLE + m.room[0] * rx + m.room[1] * ry, 0, _LAST)
@@ -224,25 +230,30 @@ def made_up(
     lit = np.maximum(under @ np.array(m.luminance), 0) + m.dark
     broad = skin.coarse + m.dark
     fine = np.minimum(lit / broad, _BRIGHTEST)
-    weight = weight * np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
     matte = np.minimum(fine, _FINEST)
-    highlight = weight * (fine - matte) * broad  # at the edge bright skin is no highlight
     shade = skin.shade * (1 + m.texture * (matte - 1))
     below = np.minimum(shade, 1)
     product = np.array(m.product)
-    through = m.undertone * (product @ np.array(m.luminance)) / lit
+    bright = (product @ np.array(m.luminance)) / lit  # as a multiple of the pixel's light
+    through = m.undertone * bright
+    # what is dark is spared only where the product would lighten it
+    kept = np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
+    opaque = weight * m.opacity * np.maximum(kept, np.clip(2 - bright * shade, 0, 1))
+    weight = weight * kept
+    highlight = weight * (fine - matte) * broad  # at the edge bright skin is no highlight
     breakup = np.clip(_BREAKUP_GAIN * fine - _BREAKUP_START, 0, _BREAKUP_MOST)
     lobe = weight * skin.lobe * breakup
     shown = weight * m.own_highlights * highlight
     sparkle = weight * sparkles(u, v, skin, m)
 
     seen = np.maximum(under, 0)
+    own = m.texture * m.keep_highlights
     base = product * (1 - m.undertone) + seen * through[..., None]
-    extra = base * (shade - below)[..., None] + (m.texture * highlight)[..., None]
+    extra = base * (shade - below)[..., None] + (own * highlight)[..., None]
     laid = added(base * below[..., None], extra, m.ceiling)
     # A thin film takes light from what is under it, so it deepens before it covers: mixing linear
     # light would look milky. The root of light is close to what painting programs mix.
-    opaque = (weight * m.opacity)[..., None]
+    opaque = opaque[..., None]
     root = np.sqrt(seen)
     root = root + opaque * (np.sqrt(np.abs(laid)) - root)
     film = under + root * root - seen - opaque * (under - seen)

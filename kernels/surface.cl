@@ -7,8 +7,8 @@
  * pixels at once, since PoCL does not vectorise code that reads neighbours.
  *
  * - given: the face and the frame, GIVEN in surface.py.
- * - rings: (14, RING), the points of half-rings of the upper and the lower lip, from border to
- *   opening, and of the lash line, crease and brow of both eyes.
+ * - rings: (18, RING), the points of half-rings of the upper and the lower lip, from border to
+ *   opening, and of the lash line, crease, fold, brow and lower lash line of both eyes.
  * - luma, cb, cr: planes.
  * - table: linear light of R'G'B'.
  * - all_scratch: (3, SCRATCH_SIZE).
@@ -23,31 +23,47 @@
 /* Not inlined: the program compiles in half the time and runs as fast. */
 #define SURFACE_STEP static __attribute__((noinline))
 
-/* Replaces LASHES points by SMOOTH points on a curve through them (Catmull and Rom, 1974). */
-SURFACE_STEP void surface_smooth(float *points) {
+/* Replaces `count` points by 4 (count - 1) + 1 on a curve through them (Catmull and Rom, 1974). */
+SURFACE_STEP void surface_smooth(float *points, int count) {
     float smooth[SMOOTH];
-    for (int i = 0; i < SMOOTH; ++i) {
-        int at = i / 4 < LASHES - 1 ? i / 4 : LASHES - 2;
+    int more = 4 * (count - 1) + 1;
+    for (int i = 0; i < more; ++i) {
+        int at = i / 4 < count - 1 ? i / 4 : count - 2;
         float t = 0.25f * (float)(i - 4 * at), t2 = t * t, t3 = t2 * t;
         float before = points[at > 0 ? at - 1 : 0],
-              after = points[at + 2 < LASHES ? at + 2 : LASHES - 1];
+              after = points[at + 2 < count ? at + 2 : count - 1];
         smooth[i] =
             0.5f * ((2.0f * t2 - t - t3) * before + (2.0f - 5.0f * t2 + 3.0f * t3) * points[at] +
                     (t + 4.0f * t2 - 3.0f * t3) * points[at + 1] + (t3 - t2) * after);
     }
-    for (int i = 0; i < SMOOTH; ++i) points[i] = smooth[i];
+    for (int i = 0; i < more; ++i) points[i] = smooth[i];
+}
+
+/* Carries a lash line on beyond the corners of the eye, in its direction there; it settles. */
+SURFACE_STEP void surface_settle(__global float *heights) {
+    int inner_at = (int)LID_INNER_CORNER + 1, outer_at = (int)LID_OUTER_CORNER;
+    float inner = surface_clamp(0.5f * (heights[inner_at] - heights[inner_at + 2]), -1.0f, 1.0f);
+    float outer = surface_clamp(0.5f * (heights[outer_at] - heights[outer_at - 2]), -1.0f, 1.0f);
+    for (int x = 0; x < inner_at; ++x) {
+        float beyond = LID_INNER_CORNER - (float)x;
+        heights[x] += inner * beyond / (1.0f + beyond / LID_SETTLE);
+    }
+    for (int x = outer_at + 1; x < LID_WIDE; ++x) {
+        float beyond = (float)x - LID_OUTER_CORNER;
+        heights[x] += outer * beyond / (1.0f + beyond / LID_SETTLE);
+    }
 }
 
 /* Computes a curve's heights and depths by column. Curves of the lips: eight half-rings by the
- * grid's columns, then borders and openings (rings 0, 3, 4, 7) by the patch's. Of a lid: three. */
+ * grid's columns, then borders and openings (rings 0, 3, 4, 7) by the patch's. Of a lid: LID_CURVES. */
 SURFACE_STEP void surface_curve(
     int region, int curve, __global const float *given, __global const int *rings,
     __global float *scratch) {
     int is_lid = region > 0, is_fine = !is_lid && curve >= 8;
-    int ring = is_lid    ? 5 + 3 * region + curve
+    int ring = is_lid    ? 8 + LID_CURVES * (region - 1) + curve
                : is_fine ? ((curve - 8) >> 1) * 4 + (curve & 1) * 3
                          : curve;
-    int count = is_lid ? LASHES : RING;
+    int count = !is_lid ? RING : curve == BROW_LINE ? BROWS : LASHES;
     __global const float *place = given + region * PLACE_SIZE;
     __global const float *to_own = place + TO_OWN_AT, *origin = place + ORIGIN_AT;
     float x[SMOOTH], y[SMOOTH], z[SMOOTH];
@@ -63,10 +79,10 @@ SURFACE_STEP void surface_curve(
         scratch[CORNERS_AT + 1] = x[count - 1];
     }
     if (is_lid) {
-        surface_smooth(x);
-        surface_smooth(y);
-        surface_smooth(z);
-        count = SMOOTH;
+        surface_smooth(x, count);
+        surface_smooth(y, count);
+        surface_smooth(z, count);
+        count = 4 * (count - 1) + 1;
     }
     for (int i = 1; i < count; ++i)
         x[i] = surface_max(x[i], x[i - 1]); /* seen from the side, rings fold over */
@@ -81,6 +97,7 @@ SURFACE_STEP void surface_curve(
         heights[column] = y[i] + t * (y[next] - y[i]);
         heights[column + PATCH_WIDE] = z[i] + t * (z[next] - z[i]);
     }
+    if (is_lid && (curve == LASH_LINE || curve == LOWER_LINE)) surface_settle(heights);
 }
 
 /* Computes both lips' slopes between rings, and along the middle, at a column of the grid. */
@@ -144,27 +161,52 @@ SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
     out[PER_LOWER * PATCH_WIDE] = 1.0f / surface_max(bottom - lower, 1.0f);
 }
 
+/* How many rows the crease lies above the lash line, in a column of a lid's grid. */
+static inline float surface_lid_gap(__global const float *y, int x) {
+    __global const float *crease = y + 2 * CREASE_LINE * PATCH_WIDE;
+    float gap = y[x] - crease[x];
+    if (x < LID_INNER_SEED) {
+        float seed = y[LID_INNER_SEED] - crease[LID_INNER_SEED];
+        gap = surface_max(gap, seed - LID_INNER_FALL * (float)(LID_INNER_SEED - x));
+    }
+    if (x > LID_OUTER_SEED) {
+        float seed = y[LID_OUTER_SEED] - crease[LID_OUTER_SEED];
+        gap = surface_max(gap, seed - LID_OUTER_FALL * (float)(x - LID_OUTER_SEED));
+    }
+    return surface_max(gap, LID_LEAST);
+}
+
 /* The same for a column of a lid's grid. */
 SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT, *z = y + PATCH_WIDE;
+    __global const float *lower = y + 2 * LOWER_LINE * PATCH_WIDE;
     __global float *out = scratch + COLUMNS_AT + x;
-    float at_lash = y[x], at_crease = y[x + 2 * PATCH_WIDE], at_brow = y[x + 4 * PATCH_WIDE];
-    float lower = surface_min(at_crease - at_lash, -1.0f),
-          higher = surface_min(at_brow - at_crease, -1.0f);
-    float crease = surface_min(at_crease, at_lash - 1.0f),
-          brow = surface_min(at_brow, crease - 1.0f);
+    float at_lash = y[x], at_crease = y[x + 2 * CREASE_LINE * PATCH_WIDE],
+          at_fold = y[x + 2 * FOLD_LINE * PATCH_WIDE], at_brow = y[x + 2 * BROW_LINE * PATCH_WIDE];
+    float crease = at_lash - surface_lid_gap(y, x);
+    float brow = surface_min(at_brow + LID_BROW_BELOW, crease - LID_LEAST), open = crease - brow;
+    float fold =
+        crease - surface_clamp(crease - at_fold, LID_FOLD_LEAST * open, LID_FOLD_MOST * open);
     float slope = surface_slope(y, x, LID_WIDE, 1.0f);
-    float below = (z[x + 2 * PATCH_WIDE] - z[x]) / lower;
-    float above = (z[x + 4 * PATCH_WIDE] - z[x + 2 * PATCH_WIDE]) / higher;
+    float lower_slope = surface_slope(lower, x, LID_WIDE, 1.0f);
+    float at_crease_z = z[x + 2 * CREASE_LINE * PATCH_WIDE];
+    float below = (at_crease_z - z[x]) / surface_min(at_crease - at_lash, -1.0f);
+    float above = (z[x + 2 * FOLD_LINE * PATCH_WIDE] - at_crease_z) /
+                  surface_min(at_fold - at_crease, -1.0f);
     out[LASH * PATCH_WIDE] = at_lash;
     out[CREASE * PATCH_WIDE] = crease;
+    out[FOLD * PATCH_WIDE] = fold;
+    out[LOWER_LASH * PATCH_WIDE] = lower[x];
     out[PER_LASH * PATCH_WIDE] = 1.0f / (at_lash - crease);
-    out[PER_CREASE * PATCH_WIDE] = 1.0f / (crease - brow);
+    out[PER_CREASE * PATCH_WIDE] = 1.0f / (crease - fold);
+    out[PER_FOLD * PATCH_WIDE] = (2.0f - LID_FOLD_UP) / (fold - brow);
     out[BELOW * PATCH_WIDE] = surface_clamp(below, -LID_STEEPEST, LID_STEEPEST);
     out[ABOVE * PATCH_WIDE] = surface_clamp(above, -LID_STEEPEST, LID_STEEPEST);
     out[ACROSS * PATCH_WIDE] = surface_clamp(
-        surface_slope(z + 2 * PATCH_WIDE, x, LID_WIDE, 1.0f), -LID_STEEPEST, LID_STEEPEST);
+        surface_slope(z + 2 * CREASE_LINE * PATCH_WIDE, x, LID_WIDE, 1.0f), -LID_STEEPEST,
+        LID_STEEPEST);
     out[LASH_PX * PATCH_WIDE] = step_px / colour_sqrt(1.0f + slope * slope);
+    out[LOWER_PX * PATCH_WIDE] = step_px / colour_sqrt(1.0f + lower_slope * lower_slope);
 }
 
 /* Computes where lipstick goes: odds and rim, for eight px of the patch. */
@@ -291,11 +333,16 @@ SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __gl
     int at = y * LID_WIDE + x;
     float8 above_lash = EIGHT(column + LASH * PATCH_WIDE) - (float)y;
     float8 above_crease = EIGHT(column + CREASE * PATCH_WIDE) - (float)y;
-    float8 up = above_lash * EIGHT(column + PER_LASH * PATCH_WIDE);
-    up = up < 1.0f ? up : 1.0f + above_crease * EIGHT(column + PER_CREASE * PATCH_WIDE);
+    float8 above_fold = EIGHT(column + FOLD * PATCH_WIDE) - (float)y;
+    float8 below_lower = (float)y - EIGHT(column + LOWER_LASH * PATCH_WIDE);
+    /* by the rings of the mesh: crease 1, fold 2 */
+    float8 ring = above_lash * EIGHT(column + PER_LASH * PATCH_WIDE);
+    ring = ring < 1.0f ? ring : 1.0f + above_crease * EIGHT(column + PER_CREASE * PATCH_WIDE);
+    float8 up = ring < 1.0f ? ring : 1.0f + (LID_FOLD_UP - 1.0f) * (ring - 1.0f);
+    up = ring < 2.0f ? up : LID_FOLD_UP + above_fold * EIGHT(column + PER_FOLD * PATCH_WIDE);
     float8 below = EIGHT(column + BELOW * PATCH_WIDE), gx = EIGHT(column + ACROSS * PATCH_WIDE);
     float8 gy = below + (EIGHT(column + ABOVE * PATCH_WIDE) - below) *
-                            surface_clamp8(up - 0.5f, 0.0f, 1.0f);
+                            surface_clamp8(ring - 0.5f, 0.0f, 1.0f);
     gy += LID_ROUNDNESS * surface_clamp8(0.5f - up, -0.5f, 0.5f);
     float8 shrink = surface_shrink8(gx, gy);
     float8 beside = LID_LEFT + LID_STEP * ((float)x + ROW8);
@@ -308,13 +355,15 @@ SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __gl
     PUT(out + LID_SIZE + at, above_lash * EIGHT(column + LASH_PX * PATCH_WIDE));
     PUT(out + 3 * LID_SIZE + at, gx * shrink);
     PUT(out + 4 * LID_SIZE + at, gy * shrink);
+    PUT(out + 5 * LID_SIZE + at, below_lower * EIGHT(column + LOWER_PX * PATCH_WIDE));
 }
 
-/* The mean light of a region's areas; of its whole grid where the areas hold less than one pixel.
- */
-SURFACE_STEP float surface_mean(__global const float *scratch, int is_lips, int size) {
+/* The mean light of a region's areas; of all that was read where they hold less than one pixel. */
+SURFACE_STEP float surface_mean(__global const float *scratch, int is_lips, int wide, int high) {
     float8 seen = (float8)0.0f, area = (float8)0.0f, all = (float8)0.0f;
-    for (int i = 0; i < size; i += 8) {
+    int first = is_lips ? 0 : LID_LIT_FROM, end = is_lips ? wide / 8 : LID_LIT_TO;
+    for (int at_eight = 0; at_eight < (end - first) * high; ++at_eight) {
+        int i = at_eight / (end - first) * wide + (first + at_eight % (end - first)) * 8;
         __global const float *at = scratch + LAYERS_AT + i;
         seen +=
             EIGHT(at + LIGHT * LAYER) + (is_lips ? EIGHT(at + LIGHT_BELOW * LAYER) : (float8)0.0f);
@@ -323,7 +372,7 @@ SURFACE_STEP float surface_mean(__global const float *scratch, int is_lips, int 
         all += EIGHT(scratch + LIGHT_AT + i);
     }
     float total = surface_sum8(area);
-    return total >= 1.0f ? surface_sum8(seen) / total : surface_sum8(all) / (float)size;
+    return total >= 1.0f ? surface_sum8(seen) / total : surface_sum8(all) / (float)(8 * (end - first) * high);
 }
 
 /* Blurs eight pixels of `count` layers over the rows above and below. Stores them for
@@ -384,13 +433,13 @@ __kernel void surface(
     __global const SAMPLE *restrict cr, __global const float *restrict table,
     __global float *restrict all_scratch, __global float *restrict out) {
     int region = get_group_id(0), is_lips = region == 0;
-    int wide = is_lips ? LIPS_WIDE : LID_WIDE, high = is_lips ? LIPS_HIGH : LID_HIGH,
-        eights = wide / 8;
+    int wide = is_lips ? LIPS_WIDE : LID_WIDE, high = is_lips ? LIPS_HIGH : LID_HIGH;
+    int first_lit = is_lips ? 0 : LID_LIT_FROM, lit = is_lips ? wide / 8 : LID_LIT_TO - first_lit;
     __global float *scratch = all_scratch + region * SCRATCH_SIZE,
-                   *lid = out + LIDS_AT + 5 * (region - 1) * LID_SIZE;
+                   *lid = out + LIDS_AT + 6 * (region - 1) * LID_SIZE;
 
     for
-        EACH(i, is_lips ? 12 : 3) surface_curve(region, i, given, rings, scratch);
+        EACH(i, is_lips ? 12 : LID_CURVES) surface_curve(region, i, given, rings, scratch);
     barrier(CLK_GLOBAL_MEM_FENCE);
     for
         EACH(x, is_lips ? LIPS_WIDE : 0) surface_bend(x, scratch);
@@ -403,9 +452,9 @@ __kernel void surface(
         EACH(x, is_lips ? 0 : LID_WIDE)
         surface_lid_column(x, given[region * PLACE_SIZE + STEP_PX_AT], scratch);
     for
-        EACH(i, eights * high / 2)
+        EACH(i, lit * high / 2)
     surface_light(
-        i % eights * 8, i / eights * 2, given, given + region * PLACE_SIZE, luma, cb, cr, table,
+        (first_lit + i % lit) * 8, i / lit * 2, given, given + region * PLACE_SIZE, luma, cb, cr, table,
         scratch + LIGHT_AT, wide);
     barrier(CLK_GLOBAL_MEM_FENCE);
     for
@@ -421,7 +470,7 @@ __kernel void surface(
     barrier(CLK_GLOBAL_MEM_FENCE);
     __global const float *layers = scratch + LAYERS_AT;
     __global float *blurred = scratch + BLURRED_AT;
-    if (get_local_id(0) == 0) out[MEANS_AT + region] = surface_mean(scratch, is_lips, wide * high);
+    if (get_local_id(0) == 0) out[MEANS_AT + region] = surface_mean(scratch, is_lips, wide, high);
     for
         EACH(i, is_lips ? LIPS_SIZE / 8 : 0) {
             int x = i % (LIPS_WIDE / 8) * 8, y = i / (LIPS_WIDE / 8);

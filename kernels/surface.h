@@ -8,7 +8,7 @@
 
 #define LIPS_SIZE (LIPS_WIDE * LIPS_HIGH)
 #define LID_SIZE (LID_WIDE * LID_HIGH)
-#define SMOOTH (4 * (LASHES - 1) + 1) /* points of a smooth curve of a lid */
+#define SMOOTH (4 * (LASHES - 1) + 1) /* most points of a smooth curve of a lid */
 #define PADDED (LIPS_WIDE + 2 * PAD)
 #define LAYER LIPS_SIZE
 #define BLURRED (LIPS_HIGH * PADDED)
@@ -21,8 +21,12 @@ enum {
     SEAM, LIP,
     FIRST = 0, PER_HEIGHT, BEND, TILT = BEND + 3, ALONG, OF_LIP,
     /* of lids */
-    LASH = 0, CREASE, PER_LASH, PER_CREASE, BELOW, ABOVE, ACROSS, LASH_PX
+    LASH = 0, CREASE, FOLD, LOWER_LASH, PER_LASH, PER_CREASE, PER_FOLD, BELOW, ABOVE, ACROSS,
+    LASH_PX, LOWER_PX
 };
+
+/* Curves of lids, in the order of `rings`. */
+enum { LASH_LINE, CREASE_LINE, FOLD_LINE, BROW_LINE, LOWER_LINE };
 
 /* Layers at LAYERS_AT and BLURRED_AT. Lids have LIGHT and AREA alone. */
 enum { LIGHT, AREA, LIGHT_BELOW, AREA_BELOW, SLOPE_X, SLOPE_Y };

@@ -19,8 +19,10 @@ from makeup_video.kernels.program import LOCAL_SIZE, Device
 from numpy.lib.stride_tricks import as_strided
 
 # Rows and columns of the patch of the lips, of the lips' grid, and of a lid's grid.
-PATCH_HW, LIPS_HW, LID_HW = (80, 112), (40, 56), (28, 40)
-RING_POINTS, LASH_POINTS = 11, 9  # of half a ring of the lips, corner to corner; of a lid's curve
+PATCH_HW, LIPS_HW, LID_HW = (80, 112), (40, 56), (32, 48)
+RING_POINTS = 11  # of half a ring of the lips, corner to corner
+LASH_POINTS, BROW_POINTS = 9, 5  # of a curve around the eye; of the brow's lower edge
+LID_CURVES = 5  # of each eye: lash line, crease, fold, brow, lower lash line
 _POINTS, _REGIONS = 478, 3
 _STEPS = 1023  # of R'G'B' from 0 to 1, in the table of linear light
 
@@ -39,11 +41,32 @@ RIM_START = 0.8  # twice the way from border to opening where the rim begins
 OVER_SEAM = 0.3  # of half the edge: how far the edge is pushed over the line where shut lips meet
 
 # The lids: first column and step of the grid, in widths of the eye.
-LID_LEFT, LID_STEP = -0.85, 1.9 / 39
+LID_LEFT, LID_STEP = -0.92, 2.17 / 47
+# The hair of a brow ends this far below the mesh's lower edge of it, the median over labelled
+# photos: 0.08 above the middle of the eye, 0.03 at both ends.
+LID_BROW_BELOW = 0.06 / LID_STEP
+LID_FOLD_UP = 1.5  # the fold lies half-way from the crease (1) to the brow (2), on average
+# The mesh's rings close at the corners of the eye, where their heights would collapse. From these
+# columns on, the crease comes down to the lash line no faster than `fall` rows for each column, on
+# the inner and the outer side, and it stays apart by LID_LEAST rows (a share of the eye's width).
+LID_SEEDS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.41, 0.42))
+LID_FALLS = (0.45, 0.25)
+LID_LEAST = 0.06 / LID_STEP
+# least and most of the way from crease to brow at which the fold lies
+LID_FOLD_SHARES = (0.3, 0.75)
+# Beyond the corners the lash lines go on in their direction, and settle within this many columns.
+LID_CORNERS = tuple((out - LID_LEFT) / LID_STEP for out in (-0.5, 0.5))
+LID_SETTLE = 0.04 / LID_STEP
 LID_STEEPEST = 2.0
 LID_ROUNDNESS = 0.8  # a lid lies on a ball: added to the slope, by the height below its middle
 # Where a lid's light is averaged: heights (lash line 0, crease 1), distance from the middle.
-LID_LIGHT_FROM, LID_LIGHT_TO, LID_LIGHT_BESIDE = 0.15, 1.5, 0.55
+LID_LIGHT_FROM, LID_LIGHT_TO, LID_LIGHT_BESIDE = 0.15, 1.25, 0.55
+
+# First and end of the columns, in eights, that light is read for: all columns of that area.
+LID_LIT = (
+    int((-LID_LIGHT_BESIDE - LID_LEFT) / LID_STEP) // 8,
+    int((LID_LIGHT_BESIDE - LID_LEFT) / LID_STEP) // 8 + 1,
+)
 
 # Light is blurred within an area: sigma in px of the grid, and how much the mean counts far away.
 LIPS_SIGMA_PX, LID_SIGMA_PX, SEAM_SIGMA_PX = 2.5, 1.8, 0.8
@@ -80,7 +103,7 @@ OUT = np.dtype([
     ("odds", np.float32, PATCH_HW),
     ("rim", np.float32, PATCH_HW),
     ("lips", np.float32, (4, *LIPS_HW)),  # shading, x and y of the normal, upper
-    ("lids", np.float32, (2, 5, *LID_HW)),  # of each up, lash_px, and the first three of the lips
+    ("lids", np.float32, (2, 6, *LID_HW)),  # of each up, lash_px, first three of the lips, below_px
     ("means", np.float32, _REGIONS),
 ])  # fmt: skip
 # The scratch memory of a region. A row by column is as long as the patch is wide. A blurred row has
@@ -107,6 +130,8 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LID_WIDE": LID_HW[1],
         "RING": RING_POINTS,
         "LASHES": LASH_POINTS,
+        "BROWS": BROW_POINTS,
+        "LID_CURVES": LID_CURVES,
         "FIRST_BETWEEN": BETWEEN[0],
         "MIDDLE_BETWEEN": BETWEEN[1],
         "LAST_BETWEEN": BETWEEN[2],
@@ -125,10 +150,24 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LID_LEFT": LID_LEFT,
         "LID_STEP": LID_STEP,
         "LID_STEEPEST": LID_STEEPEST,
+        "LID_BROW_BELOW": LID_BROW_BELOW,
+        "LID_FOLD_UP": LID_FOLD_UP,
+        "LID_INNER_SEED": LID_SEEDS[0],
+        "LID_OUTER_SEED": LID_SEEDS[1],
+        "LID_INNER_FALL": LID_FALLS[0],
+        "LID_OUTER_FALL": LID_FALLS[1],
+        "LID_LEAST": LID_LEAST,
+        "LID_FOLD_LEAST": LID_FOLD_SHARES[0],
+        "LID_FOLD_MOST": LID_FOLD_SHARES[1],
+        "LID_INNER_CORNER": LID_CORNERS[0],
+        "LID_OUTER_CORNER": LID_CORNERS[1],
+        "LID_SETTLE": LID_SETTLE,
         "LID_ROUNDNESS": LID_ROUNDNESS,
         "LID_LIGHT_FROM": LID_LIGHT_FROM,
         "LID_LIGHT_TO": LID_LIGHT_TO,
         "LID_LIGHT_BESIDE": LID_LIGHT_BESIDE,
+        "LID_LIT_FROM": LID_LIT[0],
+        "LID_LIT_TO": LID_LIT[1],
         "FAINT": FAINT,
         "PAD": _PAD,
         "PLACE_SIZE": floats(PLACE),
@@ -185,7 +224,8 @@ class FaceSurfaces:
 
     odds, rim: (80, 112), see LipsSurface.
     lips: (4, 40, 56), shading, x and y of the normals, upper.
-    lids: (2, 5, 28, 40), for each lid up, lash_px (see LidSurface), shading, x and y of normals.
+    lids: (2, 6, 32, 48), for each lid up, lash_px (see LidSurface), shading, x and y of normals,
+    below_px.
     means: mean light of the lips and of both lids.
     """
 
@@ -200,7 +240,7 @@ class SurfaceKernel:
     """Runs the kernel for one face at a time; threads wait for each other."""
 
     def __init__(self, device: Device, rings: np.ndarray) -> None:
-        """rings: (14, RING_POINTS), the points of each curve, see surface.cl."""
+        """rings: (18, RING_POINTS), the points of each curve, see surface.cl."""
         self._device = device
         self._lock = threading.Lock()
         self._tables: dict[int, cl.Buffer] = {}

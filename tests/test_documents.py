@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import pytest
 from makeup_video.pipeline import FINISHES, GraphicsParams
-from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.look.look import ZONES
 
 DOCS = Path(__file__).parent.parent / "docs"
 MAKERS = ("make_parameters", "make_sheets")

@@ -26,7 +26,7 @@ _FINISHES = {
     "sheer": "a tint that lets the skin show through",
     "gloss": "wet, with sharp highlights and some reflection",
     "metallic": "full cover with a broad bright sheen and fine sparkles of its own colour",
-    "shimmer": "half cover with sparkles",
+    "shimmer": "good cover with sparkles",
 }
 _ZONES = {
     "lid": "from the lashes to a little above the crease, across the whole width of the eye",

@@ -40,3 +40,7 @@ RIGHT_EYE = np.array([
     446, 261, 448, 449, 450, 451, 452, 453, 464, 342, 445, 444, 443, 442, 441, 413,
     473, 476, 475, 474, 477,
 ])  # fmt: skip
+
+# The lower edges of both brows, each from its outer to its inner end.
+BROW = np.array([46, 53, 52, 65, 55])
+RIGHT_BROW = np.array([276, 283, 282, 295, 285])

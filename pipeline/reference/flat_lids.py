@@ -1,7 +1,7 @@
 """Lays both lids flat, as the input of the reference net: every zone always has the same place.
 
 Lids are thin, and their height differs from face to face: in a plain crop a net spends its capacity
-on finding them. Here a row is a height between lash line, crease and brow, as in the eye-shadow's
+on finding them. Here a row is a height between lash line, crease and fold, as in the eye-shadow's
 zones (render/surfaces/eyes.py), and a column a place between the corners. The eye and some skin
 follow below the lash line.
 """
@@ -16,9 +16,10 @@ from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside
-_ABOVE = 46  # rows from above the brow to the lash line
-_HIGHEST = 2.2  # height of the first row: lash line 0, crease 1, brow 2
+_ABOVE = 46  # rows from above the fold to the lash line
+_HIGHEST = 2.2  # height of the first row: lash line 0, crease 1, fold 2
 _LOWEST = 0.5  # of the last row below the lash line, in widths of the eye
+_APART = 1.9 / 39  # of the eye's width: least distance of the curves, as in the net's training
 _OUT = (-0.72, 0.92)  # place of the first and the last column: inner corner -0.5, outer corner 0.5
 
 
@@ -41,14 +42,19 @@ def flat_lids(face: Face, to_crop: AffineArray) -> np.ndarray | None:
 def _places(grid: Grid, curves: np.ndarray) -> np.ndarray:
     """(2, 64, 80) px of the picture, for one eye.
 
-    curves: lash line, crease and brow on its grid.
+    curves: lash line, crease and fold on its grid.
     """
+    lash, crease, fold = curves
+    crease = np.minimum(crease, lash - _APART / LID_STEP)
+    fold = np.minimum(fold, crease - _APART / LID_STEP)
     columns = np.linspace(
         (_OUT[0] - LID_LEFT) / LID_STEP, (_OUT[1] - LID_LEFT) / LID_STEP, FLAT_WH[0] // 2
     )
-    lash, crease, brow = (np.interp(columns, np.arange(SIZE_WH[0]), curve) for curve in curves)
+    lash, crease, fold = (
+        np.interp(columns, np.arange(SIZE_WH[0]), curve) for curve in (lash, crease, fold)
+    )
     up = np.linspace(_HIGHEST, 0, _ABOVE)[:, None]
-    above = np.where(up < 1, lash - up * (lash - crease), crease - (up - 1) * (crease - brow))
+    above = np.where(up < 1, lash - up * (lash - crease), crease - (up - 1) * (crease - fold))
     down = np.linspace(0, _LOWEST / LID_STEP, FLAT_WH[1] - _ABOVE + 1)[1:, None]
     y = np.concatenate([above, lash + down])
     on_grid = np.stack([np.broadcast_to(columns, y.shape), y, np.ones_like(y)])

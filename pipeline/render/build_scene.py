@@ -16,7 +16,7 @@ from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.regions import READ
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.scene_light import EstimateLight
-from makeup_video.pipeline.render.surfaces.eyes import LID_RINGS
+from makeup_video.pipeline.render.surfaces.eyes import EYE_CURVES, LID_RINGS
 from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
 from makeup_video.pipeline.render.surfaces.region import SeenFace
 
@@ -26,7 +26,11 @@ _SETTLE_SECONDS = 0.5
 _FORGET_SECONDS = 1.0
 # Points around all that the kernel reads light for: borders of the lips, lash lines and brows.
 _LIT = np.concatenate(
-    [LIP_RINGS[::4, ::2].ravel(), LID_RINGS[::3, ::8].ravel(), LID_RINGS[2::3, ::4].ravel()]
+    [
+        LIP_RINGS[::4, ::2].ravel(),
+        *(eye[0][::8] for eye in EYE_CURVES),
+        *(eye[2][::4] for eye in EYE_CURVES),
+    ]
 )
 
 
@@ -116,7 +120,4 @@ def _shared_surface(device: str) -> SurfaceKernel:
 
 
 def _surface(device: str) -> SurfaceKernel:
-    rings = np.zeros((len(LIP_RINGS) + len(LID_RINGS), LIP_RINGS.shape[1]), np.int32)
-    rings[: len(LIP_RINGS)] = LIP_RINGS
-    rings[len(LIP_RINGS) :, : LID_RINGS.shape[1]] = LID_RINGS
-    return SurfaceKernel(open_device(device), rings)
+    return SurfaceKernel(open_device(device), np.concatenate([LIP_RINGS, LID_RINGS]))

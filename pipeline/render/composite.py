@@ -171,6 +171,7 @@ def _region(job: Job, rect: Rect, weight: np.ndarray, coding: Coding) -> Painted
     def made(coat: SurfaceCoat) -> Material:
         return material(
             coat.product, coat.amount, job.light, axes, coding, coat.kind.spared, job.shade,
+            coat.kind.keep_highlights,
         )  # fmt: skip
 
     if len(job.coats) == 1:

@@ -110,17 +110,20 @@ def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
 
 
 def broad(
-    light: np.ndarray, areas: Sequence[np.ndarray], sigma_px: float
+    light: np.ndarray,
+    areas: Sequence[np.ndarray],
+    sigma_px: float,
+    read: slice = slice(None),
 ) -> tuple[list[np.ndarray], float]:
-    """Light blurred within each of one or two areas, and its mean over them, or over all if they
-    are empty.
+    """Light blurred within each of one or two areas, and its mean over them, or over the columns
+    `read` if they are empty.
 
     light: (H, W) float32. areas: (H, W) bool or shares 0..1, together 1 at most.
     """
     weights = [area.astype(np.float32, copy=False) for area in areas]
     inside = sum(weights[1:], weights[0])
     total = float(inside.sum())
-    mean = float((light * inside).sum() / total) if total >= 1 else float(light.mean())
+    mean = float((light * inside).sum() / total) if total >= 1 else float(light[:, read].mean())
     layers = [layer for weight in weights for layer in (light * weight, weight)]
     blurred = cv2.GaussianBlur(cv2.merge(layers), (0, 0), sigma_px)
     faint = np.float32(FAINT)

@@ -22,8 +22,14 @@ _OWN = 2.2  # gain of the lips' own highlights at gloss 1
 _DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they would show their grid
 _SPARKLE = 1.8
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
+_BLACK = 0.02  # linear light: a product whose brightest channel is below it has no hue to speak of
+_PALE = 0.35  # luminance from which on a product may have silver sparkles
+_LEAST_SILVER = 0.15  # of silver sparkles that stays on a black product
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
-_SPOT = 0.28  # of a cell: a sparkle's radius, where pixels are fine enough
+_COARSEST_CELL = 0.1  # of the eyes' distance, on the smallest faces with sparkles
+_LEAST_CELL_PX = 4.0  # codecs remove smaller sparkles, or they look like grains of salt
+_DISSOLVE = 0.15  # of the least cell: the sizes over which one grid of cells gives way to another
+_SPOT, _LEAST_SPOT_PX, _LARGEST_SPOT = 0.28, 1.2, 0.3  # radius: of a cell, in px, at most of a cell
 _LUMINANCE: tuple[float, ...] = tuple(to_xyz(1)[1].tolist())
 
 
@@ -48,23 +54,26 @@ def material(
     coding: Coding,
     spared: float = 0.0,
     shade: float = 1.0,
+    keep_highlights: float = 1.0,
 ) -> Material:
     """A product under a light, as the kernel paints it.
 
     amount: 0..1, scales all of the product (strength, intensity).
     spared: pixels darker than this share of the broad light around them stay bare (lashes, the dark
-    of a mouth); from twice that share on they are fully painted. 0 paints everything.
+    of a mouth) where the product would lighten them; from twice that share on they are fully
+    painted. 0 paints everything.
     shade: share of the light that falls on the region.
+    keep_highlights: how much of the skin's own highlights stays on the product, 0..1.
     """
     mixed = _mixed(params)
     to_film, from_film = film_matrices(coding.primaries)
     share, strength = params.light_adaptation, light.strength * shade
     gain = [1 + share * (max(part, 0.0) * strength - 1) for part in _turned(light, to_film)]
     gloss = min(params.gloss, _MOST_GLOSS) * amount
-    cell, spot, resolved = _cells(params, axes)
+    cell, spot, seen = _cells(params, axes)
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
-    pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * resolved)
-    sparkle = _SPARKLE * resolved * amount * worn
+    pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * seen)
+    sparkle = _SPARKLE * seen * amount * worn
     ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
     room = (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * params.environment_blur)
     (a, b), (c, d) = axes.turn
@@ -79,6 +88,7 @@ def material(
         opacity=params.opacity * amount,
         texture=params.texture_keep,
         undertone=params.undertone,
+        keep_highlights=keep_highlights,
         own_highlights=_OWN * gloss * params.gloss_detail,
         lobe=(0.14 + 0.7 * params.gloss_roughness) ** 2,
         half_way=_half_way(light, axes),
@@ -111,10 +121,13 @@ class _Mixed:
 @lru_cache
 def _mixed(params: GraphicsParams) -> _Mixed:
     product = product_linear((params.red, params.green, params.blue), Coding())
-    hue = product / max(float(product.max()), 1e-3)
+    hue = product / max(float(product.max()), _BLACK)
+    # white light on a deep colour would turn violet into lilac, and black into salt
+    pale = min(float(product @ _LUMINANCE) / _PALE, 1.0) ** 2
+    silver = (1 - params.shimmer_tint) * (_LEAST_SILVER + (1 - _LEAST_SILVER) * pale)
     # a broad highlight is a weaker one: the same light over more of the surface
     sheen = 1 / (1 + 6 * params.gloss_roughness**2)
-    tint = 1 + params.shimmer_tint * (hue - 1)
+    tint = hue + silver * (1 - hue)
     metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
     glint = metal * _GLINT * sheen * (1 - params.gloss_detail)
     return _Mixed(tuple(product.tolist()), tuple(tint.tolist()), tuple(glint.tolist()))
@@ -142,13 +155,22 @@ def _lit(product: float, gain: float, ceiling: float) -> float:
 
 
 def _cells(params: GraphicsParams, axes: SkinAxes) -> tuple[float, float, float]:
-    """Shimmer: size of a cell, radius of a sparkle in cells, how far pixels resolve it (0..1).
+    """Shimmer: size of a cell, radius of a sparkle in cells, how far sparkles are seen (0..1).
 
-    Sparkles smaller than a pixel would flicker, so they grow to a pixel and then fade out.
+    On a small face the cells are two, four or eight times as large, so that a sparkle covers
+    several pixels. Around the sizes where this number changes, sparkles fade out: otherwise all of
+    them would jump at once.
     """
     cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
+    wanted = math.ceil(math.log2(_LEAST_CELL_PX / (cell * axes.skin_px)))
+    doublings = max(min(wanted, math.floor(math.log2(_COARSEST_CELL / cell))), 0)
+    cell *= 2**doublings
     cell_px = cell * axes.skin_px
-    return cell, min(max(_SPOT, 0.75 / cell_px), 0.3), min(max(cell_px - 1.0, 0.0), 1.0)
+    beyond = cell_px / _LEAST_CELL_PX - 1
+    seen = min(max(beyond / _DISSOLVE, 0.0), 1.0)
+    if doublings:
+        seen *= min(max((1 - beyond) / _DISSOLVE, 0.0), 1.0)
+    return cell, min(max(_SPOT, _LEAST_SPOT_PX / cell_px), _LARGEST_SPOT), seen
 
 
 def _half_way(light: SceneLight, axes: SkinAxes) -> tuple[float, float, float]:

@@ -21,7 +21,7 @@ from makeup_video.kernels.material import (
 )
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 
-FACING = SkinAxes(np.eye(2), 100.0)
+FACING = SkinAxes(np.eye(2), 700.0)  # a large face, whose cells are as small as cells can be
 DARK_ROOM = np.zeros((3, 16, 16))
 
 
@@ -184,6 +184,32 @@ def test_lashes_are_spared_where_the_material_says_so():
     np.testing.assert_allclose(paint(lash, eyes), lash, atol=1e-9)
     assert paint(lash, lips)[0] > 0.1
     np.testing.assert_allclose(paint(0.2, eyes), paint(0.2, lips))
+
+
+def test_a_product_darker_than_lashes_covers_them():
+    lash, black = 0.2 * 0.15, {"red": 4, "green": 0, "blue": 0}
+    np.testing.assert_allclose(paint(lash, of(spared=0.2, **black)), paint(lash, of(**black)))
+    assert paint(lash, of(spared=0.2, **black)).max() < 0.1 * lash
+
+
+def test_sparing_begins_without_a_step():
+    """From a product that darkens a lash to one twice as bright as the lash, in small steps."""
+    lash = 0.2 * 0.15
+    greys = np.linspace(0, 90, 400)
+    shown = [
+        paint(lash, of(spared=0.2, texture_keep=0.0, red=grey, green=grey, blue=grey))[0]
+        for grey in greys
+    ]
+    assert np.abs(np.diff(shown)).max() < 1e-3
+    assert shown[0] < 0.1 * lash and shown[-1] == pytest.approx(lash)
+
+
+def test_a_bright_crease_leaves_no_streak_where_none_is_kept():
+    black = {"red": 4, "green": 0, "blue": 0}
+    full, some, none = (
+        paint(0.6, replace(of(**black), keep_highlights=keep)).max() for keep in (1.0, 0.5, 0.0)
+    )
+    assert none < 0.002 < some < full and full > 0.1
 
 
 @settings(max_examples=100, deadline=None)

@@ -30,8 +30,8 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.luminance import luminances
-from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
-from makeup_video.pipeline.render.regions.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
 from people import frame_of
 
 SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample
@@ -54,7 +54,7 @@ def made_and_meant(frame: Frame, face: Face):
 def assert_same_surface(by_kernel, by_numpy):
     np.testing.assert_allclose(by_kernel.grid.to_px, by_numpy.grid.to_px, atol=1e-9)
     # float32 against float64 on steep contours; odds reach 200
-    names = ("odds", "rim", "upper") if hasattr(by_numpy, "odds") else ("up", "lash_px")
+    names = ("odds", "rim", "upper") if hasattr(by_numpy, "odds") else ("up", "lash_px", "below_px")
     for name in names:
         np.testing.assert_allclose(
             getattr(by_kernel, name), getattr(by_numpy, name), rtol=1e-4, atol=2e-3
@@ -164,7 +164,7 @@ def test_the_head_of_given_lies_as_its_layout_names_it():
         (1.0, 0.5, 2.0, 0.25), (0.5, 0.125, 1.0, 0.0625), Coding(),
     )  # fmt: skip
     place = GridPlace((2.0, 0.0, 10.0, 0.0, 2.0, 20.0), (0.5, 0.0, 10.25, 0.0, 0.5, 20.0))
-    kernel = SurfaceKernel(Device(), np.zeros((14, 11)))
+    kernel = SurfaceKernel(Device(), np.zeros((18, 11)))
     points = np.arange(3.0 * 478).reshape(478, 3)
     kernel._fill([None, place, None], points, np.ones(PATCH_HW), light)
     (head,) = kernel._given.view(GIVEN)

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from makeup_video.pipeline.look.kinds.fields import EyeFields
+from makeup_video.pipeline.look.kinds.fields import LID_RISE_AT, EyeFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
 from makeup_video.pipeline.look.kinds.ramps import fall, rise
 from makeup_video.pipeline.look.params import GraphicsParams
@@ -19,6 +19,7 @@ _FINISHES = {
 }  # fmt: skip
 _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as thick as it was
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
+_SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 
@@ -33,7 +34,7 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     ends = rise(at.across, 0.02, 0.08) * fall(at.across, 1.0, 0.04)
     line = _covered(at.above_px, -over_px, thick_px * grows, blur_px) * ends
     if shape["wing"] > 0:
-        line = np.maximum(line, _wing(at, shape, thick_px, blur_px))
+        line = np.maximum(line, _wing(at, shape, over_px, thick_px, blur_px))
     if shape["lower"] > 0:
         reach = rise(at.across, 1 - shape["lower"], 0.25) * fall(at.across, 1.0, 0.06)
         low = _covered(at.below_px, -0.5 * over_px, _LOWER * thick_px * reach, blur_px)
@@ -41,17 +42,27 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     return [Coat(product, line.astype(np.float32))]
 
 
-def _wing(at: EyeFields, shape: Shape, thick_px: np.ndarray, blur_px: np.ndarray) -> np.ndarray:
-    """A stroke from the outer corner outwards and up that thins to a point."""
+def _wing(
+    at: EyeFields, shape: Shape, over_px: np.ndarray, thick_px: np.ndarray, blur_px: np.ndarray
+) -> np.ndarray:
+    """A slim triangle: its lower side runs from the outer corner to the tip, its upper side from the
+    tip back to the upper border of the line, so that both are one stroke."""
     length_px = shape["wing"] * at.width_px
     angle = math.radians(shape["wing_angle"])
-    # it leaves the lash line a little before the corner, so that line and wing are one stroke
-    out_px = (at.across - 0.97) * at.width_px
-    along = out_px * math.cos(angle) + at.rise_px * math.sin(angle)
-    beside = at.rise_px * math.cos(angle) - out_px * math.sin(angle)
-    left = np.clip(1 - along * (1 / length_px), 0, 1)
-    begins = np.clip(along * (1 / (0.04 * at.width_px)) + 1, 0, 1)
-    return _covered(beside, 0.0, thick_px * left, blur_px) * begins * (left > 0)
+    out_px, rise_px = (at.across - 1) * at.width_px, at.rise_px
+    along, beside = _turned(out_px, rise_px, angle)
+    back_px = (LID_RISE_AT - 1) * at.width_px
+    back, height = _turned(back_px, at.lid_rise_px + thick_px, angle)
+    left = np.clip((length_px - along) * (1 / (length_px - back)), 0, 1)
+    wing = _covered(beside, -over_px, np.maximum(height, thick_px) * left**_SLIM, blur_px)
+    wing = wing * np.clip((along - back) * (1 / blur_px), 0, 1) * (left > 0)
+    return wing * np.clip((at.above_px + over_px) * (1 / blur_px), 0, 1)
+
+
+def _turned(out: np.ndarray, up: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Along a direction that rises outwards by an angle, and beside it."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    return out * cos + up * sin, up * cos - out * sin
 
 
 def _covered(

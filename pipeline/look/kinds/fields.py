@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+LID_RISE_AT = 0.72  # across, where the lash line turns down to the outer corner
 LID = 0.22  # of the eye's width: height of a usual lid, the unit of heights below the eye
 
 
@@ -26,7 +27,8 @@ class EyeFields:
     height: above the eye 0 at the upper lash line, 1 in the crease, 2 below the brow; below the eye
     0 at the lower lash line and -1 a lid's usual height (LID) further down.
     above_px: above the upper lash line, negative below it.  below_px: below the lower lash line,
-    negative above it.  rise_px: above the line through both corners of the eye.
+    negative above it.  rise_px: above the line through both corners of the eye.  lid_rise_px: the
+    same of the upper lash line at LID_RISE_AT.
     width_px: of the eye.  step_px: between neighbouring places.
     """
 
@@ -35,6 +37,7 @@ class EyeFields:
     above_px: np.ndarray
     below_px: np.ndarray
     rise_px: np.ndarray
+    lid_rise_px: np.ndarray
     width_px: np.ndarray
     step_px: float
 

@@ -1,9 +1,11 @@
-"""The lids of a face as a surface: zones for eye-shadow that follow the eye and its blinks.
+"""The skin around the eyes as a surface: places for makeup that follow the eye and its blinks.
 
-Each eye has a grid of its own: across from the inner (-0.5) to the outer corner (0.5), up to the
-brow, in widths of the eye; the other eye's grid is its mirror image. Its columns know three
-heights: the lash line (0), the crease (1) and below the brow (2). A closing lid moves the lash line
-only, and the lid grows with it, as lids do.
+Each eye has a grid of its own, in widths of the eye: across from the side of the nose over the
+inner (-0.5) and the outer corner (0.5) to the temple, and from above the brow to the cheek. The
+other eye's grid is its mirror image. Its columns know the heights of the upper lash line (0), the
+crease (1), the fold under the brow bone (1.5) and the lower edge of the brow (2), and how
+far each place lies from both lash lines. A closing lid moves the lash line only, and the lid grows
+with it, as lids do.
 """
 
 import math
@@ -14,43 +16,57 @@ from functools import cached_property
 import cv2
 import numpy as np
 from makeup_video.kernels.surface import (
+    LID_CURVES,
     LID_HW,
     LID_LEFT,
     LID_LIGHT_BESIDE,
     LID_LIGHT_FROM,
     LID_LIGHT_TO,
+    LID_LIT,
     LID_SIGMA_PX,
     LID_STEP,
+    RING_POINTS,
     FaceSurfaces,
     GridPlace,
 )
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
+from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
 from makeup_video.pipeline.frames.sampling import step_px
-from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
+from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeFields
 from makeup_video.pipeline.render.grid import Grid, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
 
 SIZE_WH = LID_HW[::-1]
-_TOP = -0.95  # the first row of the grid, in widths of the eye
-# From the outer to the inner corner, as places in EYE: lash line, the ring above it, the next.
+_TOP = -0.99  # the first row of the grid, in widths of the eye
+# From the outer to the inner corner, as places in EYE: upper lashes, two rings, lower lashes.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
-_BROW = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
-_LASH_FEATHER = 0.025  # of the eye's width, upwards from the lash line
+_FOLD = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
+_LOWER_LASHES = np.arange(9)
+_LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2  # away from a lash line; of the eye's width
+_LIT = slice(8 * LID_LIT[0], 8 * LID_LIT[1])  # columns that light is read for
 _FAINTEST = 1 / 512
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
-CURVES = np.stack([_LASHES, _CREASE, _BROW])
 _CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
 _NARROWEST_PX = 4
-# The same from the inner to the outer corner, as points of the face: of both eyes, (6, 9).
-LID_RINGS = np.concatenate([eye[CURVES[:, ::-1]] for eye in (EYE, RIGHT_EYE)])
+# The same from the inner to the outer corner, as points of the face, with the brow's lower edge.
+EYE_CURVES = tuple(
+    tuple(
+        curve[::-1] for curve in (eye[_LASHES], eye[_CREASE], eye[_FOLD], brow, eye[_LOWER_LASHES])
+    )
+    for eye, brow in ((EYE, BROW), (RIGHT_EYE, RIGHT_BROW))
+)
+# For the kernel: of both eyes, (10, RING_POINTS), filled up with zeros.
+LID_RINGS = np.zeros((2 * LID_CURVES, RING_POINTS), np.int32)
+for _ring, _curve in zip(LID_RINGS, (curve for eye in EYE_CURVES for curve in eye), strict=True):
+    _ring[: len(_curve)] = _curve
 COLUMNS = np.arange(SIZE_WH[0])
 OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
 _ACROSS = (OUTWARDS + 0.5).astype(np.float32)
+_AT_LID_RISE = round((LID_RISE_AT - 0.5 - LID_LEFT) / LID_STEP)
 _RISE = (-_TOP - LID_STEP * np.arange(SIZE_WH[1])[:, None]).astype(np.float32)
 
 
@@ -58,8 +74,9 @@ _RISE = (-_TOP - LID_STEP * np.arange(SIZE_WH[1])[:, None]).astype(np.float32)
 class LidSurface:
     """The skin around one eye, above it or below it, ready to be painted; float32 on its grid.
 
-    up: (H, W) height above the upper lash line, 1 at the crease, 2 below the brow.  lash_px: the
-    same in px of the frame.  below_px: (H, W) px of the frame below the lower lash line.
+    up: (32, 48) height above the upper lash line, 1 at the crease, 1.5 at the fold under the brow
+    bone, 2 at the lower edge of the brow.  lash_px, below_px: px of the frame above the upper and
+    below the lower lash line; the eyeball is where both are negative.
     normals: (2, H, W).  width_px: of the eye.
     both: the heights of both eyes of the face.  number: which of them it is.
     is_upper: True for the skin above the eye.
@@ -99,6 +116,7 @@ class LidSurface:
             above_px=there[..., 0],
             below_px=there[..., 1],
             rise_px=_rise(row) * np.float32(self.width_px),
+            lid_rise_px=self.both.lid_rise[self.number] * np.float32(self.width_px),
             width_px=np.float32(self.width_px),
             step_px=1.0,
         )
@@ -119,7 +137,7 @@ class LidSurface:
         on skin, and feathered at the lash line."""
         to_px = self.grid.to_px.copy()
         to_px[:, 2] -= origin_xy
-        feather_px = max(_LASH_FEATHER * self.grid.step_px() / LID_STEP, 1.2)
+        feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
         away_px = self.lash_px if self.is_upper else self.below_px
@@ -141,7 +159,7 @@ class LidSurface:
         """
         is_lid = (self.up > LID_LIGHT_FROM) & (self.up < LID_LIGHT_TO)
         is_lid &= np.abs(OUTWARDS) < LID_LIGHT_BESIDE
-        (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX)
+        (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX, _LIT)
         return light, mean
 
     def scaled(self, to_new: AffineArray) -> "LidSurface":
@@ -173,10 +191,17 @@ class BothEyes:
         """Of the skin below, where heights begin at 0 on the lower lash line."""
         return self._fields(np.minimum(_height(self._below_px, self._widths_px), 0))
 
+    @cached_property
+    def lid_rise(self) -> np.ndarray:
+        """(E, 1, 1): of the upper lash line at LID_RISE_AT, in widths of the eye."""
+        first, second = np.moveaxis(self._lash_px[:, :2, _AT_LID_RISE], 1, 0)
+        row = first / np.maximum(first - second, 1e-6)  # heights fall evenly from row to row
+        return _rise(row)[:, None, None]
+
     def _fields(self, height: np.ndarray) -> EyeFields:
         return EyeFields(
             _ACROSS, height, self._lash_px, self._below_px, _RISE * self._widths_px,
-            self._widths_px, self._step_px,
+            self.lid_rise * self._widths_px, self._widths_px, self._step_px,
         )  # fmt: skip
 
 
@@ -240,15 +265,11 @@ def lid_surfaces_of(
     """The lids that kernels/surface.cl made."""
     grids = [None if place is None else Grid.at(place.to_px, LID_HW) for place in places]
     widths = [0.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
-    up, lash_px = made.lids[:, 0], made.lids[:, 1]
-    below_px = -lash_px - 8  # TEMPORARY
-    both = BothEyes(up, lash_px, below_px, widths)
+    both = BothEyes(made.lids[:, 0], made.lids[:, 1], made.lids[:, 5], widths)
     return [
         None
         if grid is None
-        else LidSurface(
-            grid, lid[0], lid[1], below_px[number], lid[3:5], widths[number], both, number
-        )
+        else LidSurface(grid, lid[0], lid[1], lid[5], lid[3:5], widths[number], both, number)
         for number, (grid, lid) in enumerate(zip(grids, made.lids, strict=True))
     ]
 

@@ -1,17 +1,30 @@
 """The lids' surface in numpy: the reference that kernels/surface.cl is tested against."""
 
 import numpy as np
-from makeup_video.kernels.surface import LASH_POINTS, LID_HW, LID_ROUNDNESS, LID_STEEPEST
+from makeup_video.kernels.surface import (
+    BROW_POINTS,
+    LASH_POINTS,
+    LID_BROW_BELOW,
+    LID_CORNERS,
+    LID_FALLS,
+    LID_FOLD_SHARES,
+    LID_FOLD_UP,
+    LID_HW,
+    LID_LEAST,
+    LID_ROUNDNESS,
+    LID_SEEDS,
+    LID_SETTLE,
+    LID_STEEPEST,
+    LID_STEP,
+)
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
 from makeup_video.pipeline.render.grid import Grid, slopes_along
 from makeup_video.pipeline.render.surfaces.eyes import (
     COLUMNS,
-    CURVES,
-    OUTWARDS,
+    EYE_CURVES,
     SIZE_WH,
+    BothEyes,
     LidSurface,
-    ZoneWeights,
     eye_places,
 )
 
@@ -24,79 +37,107 @@ def lid_surfaces(face: Face) -> list[LidSurface]:
     if not seen:
         return []
     # both eyes in one go: (E, ...)
-    y, depth = _curves(np.stack([points for _, points in seen]))
-    lash, crease, brow = (height[:, None] for height in _apart(y))
-    over = (lash - _ROWS) / (lash - crease)
-    height = np.where(over < 1, over, 1 + (crease - _ROWS) / (crease - brow))
-    slope = slopes_along(lash, 1)
-    steps_px = np.array([grid.step_px() for grid, _ in seen], np.float32)[:, None, None]
-    lash_px = (lash - _ROWS) * (steps_px / np.sqrt(1 + slope * slope))
-    normals = _normals(y, depth, height)
-    zones = ZoneWeights(height)
+    y, depth = (np.stack(each) for each in zip(*(eye[1:] for eye in seen), strict=True))
+    _settle(y[:, ::4])
+    ring, up = _heights(y)
+    steps_px = np.array([grid.step_px() for grid, *_ in seen], np.float32)[:, None, None]
+    lash_px, lower_px = (_distance_px(y[:, curve, None], steps_px) for curve in (0, 4))
+    normals = _normals(y, depth, ring)
+    widths = [float(step) / LID_STEP for step in steps_px.ravel()]
+    both = BothEyes(up, lash_px, -lower_px, widths)
     return [
-        LidSurface(grid, height[number], lash_px[number], OUTWARDS, normals[number], zones, number)
-        for number, (grid, _) in enumerate(seen)
-    ]
+        LidSurface(
+            grid, up[number], lash_px[number], -lower_px[number], normals[number],
+            widths[number], both, number,
+        )
+        for number, (grid, *_) in enumerate(seen)
+    ]  # fmt: skip
 
 
 def lid_curves(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
-    """For both eyes, each with its grid: lash line, crease and brow, (3, 40) rows of the grid by
-    column.
+    """For both eyes, each with its grid: lash line, crease and fold, (3, 48) rows of the grid by
+    column, as the mesh has them: they meet at the corners of the eye.
 
     None for an eye that is too narrow to be seen.
     """
-    curves: list[tuple[Grid, np.ndarray] | None] = []
-    for eye in _eyes(face):
-        if eye is None:
-            curves.append(None)
-        else:
-            grid, points = eye
-            curves.append((grid, np.concatenate(_apart(_curves(points[None])[0]))))
-    return curves
+    return [None if eye is None else (eye[0], eye[1][:3]) for eye in _eyes(face)]
 
 
-def _eyes(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
-    """The grids of both eyes, and their points (48, 3) there; None for one that is too narrow."""
-    eyes: list[tuple[Grid, np.ndarray] | None] = []
-    for place, points in zip(eye_places(face), (EYE, RIGHT_EYE), strict=True):
+def _eyes(face: Face) -> list[tuple[Grid, np.ndarray, np.ndarray] | None]:
+    """The grids of both eyes, with heights and depths of their curves, (5, columns) each; None for
+    an eye that is too narrow."""
+    eyes: list[tuple[Grid, np.ndarray, np.ndarray] | None] = []
+    for place, curves in zip(eye_places(face), EYE_CURVES, strict=True):
         if place is None:
             eyes.append(None)
             continue
-        grid, points_px = Grid.at(place.to_px, LID_HW), face.points_px[points]
-        there = np.empty(points_px.shape)
-        step = grid.step_px()
-        there[:, :2] = (points_px[:, :2] - grid.to_px[:, 2]) @ (grid.to_px[:, :2] / step**2)
-        there[:, 2] = points_px[:, 2] / step
-        eyes.append((grid, there))
+        grid = Grid.at(place.to_px, LID_HW)
+        yz = np.stack([_curve(grid, face.points_px[curve]) for curve in curves])
+        eyes.append((grid, yz.real.astype(np.float32), yz.imag.astype(np.float32)))
     return eyes
 
 
-def _apart(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(E, 3, columns) -> rows of lash line, crease and brow, (E, columns), a row apart at least."""
-    lash = y[:, 0]
-    crease = np.minimum(y[:, 1], lash - 1)
-    return lash, crease, np.minimum(y[:, 2], crease - 1)
+def _curve(grid: Grid, points_px: np.ndarray) -> np.ndarray:
+    """Points (N, 3), px of the frame -> (columns,) complex: height and depth of a smooth curve
+    through them, in steps of the grid."""
+    step = grid.step_px()
+    there = np.empty(points_px.shape)
+    there[:, :2] = (points_px[:, :2] - grid.to_px[:, 2]) @ (grid.to_px[:, :2] / step**2)
+    there[:, 2] = points_px[:, 2] / step
+    x, y, z = (_SMOOTH[len(there)] @ there).T
+    curve: np.ndarray = np.interp(COLUMNS, np.maximum.accumulate(x), y + 1j * z)
+    return curve
 
 
-def _curves(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(E, 48, 3) on the grid -> heights and depths (E, 3, columns) of lash line,
-    crease and brow."""
-    smooth = (_SMOOTH @ points[:, CURVES])[:, :, ::-1]
-    x = np.maximum.accumulate(smooth[..., 0], axis=2).reshape(-1, len(_SMOOTH))
-    yz = (smooth[..., 1] + 1j * smooth[..., 2]).reshape(-1, len(_SMOOTH))  # np.interp takes both
-    curves = np.stack([np.interp(COLUMNS, *curve) for curve in zip(x, yz, strict=True)])
-    curves = curves.reshape(len(points), 3, -1)
-    return curves.real.astype(np.float32), curves.imag.astype(np.float32)
+def _settle(lashes: np.ndarray) -> None:
+    """Carry lash lines (..., columns) on beyond the corners, in their direction there; in place."""
+    inner, outer = LID_CORNERS
+    for beyond, at, inside in (
+        (inner - COLUMNS, int(inner) + 1, int(inner) + 3),
+        (COLUMNS - outer, int(outer), int(outer) - 2),
+    ):
+        slope = np.clip((lashes[..., at] - lashes[..., inside]) / 2, -1, 1)
+        there = np.maximum(beyond, 0)
+        lashes += slope[..., None] * (there / (1 + there / LID_SETTLE))
 
 
-def _normals(y: np.ndarray, depth: np.ndarray, height: np.ndarray) -> np.ndarray:
+def _heights(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the curves (E, 5, columns) -> heights by the rings of the mesh, 1 at the crease and 2
+    at the fold, and by `up` of LidSurface; (E, H, W) each."""
+    lash, crease, fold, brow = (y[:, curve, None] for curve in range(4))
+    gap = lash - crease
+    least = np.full_like(gap, LID_LEAST)
+    for seed, fall, side in zip(LID_SEEDS, LID_FALLS, (-1, 1), strict=True):
+        beyond = side * (COLUMNS - seed)
+        held = gap[..., seed, None] - fall * beyond
+        least = np.where(beyond > 0, np.maximum(least, held), least)
+    crease = lash - np.maximum(gap, least)
+    brow = np.minimum(brow + LID_BROW_BELOW, crease - LID_LEAST)
+    low, high = (share * (crease - brow) for share in LID_FOLD_SHARES)
+    fold = crease - np.clip(crease - fold, low, high)
+    ring = (lash - _ROWS) / (lash - crease)
+    ring = np.where(ring < 1, ring, 1 + (crease - _ROWS) / (crease - fold))
+    up = np.where(ring < 1, ring, 1 + (LID_FOLD_UP - 1) * (ring - 1))
+    above = LID_FOLD_UP + (2 - LID_FOLD_UP) * (fold - _ROWS) / (fold - brow)
+    return ring, np.where(ring < 2, up, above).astype(np.float32)
+
+
+def _distance_px(lashes: np.ndarray, steps_px: np.ndarray) -> np.ndarray:
+    """(E, H, W) px of the frame above lash lines, (E, 1, columns) rows, across the line."""
+    slope = slopes_along(lashes, 1)
+    above: np.ndarray = (lashes - _ROWS) * (steps_px / np.sqrt(1 + slope * slope))
+    return above
+
+
+def _normals(y: np.ndarray, depth: np.ndarray, ring: np.ndarray) -> np.ndarray:
     """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is
     towards the viewer."""
+    y, depth = y[:, :3], depth[:, :3]
     falls = (depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1)
     falls = np.clip(falls, -LID_STEEPEST, LID_STEEPEST)
     below, above = falls[:, 0, None], falls[:, 1, None]
-    gy = below + (above - below) * np.clip(height - 0.5, 0, 1)
-    gy += LID_ROUNDNESS * np.clip(0.5 - height, -0.5, 0.5)
+    gy = below + (above - below) * np.clip(ring - 0.5, 0, 1)
+    gy += LID_ROUNDNESS * np.clip(0.5 - ring, -0.5, 0.5)
     gx = np.clip(slopes_along(depth[:, 1, None], 1), -LID_STEEPEST, LID_STEEPEST)
     shrink = 1 / np.sqrt(1 + gx * gx + gy * gy)
     return np.stack([gx * shrink, gy * shrink], axis=1)
@@ -118,4 +159,4 @@ def _catmull_rom(count: int, between: int) -> np.ndarray:
     return np.stack(rows)
 
 
-_SMOOTH = _catmull_rom(LASH_POINTS, 4)
+_SMOOTH = {count: _catmull_rom(count, 4) for count in (LASH_POINTS, BROW_POINTS)}

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import GraphicsParams, Look, LookError
-from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.look.look import ZONES
 
 SPECS = {spec.name: spec.metadata for spec in fields(GraphicsParams)}
 SEVEN = ("red", "green", "blue", "opacity", "gloss", "gloss_roughness", "reflection")

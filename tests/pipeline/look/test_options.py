@@ -13,7 +13,7 @@ from makeup_video.pipeline.look.options import (
     parse_color,
     parse_parts,
 )
-from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.look.look import ZONES
 from refusals import refused
 
 REGIONS = ("lips", "eyes")

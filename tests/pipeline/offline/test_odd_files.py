@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from makeup import close_up_scene, paint_planes, painter
 from makeup_video.pipeline import Look, Settings, apply_look, find_faces, process_video, product
-from makeup_video.pipeline.render.regions.eyes import LidSurface
+from makeup_video.pipeline.render.surfaces.eyes import LidSurface
 from media import decoded
 from people import clip, film, frame_of, portrait
 

@@ -17,7 +17,7 @@ from makeup import (
 )
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, RIGHT_EYE
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.regions.eyes import ZONES
+from makeup_video.pipeline.look.look import ZONES
 from people import frame_of
 
 

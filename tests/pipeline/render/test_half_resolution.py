@@ -64,8 +64,8 @@ def test_half_resolution_looks_as_at_full_resolution(pix_fmt, size_wh, monkeypat
 
 
 def test_the_picture_keeps_its_detail(monkeypatch):
-    """Fine lines of the skin are nearly as strong as at full size: only the change that the
-    product makes is coarse."""
+    """Fine lines are nearly as strong as on the bare skin, because only the change that the product
+    makes is coarse. At full size gloss makes them stronger still."""
     scene = large_scene("yuv444p")
     rng = np.random.default_rng(1)
     scene.frame.writable_planes()[0][:] = np.clip(
@@ -78,7 +78,7 @@ def test_the_picture_keeps_its_detail(monkeypatch):
         return float((plane - blurred)[inside].std())
 
     whole, half = (painted(scene, level, monkeypatch)[0] for level in (0, 3))
-    assert detail(half) > 0.85 * detail(whole)
+    assert detail(half) > 0.85 * min(detail(whole), detail(scene.frame.planes[0]))
 
 
 def test_small_regions_are_painted_at_full_size(monkeypatch):

@@ -59,8 +59,40 @@ def test_shimmer_fades_with_a_product_that_is_hardly_there():
 
 
 def test_sparkles_finer_than_a_pixel_are_not_drawn():
-    small, large = (lit(shimmer=1, axes=SkinAxes(np.eye(2), px)) for px in (30.0, 900.0))
+    small, large = (lit(shimmer=1, axes=SkinAxes(np.eye(2), px)) for px in (15.0, 900.0))
     assert sum(small.sparkle) == 0 and sum(large.sparkle) > 0
+
+
+SIZES = np.geomspace(10, 2000, 4000)  # px between the eyes, in steps of an eighth of a percent
+
+
+@pytest.mark.parametrize("size", [0.0, 0.3, 1.0])
+def test_sparkles_survive_codecs_on_faces_of_any_size(size):
+    seen = [lit(shimmer=1, shimmer_size=size, axes=SkinAxes(np.eye(2), px)) for px in SIZES]
+    strength = np.array([max(m.sparkle) for m in seen])
+    cell_px = np.array([px / m.cells for m, px in zip(seen, SIZES, strict=True)])
+    radius_px = np.array([m.spot**0.5 for m in seen]) * cell_px
+    assert radius_px[strength > 0].min() > 1.1 and strength.max() > 0.3
+    # while sparkles are seen, the grid of cells never changes at once
+    assert np.abs(np.diff(strength)).max() < 0.03 * strength.max()
+    regrown = np.diff(np.log([m.cells for m in seen])) != 0
+    assert regrown.any() or size == 1.0
+    assert strength[:-1][regrown].max(initial=0) < 0.03 * strength.max()
+
+
+@pytest.mark.parametrize("rgb", [(132, 40, 146), (180, 0, 46), (20, 60, 160)], ids=str)
+def test_sparkles_and_sheen_of_deep_colours_keep_their_hue(rgb):
+    red, green, blue = rgb
+    m = lit(shimmer=1, shimmer_tint=0.4, red=red, green=green, blue=blue)
+    own = product_linear(rgb, Coding())
+    for light in (m.sparkle, m.glint):
+        least, most = np.min(light), np.max(light)
+        assert least < 0.3 * most and np.argmax(light) == np.argmax(own)
+
+
+def test_only_pale_products_have_silver_sparkles():
+    pale, black = (lit(shimmer=1, shimmer_tint=0, red=c, green=c, blue=c).sparkle for c in (230, 4))
+    assert min(pale) > 1.5 and max(black) < 0.4
 
 
 def test_gloss_is_shared_between_own_and_synthetic_highlights():

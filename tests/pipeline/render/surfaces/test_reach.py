@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from heads import HEAD_PX, face
-from makeup_video.pipeline.render.regions.eyes import ZONES
-from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
-from makeup_video.pipeline.render.regions.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.eyes import ZONES
+from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
 
 
 def weighted_box(region, softness, zone):

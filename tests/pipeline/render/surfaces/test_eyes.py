@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import close_up, inside, true_face
-from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, RIGHT_EYE
-from makeup_video.pipeline.look.regions.eyes import ZONES
-from makeup_video.pipeline.render.regions.eyes import ZONES as ZONE_OF
-from makeup_video.pipeline.render.regions.eyes_reference import lid_surfaces
+from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
+from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.render.surfaces.eyes import ZONES as ZONE_OF
+from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
 HW = (220, 200)
 
@@ -62,9 +62,8 @@ def test_zones_are_where_their_names_say():
 def test_one_eye_is_the_mirror_of_the_other():
     _, points = close_up()
     mirrored = points.copy()
-    mirrored[EYE], mirrored[RIGHT_EYE] = points[RIGHT_EYE], points[EYE]
-    for index in np.setdiff1d(np.arange(478), np.concatenate([EYE, RIGHT_EYE])):
-        mirrored[index] = points[index]
+    left, right = np.concatenate([EYE, BROW]), np.concatenate([RIGHT_EYE, RIGHT_BROW])
+    mirrored[left], mirrored[right] = points[right], points[left]
     mirrored[:, 0] = HW[1] - 1 - mirrored[:, 0]
     original, mirror_image = weights(points), weights(mirrored)[:, :, ::-1]
     for eye, other in ((0, 1), (1, 0)):

@@ -43,7 +43,7 @@ from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.render.grid import Grid
 from makeup_video.pipeline.render.luminance import broad
-from makeup_video.pipeline.render.regions.base import lit_in_numpy
+from makeup_video.pipeline.render.surfaces.base import lit_in_numpy
 
 SIZE = 16
 WEIGHT = np.outer(np.hanning(SIZE + 2)[1:-1], np.hanning(SIZE + 2)[1:-1]).astype(np.float32)
@@ -54,6 +54,7 @@ class Cheek:
     grid: Grid
     normals: ClassVar = np.zeros((2, SIZE, SIZE), np.float32)
     spared: ClassVar = 0.0
+    keep_highlights: ClassVar = 1.0
 
     def reach(self, softness, shape):
         return self.grid.box_px((0, 0, SIZE, SIZE), more=1)
