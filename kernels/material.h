@@ -152,8 +152,8 @@ MATERIAL_INLINE colour_rgb material_paint(
     float skin = m->undertone * bright;
     /* what is dark is spared only where the product would lighten it */
     float kept = colour_clamp(m->dark_offset + m->dark_gain * fine, 1.0f);
-    float darkens = colour_clamp(2.0f - bright * shade, 1.0f);
-    float opaque = weight * m->opacity * (darkens > kept ? darkens : kept);
+    float lighter = colour_positive(bright * shade - 1.0f);
+    float opaque = weight * m->opacity * (1.0f - colour_min(1.0f - kept, lighter));
     weight *= kept;
     float highlight = weight * (fine - matte) * broad; /* at the edge bright skin is no highlight */
     float own = m->texture * m->keep_highlights * highlight;

@@ -218,13 +218,42 @@ def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarra
     return sparkle
 
 
+@dataclass(slots=True)
+class Varying:
+    """What of a Material may vary over a region, at every pixel.
+
+    product, glint: (h, w, 3), in place of the material's own.  opacity: (h, w), likewise.
+    shine: (h, w), factor of its sparkle, own_highlights and reflection.
+    """
+
+    product: np.ndarray
+    opacity: np.ndarray
+    glint: np.ndarray
+    shine: np.ndarray
+
+
+def even(m: Material) -> Varying:
+    """The same everywhere: what the material says itself."""
+    one = np.ones((1, 1))
+    product, glint = (np.reshape(rgb, (1, 1, 3)) for rgb in (m.product, m.glint))
+    return Varying(product, m.opacity * one, glint, one)
+
+
 def made_up(
-    bare: np.ndarray, weight: np.ndarray, u: np.ndarray, v: np.ndarray, skin: Skin, m: Material
+    bare: np.ndarray,
+    weight: np.ndarray,
+    u: np.ndarray,
+    v: np.ndarray,
+    skin: Skin,
+    m: Material,
+    varying: Varying | None = None,
 ) -> np.ndarray:
     """Put makeup of a weight on the light of pixels (h, w, 3): the twin of material_paint.
 
     Makeup is computed in sRGB's primaries, so that a product looks the same in every video.
+    varying: None for a product that is the same everywhere.
     """
+    local = even(m) if varying is None else varying
     to_film, from_film = (np.array(rows).reshape(3, 3) for rows in (m.to_film, m.from_film))
     under = bare @ to_film.T
     lit = np.maximum(under @ np.array(m.luminance), 0) + m.dark
@@ -233,22 +262,22 @@ def made_up(
     matte = np.minimum(fine, _FINEST)
     shade = skin.shade * (1 + m.texture * (matte - 1))
     below = np.minimum(shade, 1)
-    product = np.array(m.product)
-    bright = (product @ np.array(m.luminance)) / lit  # as a multiple of the pixel's light
+    bright = (local.product @ np.array(m.luminance)) / lit  # as a multiple of the pixel's light
     through = m.undertone * bright
     # what is dark is spared only where the product would lighten it
     kept = np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
-    opaque = weight * m.opacity * np.maximum(kept, np.clip(2 - bright * shade, 0, 1))
+    lighter = np.maximum(bright * shade - 1, 0)
+    opaque = weight * local.opacity * (1 - np.minimum(1 - kept, lighter))
     weight = weight * kept
     highlight = weight * (fine - matte) * broad  # at the edge bright skin is no highlight
     breakup = np.clip(_BREAKUP_GAIN * fine - _BREAKUP_START, 0, _BREAKUP_MOST)
     lobe = weight * skin.lobe * breakup
-    shown = weight * m.own_highlights * highlight
-    sparkle = weight * sparkles(u, v, skin, m)
+    shown = weight * local.shine * m.own_highlights * highlight
+    sparkle = weight * local.shine * sparkles(u, v, skin, m)
 
     seen = np.maximum(under, 0)
     own = m.texture * m.keep_highlights
-    base = product * (1 - m.undertone) + seen * through[..., None]
+    base = local.product * (1 - m.undertone) + seen * through[..., None]
     extra = base * (shade - below)[..., None] + (own * highlight)[..., None]
     laid = added(base * below[..., None], extra, m.ceiling)
     # A thin film takes light from what is under it, so it deepens before it covers: mixing linear
@@ -257,8 +286,8 @@ def made_up(
     root = np.sqrt(seen)
     root = root + opaque * (np.sqrt(np.abs(laid)) - root)
     film = under + root * root - seen - opaque * (under - seen)
-    more = lobe[..., None] * np.array(m.glint) + shown[..., None]
+    more = lobe[..., None] * local.glint + shown[..., None]
     more = more + sparkle[..., None] * np.array(m.sparkle)
-    more = more + (weight * skin.mirror)[..., None] * skin.room
+    more = more + (weight * local.shine * skin.mirror)[..., None] * skin.room
     made: np.ndarray = bare + (added(film, more, m.ceiling) - under) @ from_film.T
     return made

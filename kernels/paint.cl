@@ -11,7 +11,8 @@
  * - weights: of the product, 0 to 1, for each pixel.
  * - maps: one region after another: luminance of the bare skin without its fine texture, x and y of
  *   the unit normal (z is towards the viewer), each (grid_high, grid_wide); and the environment,
- *   (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), linear light.
+ *   (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), linear light. With PAINT_MAPPED then
+ *   the layers of PaintedRegion, (8, grid_high, grid_wide).
  * - rows: the region of each row of blocks.
  * - runs: the run that each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; runs
  *   without weight are left out.
@@ -63,6 +64,27 @@ MATERIAL_INLINE float paint_between(
     return a * maps[k] + b * maps[k + 1] + c * maps[k + wide] + d * maps[k + wide + 1];
 }
 
+#ifdef PAINT_MAPPED
+/* Puts the numbers that vary over a region in the place of the material's own. k: of the first
+ * layer's neighbour at the top left. */
+MATERIAL_INLINE void paint_vary(
+    material *m, __global const float *maps, int k, int wide, int layer, float fx, float fy) {
+    m->product[0] = paint_between(maps, k, wide, fx, fy);
+    m->product[1] = paint_between(maps, k + layer, wide, fx, fy);
+    m->product[2] = paint_between(maps, k + 2 * layer, wide, fx, fy);
+    m->opacity = paint_between(maps, k + 3 * layer, wide, fx, fy);
+    m->glint[0] = paint_between(maps, k + 4 * layer, wide, fx, fy);
+    m->glint[1] = paint_between(maps, k + 5 * layer, wide, fx, fy);
+    m->glint[2] = paint_between(maps, k + 6 * layer, wide, fx, fy);
+    float shine = paint_between(maps, k + 7 * layer, wide, fx, fy);
+    m->sparkle[0] *= shine;
+    m->sparkle[1] *= shine;
+    m->sparkle[2] *= shine;
+    m->own_highlights *= shine;
+    m->reflection *= shine;
+}
+#endif
+
 __kernel void paint(
     __global SAMPLE *restrict luma, __global const float *restrict codes,
     __global float *restrict change, __global const float *restrict weights,
@@ -73,7 +95,11 @@ __kernel void paint(
     int column = (run - block_row * in_row) * RUN + (int)get_local_id(0);
     int row = block_row * BLOCK_DOWN + (int)get_local_id(1), at = row * stride + column;
     __global const paint_region *region = regions + rows[block_row];
+#ifdef PAINT_MAPPED
+    material product = region->product;
+#else
     const material product = region->product;
+#endif
     float x = (float)column, y = (float)(row - region->first_row);
     float weight = weights[at];
     float old_luma = luma[at], old_cb = codes[at], old_cr = codes[at + size];
@@ -90,6 +116,9 @@ __kernel void paint(
     float coarse = paint_between(maps, k, wide, fx, fy);
     float nx = paint_between(maps, k + layer, wide, fx, fy);
     float ny = paint_between(maps, k + 2 * layer, wide, fx, fy);
+#ifdef PAINT_MAPPED
+    paint_vary(&product, maps, k + 3 * layer + 3 * MATERIAL_LAYER, wide, layer, fx, fy);
+#endif
     material_surface skin =
         material_at(coarse, region->mean, nx, ny, maps, region->grid + 3 * layer, &product);
     float u = region->to_patch[0] * x + region->to_patch[1] * y + region->to_patch[2];

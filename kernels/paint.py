@@ -13,12 +13,13 @@ from makeup_video.kernels.material import (
     ENVIRONMENT_PX,
     MATERIAL,
     Material,
+    Varying,
     bilinear,
     made_up,
     skin_at,
 )
 from makeup_video.kernels.planes import Rect, fold, spread
-from makeup_video.kernels.program import RUN, Device
+from makeup_video.kernels.program import RUN, Device, Memory
 
 _STEP = 64  # rows and columns of a canvas are multiples, so that its pixels are whole pieces
 _PIECE = 256  # runs: OpenBLAS sums so few in one thread
@@ -44,6 +45,9 @@ DEFINITIONS = (
     + material.DEFINITIONS
     + Definitions({"RUN": RUN, "PAINT_INSIDE": _INSIDE}, {"paint_region": PAINT_REGION})
 )
+# The variant of paint.cl for regions with layers.
+_MAPPED = DEFINITIONS + Definitions({"PAINT_MAPPED": 1})
+LAYERS = 8  # of a PaintedRegion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +65,9 @@ class PaintedRegion:
     to_patch: (2, 3) by rows, from px of the rectangle to coordinates that stick to the skin, which
     lie at -4096 cells or more and below 2^23.
     environment: (3, 16, 16) float32, linear.
+    layers: what of the material varies, (8, H, W) float32 on the grid; None for nothing. 0..2: the
+    product's colour, lit.  3: opacity.  4..6: glint.  These are in place of the material's own.  7:
+    shine, a factor of its sparkle, own_highlights and reflection.
     """
 
     rect: Rect
@@ -72,6 +79,7 @@ class PaintedRegion:
     to_patch: Sequence[float]
     environment: np.ndarray
     material: Material
+    layers: np.ndarray | None = None
 
 
 class Canvas:
@@ -126,6 +134,7 @@ class Canvas:
         self._runs = self.device.memory((rows // down * stride // RUN,), np.int32)
         self._maps = self.device.memory((1,), np.float32)
         self._records = self.device.memory((1,), PAINT_REGION)
+        self._mapped_runs = self.device.memory((1,), np.int32)
         self._coding = None
 
     def paint(
@@ -133,24 +142,42 @@ class Canvas:
     ) -> None:
         """Paint regions on the planes. Their rectangles, as placed, must not overlap."""
         runs = self._find_runs(self._kind[0][1])
-        if not runs:
+        if not len(runs):
             return
         self._describe(regions)
+        mapped = self._list_runs(runs, regions)
         self._copy(planes, regions, back=False)
-        self._set_arguments(coding)
-        self._launch(runs)
+        self._set_arguments(coding, mapped)
+        self._launch(len(runs), mapped)
         self._copy(planes, regions, back=True)
 
-    def _find_runs(self, down: int) -> int:
-        """List the runs that hold any weight for the kernels, and return their number."""
+    def _find_runs(self, down: int) -> np.ndarray:
+        """The runs that hold any weight, (N,), in rising order."""
         weights = self._weights.array[: self._used_rows]
         sums = weights.reshape(-1, _PIECE, RUN) @ _ONES
-        found = np.flatnonzero(sums.reshape(-1, down, self._size[1] // RUN).sum(1))
-        self._runs.array[: len(found)] = found
-        return len(found)
+        return np.flatnonzero(sums.reshape(-1, down, self._size[1] // RUN).sum(1))
+
+    def _list_runs(self, runs: np.ndarray, regions: Sequence[PaintedRegion]) -> int:
+        """List all runs for the kernels, and once more those in regions with layers.
+
+        Returns the number of the latter. They come last among all, too.
+        """
+        are_mapped = [region.layers is not None for region in regions]
+        if not any(are_mapped):
+            self._runs.array[: len(runs)] = runs
+            return 0
+        of_row = self._rows.array[runs // (self._size[1] // RUN)]
+        is_mapped = np.array(are_mapped)[of_row]
+        mapped = runs[is_mapped]
+        self._runs.array[: len(runs)] = np.concatenate([runs[~is_mapped], mapped])
+        if len(self._mapped_runs.array) < len(mapped):
+            self._mapped_runs = self.device.memory((len(self._runs.array),), np.int32)
+            self._coding = None
+        self._mapped_runs.array[: len(mapped)] = mapped
+        return len(mapped)
 
     def _describe(self, regions: Sequence[PaintedRegion]) -> None:
-        count = sum(3 * region.shading.size + _ROOM for region in regions)
+        count = sum(_map_size(region) for region in regions)
         if count > self._maps.array.size or len(regions) > len(self._records.array):
             self._maps = self.device.memory((2 * count,), np.float32)
             self._records = self.device.memory((2 * len(regions),), PAINT_REGION)
@@ -163,9 +190,11 @@ class Canvas:
             maps[begin + layer : begin + 3 * layer] = region.normals.ravel()
             end = begin + 3 * layer + _ROOM
             maps[begin + 3 * layer : end] = region.environment.ravel()
+            if region.layers is not None:
+                maps[end : end + LAYERS * layer] = region.layers.ravel()
             self._records.array[number] = _record(region, first_row, begin)
             rows[first_row // down :] = number
-            begin = end
+            begin += _map_size(region)
 
     def _copy(
         self, planes: tuple[np.ndarray, ...], regions: Sequence[PaintedRegion], back: bool
@@ -182,40 +211,59 @@ class Canvas:
                 else:
                     canvas[:high, :wide] = plane
 
-    def _set_arguments(self, coding: Coding) -> None:
+    def _set_arguments(self, coding: Coding, mapped: int) -> None:
         """Give the kernels their arguments, where these have changed."""
-        if self._coding == coding:
-            return
-        block, sample = self._kind
-        program = self.device.program("paint.cl", coding.transfer, sample, block, DEFINITIONS)
-        # kernels of this canvas alone, since they keep their arguments
-        spread_, paint_, fold_ = self._kernels = [
-            cl.Kernel(program, name) for name in ("paint_spread", "paint", "paint_fold")
-        ]
-        rows, stride = self._size
-        size, chroma_size = np.int32(rows * stride), np.int32(self._chroma.array[0].size)
-        wide, coded = np.int32(stride), coding_argument(coding)
-        luma, chroma, codes, change, weights, maps, records, of_row, runs = (
-            memory.buffer
-            for memory in (self._luma, self._chroma, self._codes, self._change, self._weights,
-                           self._maps, self._records, self._rows, self._runs)
-        )  # fmt: skip
-        spread_.set_args(chroma, codes, runs, wide, size, chroma_size)
-        paint_.set_args(
-            luma, codes, change, weights, maps, records, of_row, runs, wide, size, coded
-        )
-        fold_.set_args(chroma, change, records, of_row, runs, wide, size, chroma_size, coded)
-        self._coding = coding
+        if self._coding != coding:
+            size, chroma_size = np.int32(self._luma.array.size), self._chroma.array[0].size
+            wide, coded = np.int32(self._size[1]), coding_argument(coding)
+            chroma, codes, change, records, of_row, runs = (
+                memory.buffer
+                for memory in (self._chroma, self._codes, self._change, self._records, self._rows,
+                               self._runs)
+            )  # fmt: skip
+            sizes = wide, size, np.int32(chroma_size)
+            # kernels of this canvas alone, since they keep their arguments
+            self._spread = self._kernel("paint_spread", coding)
+            self._spread.set_args(chroma, codes, runs, *sizes)
+            self._paint = self._paint_kernel(coding, DEFINITIONS, self._runs)
+            self._fold = self._kernel("paint_fold", coding)
+            self._fold.set_args(chroma, change, records, of_row, runs, *sizes, coded)
+            self._coding, self._paint_mapped = coding, None
+        if mapped and self._paint_mapped is None:
+            self._paint_mapped = self._paint_kernel(coding, _MAPPED, self._mapped_runs)
 
-    def _launch(self, runs: int) -> None:
+    def _kernel(self, name: str, coding: Coding, definitions: Definitions = DEFINITIONS) -> Any:
+        block, sample = self._kind
+        program = self.device.program("paint.cl", coding.transfer, sample, block, definitions)
+        return cl.Kernel(program, name)
+
+    def _paint_kernel(self, coding: Coding, definitions: Definitions, runs: Memory) -> Any:
+        kernel = self._kernel("paint", coding, definitions)
+        buffers = (
+            memory.buffer
+            for memory in (self._luma, self._codes, self._change, self._weights, self._maps,
+                           self._records, self._rows, runs)
+        )  # fmt: skip
+        wide, size = np.int32(self._size[1]), np.int32(self._luma.array.size)
+        kernel.set_args(*buffers, wide, size, coding_argument(coding))
+        return kernel
+
+    def _launch(self, runs: int, mapped: int) -> None:
         across, down = self._kind[0]
         for memory in (self._luma, self._chroma, self._weights, self._maps, self._records,
                        self._rows, self._runs):  # fmt: skip
             memory.send()
-        spread_, paint_, fold_ = self._kernels
+        if mapped:
+            self._mapped_runs.send()
         pixels, samples = (RUN, down), (RUN // across, 1)
-        for kernel, group in ((spread_, samples), (paint_, pixels), (fold_, samples)):
-            self.device.launch(kernel, (runs * group[0], group[1]), (), group)
+        for kernel, group, count in (
+            (self._spread, samples, runs),
+            (self._paint, pixels, runs - mapped),
+            (self._paint_mapped, pixels, mapped),
+            (self._fold, samples, runs),
+        ):
+            if count:
+                self.device.launch(kernel, (count * group[0], group[1]), (), group)
         self._luma.fetch()
         self._chroma.fetch()
         self.device.finish()
@@ -250,7 +298,8 @@ def region_twin(
     skin = skin_at(coarse, region.mean, nx, ny, environment, region.material)
     weight = region.weight.astype(np.float64)
     u, v = _mapped(region.to_patch, luma.shape)
-    light = made_up(decode(codes, coding), weight, u, v, skin, region.material)
+    varying = None if region.layers is None else varying_on_pixels(region, region.layers)
+    light = made_up(decode(codes, coding), weight, u, v, skin, region.material, varying)
     new = np.where(weight[..., None] > 0, encode(light, coding), codes)
     changed = np.moveaxis((new - codes)[..., 1:], -1, 0)
     return rounded(new[..., 0], coding).astype(luma.dtype), changed
@@ -274,11 +323,27 @@ def _whole(length: int) -> int:
 
 def on_pixels(region: PaintedRegion) -> np.ndarray:
     """Sample shading and normals at each pixel of the rectangle: (3, h, w)."""
-    grid = np.concatenate([region.shading[None], region.normals]).astype(np.float64)
+    return _sampled(np.concatenate([region.shading[None], region.normals]), region)
+
+
+def varying_on_pixels(region: PaintedRegion, layers: np.ndarray) -> Varying:
+    """Sample the layers of a region, (8, H, W), at each pixel of the rectangle."""
+    maps = np.moveaxis(_sampled(layers, region), 0, -1)
+    return Varying(maps[..., :3], maps[..., 3], maps[..., 4:7], maps[..., 7])
+
+
+def _sampled(grid: np.ndarray, region: PaintedRegion) -> np.ndarray:
+    """Sample (C, H, W) on the region's grid at each pixel of the rectangle: (C, h, w)."""
     x, y = _mapped(region.to_grid, region.weight.shape)
-    high, wide = region.shading.shape
+    high, wide = grid.shape[1:]
     x, y = np.clip(x, 0, wide - _INSIDE), np.clip(y, 0, high - _INSIDE)
-    return np.moveaxis(bilinear(grid, x, y), -1, 0)
+    return np.moveaxis(bilinear(grid.astype(np.float64), x, y), -1, 0)
+
+
+def _map_size(region: PaintedRegion) -> int:
+    """How many floats of maps a region takes."""
+    grids = 3 if region.layers is None else 3 + LAYERS
+    return grids * region.shading.size + _ROOM
 
 
 def _mapped(to: Sequence[float], hw: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -146,7 +146,7 @@ class Device:
         # A CPU works in our memory; other devices may work in a copy.
         self.shares_memory = bool(device.type & cl.device_type.CPU)
         self._kernels: dict[tuple[str, int, np.dtype], Any] = {}
-        self._programs: dict[tuple[str, int, np.dtype, tuple[int, int]], Any] = {}
+        self._programs: dict[tuple[str, int, np.dtype, tuple[int, int], Definitions], Any] = {}
 
     def kernel(
         self,
@@ -176,10 +176,10 @@ class Device:
     ) -> Any:
         """Return the program of a file of this package.
 
-        transfer, sample, definitions: as for `kernel`.  block: luma pixels of a chroma sample,
-        across and down.
+        transfer, sample: as for `kernel`.  block: luma pixels of a chroma sample, across and down.
+        definitions: those of the file, or of a variant of it; the same object at every call.
         """
-        key = file, transfer, sample, block
+        key = file, transfer, sample, block, definitions
         if key not in self._programs:
             source = source_of(file)
             self._programs[key] = self.build(source, transfer, sample, block, definitions)

@@ -161,16 +161,17 @@ SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
     out[PER_LOWER * PATCH_WIDE] = 1.0f / surface_max(bottom - lower, 1.0f);
 }
 
-/* How many rows the crease lies above the lash line, in a column of a lid's grid. */
-static inline float surface_lid_gap(__global const float *y, int x) {
-    __global const float *crease = y + 2 * CREASE_LINE * PATCH_WIDE;
-    float gap = y[x] - crease[x];
+/* How many rows one curve lies above another, in a column of a lid's grid: at least LID_LEAST, and
+ * beyond the corners not much less than just inside them. */
+static inline float surface_lid_gap(
+    __global const float *lower, __global const float *higher, int x) {
+    float gap = lower[x] - higher[x];
     if (x < LID_INNER_SEED) {
-        float seed = y[LID_INNER_SEED] - crease[LID_INNER_SEED];
+        float seed = lower[LID_INNER_SEED] - higher[LID_INNER_SEED];
         gap = surface_max(gap, seed - LID_INNER_FALL * (float)(LID_INNER_SEED - x));
     }
     if (x > LID_OUTER_SEED) {
-        float seed = y[LID_OUTER_SEED] - crease[LID_OUTER_SEED];
+        float seed = lower[LID_OUTER_SEED] - higher[LID_OUTER_SEED];
         gap = surface_max(gap, seed - LID_OUTER_FALL * (float)(x - LID_OUTER_SEED));
     }
     return surface_max(gap, LID_LEAST);
@@ -179,20 +180,20 @@ static inline float surface_lid_gap(__global const float *y, int x) {
 /* The same for a column of a lid's grid. */
 SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT, *z = y + PATCH_WIDE;
+    __global const float *creases = y + 2 * CREASE_LINE * PATCH_WIDE;
+    __global const float *folds = y + 2 * FOLD_LINE * PATCH_WIDE;
     __global const float *lower = y + 2 * LOWER_LINE * PATCH_WIDE;
     __global float *out = scratch + COLUMNS_AT + x;
-    float at_lash = y[x], at_crease = y[x + 2 * CREASE_LINE * PATCH_WIDE],
-          at_fold = y[x + 2 * FOLD_LINE * PATCH_WIDE], at_brow = y[x + 2 * BROW_LINE * PATCH_WIDE];
-    float crease = at_lash - surface_lid_gap(y, x);
-    float brow = surface_min(at_brow + LID_BROW_BELOW, crease - LID_LEAST), open = crease - brow;
-    float fold =
-        crease - surface_clamp(crease - at_fold, LID_FOLD_LEAST * open, LID_FOLD_MOST * open);
+    float at_lash = y[x], at_brow = y[x + 2 * BROW_LINE * PATCH_WIDE] + LID_BROW_BELOW;
+    float crease = at_lash - surface_lid_gap(y, creases, x);
+    float fold = crease - surface_lid_gap(creases, folds, x);
+    float brow = surface_min(at_brow, fold - LID_LEAST);
     float slope = surface_slope(y, x, LID_WIDE, 1.0f);
     float lower_slope = surface_slope(lower, x, LID_WIDE, 1.0f);
-    float at_crease_z = z[x + 2 * CREASE_LINE * PATCH_WIDE];
-    float below = (at_crease_z - z[x]) / surface_min(at_crease - at_lash, -1.0f);
-    float above = (z[x + 2 * FOLD_LINE * PATCH_WIDE] - at_crease_z) /
-                  surface_min(at_fold - at_crease, -1.0f);
+    float crease_z = z[x + 2 * CREASE_LINE * PATCH_WIDE];
+    float below = (crease_z - z[x]) / surface_min(creases[x] - at_lash, -1.0f);
+    float above = (z[x + 2 * FOLD_LINE * PATCH_WIDE] - crease_z) /
+                  surface_min(folds[x] - creases[x], -1.0f);
     out[LASH * PATCH_WIDE] = at_lash;
     out[CREASE * PATCH_WIDE] = crease;
     out[FOLD * PATCH_WIDE] = fold;
@@ -399,6 +400,16 @@ static inline void surface_blur_down(
     }
 }
 
+/* The same for the columns of a lid's grid that light is not read for. */
+static inline void surface_no_light(__global float *blurred, int x, int y) {
+    for (int k = LIGHT; k <= AREA; ++k) {
+        __global float *row = blurred + k * BLURRED + y * PADDED + PAD;
+        PUT(row + x, (float8)0.0f);
+        if (x < PAD) PUT(row - x - 7, (float8)0.0f);
+        if (x >= LID_WIDE - PAD) PUT(row + 2 * (LID_WIDE - 1) - x - 7, (float8)0.0f);
+    }
+}
+
 static inline float8 surface_blur_across(
     __global const float *at, __constant const float *taps, int sides) {
     float8 sum = taps[0] * EIGHT(at);
@@ -480,10 +491,14 @@ __kernel void surface(
                 surface_seam_taps, 3, 2);
         }
     for
-        EACH(i, is_lips ? 0 : LID_SIZE / 8)
-    surface_blur_down(
-        layers, blurred, i % (LID_WIDE / 8) * 8, i / (LID_WIDE / 8), LID_WIDE, LID_HIGH,
-        surface_lid_taps, 7, 2);
+        EACH(i, is_lips ? 0 : LID_SIZE / 8) {
+            int x = i % (LID_WIDE / 8) * 8, y = i / (LID_WIDE / 8);
+            if (x >= 8 * LID_LIT_FROM && x < 8 * LID_LIT_TO)
+                surface_blur_down(
+                    layers, blurred, x, y, LID_WIDE, LID_HIGH, surface_lid_taps, 7, 2);
+            else
+                surface_no_light(blurred, x, y);
+        }
     barrier(CLK_GLOBAL_MEM_FENCE);
     for
         EACH(i, is_lips ? LIPS_SIZE / 8 : 0)

@@ -47,13 +47,11 @@ LID_LEFT, LID_STEP = -0.92, 2.17 / 47
 LID_BROW_BELOW = 0.06 / LID_STEP
 LID_FOLD_UP = 1.5  # the fold lies half-way from the crease (1) to the brow (2), on average
 # The mesh's rings close at the corners of the eye, where their heights would collapse. From these
-# columns on, the crease comes down to the lash line no faster than `fall` rows for each column, on
-# the inner and the outer side, and it stays apart by LID_LEAST rows (a share of the eye's width).
+# columns on, the crease comes down to the lash line, and the fold to the crease, by no more than so
+# many rows for each column, on the inner and the outer side; LID_LEAST rows apart they stay.
 LID_SEEDS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.41, 0.42))
 LID_FALLS = (0.45, 0.25)
-LID_LEAST = 0.06 / LID_STEP
-# least and most of the way from crease to brow at which the fold lies
-LID_FOLD_SHARES = (0.3, 0.75)
+LID_LEAST = 0.05 / LID_STEP
 # Beyond the corners the lash lines go on in their direction, and settle within this many columns.
 LID_CORNERS = tuple((out - LID_LEFT) / LID_STEP for out in (-0.5, 0.5))
 LID_SETTLE = 0.04 / LID_STEP
@@ -157,8 +155,6 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LID_INNER_FALL": LID_FALLS[0],
         "LID_OUTER_FALL": LID_FALLS[1],
         "LID_LEAST": LID_LEAST,
-        "LID_FOLD_LEAST": LID_FOLD_SHARES[0],
-        "LID_FOLD_MOST": LID_FOLD_SHARES[1],
         "LID_INNER_CORNER": LID_CORNERS[0],
         "LID_OUTER_CORNER": LID_CORNERS[1],
         "LID_SETTLE": LID_SETTLE,

@@ -25,6 +25,7 @@ _FONT, _FONT_SCALE, _CHARACTER_PX = cv2.FONT_HERSHEY_SIMPLEX, 0.42, 8
 What = tuple[Sequence[int], float]
 MOUTH: What = (0, 17, 61, 291), 1.15
 EYE: What = (33, 133, 159), 0.80  # with the brow
+FACE: What = (33, 263, 1, 152), 2.1
 
 # Factors of linear red, green and blue.
 LIGHTS = {

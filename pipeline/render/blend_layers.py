@@ -1,5 +1,121 @@
-"""Several coats as one."""
+"""Several products that lie over each other on one surface -> one product that varies over it.
+
+The kernel lays a film by mixing square roots of light, so films over each other are one film again:
+its share of opacity and its root of light are found by "over", as for pictures with transparency.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from makeup_video.kernels.material import Material
+from makeup_video.kernels.paint import LAYERS
+
+_NONE = 1e-6  # what shows so little has no colour of its own
+_FAINT = 1e-4  # opacity below which the colour goes over into the mean of all
+
+# By what a layer counts for the numbers that are the same all over the surface: the opacity, the
+# synthetic highlight, the shine of the layer that shows. Numbers that are not named here come from
+# the scene, and are the same in every layer.
+_BY_OPACITY = "texture", "undertone", "keep_highlights", "dark_gain", "dark_offset"
+_BY_GLINT = ("lobe",)
+_BY_REFLECTION = "fresnel_front", "fresnel_rim"
 
 
-def blend(layers):
-    raise NotImplementedError
+def blend(layers: Sequence[tuple[np.ndarray, Material]]) -> tuple[np.ndarray, Material]:
+    """Compose layers, the lowest first, as if each were painted on the ones before it.
+
+    layers: at least one; how dense each product lies on the surface's grid, (H, W) float32, 0..1,
+    and the product, all under the light of one scene.
+    Returns (8, H, W) float32, the `layers` of a PaintedRegion, and its material. Where all
+    densities are 0, opacity, glint and shine are 0. Highlights are covered by the opacity of what
+    lies over them. Painting one after another would mix their roots of light, too, so a highlight
+    that is seen through another film is an approximation.
+    Raises ValueError for no layers, or grids of different shapes.
+    """
+    shapes = {density.shape for density, _ in layers}
+    if len(shapes) != 1:
+        raise ValueError(f"layers must be at least one, on one grid; got grids {sorted(shapes)}")
+    materials = [material for _, material in layers]
+    shines = _shines(materials)
+    seen = _seen(layers)
+    parts = [
+        [*_scaled_root(m), m.opacity, *m.glint, shine]
+        for m, shine in zip(materials, shines, strict=True)
+    ]
+    maps = np.array(parts, np.float32).T @ seen
+    mean = maps[:4].sum(1)
+    opacity = maps[3] + _FAINT
+    maps[:3] += (_FAINT / max(float(mean[3]), _NONE)) * mean[:3, None]
+    maps[:3] /= opacity
+    maps[:3] *= maps[:3]
+    material = _common(materials, shines, seen.sum(1).tolist())
+    return maps.reshape(LAYERS, *layers[0][0].shape), material
+
+
+def _seen(layers: Sequence[tuple[np.ndarray, Material]]) -> np.ndarray:
+    """Density of each layer times what the layers above it let through: (N, H * W) float32."""
+    seen = np.empty((len(layers), layers[0][0].size), np.float32)
+    through = np.ones(seen.shape[1], np.float32)
+    for number in range(len(layers) - 1, -1, -1):
+        density, material = layers[number]
+        flat = density.reshape(-1)
+        np.multiply(flat, through, out=seen[number])
+        through -= np.float32(material.opacity) * seen[number]
+    return seen
+
+
+def _scaled_root(m: Material) -> list[float]:
+    """The square root of the product's light, times its opacity."""
+    return [m.opacity * max(part, 0.0) ** 0.5 for part in m.product]
+
+
+def _shines(materials: Sequence[Material]) -> list[float]:
+    """How much each layer shines beside the one that shines most in some way, 0..1."""
+    kinds = [[m.own_highlights, m.reflection, m.shimmer * max(m.sparkle)] for m in materials]
+    most = [max(kind) for kind in zip(*kinds, strict=True)]
+    return [
+        max(part / top if top > 0 else 0.0 for part, top in zip(kind, most, strict=True))
+        for kind in kinds
+    ]
+
+
+def _common(
+    materials: Sequence[Material], shines: Sequence[float], seen: Sequence[float]
+) -> Material:
+    """The numbers that the kernel takes as the same all over a surface.
+
+    seen: how much each layer shows.  shines: see `_shines`.
+    """
+    if len(materials) == 1:
+        return materials[0]
+    opaque = [part * m.opacity for part, m in zip(seen, materials, strict=True)]
+    glints = [part * max(m.glint) for part, m in zip(seen, materials, strict=True)]
+    mirrors = [part * m.reflection for part, m in zip(seen, materials, strict=True)]
+    sparkling = [part * m.shimmer * max(m.sparkle) for part, m in zip(seen, materials, strict=True)]
+    # where the map of shine is 1, what shines is as strong as the layers' own mean there
+    shining = max(sum(p * s for p, s in zip(seen, shines, strict=True)), _NONE)
+    most = materials[max(range(len(materials)), key=sparkling.__getitem__)]
+    full = most.shimmer * max(most.sparkle)
+    dimmed = min(sum(sparkling) / shining / full, 1.0) if full > 0 else 1.0
+    own = sum(p * m.own_highlights for p, m in zip(seen, materials, strict=True))
+    numbers: dict[str, Any] = {
+        "own_highlights": own / shining,
+        "reflection": min(sum(mirrors) / shining, 1.0),
+        "sparkle": tuple([dimmed * part for part in most.sparkle]),
+    }
+    rooms = zip(*(m.room for m in materials), strict=True)
+    numbers["room"] = tuple([_mean(parts, mirrors) for parts in rooms])
+    for names, shares in ((_BY_OPACITY, opaque), (_BY_GLINT, glints), (_BY_REFLECTION, mirrors)):
+        for name in names:
+            numbers[name] = _mean([getattr(m, name) for m in materials], shares)
+    return replace(most, **numbers)
+
+
+def _mean(numbers: Sequence[float], shares: Sequence[float]) -> float:
+    """The mean by share; the plain mean where no layer has a share."""
+    total = sum(shares)
+    if total <= _NONE:
+        return sum(numbers) / len(numbers)
+    return sum(n * share for n, share in zip(numbers, shares, strict=True)) / total

@@ -1,7 +1,7 @@
 """A look on a face -> jobs: which coats of which products go on which surface, and where."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import groupby
 
@@ -10,9 +10,10 @@ from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.look.kinds import KINDS
-from makeup_video.pipeline.look.kinds.kind import Kind
+from makeup_video.pipeline.look.kinds.kind import Coat, Kind, Stroke
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.render.draw_strokes import box_of_strokes, draw_strokes
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.surface import Surface
@@ -25,13 +26,17 @@ class SurfaceCoat:
     """A product on one surface.
 
     amount: 0..1, how much of all of the product.
-    density: (H, W) float32 on the surface's grid, 0..1; None for 1 everywhere.
+    density: (H, W) float32 on the surface's grid, 0..1; None for 1 everywhere. Of strokes, 1 where
+    they may be seen.
+    strokes: (H, W) each, drawn in place of the density, and faded over blur_px of the frame.
     """
 
     kind: Kind
     product: GraphicsParams
     amount: float
     density: np.ndarray | None
+    strokes: tuple[Stroke, ...] = ()
+    blur_px: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,18 +44,18 @@ class Job:
     """Coats that are painted on one surface in one go.
 
     coats: one or more, in the order of painting.
-    line: the layer that is drawn on the frame's pixels; its coat's density is only a rough one.
     shade: share of the light that falls on the surface, 0..1.
-    skin_px: px of the frame for the distance of the eyes.
+    skin_px: px of the picture for the distance of the eyes.
+    share: px of the picture for one of the frame.
     """
 
     lit: Lit
     surface: Surface
     coats: tuple[SurfaceCoat, ...]
-    line: Layer | None
     light: SceneLight
     shade: float
     skin_px: float
+    share: float = 1.0
 
     @property
     def softness(self) -> float:
@@ -65,21 +70,20 @@ class Job:
     def weigh(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:
         """Fill (h, w) float32 with the weight of the coats on the frame's pixels from
         origin_xy on."""
-        if self.line is None:
+        first = self.coats[0]
+        if first.strokes:
+            blur_px = max(first.blur_px * self.share, 1.0)
+            grid = self.surface.grid
+            draw_strokes(out, origin_xy, grid, first.strokes, blur_px, self.share)
+        else:
             self.surface.weigh(out, origin_xy, self.softness, _any_density(self.coats))
-            return
-        fields = self.surface.line_fields(origin_xy, (out.shape[1], out.shape[0]))
-        kind = KINDS[self.line.kind]
-        (coat,) = kind.coats(fields, self.line.product, self.line.whole_shape)
-        out[:] = 1 if coat.density is None else coat.density
 
 
 def scaled(job: Job, to_new: AffineArray, share: float) -> Job:
     """The same on a picture of another size.  share: its px for one of the frame."""
-    return Job(
-        job.lit, job.surface.scaled(to_new), job.coats, job.line, job.light, job.shade,
-        job.skin_px * share,
-    )  # fmt: skip
+    return replace(
+        job, surface=job.surface.scaled(to_new), skin_px=job.skin_px * share, share=share
+    )
 
 
 def jobs_of(item: FrameScene, scene: FaceScene, layers: Sequence[Layer]) -> Iterator[Job]:
@@ -87,7 +91,7 @@ def jobs_of(item: FrameScene, scene: FaceScene, layers: Sequence[Layer]) -> Iter
 
     layers: as Look.painted has them.
     """
-    for (region_name, line_name), group in groupby(layers, _together):
+    for (region_name, _), group in groupby(layers, _together):
         region = REGIONS[region_name]
         share, lits = region.amount(scene.face), region.lit(item, scene)
         if share <= 0 or not lits:
@@ -95,8 +99,7 @@ def jobs_of(item: FrameScene, scene: FaceScene, layers: Sequence[Layer]) -> Iter
         together, skin_px = list(group), iod_px(scene.face)
         for lit, surface, coats in _on_surfaces(lits, together, share):
             shade = region.shade(scene.light, lit.mean)
-            line = together[0] if line_name else None
-            yield Job(lit, surface, coats, line, scene.light, shade, skin_px)
+            yield Job(lit, surface, coats, scene.light, shade, skin_px)
 
 
 def _together(layer: Layer) -> tuple[str, str]:
@@ -108,31 +111,38 @@ def _together(layer: Layer) -> tuple[str, str]:
 def _on_surfaces(
     lits: Sequence[Lit], layers: list[Layer], share: float
 ) -> Iterator[tuple[Lit, Surface, tuple[SurfaceCoat, ...]]]:
-    """The coats of some layers on each side of each surface of a region, where there are any."""
-    for surfaces in zip(*(lit.surface.sides() for lit in lits), strict=True):
-        coats = list(_coats(surfaces[0].fields(), layers, share))
+    """The coats of some layers on each side of each surface of a region, where there are any.
+
+    Lines lie where they are drawn, whatever the side.
+    """
+    sides = list(zip(*(lit.surface.sides() for lit in lits), strict=True))
+    for surfaces in sides[:1] if KINDS[layers[0].kind].is_line else sides:
+        made = [(layer, coat) for layer in layers for coat in _coats(surfaces[0], layer)]
         for lit, surface in zip(lits, surfaces, strict=True):
-            here = [_on(coat, surface.number) for coat in coats]
-            there = tuple(coat for coat in here if _is_seen(coat))
+            here = [_on(surface.number, layer, coat, share) for layer, coat in made]
+            there = tuple(
+                coat
+                for coat in here
+                if coat.density is None or float(coat.density.max()) > _FAINTEST
+            )
             if there:
                 yield lit, surface, there
 
 
-def _coats(fields: object, layers: list[Layer], share: float) -> Iterator[SurfaceCoat]:
-    """With densities of all surfaces of a region, (N, H, W)."""
-    for layer in layers:
-        kind = KINDS[layer.kind]
-        for coat in kind.coats(fields, layer.product, layer.whole_shape):
-            yield SurfaceCoat(kind, coat.product, share * layer.strength, coat.density)
+def _coats(surface: Surface, layer: Layer) -> list[Coat]:
+    """Of all surfaces of a region, (N, H, W)."""
+    return KINDS[layer.kind].coats(surface.fields(), layer.product, layer.whole_shape)
 
 
-def _on(coat: SurfaceCoat, number: int) -> SurfaceCoat:
-    density = None if coat.density is None else coat.density[number]
-    return SurfaceCoat(coat.kind, coat.product, coat.amount, density)
-
-
-def _is_seen(coat: SurfaceCoat) -> bool:
-    return coat.density is None or float(coat.density.max()) > _FAINTEST
+def _on(number: int, layer: Layer, coat: Coat, share: float) -> SurfaceCoat:
+    """A coat on one surface of the region."""
+    strokes = tuple(Stroke(one.above[number], one.below[number]) for one in coat.strokes)
+    if strokes:
+        density: np.ndarray | None = box_of_strokes(strokes, coat.blur_px)
+    else:
+        density = None if coat.density is None else coat.density[number]
+    kind, amount = KINDS[layer.kind], share * layer.strength
+    return SurfaceCoat(kind, coat.product, amount, density, strokes, coat.blur_px)
 
 
 def _any_density(coats: Sequence[SurfaceCoat]) -> np.ndarray | None:

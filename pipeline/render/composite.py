@@ -177,9 +177,15 @@ def _region(job: Job, rect: Rect, weight: np.ndarray, coding: Coding) -> Painted
     if len(job.coats) == 1:
         layers, product = None, made(job.coats[0])
     else:
-        layers, product = blend([(coat.density, made(coat)) for coat in job.coats])
+        layers, product = blend([(_density(coat, job), made(coat)) for coat in job.coats])
     mirrors = max(job.coats, key=lambda coat: coat.product.reflection)
     return PaintedRegion(
         rect, weight, job.lit.shading, job.surface.normals, to_grid, job.lit.mean, to_skin,
-        environment_of(job.light, mirrors.product, coding), product,
+        environment_of(job.light, mirrors.product, coding), product, layers,
     )  # fmt: skip
+
+
+def _density(coat: SurfaceCoat, job: Job) -> np.ndarray:
+    if coat.density is None:
+        return np.ones(job.surface.normals.shape[1:], np.float32)
+    return coat.density

@@ -53,14 +53,22 @@ class Grid:
         return low, high
 
     def warped(
-        self, values: np.ndarray, origin_xy: tuple[int, int], hw: tuple[int, ...]
+        self,
+        values: np.ndarray,
+        origin_xy: tuple[int, int],
+        hw: tuple[int, ...],
+        beyond: float | tuple[float, ...],
     ) -> np.ndarray:
-        """Values (H, W) or (H, W, C) float32 on the frame's pixels from origin_xy on, bilinear;
-        beyond the grid its border is repeated."""
+        """Values (H, W) or (H, W, 4) float32 on the frame's pixels from origin_xy on, bilinear.
+
+        beyond: the values outside the grid.
+        """
+        if isinstance(beyond, float):
+            beyond = (beyond,) * 4
         to_px = self.to_px.copy()
         to_px[:, 2] -= origin_xy
         there: np.ndarray = cv2.warpAffine(
-            values, to_px, (hw[1], hw[0]), borderMode=cv2.BORDER_REPLICATE
+            values, to_px, (hw[1], hw[0]), borderMode=cv2.BORDER_CONSTANT, borderValue=beyond
         )
         return there
 

@@ -23,9 +23,9 @@ from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.product_material import SkinAxes
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.eyes import LidSurface
 from makeup_video.pipeline.render.surfaces.lips import LipsSurface
-from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from people import clip, clip_points, frame_of
 
 LAYOUTS = (

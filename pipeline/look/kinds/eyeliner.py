@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from makeup_video.pipeline.look.kinds.fields import LID_RISE_AT, EyeFields
-from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
+from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape, Stroke
 from makeup_video.pipeline.look.kinds.ramps import fall, rise
 from makeup_video.pipeline.look.params import GraphicsParams
 
@@ -20,59 +20,53 @@ _FINISHES = {
 _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as thick as it was
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
+_THINNED = -1e3  # px: no line at all
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 
 def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
-    """The upper line, the wing and the lower line, as the largest of their coverages."""
+    """The upper line with its wing, and the lower line."""
     thick_px = shape["thickness"] * _OPEN * at.width_px
-    smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
-    blur_px = np.maximum(at.step_px, smudge * thick_px)
     over_px = np.minimum(_OVER * at.width_px, 0.5 * thick_px)
     # thin at the inner corner, full from the middle of the eye on
-    grows = 0.3 + 0.7 * np.clip(at.across * 1.4, 0, 1)
-    ends = rise(at.across, 0.02, 0.08) * fall(at.across, 1.0, 0.04)
-    line = _covered(at.above_px, -over_px, thick_px * grows, blur_px) * ends
+    here_px = thick_px * (0.3 + 0.7 * np.clip(at.across * 1.4, 0, 1)) + over_px
+    ends = rise(at.across, 0.02, 0.08) * fall(at.across, 1.01, 0.06)
+    strokes = [_along(at.above_px, over_px, here_px * ends)]
     if shape["wing"] > 0:
-        line = np.maximum(line, _wing(at, shape, over_px, thick_px, blur_px))
+        strokes.append(_wing(at, shape, over_px, thick_px))
     if shape["lower"] > 0:
         reach = rise(at.across, 1 - shape["lower"], 0.25) * fall(at.across, 1.0, 0.06)
-        low = _covered(at.below_px, -0.5 * over_px, _LOWER * thick_px * reach, blur_px)
-        line = np.maximum(line, low * (reach > 0))
-    return [Coat(product, line.astype(np.float32))]
+        strokes.append(_along(at.below_px, 0.5 * over_px, _LOWER * thick_px * reach))
+    smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
+    blur_px = max(1.0, smudge * float(thick_px.max()))
+    return [Coat(product, strokes=tuple(strokes), blur_px=blur_px)]
 
 
-def _wing(
-    at: EyeFields, shape: Shape, over_px: np.ndarray, thick_px: np.ndarray, blur_px: np.ndarray
-) -> np.ndarray:
-    """A slim triangle: its lower side runs from the outer corner to the tip, its upper side from the
-    tip back to the upper border of the line, so that both are one stroke."""
+def _along(away_px: np.ndarray, over_px: np.ndarray, thick_px: np.ndarray) -> Stroke:
+    """A stroke along a lash line that begins a little over it."""
+    above = away_px + over_px
+    return Stroke(above, _THINNED * (thick_px <= 0) + thick_px - above)
+
+
+def _wing(at: EyeFields, shape: Shape, over_px: np.ndarray, thick_px: np.ndarray) -> Stroke:
+    """A slim triangle: its lower side runs from the outer corner to the tip, its upper side from
+    the tip back to the upper border of the line, so that both are one stroke."""
     length_px = shape["wing"] * at.width_px
     angle = math.radians(shape["wing_angle"])
-    out_px, rise_px = (at.across - 1) * at.width_px, at.rise_px
-    along, beside = _turned(out_px, rise_px, angle)
+    along, beside = _turned((at.across - 1) * at.width_px, at.rise_px, angle)
     back_px = (LID_RISE_AT - 1) * at.width_px
     back, height = _turned(back_px, at.lid_rise_px + thick_px, angle)
     left = np.clip((length_px - along) * (1 / (length_px - back)), 0, 1)
-    wing = _covered(beside, -over_px, np.maximum(height, thick_px) * left**_SLIM, blur_px)
-    wing = wing * np.clip((along - back) * (1 / blur_px), 0, 1) * (left > 0)
-    return wing * np.clip((at.above_px + over_px) * (1 / blur_px), 0, 1)
+    high = (np.maximum(height, thick_px) + over_px) * left**_SLIM
+    # never on the eyeball, nor before the place where the wing leaves the line
+    above = np.minimum(np.minimum(beside, at.above_px) + over_px, along - back)
+    return Stroke(above, _THINNED * (left <= 0) + high - over_px - beside)
 
 
 def _turned(out: np.ndarray, up: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
     """Along a direction that rises outwards by an angle, and beside it."""
     cos, sin = math.cos(angle), math.sin(angle)
     return out * cos + up * sin, up * cos - out * sin
-
-
-def _covered(
-    at_px: np.ndarray, low_px: np.ndarray | float, high_px: np.ndarray, blur_px: np.ndarray
-) -> np.ndarray:
-    """The share of a window, blur_px wide around each place, that lies between two borders: a line
-    thinner than a pixel is faint, and does not crawl."""
-    half = 0.5 * blur_px
-    inside = np.minimum(high_px, at_px + half) - np.maximum(low_px, at_px - half)
-    return np.clip(inside * (1 / blur_px), 0, 1)
 
 
 KIND = Kind(
@@ -97,6 +91,7 @@ KIND = Kind(
         Dial("softness", 0.1, "Softness", "How smudged the line is."),
     ),
     order=30,
+    shown={"wing": 0.25, "lower": 0.5},
     surface="eyes",
     coats=_coats,
     is_line=True,

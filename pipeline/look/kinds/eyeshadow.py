@@ -79,6 +79,7 @@ KIND = Kind(
     slots={name: dict(zip(_NUMBERS, row, strict=True)) for name, row in _SLOTS.items()},
     most=4,
     order=20,
+    shown={"outer": 1.3},
     surface="eyes",
     coats=_coats,
     spared=0.2,

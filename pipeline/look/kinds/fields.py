@@ -1,7 +1,7 @@
 """What a surface of the face tells a kind of makeup: where each place of it lies on the face.
 
-Arrays are float32 and may be broadcast against each other to (H, W): the nodes of the surface's
-grid, or, for lines, the pixels of a part of the frame.
+Arrays are float32 and may be broadcast against each other to (N, H, W): the places on the grids of
+N surfaces of one sort, such as both eyes.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class LipsFields:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EyeFields:
-    """One eye, or several stacked; lengths in px of the frame.
+    """Both eyes; lengths in px of the frame.
 
     across: 0 at the inner corner, 1 at the outer one, in widths of the eye.
     height: above the eye 0 at the upper lash line, 1 in the crease, 2 below the brow; below the eye
@@ -29,7 +29,7 @@ class EyeFields:
     above_px: above the upper lash line, negative below it.  below_px: below the lower lash line,
     negative above it.  rise_px: above the line through both corners of the eye.  lid_rise_px: the
     same of the upper lash line at LID_RISE_AT.
-    width_px: of the eye.  step_px: between neighbouring places.
+    width_px: of the eye.
     """
 
     across: np.ndarray
@@ -39,7 +39,6 @@ class EyeFields:
     rise_px: np.ndarray
     lid_rise_px: np.ndarray
     width_px: np.ndarray
-    step_px: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

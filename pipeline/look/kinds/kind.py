@@ -55,15 +55,32 @@ class Dial:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Stroke:
+    """A line between two borders, sharp at any size of the frame.
+
+    above: how far each place of the grid lies above the lower border, px of the frame.
+    below: how far it lies below the upper border.  Both are positive within the line, and their sum
+    is its thickness; float32, (N, H, W).
+    """
+
+    above: "np.ndarray"
+    below: "np.ndarray"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Coat:
     """A product on a surface of the face.
 
-    density: share of the product at each place, float32, 0..1, as large as the fields that it was
-    made from; None for 1 everywhere.
+    density: share of the product at each place of the grid, float32, 0..1, (N, H, W); None for 1
+    everywhere.
+    strokes: lines that are drawn in place of a density; where several meet, the densest counts.
+    blur_px: over how many px of the frame their borders fade.
     """
 
     product: GraphicsParams
     density: "np.ndarray | None" = None
+    strokes: tuple[Stroke, ...] = ()
+    blur_px: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,12 +101,12 @@ class Kind:
     is_read: True when it is read from a photo.
     follows_color: True when a colour for a look, without parts, changes this part of it.
     remark: what the documents say of the finishes.
+    shown: the shape with which the documents show what each number of it does.
     most: how many layers of this kind a look may have.
     order: kinds with smaller numbers are painted first.
     surface: the surface of a face that it is painted on, a key of render's SURFACES.
     coats: what a layer puts on that surface, given the surface's fields, in the order of painting.
-    is_line: True when the fields are those of the frame's pixels, so that borders are sharp; False
-    when they are those of the surface's grid.
+    is_line: True for a kind whose only coat is drawn with strokes.
     spared: pixels darker than this share of the broad light around them stay bare, unless the
     product is darker still (lashes, the dark of a mouth).
     keep_highlights: share of the skin's own highlights that lie over the product: 1 for a film of
@@ -110,6 +127,7 @@ class Kind:
     is_read: bool = False
     follows_color: bool = False
     remark: str = ""
+    shown: Mapping[str, Any] = field(default_factory=dict)
     most: int = 1
     order: int
     surface: str

@@ -31,7 +31,7 @@ from makeup_video.kernels.surface import (
 )
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EYE
-from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
+from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeFields
 from makeup_video.pipeline.render.grid import Grid, box_of
@@ -98,29 +98,6 @@ class LidSurface:
     def fields(self) -> EyeFields:
         return self.both.upper if self.is_upper else self.both.lower
 
-    def line_fields(self, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> EyeFields:
-        """Of the frame's pixels. Heights are those of the upper side where that is painted."""
-        wide, high = size_wh
-        maps = np.stack([self.lash_px, self.below_px], axis=-1)
-        there = self.grid.warped(maps, origin_xy, (high, wide))
-        to_grid = invert(self.grid.to_px)
-        start = to_grid[:, :2] @ origin_xy + to_grid[:, 2]
-        x, y = np.arange(wide), np.arange(high)[:, None]
-        column, row = (
-            (start[axis] + to_grid[axis, 0] * x + to_grid[axis, 1] * y).astype(np.float32)
-            for axis in (0, 1)
-        )
-        return EyeFields(
-            across=column * np.float32(LID_STEP) + np.float32(LID_LEFT + 0.5),
-            height=_height(there[..., 1], self.width_px),
-            above_px=there[..., 0],
-            below_px=there[..., 1],
-            rise_px=_rise(row) * np.float32(self.width_px),
-            lid_rise_px=self.both.lid_rise[self.number] * np.float32(self.width_px),
-            width_px=np.float32(self.width_px),
-            step_px=1.0,
-        )
-
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
         inside = np.ones(self.up.shape, bool) if density is None else density > 0
@@ -135,17 +112,13 @@ class LidSurface:
     ) -> None:
         """Fill (h, w) float32 with the weight of makeup on the frame's pixels from origin_xy on:
         on skin, and feathered at the lash line."""
-        to_px = self.grid.to_px.copy()
-        to_px[:, 2] -= origin_xy
         feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
         away_px = self.lash_px if self.is_upper else self.below_px
         np.multiply(away_px, 1 / feather_px, out=maps[..., 0])
         maps[..., 1] = 1 if density is None else density
-        there = cv2.warpAffine(
-            maps, to_px, out.shape[::-1], borderMode=cv2.BORDER_CONSTANT, borderValue=(-1e3, 0)
-        )
+        there = self.grid.warped(maps, origin_xy, out.shape, (-1e3, 0.0, 0.0, 0.0))
         np.minimum(there[..., 0], 1, out=out)
         out *= there[..., 1]
         cv2.threshold(
@@ -179,7 +152,6 @@ class BothEyes:
     ) -> None:
         self._up, self._lash_px, self._below_px = up, lash_px, below_px
         self._widths_px = np.array(widths_px, np.float32)[:, None, None]
-        self._step_px = LID_STEP * float(max(widths_px))
 
     @cached_property
     def upper(self) -> EyeFields:
@@ -201,7 +173,7 @@ class BothEyes:
     def _fields(self, height: np.ndarray) -> EyeFields:
         return EyeFields(
             _ACROSS, height, self._lash_px, self._below_px, _RISE * self._widths_px,
-            self.lid_rise * self._widths_px, self._widths_px, self._step_px,
+            self.lid_rise * self._widths_px, self._widths_px,
         )  # fmt: skip
 
 

@@ -7,7 +7,6 @@ from makeup_video.kernels.surface import (
     LID_BROW_BELOW,
     LID_CORNERS,
     LID_FALLS,
-    LID_FOLD_SHARES,
     LID_FOLD_UP,
     LID_HW,
     LID_LEAST,
@@ -105,21 +104,26 @@ def _heights(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the curves (E, 5, columns) -> heights by the rings of the mesh, 1 at the crease and 2
     at the fold, and by `up` of LidSurface; (E, H, W) each."""
     lash, crease, fold, brow = (y[:, curve, None] for curve in range(4))
-    gap = lash - crease
-    least = np.full_like(gap, LID_LEAST)
-    for seed, fall, side in zip(LID_SEEDS, LID_FALLS, (-1, 1), strict=True):
-        beyond = side * (COLUMNS - seed)
-        held = gap[..., seed, None] - fall * beyond
-        least = np.where(beyond > 0, np.maximum(least, held), least)
-    crease = lash - np.maximum(gap, least)
-    brow = np.minimum(brow + LID_BROW_BELOW, crease - LID_LEAST)
-    low, high = (share * (crease - brow) for share in LID_FOLD_SHARES)
-    fold = crease - np.clip(crease - fold, low, high)
+    up_to_fold = _gap(crease, fold)
+    crease = lash - _gap(lash, crease)
+    fold = crease - up_to_fold
+    brow = np.minimum(brow + LID_BROW_BELOW, fold - LID_LEAST)
     ring = (lash - _ROWS) / (lash - crease)
     ring = np.where(ring < 1, ring, 1 + (crease - _ROWS) / (crease - fold))
     up = np.where(ring < 1, ring, 1 + (LID_FOLD_UP - 1) * (ring - 1))
     above = LID_FOLD_UP + (2 - LID_FOLD_UP) * (fold - _ROWS) / (fold - brow)
     return ring, np.where(ring < 2, up, above).astype(np.float32)
+
+
+def _gap(lower: np.ndarray, higher: np.ndarray) -> np.ndarray:
+    """Rows (..., columns) between curves: at least LID_LEAST, and beyond the corners not much less
+    than just inside them."""
+    gap = lower - higher
+    held = np.full_like(gap, LID_LEAST)
+    for seed, fall, side in zip(LID_SEEDS, LID_FALLS, (-1, 1), strict=True):
+        beyond = side * (COLUMNS - seed)
+        held = np.where(beyond > 0, np.maximum(held, gap[..., seed, None] - fall * beyond), held)
+    return np.maximum(gap, held)
 
 
 def _distance_px(lashes: np.ndarray, steps_px: np.ndarray) -> np.ndarray:

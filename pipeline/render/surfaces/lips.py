@@ -65,9 +65,6 @@ class LipsSurface:
     def fields(self) -> LipsFields:
         return LipsFields(_inward(self.face, self.grid)[None])
 
-    def line_fields(self, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> LipsFields:
-        raise NotImplementedError("no kind of makeup is drawn on the lips as a line")
-
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
@@ -110,7 +107,7 @@ class LipsSurface:
         out *= out
         out *= rest
         if density is not None:
-            out *= self.grid.warped(density, origin_xy, out.shape)
+            out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 
     def _box(self, softness: float) -> Box:
         """Of the patch, where there is weight."""

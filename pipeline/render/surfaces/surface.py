@@ -31,10 +31,6 @@ class Surface(Protocol):
         arrays of all surfaces of the region, so that (N, H, W) is made at once."""
         ...
 
-    def line_fields(self, origin_xy: tuple[int, int], size_wh: tuple[int, int]) -> Any:
-        """The same of the frame's pixels from origin_xy on, (h, w), of this surface alone."""
-        ...
-
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
         ...

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import FINISHES, GraphicsParams, Look, UsageError, product
+from makeup_video.pipeline.look.look import ZONES
 from makeup_video.pipeline.look.options import (
     DEFAULT_FINISH,
     Choice,
@@ -13,7 +14,6 @@ from makeup_video.pipeline.look.options import (
     parse_color,
     parse_parts,
 )
-from makeup_video.pipeline.look.look import ZONES
 from refusals import refused
 
 REGIONS = ("lips", "eyes")

@@ -42,8 +42,7 @@ from makeup_video.kernels.colour import (
 from makeup_video.kernels.material import made_up, skin_at
 from makeup_video.kernels.paint import on_pixels
 from makeup_video.pipeline.frames.colour_tags import ColourTags
-from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.look.look import ZONES, Look
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from people import frame_of
 from skimage.color import deltaE_ciede2000

@@ -16,8 +16,7 @@ from makeup import (
     white_light,
 )
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, RIGHT_EYE
-from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline.look.look import ZONES, Look
 from people import frame_of
 
 

@@ -1,0 +1,157 @@
+"""Write docs/kinds.md and its pictures from the registry of kinds.
+
+python docs/make/make_kinds.py
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import contact_sheet as sheet
+import numpy as np
+from makeup_video.pipeline import FINISHES, KINDS, Layer, Look, product
+from makeup_video.pipeline.look.kinds.kind import Dial, Kind
+
+PAGE = sheet.DOCS / "kinds.md"
+STEPS = 5
+_CELL_WH = 200, 125
+_OPEN = 0  # a frame of samples/in.mp4 with open eyes and a closed mouth
+# What is shown of each surface, and a frame beside it: for eyes one with closed lids.
+_SHOWN: dict[str, tuple[sheet.What, tuple[int, ...]]] = {
+    "lips": (sheet.MOUTH, (_OPEN,)),
+    "eyes": (sheet.EYE, (_OPEN, 24)),
+    "face": (sheet.FACE, (_OPEN,)),
+}
+
+
+def look_of(kind: Kind, shape: dict[str, Any], finish: str | None = None) -> Look:
+    """A look of one layer in the kind's first colour."""
+    worn = product(kind.first_rgb, finish or kind.first_finish, kind.part)
+    return Look([Layer(kind.name, worn, shape)])
+
+
+def _row(kind: Kind, looks: list[Look], frame: int) -> list[np.ndarray]:
+    what, _ = _SHOWN[kind.surface]
+    return [sheet.clip(frame).closeup(look, what, _CELL_WH) for look in looks]
+
+
+def draw_finishes(kind: Kind) -> np.ndarray:
+    """Draw the kind in every finish."""
+    looks = [Look(), *(look_of(kind, {}, finish) for finish in FINISHES)]
+    cells = [_row(kind, looks, frame) for frame in _SHOWN[kind.surface][1]]
+    return sheet.grid(cells, ["bare", *FINISHES])
+
+
+def draw_slots(kind: Kind) -> np.ndarray:
+    """Draw every named place of the kind."""
+    looks = [Look(), *(look_of(kind, {"slot": slot}) for slot in kind.slots)]
+    cells = [_row(kind, looks, frame) for frame in _SHOWN[kind.surface][1]]
+    return sheet.grid(cells, ["bare", *kind.slots])
+
+
+def draw_dials(kind: Kind) -> np.ndarray:
+    """Draw each number of the shape as it rises from left to right; the others keep a value at
+    which the number shows."""
+    rows = [dial for dial in kind.dials if _is_number(dial)]
+    cells = []
+    for dial in rows:
+        values = np.linspace(dial.low, dial.high, STEPS).tolist()
+        looks = [look_of(kind, {**kind.shown, dial.name: value}) for value in values]
+        cells.append(_row(kind, looks, _OPEN))
+    share = [f"{step / (STEPS - 1):.0%}" for step in range(STEPS)]
+    return sheet.grid(cells, share, [dial.name for dial in rows])
+
+
+def _is_number(dial: Dial) -> bool:
+    return not dial.choices and not dial.is_colour
+
+
+def _pictures() -> dict[str, Callable[[], np.ndarray]]:
+    drawn: dict[str, Callable[[], np.ndarray]] = {}
+    for kind in KINDS.values():
+        drawn[f"{kind.name}-finishes.jpg"] = lambda kind=kind: draw_finishes(kind)
+        if kind.slots:
+            drawn[f"{kind.name}-slots.jpg"] = lambda kind=kind: draw_slots(kind)
+        drawn[f"{kind.name}-shape.jpg"] = lambda kind=kind: draw_dials(kind)
+    return drawn
+
+
+PICTURES = _pictures()
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _dial_row(dial: Dial) -> list[str]:
+    if dial.choices:
+        reach = ", ".join(f"`{choice}`" for choice in dial.choices)
+    elif dial.is_colour:
+        reach = "six hex digits"
+    else:
+        reach = f"{dial.low:g} to {dial.high:g}"
+    unit = f" ({dial.unit})" if dial.unit else ""
+    default = f"`{dial.default}`" if isinstance(dial.default, str) else f"{dial.default:g}"
+    return [f"`{dial.name}`", reach + unit, default, dial.meaning]
+
+
+def _picture(name: str) -> str:
+    return f"![{name}]({sheet.PICTURES}/{name}.jpg)"
+
+
+def _slots(kind: Kind) -> str:
+    if not kind.slots:
+        return ""
+    names = list(next(iter(kind.slots.values())))
+    rows = [
+        [f"`{slot}`", *(f"{numbers[name]:g}" for name in names)]
+        for slot, numbers in kind.slots.items()
+    ]
+    return f"""
+A slot stands for these numbers; a number that is given counts more than that of the slot:
+
+{_table(["slot", *names], rows)}
+
+{_picture(f"{kind.name}-slots")}
+"""
+
+
+def _section(kind: Kind) -> str:
+    layers = "one layer" if kind.most == 1 else f"up to {kind.most} layers"
+    return f"""## {kind.product}
+
+`{kind.name}`; as a part of a look `{kind.part}`, so `--{kind.part} '#RRGGBB:finish'`. A look has
+{layers} of it.
+
+{_table(["shape", "range", "default", "meaning"], [_dial_row(dial) for dial in kind.dials])}
+{_slots(kind)}
+Each number of the shape from its least to its largest value:
+
+{_picture(f"{kind.name}-shape")}
+
+The finishes, in #{bytes(kind.first_rgb).hex().upper()}:
+
+{_picture(f"{kind.name}-finishes")}
+"""
+
+
+def text() -> str:
+    """Return the whole page."""
+    kinds = ", ".join(f"`{name}`" for name in sorted(KINDS, key=lambda name: KINDS[name].order))
+    return f"""# Kinds of makeup
+
+`python docs/make/make_kinds.py` writes this page from the code. Change the code, not the page.
+
+A look is a list of layers. A layer has a kind, a product (its 17 parameters:
+[parameters.md](parameters.md)), a shape and a strength. Whatever their order in the file, layers
+are painted in this order: {kinds}. Layers of one kind keep their order. The look file:
+[looks.md](looks.md).
+
+The pictures are parts of frames of `samples/in.mp4`, painted at 720p.
+
+{chr(10).join(_section(kind) for kind in KINDS.values())}"""
+
+
+if __name__ == "__main__":
+    PAGE.write_text(text(), encoding="utf-8")
+    sheet.save_all(PICTURES)

@@ -1,0 +1,50 @@
+"""Lines between two borders, drawn on the pixels of the frame."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from makeup_video.pipeline.look.kinds.kind import Stroke
+from makeup_video.pipeline.render.grid import Grid
+
+_NOWHERE = -1e3  # px from a border, beyond the grid
+
+
+def draw_strokes(
+    out: np.ndarray,
+    origin_xy: tuple[int, int],
+    grid: Grid,
+    strokes: Sequence[Stroke],
+    blur_px: float,
+    share: float,
+) -> None:
+    """Fill (h, w) float32 with the coverage of strokes, 0..1, on the pixels from origin_xy on.
+
+    Coverage is the share of a window, blur_px wide around a pixel, that lies between the borders: a
+    line that is thinner than a pixel is faint, and does not crawl.  strokes: (H, W) each.
+    blur_px: in px of this picture.  share: px of this picture for one of the frame.
+    """
+    half = 0.5 * blur_px
+    for number, (first, second) in enumerate(
+        zip(strokes[::2], [*strokes[1::2], None], strict=False)
+    ):
+        two = first if second is None else second
+        maps = np.stack([first.above, first.below, two.above, two.below], axis=-1)
+        maps *= np.float32(share)
+        there = grid.warped(maps, origin_xy, out.shape, _NOWHERE)
+        np.minimum(there, half, out=there)
+        covered = there[..., 0] + there[..., 1]
+        if second is not None:
+            np.maximum(covered, there[..., 2] + there[..., 3], out=covered)
+        covered *= 1 / blur_px
+        np.clip(covered, 0, 1, out=covered)
+        if number:
+            np.maximum(out, covered, out=out)
+        else:
+            out[:] = covered
+
+
+def box_of_strokes(strokes: Sequence[Stroke], blur_px: float) -> np.ndarray:
+    """(H, W) float32, 1 at all places of the grid from which a stroke may be seen."""
+    seen = [np.minimum(one.above, one.below) > -blur_px for one in strokes]
+    there: np.ndarray = np.logical_or.reduce(seen).astype(np.float32)
+    return there

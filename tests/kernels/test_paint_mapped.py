@@ -1,0 +1,152 @@
+"""Products that vary over a region: the kernel's variant against its numpy twin."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup import (
+    any_codes,
+    any_surface,
+    codings,
+    lights,
+    paint_codes,
+    paint_on,
+    params,
+    places,
+    product,
+    white_light,
+)
+from makeup_video.kernels.colour import PQ, SRGB, Coding
+from makeup_video.kernels.paint import paint_twin, region_twin
+from makeup_video.kernels.planes import Rect
+from makeup_video.kernels.program import Device
+from makeup_video.pipeline.render.product_material import SkinAxes, material
+
+SIZE = (37, 9)
+FACING = SkinAxes(np.eye(2), 700.0)
+SIDE = Rect(0, 0, 40, 12)
+
+
+def any_layers(seed, hw, m):
+    """Layers that vary wildly from one px of the grid to the next, up to twice the material's."""
+    rng = np.random.default_rng(seed)
+    maps = rng.uniform(0, 1, (8, *hw))
+    maps[4:7] *= 2 * np.reshape(m.glint, (3, 1, 1))
+    return maps.astype(np.float32)
+
+
+def even_layers(hw, m):
+    numbers = [*m.product, m.opacity, *m.glint, 1.0]
+    return np.tile(np.reshape(np.float32(numbers), (8, 1, 1)), (1, *hw))
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    params(gloss=1.0, shimmer=0.0), lights(), places(),
+    codings(transfers=(SRGB,)), st.sampled_from((0.0, 0.2)), st.integers(0, 99),
+)  # fmt: skip
+def test_matches_numpy_within_one_code_value(p, light, place, coding, spared, seed):
+    luma, chroma = any_codes(seed, SIZE, coding)
+    luma, chroma = luma[1:6].copy(), chroma[:, 1:6].copy()  # whose codes mean colours
+    surface = any_surface(seed, luma.shape[::-1], place, 1.0)
+    lit = material(p, 1.0, light, place, coding, spared)
+    varied = replace(surface, material=lit, layers=any_layers(seed, surface.shading.shape, lit))
+    got = paint_codes(luma, chroma, varied, lit, coding)
+    new, change = region_twin(luma, chroma, varied, coding)
+    want = np.stack([new, *np.clip(chroma + change, 0, coding.max_code)])
+    assert np.abs(got - want).max() <= 1  # both round once, but from floats of different widths
+
+
+@settings(max_examples=100, deadline=None)
+@given(params(), lights(), codings(transfers=(SRGB, PQ)), st.integers(0, 99))
+def test_even_layers_paint_the_bytes_of_no_layers(p, light, coding, seed):
+    luma, chroma = any_codes(seed, SIZE, coding)
+    surface = any_surface(seed, SIZE, FACING, 1.0)
+    lit = material(p, 1.0, light, FACING, coding)
+    alone = paint_codes(luma, chroma, surface, lit, coding)
+    varied = replace(surface, layers=even_layers(surface.shading.shape, lit))
+    layers = paint_codes(luma, chroma, varied, lit, coding)
+    # interpolating four equal numbers may lose the last bit, which boundless gloss enlarges
+    assert (np.abs(alone - layers) <= (1 if p.gloss <= 4 else coding.max_code))[:, 2:6].all()
+
+
+def test_shine_dims_everything_that_shines():
+    luma, chroma = any_codes(1, SIZE, Coding())
+    luma, chroma = luma[2:6].copy(), chroma[:, 2:6].copy()
+    surface = any_surface(1, luma.shape[::-1], FACING, 0.5)
+    shiny = material(
+        product(gloss=1.0, gloss_detail=1.0, reflection=1.0, shimmer=1.0), 1, white_light(),
+        FACING, Coding(),
+    )  # fmt: skip
+    dull = replace(shiny, own_highlights=0.0, reflection=0.0, shimmer=0.0)
+    none = even_layers(surface.shading.shape, shiny)
+    none[7] = 0
+    got = paint_codes(luma, chroma, replace(surface, layers=none), shiny, Coding())
+    want = paint_codes(luma, chroma, surface, dull, Coding())
+    assert np.abs(got - want).max() <= 1
+    assert np.abs(got - paint_codes(luma, chroma, surface, shiny, Coding())).max() > 10
+
+
+def mixed_regions(coding, kinds):
+    """Regions below each other; kinds: for each whether it has layers."""
+    regions = []
+    for number, has_layers in enumerate(kinds):
+        lit = material(product(red=60 * number, gloss=0.5), 1, white_light(), FACING, coding)
+        surface = any_surface(2 * number, (SIDE.width, SIDE.height), FACING, 0.6)
+        layers = any_layers(number, surface.shading.shape, lit) if has_layers else None
+        rect = Rect(0, SIDE.height * number, SIDE.width, SIDE.height)
+        regions.append(replace(surface, rect=rect, material=lit, layers=layers))
+    return regions
+
+
+def skin_planes(count):
+    rng = np.random.default_rng(5)
+    high, wide = SIDE.height * count, SIDE.width
+    return tuple(
+        rng.normal(mean, 6, (high // down, wide // down)).astype(np.uint8)
+        for mean, down in ((150, 1), (112, 2), (150, 2))
+    )
+
+
+@pytest.mark.parametrize("kinds", [(0, 1, 0, 1), (1, 0), (1, 1, 1), (0, 0, 1)], ids=str)
+def test_regions_with_and_without_layers_share_a_canvas(kinds):
+    coding, block = Coding(), (2, 2)
+    regions, planes = mixed_regions(coding, kinds), skin_planes(len(kinds))
+    want = paint_twin(planes, regions, coding, block)
+    alone = tuple(plane.copy() for plane in planes)
+    paint_on(planes, regions, coding, block)
+    for got, expected in zip(planes, want, strict=True):
+        assert np.abs(got.astype(int) - expected).max() <= 1
+    for region in regions:
+        paint_on(alone, [region], coding, block)
+    for got, expected in zip(planes, alone, strict=True):
+        np.testing.assert_array_equal(got, expected)
+
+
+def test_a_canvas_forgets_layers_of_the_frame_before():
+    coding = Coding()
+    painted = []
+    for before in ((), (1, 1, 1)):
+        if before:
+            paint_on(skin_planes(3), mixed_regions(coding, before), coding, (2, 2))
+        planes = skin_planes(2)
+        paint_on(planes, mixed_regions(coding, (0, 0)), coding, (2, 2))
+        painted.append(planes)
+    for left, right in zip(*painted, strict=True):
+        np.testing.assert_array_equal(left, right)
+
+
+@pytest.mark.parametrize(("kinds", "launches"), [((0, 0), 3), ((1, 1), 3), ((0, 1), 4)], ids=str)
+def test_only_frames_with_both_kinds_start_a_kernel_more(kinds, launches, monkeypatch):
+    started = []
+    launch = Device.launch
+
+    def counted(self, *arguments):
+        started.append(1)
+        return launch(self, *arguments)
+
+    monkeypatch.setattr(Device, "launch", counted)
+    paint_on(skin_planes(2), mixed_regions(Coding(), kinds), Coding(), (2, 2))
+    assert len(started) == launches
