@@ -146,11 +146,12 @@ class Endpoints:
     async def thumbnail(self, request: Request) -> Response:
         """Serve the portrait of a session with a ready look on, as a small JPEG."""
         room = self._room(request)
-        found = ready_looks().get(request.path_params["name"])
-        if found is None:
+        name = request.path_params["name"]
+        look = next((one.look for one in ready_looks() if one.name == name), None)
+        if look is None:
             raise HTTPException(404, "there is no ready look of this name")
         async with self._one_thumbnail:
-            data = await self._worker.run(lambda: room.session.thumbnail(found[1]))
+            data = await self._worker.run(lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")
 
     def _room(self, request: Request) -> Room:

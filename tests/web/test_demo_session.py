@@ -1,6 +1,7 @@
 """The demo: a portrait and a look per page; the newest look wins; pages reconnect and leave."""
 
 import asyncio
+import copy
 import threading
 import time
 from dataclasses import replace
@@ -21,7 +22,7 @@ from makeup_video.pipeline import (
 from makeup_video.web import demo_session
 from makeup_video.web.app import PAGE
 from makeup_video.web.demo_session import MOST_SESSIONS, DemoShow
-from makeup_video.web.portrait import SHOWN_PX, WHOLE_PX, Portrait
+from makeup_video.web.portrait import SHOWN_PX, THUMBNAIL_PX, WHOLE_PX, Portrait
 from makeup_video.web.worker import Worker
 from people import SAMPLES, clip, grey, portrait
 from shows import BLUE, RED, Page, serving
@@ -77,6 +78,26 @@ def test_a_large_portrait_is_shown_small_and_kept_large():
     shown = cv2.resize(whole, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     off = np.abs(rgb8_of(large_portrait.painted(RED)).astype(int) - shown)
     assert off.mean() < 2 and np.percentile(off, 99.5) < 25  # faces lie where they lie in the whole
+
+
+def test_a_thumbnail_is_the_face_with_the_look(own_portrait):
+    bare, red, blue = (rgb8_of(own_portrait.thumbnail(look)) for look in (Look(), RED, BLUE))
+    assert bare.shape == red.shape == (THUMBNAIL_PX, THUMBNAIL_PX, 3)
+    (face,) = find_faces(np.ascontiguousarray(bare))
+    low, high = face.points_px[:, :2].min(0), face.points_px[:, :2].max(0)
+    assert (high - low).max() > 0.85 * THUMBNAIL_PX
+    assert np.abs((low + high) / 2 - THUMBNAIL_PX / 2).max() < 0.05 * THUMBNAIL_PX
+    lips = lip_mask(np.ascontiguousarray(bare), face) > 0.9
+    assert red[lips].mean(0)[0] > blue[lips].mean(0)[0] + 30
+    assert own_portrait.thumbnail(RED) is own_portrait.thumbnail(RED)  # painted once
+
+
+@pytest.mark.parametrize("size_wh", [(90, 400), (400, 90), (3, 3)])
+def test_a_thumbnail_is_square_whatever_the_portrait(own_portrait, size_wh):
+    odd = copy.copy(own_portrait)
+    odd._whole, odd._thumbnails = cv2.resize(own_portrait._whole, size_wh), {}
+    odd.__dict__.pop("_close_up", None)
+    assert rgb8_of(odd.thumbnail(RED)).shape == (THUMBNAIL_PX, THUMBNAIL_PX, 3)
 
 
 @pytest.mark.parametrize(

@@ -78,12 +78,14 @@ export class KindControls {
 
   /** change(layers, layer): alters copies of the layers and of the chosen one of them. */
   #edit(change) {
-    this.#store.edit((look) => {
-      const worn = layersOf(look, this.#kind);
-      const layers = worn.length ? worn : structuredClone(this.#layers);
-      change(layers, layers[this.#at]);
-      putLayers(look, this.#kind, layers, this.#hello.kinds);
-    });
+    this.#store.edit((look) => this.#change(look, change));
+  }
+
+  #change(look, change) {
+    const worn = layersOf(look, this.#kind);
+    const layers = worn.length ? worn : structuredClone(this.#layers);
+    change(layers, layers[this.#at]);
+    putLayers(look, this.#kind, layers, this.#hello.kinds);
   }
 
   #choose(at) {
@@ -92,20 +94,20 @@ export class KindControls {
   }
 
   #add() {
-    const { length } = this.#layers;
-    this.#edit((layers, layer) => layers.push(anotherLayer(this.#kind, layers, layer)));
-    this.#choose(length);
+    const add = (layers, layer) => layers.push(anotherLayer(this.#kind, layers, layer));
+    this.#store.step((look) => this.#change(look, add));
+    this.#choose(this.#layers.length - 1);
   }
 
   #remove() {
     const at = this.#at;
     this.#at = Math.max(0, at - 1);
-    this.#edit((layers) => layers.splice(at, 1));
+    this.#store.step((look) => this.#change(look, (layers) => layers.splice(at, 1)));
   }
 
   #wear(isWorn) {
     const layers = isWorn ? structuredClone(this.#layers) : [];
-    this.#store.edit((look) => putLayers(look, this.#kind, layers, this.#hello.kinds));
+    this.#store.step((look) => putLayers(look, this.#kind, layers, this.#hello.kinds));
   }
 
   #makeTab() {

@@ -72,6 +72,13 @@ export class LookStore extends EventTarget {
     this.#put(look);
   }
 
+  /** Change the look by hand in one step of undo, however soon after the last one. */
+  step(change) {
+    const look = structuredClone(this.look);
+    change(look);
+    this.replace(look);
+  }
+
   /** Replace the look, as one step of undo. */
   replace(look) {
     if (sameLook(look, this.look)) return;

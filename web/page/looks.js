@@ -40,6 +40,11 @@ export class ReadyLooks {
     }
   }
 
+  /** Ask for no more thumbnails; the next hello goes on. */
+  pause() {
+    this.#round += 1;
+  }
+
   async #make() {
     let answer;
     try {

@@ -45,6 +45,7 @@ const connection = new Connection({
   error: ({ text }) => (hello === null ? showVeil(text) : showError(text)),
   bye: () => showVeil(STOPPED),
   lost(stopped) {
+    ready.pause();
     hideFigures();
     showVeil(stopped ? STOPPED : LOST);
   },
