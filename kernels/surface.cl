@@ -161,11 +161,12 @@ SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
     out[PER_LOWER * PATCH_WIDE] = 1.0f / surface_max(bottom - lower, 1.0f);
 }
 
-/* How many rows one curve lies above another, in a column of a lid's grid: at least LID_LEAST, and
- * beyond the corners not much less than just inside them. */
+/* How many rows a curve of the mesh lies above row `from`, where the curve below it was put, in a
+ * column of a lid's grid: at least LID_LEAST, and beyond the corners not much less than the two
+ * curves lie apart just inside them. */
 static inline float surface_lid_gap(
-    __global const float *lower, __global const float *higher, int x) {
-    float gap = lower[x] - higher[x];
+    float from, __global const float *lower, __global const float *higher, int x) {
+    float gap = from - higher[x];
     if (x < LID_INNER_SEED) {
         float seed = lower[LID_INNER_SEED] - higher[LID_INNER_SEED];
         gap = surface_max(gap, seed - LID_INNER_FALL * (float)(LID_INNER_SEED - x));
@@ -185,8 +186,10 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     __global const float *lower = y + 2 * LOWER_LINE * PATCH_WIDE;
     __global float *out = scratch + COLUMNS_AT + x;
     float at_lash = y[x], at_brow = y[x + 2 * BROW_LINE * PATCH_WIDE] + LID_BROW_BELOW;
-    float crease = at_lash - surface_lid_gap(y, creases, x);
-    float fold = crease - surface_lid_gap(creases, folds, x);
+    float crease = at_lash - surface_lid_gap(at_lash, y, creases, x);
+    float fold = crease - surface_max(
+                              surface_lid_gap(crease, creases, folds, x),
+                              LID_FOLD_LEAST * (crease - at_brow));
     float brow = surface_min(at_brow, fold - LID_LEAST);
     float slope = surface_slope(y, x, LID_WIDE, 1.0f);
     float lower_slope = surface_slope(lower, x, LID_WIDE, 1.0f);

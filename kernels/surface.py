@@ -52,6 +52,7 @@ LID_FOLD_UP = 1.5  # the fold lies half-way from the crease (1) to the brow (2),
 LID_SEEDS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.41, 0.42))
 LID_FALLS = (0.45, 0.25)
 LID_LEAST = 0.05 / LID_STEP
+LID_FOLD_LEAST = 0.25  # of the way from the crease to the brow, the fold's least
 # Beyond the corners the lash lines go on in their direction, and settle within this many columns.
 LID_CORNERS = tuple((out - LID_LEFT) / LID_STEP for out in (-0.5, 0.5))
 LID_SETTLE = 0.04 / LID_STEP
@@ -155,6 +156,7 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LID_INNER_FALL": LID_FALLS[0],
         "LID_OUTER_FALL": LID_FALLS[1],
         "LID_LEAST": LID_LEAST,
+        "LID_FOLD_LEAST": LID_FOLD_LEAST,
         "LID_INNER_CORNER": LID_CORNERS[0],
         "LID_OUTER_CORNER": LID_CORNERS[1],
         "LID_SETTLE": LID_SETTLE,

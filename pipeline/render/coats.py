@@ -62,6 +62,11 @@ class Job:
         """Of the surface's own border."""
         return self.coats[0].product.edge_softness
 
+    @property
+    def is_veil(self) -> bool:
+        """True when it has nothing finer than its densities, such as a sparkle."""
+        return self.surface.is_broad and not any(coat.product.shimmer for coat in self.coats)
+
     def rect(self, size_wh: tuple[int, int], block: tuple[int, int]) -> Rect | None:
         """All that has weight on a frame; None when nothing of it lies there."""
         low_xy, high_xy = self.surface.reach(self.softness, _any_density(self.coats))

@@ -26,6 +26,7 @@ from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene
 
 _MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup over
+_VEIL_PX = 8_000  # luma px of a rect from which on a veil is painted at half size
 _STAYS_SMALL = 0.8  # share of LARGE_PX down to which painting stays at half size
 # A job, and the rectangle of the frame that holds all its weight.
 _Placed = tuple[Job, Rect]
@@ -82,7 +83,14 @@ class Composite:
         if not jobs:
             return False
         planes = item.frame.writable_planes()
-        placed = list(_placed(jobs, (item.frame.width_px, item.frame.height_px), item.frame.chroma))
+        size = item.frame.width_px, item.frame.height_px
+        placed = list(_placed(jobs, size, item.frame.chroma))
+        # a veil has no detail of its own, and its area is large
+        veils = [job for job, rect in placed if job.is_veil and rect.width * rect.height > _VEIL_PX]
+        if veils:  # they come first in the order of painting
+            self._paint_small(item, planes, veils)
+            jobs = [job for job in jobs if job not in veils]
+            placed = [(job, rect) for job, rect in placed if job not in veils]
         area_px = sum(rect.width * rect.height for _, rect in placed)
         # hysteresis: otherwise the glitter would flicker between the two sizes
         least_px = _STAYS_SMALL * LARGE_PX if self._is_small else LARGE_PX

@@ -100,12 +100,21 @@ def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarr
 
 def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
     """(3, N) codes, or (1, N) of a grey frame -> (N,) float32, within 0.3 % of a step of 8 bits."""
+    return luminance_of(linear_rgb(codes, coding), coding)
+
+
+def linear_rgb(codes: np.ndarray, coding: Coding) -> np.ndarray:
+    """(3, N) codes, or (1, N) of a grey frame -> (3, N) float32 linear light in the frame's own
+    primaries; of HLG the scene's light, without the gain of a display."""
     to = to_steps(coding, len(codes) > 1).astype(np.float32)
     steps = to[:, : len(codes)] @ codes.astype(np.float32) + to[:, 3:]
-    weights = to_xyz(coding.primaries)[1].astype(np.float32)
-    light: np.ndarray = weights @ light_table(coding.transfer).take(
-        steps.astype(np.intp), mode="clip"
-    )
+    rgb: np.ndarray = light_table(coding.transfer).take(steps.astype(np.intp), mode="clip")
+    return rgb
+
+
+def luminance_of(rgb: np.ndarray, coding: Coding) -> np.ndarray:
+    """What `linear_rgb` gives -> luminance, (N,) float32; of HLG that of a display."""
+    light: np.ndarray = to_xyz(coding.primaries)[1].astype(np.float32) @ rgb
     return light ** np.float32(HLG_GAMMA) if coding.transfer == HLG else light
 
 

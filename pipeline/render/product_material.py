@@ -21,6 +21,7 @@ _GLINT = 0.6  # light of the synthetic highlight at gloss 1
 _OWN = 2.2  # gain of the lips' own highlights at gloss 1
 _DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they would show their grid
 _SPARKLE = 1.8
+_DEEP = 0.5  # of it on a deep colour: a brighter sparkle would lose its hue
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
 _BLACK = 0.02  # linear light: a product whose brightest channel is below it has no hue to speak of
 _PALE = 0.35  # luminance from which on a product may have silver sparkles
@@ -83,7 +84,7 @@ def material(
             g * (glint * gloss + tint * pearl)
             for g, glint, tint in zip(gain, mixed.glint, mixed.tint, strict=True)
         ]),
-        sparkle=tuple([g * tint * sparkle for g, tint in zip(gain, mixed.tint, strict=True)]),
+        sparkle=tuple([g * own * sparkle for g, own in zip(gain, mixed.sparkle, strict=True)]),
         luminance=_LUMINANCE,
         opacity=params.opacity * amount,
         texture=params.texture_keep,
@@ -111,10 +112,11 @@ def material(
 @dataclass(frozen=True, slots=True)
 class _Mixed:
     """A product's colours before any light falls on it, as red, green, blue: its own, that of its
-    shimmer, and that of its highlight at gloss 1."""
+    sheen, that of its sparkles, and that of its highlight at gloss 1."""
 
     product: tuple[float, ...]
     tint: tuple[float, ...]
+    sparkle: tuple[float, ...]
     glint: tuple[float, ...]
 
 
@@ -130,7 +132,8 @@ def _mixed(params: GraphicsParams) -> _Mixed:
     tint = hue + silver * (1 - hue)
     metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
     glint = metal * _GLINT * sheen * (1 - params.gloss_detail)
-    return _Mixed(tuple(product.tolist()), tuple(tint.tolist()), tuple(glint.tolist()))
+    sparkle = (_DEEP + (1 - _DEEP) * pale) * tint
+    return _Mixed(*(tuple(light.tolist()) for light in (product, tint, sparkle, glint)))
 
 
 def _turned(light: SceneLight, rows: tuple[float, ...]) -> list[float]:

@@ -3,7 +3,7 @@
 import numpy as np
 from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
-from makeup_video.pipeline.look.kinds.ramps import fall, rise
+from makeup_video.pipeline.look.kinds.ramps import fall, rise, smooth
 from makeup_video.pipeline.look.params import GraphicsParams
 
 # Rows in the order of SETTINGS.
@@ -26,6 +26,7 @@ _SLOTS = {
     "inner": (-0.70, 0.70, -0.14, 0.20, 0.0, 0.30),
     "full": (0.0, 1.70, 0.10, 1.15, 0.2, 0.80),
 }
+_SHARP, _FADE = 0.02, 4.0  # heights over which the lower border fades: at the corner, and beyond
 _NUMBERS = ("low", "high", "inner", "outer", "lift", "softness")
 
 
@@ -38,13 +39,16 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     wide = 2 * shape["softness"] * (0.5 + product.edge_softness)
     density = rise(at.across, shape["inner"], 0.38 * wide)
     density = density * fall(at.across, shape["outer"], 0.30 * wide)
-    height = at.height
+    height, beyond = at.height, np.maximum(at.across - 1, 0)
     if shape["lift"]:
-        height = height - np.float32(shape["lift"] / LID) * np.maximum(at.across - 1, 0)
+        height = height - np.float32(shape["lift"] / LID) * beyond
     if is_upper or high < 0:
         density = density * fall(height, high, 0.95 * wide * _room(shape))
     if low > 0 or not is_upper:
         density = density * rise(height, low, 0.90 * wide * _room(shape))
+    elif is_upper:
+        # beyond the corner no lash line ends the colour: it fades the more the further out
+        density = density * smooth((height + _SHARP) / (_SHARP + _FADE * wide * beyond))
     return [Coat(product, density)]
 
 

@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -91,6 +92,7 @@ class LidSurface:
     both: "BothEyes"
     number: int
     is_upper: bool = True
+    is_broad: ClassVar[bool] = False
 
     def sides(self) -> "list[LidSurface]":
         return [self, replace(self, is_upper=False)]

@@ -7,6 +7,7 @@ from makeup_video.kernels.surface import (
     LID_BROW_BELOW,
     LID_CORNERS,
     LID_FALLS,
+    LID_FOLD_LEAST,
     LID_FOLD_UP,
     LID_HW,
     LID_LEAST,
@@ -104,10 +105,11 @@ def _heights(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the curves (E, 5, columns) -> heights by the rings of the mesh, 1 at the crease and 2
     at the fold, and by `up` of LidSurface; (E, H, W) each."""
     lash, crease, fold, brow = (y[:, curve, None] for curve in range(4))
-    up_to_fold = _gap(crease, fold)
-    crease = lash - _gap(lash, crease)
-    fold = crease - up_to_fold
-    brow = np.minimum(brow + LID_BROW_BELOW, fold - LID_LEAST)
+    apart = crease - fold
+    crease = lash - _gap(lash - crease, lash - crease)
+    brow = brow + LID_BROW_BELOW
+    fold = crease - np.maximum(_gap(crease - fold, apart), LID_FOLD_LEAST * (crease - brow))
+    brow = np.minimum(brow, fold - LID_LEAST)
     ring = (lash - _ROWS) / (lash - crease)
     ring = np.where(ring < 1, ring, 1 + (crease - _ROWS) / (crease - fold))
     up = np.where(ring < 1, ring, 1 + (LID_FOLD_UP - 1) * (ring - 1))
@@ -115,15 +117,15 @@ def _heights(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return ring, np.where(ring < 2, up, above).astype(np.float32)
 
 
-def _gap(lower: np.ndarray, higher: np.ndarray) -> np.ndarray:
-    """Rows (..., columns) between curves: at least LID_LEAST, and beyond the corners not much less
-    than just inside them."""
-    gap = lower - higher
+def _gap(gap: np.ndarray, apart: np.ndarray) -> np.ndarray:
+    """Rows (..., columns) of a gap below a curve: at least LID_LEAST, and beyond the corners not
+    much less than the mesh's curves lie `apart` just inside them."""
     held = np.full_like(gap, LID_LEAST)
     for seed, fall, side in zip(LID_SEEDS, LID_FALLS, (-1, 1), strict=True):
         beyond = side * (COLUMNS - seed)
-        held = np.where(beyond > 0, np.maximum(held, gap[..., seed, None] - fall * beyond), held)
-    return np.maximum(gap, held)
+        held = np.where(beyond > 0, np.maximum(held, apart[..., seed, None] - fall * beyond), held)
+    at_least: np.ndarray = np.maximum(gap, held)
+    return at_least
 
 
 def _distance_px(lashes: np.ndarray, steps_px: np.ndarray) -> np.ndarray:

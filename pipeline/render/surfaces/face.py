@@ -1,16 +1,267 @@
-"""The face as one surface."""
+"""The whole face as a surface: places for blush and highlighter that stick to the cheeks.
+
+A square grid lies over the face, turned with the line of the eyes. Its nodes know their places on
+the mean face (`across`, `down`), so that a product that is described there once moves with every
+face; how they are turned; whether the face is seen there; and whether it is bare skin.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import ClassVar
+
+import cv2
+import numpy as np
+from makeup_video.kernels.colour import Coding
+from makeup_video.kernels.surface import GridPlace
+from makeup_video.pipeline.faces.face import POINTS, Face
+from makeup_video.pipeline.faces.topology import (
+    EYE_CONTOUR,
+    EYE_CORNERS,
+    FACE_OVAL,
+    LIPS_OUTER,
+    RIGHT_EYE,
+)
+from makeup_video.pipeline.frames.affine import AffineArray, compose
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.sampling import samples_on
+from makeup_video.pipeline.look.kinds.fields import FaceFields
+from makeup_video.pipeline.render.grid import Grid, box_of
+from makeup_video.pipeline.render.luminance import broad, linear_rgb, luminance_of
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.skin_likeness import skin_likeness
+from makeup_video.pipeline.render.surfaces.face_fit import fit, fit_points, monomials
+
+# The grid is a square of 1.6 IOD (the distance of the outer eye corners) around the points of
+# `face_fit`: from ear to ear, and from above the brows to the upper half of the chin.
+SIDE = 40
+STEP = 1.6 / (SIDE - 1)  # IOD
+_NARROWEST_PX = 8  # IOD
+_FAINTEST = 1 / 512
+# Sigma of the broad light in px of the grid: that of the lids, whose eye is 0.31 IOD wide.
+SIGMA_PX = 0.65
+
+_FACING = 0.12, 0.35  # z of the normal: bare below the first, all of the product above the second
+_HIGHEST = -0.42, -0.30  # the same of `down`
+_LOWEST = 0.85, 1.0  # all of the product above the first, bare below the second
+_EDGE_PX, _HOLE_PX = 1.3, 0.6  # sigma of the borders in px of the grid
+_HOLE_GAIN = 1.5  # holes are small: a blur makes them shallow
+_EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
+
+# Closed contours: where a face has no skin.
+_BROW = 70, 63, 105, 66, 107, 55, 65, 52, 53, 46
+_OTHER_BROW = 300, 293, 334, 296, 336, 285, 295, 282, 283, 276
+_NOSTRIL = 79, 239, 238, 20, 60, 75, 166
+_OTHER_NOSTRIL = 309, 459, 458, 250, 290, 305, 392
+_HOLES = [
+    np.array(contour)
+    for contour in (
+        EYE_CONTOUR, RIGHT_EYE[: len(EYE_CONTOUR)], LIPS_OUTER,
+        _BROW, _OTHER_BROW, _NOSTRIL, _OTHER_NOSTRIL,
+    )
+]  # fmt: skip
+# The outline of a turned face: the oval, or the nose and the mouth before it.
+_OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
+
+_SAMPLED = 0.5  # `visible` from which a node is a sample of the skin
+_SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()  # places in the grid
+# The cheeks, whose light is the surface's mean: from and to, |across| and `down` in IOD.
+_CHEEK_ACROSS, _CHEEK_DOWN = (0.2, 0.65), (0.1, 0.55)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceSurface:
+    """A face, ready to be painted; (40, 40) float32 on its grid.
+
+    across: from the middle of the nose to the right in the picture of an upright face, in IOD of
+    the mean face; -across is the mirror place.  down: from the line of the eye corners, in IOD.
+    normals: (2, 40, 40), x and y of the unit normal, in the axes of the grid.
+    facing: its z towards the viewer, 0..1.
+    visible: 0..1, how far the face is seen and may be skin: 0 beyond its outline, where it turns
+    away, and on eyes, brows, lips and nostrils.
+    likeness: 0..1, how much it looks like this face's skin.
+    """
+
+    grid: Grid
+    across: np.ndarray
+    down: np.ndarray
+    normals: np.ndarray
+    facing: np.ndarray
+    visible: np.ndarray
+    likeness: np.ndarray
+    number: ClassVar[int] = 0
+    is_broad: ClassVar[bool] = True
+
+    def sides(self) -> "list[FaceSurface]":
+        return [self]
+
+    def fields(self) -> FaceFields:
+        return FaceFields(self.across[None], self.down[None])
+
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+        box = box_of(self._weight(density) > _FAINTEST)
+        return self.grid.box_px(box, more=1)  # weights are interpolated
+
+    def weigh(
+        self,
+        out: np.ndarray,
+        origin_xy: tuple[int, int],
+        softness: float,
+        density: np.ndarray | None,
+    ) -> None:
+        """Fill (h, w) float32 with the weight of a product on the frame's pixels from origin_xy on:
+        only on what is seen and looks like skin."""
+        there = self.grid.warped(self._weight(density), origin_xy, out.shape, 0.0)
+        cv2.threshold(there, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
+
+    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+        """Luminance on the grid -> the broad light on the grid, and its mean over the cheeks."""
+        skin = self.visible * self.likeness
+        (light,), mean = broad(luminance, (skin,), SIGMA_PX)
+        aside = np.abs(self.across)
+        (left, right), (top, bottom) = _CHEEK_ACROSS, _CHEEK_DOWN
+        skin *= (aside > left) & (aside < right) & (self.down > top) & (self.down < bottom)
+        total = float(skin.sum())
+        return light, float((luminance * skin).sum()) / total if total >= 1 else mean
+
+    def scaled(self, to_new: AffineArray) -> "FaceSurface":
+        """The same on a picture of another size; to_new: px of the frame -> px of that picture."""
+        return replace(self, grid=Grid(compose(to_new, self.grid.to_px), self.grid.size_wh))
+
+    def _weight(self, density: np.ndarray | None) -> np.ndarray:
+        weight: np.ndarray = self.visible * self.likeness
+        if density is not None:
+            weight *= density
+        return weight
+
+
+def face_place(face: Face) -> GridPlace | None:
+    """Where the grid of a face lies on the frame; None for a face too small, from the side, or with
+    points that are not finite."""
+    (x0, y0, z0), (x1, y1, z1) = face.points_px[list(EYE_CORNERS)].astype(np.float64).tolist()
+    right, down = x1 - x0, y1 - y0
+    seen_px = math.hypot(right, down)
+    iod_px = math.hypot(seen_px, z1 - z0)  # a turned face keeps its size
+    if not _NARROWEST_PX <= seen_px <= iod_px < math.inf:
+        return None
+    if not math.isfinite(float(face.points_px.sum(dtype=np.float64))):
+        return None
+    turn = np.array(((right, -down), (down, right))) / seen_px
+    turned = face.points_px.take(fit_points(), 0)[:, :2] @ turn
+    x, y = (turn @ (turned.min(0) + turned.max(0)) / 2).tolist()
+    step = STEP * iod_px / seen_px
+    a, b, half = right * step, down * step, (SIDE - 1) / 2
+    to_px = a, -b, x - half * (a - b), b, a, y - half * (a + b)
+    return GridPlace(to_px, to_px)
+
+
+def face_surface(
+    face: Face, frame: Frame, coding: Coding
+) -> tuple[FaceSurface, np.ndarray, float] | None:
+    """The surface of a face, the broad light on its grid, and that light's mean over the cheeks:
+    see LitSurface. None where `face_place` has no place."""
+    place = face_place(face)
+    if place is None:
+        return None
+    grid = Grid.at(place.to_px, (SIDE, SIDE))
+    on_grid = _on_grid(face, grid)
+    along, terms = _nodes()
+    across, down, x, y, facing = fit(_in_iod(on_grid)).on(along, along, terms)
+    np.clip(facing, 0, 1, out=facing)
+    visible = _visible(on_grid, down, facing)
+    rgb = linear_rgb(np.concatenate(samples_on(frame, grid.to_px, grid.size_wh)), coding)
+    luminance = luminance_of(rgb, coding)
+    seen = _samples(visible, grid, frame)
+    likeness = skin_likeness(rgb, luminance, across.ravel(), down.ravel(), seen)
+    normals = np.stack([x, y])
+    surface = FaceSurface(
+        grid, across, down, normals, facing, visible, likeness.reshape(SIDE, SIDE)
+    )
+    return surface, *surface.shaded(luminance.reshape(SIDE, SIDE))
+
+
+def _on_grid(face: Face, grid: Grid) -> np.ndarray:
+    """(478, 3) float32: the points in px of the grid; z as well, away from the viewer."""
+    (a, _, left), (b, _, top) = grid.to_px.tolist()
+    step = math.hypot(a, b)
+    turn = np.array(((a, b, 0), (-b, a, 0), (0, 0, step))) / (step * step)
+    off = face.points_px - (left, top, 0)
+    return (off @ turn.T).astype(np.float32)
+
+
+def _in_iod(on_grid: np.ndarray) -> np.ndarray:
+    """The points of the fit, from the middle of the grid."""
+    points: np.ndarray = on_grid.take(fit_points(), 0)
+    points[:, :2] -= (SIDE - 1) / 2
+    points *= STEP
+    return points
+
+
+@cache
+def _nodes() -> tuple[np.ndarray, np.ndarray]:
+    """(40,) columns or rows in IOD, and the terms of the fit's cubic at the nodes, (10, 1600)."""
+    along = ((np.arange(SIDE) - (SIDE - 1) / 2) * STEP).astype(np.float32)
+    x, y = np.meshgrid(along, along)
+    terms = monomials(np.column_stack([x.ravel(), y.ravel()]))
+    return along, np.ascontiguousarray(terms.T)
+
+
+def _visible(on_grid: np.ndarray, down: np.ndarray, facing: np.ndarray) -> np.ndarray:
+    corners = np.rint(on_grid[:POINTS, :2] * 2**_EIGHTH_BITS).astype(np.int32)
+    inside, holes = np.zeros((2, SIDE, SIDE), np.uint8)
+    outline = cv2.convexHull(corners[_OUTLINE])
+    cv2.fillConvexPoly(inside, outline, 255, cv2.LINE_AA, _EIGHTH_BITS)
+    cv2.fillPoly(holes, [corners[contour] for contour in _HOLES], 255, cv2.LINE_AA, _EIGHTH_BITS)
+    inside = cv2.GaussianBlur(inside, (0, 0), _EDGE_PX, borderType=cv2.BORDER_REPLICATE)
+    holes = cv2.GaussianBlur(holes, (0, 0), _HOLE_PX)
+    visible = _line(inside.astype(np.float32), 127.5, 255)  # 0 on the outline
+    for share in (
+        _line(holes.astype(np.float32), 255 / _HOLE_GAIN, 0),
+        _line(facing, *_FACING),
+        _line(down, *_HIGHEST),
+        _line(down, *_LOWEST[::-1]),
+    ):
+        np.minimum(visible, share, out=visible)
+    np.minimum(np.maximum(visible, 0, out=visible), 1, out=visible)
+    visible *= visible * (3 - 2 * visible)
+    return visible
+
+
+def _line(at: np.ndarray, bare: float, full: float) -> np.ndarray:
+    """0 at `bare`, 1 at `full`, and straight on."""
+    share: np.ndarray = at * np.float32(1 / (full - bare))
+    share -= np.float32(bare / (full - bare))
+    return share
+
+
+def _samples(visible: np.ndarray, grid: Grid, frame: Frame) -> np.ndarray:
+    """Places in (1600,) of samples of the skin: each second node that is seen in the picture."""
+    seen: np.ndarray = _SECOND[visible.take(_SECOND) > _SAMPLED]
+    low, high = grid.box_px((0, 0, SIDE, SIDE), more=0)
+    if low.min() >= 0 and high[0] < frame.width_px and high[1] < frame.height_px:
+        return seen
+    rows, columns = np.divmod(seen, SIDE)
+    x, y = grid.to_px @ np.stack([columns, rows, np.ones_like(rows)])
+    there = (x > -0.5) & (x < frame.width_px - 0.5) & (y > -0.5) & (y < frame.height_px - 0.5)
+    return seen[there]
 
 
 class FaceRegion:
-    """The whole face."""
+    """The whole face. It is read only for looks that paint it, and without memory: the light on its
+    skin is followed over time already."""
 
-    def lit(self, item, scene):
-        return ()
+    def lit(self, item: FrameScene, scene: FaceScene) -> tuple[Lit, ...]:
+        made = face_surface(scene.face, item.frame, item.coding)
+        if made is None:
+            return ()
+        surface, light, mean = made
+        return (Lit(surface, light, scene.light.skin or mean),)
 
-    def amount(self, face):
+    def amount(self, face: Face) -> float:
         return 1.0
 
-    def shade(self, light, mean):
+    def shade(self, light: SceneLight, mean: float) -> float:
         return 1.0
 
 

@@ -58,6 +58,7 @@ class LipsSurface:
     upper: np.ndarray
     boxes: dict[float, Box] = field(default_factory=dict, repr=False)
     number: ClassVar[int] = 0
+    is_broad: ClassVar[bool] = False
 
     def sides(self) -> "list[LipsSurface]":
         return [self]

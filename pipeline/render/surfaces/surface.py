@@ -13,6 +13,7 @@ class Surface(Protocol):
 
     grid: where it lies on the frame.  normals: (2, H, W) float32 on the grid, x and y.
     number: which of its region's surfaces it is.
+    is_broad: True where makeup is a soft veil, with no border that must be sharp.
     """
 
     @property
@@ -21,6 +22,8 @@ class Surface(Protocol):
     def normals(self) -> np.ndarray: ...
     @property
     def number(self) -> int: ...
+    @property
+    def is_broad(self) -> bool: ...
 
     def sides(self) -> "Sequence[Surface]":
         """The parts of the surface that are painted one by one: skin above an eye, and below it."""

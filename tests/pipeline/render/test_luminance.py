@@ -101,3 +101,9 @@ def test_without_any_region_everything_counts():
     (shading,), mean = broad(light, [np.zeros(light.shape, bool)], 2.5)
     assert mean == pytest.approx(0.5)
     assert np.isfinite(shading).all() and shading == pytest.approx(0.5, abs=1e-4)
+
+
+def test_without_any_region_only_what_was_read_counts():
+    light = np.tile(np.arange(20, dtype=np.float32), (10, 1))
+    _, mean = broad(light, [np.zeros(light.shape, bool)], 2.5, slice(8, 16))
+    assert mean == pytest.approx(11.5)
