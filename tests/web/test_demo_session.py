@@ -1,7 +1,6 @@
 """The demo: a portrait and a look per page; the newest look wins; pages reconnect and leave."""
 
 import asyncio
-import copy
 import threading
 import time
 from dataclasses import replace
@@ -92,12 +91,12 @@ def test_a_thumbnail_is_the_face_with_the_look(own_portrait):
     assert own_portrait.thumbnail(RED) is own_portrait.thumbnail(RED)  # painted once
 
 
-@pytest.mark.parametrize("size_wh", [(90, 400), (400, 90), (3, 3)])
-def test_a_thumbnail_is_square_whatever_the_portrait(own_portrait, size_wh):
-    odd = copy.copy(own_portrait)
-    odd._whole, odd._thumbnails = cv2.resize(own_portrait._whole, size_wh), {}
-    odd.__dict__.pop("_close_up", None)
-    assert rgb8_of(odd.thumbnail(RED)).shape == (THUMBNAIL_PX, THUMBNAIL_PX, 3)
+@pytest.mark.parametrize("cut", [np.s_[200:470], np.s_[:, 130:390], np.s_[150:, 100:]])
+def test_a_thumbnail_is_square_however_the_photo_is_cut(cut):
+    cropped = Portrait(png_of(rgb8_of(OURS.read_bytes())[cut]), "cut.png")
+    thumbnail = rgb8_of(cropped.thumbnail(RED))
+    assert thumbnail.shape == (THUMBNAIL_PX, THUMBNAIL_PX, 3)
+    assert find_faces(np.ascontiguousarray(thumbnail))
 
 
 @pytest.mark.parametrize(

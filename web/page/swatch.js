@@ -60,16 +60,19 @@ function flush(u, v) {
   return { cover: smooth(1.25 * (1 - away)), nx: 0.45 * u, ny: 0.45 * v };
 }
 
-/** A line that grows, bends with the lashes, and ends in a wing. */
+const CORNER = 0.74; // where the line leaves the lashes and rises as a wing, by its length
+
+/** A line that grows along the bow of the lashes and ends in a wing. */
 function line(u, v, x, y, pixel) {
-  const along = (u + 0.86) / 1.72;
-  const wing = Math.max(0, along - 0.68) / 0.32;
-  const middle = 0.16 - 0.5 * Math.sin(Math.PI * Math.min(1, 0.95 * along)) - 0.15 * wing * wing;
-  const half = (0.04 + 0.26 * Math.min(1, 1.5 * along)) * (1 - wing ** 1.3);
+  const along = (u + 0.84) / 1.68;
+  const lashes = Math.min(along, CORNER) / CORNER;
+  const wing = Math.max(0, along - CORNER) / (1 - CORNER);
+  const middle = 0.62 - 0.78 * Math.sin(Math.PI * (0.1 + 0.66 * lashes)) - 0.72 * wing;
+  const half = (0.05 + 0.17 * lashes) * (1 - wing);
   const at = v - middle;
-  const isOn = along > 0 && along < 1 && half > 0;
+  const isOn = along > 0 && along < 1;
   const cover = isOn ? Math.min(1, Math.max(0, (half - Math.abs(at)) / pixel + 0.5)) : 0;
-  return { cover, nx: 0, ny: isOn ? 0.75 * Math.max(-1, Math.min(1, at / half)) : 0 };
+  return { cover, nx: 0, ny: cover > 0 ? 0.75 * Math.max(-1, Math.min(1, at / half)) : 0 };
 }
 
 const FORMS = { stroke, powder, flush, line };
