@@ -20,7 +20,7 @@ _FEWEST = 6  # places
 _LIGHTER, _MOST_LIGHTER = 0.5, 0.3
 _REDDER, _MOST_RED = 2.0, 0.8
 
-_DARK = 0.03  # of the skin's luminance; what is darker is noise, and its colour does not count
+_DARK = 0.06  # of the skin's luminance; what is darker is noise, and its colour does not count
 _SPREAD = np.array([0.40, 0.22, 0.22])  # expected standard deviations of skin
 _EXPECTED = 0.2  # how much these count beside those measured
 _EXPECTED_SPREAD = np.diag(_SPREAD**2)
@@ -29,9 +29,11 @@ _EXPECTED_SPREAD = np.diag(_SPREAD**2)
 _RIDGE = np.array([np.diag([1e-3, *slope]) for slope in ((40, 40), (100, 2000), (100, 2000))])
 _FAR = 4.0  # squared deviations at which a place counts a quarter
 _BRIGHTER = 0.5  # what lighter places count: skin shines, and few things beside it are lighter
-# Paler than the skin, blue to red, by more than shine explains: deviations as above.
-_PALER, _SHINE_PALER = 0.2, 0.6
-_SKIN, _OTHER = 2.8, 3.8  # deviations: up to the first all skin, from the second on none
+_SHINE_PALES = 0.3  # how much less red, and more blue, for how much lighter
+# Skin that is paler by more than that is rare, and masks and screens are: log red to blue for one
+# standard deviation more.
+_PALER = 0.2
+_SKIN, _OTHER = 2.6, 4.0  # deviations: up to the first all skin, from the second on none
 _MIDDLE = 0.3  # `down` around which the planes slope
 _TO_NUMBERS = np.array([[1.0, 0, 0, 0], [0, 1, -1, 0], [0, 0, -1, 1]])
 
@@ -70,16 +72,16 @@ def skin_likeness(
     to_off = np.concatenate([_TO_NUMBERS, -skin.planes], axis=1, dtype=np.float32)
     off = to_off @ given
     shine = np.maximum(off[0], 0)
-    paler = off[2] - off[1]
-    paler -= _SHINE_PALER * shine
-    np.maximum(paler, 0, out=paler)
+    off[0] -= (1 - _BRIGHTER) * shine
+    shine *= _SHINE_PALES
+    off[1] += shine
+    off[2] -= shine
+    paler = np.maximum(off[2] - off[1], 0)
     paler *= 1 / _PALER
     paler *= paler
-    shine *= 1 - _BRIGHTER
-    off[0] -= shine
     off = skin.to_deviations @ off
     off *= off
-    like = off[0]
+    like: np.ndarray = off[0]
     like += paler
     like += off[1]
     like += off[2]
@@ -92,8 +94,10 @@ def skin_likeness(
 
 
 def _fit(numbers: np.ndarray, slopes: np.ndarray, usual: float) -> _Skin | None:
-    """numbers, slopes: (3, S) of the samples; usual: the log of the face's luminance. None where no
-    part of the face is seen."""
+    """numbers, slopes: (3, S) of the samples; usual: the log of the face's luminance.
+
+    None where no part of the face is seen.
+    """
     start = _start(numbers, slopes, usual)
     if start is None:
         return None

@@ -33,20 +33,19 @@ _NUMBERS = ("low", "high", "inner", "outer", "lift", "softness")
 def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """One coat, with soft borders that product and shape widen together."""
     low, high = shape["low"], shape["high"]
-    is_upper = float(at.height.max()) > 0
-    if (high if is_upper else -low) <= 0:
-        return [Coat(product, np.zeros(at.height.shape, np.float32))]
+    if (high if at.is_upper else -low) <= 0:
+        return []
     wide = 2 * shape["softness"] * (0.5 + product.edge_softness)
     density = rise(at.across, shape["inner"], 0.38 * wide)
     density = density * fall(at.across, shape["outer"], 0.30 * wide)
     height, beyond = at.height, np.maximum(at.across - 1, 0)
     if shape["lift"]:
         height = height - np.float32(shape["lift"] / LID) * beyond
-    if is_upper or high < 0:
+    if at.is_upper or high < 0:
         density = density * fall(height, high, 0.95 * wide * _room(shape))
-    if low > 0 or not is_upper:
+    if low > 0 or not at.is_upper:
         density = density * rise(height, low, 0.90 * wide * _room(shape))
-    elif is_upper:
+    else:
         # beyond the corner no lash line ends the colour: it fades the more the further out
         density = density * smooth((height + _SHARP) / (_SHARP + _FADE * wide * beyond))
     return [Coat(product, density)]

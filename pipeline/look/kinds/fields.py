@@ -4,7 +4,9 @@ Arrays are float32 and may be broadcast against each other to (N, H, W): the pla
 N surfaces of one sort, such as both eyes.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -12,33 +14,64 @@ LID_RISE_AT = 0.72  # across, where the lash line turns down to the outer corner
 LID = 0.22  # of the eye's width: height of a usual lid, the unit of heights below the eye
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class LipsFields:
-    """inward: 0 at the lips' outer border, 1 where the lips meet or the mouth opens."""
+    """The lips.
 
-    inward: np.ndarray
+    inward: 0 at their outer border, 1 where they meet or the mouth opens.
+    """
+
+    def __init__(self, measure: Callable[[], np.ndarray]) -> None:
+        """measure: makes `inward`, which even lipstick does not need."""
+        self._measure = measure
+
+    @cached_property
+    def inward(self) -> np.ndarray:
+        return self._measure()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class EyeFields:
-    """Both eyes; lengths in px of the frame.
+    """The skin above both eyes, or below them; lengths in px of the frame.
 
     across: 0 at the inner corner, 1 at the outer one, in widths of the eye.
-    height: above the eye 0 at the upper lash line, 1 in the crease, 2 below the brow; below the eye
-    0 at the lower lash line and -1 a lid's usual height (LID) further down.
+    height: above the eye 0 at the upper lash line, 1 in the crease, 1.5 in the fold under the brow
+    bone, 2 below the brow; below the eye 0 at the lower lash line and -1 a lid's usual height (LID)
+    further down.
+    is_upper: True for what is above the eye.
     above_px: above the upper lash line, negative below it.  below_px: below the lower lash line,
     negative above it.  rise_px: above the line through both corners of the eye.  lid_rise_px: the
     same of the upper lash line at LID_RISE_AT.
     width_px: of the eye.
     """
 
-    across: np.ndarray
-    height: np.ndarray
-    above_px: np.ndarray
-    below_px: np.ndarray
-    rise_px: np.ndarray
-    lid_rise_px: np.ndarray
-    width_px: np.ndarray
+    def __init__(
+        self,
+        is_upper: bool,
+        across: np.ndarray,
+        rise: np.ndarray,
+        lids: tuple[np.ndarray, np.ndarray, np.ndarray],
+        width_px: np.ndarray,
+        lid_rise: Callable[[], np.ndarray],
+    ) -> None:
+        """rise, lid_rise: in widths of the eye.  lids: height by the rings above the eye, which may
+        be below 0, above_px and below_px."""
+        self.is_upper, self.across, self.width_px = is_upper, across, width_px
+        self._up, self.above_px, self.below_px = lids
+        self._rise, self._lid_rise = rise, lid_rise
+
+    @cached_property
+    def height(self) -> np.ndarray:
+        if self.is_upper:
+            return np.maximum(self._up, 0)
+        return np.minimum(self.below_px * (np.float32(-1 / LID) / self.width_px), 0)
+
+    @property
+    def rise_px(self) -> np.ndarray:
+        rise: np.ndarray = self._rise * self.width_px
+        return rise
+
+    @property
+    def lid_rise_px(self) -> np.ndarray:
+        return self._lid_rise() * self.width_px
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,19 +7,29 @@ _THINNEST = 1e-3  # width of a border, so that none is a division by zero
 
 def smooth(share: np.ndarray) -> np.ndarray:
     """0 below 0, 1 above 1, and a smooth rise between (3t^2 - 2t^3); float32."""
-    t: np.ndarray = np.clip(share, 0, 1, dtype=np.float32)
-    return t * t * (3 - 2 * t)
+    t: np.ndarray = np.minimum(share, 1, dtype=np.float32)
+    np.maximum(t, 0, out=t)
+    rest = t * -2
+    rest += 3
+    t *= t
+    t *= rest
+    return t
 
 
 def rise(at: np.ndarray, middle: float, width: float) -> np.ndarray:
     """A smooth rise from 0 to 1 around a place, over a width."""
-    width = max(width, _THINNEST)
-    return smooth((at - (middle - width / 2)) * np.float32(1 / width))
+    return _ramp(at, middle, 1 / max(width, _THINNEST))
 
 
 def fall(at: np.ndarray, middle: float, width: float) -> np.ndarray:
     """A smooth fall from 1 to 0 around a place, over a width."""
-    return rise(-at, -middle, width)
+    return _ramp(at, middle, -1 / max(width, _THINNEST))
+
+
+def _ramp(at: np.ndarray, middle: float, slope: float) -> np.ndarray:
+    share = at * np.float32(slope)
+    share += np.float32(0.5 - middle * slope)
+    return smooth(share)
 
 
 def from_segment(

@@ -11,7 +11,6 @@ with it, as lids do.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import ClassVar
 
 import cv2
@@ -34,7 +33,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.sampling import step_px
-from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeFields
+from makeup_video.pipeline.look.kinds.fields import LID_RISE_AT, EyeFields
 from makeup_video.pipeline.render.grid import Grid, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
@@ -147,42 +146,24 @@ class LidSurface:
 
 
 class BothEyes:
-    """What kinds of makeup know of both eyes of a face, (2, H, W), made when it is asked for."""
+    """What kinds of makeup know of both eyes of a face, (2, 32, 48) each."""
 
     def __init__(
         self, up: np.ndarray, lash_px: np.ndarray, below_px: np.ndarray, widths_px: Sequence[float]
     ) -> None:
-        self._up, self._lash_px, self._below_px = up, lash_px, below_px
-        self._widths_px = np.array(widths_px, np.float32)[:, None, None]
+        """widths_px: of the eyes; 0 for one that is not seen."""
+        self._lash_px = lash_px
+        wide = np.array(widths_px, np.float32)[:, None, None]
+        self.upper, self.lower = (
+            EyeFields(is_upper, _ACROSS, _RISE, (up, lash_px, below_px), wide, self._lid_rise)
+            for is_upper in (True, False)
+        )
 
-    @cached_property
-    def upper(self) -> EyeFields:
-        """Of the skin above the eyes, where heights end at 0 on the lash line."""
-        return self._fields(np.maximum(self._up, 0))
-
-    @cached_property
-    def lower(self) -> EyeFields:
-        """Of the skin below, where heights begin at 0 on the lower lash line."""
-        return self._fields(np.minimum(_height(self._below_px, self._widths_px), 0))
-
-    @cached_property
-    def lid_rise(self) -> np.ndarray:
-        """(E, 1, 1): of the upper lash line at LID_RISE_AT, in widths of the eye."""
+    def _lid_rise(self) -> np.ndarray:
+        """(2, 1, 1): how far the upper lash line rises at LID_RISE_AT, in widths of the eye."""
         first, second = np.moveaxis(self._lash_px[:, :2, _AT_LID_RISE], 1, 0)
         row = first / np.maximum(first - second, 1e-6)  # heights fall evenly from row to row
         return _rise(row)[:, None, None]
-
-    def _fields(self, height: np.ndarray) -> EyeFields:
-        return EyeFields(
-            _ACROSS, height, self._lash_px, self._below_px, _RISE * self._widths_px,
-            self.lid_rise * self._widths_px, self._widths_px,
-        )  # fmt: skip
-
-
-def _height(below_px: np.ndarray, width_px: float | np.ndarray) -> np.ndarray:
-    """The height of what lies below the lower lash line."""
-    height: np.ndarray = below_px * np.float32(-1 / LID) / width_px
-    return height
 
 
 def _rise(row: np.ndarray) -> np.ndarray:

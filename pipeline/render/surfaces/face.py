@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.surface import GridPlace
-from makeup_video.pipeline.faces.face import POINTS, Face
+from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import (
     EYE_CONTOUR,
     EYE_CORNERS,
@@ -45,7 +45,11 @@ _FACING = 0.12, 0.35  # z of the normal: bare below the first, all of the produc
 _HIGHEST = -0.42, -0.30  # the same of `down`
 _LOWEST = 0.85, 1.0  # all of the product above the first, bare below the second
 _EDGE_PX, _HOLE_PX = 1.3, 0.6  # sigma of the borders in px of the grid
+# OpenCV's smooth polygons are two thirds of a px too large on each side: of 255, what the blurred
+# mask has on the outline.
+_ON_EDGE = 179
 _HOLE_GAIN = 1.5  # holes are small: a blur makes them shallow
+_MARGIN = 4  # px
 _EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 
 # Closed contours: where a face has no skin.
@@ -64,6 +68,7 @@ _HOLES = [
 _OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
 
 _SAMPLED = 0.5  # `visible` from which a node is a sample of the skin
+_HIDDEN_BELOW = 0.15  # `down`, when the mouth is hidden
 _SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()  # places in the grid
 # The cheeks, whose light is the surface's mean: from and to, |across| and `down` in IOD.
 _CHEEK_ACROSS, _CHEEK_DOWN = (0.2, 0.65), (0.1, 0.55)
@@ -172,7 +177,7 @@ def face_surface(
     visible = _visible(on_grid, down, facing)
     rgb = linear_rgb(np.concatenate(samples_on(frame, grid.to_px, grid.size_wh)), coding)
     luminance = luminance_of(rgb, coding)
-    seen = _samples(visible, grid, frame)
+    seen = _samples(visible, down, face.mouth_weight, grid, frame)
     likeness = skin_likeness(rgb, luminance, across.ravel(), down.ravel(), seen)
     normals = np.stack([x, y])
     surface = FaceSurface(
@@ -186,8 +191,8 @@ def _on_grid(face: Face, grid: Grid) -> np.ndarray:
     (a, _, left), (b, _, top) = grid.to_px.tolist()
     step = math.hypot(a, b)
     turn = np.array(((a, b, 0), (-b, a, 0), (0, 0, step))) / (step * step)
-    off = face.points_px - (left, top, 0)
-    return (off @ turn.T).astype(np.float32)
+    on_grid: np.ndarray = (face.points_px - (left, top, 0)) @ turn.T
+    return on_grid.astype(np.float32)
 
 
 def _in_iod(on_grid: np.ndarray) -> np.ndarray:
@@ -208,16 +213,20 @@ def _nodes() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _visible(on_grid: np.ndarray, down: np.ndarray, facing: np.ndarray) -> np.ndarray:
-    corners = np.rint(on_grid[:POINTS, :2] * 2**_EIGHTH_BITS).astype(np.int32)
-    inside, holes = np.zeros((2, SIDE, SIDE), np.uint8)
-    outline = cv2.convexHull(corners[_OUTLINE])
+    """(40, 40) float32, as the surface has it."""
+    near = np.clip(on_grid[:, :2], -SIDE, 2 * SIDE)  # so that no number is too large for OpenCV
+    corners = np.rint(near * 2**_EIGHTH_BITS).astype(np.int32)
+    wide = SIDE + 2 * _MARGIN  # the outline may lie just beyond the grid
+    inside, holes = np.zeros((wide, wide), np.uint8), np.zeros((SIDE, SIDE), np.uint8)
+    outline = cv2.convexHull(corners[_OUTLINE] + (_MARGIN << _EIGHTH_BITS))
     cv2.fillConvexPoly(inside, outline, 255, cv2.LINE_AA, _EIGHTH_BITS)
     cv2.fillPoly(holes, [corners[contour] for contour in _HOLES], 255, cv2.LINE_AA, _EIGHTH_BITS)
-    inside = cv2.GaussianBlur(inside, (0, 0), _EDGE_PX, borderType=cv2.BORDER_REPLICATE)
-    holes = cv2.GaussianBlur(holes, (0, 0), _HOLE_PX)
-    visible = _line(inside.astype(np.float32), 127.5, 255)  # 0 on the outline
+    part = np.s_[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
+    blurred = cv2.GaussianBlur(inside, (0, 0), _EDGE_PX)[part].astype(np.float32)
+    visible = _line(blurred, _ON_EDGE, 255)
+    blurred = cv2.GaussianBlur(holes, (0, 0), _HOLE_PX).astype(np.float32)
     for share in (
-        _line(holes.astype(np.float32), 255 / _HOLE_GAIN, 0),
+        _line(blurred, 255 / _HOLE_GAIN, 0),
         _line(facing, *_FACING),
         _line(down, *_HIGHEST),
         _line(down, *_LOWEST[::-1]),
@@ -235,9 +244,17 @@ def _line(at: np.ndarray, bare: float, full: float) -> np.ndarray:
     return share
 
 
-def _samples(visible: np.ndarray, grid: Grid, frame: Frame) -> np.ndarray:
-    """Places in (1600,) of samples of the skin: each second node that is seen in the picture."""
-    seen: np.ndarray = _SECOND[visible.take(_SECOND) > _SAMPLED]
+def _samples(
+    visible: np.ndarray, down: np.ndarray, mouth_weight: float, grid: Grid, frame: Frame
+) -> np.ndarray:
+    """Places in (1600,) of samples of the skin: each second node that is seen in the picture.
+
+    Where a hand or a mask hides the mouth, the cheeks are no samples.
+    """
+    lowest = _HIDDEN_BELOW + (_LOWEST[1] - _HIDDEN_BELOW) * mouth_weight
+    here = visible.take(_SECOND) > _SAMPLED
+    here &= down.take(_SECOND) < lowest
+    seen: np.ndarray = _SECOND[here]
     low, high = grid.box_px((0, 0, SIDE, SIDE), more=0)
     if low.min() >= 0 and high[0] < frame.width_px and high[1] < frame.height_px:
         return seen

@@ -2,8 +2,9 @@
 
 The 478 points say it at themselves only. Between them a cubic in the picture's x and y holds for
 the whole face, and a sum of Gaussians around the points adds what the cubic misses. Both come from
-one solve: a Gaussian process with these two as its covariance (Rasmussen and Williams 2006, 2.7). Points that turn away from the viewer, or that another part of the face
-hides (the cheek behind the nose), count for next to nothing.
+one solve: a Gaussian process with these two as its covariance (Rasmussen and Williams 2006, 2.7).
+Points that turn away from the viewer, or that another part of the face hides (the cheek behind the
+nose), count for next to nothing.
 """
 
 from dataclasses import dataclass
@@ -15,10 +16,10 @@ from makeup_video.pipeline.faces.topology import EYE, LIPS, RIGHT_EYE
 
 # All lengths are in IOD, the distance of the outer eye corners.
 UP, DOWN = -0.5, 1.0  # which points are used: from above the brows to the chin's upper half
-_GAP = 0.15  # between the points that are used: 122 of them
+_GAP = 0.15  # between the points that are used: 60 of them
 _DEGREE = 3
 _SIGMA = 0.14  # of the Gaussians
-_NOISE = 0.02  # variance of a point's place against that of the Gaussians; more is smoother
+_NOISE = 0.1  # variance of a point's place against that of the Gaussians; more is smoother
 _FARTHEST = -20.0  # exponents of Gaussians: below, their products are too small to be quick
 _CUBIC = np.float32(3.0)  # variance of the cubic's coefficients: nearly free
 _FACING = 0.1, 0.5  # z of a point's normal, from which it counts, and counts fully
@@ -80,13 +81,6 @@ class FaceFit:
         # one product for each field: of one large product OpenBLAS makes work for all cores
         fields: np.ndarray = (self.bumps[:, None] * near_y) @ near_x.T
         fields += (self.cubic @ cubics).reshape(fields.shape)
-        return fields
-
-    def at(self, xy: np.ndarray) -> np.ndarray:
-        """(5, N) at single places (N, 2), in IOD."""
-        off = xy[:, None] - self.xy
-        fields: np.ndarray = self.cubic @ monomials(xy).T
-        fields += self.bumps @ _gaussian(np.sqrt((off * off).sum(2))).T
         return fields
 
 

@@ -64,7 +64,7 @@ class LipsSurface:
         return [self]
 
     def fields(self) -> LipsFields:
-        return LipsFields(_inward(self.face, self.grid)[None])
+        return LipsFields(lambda: _inward(self.face, self.grid)[None])
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
