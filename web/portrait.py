@@ -10,6 +10,7 @@ from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.faces.face import Face, resized
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.render.apply_look import PaintPictures
 
 WHOLE_PX = 2400  # longer side; each session keeps one of these: 17 MB at most
 SHOWN_PX = 1200  # longer side of the picture on the page
@@ -45,20 +46,17 @@ class Portrait:
                 f"{name}: no face was found: give a photo that shows one upright, larger or "
                 "brighter"
             )
+        self._paint = PaintPictures()
         self._thumbnails: dict[Look, bytes] = {}
 
     def painted(self, look: Look) -> bytes:
         """Paint a look at the page's size, and return the JPEG."""
-        from makeup_video.pipeline import apply_look
-
         shown, faces = self._shown
-        return _jpeg(apply_look(shown, look, faces))
+        return _jpeg(self._paint(shown, look, faces))
 
     def painted_whole(self, look: Look) -> np.ndarray:
         """Paint a look at full size: (H, W, 3) uint8 RGB."""
-        from makeup_video.pipeline import apply_look
-
-        return apply_look(self._whole, look, self._faces)
+        return self._paint(self._whole, look, self._faces)
 
     def thumbnail(self, look: Look) -> bytes:
         """The largest face with a look: a square JPEG of THUMBNAIL_PX, kept for the next time.
@@ -70,10 +68,8 @@ class Portrait:
         return self._thumbnails[look]
 
     def _thumbnail(self, look: Look) -> bytes:
-        from makeup_video.pipeline import apply_look
-
         small, face, (top, left, side) = self._close_up
-        painted = apply_look(small, look, [face])[top : top + side, left : left + side]
+        painted = self._paint(small, look, [face])[top : top + side, left : left + side]
         size_wh = THUMBNAIL_PX, THUMBNAIL_PX
         return _jpeg(cv2.resize(painted, size_wh, interpolation=cv2.INTER_AREA))
 
