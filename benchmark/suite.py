@@ -98,11 +98,12 @@ def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]"
     By default the look of our sample photo; where that is missing, a look of every region with
     every effect. Raises UsageError, LookError, InputError, PhotoError.
     """
-    from makeup_video.pipeline import Look, look_from_photo
+    from makeup_video.pipeline import look_from_photo
+    from makeup_video.pipeline.look.ready import load_look
 
     check_look(look, ref)
     if look is not None:
-        return Look.load(look), None
+        return load_look(look), None
     photo = Path(ref) if ref is not None else _SAMPLES / "look.jpg"
     if ref is None and not photo.exists():
         from makeup_video.benchmark.renderer import full_look

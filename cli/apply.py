@@ -26,8 +26,10 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "makeup-video in.mp4 --ref look.jpg -o out.mp4",
-    "makeup-video in.mp4 --color '#B4002E' -o out.mp4",
-    "makeup-video photo.jpg --ref look.jpg --compare -o out.png",
+    "makeup-video in.mp4 --ref look.jpg --lips '#C0392B:gloss' --liner none -o out.mp4",
+    "makeup-video in.mp4 --look cat-eye --strength 80% -o out.mp4",
+    "makeup-video in.mp4 --eyes 'sienna:matte:outer,peachpuff:shimmer:lid' -o out.mp4",
+    "makeup-video photo.jpg --lips darkred --compare -o out.png",
 )
 
 
@@ -140,9 +142,7 @@ def apply(
         )
         choice = look.choice()
         check_options(choice)
-        look_file = None if look.look == "none" else look.look
-        inputs = [file for file in (look_file, look.ref) if file is not None]
-        with _sidecars(source, output, inputs, report, save_look, overwrite) as files:
+        with _sidecars(source, output, look.files, report, save_look, overwrite) as files:
             painted = choose_look(replace(choice, base=look.base_look(quiet)))
             with show_progress(quiet) as on_progress:
                 done = process_video(source, output, painted, settings, on_progress)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "makeup-video demo",
     "makeup-video demo --ref look.jpg",
-    "makeup-video demo me.jpg --look look.json",
+    "makeup-video demo me.jpg --look glam",
 )
 _RED = 180, 0, 46  # R'G'B' of the lips to begin with: the README's red
 _WAKE_SECONDS = 0.5  # a Ctrl-C is noticed within this time
@@ -63,6 +63,7 @@ def _portrait(path: str | None) -> "Portrait":
 
 def _first_look(ref: str | None, look: str | None) -> "Look":
     from makeup_video.pipeline import Look, UsageError, product
+    from makeup_video.pipeline.look.ready import load_look
     from makeup_video.web.read_look import read_look
 
     if ref is not None and look is not None:
@@ -70,7 +71,7 @@ def _first_look(ref: str | None, look: str | None) -> "Look":
     if ref is not None:
         return read_look(_bytes(ref), ref)
     if look is not None:
-        return Look.load(look)
+        return load_look(look)
     return Look(lips=product(_RED, "satin"))
 
 

@@ -78,12 +78,12 @@ def estimate(
                 file.write(look.to_dict())
                 mark_output_whole()  # what is printed now follows the file
         parts = {
-            part: [_describe(layer, part, shades) for layer in look.of(kind.name)]
+            part: _described(look.of(kind.name), part, shades)
             for part, kind in PARTS.items()
             if kind.is_read
         }
         if as_json:
-            values = {part: _for_programs(layers) for part, layers in parts.items()}
+            values = {part: _for_programs(described) for part, described in parts.items()}
             print_result(json.dumps({"photo": photo, **values}, indent=2) + "\n")
         else:
             _print(parts)
@@ -97,6 +97,18 @@ def _for_programs(layers: list[dict[str, Any]]) -> dict[str, Any] | None:
     if not layers:
         return None
     return layers[0] | ({"more": layers[1:]} if layers[1:] else {})
+
+
+def _described(
+    layers: "tuple[Layer, ...]", part: str, shades: "Catalogue | None"
+) -> list[dict[str, Any]]:
+    """The layers of a part as JSON values, each with its place in words."""
+    from makeup_video.pipeline.look.finishes import place_in_words
+
+    return [
+        _describe(layer, part, shades) | {"place": place_in_words(layer, len(layers) > 1)}
+        for layer in layers
+    ]
 
 
 def _describe(layer: "Layer", part: str, shades: "Catalogue | None") -> dict[str, Any]:
@@ -144,7 +156,8 @@ def _print(parts: dict[str, list[dict[str, Any]]]) -> None:
 
 
 def _print_layer(console: "Console", part: str, values: dict[str, Any]) -> None:
-    _print_line(console, f"{part}  {values['hex']}", values["hex"], values["words"])
+    words = f"{values['words']} ({values['place']})" if values["place"] else values["words"]
+    _print_line(console, f"{part}  {values['hex']}", values["hex"], words)
     numbers = ", ".join(f"{name} {values['params'][name]:.2f}" for name in _NUMBERS)
     _print_line(console, f"      {numbers}")
     if "nearest" not in values:

@@ -7,6 +7,7 @@ from typing import Any
 
 from makeup_video.cli.options import DEFAULT, GROUPS, PROGRAM, RUN
 from makeup_video.cli.outcome import join_words
+from makeup_video.cli.usage import check_colours
 from typer.core import TyperCommand, TyperGroup
 
 _NARROWEST, _WIDEST = 40, 100  # columns of a page; in a narrower terminal the lines break
@@ -30,6 +31,7 @@ class Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse as Typer does; every usage error then knows its command."""
+        check_colours(ctx, self.get_params(ctx), args)
         try:
             return super().parse_args(ctx, args)
         except Exception as error:
@@ -123,7 +125,7 @@ def _names_of(table: str) -> str:
 
         return codecs_with(lambda codec: True)
     from makeup_video.pipeline.look.finishes import FINISHES
-    from makeup_video.pipeline.look.look import ZONES
+    from makeup_video.pipeline.look.kinds import KINDS
     from makeup_video.pipeline.look.options import DEFAULT_PARTS, PARTS_IN_WORDS
 
     if table == "parts":
@@ -132,7 +134,7 @@ def _names_of(table: str) -> str:
         return ", ".join(DEFAULT_PARTS)
     if table == "finishes":
         return join_words(FINISHES, "or")
-    return join_words(ZONES, "or")
+    return join_words(KINDS["eyeshadow"].slots, "or")
 
 
 def _write_examples(formatter: Any, command: Any) -> None:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.look.options import Choice
 
 EXAMPLES = (
-    "makeup-video live --ref look.jpg",
+    "makeup-video live --look cat-eye",
     "makeup-video live --ref look.jpg -o talk.mkv",
     "makeup-video live --camera talk.mp4 --loop",
 )
@@ -147,7 +147,7 @@ def _first_look(choice: "Choice", base: "Look | None", preview: bool) -> "Look":
     from makeup_video.pipeline import Look
     from makeup_video.pipeline.look.options import choose_look
 
-    if preview and base is None and choice.color is None and choice.finish is None:
+    if preview and base is None and not (choice.color or choice.finish or choice.worn):
         base = Look()
     return choose_look(replace(choice, base=base))
 

@@ -1,35 +1,69 @@
 """The options of `apply` and `live` that say what to paint, on whom, and on which device."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import dataclass, field, make_dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from makeup_video.cli.console import log
-from makeup_video.cli.options import FACES, LOOK, RUN, RefPhoto
+from makeup_video.cli.options import COLOUR, FACES, LOOK, RUN, RefPhoto
+from makeup_video.pipeline.look.kinds import PARTS
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
+    from makeup_video.pipeline.look.kinds.kind import Kind
     from makeup_video.pipeline.look.options import Choice
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _WholeLook:
+    """A look that other options change."""
+
+    ref: RefPhoto = None
+    look: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="A look file (JSON), a ready look where no such file exists (`makeup-video looks` "
+            "lists them), or 'none' to paint nothing.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+
+
+def _help_of_part(kind: "Kind") -> str:
+    """What a part's option takes, with an example of every word that this kind has."""
+    slot = next((dial.default for dial in kind.dials if dial.name == "slot"), None)
+    colour = "#" + bytes(kind.first_rgb).hex().upper()
+    words = [colour, kind.first_finish, *([slot, "80%"] if slot else [])]
+    layers = f"; up to {kind.most} layers, with commas" if kind.most > 1 else ""
+    return f"{kind.product}, as in '{':'.join(words)}', or 'none'{layers}."
+
+
+def _part_option(kind: "Kind") -> tuple[str, Any, Any]:
+    """A field of options, which is the option of a part: its name, type and default."""
+    option = typer.Option(
+        metavar=f"{COLOUR}[:WORD]", help=_help_of_part(kind), rich_help_panel=LOOK
+    )
+    return kind.part, Annotated[str | None, option], field(default=None)
+
+
+_Parts = make_dataclass(
+    "_Parts", map(_part_option, PARTS.values()),
+    bases=(_WholeLook,), frozen=True, slots=True, kw_only=True,
+)  # fmt: skip
 
 
 # A name in braces, such as {finishes}, stands for the names of a table. Only a help page loads the
 # tables, which would take every command 20 ms more.
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LookOptions:
-    """What to paint, on whom, and on which device, as typed."""
+class LookOptions(_Parts):  # type: ignore[misc, valid-type]
+    """What to paint, on whom, and on which device, as typed; an option for every part."""
 
-    ref: RefPhoto = None
     color: Annotated[
         str | None,
         typer.Option(
-            metavar="HEX", help="The product's colour, such as '#B4002E'.", rich_help_panel=LOOK
-        ),
-    ] = None
-    look: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="A look file (JSON), or 'none' to paint nothing.",
+            metavar=COLOUR,
+            help="A colour for the parts of the look: '#B4002E', B4002E, darkred.",
             rich_help_panel=LOOK,
         ),
     ] = None
@@ -58,12 +92,14 @@ class LookOptions:
         ),
     ] = None
     intensity: Annotated[
-        float | None,
+        str | None,
         typer.Option(metavar="0..1", help="How much eye-shadow.", rich_help_panel=LOOK),
     ] = None
     strength: Annotated[
-        float | None,
-        typer.Option(metavar="0..1", help="How much of the whole look.", rich_help_panel=LOOK),
+        str | None,
+        typer.Option(
+            metavar="0..1", help="How much of the whole look; or 70%.", rich_help_panel=LOOK
+        ),
     ] = None
     faces: Annotated[
         str,
@@ -90,11 +126,26 @@ class LookOptions:
         ),
     ] = ""
 
+    @property
+    def worn(self) -> dict[str, str]:
+        """What the options of the parts say, by part."""
+        texts = {part: getattr(self, part) for part in PARTS}
+        return {part: text for part, text in texts.items() if text is not None}
+
+    @property
+    def files(self) -> list[str]:
+        """The files that the look is read from."""
+        from makeup_video.pipeline.look.ready import is_file
+
+        files = [] if self.look is None or not is_file(self.look) else [self.look]
+        return files if self.ref is None else [*files, self.ref]
+
     def choice(self) -> "Choice":
         """The options that change the look of --look or --ref."""
         from makeup_video.pipeline.look.options import Choice
 
         return Choice(
+            worn=self.worn,
             color=self.color,
             finish=self.finish,
             parts=self.parts,
@@ -109,27 +160,33 @@ class LookOptions:
         The look of a photo is logged in one line, unless quiet. Raises UsageError, LookError,
         InputError, PhotoError.
         """
-        from makeup_video.pipeline import Look, UsageError
+        from makeup_video.pipeline import UsageError
+        from makeup_video.pipeline.look.ready import load_look
 
         if self.look is not None and self.ref is not None:
             raise UsageError("--look and --ref both give a look: leave one of them out")
         if self.ref is not None:
-            return _look_of_photo(self.ref, self.ref_face or "", self.color, quiet)
+            return _look_of_photo(self.ref, self.ref_face or "", self._gives_makeup, quiet)
         if self.ref_face is not None:
             raise UsageError(
                 "--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out"
             )
         if self.look is None:
             return None
-        return Look() if self.look == "none" else Look.load(self.look)
+        return load_look(self.look)
+
+    @property
+    def _gives_makeup(self) -> bool:
+        """Whether there is something to paint even if the photo shows no makeup."""
+        return self.color is not None or bool(self.worn)
 
 
-def _look_of_photo(photo: str, face: str, color: str | None, quiet: bool) -> "Look":
+def _look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Look":
     from makeup_video.pipeline import PhotoError, look_from_photo
     from makeup_video.pipeline.look.finishes import look_in_words
 
     look = look_from_photo(photo, face)
-    if look.is_bare and color is None:
+    if look.is_bare and not may_be_bare:
         raise PhotoError(
             f"{photo}: no makeup was found to paint: add --color '#B4002E', or give another photo"
         )

@@ -20,6 +20,7 @@ OUTPUT, PAGE, RUN = "Output", "Page", "Run"
 GROUPS = (LOOK, FACES, CAMERA, FILM, MEASUREMENTS, OUTPUT, PAGE, RUN)
 
 PORT = 8760
+COLOUR = "COLOUR"  # begins the metavar of every option that takes one
 
 Source = Annotated[str, typer.Argument(metavar="IN", help="A video or a picture.")]
 RefPhoto = Annotated[
@@ -27,7 +28,8 @@ RefPhoto = Annotated[
     typer.Option(metavar="PHOTO", help="A photo of the makeup to paint.", rich_help_panel=LOOK),
 ]
 SavedLook = Annotated[
-    str | None, typer.Option(metavar="FILE", help="A look file (JSON).", rich_help_panel=LOOK)
+    str | None,
+    typer.Option(metavar="NAME", help="A ready look, or a look file (JSON).", rich_help_panel=LOOK),
 ]
 Start = Annotated[
     str | None,

@@ -1,16 +1,33 @@
 """Usage errors in one line: what is wrong, what was meant, which help to read."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any
 
-from makeup_video.cli.options import DEFAULT
+from makeup_video.cli.options import COLOUR, DEFAULT
 from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
 
 _ALIKE = 0.7  # of difflib: --top is not taken for --output
 # by the first word of the type of pydantic's error
 _KINDS = {"int": "a whole number", "float": "a number"}
+
+
+def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
+    """Raise a usage error for a colour's option without a value, or before another option.
+
+    A # that is not quoted begins a comment, so the shell leaves the colour out.
+    """
+    colours = {name for param in params if _takes_colour(param) for name in param.opts}
+    for at, word in enumerate(args):
+        if word == "--":
+            return
+        if word in colours and (at + 1 == len(args) or args[at + 1].startswith("-")):
+            ctx.fail(f"{word} has no colour: quote one that begins with #, as in {word} '#B4002E'")
+
+
+def _takes_colour(param: Any) -> bool:
+    return str(param.metavar or "").startswith(COLOUR)
 
 
 def usage_line(error: Any) -> str:

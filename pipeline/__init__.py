@@ -1,7 +1,9 @@
 """makeup-video as a library.
 
-from makeup_video.pipeline import Look, apply_look, find_faces, lip_mask, process_video, product
+from makeup_video.pipeline import Look, apply_look, find_faces, lip_mask, process_video
+from makeup_video.pipeline import product, ready_look
 look = Look(lips=product((180, 0, 46), "gloss"))  # or Look.load("look.json")
+look = ready_look("cat-eye").look
 report = process_video("in.mp4", "out.mp4", look)
 painted = apply_look(rgb8, look)  # one picture
 look = estimate_look(rgb8)  # or look_from_photo("look.jpg"): the makeup in a photo
@@ -55,6 +57,7 @@ __all__ = [
     "MakeupVideoError",
     "OutputError",
     "PhotoError",
+    "ReadyLook",
     "Report",
     "Settings",
     "SeveralFacesError",
@@ -70,6 +73,8 @@ __all__ = [
     "look_from_photo",
     "process_video",
     "product",
+    "ready_look",
+    "ready_looks",
 ]
 
 if TYPE_CHECKING:
@@ -83,6 +88,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.look.kinds import KINDS
     from makeup_video.pipeline.look.look import Layer, Look
     from makeup_video.pipeline.look.params import GraphicsParams
+    from makeup_video.pipeline.look.ready import ReadyLook, ready_look, ready_looks
     from makeup_video.pipeline.offline.inspect_faces import inspect_video
     from makeup_video.pipeline.offline.process import process_video
     from makeup_video.pipeline.offline.report import Report
@@ -103,6 +109,9 @@ _LATER = {
     "Layer": "look.look",
     "Look": "look.look",
     "GraphicsParams": "look.params",
+    "ReadyLook": "look.ready",
+    "ready_look": "look.ready",
+    "ready_looks": "look.ready",
     "process_video": "offline.process",
     "Report": "offline.report",
     "Settings": "offline.settings",

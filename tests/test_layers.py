@@ -31,7 +31,7 @@ ONLY_IN = {
         "benchmark",
         "training",
     ),
-    "PIL": ("pipeline/images", "web/photo_child.py", "training"),
+    "PIL": ("pipeline/images", "pipeline/look/words.py", "web/photo_child.py", "training"),
     "simplejpeg": ("pipeline/images",),
     "typer": ("cli",),
     "rich": ("cli", "benchmark"),

@@ -115,7 +115,7 @@ def test_the_wheel_carries_every_source_file(tmp_path):
         assert list((ROOT / folder).glob("*.py")), folder
         place = package.replace(".", "/")
         for path in (ROOT / folder).iterdir():
-            if path.suffix in (".py", ".cl", ".h", ".onnx") or path.name == "py.typed":
+            if path.suffix in (".py", ".cl", ".h", ".onnx", ".json") or path.name == "py.typed":
                 assert f"{place}/{path.name}" in names
     for folder in ("pipeline/weights", "web/page"):
         for path in (ROOT / folder).iterdir():

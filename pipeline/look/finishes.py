@@ -68,10 +68,21 @@ def part_in_words(look: Look, kind: str) -> str:
 
 
 def layer_in_words(layer: Layer, with_place: bool = False) -> str:
-    """One layer: "#B4002E, glossy, opaque"; with its place where a look has several of a kind."""
-    slot = layer.whole_shape.get("slot") if with_place else None
-    place = f" ({slot.replace('_', ' ')})" if slot else ""
-    return f"{layer.product.hex}{place}, {in_words(layer.product, KINDS[layer.kind].part)}"
+    """One layer: "#B4002E, glossy, opaque", "#5A3A2E (outer, 80%), matte, opaque"."""
+    place = place_in_words(layer, with_place)
+    colour = f"{layer.product.hex} ({place})" if place else layer.product.hex
+    return f"{colour}, {in_words(layer.product, KINDS[layer.kind].part)}"
+
+
+def place_in_words(layer: Layer, with_place: bool = False) -> str:
+    """Where a layer lies and how strong it is, such as "brow bone, 80%"; what is usual is left out.
+
+    with_place: name the usual place, too, as where a look has several layers of the kind.
+    """
+    slot, usual = layer.whole_shape.get("slot"), KINDS[layer.kind].whole_shape({}).get("slot")
+    place = slot.replace("_", " ") if slot and (with_place or slot != usual) else ""
+    share = f"{layer.strength:.0%}" if layer.strength < 1 else ""
+    return ", ".join(filter(None, (place, share)))
 
 
 def product(rgb: Sequence[float], finish: str, part: str = "lips") -> GraphicsParams:

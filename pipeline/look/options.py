@@ -1,21 +1,29 @@
-"""A look from what a user chose: a look file or a photo, a colour, a finish, parts, dials."""
+"""A look from what a user chose: a ready look, a file or a photo, and what replaces parts of it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from makeup_video.pipeline.errors import LookError, UsageError, option
+from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.look.finishes import FINISHES, product
-from makeup_video.pipeline.look.kinds import PARTS
-from makeup_video.pipeline.look.look import ZONES, Layer, Look
-from makeup_video.pipeline.look.params import rgb_of_hex
+from makeup_video.pipeline.look.kinds import KINDS, PARTS
+from makeup_video.pipeline.look.look import Layer, Look
+from makeup_video.pipeline.look.part_options import COLOUR, layers_of, parse_color, parse_share
+from makeup_video.pipeline.look.words import (
+    did_you_mean,
+    finish_names,
+    finish_of,
+    part_names,
+    part_of,
+    place_of,
+)
 
-DEFAULT_FINISH = "satin"
 DEFAULT_PARTS = tuple(PARTS)[:1]  # of a colour without a look
 PARTS_IN_WORDS = f"{', '.join(PARTS)} or several of them, such as {','.join(tuple(PARTS)[:2])}"
-_COLOUR = option("color", "'#B4002E'")
+_SHADOW = KINDS["eyeshadow"]  # whose place and strength have options of their own
+_COLOUR = option("color", COLOUR)
 _NOTHING = (
-    f"no look given: add {option('look', 'FILE.json')}, {_COLOUR}, {option('ref', 'PHOTO')}, or "
-    f"{option('look', 'none')} to paint nothing"
+    f"no look given: add {option('ref', 'PHOTO')}, {option('look', 'NAME')}, "
+    f"{option(DEFAULT_PARTS[0], COLOUR)}, or {option('look', 'none')} to paint nothing"
 )
 
 
@@ -24,97 +32,117 @@ class Choice:
     """The options of the command that make a look, as they were typed; None: not given.
 
     base: the look of --look, empty for `none`, or the one read from --ref.
+    worn: what the parts wear, by part: COLOUR[:WORD...], or `none`.
     """
 
     base: Look | None = None
+    worn: Mapping[str, str] = field(default_factory=dict)
     color: str | None = None
     finish: str | None = None
     parts: str | None = None
     zone: str | None = None
-    intensity: float | None = None
-    strength: float | None = None
+    intensity: str | None = None
+    strength: str | None = None
 
 
 def choose_look(choice: Choice) -> Look:
     """The look that a choice means.
 
-    Without a base, the colour paints the parts, or the lips. On top of a base, the colour replaces
-    the base's colour, and the finish all but the colour, of the parts, or of lips and eyes where
-    the base has them. Parts that are not chosen become bare.  Raises UsageError or LookError, one
-    line naming the option.
+    What a part is said to wear replaces all of its layers. Of the other parts, the colour replaces
+    the colour and the finish everything else: of the parts that are named, or of lips and eyes
+    where the base has them, or of the lips. Parts that are not named become bare.
+    Raises UsageError or LookError, one line naming the option.
     """
     check_options(choice)
     rgb = None if choice.color is None else parse_color(choice.color)
-    if choice.base is None and rgb is None:
-        raise UsageError(_NOTHING if choice.finish is None else _colourless(choice.finish))
+    finish = None if choice.finish is None else parse_finish(choice.finish)
+    if choice.base is None and rgb is None and not choice.worn:
+        raise UsageError(_NOTHING if finish is None else _colourless(finish))
     base = choice.base or Look()
+    for part, text in choice.worn.items():
+        base = base.with_kind(PARTS[part].name, layers_of(part, text, finish))
     if choice.parts is None:
-        kept, changed = _all_parts(base, rgb, choice.finish)
+        kept, changed = _all_parts(base, rgb, finish, choice.worn)
     else:
-        kept = changed = parse_parts(choice.parts)
-    layers = []
+        named = parse_parts(choice.parts)
+        kept = tuple(part for part in PARTS if part in named or part in choice.worn)
+        changed = tuple(part for part in named if part not in choice.worn)
+    layers: list[Layer] = []
     for part in kept:
-        change = (rgb, choice.finish) if part in changed else (None, None)
-        layers += _layers(base, part, *change)
+        if part in choice.worn:
+            layers += base.of(PARTS[part].name)
+        else:
+            layers += _layers(base, part, *((rgb, finish) if part in changed else (None, None)))
     return _with_dials(Look(layers, base.strength), choice)
 
 
 def _all_parts(
-    base: Look, rgb: Sequence[float] | None, finish: str | None
+    base: Look, rgb: Sequence[float] | None, finish: str | None, worn: Mapping[str, str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The parts to paint, and those of them that take the colour and the finish, where none were
     named."""
-    worn = tuple(part for part, kind in PARTS.items() if kind.name in base.kinds)
-    changed = tuple(part for part in worn if PARTS[part].follows_color)
+    painted = tuple(part for part, kind in PARTS.items() if kind.name in base.kinds)
+    changed = tuple(part for part in painted if PARTS[part].follows_color and part not in worn)
     if not changed and rgb is not None:
-        return (*worn, *DEFAULT_PARTS), DEFAULT_PARTS
-    if not changed and finish is not None:
+        if said := [part for part in DEFAULT_PARTS if part in worn]:
+            raise UsageError(
+                f"{option('color')} is for the {said[0]}, and so is {option(said[0])}: leave one "
+                "of them out"
+            )
+        return (*painted, *DEFAULT_PARTS), DEFAULT_PARTS
+    if not changed and finish is not None and not worn:
         raise UsageError(_colourless(finish))
-    return worn, changed
+    return painted, changed
 
 
 def check_options(choice: Choice) -> None:
     """Check what needs no base. Raises UsageError as choose_look does."""
     if choice.color is not None:
         parse_color(choice.color)
-    if choice.finish is not None and choice.finish not in FINISHES:
-        raise UsageError(
-            f"{option('finish')} must be one of {', '.join(FINISHES)}, got {choice.finish!r}"
-        )
+    finish = None if choice.finish is None else parse_finish(choice.finish)
+    for part, text in choice.worn.items():
+        layers_of(part, text, finish)
     if choice.parts is not None:
         parse_parts(choice.parts)
-    if choice.zone is not None and choice.zone not in ZONES:
-        raise UsageError(f"{option('zone')} must be one of {', '.join(ZONES)}, got {choice.zone!r}")
+    if choice.zone is not None:
+        parse_zone(choice.zone)
     for name in ("strength", "intensity"):
-        value = getattr(choice, name)
-        if value is not None:
-            _checked(name, value)
+        if (text := getattr(choice, name)) is not None:
+            parse_share(text, option(name))
 
 
-def _checked(name: str, value: float) -> None:
-    try:
-        Look(**{name: value})
-    except LookError as error:  # its message begins with the name
-        raise UsageError(option(name) + str(error).removeprefix(name)) from None
-
-
-def parse_color(text: str) -> tuple[int, int, int]:
-    """Red, green, blue, 0..255, from '#B4002E', 'B4002E' or '#B02'. Raises UsageError."""
-    rgb = rgb_of_hex(text)
-    if rgb is None:
+def parse_finish(text: str) -> str:
+    """The finish that "gloss", "Glossy" or "shiny" names. Raises UsageError."""
+    finish = finish_of(text)
+    if finish is None:
         raise UsageError(
-            f"{option('color')} must be 3 or 6 hex digits such as '#B4002E' (quote the #), got "
-            f"{text!r}"
+            f"{option('finish')} must be one of {', '.join(FINISHES)}, got {text!r}"
+            f"{did_you_mean(text, finish_names())}"
         )
-    return rgb
+    return finish
 
 
 def parse_parts(text: str) -> tuple[str, ...]:
     """The parts named in 'lips,eyes', each once, in the registry's order. Raises UsageError."""
-    names = [name.strip() for name in text.split(",")]
-    if any(name not in PARTS for name in names):
-        raise UsageError(f"{option('parts')} must be {PARTS_IN_WORDS}, got {text!r}")
-    return tuple(name for name in PARTS if name in names)
+    parts = {word: part_of(word) for word in text.split(",")}
+    for word, part in parts.items():
+        if part is None:
+            raise UsageError(
+                f"{option('parts')} must be {PARTS_IN_WORDS}, got {text!r}"
+                f"{did_you_mean(word, part_names())}"
+            )
+    return tuple(part for part in PARTS if part in parts.values())
+
+
+def parse_zone(text: str) -> str:
+    """The place of eye-shadow that "outer" or "outer corner" names. Raises UsageError."""
+    slot = place_of(text, _SHADOW)
+    if slot is None:
+        raise UsageError(
+            f"{option('zone')} must be one of {', '.join(_SHADOW.slots)}, got {text!r}"
+            f"{did_you_mean(text, _SHADOW.slots)}"
+        )
+    return slot
 
 
 def _layers(base: Look, part: str, rgb: Sequence[float] | None, finish: str | None) -> list[Layer]:
@@ -143,14 +171,14 @@ def _changed(layer: Layer, part: str, rgb: Sequence[float] | None, finish: str |
 def _with_dials(look: Look, choice: Choice) -> Look:
     """The look with the strength, and with the place and the strength of its eye-shadow."""
     if choice.strength is not None:
-        look = replace(look, strength=choice.strength)
-    shadows = look.of("eyeshadow")
+        look = replace(look, strength=parse_share(choice.strength, option("strength")))
+    shadows = look.of(_SHADOW.name)
     for name in ("zone", "intensity"):
         if getattr(choice, name) is not None and not shadows:
             flag = option(name)
             raise UsageError(
-                f"{flag} is for eye-shadow, and no eyes are painted: add {option('parts', 'eyes')} "
-                f"or {option('parts', ','.join(tuple(PARTS)[:2]))}, or leave {flag} out"
+                f"{flag} is for eye-shadow, and no eyes are painted: add "
+                f"{option(_SHADOW.part, COLOUR)}, or leave {flag} out"
             )
     if choice.zone is not None and len(shadows) > 1:
         raise UsageError(
@@ -158,14 +186,24 @@ def _with_dials(look: Look, choice: Choice) -> Look:
             f"place of its own: leave {option('zone')} out"
         )
     if choice.zone is not None:
-        shadows = tuple(replace(layer, shape={"slot": choice.zone}) for layer in shadows)
+        shape = {"slot": parse_zone(choice.zone)}
+        shadows = tuple(replace(layer, shape=shape) for layer in shadows)
     if choice.intensity is not None:
-        shadows = tuple(replace(layer, strength=choice.intensity) for layer in shadows)
-    return look.with_kind("eyeshadow", shadows)
+        shadows = _scaled(shadows, parse_share(choice.intensity, option("intensity")))
+    return look.with_kind(_SHADOW.name, shadows)
+
+
+def _scaled(layers: Sequence[Layer], strength: float) -> tuple[Layer, ...]:
+    """Layers of which the strongest gets a strength and the others keep their proportion to it."""
+    most = max(layer.strength for layer in layers)
+    return tuple(
+        replace(layer, strength=strength * (layer.strength / most if most else 1))
+        for layer in layers
+    )
 
 
 def _colourless(finish: str) -> str:
     return (
         f"{option('finish', finish)} needs a colour: add {_COLOUR}, {option('ref', 'PHOTO')}, or "
-        f"{option('look', 'FILE.json')} that has one"
+        f"a look that has one ({option('look', 'NAME')})"
     )

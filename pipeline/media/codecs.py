@@ -5,7 +5,9 @@ large library.
 """
 
 import os
+import re
 from collections.abc import Callable
+from difflib import get_close_matches
 from typing import NamedTuple
 
 from makeup_video.pipeline.errors import UsageError, option
@@ -22,6 +24,7 @@ MATROSKA = ("matroska", "webm")  # one format, two names
 # HEVC in mp4 and mov has two names. Apple's players need "hvc1", which promises that the parameter
 # sets are in the header alone; FFmpeg writes the other, "hev1".
 APPLE_HEVC = "hvc1"
+_ALIKE = 0.7  # of difflib: a name this close to a codec's is a mistyped one
 
 
 class HdrParameters(NamedTuple):
@@ -40,7 +43,8 @@ class HdrParameters(NamedTuple):
 class VideoCodec(NamedTuple):
     """A video codec that outputs can have: its encoder, and what is particular to it.
 
-    name: as users choose it.  encoder: FFmpeg's name.  containers: FFmpeg's names of the muxers.
+    name: as users choose it.  also: other names for it.  encoder: FFmpeg's name.
+    containers: FFmpeg's names of the muxers.
     pix_fmts: the pixel formats that we hand to the encoder.
     crf: (lowest, highest, default), None where there is none.
     presets: the choices, None where there are none; `preset` is the default.
@@ -79,6 +83,7 @@ class VideoCodec(NamedTuple):
     hdr: HdrParameters | None = None
     live_preset: str | None = None
     live_options: tuple[tuple[str, str], ...] = ()
+    also: tuple[str, ...] = ()
 
 
 _X26X_PRESETS = (
@@ -105,6 +110,7 @@ CODECS = {
             bottom_first=("bff=1",),  # x264 opens with the top field first
             hdr=HdrParameters("mastering-display", "cll", in_units=True),
             live_preset="superfast", live_options=(("bf", "0"),),
+            also=("x264", "libx264", "avc", "avc1"),
         ),
         VideoCodec(
             "hevc", "libx265", ("mp4", "mov", "matroska"),
@@ -116,6 +122,7 @@ CODECS = {
             parameters="x265-params", quiet=("log-level=none",),
             hdr=HdrParameters("master-display", "max-cll", in_units=True),
             live_preset="ultrafast", live_options=(("bf", "0"),),
+            also=("h265", "x265", "libx265", "hvc1"),
         ),
         VideoCodec(
             "av1", "libsvtav1", ("mp4", "matroska", "webm"), ("yuv420p", "yuv420p10le"),
@@ -125,6 +132,7 @@ CODECS = {
             parameters="svtav1-params", quiet_environment=(("SVT_LOG", "-1"),),
             hdr=HdrParameters("mastering-display", "content-light", in_units=False),
             live_preset="12", live_options=(("svtav1-params", "pred-struct=1"),),  # low delay
+            also=("svt-av1", "libsvtav1"),
         ),
         VideoCodec(
             "vp9", "libvpx-vp9", ("mp4", "matroska", "webm"), (*_LIMITED, "yuva420p"),
@@ -136,6 +144,7 @@ CODECS = {
             },
             transparent_in=("webm", "matroska"),
             live_preset="8",
+            also=("vpx-vp9", "libvpx-vp9"),
         ),
         VideoCodec(
             "ffv1", "ffv1", ("matroska",),
@@ -154,6 +163,7 @@ CODECS = {
             depth=None, interlaced=True, whole_chroma=False,
             options=lambda crf, preset: {"profile": preset} if preset else {},
             transparent_in=("mov",),
+            also=("prores_ks", "apple prores"),
         ),
     )
 }  # fmt: skip
@@ -175,17 +185,33 @@ def pick_codec(name: str | None, container: str, *, deep: bool, alpha: bool) -> 
     """The codec that was asked for, or the one that suits the source best in this container.
 
     deep: the source has more than 8 bits, or is HDR.  alpha: it has transparency.
-    Raises UsageError when the container cannot hold the codec.
+    Raises UsageError when there is no such codec, and when the container cannot hold it.
     """
     if name is None:
         return _default_codec(container, deep=deep, alpha=alpha)
-    if name not in CODECS:
-        raise UsageError(f"{option('codec')} must be one of {', '.join(CODECS)}, got {name!r}")
-    codec = CODECS[name]
+    codec = _codec_of(name)
     if container not in codec.containers:
         fitting = codecs_with(lambda other: container in other.containers)
-        raise UsageError(f"{container} does not hold {name}; use {option('codec')} {fitting}")
+        raise UsageError(f"{container} does not hold {codec.name}; use {option('codec')} {fitting}")
     return codec
+
+
+def _codec_of(name: str) -> VideoCodec:
+    """The codec of one of its names: "H.265" and "x265" are hevc."""
+    named = {_plain(word): codec for codec in CODECS.values() for word in (codec.name, *codec.also)}
+    codec = named.get(_plain(name))
+    if codec is None:
+        close = get_close_matches(_plain(name), named, 1, _ALIKE)
+        meant = f": did you mean {named[close[0]].name}?" if close else ""
+        raise UsageError(
+            f"{option('codec')} must be one of {', '.join(CODECS)}, got {name!r}{meant}"
+        )
+    return codec
+
+
+def _plain(name: str) -> str:
+    """A codec's name without what does not matter: "H.264" is "h264"."""
+    return re.sub(r"[\s._-]+", "", name).lower()
 
 
 def _default_codec(container: str, *, deep: bool, alpha: bool) -> VideoCodec:

@@ -1,6 +1,5 @@
 """Blush: a soft flush on the cheeks, which may reach the temples or cross the nose."""
 
-import numpy as np
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
 from makeup_video.pipeline.look.kinds.ramps import from_segment, smooth
@@ -22,6 +21,8 @@ _APPLE, _CHEEKBONE, _TEMPLE, _NOSE = (0.45, 0.43), (0.58, 0.28), (0.76, 0.14), (
 
 def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """A stroke on each cheek that fades in all directions, and one over the nose."""
+    import numpy as np
+
     beside = np.abs(at.across)
     start = _between(_APPLE, _CHEEKBONE, shape["height"])
     end = _between(start, _TEMPLE, shape["reach"])

@@ -1,12 +1,15 @@
 """Eyeliner: a line along the lashes, with a wing."""
 
 import math
+from typing import TYPE_CHECKING
 
-import numpy as np
 from makeup_video.pipeline.look.kinds.fields import LID_RISE_AT, EyeFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape, Stroke
 from makeup_video.pipeline.look.kinds.ramps import fall, rise
 from makeup_video.pipeline.look.params import GraphicsParams
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # Rows in the order of SETTINGS.
 _FINISHES = {
@@ -26,6 +29,8 @@ _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """The upper line with its wing, and the lower line."""
+    import numpy as np
+
     thick_px = shape["thickness"] * _OPEN * at.width_px
     over_px = np.minimum(_OVER * at.width_px, 0.5 * thick_px)
     # thin at the inner corner, full from the middle of the eye on
@@ -42,15 +47,17 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     return [Coat(product, strokes=tuple(strokes), blur_px=blur_px)]
 
 
-def _along(away_px: np.ndarray, over_px: np.ndarray, thick_px: np.ndarray) -> Stroke:
+def _along(away_px: "np.ndarray", over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
     """A stroke along a lash line that begins a little over it."""
     above = away_px + over_px
     return Stroke(above, _THINNED * (thick_px <= 0) + thick_px - above)
 
 
-def _wing(at: EyeFields, shape: Shape, over_px: np.ndarray, thick_px: np.ndarray) -> Stroke:
+def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
     """A slim triangle: its lower side runs from the outer corner to the tip, its upper side from
     the tip back to the upper border of the line, so that both are one stroke."""
+    import numpy as np
+
     length_px = shape["wing"] * at.width_px
     angle = math.radians(shape["wing_angle"])
     along, beside = _turned((at.across - 1) * at.width_px, at.rise_px, angle)
@@ -63,7 +70,7 @@ def _wing(at: EyeFields, shape: Shape, over_px: np.ndarray, thick_px: np.ndarray
     return Stroke(above, _THINNED * (left <= 0) + high - over_px - beside)
 
 
-def _turned(out: np.ndarray, up: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+def _turned(out: "np.ndarray", up: "np.ndarray", angle: float) -> "tuple[np.ndarray, np.ndarray]":
     """Along a direction that rises outwards by an angle, and beside it."""
     cos, sin = math.cos(angle), math.sin(angle)
     return out * cos + up * sin, up * cos - out * sin

@@ -1,6 +1,5 @@
 """Eye-shadow: up to four layers, each in a place of its own around the eye."""
 
-import numpy as np
 from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
 from makeup_video.pipeline.look.kinds.ramps import fall, rise, smooth
@@ -32,6 +31,8 @@ _NUMBERS = ("low", "high", "inner", "outer", "lift", "softness")
 
 def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """One coat, with soft borders that product and shape widen together."""
+    import numpy as np
+
     low, high = shape["low"], shape["high"]
     if (high if at.is_upper else -low) <= 0:
         return []

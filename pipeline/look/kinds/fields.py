@@ -7,8 +7,10 @@ N surfaces of one sort, such as both eyes.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
 LID_RISE_AT = 0.72  # across, where the lash line turns down to the outer corner
 LID = 0.22  # of the eye's width: height of a usual lid, the unit of heights below the eye
@@ -20,12 +22,12 @@ class LipsFields:
     inward: 0 at their outer border, 1 where they meet or the mouth opens.
     """
 
-    def __init__(self, measure: Callable[[], np.ndarray]) -> None:
+    def __init__(self, measure: "Callable[[], np.ndarray]") -> None:
         """measure: makes `inward`, which even lipstick does not need."""
         self._measure = measure
 
     @cached_property
-    def inward(self) -> np.ndarray:
+    def inward(self) -> "np.ndarray":
         return self._measure()
 
 
@@ -46,11 +48,11 @@ class EyeFields:
     def __init__(
         self,
         is_upper: bool,
-        across: np.ndarray,
-        rise: np.ndarray,
-        lids: tuple[np.ndarray, np.ndarray, np.ndarray],
-        width_px: np.ndarray,
-        lid_rise: Callable[[], np.ndarray],
+        across: "np.ndarray",
+        rise: "np.ndarray",
+        lids: "tuple[np.ndarray, np.ndarray, np.ndarray]",
+        width_px: "np.ndarray",
+        lid_rise: "Callable[[], np.ndarray]",
     ) -> None:
         """rise, lid_rise: in widths of the eye.  lids: height by the rings above the eye, which may
         be below 0, above_px and below_px."""
@@ -59,18 +61,20 @@ class EyeFields:
         self._rise, self._lid_rise = rise, lid_rise
 
     @cached_property
-    def height(self) -> np.ndarray:
+    def height(self) -> "np.ndarray":
+        import numpy as np
+
         if self.is_upper:
             return np.maximum(self._up, 0)
         return np.minimum(self.below_px * (np.float32(-1 / LID) / self.width_px), 0)
 
     @property
-    def rise_px(self) -> np.ndarray:
+    def rise_px(self) -> "np.ndarray":
         rise: np.ndarray = self._rise * self.width_px
         return rise
 
     @property
-    def lid_rise_px(self) -> np.ndarray:
+    def lid_rise_px(self) -> "np.ndarray":
         return self._lid_rise() * self.width_px
 
 
@@ -82,5 +86,5 @@ class FaceFields:
     through the eye corners.
     """
 
-    across: np.ndarray
-    down: np.ndarray
+    across: "np.ndarray"
+    down: "np.ndarray"

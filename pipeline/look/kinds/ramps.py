@@ -1,12 +1,20 @@
-"""Smooth borders of a kind's shape."""
+"""Smooth borders of a kind's shape.
 
-import numpy as np
+numpy is imported where it is used: help pages read the kinds, too, and need not wait for it.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _THINNEST = 1e-3  # width of a border, so that none is a division by zero
 
 
-def smooth(share: np.ndarray) -> np.ndarray:
+def smooth(share: "np.ndarray") -> "np.ndarray":
     """0 below 0, 1 above 1, and a smooth rise between (3t^2 - 2t^3); float32."""
+    import numpy as np
+
     t: np.ndarray = np.minimum(share, 1, dtype=np.float32)
     np.maximum(t, 0, out=t)
     rest = t * -2
@@ -16,26 +24,30 @@ def smooth(share: np.ndarray) -> np.ndarray:
     return t
 
 
-def rise(at: np.ndarray, middle: float, width: float) -> np.ndarray:
+def rise(at: "np.ndarray", middle: float, width: float) -> "np.ndarray":
     """A smooth rise from 0 to 1 around a place, over a width."""
     return _ramp(at, middle, 1 / max(width, _THINNEST))
 
 
-def fall(at: np.ndarray, middle: float, width: float) -> np.ndarray:
+def fall(at: "np.ndarray", middle: float, width: float) -> "np.ndarray":
     """A smooth fall from 1 to 0 around a place, over a width."""
     return _ramp(at, middle, -1 / max(width, _THINNEST))
 
 
-def _ramp(at: np.ndarray, middle: float, slope: float) -> np.ndarray:
+def _ramp(at: "np.ndarray", middle: float, slope: float) -> "np.ndarray":
+    import numpy as np
+
     share = at * np.float32(slope)
     share += np.float32(0.5 - middle * slope)
     return smooth(share)
 
 
 def from_segment(
-    x: np.ndarray, y: np.ndarray, a: tuple[float, float], b: tuple[float, float]
-) -> np.ndarray:
+    x: "np.ndarray", y: "np.ndarray", a: tuple[float, float], b: tuple[float, float]
+) -> "np.ndarray":
     """Distance of places from the line between two points."""
+    import numpy as np
+
     right, down = b[0] - a[0], b[1] - a[1]
     length2 = max(right * right + down * down, 1e-12)
     along = np.clip(((x - a[0]) * right + (y - a[1]) * down) * (1 / length2), 0, 1)

@@ -8,6 +8,7 @@ from makeup_video.pipeline import CatalogueError
 from makeup_video.pipeline.look import catalogue as catalogue_module
 from makeup_video.pipeline.look.catalogue import Catalogue, Shade, read_catalogue
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
+from makeup_video.pipeline.look.kinds import PARTS
 
 GOOD = 'brand,product,shade,hex\nA,Matte,"Red, dark",#B4002E\nB,Gloss,Pink,f9a\n'
 SHADES = (
@@ -110,23 +111,24 @@ def test_a_large_catalogue_gives_what_sorting_all_of_it_gives():
     assert found[0][1].brand is found[1][1].brand
 
 
+ALL = " ".join(PARTS)
 KINDS = [
     ("lip_gloss", "lips"), ("Lip Liner", "lips"), ("LIPSTICK", "lips"), ("Lippenstift", "lips"),
-    ("eyeshadow", "eyes"), ("Eye Primer", "eyes"), ("eyeliner", "eyes"),
-    ("jumbo eye-pencil", "eyes"),
-    ("lip & cheek stain", "lips"), ("eye and lip pencil", "lips eyes"), ("eyes/lips", "lips eyes"),
-    ("", "lips eyes"), ("pencil", "lips eyes"), ("palette", "lips eyes"), ("tulip", "lips eyes"),
+    ("eyeshadow", "eyes"), ("Eye Primer", "eyes"), ("eyeliner", "liner"), ("kohl", "liner"),
+    ("jumbo eye-pencil", "eyes"), ("Blush", "blush"), ("rouge", "blush"),
+    ("lip & cheek stain", "lips blush"), ("eye and lip pencil", "lips eyes"),
+    ("eyes/lips", "lips eyes"), ("", ALL), ("pencil", ALL), ("palette", ALL), ("tulip", ALL),
     ("nail_polish", ""), ("eyebrow", ""), ("Eye Brow gel", ""), ("eyelash", ""), ("mascara", ""),
-    ("foundation", ""), ("Blush", ""), ("face powder", ""),
+    ("foundation", ""), ("face powder", ""),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("kind", "regions"), KINDS)
+@pytest.mark.parametrize(("kind", "parts"), KINDS)
 @pytest.mark.parametrize("column", ["category", "Product_Type", " type "])
-def test_the_kind_of_a_product_gives_its_regions(tmp_path, column, kind, regions):
+def test_the_kind_of_a_product_gives_its_parts(tmp_path, column, kind, parts):
     (tmp_path / "shades.csv").write_text(f"brand,product,shade,hex,{column}\nA,B,C,#fff,{kind}\n")
     (shade,) = read_catalogue(tmp_path / "shades.csv")
-    assert shade.regions == tuple(regions.split())
+    assert shade.parts == tuple(parts.split())
 
 
 def test_columns_that_give_the_kind_are_read_together(tmp_path):
@@ -138,27 +140,27 @@ def test_columns_that_give_the_kind_are_read_together(tmp_path):
     (tmp_path / "shades.csv").write_text("\n".join(rows))
     catalogue = read_catalogue(tmp_path / "shades.csv")
     offered = {
-        region: [shade.shade for _, shade in catalogue.nearest((180, 0, 0), region=region)]
-        for region in ("lips", "eyes", None)
+        part: [shade.shade for _, shade in catalogue.nearest((180, 0, 0), part=part)]
+        for part in ("lips", "eyes", None)
     }
     assert offered == {"lips": ["3", "4"], "eyes": ["1", "2", "4"], None: ["1", "2", "3", "4"]}
 
 
-def test_only_products_for_the_region_are_offered(tmp_path):
+def test_only_products_for_the_part_are_offered(tmp_path):
     codes = np.random.default_rng(0).integers(0, 256, (3000, 3)).tolist()
-    regions = ("lips",), ("eyes",), ("lips", "eyes"), ()
+    parts = ("lips",), ("eyes",), ("lips", "eyes"), ()
     shades = [
-        Shade("B", "P", str(index), tuple(code), regions[index % 4])
+        Shade("B", "P", str(index), tuple(code), parts[index % 4])
         for index, code in enumerate(codes)
     ]
     catalogue = Catalogue(shades)
     assert tuple(catalogue) == tuple(shades)
-    for region, names in (("lips", (0, 2)), ("eyes", (1, 2))):
-        alone = Catalogue(shade for shade in shades if region in shade.regions)
-        found = catalogue.nearest((120, 30, 60), 9, region)
+    for part, names in (("lips", (0, 2)), ("eyes", (1, 2))):
+        alone = Catalogue(shade for shade in shades if part in shade.parts)
+        found = catalogue.nearest((120, 30, 60), 9, part)
         assert found == alone.nearest((120, 30, 60), 9)
         assert {int(shade.shade) % 4 for _, shade in found} <= set(names)
-    assert Catalogue(shades[:1]).nearest((0, 0, 0), region="eyes") == []
+    assert Catalogue(shades[:1]).nearest((0, 0, 0), part="eyes") == []
 
 
 def test_a_catalogue_that_is_too_large_is_refused(tmp_path, monkeypatch):

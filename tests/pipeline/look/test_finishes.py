@@ -5,36 +5,38 @@ from dataclasses import fields
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import FINISHES, GraphicsParams, LookError, UsageError, product
-from makeup_video.pipeline.look.regions import REGIONS
+from looks import layer_of
+from makeup_video.pipeline import FINISHES, GraphicsParams, Look, LookError, UsageError, product
+from makeup_video.pipeline.look.finishes import look_in_words, place_in_words
+from makeup_video.pipeline.look.kinds import PARTS
 
 CODES = st.tuples(*[st.integers(0, 255)] * 3)
 NAMES = st.sampled_from(list(FINISHES))
 
 
-def test_there_are_six_finishes_for_both_regions():
+def test_there_are_six_finishes_for_every_part():
     assert list(FINISHES) == ["matte", "satin", "sheer", "gloss", "metallic", "shimmer"]
-    assert all(list(by_region) == list(REGIONS) for by_region in FINISHES.values())
+    assert all(list(by_part) == list(PARTS) for by_part in FINISHES.values())
 
 
-@pytest.mark.parametrize("region", REGIONS)
-def test_a_finish_sets_everything_but_the_colour(region):
+@pytest.mark.parametrize("part", PARTS)
+def test_a_finish_sets_everything_but_the_colour(part):
     names = {spec.name for spec in fields(GraphicsParams)} - {"red", "green", "blue"}
     assert len(names) == 14
-    for by_region in FINISHES.values():
-        assert set(by_region[region]) == names
+    for by_part in FINISHES.values():
+        assert set(by_part[part]) == names
 
 
-@given(CODES, NAMES, st.sampled_from(list(REGIONS)))
-def test_every_colour_in_every_finish_is_a_product(rgb, finish, region):
-    params = product(rgb, finish, region)
+@given(CODES, NAMES, st.sampled_from(list(PARTS)))
+def test_every_colour_in_every_finish_is_a_product(rgb, finish, part):
+    params = product(rgb, finish, part)
     assert (params.red, params.green, params.blue) == rgb
-    assert all(getattr(params, name) == value for name, value in FINISHES[finish][region].items())
+    assert all(getattr(params, name) == value for name, value in FINISHES[finish][part].items())
 
 
-@pytest.mark.parametrize("region", REGIONS)
-def test_finishes_are_ordered_as_their_names_say(region):
-    by_finish = {name: FINISHES[name][region] for name in FINISHES}
+@pytest.mark.parametrize("part", PARTS)
+def test_finishes_are_ordered_as_their_names_say(part):
+    by_finish = {name: FINISHES[name][part] for name in FINISHES}
     assert by_finish["matte"]["gloss"] == 0 and by_finish["matte"]["reflection"] == 0
     assert max(by_finish, key=lambda name: by_finish[name]["gloss"]) == "gloss"
     assert min(by_finish, key=lambda name: by_finish[name]["opacity"]) == "sheer"
@@ -51,7 +53,7 @@ def test_eye_shadow_is_softer_and_broader_than_lipstick(finish):
 
 
 @pytest.mark.parametrize(
-    ("rgb", "finish", "region", "error", "words"),
+    ("rgb", "finish", "part", "error", "words"),
     [
         ((0, 0, 0), "glossy", "lips", UsageError, "matte, satin, sheer"),
         ((0, 0, 0), "gloss", "nose", UsageError, "lips, eyes"),
@@ -59,6 +61,18 @@ def test_eye_shadow_is_softer_and_broader_than_lipstick(finish):
         ((0, 256, 0), "gloss", "lips", LookError, "green must be"),
     ],
 )
-def test_invalid_products_are_refused(rgb, finish, region, error, words):
+def test_invalid_products_are_refused(rgb, finish, part, error, words):
     with pytest.raises(error, match=words):
-        product(rgb, finish, region)
+        product(rgb, finish, part)
+
+
+def test_a_look_in_words_names_every_layer_and_what_is_bare():
+    dark = layer_of("eyeshadow", "#5A3A2E", shape={"slot": "brow_bone"}, strength=0.8)
+    light = layer_of("eyeshadow", "#FFDAB9")
+    lips = Look([layer_of("lipstick", finish="gloss")])
+    assert look_in_words(lips) == "lips #B4002E, glossy, opaque; eyes bare"
+    assert look_in_words(Look([dark, light, layer_of("blush", finish="sheer")])) == (
+        "lips bare; eyes #5A3A2E (brow bone, 80%), matte, opaque and #FFDAB9 (lid), matte, opaque; "
+        "blush #B4002E, soft sheen, very sheer"
+    )
+    assert (place_in_words(light), place_in_words(layer_of("blush"))) == ("", "")

@@ -1,41 +1,24 @@
-"""Looks: reading and writing look files, checking every value, bare looks."""
+"""Looks: reading and writing look files of version 2, checking every value, bare looks."""
 
 import json
 import math
-from dataclasses import fields
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import GraphicsParams, Look, LookError
-from makeup_video.pipeline.look.look import ZONES
+from looks import SEVEN, SPECS, layer_of, look_objects
+from makeup_video.pipeline import KINDS, GraphicsParams, Layer, Look, LookError
+from makeup_video.pipeline.look.kinds import PAINTED
 
-SPECS = {spec.name: spec.metadata for spec in fields(GraphicsParams)}
-SEVEN = ("red", "green", "blue", "opacity", "gloss", "gloss_roughness", "reflection")
 LIPS = {"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss": 0.6, "gloss_roughness": 0.4,
         "reflection": 0.2}  # fmt: skip
-SHORT = {"version": 1, "lips": LIPS, "eyes": None}
+LAYER = {"kind": "lipstick", "product": LIPS}
+SHORT = {"version": 2, "layers": [LAYER]}
+WING = {"kind": "eyeliner", "product": LIPS, "shape": {"wing": 0.3}}
 
 
-def numbers(name):
-    low, high = SPECS[name]["low"], SPECS[name]["high"]
-    return st.floats(low, high) | st.integers(math.ceil(low), math.floor(min(high, 10**6)))
-
-
-def regions():
-    required = {name: numbers(name) for name in SEVEN}
-    optional = {name: numbers(name) for name in SPECS if name not in SEVEN}
-    return st.fixed_dictionaries(required, optional=optional)
-
-
-LOOKS = st.fixed_dictionaries(
-    {"version": st.just(1), "lips": st.none() | regions(), "eyes": st.none() | regions()},
-    optional={
-        "strength": st.floats(0, 1),
-        "zone": st.sampled_from(ZONES),
-        "intensity": st.floats(0, 1),
-    },
-)
+def with_layer(**changes):
+    return {**SHORT, "layers": [LAYER, {**WING, **changes}]}
 
 
 def test_the_papers_seven_parameters_come_first_of_seventeen():
@@ -43,108 +26,164 @@ def test_the_papers_seven_parameters_come_first_of_seventeen():
     assert list(SPECS)[:7] == list(SEVEN)
 
 
-@given(LOOKS)
+@given(look_objects())
 def test_every_look_in_range_survives_the_file(tmp_path_factory, values):
     look = Look.from_dict(values)
     path = tmp_path_factory.mktemp("look") / "look.json"
     look.save(path)
     assert Look.load(path) == look
     assert Look.from_dict(look.to_dict()) == look
+    assert hash(Look.load(path)) == hash(look)
+
+
+@given(look_objects())
+def test_layers_are_painted_in_one_order_whatever_the_file(values):
+    look = Look.from_dict(values)
+    kinds = [layer.kind for layer in look.layers]
+    assert kinds == sorted(kinds, key=PAINTED.index)
+    for kind in KINDS:
+        given_layers = [one for one in values["layers"] if one["kind"] == kind]
+        assert [layer.product.red for layer in look.of(kind)] == [
+            one["product"]["red"] for one in given_layers
+        ]
 
 
 @given(name=st.sampled_from(sorted(SPECS)), value=st.floats() | st.integers())
 def test_numbers_out_of_range_are_refused_by_name_and_range(name, value):
     low, high = SPECS[name]["low"], SPECS[name]["high"]
-    values = {**SHORT, "lips": {**LIPS, name: value}}
+    values = {**SHORT, "layers": [{**LAYER, "product": {**LIPS, name: value}}]}
     if low <= value <= high:
         assert getattr(Look.from_dict(values).lips, name) == value
     else:
-        with pytest.raises(LookError, match=rf"lips\.{name} must be .*{low:g}"):
+        with pytest.raises(LookError, match=rf"^layers\[0\]\.product\.{name} must be .*{low:g}"):
             Look.from_dict(values)
 
 
-@pytest.mark.parametrize("name", [*SPECS, "strength", "intensity"])
+DIALS = [(kind, dial) for kind in KINDS.values() for dial in kind.dials]
+
+
+@pytest.mark.parametrize(("kind", "dial"), DIALS, ids=lambda one: one.name)
+@pytest.mark.parametrize("value", [None, True, [1], {}, math.nan, math.inf, 10**400, 1e9, "nose"])
+def test_a_shape_out_of_range_is_refused_by_its_name(kind, dial, value):
+    layer = {"kind": kind.name, "product": LIPS, "shape": {dial.name: value}}
+    where = rf"^layers\[0\]\.shape\.{dial.name} must be (a number in|one of|a colour such as)"
+    with pytest.raises(LookError, match=where) as caught:
+        Look.from_dict({**SHORT, "layers": [layer]})
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 250
+
+
+@pytest.mark.parametrize("where", ["look", "layer"])
 @pytest.mark.parametrize(
-    "value", ["1", None, True, [1], {}, math.nan, math.inf, -math.inf, 10**400]
+    "value", ["1", None, True, [1], {}, math.nan, math.inf, -math.inf, 10**400, -0.1, 1.1]
 )
-def test_anything_but_a_finite_number_is_refused_by_name(name, value):
-    values = (
-        {**SHORT, name: value} if name not in SPECS else {**SHORT, "lips": {**LIPS, name: value}}
-    )
-    with pytest.raises(LookError, match=name) as caught:
+def test_a_strength_is_a_number_in_its_range(where, value):
+    values = {**SHORT, "strength": value} if where == "look" else with_layer(strength=value)
+    name = "strength" if where == "look" else r"layers\[1\]\.strength"
+    with pytest.raises(LookError, match=rf"^{name} must be a number in 0\.\.1, got"):
         Look.from_dict(values)
-    assert "\n" not in str(caught.value) and len(str(caught.value)) < 200
 
 
 @pytest.mark.parametrize("name", SEVEN)
 def test_a_missing_parameter_is_named_with_its_range(name):
     lips = {key: value for key, value in LIPS.items() if key != name}
-    with pytest.raises(LookError, match=rf"lips\.{name} is missing: give a"):
-        Look.from_dict({**SHORT, "lips": lips})
+    with pytest.raises(LookError, match=rf"layers\[0\]\.product\.{name} is missing: give a"):
+        Look.from_dict({**SHORT, "layers": [{**LAYER, "product": lips}]})
 
 
 @pytest.mark.parametrize(
-    ("values", "match"),
+    ("values", "words"),
     [
-        ({**SHORT, "colour": 1}, "unknown key 'colour'"),
-        ({**SHORT, "lips": {**LIPS, "glos": 1}}, "unknown key 'glos'"),
-        ({**SHORT, "version": 2}, "version must be 1, got 2"),
-        ({**SHORT, "version": True}, "version must be 1"),
-        ({"lips": None, "eyes": None}, "version must be 1, got null"),
-        ({"version": 1, "eyes": None}, "lips is missing"),
-        ({"version": 1, "lips": None}, "eyes is missing"),
-        ({**SHORT, "lips": [1]}, "lips must be an object or null"),
-        ({**SHORT, "zone": "cheek"}, "zone must be one of lid, crease, full, outer"),
-        ({**SHORT, "zone": []}, "zone must be one of"),
-        ([], "must be a JSON object"),
-        (None, "must be a JSON object"),
+        ({**SHORT, "colour": 1}, "the look has an unknown key 'colour'; known are version, strength"),
+        ({**SHORT, "lips": LIPS}, "the look has an unknown key 'lips'"),
+        ({**SHORT, "version": 3}, "version must be 1 or 2, got 3"),
+        ({**SHORT, "version": 2.0}, "version must be 1 or 2, got 2.0"),
+        ({**SHORT, "version": True}, "version must be 1 or 2, got true"),
+        ({"layers": []}, "version must be 1 or 2, got null"),
+        ({"version": 2}, "layers must be a list, got null"),
+        ({**SHORT, "layers": {"0": LAYER}}, "layers must be a list, got {"),
+        ({**SHORT, "layers": [LAYER, 1]}, "layers[1] must be an object, got 1"),
+        ({**SHORT, "layers": [{"product": LIPS}]}, "layers[0].kind is missing: give one of lipstick"),
+        ({**SHORT, "layers": [{"kind": "lipstick"}]}, "layers[0].product is missing: give an object"),
+        (with_layer(kind="mascara"), 'layers[1].kind must be one of lipstick, eyeshadow'),
+        (with_layer(kind=["eyeliner"]), 'layers[1].kind must be one of lipstick, eyeshadow'),
+        (with_layer(product=None), "layers[1].product must be an object"),
+        (with_layer(product=[1]), "layers[1].product must be an object"),
+        (with_layer(colour=1), "layers[1] has an unknown key 'colour'; known are kind, strength"),
+        (with_layer(product={**LIPS, "glos": 1}), "layers[1].product has an unknown key 'glos'"),
+        (with_layer(shape=[]), "layers[1].shape must be an object, got []"),
+        (with_layer(shape={"wing": 7}), "layers[1].shape.wing must be a number in 0..1, got 7"),
+        (with_layer(shape={"slot": "lid"}), "layers[1].shape has an unknown key 'slot'; known are thick"),
+        (with_layer(shape={1: 2}), "layers[1].shape has an unknown key 1; known are thickness"),
+        ({**SHORT, "layers": [{"kind": "eyeshadow", "product": LIPS, "shape": {"slot": "brow"}}]},
+         "layers[0].shape.slot must be one of lid, crease, brow_bone, outer, under, inner, full, got"),
+        ({**SHORT, "layers": [{"kind": "lipstick", "product": LIPS, "shape": {"rim_color": "red"}}]},
+         "layers[0].shape.rim_color must be a colour such as '#B4002E', got \"red\""),
+        ({**SHORT, "layers": [LAYER] * 20}, "a look has at most 1 layer of lipstick, got 20"),
+        ({**SHORT, "layers": [{**LAYER, "kind": "eyeshadow"}] * 5},
+         "a look has at most 4 layers of eyeshadow, got 5"),
+        ({**SHORT, "layers": [1] * 20}, "layers[0] must be an object, got 1"),
+        ([], "a look must be a JSON object, got []"),
+        (None, "a look must be a JSON object, got null"),
     ],
-)
-def test_other_mistakes_are_named(values, match):
-    with pytest.raises(LookError, match=match) as caught:
+)  # fmt: skip
+def test_every_mistake_is_one_line_that_names_it(values, words):
+    with pytest.raises(LookError) as caught:
         Look.from_dict(values)
-    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith(words)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
 
 
 @pytest.mark.parametrize(
-    ("text", "match"),
+    ("make", "words"),
     [
-        ("{", "not JSON at line 1"),
-        ('{"version": 1,\n "lips" null}', "line 2"),
-        ('{"version": 1, "version": 1, "lips": null, "eyes": null}', "'version' is given twice"),
-        ('{"version": 1, "lips": null, "eyes": null, "strength": NaN}', "strength"),
-        ("[" * 100000, "nests too deep"),
-        ("", "not JSON"),
+        (lambda: Layer("nose", GraphicsParams(**LIPS)), "kind must be one of"),
+        (lambda: layer_of("eyeliner", shape={"wing": 2}), "shape.wing must be a number in 0..1"),
+        (lambda: layer_of("blush", strength=math.nan), "strength must be a number in 0..1"),
+        (lambda: Look([layer_of("blush")] * 2), "a look has at most 1 layer of blush, got 2"),
+        (lambda: Look(strength=2), "strength must be a number in 0..1, got 2"),
+        (lambda: Look(intensity=-1), "intensity must be a number in 0..1, got -1"),
+        (lambda: Look(zone="nose"), "zone"),
     ],
 )
-def test_a_file_that_is_no_look_is_refused_in_one_line(tmp_path, text, match):
-    path = tmp_path / "look.json"
-    path.write_text(text)
-    with pytest.raises(LookError, match=match) as caught:
-        Look.load(path)
-    assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+def test_looks_made_in_python_are_checked_alike(make, words):
+    with pytest.raises(LookError) as caught:
+        make()
+    assert str(caught.value).startswith(words)
 
 
-@pytest.mark.parametrize("content", [None, b"\xff\xfe\x00"])
-def test_a_file_that_cannot_be_read_is_refused(tmp_path, content):
-    path = tmp_path / "look.json"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(LookError, match="cannot be read"):
-        Look.load(path)
+def test_lips_and_eyes_are_the_short_way_to_two_layers():
+    lips, eyes = (GraphicsParams(**{**LIPS, "red": red}) for red in (1, 2))
+    look = Look(lips=lips, eyes=eyes, zone="outer", intensity=0.5)
+    assert look == Look([Layer("lipstick", lips), Layer("eyeshadow", eyes, {"slot": "outer"}, 0.5)])
+    assert (look.lips, look.eyes, look.zone) == (lips, eyes, "outer")
+    assert (Look().lips, Look().eyes, Look().zone) == (None, None, "lid")
+    assert look.kinds == ("lipstick", "eyeshadow")
 
 
-def test_a_byte_order_mark_is_no_fault(tmp_path):
-    path = tmp_path / "look.json"
-    path.write_bytes(b"\xef\xbb\xbf" + json.dumps(SHORT).encode())
-    assert Look.load(path) == Look.from_dict(SHORT)
+def test_layers_of_one_kind_can_be_replaced_and_taken_off():
+    look = Look([layer_of("blush"), layer_of("lipstick"), layer_of("eyeshadow")])
+    shadows = [layer_of("eyeshadow", hexed) for hexed in ("#111111", "#222222")]
+    two = look.with_kind("eyeshadow", shadows)
+    assert two.of("eyeshadow") == tuple(shadows)
+    assert two.of("blush") == look.of("blush") and two.lips == look.lips
+    assert two.with_kind("eyeshadow", ()).kinds == ("lipstick", "blush")
+
+
+def test_a_shape_is_whole_from_what_is_given_its_slot_and_defaults():
+    for kind in KINDS.values():
+        assert set(layer_of(kind.name).whole_shape) == {dial.name for dial in kind.dials}
+        for slot, numbers in kind.slots.items():
+            assert layer_of(kind.name, shape={"slot": slot}).whole_shape.items() >= numbers.items()
+    shape = layer_of("eyeshadow", shape={"slot": "outer", "low": 0.5}).whole_shape
+    outer = KINDS["eyeshadow"].slots["outer"]
+    assert shape == {**outer, "slot": "outer", "low": 0.5}
 
 
 def test_the_example_of_the_documentation_reads():
     import makeup_video.pipeline.look.look as module
 
-    text = module.__doc__.split("\n\n")[1]
-    assert Look.from_dict(json.loads(text)).lips.red == 180
+    look = Look.from_dict(json.loads(module.__doc__.split("\n\n")[1]))
+    assert look.lips.red == 180 and look.of("eyeshadow")[0].strength == 0.8
 
 
 def test_bare_means_that_nothing_will_be_painted():
@@ -153,3 +192,6 @@ def test_bare_means_that_nothing_will_be_painted():
     assert Look(eyes=lips, intensity=0).is_bare
     assert not Look(lips=lips, intensity=0).is_bare
     assert not Look(eyes=lips).is_bare
+    assert [layer.strength for layer in Look([Layer("blush", lips, {}, 0.5)], 0.5).painted] == [
+        0.25
+    ]

@@ -1,168 +1,193 @@
 """A look from the options: properties of every combination, and one line for each mistake."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import FINISHES, GraphicsParams, Look, UsageError, product
-from makeup_video.pipeline.look.look import ZONES
-from makeup_video.pipeline.look.options import (
-    DEFAULT_FINISH,
-    Choice,
-    choose_look,
-    parse_color,
-    parse_parts,
-)
+from looks import PRODUCTS, layer_of, looks
+from makeup_video.pipeline import FINISHES, KINDS, Layer, Look, UsageError, product
+from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.options import Choice, choose_look, parse_parts, parse_zone
 from refusals import refused
 
-REGIONS = ("lips", "eyes")
-UNIT = st.floats(0, 1)
-PRODUCTS = st.builds(
-    GraphicsParams,
-    **{spec.name: UNIT for spec in fields(GraphicsParams) if spec.name not in ("gloss",)},
-    gloss=st.floats(0, 4),
-)
-LOOKS = st.builds(
-    Look,
-    lips=st.none() | PRODUCTS, eyes=st.none() | PRODUCTS,
-    strength=UNIT, zone=st.sampled_from(ZONES), intensity=UNIT,
-)  # fmt: skip
+FOLLOW = [part for part, kind in PARTS.items() if kind.follows_color]
 COLOURS = st.tuples(*[st.integers(0, 255)] * 3)
 FINISH = st.sampled_from(list(FINISHES))
-PARTS = st.sampled_from(["lips", "eyes", "lips,eyes", "eyes, lips", "lips,lips"])
+NAMED = ["lips", "eyes", "lips,eyes", "eyes, Lips", "lips,lipstick", "blush,liner", "shadow"]
+SHARE = st.integers(0, 100).map(lambda n: (f"{n}%", n / 100))
+ZONES = st.sampled_from(list(KINDS["eyeshadow"].slots))
+PLAIN = st.sampled_from(list(PARTS)).flatmap(lambda part: st.tuples(st.just(part), COLOURS))
 
 
 def spelled(rgb):
     return "#" + bytes(rgb).hex()
 
 
-def colour_of(params):
-    return params.red, params.green, params.blue
+def colour_of(layer):
+    return layer.product.red, layer.product.green, layer.product.blue
 
 
-def rest_of(params):
-    return {name: getattr(params, name) for name in FINISHES["matte"]["lips"]}
+def rest_of(layer):
+    return {name: getattr(layer.product, name) for name in FINISHES["matte"]["lips"]}
 
 
-@given(COLOURS, st.booleans(), st.booleans())
-def test_a_colour_is_read_back_from_its_digits(rgb, hashed, upper):
-    text = spelled(rgb).removeprefix("" if hashed else "#")
-    assert parse_color(text.upper() if upper else text) == rgb
+def new(part, rgb, finish=None):
+    kind = PARTS[part]
+    return Layer(kind.name, product(rgb, finish or kind.first_finish, part))
 
 
-@given(st.tuples(*[st.integers(0, 15)] * 3))
-def test_three_digits_are_each_doubled(nibbles):
-    assert parse_color("".join(f"{n:x}" for n in nibbles)) == tuple(17 * n for n in nibbles)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "#",
-        "12345",
-        "#1234567",
-        "red",
-        "#GGG",
-        " B02",
-        "##B02",
-        "0xB02",
-        "B4002E\n",
-        "\uff11\uff12\uff13",
-    ],
-)
-def test_an_invalid_colour_is_refused_with_an_example(text):
-    with refused(UsageError, "--color must be 3 or 6 hex digits such as '#B4002E'"):
-        parse_color(text)
-
-
-@pytest.mark.parametrize("text", ["", "nose", "lips,", "lips eyes", ",", "Lips"])
-def test_an_unknown_part_is_refused(text):
-    with refused(UsageError, "--parts must be lips, eyes or lips,eyes"):
-        parse_parts(text)
-
-
-@given(COLOURS, st.none() | FINISH, st.none() | PARTS)
+@given(COLOURS, st.none() | FINISH, st.none() | st.sampled_from(NAMED))
 def test_a_colour_alone_paints_the_lips_or_the_parts(rgb, finish, parts):
     look = choose_look(Choice(color=spelled(rgb), finish=finish, parts=parts))
-    for name in REGIONS:
-        wanted = name in (parts or "lips")
-        expected = product(rgb, finish or DEFAULT_FINISH, name) if wanted else None
-        assert getattr(look, name) == expected
-    assert replace(look, lips=None, eyes=None) == Look()
+    assert look == Look([new(part, rgb, finish) for part in parse_parts(parts or "lips")])
 
 
-@given(LOOKS)
+@given(looks())
 def test_a_look_alone_is_painted_as_it_is(base):
     assert choose_look(Choice(base=base)) == base
 
 
-@given(LOOKS, COLOURS, st.none() | FINISH)
+@given(looks(), COLOURS, st.none() | FINISH)
 def test_a_colour_and_a_finish_override_those_of_a_look(base, rgb, finish):
     look = choose_look(Choice(base=base, color=spelled(rgb), finish=finish))
-    for name in REGIONS:
-        old, new = getattr(base, name), getattr(look, name)
-        if old is not None:
-            assert colour_of(new) == rgb
-            assert rest_of(new) == (rest_of(old) if finish is None else FINISHES[finish][name])
-        elif base.lips or base.eyes:
-            assert new is None
+    coloured = [part for part in FOLLOW if base.of(PARTS[part].name)]
+    for part, kind in PARTS.items():
+        old = base.of(kind.name)
+        if part in coloured:
+            for before, after in zip(old, look.of(kind.name), strict=True):
+                assert colour_of(after) == rgb and after.shape == before.shape
+                unchanged = rest_of(before) if finish is None else FINISHES[finish][part]
+                assert rest_of(after) == unchanged
+        elif part == "lips" and not coloured:
+            assert look.of(kind.name) == (new(part, rgb, finish),)
         else:
-            assert (new is None) == (name == "eyes")  # a colour on top of `none`: the lips
+            assert look.of(kind.name) == old
 
 
-@given(LOOKS.filter(lambda look: look.lips or look.eyes), FINISH)
+@given(looks().filter(lambda look: look.lips or look.eyes), FINISH)
 def test_a_finish_keeps_the_colours_of_the_look(base, finish):
     look = choose_look(Choice(base=base, finish=finish))
-    for name in REGIONS:
-        old, new = getattr(base, name), getattr(look, name)
-        assert new == (None if old is None else product(colour_of(old), finish, name))
+    assert [colour_of(layer) for layer in look.layers] == [colour_of(one) for one in base.layers]
+    for part in FOLLOW:
+        assert all(rest_of(one) == FINISHES[finish][part] for one in look.of(PARTS[part].name))
 
 
-@given(LOOKS, PARTS, st.none() | COLOURS)
+@given(looks(), st.sampled_from(NAMED), st.none() | COLOURS)
 def test_parts_are_painted_and_no_others(base, parts, rgb):
     choice = Choice(base=base, parts=parts, color=None if rgb is None else spelled(rgb))
-    missing = [name for name in REGIONS if name in parts and getattr(base, name) is None]
+    missing = [part for part in parse_parts(parts) if not base.of(PARTS[part].name)]
     if missing and rgb is None:
         with refused(UsageError, f"names the {missing[0]}.* leaves bare: add --color"):
             choose_look(choice)
         return
     look = choose_look(choice)
-    for name in REGIONS:
-        assert (getattr(look, name) is not None) == (name in parts)
-        if name in missing:
-            assert getattr(look, name) == product(rgb, DEFAULT_FINISH, name)
+    assert set(look.kinds) == {PARTS[part].name for part in parse_parts(parts)}
+    for part in missing:
+        assert look.of(PARTS[part].name) == (new(part, rgb),)
 
 
-@given(LOOKS, st.none() | UNIT, st.none() | UNIT, st.none() | st.sampled_from(ZONES))
-def test_dials_that_are_given_replace_those_of_the_look(base, strength, intensity, zone):
-    base = replace(base, eyes=product((1, 2, 3), "matte", "eyes"))
-    look = choose_look(Choice(base=base, strength=strength, intensity=intensity, zone=zone))
-    assert look.strength == (base.strength if strength is None else strength)
-    assert look.intensity == (base.intensity if intensity is None else intensity)
-    assert look.zone == (base.zone if zone is None else zone)
-    assert (look.lips, look.eyes) == (base.lips, base.eyes)
+@given(looks(), PLAIN)
+def test_a_part_is_replaced_and_the_others_stay(base, worn):
+    part, rgb = worn
+    look = choose_look(Choice(base=base, worn={part: spelled(rgb)}))
+    assert look == base.with_kind(PARTS[part].name, [new(part, rgb)])
+
+
+@given(looks(), st.sampled_from(list(PARTS)))
+def test_none_takes_a_part_off(base, part):
+    look = choose_look(Choice(base=base, worn={part: "None"}))
+    assert look == base.with_kind(PARTS[part].name, [])
+
+
+@given(st.dictionaries(st.sampled_from(list(PARTS)), COLOURS, min_size=1), st.none() | FINISH)
+def test_parts_make_a_look_by_themselves(worn, finish):
+    texts = {part: spelled(rgb) for part, rgb in worn.items()}
+    look = choose_look(Choice(worn=texts, finish=finish))
+    assert look == Look([new(part, rgb, finish) for part, rgb in worn.items()])
+
+
+def test_a_colour_leaves_the_parts_that_have_one_of_their_own():
+    base = Look([layer_of("lipstick"), layer_of("eyeshadow"), layer_of("blush")])
+    look = choose_look(
+        Choice(base=base, color="red", worn={"eyes": "navy:matte", "liner": "black"})
+    )
+    assert [layer.product.hex for layer in look.layers] == [
+        "#B4002E",
+        "#000080",
+        "#000000",
+        "#FF0000",
+    ]
+    look = choose_look(Choice(base=base, parts="lips", worn={"eyes": "navy"}))
+    assert look.kinds == ("lipstick", "eyeshadow")
+    look = choose_look(Choice(color="red", worn={"eyes": "navy"}))
+    assert look == Look([new("lips", (255, 0, 0)), new("eyes", (0, 0, 128))])
+
+
+@given(looks(), PRODUCTS, st.none() | SHARE, st.none() | SHARE, st.none() | ZONES)
+def test_dials_that_are_given_replace_those_of_the_look(base, eyes, strength, intensity, zone):
+    base = base.with_kind("eyeshadow", [Layer("eyeshadow", eyes, {"slot": "under"}, 0.7)])
+    dials = {"strength": strength and strength[0], "intensity": intensity and intensity[0]}
+    look = choose_look(Choice(base=base, zone=zone, **dials))
+    assert look.strength == (base.strength if strength is None else strength[1])
+    (shadow,) = look.of("eyeshadow")
+    assert shadow.strength == (0.7 if intensity is None else intensity[1])
+    assert shadow.shape["slot"] == (zone or "under") and shadow.product == eyes
+    others = [layer for layer in base.layers if layer.kind != "eyeshadow"]
+    assert [layer for layer in look.layers if layer.kind != "eyeshadow"] == others
+
+
+def test_the_strongest_of_several_shadows_gets_the_intensity():
+    shadows = [layer_of("eyeshadow", strength=strength) for strength in (0.4, 0.8, 0.0)]
+    look = choose_look(Choice(base=Look(shadows), intensity="60%"))
+    assert [one.strength for one in look.of("eyeshadow")] == pytest.approx([0.3, 0.6, 0.0])
+    unseen = Look([replace(shadow, strength=0.0) for shadow in shadows])
+    look = choose_look(Choice(base=unseen, intensity="0.5"))
+    assert [one.strength for one in look.of("eyeshadow")] == [0.5] * 3
+
+
+@pytest.mark.parametrize("text", ["", "nose", "lips,", "lips eyes", ",", "lips;eyes"])
+def test_an_unknown_part_is_refused(text):
+    with refused(UsageError, "--parts must be lips, eyes, liner, blush.*, such as lips,eyes, got"):
+        parse_parts(text)
+
+
+def test_places_have_their_usual_names():
+    assert [parse_zone(word) for word in ("LID", "brow bone", "outer corner", "lower lid")] == [
+        "lid", "brow_bone", "outer", "under"]  # fmt: skip
+
+
+TWO = Look([layer_of("eyeshadow"), layer_of("eyeshadow")])
 
 
 @pytest.mark.parametrize(
     ("choice", "words"),
     [
-        ({}, "no look given: add --look FILE.json, --color '#B4002E', --ref PHOTO, or --look none"),
+        ({}, "no look given: add --ref PHOTO, --look NAME, --lips '#B4002E', or --look none to"),
         ({"parts": "lips"}, "no look given"),
-        ({"strength": 0.5}, "no look given"),
-        ({"finish": "gloss"}, "--finish gloss needs a colour: add --color"),
+        ({"strength": "0.5"}, "no look given"),
+        ({"finish": "gloss"}, "--finish gloss needs a colour: add --color '#B4002E', --ref PHOTO"),
         ({"finish": "gloss", "parts": "lips"}, "--finish gloss needs a colour"),
-        ({"base": Look(), "finish": "gloss"}, "--finish gloss needs a colour"),
-        ({"color": "B02", "finish": "shiny"}, "--finish must be one of matte, .* got 'shiny'"),
+        ({"base": Look(), "finish": "shiny"}, "--finish gloss needs a colour"),
+        ({"color": "B02", "finish": "glos"}, "--finish must be one of matte, .* got 'glos': did you mean gloss"),
+        ({"color": "B02", "finish": "xyz"}, "--finish must be one of matte, .* got 'xyz'$"),
         ({"color": "B02", "zone": "lid"}, "--zone is for eye-shadow, and no eyes are painted"),
-        ({"color": "B02", "intensity": 1.0}, "--intensity is for eye-shadow"),
-        ({"color": "B02", "parts": "eyes", "zone": "brow"}, "--zone must be one of lid, crease"),
-        ({"color": "B02", "parts": "eyes", "intensity": 1.5}, "--intensity must be a number in"),
-        ({"color": "B02", "strength": -1.0}, "--strength must be a number in 0..1, got -1.0"),
-        ({"color": "B02", "strength": float("nan")}, "--strength must be a number in 0..1"),
+        ({"color": "B02", "intensity": "1"}, "--intensity is for eye-shadow"),
+        ({"color": "B02", "parts": "eyes", "zone": "nose"}, "--zone must be one of lid, crease"),
+        ({"color": "B02", "parts": "eyes", "zone": "creese"}, "got 'creese': did you mean crease?"),
+        ({"base": TWO, "zone": "lid"}, "--zone is for one eye-shadow, and the look has 2"),
+        ({"color": "B02", "parts": "eyes", "intensity": "1.5"}, "--intensity must be a number in"),
+        ({"color": "B02", "strength": "-1.0"}, "--strength must be a number in 0..1.*, got '-1.0'"),
+        ({"color": "B02", "strength": "80"}, "got '80': did you mean 80%?"),
+        ({"color": "B02", "strength": "nan"}, "--strength must be a number in 0..1"),
+        ({"color": "B02", "strength": "120%"}, "--strength must be a number in 0..1"),
+        ({"color": "B02", "strength": ""}, "--strength must be a number in 0..1"),
+        ({"color": "B02", "parts": "lps"}, "got 'lps': did you mean lips?"),
+        ({"color": "B02", "worn": {"lips": "red"}}, "--color is for the lips, and so is --lips"),
+        ({"color": "B02", "worn": {"lips": "none"}}, "--color is for the lips, and so is --lips"),
+        ({"base": Look(), "worn": {"eyes": "reed"}}, "--eyes must be a colour.* did you mean red"),
     ],
-)
+)  # fmt: skip
 def test_each_mistake_is_one_line_that_names_the_option(choice, words):
     with refused(UsageError, words):
         choose_look(Choice(**choice))

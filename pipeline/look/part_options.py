@@ -1,0 +1,146 @@
+"""What `--lips`, `--eyes` and the options of the other parts say: COLOUR[:WORD...], or `none`.
+
+A word is a finish, a place, a share such as 80%, or a number of the kind's shape such as wing=0.3.
+Commas separate layers: `--eyes '#5A3A2E:outer:80%,peachpuff:shimmer:lid'`.
+"""
+
+import re
+from typing import Any
+
+from makeup_video.pipeline.errors import LookError, UsageError, option
+from makeup_video.pipeline.look.finishes import FINISHES, product
+from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.kinds.kind import Dial, Kind
+from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.look.words import (
+    did_you_mean,
+    finish_names,
+    finish_of,
+    is_none,
+    like_a_colour,
+    number_of,
+    place_of,
+    plain,
+    rgb_of,
+)
+
+COLOUR = "'#B4002E'"  # as examples spell it: shells take an unquoted # for a comment
+_BETWEEN_LAYERS = re.compile(r",(?![^(]*\))")  # but not the commas of rgb(180, 0, 46)
+
+
+def parse_color(text: str, name: str = "color") -> tuple[int, int, int]:
+    """Red, green, blue, 0..255, from '#B4002E', 'B02', 'dark red' or 'rgb(180, 0, 46)'.
+
+    name: the option's, for messages.  Raises UsageError.
+    """
+    if not text.strip():
+        raise UsageError(
+            f"{option(name)} has no colour: quote one that begins with #, as in "
+            f"{option(name, COLOUR)}"
+        )
+    rgb = rgb_of(text)
+    if rgb is None:
+        raise UsageError(
+            f"{option(name)} must be a colour such as {COLOUR}, B4002E, darkred or "
+            f"'rgb(180, 0, 46)', got {text!r}{like_a_colour(text)}"
+        )
+    return rgb
+
+
+def parse_share(text: str, what: str) -> float:
+    """A share from "0.8" or "80%".  what: begins the message.  Raises UsageError."""
+    number = number_of(text)
+    if number is None or not 0 <= number <= 1:
+        is_percent = number is not None and 1 < number <= 100 and "%" not in text
+        meant = f": did you mean {text.strip()}%?" if is_percent else ""
+        raise UsageError(
+            f"{what} must be a number in 0..1 or a percentage such as 80%, got {text!r}{meant}"
+        )
+    return number
+
+
+def layers_of(part: str, text: str, finish: str | None = None) -> tuple[Layer, ...]:
+    """The layers that an option's value means, none for `none`.
+
+    part: a key of PARTS, the option's name.  finish: of layers that name none; None: the kind's
+    first.  Raises UsageError.
+    """
+    if is_none(text):
+        return ()
+    kind, texts = PARTS[part], _BETWEEN_LAYERS.split(text)
+    if len(texts) > kind.most:
+        most = "one colour" if kind.most == 1 else f"at most {kind.most} layers"
+        raise UsageError(f"{option(part)} takes {most}, got {len(texts)}: {text!r}")
+    return tuple(_layer(kind, one, finish) for one in texts)
+
+
+def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
+    colour, *words = text.split(":")
+    if finish_of(colour):
+        raise UsageError(
+            f"{option(kind.part)} begins with a colour, as in {COLOUR[:-1]}:{colour.strip()}', "
+            f"got {text!r}"
+        )
+    rgb = parse_color(colour, kind.part)
+    said: dict[str, Any] = {}
+    shape: dict[str, Any] = {}
+    for word in words:
+        name, value = _meaning(kind, word)
+        kept = shape if name in _names_of_dials(kind) else said
+        if name in kept:
+            raise UsageError(
+                f"{option(kind.part)} gives the {name.replace('_', ' ')} twice: {text!r}"
+            )
+        kept[name] = value
+    chosen = said.get("finish") or finish or kind.first_finish
+    return Layer(kind.name, product(rgb, chosen, kind.part), shape, said.get("strength", 1.0))
+
+
+def _names_of_dials(kind: Kind) -> list[str]:
+    return [dial.name for dial in kind.dials]
+
+
+def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
+    """What a word after the colour sets, and to what."""
+    name, equals, value = word.partition("=")
+    if equals:
+        return _dial_value(kind, name, value)
+    if number_of(word) is not None:
+        return "strength", parse_share(word, f"{option(kind.part)}: the strength")
+    if finish := finish_of(word):
+        return "finish", finish
+    if slot := place_of(word, kind):
+        return "slot", slot
+    places = f", a place ({', '.join(kind.slots)})" if kind.slots else ""
+    raise UsageError(
+        f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){places}, share (80%) "
+        f"or NAME=NUMBER of its shape{did_you_mean(word, [*finish_names(), *kind.slots])}"
+    )
+
+
+def _dial_value(kind: Kind, name: str, value: str) -> tuple[str, Any]:
+    dial = next((dial for dial in kind.dials if plain(dial.name) == plain(name)), None)
+    if dial is None:
+        names = _names_of_dials(kind)
+        raise UsageError(
+            f"{option(kind.part)} has no {name.strip()!r}; its shape has {', '.join(names)}"
+            f"{did_you_mean(name, names)}"
+        )
+    return dial.name, _checked(kind, dial, value.strip())
+
+
+def _checked(kind: Kind, dial: Dial, text: str) -> Any:
+    value: Any = text
+    if dial.choices:
+        value = place_of(text, kind) or text
+    elif dial.is_colour:
+        rgb = rgb_of(text)
+        value = text if rgb is None else "#" + bytes(rgb).hex().upper()
+    else:
+        number = number_of(text)
+        value = text if number is None else number
+    try:
+        dial.check(value, dial.name)
+    except LookError as error:  # its message begins with the name
+        raise UsageError(f"{option(kind.part)}: {error}") from None
+    return value

@@ -1,0 +1,83 @@
+"""Looks that come with the package: `--look cat-eye`.
+
+NAME.json holds the look's description in words and the look itself, as in a look file:
+
+    {"words": "a black wing and nude lips", "look": {"version": 2, ...}}
+
+The folder is the list: a further file is a further look.
+"""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from makeup_video.pipeline.errors import LookError
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.strict_json import read_json
+from makeup_video.pipeline.look.words import NONE, did_you_mean, plain
+
+_FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True, slots=True)
+class ReadyLook:
+    """A look with a name.
+
+    words: what it is, in one line.  path: the file of the package that has both.
+    """
+
+    name: str
+    words: str
+    look: Look
+    path: Path
+
+
+@cache
+def ready_looks() -> tuple[ReadyLook, ...]:
+    """Every ready look, by name."""
+    looks = []
+    for path in sorted(_FOLDER.glob("*.json")):
+        values = read_json(path.read_text(encoding="utf-8"))
+        looks.append(ReadyLook(path.stem, values["words"], Look.from_dict(values["look"]), path))
+    return tuple(looks)
+
+
+def ready_look(name: str) -> ReadyLook:
+    """The ready look of a name; case, spaces and underscores do not matter. Raises LookError."""
+    found = _named(name)
+    if found is None:
+        names = [one.name for one in ready_looks()]
+        raise LookError(f"there is no ready look {name!r}{_instead(name, names)}")
+    return found
+
+
+def is_file(name: str) -> bool:
+    """Whether `load_look` reads a file for a name, not a ready look: files come first."""
+    return plain(name) != NONE and (os.path.lexists(name) or _named(name) is None)
+
+
+def load_look(name: str) -> Look:
+    """The look of a look file, a ready look, or `none` for a bare look.
+
+    Raises LookError: for a name that is neither, with the ready looks' names.
+    """
+    if plain(name) == NONE:
+        return Look()
+    if not is_file(name):
+        return ready_look(name).look
+    if os.path.lexists(name) or not name or name.lower().endswith(".json"):
+        return Look.load(name)
+    names = [one.name for one in ready_looks()]
+    raise LookError(f"there is no look file and no ready look {name!r}{_instead(name, names)}")
+
+
+def _named(name: str) -> ReadyLook | None:
+    return next((one for one in ready_looks() if plain(one.name) == plain(name)), None)
+
+
+def _instead(name: str, names: Sequence[str]) -> str:
+    meant = did_you_mean(name, names)
+    begins = f"{meant} Ready" if meant else "; ready"
+    return f"{begins} looks are {', '.join(names)}"

@@ -1,0 +1,138 @@
+"""The words that people use for colours, finishes, parts, places and shares, and what they mean.
+
+Neither case nor spaces, hyphens and underscores within a word matter: "Brow bone" is `brow_bone`.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+
+from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.kinds.kind import Kind
+from makeup_video.pipeline.look.params import rgb_of_hex
+
+_ALIKE = 0.7  # of difflib: a word this close to a known one is a mistyped one
+_NUMBER = re.compile(r"([+-]?(?:\d{1,9}\.?\d{0,9}|\.\d{1,9}))\s*(%?)", re.ASCII)
+NONE = "none"
+
+FINISH_WORDS: Mapping[str, tuple[str, ...]] = {
+    "matte": ("matt", "mat", "flat", "velvet", "velvety", "powder", "powdery"),
+    "satin": ("satiny", "natural", "cream", "creamy", "silk", "silky", "semi matte", "demi matte"),
+    "sheer": ("tint", "tinted", "stain", "balm", "translucent", "transparent"),
+    "gloss": ("glossy", "shiny", "shine", "wet", "lacquer", "vinyl", "glass", "patent"),
+    "metallic": ("metal", "foil", "foiled", "chrome"),
+    "shimmer": (
+        "shimmery", "shimmering", "glitter", "glittery", "sparkle", "sparkly", "pearl", "pearly",
+        "frost", "frosted", "frosty",
+    ),
+}  # fmt: skip
+# A part is also known by the kind's name and title; a kind of its own needs no row here.
+PART_WORDS: Mapping[str, tuple[str, ...]] = {
+    "lips": ("lip", "lipsticks", "lip colour", "lip color", "lip gloss", "mouth"),
+    "eyes": ("eye", "shadow", "shadows", "eye shadow", "eye shadows", "lid", "lids", "eyelid",
+             "eyelids"),
+    "liner": ("liners", "eye liner", "eye liners", "kajal", "kohl"),
+    "blush": ("blusher", "rouge", "cheek", "cheeks"),
+}  # fmt: skip
+_PLACE_WORDS: Mapping[str, tuple[str, ...]] = {
+    "lid": ("lids", "eyelid"),
+    "crease": ("socket", "fold"),
+    "brow_bone": ("brow", "under brow", "below brow"),
+    "outer": ("outside", "outer corner", "outer v"),
+    "under": ("below", "lower", "lower lid", "under eye", "lower lash line"),
+    "inner": ("inside", "inner corner", "tear duct"),
+    "full": ("all", "whole", "everywhere"),
+}
+
+
+def plain(word: str) -> str:
+    """A word without what does not matter: "Brow-Bone " is "browbone"."""
+    return re.sub(r"[\s_-]+", "", word).lower()
+
+
+def is_none(word: str) -> bool:
+    """Whether a word means that nothing is painted."""
+    return plain(word) in (NONE, "bare", "off")
+
+
+def rgb_of(text: str) -> tuple[int, int, int] | None:
+    """Red, green, blue, sRGB code values 0..255; None for what is no colour.
+
+    text: hex digits with or without a #, a name of CSS, or CSS's rgb(...) or hsl(...).
+    """
+    rgb = rgb_of_hex(text.strip())
+    if rgb is not None:
+        return rgb
+    from PIL import ImageColor  # 20 ms that hex digits need not wait for
+
+    try:
+        red, green, blue, *alpha = ImageColor.getrgb(text.strip() if "(" in text else plain(text))
+    except ValueError:
+        return None
+    if alpha or not 0 <= min(red, green, blue) <= max(red, green, blue) <= 255:
+        return None
+    return red, green, blue
+
+
+def like_a_colour(text: str) -> str:
+    """ ": did you mean darkred?" for a mistyped name of a colour, else nothing."""
+    from PIL import ImageColor
+
+    return did_you_mean(text, ImageColor.colormap)
+
+
+def finish_of(word: str) -> str | None:
+    """The finish that a word names."""
+    return _known(word, {name: (name, *others) for name, others in FINISH_WORDS.items()})
+
+
+def part_of(word: str) -> str | None:
+    """The part of a look that a word names."""
+    return _known(word, {part: _words_of(kind) for part, kind in PARTS.items()})
+
+
+def place_of(word: str, kind: Kind) -> str | None:
+    """The slot of a kind that a word names."""
+    return _known(word, {slot: (slot, *_PLACE_WORDS.get(slot, ())) for slot in kind.slots})
+
+
+def number_of(text: str) -> float | None:
+    """A number from "0.8" or "80%"; None for what is neither."""
+    found = _NUMBER.fullmatch(text.strip())
+    if found is None:
+        return None
+    number = float(found[1]) / (100 if found[2] else 1)
+    return number if math.isfinite(number) else None
+
+
+def did_you_mean(word: str, names: Iterable[str]) -> str:
+    """ ": did you mean gloss?" where a name is close to a word, else nothing."""
+    by_plain: dict[str, str] = {}
+    for name in names:
+        by_plain.setdefault(plain(name), name)
+    close = get_close_matches(plain(word), by_plain, 1, _ALIKE)
+    return f": did you mean {by_plain[close[0]]}?" if close else ""
+
+
+def finish_names() -> list[str]:
+    """Every word for a finish."""
+    return [word for name, others in FINISH_WORDS.items() for word in (name, *others)]
+
+
+def part_names() -> list[str]:
+    """Every word for a part."""
+    return [word for kind in PARTS.values() for word in _words_of(kind)]
+
+
+def _words_of(kind: Kind) -> tuple[str, ...]:
+    return kind.part, kind.name, kind.title, kind.product, *PART_WORDS.get(kind.part, ())
+
+
+def _known(word: str, table: Mapping[str, Iterable[str]]) -> str | None:
+    """The row of a table that has a word; names of rows come before other words."""
+    wanted = plain(word)
+    for name in table:
+        if plain(name) == wanted:
+            return name
+    return next((name for name, words in table.items() if wanted in map(plain, words)), None)

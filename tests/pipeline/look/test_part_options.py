@@ -1,0 +1,131 @@
+"""What --lips, --eyes and the others say: colours, finishes, places, shares, shapes, `none`."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from looks import dial_values
+from makeup_video.pipeline import FINISHES, KINDS, Layer, UsageError, product
+from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.part_options import layers_of, parse_color, parse_share
+from refusals import refused
+
+COLOURS = st.tuples(*[st.integers(0, 255)] * 3)
+RED = 180, 0, 46
+
+
+@st.composite
+def layers(draw, kind):
+    """A layer of a kind, and the words that say it, in any order after the colour."""
+    rgb = draw(COLOURS)
+    finish = draw(st.none() | st.sampled_from(list(FINISHES)))
+    percent = draw(st.none() | st.integers(0, 100))
+    shape = draw(
+        st.fixed_dictionaries(
+            {}, optional={dial.name: dial_values(dial) for dial in kind.dials if dial.choices}
+        )
+    )
+    words = [word for word in (finish, *shape.values()) if word is not None]
+    words += [] if percent is None else [f"{percent}%"]
+    text = ":".join(["#" + bytes(rgb).hex(), *draw(st.permutations(words))])
+    worn = product(rgb, finish or kind.first_finish, kind.part)
+    return Layer(kind.name, worn, shape, 1.0 if percent is None else percent / 100), text
+
+
+@given(st.data())
+@pytest.mark.parametrize("part", PARTS)
+def test_words_after_the_colour_may_come_in_any_order(part, data):
+    kind = PARTS[part]
+    said = data.draw(st.lists(layers(kind), min_size=1, max_size=kind.most))
+    text = ", ".join(text for _, text in said)
+    assert layers_of(part, text) == tuple(layer for layer, _ in said)
+
+
+def number(dial):
+    return not dial.choices and not dial.is_colour
+
+
+DIALS = [(kind.part, dial) for kind in KINDS.values() for dial in kind.dials if number(dial)]
+
+
+@pytest.mark.parametrize(("part", "dial"), DIALS, ids=lambda one: getattr(one, "name", one))
+def test_every_number_of_a_shape_can_be_given(part, dial):
+    for value in (dial.low, dial.high, dial.default):
+        (layer,) = layers_of(part, f"red:{dial.name.replace('_', ' ')}={value}:satin")
+        assert layer.shape == {dial.name: value}
+    with refused(UsageError, rf"--{part}: {dial.name} must be a number in .*, got 99"):
+        layers_of(part, f"red:{dial.name}=99")
+
+
+def test_choices_and_colours_of_a_shape_can_be_given():
+    (layer,) = layers_of("eyes", "red:slot=Brow Bone")
+    assert layer.shape == {"slot": "brow_bone"}
+    (layer,) = layers_of("lips", "red:rim=40%:rim-color=dark red")
+    assert layer.shape == {"rim": 0.4, "rim_color": "#8B0000"}
+
+
+def test_a_finish_without_one_is_the_given_or_the_kinds_first():
+    (first,), (given_one,), (own,) = (
+        layers_of("liner", text, finish)
+        for text, finish in (("red", None), ("red", "gloss"), ("red:metal", "gloss"))
+    )
+    red = 255, 0, 0
+    assert first.product == product(red, KINDS["eyeliner"].first_finish, "liner")
+    assert given_one.product == product(red, "gloss", "liner")
+    assert own.product == product(red, "metallic", "liner")
+
+
+@pytest.mark.parametrize("text", ["none", "None", " NONE ", "bare", "off"])
+def test_none_is_no_layer(text):
+    assert layers_of("eyes", text) == ()
+
+
+def test_commas_within_a_colour_do_not_separate_layers():
+    shadows = layers_of("eyes", "rgb(180, 0, 46):outer,hsl(0, 100%, 50%):lid")
+    assert [layer.product.hex for layer in shadows] == ["#B4002E", "#FF0000"]
+
+
+@pytest.mark.parametrize(
+    ("part", "text", "words"),
+    [
+        ("lips", "", "--lips has no colour: quote one that begins with #, as in --lips '#B4002E'"),
+        ("lips", " ", "--lips has no colour: quote one"),
+        ("lips", ":gloss", "--lips has no colour: quote one"),
+        ("eyes", "red,", "--eyes has no colour: quote one"),
+        ("lips", "gloss", "--lips begins with a colour, as in '#B4002E:gloss', got 'gloss'"),
+        ("lips", "matte:red", "--lips begins with a colour"),
+        ("lips", "drakred", "--lips must be a colour such as .*, got 'drakred': did you mean darkred?"),
+        ("lips", "red:", "--lips: '' is no finish"),
+        ("lips", "red:mate", "--lips: 'mate' is no finish .*: did you mean matte?"),
+        ("lips", "red:outer", "--lips: 'outer' is no finish"),
+        ("eyes", "red:outr", r"--eyes: 'outr' is no finish \(.*\), a place \(lid, .*mean outer?"),
+        ("lips", "red:gloss:matt", "--lips gives the finish twice: 'red:gloss:matt'"),
+        ("eyes", "red:80%:.5", "--eyes gives the strength twice"),
+        ("eyes", "red:lid:slot=outer", "--eyes gives the slot twice"),
+        ("lips", "red:50", "--lips: the strength must be a number in 0..1 or a .*: did you mean 50%?"),
+        ("lips", "red:120%", "--lips: the strength must be a number in 0..1"),
+        ("liner", "black:wng=.3", "--liner has no 'wng'; its shape has .*: did you mean wing?"),
+        ("liner", "black:wing=", "--liner: wing must be a number in 0..1, got \"\""),
+        ("liner", "black:wing=far", "--liner: wing must be a number in 0..1, got \"far\""),
+        ("eyes", "red:slot=nose", "--eyes: slot must be one of lid, .*, got \"nose\""),
+        ("lips", "red:rim_color=rde", "--lips: rim_color must be a colour such as '#B4002E', got"),
+        ("liner", "red,blue", "--liner takes one colour, got 2: 'red,blue'"),
+        ("eyes", ",".join(["red"] * 20), "--eyes takes at most 4 layers, got 20"),
+    ],
+)  # fmt: skip
+def test_each_mistake_is_one_line_that_names_the_option(part, text, words):
+    with refused(UsageError, words):
+        layers_of(part, text)
+
+
+@given(COLOURS, st.booleans(), st.booleans())
+def test_a_colour_is_read_back_from_its_digits(rgb, hashed, upper):
+    text = ("#" if hashed else "") + bytes(rgb).hex()
+    assert parse_color(text.upper() if upper else text) == rgb
+
+
+@pytest.mark.parametrize(
+    ("text", "share"),
+    [("0.8", 0.8), ("80%", 0.8), (" 80 % ", 0.8), (".5", 0.5), ("1", 1), ("0%", 0)],
+)
+def test_a_share_is_a_number_or_a_percentage(text, share):
+    assert parse_share(text, "--strength") == share

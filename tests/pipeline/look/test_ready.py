@@ -1,0 +1,72 @@
+"""Looks that come with the package: they read, name themselves, and give way to files."""
+
+import json
+
+import pytest
+from makeup_video.pipeline import KINDS, Look, LookError, ready_look, ready_looks
+from makeup_video.pipeline.look.ready import is_file, load_look
+
+NAMES = [one.name for one in ready_looks()]
+PROMISED = [
+    "natural", "smoky-brown", "smoky-black", "cat-eye", "sunset", "berry", "k-beauty", "glam",
+    "festival-blue", "nude-matte", "red-lip-classic", "clown",
+]  # fmt: skip
+
+
+def test_the_promised_looks_are_there_in_order():
+    assert set(PROMISED) <= set(NAMES) and sorted(NAMES) == NAMES
+
+
+@pytest.mark.parametrize("one", ready_looks(), ids=lambda one: one.name)
+def test_a_ready_look_is_whole(one):
+    assert set(json.loads(one.path.read_text())) == {"words", "look"}
+    assert 10 < len(one.words) < 90 and one.words.isprintable() and one.words[-1] != "."
+    assert set(one.look.kinds) == {"lipstick", "eyeshadow", "eyeliner", "blush"}
+    assert one.look.strength == 1 and len(one.look.painted) == len(one.look.layers)
+    assert Look.from_dict(one.look.to_dict()) == one.look
+
+
+def test_no_two_ready_looks_are_the_same():
+    assert len({one.look for one in ready_looks()}) == len({one.words for one in ready_looks()})
+    assert len({one.look for one in ready_looks()}) == len(NAMES)
+
+
+def test_ready_looks_use_all_that_a_look_can_have():
+    layers = [layer for one in ready_looks() for layer in one.look.layers]
+    slots = {layer.whole_shape.get("slot") for layer in layers} - {None}
+    assert slots >= set(KINDS["eyeshadow"].slots) - {"inner"}
+    given = {(layer.kind, name) for layer in layers for name in layer.shape}
+    wanted = {(kind.name, dial.name) for kind in KINDS.values() for dial in kind.dials}
+    assert wanted - given <= {("eyeshadow", "slot")}
+
+
+@pytest.mark.parametrize("name", ["cat-eye", "Cat Eye", "CAT_EYE", "cateye"])
+def test_a_ready_look_is_found_however_it_is_spelled(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_look(name) == ready_look("cat-eye").look and not is_file(name)
+
+
+def test_a_file_of_the_same_name_comes_first(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Look(strength=0.5).save("cat-eye")
+    assert load_look("cat-eye") == Look(strength=0.5) and is_file("cat-eye")
+    Look().save("none")
+    assert load_look("None").is_bare and not is_file("none")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("caty-eye", "there is no look file and no ready look 'caty-eye': did you mean cat-eye? Ready"),
+        ("xyz", "there is no look file and no ready look 'xyz'; ready looks are berry, cat-eye,"),
+        ("look.json", "look.json: a look file cannot be read: No such file or directory"),
+        ("", "a look file cannot be read"),
+    ],
+)  # fmt: skip
+def test_an_unknown_name_lists_the_ready_looks(name, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(LookError) as caught:
+        load_look(name)
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+    with pytest.raises(LookError, match="there is no ready look"):
+        ready_look(name)
