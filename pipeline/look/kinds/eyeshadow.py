@@ -55,7 +55,8 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
 def _room(shape: Shape) -> float:
     """A narrow band has narrower borders, or nothing of it would be at full strength."""
     high: float = shape["high"]
-    return min(1.0, 0.5 + high - max(shape["low"], 0.0))
+    low: float = shape["low"]
+    return min(1.0, 0.5 + high - max(low, 0.0))
 
 
 KIND = Kind(
