@@ -52,7 +52,7 @@ def test_ready_looks_show_what_a_look_can_be():
     assert max(len(one.look.of("eyeshadow")) for one in ready_looks()) == KINDS["eyeshadow"].most
 
 
-def test_the_manual_lists_the_ready_looks_and_its_examples_read():
+def test_the_manual_lists_the_looks_and_its_examples_read():
     page = (DOCS / "looks.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `([\w-]+)` \| (.*) \|$", page.split("## Ready looks")[1], re.MULTILINE)
     listed = [(one.name, one.words) for one in ready_looks()]
