@@ -27,6 +27,8 @@ _FINISHES = {
     "metallic": "full cover with a broad bright sheen and fine sparkles of its own colour",
     "shimmer": "good cover with sparkles",
 }
+
+
 @dataclass(frozen=True)
 class Strip:
     """The product that a parameter is shown on; the parameter rises from 0 to `most`.
