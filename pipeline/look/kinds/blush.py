@@ -46,6 +46,7 @@ KIND = Kind(
     part="blush",
     title="Blush",
     product="Blush",
+    words=("blusher", "rouge", "cheek", "cheeks"),
     hidden="cheeks",
     category=r"(?<![a-z])(blush|cheek|rouge)",
     first_rgb=(214, 92, 104),

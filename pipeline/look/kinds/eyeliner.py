@@ -84,6 +84,7 @@ KIND = Kind(
     part="liner",
     title="Liner",
     product="Eyeliner",
+    words=("liners", "eye liner", "eye liners", "kajal", "kohl"),
     hidden="eyes",
     category=r"(?<![a-z])eye[ _-]?lin|kajal|kohl",
     first_rgb=(18, 14, 14),
