@@ -54,7 +54,9 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
 
 def _room(shape: Shape) -> float:
     """A narrow band has narrower borders, or nothing of it would be at full strength."""
-    return min(1.0, 0.5 + (shape["high"] - max(shape["low"], 0.0)))
+    high: float = shape["high"]
+    low: float = shape["low"]
+    return min(1.0, 0.5 + high - max(low, 0.0))
 
 
 KIND = Kind(

@@ -93,6 +93,11 @@ class LidSurface:
     is_upper: bool = True
     is_broad: ClassVar[bool] = False
 
+    @property
+    def _away_px(self) -> np.ndarray:
+        """From the lash line of this side, negative on the eyeball."""
+        return self.lash_px if self.is_upper else self.below_px
+
     def sides(self) -> "list[LidSurface]":
         return [self, replace(self, is_upper=False)]
 
@@ -101,7 +106,10 @@ class LidSurface:
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        inside = np.ones(self.up.shape, bool) if density is None else density > 0
+        # a pixel of skin is interpolated from places up to the diagonal of a step away
+        inside = self._away_px > -1.5 * self.grid.step_px()
+        if density is not None:
+            inside &= density > 0
         return self.grid.box_px(box_of(inside), more=1)  # weights are interpolated
 
     def weigh(
@@ -116,8 +124,7 @@ class LidSurface:
         feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
-        away_px = self.lash_px if self.is_upper else self.below_px
-        np.multiply(away_px, 1 / feather_px, out=maps[..., 0])
+        np.multiply(self._away_px, 1 / feather_px, out=maps[..., 0])
         maps[..., 1] = 1 if density is None else density
         there = self.grid.warped(maps, origin_xy, out.shape, (-1e3, 0.0, 0.0, 0.0))
         np.minimum(there[..., 0], 1, out=out)
