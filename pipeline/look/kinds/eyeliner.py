@@ -64,6 +64,7 @@ def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndar
     along, beside = _turned((at.across - 1) * at.width_px, at.rise_px, angle)
     back_px = (LID_RISE_AT - 1) * at.width_px
     back, height = _turned(back_px, at.lid_rise_px + thick_px, angle)
+    back = np.minimum(back, 0)  # a steep wing begins at the corner, or its tip would lie behind it
     left = np.clip((length_px - along) * (1 / (length_px - back)), 0, 1)
     high = (np.maximum(height, thick_px) + over_px) * left**_SLIM
     # never on the eyeball, nor before the place where the wing leaves the line

@@ -158,7 +158,7 @@ class BothEyes:
     def __init__(
         self, up: np.ndarray, lash_px: np.ndarray, below_px: np.ndarray, widths_px: Sequence[float]
     ) -> None:
-        """widths_px: of the eyes; 0 for one that is not seen."""
+        """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0."""
         self._lash_px = lash_px
         wide = np.array(widths_px, np.float32)[:, None, None]
         self.upper, self.lower = (
@@ -226,7 +226,7 @@ def lid_surfaces_of(
 ) -> list[LidSurface | None]:
     """The lids that kernels/surface.cl made."""
     grids = [None if place is None else Grid.at(place.to_px, LID_HW) for place in places]
-    widths = [0.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
+    widths = [1.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
     both = BothEyes(made.lids[:, 0], made.lids[:, 1], made.lids[:, 5], widths)
     return [
         None
