@@ -35,8 +35,8 @@ from makeup_video.pipeline.look.strict_json import whole_number
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
-# How the page draws a product, by the surface that it is worn on; lines are drawn as lines.
-_SWATCHES = {"lips": "stroke", "eyes": "powder", "face": "flush"}
+# How the page draws a product by the surface that it is worn on, unless it is a line or a powder.
+_SWATCHES = {"lips": "stroke", "face": "flush"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,7 @@ def _kind(kind: Kind) -> dict[str, Any]:
         "first_finish": kind.first_finish,
         "most": kind.most,
         "order": kind.order,
-        "swatch": "line" if kind.is_line else _SWATCHES[kind.surface],
+        "swatch": "line" if kind.is_line else _SWATCHES.get(kind.surface, "powder"),
         "slots": {name: kind.whole_shape({"slot": name}) for name in kind.slots},
         "dials": [
             {
