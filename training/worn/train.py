@@ -2,8 +2,8 @@
 
     python -m makeup_video.training.worn.train --data runs/worn.npz --out runs/worn.onnx
 
-Light, colour, sharpness and noise vary as in photos. The last tenth of each set's real faces is held
-out, with what was painted on them: neighbours in a set are often the same person.
+Light, colour, sharpness and noise vary as in photos. The last tenth of the real faces of a set is
+held out, with what was painted on them: neighbours in a set are often the same person.
 """
 
 import argparse
