@@ -24,7 +24,7 @@ _FINISHES = {
 _SLOTS = {
     "lid": (0.0, 0.93, 0.11, 1.03, 0.0, 0.50),
     "crease": (0.64, 1.38, 0.16, 1.12, 0.2, 0.50),
-    "brow_bone": (1.38, 1.92, 0.38, 1.20, 0.2, 0.48),
+    "brow_bone": (1.36, 1.86, 0.38, 1.20, 0.2, 0.48),
     "outer": (0.0, 1.20, 0.66, 1.13, 0.3, 0.60),
     "under": (-0.70, 0.0, 0.12, 1.06, 0.0, 0.50),
     "inner": (-1.30, 0.85, -0.05, 0.17, 0.0, 0.50),
@@ -32,6 +32,7 @@ _SLOTS = {
 }
 _SHARP, _FADE = 0.02, 4.0  # heights over which the lower border fades: at the corner, and beyond
 _ROUND = 0.45, 0.55  # widths of the eye from an end, where the upper border comes down; how far
+_SWEEP, _TAPER = 0.62, 0.55  # across, from which a wing's upper border rises; by its lift
 _SLIM = 0.45  # height under the inner corner, of that under the outer one
 _NUMBERS = ("low", "high", "inner", "outer", "lift", "softness")
 
@@ -47,10 +48,11 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     density = rise(at.across, shape["inner"], 0.38 * wide)
     density = density * fall(at.across, shape["outer"], 0.30 * wide)
     height, beyond = at.height, np.maximum(at.across - 1, 0)
+    if at.is_upper or high < 0:
+        top = height + _rounded(at, shape) - _lifted(at, shape)
+        density = density * fall(top, high, 0.95 * wide * _room(shape))
     if shape["lift"]:
         height = height - np.float32(shape["lift"] / LID) * beyond
-    if at.is_upper or high < 0:
-        density = density * fall(height + _rounded(at, shape), high, 0.95 * wide * _room(shape))
     if low > 0 or not at.is_upper:
         under = 1 if at.is_upper else 1 / (_SLIM + (1 - _SLIM) * np.clip(at.across, 0, 1))
         room = _room(shape) if at.is_upper else 1
@@ -70,6 +72,15 @@ def _rounded(at: EyeFields, shape: Shape) -> "np.ndarray":
     bent = np.clip(1 - inside * np.float32(1 / reach), 0, 1.5)
     arch: np.ndarray = bent * bent * np.float32(deep * max(shape["high"] - 0.93, 0))
     return arch
+
+
+def _lifted(at: EyeFields, shape: Shape) -> "np.ndarray":
+    """How far a wing lifts the upper border, in heights: from _SWEEP on, with no kink."""
+    import numpy as np
+
+    out = np.maximum(at.across - np.float32(_SWEEP), 0)
+    lifted: np.ndarray = out * out * (np.float32(_TAPER * shape["lift"] / LID) / (out + (1 - _SWEEP)))
+    return lifted
 
 
 def _room(shape: Shape) -> float:
@@ -106,6 +117,6 @@ KIND = Kind(
     shown={"outer": 1.3},
     surface="eyes",
     coats=_coats,
-    spared=0.2,
+    spared=0.1,
     keep_highlights=0.15,
 )  # fmt: skip
