@@ -110,7 +110,7 @@ def _film(case: Case) -> Answer:
 
     look = Look()
     if case.paints:
-        look = Look(product(_LIPS_RGB, "gloss"), product(_EYES_RGB, "shimmer", "eyes"))
+        look = Look(lips=product(_LIPS_RGB, "gloss"), eyes=product(_EYES_RGB, "shimmer", "eyes"))
     report = process_video(case.input, str(case.output), look, _settings(case))
     report.summary(), report.warnings()
     values = json.loads(json.dumps(report.to_dict(), allow_nan=False))

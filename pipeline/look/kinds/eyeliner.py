@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _FINISHES = {
     "matte":    (0.95, 0.00, 0.90, 0.00, 0.20, 0.20, 0.00, 0.20, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
     "satin":    (0.95, 0.10, 0.60, 0.00, 0.20, 0.20, 0.00, 0.20, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
-    "sheer":    (0.50, 0.00, 0.80, 0.00, 0.50, 0.50, 0.10, 0.20, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.50, 0.00, 0.80, 0.00, 0.50, 0.50, 0.08, 0.20, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
     "gloss":    (0.97, 0.60, 0.35, 0.10, 0.20, 0.20, 0.00, 0.20, 0.50, 0.40, 0.00, 0.50, 0.50, 1.0),
     "metallic": (0.97, 0.60, 0.50, 0.10, 0.20, 0.20, 0.00, 0.20, 0.50, 0.50, 0.40, 0.10, 1.00, 1.0),
     "shimmer":  (0.85, 0.30, 0.60, 0.05, 0.30, 0.30, 0.00, 0.20, 0.50, 0.60, 0.60, 0.20, 0.60, 1.0),
@@ -50,7 +50,8 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
 def _along(away_px: "np.ndarray", over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
     """A stroke along a lash line that begins a little over it."""
     above = away_px + over_px
-    return Stroke(above, _THINNED * (thick_px <= 0) + thick_px - above)
+    none = (thick_px <= 0).astype(above.dtype)
+    return Stroke(above, _THINNED * none + thick_px - above)
 
 
 def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
@@ -63,11 +64,13 @@ def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndar
     along, beside = _turned((at.across - 1) * at.width_px, at.rise_px, angle)
     back_px = (LID_RISE_AT - 1) * at.width_px
     back, height = _turned(back_px, at.lid_rise_px + thick_px, angle)
+    back = np.minimum(back, 0)  # a steep wing begins at the corner, or its tip would lie behind it
     left = np.clip((length_px - along) * (1 / (length_px - back)), 0, 1)
     high = (np.maximum(height, thick_px) + over_px) * left**_SLIM
     # never on the eyeball, nor before the place where the wing leaves the line
     above = np.minimum(np.minimum(beside, at.above_px) + over_px, along - back)
-    return Stroke(above, _THINNED * (left <= 0) + high - over_px - beside)
+    none = (left <= 0).astype(above.dtype)
+    return Stroke(above, _THINNED * none + high - over_px - beside)
 
 
 def _turned(out: "np.ndarray", up: "np.ndarray", angle: float) -> "tuple[np.ndarray, np.ndarray]":
@@ -81,6 +84,7 @@ KIND = Kind(
     part="liner",
     title="Liner",
     product="Eyeliner",
+    words=("liners", "eye liner", "eye liners", "kajal", "kohl"),
     hidden="eyes",
     category=r"(?<![a-z])eye[ _-]?lin|kajal|kohl",
     first_rgb=(18, 14, 14),

@@ -85,7 +85,9 @@ def _lifted(at: EyeFields, shape: Shape) -> "np.ndarray":
 
 def _room(shape: Shape) -> float:
     """A narrow band has narrower borders, or nothing of it would be at full strength."""
-    return min(1.0, 0.5 + (shape["high"] - max(shape["low"], 0.0)))
+    high: float = shape["high"]
+    low: float = shape["low"]
+    return min(1.0, 0.5 + high - max(low, 0.0))
 
 
 KIND = Kind(
@@ -93,6 +95,7 @@ KIND = Kind(
     part="eyes",
     title="Eyes",
     product="Eye-shadow",
+    words=("eye", "shadow", "shadows", "eye shadow", "lid", "lids", "eyelid", "eyelids"),
     hidden="eyes",
     category=r"(?<![a-z])eye(?![ _-]?(brow|lash|lin))",
     first_rgb=(90, 58, 46),
@@ -111,6 +114,15 @@ KIND = Kind(
         Dial("lift", 0.0, "Lift", "How steeply the wing rises: its slope.", low=-0.5, high=1.5),
         Dial("softness", 0.5, "Softness", "How far its borders fade."),
     ),
+    slot_words={
+        "lid": ("lids", "eyelid"),
+        "crease": ("socket", "fold"),
+        "brow_bone": ("brow", "under brow", "below brow"),
+        "outer": ("outside", "outer corner", "outer v"),
+        "under": ("below", "lower", "lower lid", "under eye", "lower lash line"),
+        "inner": ("inside", "inner corner", "tear duct"),
+        "full": ("all", "whole", "everywhere"),
+    },
     slots={name: dict(zip(_NUMBERS, row, strict=True)) for name, row in _SLOTS.items()},
     most=4,
     order=20,

@@ -93,6 +93,11 @@ class LidSurface:
     is_upper: bool = True
     is_broad: ClassVar[bool] = False
 
+    @property
+    def _away_px(self) -> np.ndarray:
+        """From the lash line of this side, negative on the eyeball."""
+        return self.lash_px if self.is_upper else self.below_px
+
     def sides(self) -> "list[LidSurface]":
         return [self, replace(self, is_upper=False)]
 
@@ -101,7 +106,10 @@ class LidSurface:
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        inside = np.ones(self.up.shape, bool) if density is None else density > 0
+        # a pixel of skin is interpolated from places up to the diagonal of a step away
+        inside = self._away_px > -1.5 * self.grid.step_px()
+        if density is not None:
+            inside &= density > 0
         return self.grid.box_px(box_of(inside), more=1)  # weights are interpolated
 
     def weigh(
@@ -116,8 +124,7 @@ class LidSurface:
         feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
-        away_px = self.lash_px if self.is_upper else self.below_px
-        np.multiply(away_px, 1 / feather_px, out=maps[..., 0])
+        np.multiply(self._away_px, 1 / feather_px, out=maps[..., 0])
         maps[..., 1] = 1 if density is None else density
         there = self.grid.warped(maps, origin_xy, out.shape, (-1e3, 0.0, 0.0, 0.0))
         np.minimum(there[..., 0], 1, out=out)
@@ -151,7 +158,7 @@ class BothEyes:
     def __init__(
         self, up: np.ndarray, lash_px: np.ndarray, below_px: np.ndarray, widths_px: Sequence[float]
     ) -> None:
-        """widths_px: of the eyes; 0 for one that is not seen."""
+        """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0."""
         self._lash_px = lash_px
         wide = np.array(widths_px, np.float32)[:, None, None]
         self.upper, self.lower = (
@@ -219,7 +226,7 @@ def lid_surfaces_of(
 ) -> list[LidSurface | None]:
     """The lids that kernels/surface.cl made."""
     grids = [None if place is None else Grid.at(place.to_px, LID_HW) for place in places]
-    widths = [0.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
+    widths = [1.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
     both = BothEyes(made.lids[:, 0], made.lids[:, 1], made.lids[:, 5], widths)
     return [
         None

@@ -261,7 +261,8 @@ def _samples(
     rows, columns = np.divmod(seen, SIDE)
     x, y = grid.to_px @ np.stack([columns, rows, np.ones_like(rows)])
     there = (x > -0.5) & (x < frame.width_px - 0.5) & (y > -0.5) & (y < frame.height_px - 0.5)
-    return seen[there]
+    inside: np.ndarray = seen[there]
+    return inside
 
 
 class FaceRegion:

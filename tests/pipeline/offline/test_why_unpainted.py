@@ -72,7 +72,7 @@ def test_a_hidden_face_is_explained_by_what_is_hidden(tmp_path, monkeypatch):
     for look, parts in (
         (BLUE, "mouth"),
         (Look(eyes=shadow), "eyes"),
-        (Look(BLUE.lips, shadow), "mouth or eyes"),
+        (Look(lips=BLUE.lips, eyes=shadow), "mouth or eyes"),
     ):
         reason = f"no {parts} could be seen in the faces found; {TURN.format('picture')}"
         assert only_line(src, look, overwrite=True) == f"nothing was painted: {reason}"
