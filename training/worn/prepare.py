@@ -4,8 +4,8 @@
         --shades DIR --out runs/worn.npz
 
 DIR has a folder for each set, with pictures and worn.csv: name, the labels of LABELS (0 bare, 1 do
-not know, 2 clear) and flags. A look is painted only on faces where all labels are 0, so that what is
-painted is all that is worn.
+not know, 2 clear) and flags. A look is painted only on faces where all labels are 0, so that
+nothing else is worn.
 """
 
 import argparse

@@ -35,13 +35,13 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     thick_px = shape["thickness"] * _OPEN * at.width_px
     over_px = np.minimum(_OVER * at.width_px, 0.5 * thick_px)
     # thin at the inner corner, full from the middle of the eye on
-    here_px = thick_px * (0.3 + 0.7 * np.clip(at.across * 1.4, 0, 1)) + over_px
-    ends = rise(at.across, 0.02, 0.08) * fall(at.across, 1.01, 0.06)
+    here_px = thick_px * (0.15 + 0.85 * np.clip(at.across * 1.25, 0, 1)) + over_px
+    ends = rise(at.across, 0.08, 0.16) * fall(at.across, 1.01, 0.06)
     strokes = [_along(at.above_px, over_px, here_px * ends)]
     if shape["wing"] > 0:
         strokes.append(_wing(at, shape, over_px, thick_px))
     if shape["lower"] > 0:
-        reach = rise(at.across, 1 - shape["lower"], 0.25) * fall(at.across, 1.0, 0.06)
+        reach = rise(at.across, max(1 - shape["lower"], 0.16), 0.25) * fall(at.across, 1.0, 0.06)
         strokes.append(_along(at.below_px, 0.5 * over_px, _LOWER * thick_px * reach))
     smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
     blur_px = max(1.0, smudge * float(thick_px.max()))
@@ -93,7 +93,7 @@ KIND = Kind(
     finishes=_FINISHES,
     remark="a dense line, so hardly any skin shows through",
     dials=(
-        Dial("thickness", 0.14, "Thickness", "How thick the line is.", unit="of the eye's height"),
+        Dial("thickness", 0.12, "Thickness", "How thick the line is.", unit="of the eye's height"),
         Dial("wing", 0.0, "Wing", "How far the wing reaches beyond the outer corner.",
              unit="of the eye's width"),
         Dial("wing_angle", 30.0, "Wing's angle", "How steeply the wing rises.", low=-30, high=75,
