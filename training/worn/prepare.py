@@ -38,12 +38,18 @@ _LEAST_DIFFERENT = 1.0  # CIEDE2000: pixels that changed by less are not painted
 
 
 def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
-    """Pictures of a set with their labels, UNKNOWN for 1; unusable ones are left out."""
+    """Pictures of a set with their labels, UNKNOWN for 1; unusable ones are left out.
+
+    Without worn.csv all are bare.
+    """
+    if not (folder / "worn.csv").exists():
+        yield from ((path, [0] * len(LABELS)) for path in sorted(folder.glob("*.jpg")))
+        return
     with (folder / "worn.csv").open(newline="") as table:
         for row in csv.DictReader(table):
             if set(row["flags"]) & UNUSABLE:
                 continue
-            labels = [{"0": 0, "2": 1}.get(row[name], UNKNOWN) for name in LABELS]
+            labels = [{"0": 0, "2": 1}.get(row[name].strip(), UNKNOWN) for name in LABELS]
             if (
                 "h" in row["flags"]
             ):  # something is in front: what is not seen is not known to be bare

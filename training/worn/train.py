@@ -15,6 +15,7 @@ import torch
 from makeup_video.pipeline.reference.worn_crops import PLACES
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.worn.model import WornNet
+from makeup_video.training.worn.scores import area_under_curve
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -91,15 +92,6 @@ def split(sources: np.ndarray, real: np.ndarray) -> np.ndarray:
         first = of[int(len(of) * (1 - HELD_OUT))]
         held |= (sources == source) & (person >= first)
     return held
-
-
-def area_under_curve(scores: np.ndarray, is_worn: np.ndarray) -> float:
-    """The share of pairs of a made-up and a bare face that are in the right order."""
-    order = np.argsort(np.argsort(scores, kind="stable"), kind="stable") + 1
-    count = int(is_worn.sum())
-    if count in (0, len(is_worn)):
-        return float("nan")
-    return float((order[is_worn].sum() - count * (count + 1) / 2) / (count * (len(scores) - count)))
 
 
 @torch.no_grad()
