@@ -79,7 +79,9 @@ def _lifted(at: EyeFields, shape: Shape) -> "np.ndarray":
     import numpy as np
 
     out = np.maximum(at.across - np.float32(_SWEEP), 0)
-    lifted: np.ndarray = out * out * (np.float32(_TAPER * shape["lift"] / LID) / (out + (1 - _SWEEP)))
+    lifted: np.ndarray = (
+        out * out * (np.float32(_TAPER * shape["lift"] / LID) / (out + (1 - _SWEEP)))
+    )
     return lifted
 
 
