@@ -170,8 +170,11 @@ class Look:
 
     @property
     def is_bare(self) -> bool:
-        """True when nothing will be painted, so that every frame passes untouched."""
-        return not self.painted
+        """True without layers or strength, so that every frame passes untouched, unread.
+
+        A look whose products have no effect is not bare: its user is told why nothing is painted.
+        """
+        return not any(layer.strength * self.strength > 0 for layer in self.layers)
 
     @classmethod
     def from_dict(cls, values: Any) -> Self:

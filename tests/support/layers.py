@@ -37,8 +37,8 @@ def everything(**given: float) -> Look:
     return Look(Layer(name, product(**given), SHOWN.get(name, {})) for name in KINDS)
 
 
-# Shapes that are drawn whole: other kinds are, with their defaults.
-SHOWN = {"eyeliner": {"wing": 0.3, "lower": 0.6}, "lipstick": {"rim": 0.5}}
+# Shapes in which a kind shows all that it can do.
+SHOWN = {name: dict(kind.shown) for name, kind in KINDS.items()} | {"lipstick": {"rim": 0.5}}
 
 
 def jobs(scene: FrameScene, layers: Iterable[Layer]) -> list[Job]:

@@ -4,8 +4,8 @@
         --shades DIR --out runs/worn.npz
 
 DIR has a folder for each set, with pictures and worn.csv: name, the labels of LABELS (0 bare, 1 do
-not know, 2 clear) and flags. A look is painted only on faces where all labels are 0, so that what is
-painted is all that is worn.
+not know, 2 clear) and flags. A look is painted only on faces where all labels are 0, so that
+nothing else is worn.
 """
 
 import argparse
@@ -38,12 +38,18 @@ _LEAST_DIFFERENT = 1.0  # CIEDE2000: pixels that changed by less are not painted
 
 
 def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
-    """Pictures of a set with their labels, UNKNOWN for 1; unusable ones are left out."""
+    """Pictures of a set with their labels, UNKNOWN for 1; unusable ones are left out.
+
+    Without worn.csv all are bare.
+    """
+    if not (folder / "worn.csv").exists():
+        yield from ((path, [0] * len(LABELS)) for path in sorted(folder.glob("*.jpg")))
+        return
     with (folder / "worn.csv").open(newline="") as table:
         for row in csv.DictReader(table):
             if set(row["flags"]) & UNUSABLE:
                 continue
-            labels = [{"0": 0, "2": 1}.get(row[name], UNKNOWN) for name in LABELS]
+            labels = [{"0": 0, "2": 1}.get(row[name].strip(), UNKNOWN) for name in LABELS]
             if (
                 "h" in row["flags"]
             ):  # something is in front: what is not seen is not known to be bare

@@ -113,7 +113,7 @@ def test_no_byte_changes_beyond_the_grids_of_the_surfaces(kind, data):
 @any_kind
 @settings(max_examples=60, deadline=None)
 @given(data=st.data())
-def test_densities_and_strokes_are_finite_and_as_large_as_the_grid(kind, data):
+def test_densities_are_finite_and_as_large_as_the_grid(kind, data):
     layer, info = data.draw(layers(kind)), KINDS[kind]
     surfaces = surfaces_of(kind)
     for side in zip(*(surface.sides() for surface in surfaces), strict=True):

@@ -87,7 +87,7 @@ def test_a_line_reaches_no_further_than_its_dials_say(layer, number):
 def test_hair_of_the_brows_is_hardly_covered(kind, number):
     points = head_of(number)
     for slot in KINDS[kind].slots or (None,):
-        layer = shown(kind) if slot is None else shown(kind, slot=slot)
+        layer = shown(kind) if slot is None else Layer(kind, product(), {"slot": slot})
         weight = layer_weight(plain_scene(points, SIZE), layer)
         for contour in BROWS:
             brow = weight[inside(points[contour], weight.shape)]

@@ -54,7 +54,7 @@ def jittered():
 
 
 @pytest.mark.parametrize("name", LAYERS)
-def test_borders_shake_no_more_than_those_of_lips_for_the_same_jitter(name):
+def test_jitter_shakes_borders_no_more_than_those_of_lips(name):
     assert 0 < shake(jittered(), LAYERS[name]) <= shake(jittered(), LIPSTICK)
 
 
@@ -72,7 +72,7 @@ def still_film():
 
 
 @pytest.mark.parametrize("name", [*LAYERS, "hairline"])
-def test_borders_on_a_still_face_shake_no_more_than_those_of_lips(name):
+def test_a_still_face_shakes_borders_no_more_than_lips(name):
     layer = liner(0.03) if name == "hairline" else LAYERS[name]
     assert 0 < shake(still_film(), layer) <= shake(still_film(), LIPSTICK)
 
