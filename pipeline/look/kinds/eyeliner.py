@@ -24,7 +24,7 @@ _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as t
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
 _THINNED = -1e3  # px: no line at all
-_SHORTEST = 1e-3  # px of a wing, so that none is a division by zero
+_SHORTEST_PX = 0.01  # of a wing, so that none divides by zero
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 
@@ -66,7 +66,7 @@ def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndar
     back_px = (LID_RISE_AT - 1) * at.width_px
     back, height = _turned(back_px, at.lid_rise_px + thick_px, angle)
     back = np.minimum(back, 0)  # a steep wing begins at the corner, or its tip would lie behind it
-    left = np.clip((length_px - along) * (1 / np.maximum(length_px - back, _SHORTEST)), 0, 1)
+    left = np.clip((length_px - along) * (1 / np.maximum(length_px - back, _SHORTEST_PX)), 0, 1)
     high = (np.maximum(height, thick_px) + over_px) * left**_SLIM
     # never on the eyeball, nor before the place where the wing leaves the line
     above = np.minimum(np.minimum(beside, at.above_px) + over_px, along - back)

@@ -26,11 +26,11 @@ _SLOTS = {
     "crease": (0.64, 1.38, 0.16, 1.12, 0.2, 0.50),
     "brow_bone": (1.36, 1.86, 0.38, 1.20, 0.2, 0.48),
     "outer": (0.0, 1.20, 0.66, 1.13, 0.3, 0.60),
-    "under": (-0.70, 0.0, 0.12, 1.06, 0.0, 0.50),
+    "under": (-0.70, 0.0, 0.12, 1.14, 0.0, 0.50),
     "inner": (-1.30, 0.85, -0.05, 0.17, 0.0, 0.50),
     "full": (0.0, 1.62, 0.12, 1.13, 0.2, 0.70),
 }
-_SHARP, _FADE = 0.02, 4.0  # heights over which the lower border fades: at the corner, and beyond
+_SHARP, _FADE = 0.02, 2.0  # heights over which the lower border fades: at the corner, and beyond
 _ROUND = 0.45, 0.55  # widths of the eye from an end, where the upper border comes down; how far
 _SWEEP, _TAPER = 0.62, 0.55  # across, from which a wing's upper border rises; by its lift
 _SLIM = 0.45  # height under the inner corner, of that under the outer one
