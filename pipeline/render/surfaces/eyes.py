@@ -52,6 +52,8 @@ _FAINTEST = 1 / 512
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
 _NARROWEST_PX = 4
+# How far, in widths of the eye, an open eye opens at least, and a shut one at most.
+_OPEN = 0.07, 0.03
 # The same from the inner to the outer corner, as points of the face, with the brow's lower edge.
 EYE_CURVES = tuple(
     tuple(
@@ -125,9 +127,7 @@ class LidSurface:
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
         np.multiply(self._away_px, 1 / feather_px, out=maps[..., 0])
-        # where the lash lines meet, at the corners and of a shut eye, no eyeball must be spared
-        gap = (self.lash_px + self.below_px) * np.float32(0.5 / feather_px)
-        maps[..., 0] += np.clip(1 + gap, 0, 1)
+        maps[..., 0] += self._shut()
         maps[..., 1] = 1 if density is None else density
         there = self.grid.warped(maps, origin_xy, out.shape, (-1e3, 0.0, 0.0, 0.0))
         np.minimum(there[..., 0], 1, out=out)
@@ -135,6 +135,13 @@ class LidSurface:
         cv2.threshold(
             out, _FAINTEST, 0, cv2.THRESH_TOZERO, out
         )  # also removes what lies beyond the lashes
+
+    def _shut(self) -> float:
+        """1 for a shut eye, whose lids hide the eyeball that else must be spared; 0 for an open
+        one."""
+        open_px = -float((self.lash_px + self.below_px).min())
+        most, least = _OPEN
+        return min(max((most - open_px / self.width_px) / (most - least), 0.0), 1.0)
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light on the grid, and its mean over the lid.
