@@ -7,6 +7,7 @@ from itertools import groupby
 
 import numpy as np
 from makeup_video.kernels.planes import Rect
+from makeup_video.kernels.program import Device
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.look.kinds import KINDS
@@ -91,14 +92,16 @@ def scaled(job: Job, to_new: AffineArray, share: float) -> Job:
     )
 
 
-def jobs_of(item: FrameScene, scene: FaceScene, layers: Sequence[Layer]) -> Iterator[Job]:
+def jobs_of(
+    item: FrameScene, scene: FaceScene, layers: Sequence[Layer], device: Device
+) -> Iterator[Job]:
     """The jobs of a look on one face, in the order of painting.
 
-    layers: as Look.painted has them.
+    layers: as Look.painted has them.  device: of the calling thread.
     """
     for (region_name, _), group in groupby(layers, _together):
         region = REGIONS[region_name]
-        share, lits = region.amount(scene.face), region.lit(item, scene)
+        share, lits = region.amount(scene.face), region.lit(item, scene, device)
         if share <= 0 or not lits:
             continue
         together, skin_px = list(group), iod_px(scene.face)

@@ -79,7 +79,8 @@ class Composite:
         if not layers or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return False
         # all surfaces are read before anything is painted
-        jobs = [job for scene in faces for job in jobs_of(item, scene, layers)]
+        device = self._canvas.device
+        jobs = [job for scene in faces for job in jobs_of(item, scene, layers, device)]
         if not jobs:
             return False
         planes = item.frame.writable_planes()

@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import (
     LID_CURVES,
     LID_HW,
@@ -187,7 +188,7 @@ class EyesRegion:
         lids = zip(lid_surfaces_of(places, made), made.lids, made.means[1:], strict=True)
         return [None if surface is None else (surface, lid[2], mean) for surface, lid, mean in lids]
 
-    def lit(self, item: FrameScene, scene: FaceScene) -> tuple[Lit, ...]:
+    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
         return scene.regions.get("eyes", ())
 
     def amount(self, face: Face) -> float:
