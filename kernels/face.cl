@@ -8,7 +8,7 @@
  *
  * - given: the face and the frame, GIVEN in face.py.
  * - tables: what all faces share, TABLES.
- * - luma, cb, cr: planes.
+ * - planes: Y', Cb and Cr, one after another.
  * - table: linear light of R'G'B'.
  * - scratch: SCRATCH.
  * - out: to be filled, OUT. */
@@ -28,6 +28,11 @@ enum { IS_KNOWN, DARKEST, PLANES, DEVIATIONS = PLANES + 9 };
 /* Gaussian of SIGMA_PX from the middle outwards; tests/kernels/test_face.py compares it. */
 __constant float face_taps[4] = {
     0.613464348f, 0.187858721f, 0.00539457781f, 1.45267221e-05f};
+
+/* The same of EDGE_PX and HOLE_PX, cut off at MARGIN and at half of it. */
+__constant float face_edge_taps[5] = {
+    0.306998819f, 0.228374287f, 0.0940110162f, 0.0214156508f, 0.00269963359f};
+__constant float face_hole_taps[3] = {0.6638183f, 0.165524572f, 0.00256626867f};
 
 static inline float8 face_at_least(float8 x, float least) {
     return surface_max8(x, (float8)least);
@@ -190,6 +195,32 @@ SURFACE_STEP void face_near(
     PUT(near, face_bell(off * off, PER_SIGMA));
 }
 
+/* Blurs eight px of both drawn masks along their row. */
+SURFACE_STEP void face_borders(int x, int row, __global const float *given, __global float *scratch) {
+    __global const float *inside = given + INSIDE_AT + row * DRAWN + x + MARGIN;
+    __global const float *holes = given + HOLES_AT + row * DRAWN + x + MARGIN;
+    float8 edge = face_edge_taps[0] * EIGHT(inside), hole = face_hole_taps[0] * EIGHT(holes);
+    for (int i = 1; i <= MARGIN; ++i)
+        edge += face_edge_taps[i] * (EIGHT(inside - i) + EIGHT(inside + i));
+    for (int i = 1; i <= MARGIN / 2; ++i)
+        hole += face_hole_taps[i] * (EIGHT(holes - i) + EIGHT(holes + i));
+    PUT(scratch + BORDERS_AT + row * SIDE + x, edge);
+    PUT(scratch + BORDERS_AT + (DRAWN + row) * SIDE + x, hole);
+}
+
+/* What the outline of the face, and its eyes, brows, lips and nostrils, leave of eight nodes: 0 to
+ * 1 and beyond. */
+static inline float8 face_shown(int x, int y, __global const float *scratch) {
+    __global const float *edges = scratch + BORDERS_AT + (y + MARGIN) * SIDE + x;
+    __global const float *holes = edges + DRAWN * SIDE;
+    float8 edge = face_edge_taps[0] * EIGHT(edges), hole = face_hole_taps[0] * EIGHT(holes);
+    for (int i = 1; i <= MARGIN; ++i)
+        edge += face_edge_taps[i] * (EIGHT(edges - i * SIDE) + EIGHT(edges + i * SIDE));
+    for (int i = 1; i <= MARGIN / 2; ++i)
+        hole += face_hole_taps[i] * (EIGHT(holes - i * SIDE) + EIGHT(holes + i * SIDE));
+    return surface_min8(face_line(edge, ON_EDGE, 255.0f), face_line(hole, IN_HOLE, 0.0f));
+}
+
 /* Computes the place, the normal and the visibility of eight nodes. */
 SURFACE_STEP void face_nodes(
     int x, int y, __global const float *given, __global const float *scratch, __global float *out) {
@@ -211,7 +242,7 @@ SURFACE_STEP void face_nodes(
     }
     float8 facing = surface_clamp8(fields[4], 0.0f, 1.0f), down = fields[1];
     int at = y * SIDE + x;
-    float8 visible = EIGHT(given + SHOWN_AT + at);
+    float8 visible = face_shown(x, y, scratch);
     visible = surface_min8(visible, face_line(facing, FACING_FROM, FACING_TO));
     visible = surface_min8(visible, face_line(down, HIGHEST_FROM, HIGHEST_TO));
     visible = surface_min8(visible, face_line(down, LOWEST_FROM, LOWEST_TO));
@@ -226,9 +257,10 @@ SURFACE_STEP void face_nodes(
 /* Reads the linear light of eight nodes. */
 SURFACE_STEP void face_light(
     int x, int y, __global const float *given, __global const SAMPLE *luma,
-    __global const SAMPLE *cb, __global const SAMPLE *cr, __global const float *table,
-    __global float *light) {
+    __global const float *table, __global float *light) {
     __global const float *to_steps = given + TO_STEPS_AT;
+    __global const SAMPLE *cb = luma + (int)given[CHROMA_BEGINS_AT];
+    __global const SAMPLE *cr = cb + (int)given[CHROMA_BEGINS_AT + 1];
     float8 columns = (float)x + ROW8, sum = (float8)0.0f;
     float row = (float)y;
     float8 codes = surface_sample(luma, given + LUMA_AT, given + TO_LUMA_AT, columns, row);
@@ -542,8 +574,7 @@ SURFACE_STEP void face_finish(int x, int y, __global const float *scratch, __glo
 
 __kernel void face(
     __global const float *restrict given, __global const float *restrict tables,
-    __global const SAMPLE *restrict luma, __global const SAMPLE *restrict cb,
-    __global const SAMPLE *restrict cr, __global const float *restrict table,
+    __global const SAMPLE *restrict planes, __global const float *restrict table,
     __global float *restrict scratch, __global float *restrict out) {
     for
         EACH(i, PADDED / 8) face_points(8 * i, given, tables, scratch);
@@ -553,6 +584,9 @@ __kernel void face(
     for
         EACH(i, 2 * POINTS * (SIDE / 8))
     face_near(i / (SIDE / 8) % POINTS, i % (SIDE / 8) * 8, i / (SIDE / 8) / POINTS, given, scratch);
+    for
+        EACH(i, DRAWN * (SIDE / 8))
+    face_borders(i % (SIDE / 8) * 8, i / (SIDE / 8), given, scratch);
     barrier(CLK_GLOBAL_MEM_FENCE);
     if (get_local_id(0) == 0) face_solve(scratch);
     barrier(CLK_GLOBAL_MEM_FENCE);
@@ -560,7 +594,7 @@ __kernel void face(
         EACH(i, NODES / 8) {
             int x = i % (SIDE / 8) * 8, y = i / (SIDE / 8);
             face_nodes(x, y, given, scratch, out);
-            face_light(x, y, given, luma, cb, cr, table, scratch + LIGHT_AT);
+            face_light(x, y, given, planes, table, scratch + LIGHT_AT);
         }
     barrier(CLK_GLOBAL_MEM_FENCE);
     if (get_local_id(0) == 0) face_skin(given, out, scratch);

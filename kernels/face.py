@@ -25,6 +25,14 @@ STEP = 1.6 / (SIDE - 1)  # IOD
 # Sigma of the broad light in px of the grid: that of the lids, whose eye is 0.31 IOD wide.
 SIGMA_PX = 0.65
 
+# Drawn masks reach beyond the grid by this many px of it; the blurs of their borders reach as far.
+MARGIN = 4
+EDGE_PX, HOLE_PX = 1.3, 0.6  # sigma of the borders of the outline and of holes, px of the grid
+# OpenCV's smooth polygons are two thirds of a px too large on each side: of 255, what the blurred
+# mask has on the outline.
+ON_EDGE = 179.0
+HOLE_GAIN = 1.5  # holes are small: a blur makes them shallow
+
 # Where a face may be seen: shares rise from the first number to the second.
 FACING = 0.12, 0.35  # z of the normal
 HIGHEST = -0.42, -0.30  # `down`
@@ -77,6 +85,7 @@ MIDDLE = 0.3  # `down` around which the planes slope
 _PADDED = -(-POINTS // 8) * 8  # points in whole eights
 _SAMPLES = SIDE * SIDE // 4 + 8  # each second node of each second row, in whole eights and one more
 _TERMS = (DEGREE + 1) * (DEGREE + 2) // 2
+_DRAWN = SIDE + 2 * MARGIN
 _PAD = 8  # beyond each end of a blurred row
 
 # The buffers of face.cl, all of float32.
@@ -96,9 +105,11 @@ GIVEN = np.dtype([
     ("last_step", np.float32),  # of the table
     ("to_frame", np.float32, (2, 3)),  # px of the grid -> px of the frame
     ("frame_wh", np.float32, 2),
+    ("chroma_begins", np.float32, 2),  # samples from Y' to Cb, and from Cb to Cr
     ("sampled_down", np.float32),  # the skin is sampled above this `down`
     ("points", np.float32, (3, _PADDED)),  # x, y, z in IOD from the middle of the grid
-    ("shown", np.float32, (SIDE, SIDE)),
+    ("inside", np.float32, (_DRAWN, _DRAWN)),
+    ("holes", np.float32, (_DRAWN, _DRAWN)),
 ])  # fmt: skip
 OUT = np.dtype([
     ("across", np.float32, (SIDE, SIDE)),
@@ -118,6 +129,7 @@ SCRATCH = np.dtype([
     ("near_x", np.float32, (POINTS, SIDE)),
     ("near_y", np.float32, (POINTS, SIDE)),
     ("cubic", np.float32, (_TERMS, 8)),
+    ("borders", np.float32, (2, _DRAWN, SIDE)),  # of the outline and of holes
     ("light", np.float32, (4, SIDE, SIDE)),  # luminance, red, green, blue
     ("sample", np.float32, (6, _SAMPLES)),  # the same, across, `down`
     ("numbers", np.float32, (3, _SAMPLES)),
@@ -132,6 +144,10 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
     {
         "SIDE": SIDE,
         "STEP": STEP,
+        "DRAWN": _DRAWN,
+        "MARGIN": MARGIN,
+        "ON_EDGE": ON_EDGE,
+        "IN_HOLE": 255 / HOLE_GAIN,
         "FACING_FROM": FACING[0],
         "FACING_TO": FACING[1],
         "HIGHEST_FROM": HIGHEST[0],
@@ -226,20 +242,25 @@ class FaceToRead:
 
     points: (POINTS, 3) float32 in IOD, turned upright, from the middle of the grid; z away from the
     viewer.
-    shown: (40, 40) float32, 0..1 and beyond: what the outline of the face and its eyes, brows, lips
-    and nostrils leave of each node.
+    inside, holes: (48, 48) uint8, of 255: what lies within the outline of the face, and what of it
+    is no skin; the grid and MARGIN px around it.
     place: of the grid.  frame_wh: px.  sampled_down: the skin is sampled above this `down`.
     """
 
     points: np.ndarray
-    shown: np.ndarray
+    inside: np.ndarray
+    holes: np.ndarray
     place: GridPlace
     frame_wh: tuple[int, int]
     sampled_down: float
 
 
 class FaceKernel:
-    """Runs the kernel for one face at a time, on a device that no other thread uses."""
+    """Runs the kernel for one face at a time, on a device that no other thread uses.
+
+    Its memory is kept, so that the kernel keeps its arguments; so little is read of a frame that a
+    copy costs less than to lend its planes.
+    """
 
     def __init__(self, device: Device, tables: FitTables) -> None:
         self._device = device
@@ -251,34 +272,56 @@ class FaceKernel:
         filled["front"] = tables.front
         filled["may_hide"][:, :POINTS] = tables.may_hide.T
         self._tables = self._light.kept(filled)
-        self._given = np.zeros((), GIVEN)
-        self._numbers = self._given.reshape(1).view(np.float32)
+        self._given, self._out = device.memory((1,), GIVEN), device.memory((1,), OUT)
+        self._given.array.fill(0)
+        self._numbers = self._given.array.view(np.float32)
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, SCRATCH.itemsize)
+        self._planes = device.memory((1,), np.uint8)
+        self._transfer = -1  # of the arguments that the kernel has
 
-    def __call__(self, face: FaceToRead, light: LightPlanes) -> np.ndarray:
+    def __call__(self, face: FaceToRead, light: LightPlanes) -> np.void:
         """Make the surface of a face: a record of OUT, see FaceSurface; `shading` is the broad
         light on its grid, and `mean` that over the cheeks."""
         self._fill(face, light)
-        out = np.empty((), OUT)
-        numbers = out.reshape(1).view(np.float32)
-        coding = light.coding
-        kernel = self._device.kernel("face", coding.transfer, light.planes[0].dtype, DEFINITIONS)
-        with self._device.lend(self._numbers, numbers) as (given, filled):
-            self._device.launch(
-                kernel,
-                (LOCAL_SIZE[0], 1),
-                (given, self._tables, *self._light.arguments(light), self._scratch, filled),
-            )
-        return out
+        self._set_arguments(light)
+        end = 0
+        for plane in light.planes:
+            begin, end = end, end + plane.size
+            self._planes.array[begin:end].reshape(plane.shape)[:] = plane
+        for memory in (self._given, self._planes):
+            memory.send()
+        self._device.launch(self._kernel, (LOCAL_SIZE[0], 1))
+        self._out.fetch()
+        self._device.finish()
+        (made,) = self._out.array.view(np.float32).copy().view(OUT)  # quicker than a record's copy
+        return made
 
     def _fill(self, face: FaceToRead, light: LightPlanes) -> None:
         luma, chroma, _ = light.planes
         to_px = face.place.to_px
         self._numbers[:_HEAD_SIZE] = [
-            *on_planes(to_px, light), *plane_numbers(luma), *plane_numbers(chroma),
+            *on_planes(to_px, light),
+            *plane_numbers(luma.shape, luma.shape[1]),
+            *plane_numbers(chroma.shape, chroma.shape[1]),
             *coding_numbers(light.coding, light.has_colour), *to_px, *face.frame_wh,
-            face.sampled_down,
+            luma.size, chroma.size, face.sampled_down,
         ]  # fmt: skip
-        points = self._given["points"][:, :POINTS]
-        np.clip(face.points.T, -MOST_OFF, MOST_OFF, out=points)
-        self._given["shown"] = face.shown
+        (given,) = self._given.array
+        np.clip(face.points.T, -MOST_OFF, MOST_OFF, out=given["points"][:, :POINTS])
+        given["inside"], given["holes"] = face.inside, face.holes
+
+    def _set_arguments(self, light: LightPlanes) -> None:
+        """Make room for the planes, and give the kernel its arguments, where these have changed."""
+        count, sample = sum(plane.size for plane in light.planes), light.planes[0].dtype
+        is_roomy = self._planes.array.size >= count and self._planes.array.dtype == sample
+        transfer = light.coding.transfer
+        if is_roomy and transfer == self._transfer:
+            return
+        if not is_roomy:
+            self._planes = self._device.memory((2 * count,), sample)
+        self._transfer = transfer
+        self._kernel = self._device.kernel("face", transfer, sample, DEFINITIONS)
+        self._kernel.set_args(
+            self._given.buffer, self._tables, self._planes.buffer, self._light.table(transfer),
+            self._scratch, self._out.buffer,
+        )  # fmt: skip

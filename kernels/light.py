@@ -48,11 +48,14 @@ class LightReader:
         self._tables: dict[int, cl.Buffer] = {}
 
     def arguments(self, light: LightPlanes) -> list[cl.Buffer]:
-        """The three planes and the table of their transfer function."""
-        transfer = light.coding.transfer
+        """The three planes, lent, and the table of their transfer function."""
+        return [*(self._lent(plane) for plane in light.planes), self.table(light.coding.transfer)]
+
+    def table(self, transfer: int) -> cl.Buffer:
+        """`light_table` on the device."""
         if transfer not in self._tables:
             self._tables[transfer] = self.kept(light_table(transfer))
-        return [*(self._lent(plane) for plane in light.planes), self._tables[transfer]]
+        return self._tables[transfer]
 
     def kept(self, numbers: np.ndarray) -> cl.Buffer:
         """Copy an array to the device, for reading."""
@@ -105,11 +108,11 @@ def to_steps(coding: Coding, has_colour: bool) -> np.ndarray:
     return steps
 
 
-def plane_numbers(plane: np.ndarray) -> Sequence[float]:
-    """Return the numbers of a PLANE."""
-    high, wide = plane.shape
+def plane_numbers(hw: tuple[int, ...], row_step: int) -> Sequence[float]:
+    """Return the numbers of a PLANE.  row_step: samples from row to row."""
+    high, wide = hw
     less = 1 - 1e-6  # more than the rounding of float32
-    return plane.strides[0] // plane.itemsize, (wide - 1) * less, (high - 1) * less
+    return row_step, (wide - 1) * less, (high - 1) * less
 
 
 @lru_cache

@@ -256,8 +256,8 @@ class SurfaceKernel:
         for place in places:
             numbers += _place(place, light) if place else _NOWHERE
         luma, chroma, _ = light.planes
-        numbers += plane_numbers(luma)
-        numbers += plane_numbers(chroma)
+        for plane in (luma, chroma):
+            numbers += plane_numbers(plane.shape, plane.strides[0] // plane.itemsize)
         numbers += coding_numbers(light.coding, light.has_colour)
         self._given[:_HEAD_SIZE] = numbers
         logits_at = _GIVEN_AT["LOGITS_AT"]

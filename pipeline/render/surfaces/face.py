@@ -16,6 +16,7 @@ from makeup_video.kernels.face import (
     CHEEK_ACROSS,
     CHEEK_DOWN,
     LOWEST,
+    MARGIN,
     SIDE,
     SIGMA_PX,
     STEP,
@@ -42,12 +43,6 @@ from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_ta
 
 _NARROWEST_PX = 8  # IOD
 _FAINTEST = 1 / 512
-_EDGE_PX, _HOLE_PX = 1.3, 0.6  # sigma of the borders in px of the grid
-# OpenCV's smooth polygons are two thirds of a px too large on each side: of 255, what the blurred
-# mask has on the outline.
-_ON_EDGE = 179
-_HOLE_GAIN = 1.5  # holes are small: a blur makes them shallow
-_MARGIN = 4  # px
 _EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 
 # Closed contours: where a face has no skin.
@@ -170,9 +165,7 @@ def face_surface(
     grid = Grid.at(place.to_px, (SIDE, SIDE))
     on_grid = points_on_grid(face, grid)
     frame_wh = frame.width_px, frame.height_px
-    given = FaceToRead(
-        points_in_iod(on_grid), nodes_shown(on_grid), place, frame_wh, sampled_down(face)
-    )
+    given = FaceToRead(points_in_iod(on_grid), *drawn(on_grid), place, frame_wh, sampled_down(face))
     made = kernel(given, light_planes(frame, coding, [place], grid.corners_px()))
     surface = FaceSurface(grid, *(made[name] for name in FaceSurface.READ))
     return surface, made["shading"], float(made["mean"])
@@ -195,31 +188,22 @@ def points_in_iod(on_grid: np.ndarray) -> np.ndarray:
     return points
 
 
-def nodes_shown(on_grid: np.ndarray) -> np.ndarray:
-    """(40, 40) float32, 0..1 and beyond: what the outline of a face and its eyes, brows, lips and
-    nostrils leave of each node.
+def drawn(on_grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The outline of a face, and its eyes, brows, lips and nostrils: `inside` and `holes` of
+    FaceToRead.
 
     on_grid: `points_on_grid`.
     """
     near = np.clip(on_grid[:, :2], -SIDE, 2 * SIDE)  # so that no number is too large for OpenCV
-    corners = np.rint(near * 2**_EIGHTH_BITS).astype(np.int32)
-    wide = SIDE + 2 * _MARGIN  # the outline may lie just beyond the grid
-    inside, holes = np.zeros((wide, wide), np.uint8), np.zeros((SIDE, SIDE), np.uint8)
-    outline = cv2.convexHull(corners[_OUTLINE] + (_MARGIN << _EIGHTH_BITS))
+    near += MARGIN
+    near *= 2**_EIGHTH_BITS
+    corners = np.rint(near, out=near).astype(np.int32)
+    wide = SIDE + 2 * MARGIN
+    inside, holes = np.zeros((2, wide, wide), np.uint8)
+    outline = cv2.convexHull(corners.take(_OUTLINE, 0))
     cv2.fillConvexPoly(inside, outline, 255, cv2.LINE_AA, _EIGHTH_BITS)
     cv2.fillPoly(holes, [corners[contour] for contour in _HOLES], 255, cv2.LINE_AA, _EIGHTH_BITS)
-    part = np.s_[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
-    blurred = cv2.GaussianBlur(inside, (0, 0), _EDGE_PX)[part].astype(np.float32)
-    shown = line(blurred, _ON_EDGE, 255)
-    blurred = cv2.GaussianBlur(holes, (0, 0), _HOLE_PX).astype(np.float32)
-    return np.minimum(shown, line(blurred, 255 / _HOLE_GAIN, 0), out=shown)
-
-
-def line(at: np.ndarray, bare: float, full: float) -> np.ndarray:
-    """0 at `bare`, 1 at `full`, and straight on."""
-    share: np.ndarray = at * np.float32(1 / (full - bare))
-    share -= np.float32(bare / (full - bare))
-    return share
+    return inside, holes
 
 
 def sampled_down(face: Face) -> float:
