@@ -52,12 +52,9 @@ class Grid:
         if not wide:
             return np.zeros(2), np.full(2, -1.0)
         left, right, top, bottom = x - more, x + wide - 1 + more, y - more, y + high - 1 + more
-        ends = []
-        for across, down, start in self.to_px.tolist():
-            columns, rows = (across * left, across * right), (down * top, down * bottom)
-            ends.append((start + min(columns) + min(rows), start + max(columns) + max(rows)))
-        low, high = np.array(ends).T
-        return low, high
+        middle = self.to_px @ ((left + right) / 2, (top + bottom) / 2, 1.0)
+        beside = np.abs(self.to_px[:, :2]) @ ((right - left) / 2, (bottom - top) / 2)
+        return middle - beside, middle + beside
 
     def warped(
         self,
