@@ -115,17 +115,14 @@ class LidSurface:
         """Fill (h, w) float32 with the weight of makeup on the frame's pixels from origin_xy on:
         on skin, and feathered at the lash line."""
         feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
-        # four channels, of which two are used: OpenCV is quick at one and at four
-        maps = np.zeros((*self.up.shape, 4), np.float32)
         away_px = self.lash_px if self.is_upper else self.below_px
-        np.multiply(away_px, 1 / feather_px, out=maps[..., 0])
-        maps[..., 1] = 1 if density is None else density
-        there = self.grid.warped(maps, origin_xy, out.shape, (-1e3, 0.0, 0.0, 0.0))
-        np.minimum(there[..., 0], 1, out=out)
-        out *= there[..., 1]
-        cv2.threshold(
-            out, _FAINTEST, 0, cv2.THRESH_TOZERO, out
-        )  # also removes what lies beyond the lashes
+        there = self.grid.warped(away_px * np.float32(1 / feather_px), origin_xy, out.shape, -1e3)
+        if density is None:
+            density = np.ones(away_px.shape, np.float32)
+        dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
+        cv2.multiply(cv2.min(there, 1.0), dense, dst=out)
+        # also removes what lies beyond the lashes
+        cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light on the grid, and its mean over the lid.
