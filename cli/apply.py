@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "makeup-video in.mp4 --ref look.jpg -o out.mp4",
-    "makeup-video in.mp4 --ref look.jpg --lips '#C0392B:gloss' --liner none -o out.mp4",
+    "makeup-video in.mp4 --ref look.jpg --lips '#C0392B:gloss' -o out.mp4",
     "makeup-video in.mp4 --look cat-eye --strength 80% -o out.mp4",
-    "makeup-video in.mp4 --eyes 'sienna:matte:outer,peachpuff:shimmer:lid' -o out.mp4",
+    "makeup-video in.mp4 --eyes 'sienna:outer,tan:shimmer:lid' -o out.mp4",
     "makeup-video photo.jpg --lips darkred --compare -o out.png",
 )
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import cv2
 import pytest
-from makeup_video.pipeline import FINISHES, GraphicsParams
-from makeup_video.pipeline.look.look import ZONES
+from makeup_video.pipeline import FINISHES, KINDS, GraphicsParams
 
 DOCS = Path(__file__).parent.parent / "docs"
-MAKERS = ("make_parameters", "make_sheets")
+MAKERS = ("make_parameters", "make_kinds", "make_sheets")
+FROM_CODE_ALONE = MAKERS[:2]  # of the others, people write the part after the last heading
 
 
 @pytest.fixture(autouse=True)
@@ -27,9 +27,9 @@ def maker(request):
 def test_pages_are_what_the_code_writes(maker):
     page = maker.PAGE.read_text(encoding="utf-8")
     again = f"run python docs/make/{maker.__name__}.py"
-    if maker.__name__ == "make_parameters":
+    if maker.__name__ in FROM_CODE_ALONE:
         assert page == maker.text(), again
-    else:  # people write the part after the last heading
+    else:
         assert page.startswith(maker.text()), again
         assert page == maker.text() + maker.kept_judgement()
 
@@ -62,15 +62,25 @@ def test_the_results_page_shows_all_of_its_small_pictures():
     assert max((DOCS / name).stat().st_size for name in named) < 150e3
 
 
-def test_every_parameter_zone_and_finish_is_explained():
+def test_every_parameter_and_finish_is_explained():
     text = import_module("make_parameters").text()
     specs = fields(GraphicsParams)
     assert len(specs) == 17
     for spec in specs:
         assert spec.metadata["meaning"].endswith(".")
         assert f"\n### {spec.name}\n" in text
-    for name in (*ZONES, *FINISHES):
+    for name in FINISHES:
         assert f"\n| `{name}` | " in text
+
+
+def test_every_kind_number_and_slot_is_explained():
+    text = import_module("make_kinds").text()
+    for kind in KINDS.values():
+        assert f"\n## {kind.product}\n" in text and f"`--{kind.part} " in text
+        for dial in kind.dials:
+            assert f"\n| `{dial.name}` | " in text and dial.meaning in text
+        for slot in kind.slots:
+            assert f"\n| `{slot}` | " in text
 
 
 def test_a_written_judgement_survives_a_new_sheet(monkeypatch, tmp_path):

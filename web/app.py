@@ -15,7 +15,8 @@ from makeup_video.pipeline.errors import (
 )
 from makeup_video.pipeline.look.finishes import look_in_words
 from makeup_video.pipeline.look.look import Layer, Look
-from makeup_video.web.messages import BYE, error_message
+from makeup_video.pipeline.look.ready import ready_looks
+from makeup_video.web.messages import BYE, error_message, ready_looks_message
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.same_origin import SameOrigin
 from makeup_video.web.session import PhotoLook
@@ -54,6 +55,8 @@ def make_app(rooms: Rooms, worker: Worker, host: str, port: int, log: Log) -> AS
         Route("/", endpoints.page, methods=["GET"]),
         Route("/static/{name}", endpoints.static, methods=["GET"]),
         Route("/picture.png", endpoints.picture, methods=["GET"]),
+        Route("/looks", endpoints.looks, methods=["GET"]),
+        Route("/look-thumbnail/{name}", endpoints.thumbnail, methods=["GET"]),
         Route("/photo", endpoints.photo, methods=["POST"]),
         WebSocketRoute("/ws", endpoints.watch),
     ]
@@ -81,6 +84,8 @@ class Endpoints:
 
     def __init__(self, rooms: Rooms, worker: Worker) -> None:
         self._rooms, self._worker, self._uploads = rooms, worker, Uploads()
+        # One thumbnail at a time waits for the worker, so that the picture never waits for many.
+        self._one_thumbnail = asyncio.Lock()
 
     async def page(self, _request: Request) -> Response:
         """Serve the page."""
@@ -133,6 +138,21 @@ class Endpoints:
             raise HTTPException(404, "there is no picture yet")
         headers = {"content-disposition": 'attachment; filename="makeup.png"'}
         return Response(data, media_type="image/png", headers=headers)
+
+    async def looks(self, _request: Request) -> Response:
+        """List the ready looks with their words."""
+        return Response(ready_looks_message(ready_looks()), media_type="application/json")
+
+    async def thumbnail(self, request: Request) -> Response:
+        """Serve the portrait of a session with a ready look on, as a small JPEG."""
+        room = self._room(request)
+        name = request.path_params["name"]
+        look = next((one.look for one in ready_looks() if one.name == name), None)
+        if look is None:
+            raise HTTPException(404, "there is no ready look of this name")
+        async with self._one_thumbnail:
+            data = await self._worker.run(lambda: room.session.thumbnail(look))
+        return Response(data, media_type="image/jpeg")
 
     def _room(self, request: Request) -> Room:
         room = self._rooms.find(request.query_params.get("session", ""))

@@ -14,8 +14,8 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 _HEADER_SECONDS = 10.0
 # One message, and unread answers to pings. The largest pictures have 10 MB, with the one before.
 _MOST_BYTES = 32_000_000
-# Bytes read from a WebSocket at once: some looks, or hundreds of the smallest WebSocket frames (20
-# ms of work).
+# Bytes read from a WebSocket at once: a look or two, or hundreds of the smallest WebSocket frames
+# (20 ms of work).
 _READ_BYTES = 4096
 # After each read the socket pauses nine times as long as the read took, so that a flood gets a
 # tenth of a core. Long messages cost more to handle than to read, hence the limit in bytes.

@@ -68,6 +68,9 @@ class DemoSession:
     def whole_picture(self) -> np.ndarray:
         return self._portrait.painted_whole(self.look)
 
+    def thumbnail(self, look: Look) -> bytes:
+        return self._portrait.thumbnail(look)
+
     def _paint_soon(self) -> None:
         if not self._is_due and self._push is not None:
             self._is_due = True

@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import cached_property
 from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.frames.transform import upright_rgb
 from makeup_video.pipeline.look.look import Look
+from makeup_video.web.portrait import Portrait, own_portrait
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.read_look import read_look
 from makeup_video.web.session import PhotoLook, Push, Session
@@ -65,6 +67,14 @@ class LiveSession:
     def whole_picture(self) -> np.ndarray | None:
         newest = self._sink.newest
         return None if newest is None else upright_rgb(newest.frame)
+
+    def thumbnail(self, look: Look) -> bytes:
+        return self._portrait.thumbnail(look)
+
+    @cached_property
+    def _portrait(self) -> Portrait:
+        """Thumbnails show our portrait: the camera may show nobody."""
+        return own_portrait()
 
 
 class LiveShow:

@@ -2,11 +2,12 @@
 
 page -> server
     look     {look, n}         the whole look; n counts this page's own looks. Without n, as from a
-                               file, the server returns the look with its defaults filled in
+                               file of any version, the server returns the look as this version
+                               writes it, with its defaults filled in
     compare  {on}              whether pictures without makeup are needed
     shown    {pts_us}          this picture is on the screen
 server -> page
-    hello    {mode, session, look, photo, finishes, parameters, regions, photo_bytes_limit}
+    hello    {mode, session, look, photo, finishes, parameters, kinds, photo_bytes_limit}
                                photo: {name, look, words}, the last photo that was read and its look
                                in words, or null
     look     {look, photo, seen}
@@ -19,7 +20,7 @@ server -> page
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -29,10 +30,13 @@ from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.look.ready import ReadyLook
 from makeup_video.pipeline.look.strict_json import whole_number
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
+# How the page draws a product by the surface that it is worn on, unless it is a line or a powder.
+_SWATCHES = {"lips": "stroke", "face": "flush"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +122,10 @@ def hello(mode: str, session: Session) -> str:
 
 
 def _kind(kind: Kind) -> dict[str, Any]:
-    """What the page makes the controls of a kind of makeup from."""
+    """What the page makes the controls of a kind of makeup from.
+
+    order: of painting, as in a look's layers.  slots: the whole shape of each named one.
+    """
     red, green, blue = kind.first_rgb
     return {
         "name": kind.name,
@@ -128,6 +135,8 @@ def _kind(kind: Kind) -> dict[str, Any]:
         "first": {"red": red, "green": green, "blue": blue},
         "first_finish": kind.first_finish,
         "most": kind.most,
+        "order": kind.order,
+        "swatch": "line" if kind.is_line else _SWATCHES.get(kind.surface, "powder"),
         "slots": {name: kind.whole_shape({"slot": name}) for name in kind.slots},
         "dials": [
             {
@@ -144,6 +153,13 @@ def _kind(kind: Kind) -> dict[str, Any]:
             for dial in kind.dials
         ],
     }
+
+
+def ready_looks_message(looks: Iterable[ReadyLook]) -> str:
+    """Write the answer of /looks: a list of objects with name, words and look."""
+    return json.dumps(
+        [{"name": one.name, "words": one.words, "look": one.look.to_dict()} for one in looks]
+    )
 
 
 def look_message(look: Look, photo: PhotoLook | None, seen: int | None) -> str:

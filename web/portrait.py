@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -9,9 +10,15 @@ from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.faces.face import Face, resized
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.render.apply_look import PaintPictures
 
 WHOLE_PX = 2400  # longer side; each session keeps one of these: 17 MB at most
 SHOWN_PX = 1200  # longer side of the picture on the page
+THUMBNAIL_PX = 160  # side of a thumbnail, twice what the page gives it in its own pixels
+# Thumbnails are painted at twice their size and averaged: a liner would else be a pixel thin.
+_FINER = 2
+_AROUND = 1.05  # side of a thumbnail, by the longer side of the face
+OWN = Path(__file__).parent / "page" / "portrait.jpg"
 _JPEG = (
     cv2.IMWRITE_JPEG_QUALITY, 90,
     cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
@@ -31,26 +38,57 @@ class Portrait:
         """
         from makeup_video.pipeline import find_faces
 
-        self._whole = _no_larger(read(photo, name), WHOLE_PX)
+        rgb8 = read(photo, name)
+        self._whole = _scaled(rgb8, WHOLE_PX / max(rgb8.shape[:2]))
         self._faces = find_faces(self._whole)
         if not self._faces:
             raise PhotoError(
                 f"{name}: no face was found: give a photo that shows one upright, larger or "
                 "brighter"
             )
+        self._paint = PaintPictures()
+        self._thumbnails: dict[Look, bytes] = {}
 
     def painted(self, look: Look) -> bytes:
         """Paint a look at the page's size, and return the JPEG."""
-        from makeup_video.pipeline import apply_look
-
         shown, faces = self._shown
-        return _jpeg(apply_look(shown, look, faces))
+        return _jpeg(self._paint(shown, look, faces))
 
     def painted_whole(self, look: Look) -> np.ndarray:
         """Paint a look at full size: (H, W, 3) uint8 RGB."""
-        from makeup_video.pipeline import apply_look
+        return self._paint(self._whole, look, self._faces)
 
-        return apply_look(self._whole, look, self._faces)
+    def thumbnail(self, look: Look) -> bytes:
+        """The largest face with a look: a square JPEG of THUMBNAIL_PX, kept for the next time.
+
+        Meant for ready looks, whose number is small: nothing is ever forgotten.
+        """
+        if look not in self._thumbnails:
+            self._thumbnails[look] = self._thumbnail(look)
+        return self._thumbnails[look]
+
+    def _thumbnail(self, look: Look) -> bytes:
+        small, face, (top, left, side) = self._close_up
+        painted = self._paint(small, look, [face])[top : top + side, left : left + side]
+        size_wh = THUMBNAIL_PX, THUMBNAIL_PX
+        return _jpeg(cv2.resize(painted, size_wh, interpolation=cv2.INTER_AREA))
+
+    @cached_property
+    def _close_up(self) -> tuple[np.ndarray, Face, tuple[int, int, int]]:
+        """The photo no larger than thumbnails need it, its largest face, and (top, left, side) of
+        the square around that face in px."""
+        points_px = self._faces[0].points_px[:, :2]
+        low, high = points_px.min(0), points_px.max(0)
+        wide_px = _AROUND * float((high - low).max())
+        small, (face,) = _shrunk(self._whole, self._faces[:1], _FINER * THUMBNAIL_PX / wide_px)
+        scale = small.shape[1] / self._whole.shape[1]
+        side = min(round(wide_px * scale), *small.shape[:2])
+        across, down = (low + high) / 2 * scale
+        top, left = (
+            int(np.clip(round(middle - side / 2), 0, length - side))
+            for middle, length in zip((down, across), small.shape[:2], strict=True)
+        )
+        return small, face, (top, left, side)
 
     @cached_property
     def bare(self) -> bytes:
@@ -59,18 +97,27 @@ class Portrait:
 
     @cached_property
     def _shown(self) -> tuple[np.ndarray, tuple[Face, ...]]:
-        small = _no_larger(self._whole, SHOWN_PX)
-        down, across = (
-            new / old for new, old in zip(small.shape[:2], self._whole.shape[:2], strict=True)
-        )
-        return small, tuple(resized(face, across, down) for face in self._faces)
+        return _shrunk(self._whole, self._faces, SHOWN_PX / max(self._whole.shape[:2]))
 
 
-def _no_larger(rgb8: np.ndarray, longer_px: int) -> np.ndarray:
-    h, w = rgb8.shape[:2]
-    scale = longer_px / max(h, w)
+def own_portrait() -> Portrait:
+    """The portrait that ships with the page."""
+    return Portrait(OWN.read_bytes(), OWN.name)
+
+
+def _shrunk(
+    rgb8: np.ndarray, faces: tuple[Face, ...], scale: float
+) -> tuple[np.ndarray, tuple[Face, ...]]:
+    """A picture and its faces at a scale below 1; otherwise both as they are."""
+    small = _scaled(rgb8, scale)
+    down, across = (new / old for new, old in zip(small.shape[:2], rgb8.shape[:2], strict=True))
+    return small, tuple(resized(face, across, down) for face in faces)
+
+
+def _scaled(rgb8: np.ndarray, scale: float) -> np.ndarray:
     if scale >= 1:
         return rgb8
+    h, w = rgb8.shape[:2]
     size_wh = max(1, round(scale * w)), max(1, round(scale * h))
     return cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA)
 

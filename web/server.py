@@ -15,7 +15,7 @@ from makeup_video.web.rooms import Rooms
 from makeup_video.web.session import Show
 from makeup_video.web.worker import Worker
 
-_MESSAGE_BYTES = 64 * 1024  # a look is 1 kB
+_MESSAGE_BYTES = 64 * 1024  # a look with all its layers is 5 kB
 _GOODBYE_SECONDS = 0.3
 _STOP_SECONDS = 5.0
 _CONNECTIONS = 128

@@ -4,8 +4,8 @@ A Show has one Session for all pages (live) or one for each page (demo). A Sessi
 the picture that it is painted on; it knows no sockets, and makes pictures only while a page
 watches.
 
-All methods but `read`, `whole_picture` and `take_portrait` are called on the server's loop and must
-not block. Those three are slow, and are called on the worker's thread, one at a time.
+All methods but `read`, `whole_picture`, `thumbnail` and `take_portrait` are called on the server's
+loop and must not block. Those four are slow, and are called on the worker's thread, one at a time.
 """
 
 import struct
@@ -94,6 +94,10 @@ class Session(Protocol):
 
     def whole_picture(self) -> np.ndarray | None:
         """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB, or None."""
+        ...
+
+    def thumbnail(self, look: Look) -> bytes:
+        """Return the portrait's face with a ready look, a small JPEG. Each look is painted once."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""Write the README's screenshot of `makeup-video live` on the sample film with the sample look.
+"""Write the README's screenshot of `makeup-video live` on the sample film with a ready look.
 
     python docs/make/make_live_picture.py
 
@@ -21,7 +21,10 @@ from makeup_video.pipeline import find_faces
 
 LIVE = "live.jpg"
 PICTURES = {LIVE: lambda: draw()}
-_SIZE = {"width": 1280, "height": 760}
+_SIZE = {"width": 1280, "height": 800}
+_LOOK = "smoky brown"  # as its thumbnail names it; it has several layers of eye-shadow
+_HAS_THUMBNAILS = """() => [...document.querySelectorAll("#ready img")]
+    .every((one) => !one.hidden)"""
 _PAUSE_MS = 1_500  # a screenshot delays the page, and its figures show the delay for a while
 _SETTLED_MS = 12_000  # by then the page no longer shows the messages of the first seconds
 
@@ -37,8 +40,10 @@ def draw() -> np.ndarray:
         page = browser.new_page(viewport=_SIZE)
         page.goto(url)
         page.wait_for_selector("#picture[data-pts]")
-        page.set_input_files("#photo-slot input", sheet.SAMPLES / "look.jpg")
-        page.wait_for_function("() => document.getElementById('look-words').textContent")
+        page.wait_for_selector("#ready img")
+        page.wait_for_function(_HAS_THUMBNAILS)
+        page.click(f"#ready button:has-text('{_LOOK}')")
+        page.click("#eyes-tab")
         page.click("#compare-button")
         page.wait_for_timeout(_SETTLED_MS)
         box = page.locator("#divider").bounding_box()

@@ -3,16 +3,15 @@
 python docs/make/make_parameters.py
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any
 
 import contact_sheet as sheet
 import numpy as np
 from makeup_video.pipeline import FINISHES, GraphicsParams, Look, product
-from makeup_video.pipeline.look.kinds import READ_PARTS
-from makeup_video.pipeline.look.look import ZONES
-from makeup_video.pipeline.look.regions.info import RegionInfo
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.kinds.kind import Kind
 
 PAGE = sheet.DOCS / "parameters.md"
 STEPS = 5
@@ -27,12 +26,6 @@ _FINISHES = {
     "gloss": "wet, with sharp highlights and some reflection",
     "metallic": "full cover with a broad bright sheen and fine sparkles of its own colour",
     "shimmer": "good cover with sparkles",
-}
-_ZONES = {
-    "lid": "from the lashes to a little above the crease, across the whole width of the eye",
-    "crease": "around the crease only; the lid itself stays bare",
-    "full": "from the lashes to well above the crease, fading towards the brow",
-    "outer": "the outer third, from the lashes to above the crease",
 }
 
 
@@ -100,32 +93,13 @@ def draw_parameter(name: str) -> np.ndarray:
 
 
 def draw_strength() -> np.ndarray:
-    params = product(sheet.rgb(RED), "satin")
-    return _draw_dial(lambda value: Look(lips=params, strength=value), _OPEN, sheet.MOUTH)
-
-
-def draw_intensity() -> np.ndarray:
-    params = product(sheet.rgb(BROWN), "satin", "eyes")
-    return _draw_dial(lambda value: Look(eyes=params, intensity=value), _SHUT, sheet.EYE)
-
-
-def _draw_dial(look: Callable[[float], Look], frame: int, what: sheet.What) -> np.ndarray:
-    values = np.linspace(0, 1, STEPS).tolist()
-    cells = [sheet.clip(frame).closeup(look(value), what) for value in values]
+    params, values = product(sheet.rgb(RED), "satin"), np.linspace(0, 1, STEPS).tolist()
+    scene = sheet.clip(_OPEN)
+    cells = [scene.closeup(Look(lips=params, strength=value), sheet.MOUTH) for value in values]
     return sheet.grid([cells], [f"{value:g}" for value in values])
 
 
-def draw_zones() -> np.ndarray:
-    params = product(sheet.rgb(BROWN), "satin", "eyes")
-    looks = [Look(), *(Look(eyes=params, zone=zone) for zone in ZONES)]
-    scenes = sheet.clip(_OPEN), sheet.clip(_SHUT)
-    cells = [[scene.closeup(look, sheet.EYE) for look in looks] for scene in scenes]
-    return sheet.grid(cells, ["bare", *ZONES])
-
-
 PICTURES = {f"{name}.jpg": (lambda name=name: draw_parameter(name)) for name in STRIPS} | {
-    "zone.jpg": draw_zones,
-    "intensity.jpg": draw_intensity,
     "strength.jpg": draw_strength,
 }
 
@@ -142,17 +116,17 @@ def _parameter_row(spec: Any) -> list[str]:
     return [f"`{spec.name}`", reach, default, spec.metadata["meaning"]]
 
 
-def _finishes_of(info: RegionInfo) -> str:
-    remark = f" ({info.remark})" if info.remark else ""
-    return f"{info.title}{remark}:\n\n{_finish_table(info.name)}\n"
+def _finishes_of(kind: Kind) -> str:
+    remark = f" ({kind.remark})" if kind.remark else ""
+    return f"{kind.product}{remark}:\n\n{_finish_table(kind.part)}\n"
 
 
-def _finish_table(region: str) -> str:
+def _finish_table(part: str) -> str:
     settings = [
-        spec.name for spec in fields(GraphicsParams) if spec.name in FINISHES["matte"][region]
+        spec.name for spec in fields(GraphicsParams) if spec.name in FINISHES["matte"][part]
     ]
     rows = [
-        [f"`{name}`", *(f"{FINISHES[finish][region][name]:g}" for finish in FINISHES)]
+        [f"`{name}`", *(f"{FINISHES[finish][part][name]:g}" for finish in FINISHES)]
         for name in settings
     ]
     return _table(["", *FINISHES], rows)
@@ -174,27 +148,16 @@ def text() -> str:
 
 `python docs/make/make_parameters.py` writes this page from the code. Change the code, not the page.
 
-A product, for lips or for eyes, has {len(specs)} parameters. The seven required ones describe
+A product, of whatever kind of makeup, has {len(specs)} parameters. The seven required ones describe
 the product itself. The others describe how the product is applied and how it responds to light.
 
 {_table(["name", "range", "default", "meaning"], [_parameter_row(spec) for spec in specs])}
 
-Three settings belong to the whole look, not to one product:
-
-* `strength`, 0 to 1: how strong the whole look is, lips and eyes. 0 paints nothing.
+A layer and the whole look have a `strength` besides, 0 to 1, which fades all of the product:
 
 {_picture("strength", f"Lips in #{RED} satin.")}
 
-* `intensity`, 0 to 1: how strong the eye-shadow is, multiplied with `strength`.
-
-{_picture("intensity", f"A closed lid in #{BROWN} satin.")}
-
-* `zone`: where the eye-shadow is painted. The zone follows the eye and its blinks; the eyeball
-  stays bare.
-
-{_table(["zone", "where"], [[f"`{name}`", _ZONES[name]] for name in ZONES])}
-
-{_picture("zone", f"#{BROWN} satin on an open eye and during a blink.")}
+Where a product lies is the shape of its layer: [kinds.md](kinds.md).
 
 ## Finishes
 
@@ -202,7 +165,7 @@ Three settings belong to the whole look, not to one product:
 
 {_table(["finish", "appearance"], [[f"`{name}`", _FINISHES[name]] for name in FINISHES])}
 
-{chr(10).join(_finishes_of(info) for info in READ_PARTS.values())}
+{chr(10).join(_finishes_of(kind) for kind in KINDS.values())}
 Finishes on faces and in different light: [sheets.md](sheets.md).
 
 ## What each parameter does

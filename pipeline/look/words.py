@@ -27,23 +27,6 @@ FINISH_WORDS: Mapping[str, tuple[str, ...]] = {
         "frost", "frosted", "frosty",
     ),
 }  # fmt: skip
-# A part is also known by the kind's name and title; a kind of its own needs no row here.
-PART_WORDS: Mapping[str, tuple[str, ...]] = {
-    "lips": ("lip", "lipsticks", "lip colour", "lip color", "lip gloss", "mouth"),
-    "eyes": ("eye", "shadow", "shadows", "eye shadow", "eye shadows", "lid", "lids", "eyelid",
-             "eyelids"),
-    "liner": ("liners", "eye liner", "eye liners", "kajal", "kohl"),
-    "blush": ("blusher", "rouge", "cheek", "cheeks"),
-}  # fmt: skip
-_PLACE_WORDS: Mapping[str, tuple[str, ...]] = {
-    "lid": ("lids", "eyelid"),
-    "crease": ("socket", "fold"),
-    "brow_bone": ("brow", "under brow", "below brow"),
-    "outer": ("outside", "outer corner", "outer v"),
-    "under": ("below", "lower", "lower lid", "under eye", "lower lash line"),
-    "inner": ("inside", "inner corner", "tear duct"),
-    "full": ("all", "whole", "everywhere"),
-}
 
 
 def plain(word: str) -> str:
@@ -94,7 +77,7 @@ def part_of(word: str) -> str | None:
 
 def place_of(word: str, kind: Kind) -> str | None:
     """The slot of a kind that a word names."""
-    return _known(word, {slot: (slot, *_PLACE_WORDS.get(slot, ())) for slot in kind.slots})
+    return _known(word, {slot: (slot, *kind.slot_words.get(slot, ())) for slot in kind.slots})
 
 
 def number_of(text: str) -> float | None:
@@ -126,7 +109,7 @@ def part_names() -> list[str]:
 
 
 def _words_of(kind: Kind) -> tuple[str, ...]:
-    return kind.part, kind.name, kind.title, kind.product, *PART_WORDS.get(kind.part, ())
+    return kind.part, kind.name, kind.title, kind.product, *kind.words
 
 
 def _known(word: str, table: Mapping[str, Iterable[str]]) -> str | None:

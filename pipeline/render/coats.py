@@ -15,6 +15,7 @@ from makeup_video.pipeline.look.kinds.kind import Coat, Kind, Stroke
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.draw_strokes import box_of_strokes, draw_strokes
+from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.surface import Surface
@@ -73,7 +74,10 @@ class Job:
 
     def rect(self, size_wh: tuple[int, int], block: tuple[int, int]) -> Rect | None:
         """All that has weight on a frame; None when nothing of it lies there."""
-        low_xy, high_xy = self.surface.reach(self.softness, self.density)
+        if self.density is not None and self.coats[0].strokes:  # whatever the surface's own border
+            low_xy, high_xy = self.surface.grid.box_px(box_of(self.density > 0), more=1)
+        else:
+            low_xy, high_xy = self.surface.reach(self.softness, self.density)
         return Rect.around(low_xy, high_xy, size_wh, block)
 
     def weigh(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:

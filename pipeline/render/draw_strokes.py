@@ -20,10 +20,10 @@ def draw_strokes(
     """Fill (h, w) float32 with the coverage of strokes, 0..1, on the pixels from origin_xy on.
 
     Coverage is the share of a window, blur_px wide around a pixel, that lies between the borders: a
-    line that is thinner than a pixel is faint, and does not crawl.  strokes: (H, W) each.
+    line that is thinner than a pixel is faint, and does not crawl. A wider window smudges the upper
+    border alone, since the lower one may be the lash line.  strokes: (H, W) each.
     blur_px: in px of this picture.  share: px of this picture for one of the frame.
     """
-    half = 0.5 * blur_px
     for number, (first, second) in enumerate(
         zip(strokes[::2], [*strokes[1::2], None], strict=False)
     ):
@@ -31,16 +31,25 @@ def draw_strokes(
         maps = np.stack([first.above, first.below, two.above, two.below], axis=-1)
         maps *= np.float32(share)
         there = grid.warped(maps, origin_xy, out.shape, _NOWHERE)
-        np.minimum(there, half, out=there)
-        covered = there[..., 0] + there[..., 1]
+        covered = _covered(there[..., 0], there[..., 1], blur_px)
         if second is not None:
-            np.maximum(covered, there[..., 2] + there[..., 3], out=covered)
-        covered *= 1 / blur_px
-        np.clip(covered, 0, 1, out=covered)
+            np.maximum(covered, _covered(there[..., 2], there[..., 3], blur_px), out=covered)
         if number:
             np.maximum(out, covered, out=out)
         else:
             out[:] = covered
+
+
+def _covered(above: np.ndarray, below: np.ndarray, blur_px: float) -> np.ndarray:
+    """Coverage of one stroke by the distances from its borders, px."""
+    half = 0.5 * blur_px
+    covered: np.ndarray = np.minimum(above, half)
+    covered += np.minimum(below, half)
+    covered *= 1 / blur_px
+    np.clip(covered, 0, 1, out=covered)
+    if blur_px > 1:
+        covered *= np.clip(above + 0.5, 0, 1)
+    return covered
 
 
 def box_of_strokes(strokes: Sequence[Stroke], blur_px: float) -> np.ndarray:

@@ -6,9 +6,10 @@ from hypothesis import strategies as st
 from makeup_video.benchmark import harness
 from makeup_video.benchmark.runs import Run
 from makeup_video.pipeline import Look, UsageError, product
+from makeup_video.pipeline.look.kinds import PARTS
 from people import SAMPLES
 
-LOOK = Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes"))
+LOOK = Look(lips=product((150, 30, 70), "satin"), eyes=product((60, 80, 150), "satin", "eyes"))
 
 
 @pytest.fixture
@@ -44,7 +45,7 @@ def test_every_round_begins_with_another_piece_of_work(bench):
 
 
 def test_a_look_that_paints_nothing_is_refused(tmp_path):
-    with pytest.raises(UsageError, match="paints nothing: give one with lips or eyes to"):
+    with pytest.raises(UsageError, match=f"paints nothing: give one with {' or '.join(PARTS)} to"):
         harness.Bench(SAMPLES / "in.mp4", tmp_path, Look(), seconds=0.5, rounds=1)
 
 

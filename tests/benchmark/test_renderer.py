@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from makeup_video.benchmark import films, renderer
-from makeup_video.pipeline.look.regions import REGIONS
 from media import decoded
 from people import SAMPLES
 
@@ -37,10 +36,11 @@ def test_a_larger_frame_holds_the_same_face(face_clip, faces, tmp_path):
     np.testing.assert_allclose(moved[0][0].lips.to_px[:, 2] - faces[0][0].lips.to_px[:, 2], [x, y])
 
 
-def test_the_full_look_uses_every_effect_in_every_region():
+def test_the_full_look_uses_every_effect_on_lips_and_eyes():
     look = renderer.full_look()
-    assert [*look.products] == [*REGIONS] and look.zone == "full"
-    for params in look.products.values():
+    assert look.kinds == ("lipstick", "eyeshadow") and look.zone == "full"
+    for layer in look.layers:
+        params = layer.product
         assert min(params.opacity, params.gloss, params.reflection, params.shimmer) > 0
 
 

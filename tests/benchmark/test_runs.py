@@ -6,7 +6,7 @@ from makeup_video.pipeline import InputError, Look, product
 from makeup_video.pipeline.offline import run as offline
 from people import clip, film, grey
 
-LOOK = Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes"))
+LOOK = Look(lips=product((150, 30, 70), "satin"), eyes=product((60, 80, 150), "satin", "eyes"))
 
 
 @pytest.mark.parametrize(("painted", "frames"), [(0, 1), (94, 100), (None, 10)])

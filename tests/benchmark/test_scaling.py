@@ -8,7 +8,7 @@ from makeup_video.pipeline import Look, UsageError, product
 from makeup_video.pipeline.offline import run as offline
 from people import SAMPLES
 
-LOOK = Look(product((150, 30, 70), "satin"), product((60, 80, 150), "satin", "eyes"))
+LOOK = Look(lips=product((150, 30, 70), "satin"), eyes=product((60, 80, 150), "satin", "eyes"))
 
 
 @pytest.fixture

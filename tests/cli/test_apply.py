@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
-from makeup_video.pipeline import Look, look_from_photo, product
+from makeup_video.pipeline import Layer, Look, look_from_photo, product
 from makeup_video.pipeline.reference import estimate
 from media import decoded, make_clip
 from people import SAMPLES, clip, film, portrait
@@ -45,13 +45,28 @@ def test_a_colour_and_a_finish_paint_a_film(folder):
         (["--color", "B02"], Look(lips=product((187, 0, 34), "satin"))),
         (["--color", "#0A2A8C", "--finish", "gloss"], Look(lips=product((10, 42, 140), "gloss"))),
         (
-            ["--color", "0a2a8c", "--parts", "eyes", "--zone", "crease", "--intensity", "0.5"],
+            ["--color", "0a2a8c", "--parts", "eyes", "--zone", "crease", "--intensity", "50%"],
             Look(eyes=product((10, 42, 140), "satin", "eyes"), zone="crease", intensity=0.5),
         ),
         (["--look", "old.json"], Look(lips=product((1, 2, 3), "matte"), strength=0.5)),
         (
             ["--look", "old.json", "--finish", "gloss", "--strength", "1"],
             Look(lips=product((1, 2, 3), "gloss")),
+        ),
+        (
+            ["--look", "old.json", "--lips", "red:shiny", "--eyes", "Dark Red:matt:outer:80%"],
+            Look(
+                lips=product((255, 0, 0), "gloss"),
+                eyes=product((139, 0, 0), "matte", "eyes"),
+                zone="outer",
+                intensity=0.8,
+                strength=0.5,
+            ),
+        ),
+        (["--eyes", "navy"], Look([Layer("eyeshadow", product((0, 0, 128), "satin", "eyes"))])),
+        (
+            ["--look", "old.json", "--lips", "none", "--liner", "black:matte:wing=.2"],
+            Look([Layer("eyeliner", product((0, 0, 0), "matte", "liner"), {"wing": 0.2})], 0.5),
         ),
         (["--look", "none"], Look()),
         (["--look", "none", "--color", "000"], Look(lips=product((0, 0, 0), "satin"))),
@@ -205,7 +220,7 @@ def test_a_photo_without_makeup_is_refused_without_a_colour(folder, reads):
     ("words", "message"),
     [
         (["--strength", "2"], "--strength"), (["--zone", "nose"], "--zone"),
-        (["--color", "red"], "--color"), (["--finish", "wet"], "--finish"),
+        (["--color", "rot"], "--color"), (["--finish", "dull"], "--finish"),
         (["--parts", "nose"], "--parts"), (["-o", "old.png"], "old.png exists already"),
         (["-o", ""], "the name of the output is empty"),
     ],

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.benchmark import film_costs, plots, suite
+from makeup_video.benchmark.renderer import full_look
 from makeup_video.cli.app import app
 from makeup_video.pipeline import UsageError
-from makeup_video.pipeline.look.regions import REGIONS
 from people import SAMPLES, film, grey
 from typer.testing import CliRunner
 
@@ -38,7 +38,7 @@ def results(tmp_path_factory):
 
 def test_json_holds_every_number(results):
     assert list(results["sizes"]) == ["144p"]
-    assert results["clip"] == "in.mp4" and results["look"]["lips"] and results["look"]["eyes"]
+    assert results["clip"] == "in.mp4" and len(results["look"]["layers"]) >= 2
     for row in results["sizes"].values():
         for kind in ("bare", "codec", "none", "product"):
             low, high = row[kind]["fps_spread"]
@@ -148,7 +148,7 @@ def test_a_clip_without_faces_is_refused(tmp_path):
 
 def test_a_look_without_makeup_is_refused(tmp_path):
     look = tmp_path / "bare.json"
-    look.write_text('{"version": 1, "lips": null, "eyes": null}')
+    look.write_text('{"version": 2, "layers": []}')
     done = run(*ARGS, "--look", look)
     assert done.exit_code == 2 and "paints nothing" in done.stderr
 
@@ -159,4 +159,4 @@ def test_without_our_samples_it_asks_for_a_clip(tmp_path, monkeypatch):
     assert done.exit_code == 3 and "give a CLIP" in done.stderr
     look, photo = suite.sample_look(None, None)
     assert photo is None
-    assert [*look.products] == [*REGIONS]
+    assert look == full_look() and not look.is_bare

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
-from makeup_video.pipeline import GraphicsParams, Look, look_from_photo, product
+from makeup_video.pipeline import GraphicsParams, Layer, Look, look_from_photo, product
 from makeup_video.pipeline.look.finishes import in_words
 from makeup_video.pipeline.reference import estimate
 from people import SAMPLES, face_of, grey, portrait, put
@@ -21,6 +21,10 @@ PHOTO = SAMPLES / "portrait.jpg"
 CATALOGUE = "brand,product,shade,hex\n" + "".join(
     f"B{at},Velvet,Shade {at},#{at:02X}2030\n" for at in range(0, 256, 5)
 )
+SHADOWS = [
+    Layer("eyeshadow", product((90, 70, 60), "matte", "eyes"), {"slot": "outer"}, 0.8),
+    Layer("eyeshadow", product((255, 218, 185), "matte", "eyes")),
+]
 WORN = Look(
     lips=product((180, 0, 46), "gloss"), eyes=product((90.4, 70, 60), "sheer", "eyes")
 )  # the look that a test substitutes for the photo's
@@ -57,6 +61,24 @@ def test_both_regions_print_colour_words_and_numbers(folder, reads):
         "eyes  #5A463C  soft sheen, very sheer",
         "      opacity 0.28, gloss 0.10, gloss_roughness 0.80, reflection 0.00",
     ]
+
+
+def test_every_layer_is_printed_with_its_place_and_strength(folder, reads):
+    reads(Look(SHADOWS))
+    lines = run(PHOTO).stdout.splitlines()
+    assert [lines[0], lines[1], lines[3]] == [
+        "lips  bare",
+        "eyes  #5A463C  matte, opaque (outer, 80%)",
+        "eyes  #FFDAB9  matte, opaque (lid)",
+    ]
+    eyes = json.loads(run(PHOTO, "--json").stdout)["eyes"]
+    assert (eyes["place"], eyes["shape"], eyes["strength"]) == (
+        "outer, 80%",
+        {"slot": "outer"},
+        0.8,
+    )
+    (more,) = eyes["more"]
+    assert (more["hex"], more["place"], more["strength"]) == ("#FFDAB9", "lid", 1.0)
 
 
 def test_a_real_photo_is_read_and_saved_as_a_look_that_paints(folder):
@@ -119,7 +141,8 @@ def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, col
     code = (
         "from makeup_video.cli.estimate import _print\n"
         "params = dict(opacity=1, gloss=0, gloss_roughness=0.5, reflection=0)\n"
-        "_print({'lips': {'hex': '#B4002E', 'words': 'x' * 200, 'params': params}, 'eyes': None})"
+        "lips = {'hex': '#B4002E', 'words': 'x' * 200, 'params': params, 'place': ''}\n"
+        "_print({'lips': [lips], 'eyes': []})"
     )
     words = [sys.executable, "-c", code]
     plain = {name: value for name, value in os.environ.items()

@@ -11,7 +11,7 @@ import typer
 from makeup_video.cli.app import app
 from makeup_video.cli.look_options import LookOptions
 from makeup_video.cli.options import parse_time, with_options
-from makeup_video.pipeline import Look, PhotoError, UsageError, product
+from makeup_video.pipeline import Look, PhotoError, UsageError, product, ready_look
 from makeup_video.pipeline.reference import estimate
 from typer.main import get_command
 from typer.testing import CliRunner
@@ -81,6 +81,7 @@ def test_the_base_look_is_that_of_a_file_a_photo_or_nothing(tmp_path, monkeypatc
     lips.save(tmp_path / "look.json")
     assert LookOptions().base_look(quiet=True) is None
     assert LookOptions(look="none").base_look(quiet=True) == Look()
+    assert LookOptions(look="glam").base_look(quiet=True) == ready_look("glam").look
     assert LookOptions(look=str(tmp_path / "look.json")).base_look(quiet=True) == lips
     monkeypatch.setattr(estimate, "look_from_photo", lambda *_: lips)
     assert LookOptions(ref="a.jpg").base_look(quiet=True) == lips
@@ -89,14 +90,24 @@ def test_the_base_look_is_that_of_a_file_a_photo_or_nothing(tmp_path, monkeypatc
     assert capsys.readouterr().err.startswith("a.jpg: lips #B4002E")
 
 
+@pytest.mark.parametrize(
+    ("options", "files"),
+    [({}, []), ({"look": "none"}, []), ({"look": "glam"}, []), ({"look": "look.json"}, ["look.json"]),
+     ({"ref": "a.jpg"}, ["a.jpg"])],
+)  # fmt: skip
+def test_only_files_are_kept_from_being_overwritten(options, files):
+    assert LookOptions(**options).files == files
+
+
 def test_a_bare_photo_needs_a_colour(monkeypatch):
     monkeypatch.setattr(estimate, "look_from_photo", lambda *_: Look())
     with pytest.raises(PhotoError, match="add --color"):
         LookOptions(ref="a.jpg").base_look(quiet=True)
     assert LookOptions(ref="a.jpg", color="B02").base_look(quiet=True) == Look()
+    assert LookOptions(ref="a.jpg", blush="pink").base_look(quiet=True) == Look()
 
 
 def test_options_of_the_look_become_a_choice():
-    choice = LookOptions(color="B02", finish="gloss", strength=0.5).choice()
-    assert (choice.color, choice.finish, choice.strength) == ("B02", "gloss", 0.5)
-    assert choice.base is None and choice.parts is None
+    choice = LookOptions(color="B02", finish="gloss", strength="0.5", liner="black").choice()
+    assert (choice.color, choice.finish, choice.strength) == ("B02", "gloss", "0.5")
+    assert choice.base is None and choice.parts is None and choice.worn == {"liner": "black"}

@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from command_line import LOOK, command, run
+from command_line import LIPSTICK, LOOK, command, run
 from media import damage, decoded, make_clip
 
 
@@ -18,7 +18,7 @@ from media import damage, decoded, make_clip
         (
             ["in.mp4", "-o", "out.mp4"],
             2,
-            "UsageError: no look given: add --look FILE.json, --color",
+            "UsageError: no look given: add --ref PHOTO, --look NAME",
         ),
         (["in.mp4", "--ref", "a.jpg", "-o", "out.mp4"], 3, "InputError: a.jpg does not exist"),
         (["in.mp4", "--ref", "in.mp4", "-o", "out.mp4"], 3, "PhotoError: in.mp4 is a video"),
@@ -27,13 +27,20 @@ from media import damage, decoded, make_clip
         (["in.mp4", "--ref-face", "0", "--look", "none", "-o", "o.mp4"], 2, "add --ref PHOTO"),
         (["in.mp4", "--ref", "a.jpg", "--ref-face", "x", "-o", "o.mp4"], 2, "must be largest, or"),
         (["in.mp4", "--look", "no.json", "-o", "out.mp4"], 2, "LookError: no.json"),
-        (["in.mp4", "--look", "bad.json", "-o", "out.mp4"], 2, "lips.glos"),
+        (["in.mp4", "--look", "bad.json", "-o", "out.mp4"], 2, "layers[0].product.gloss must be"),
+        (["in.mp4", "--look", "old.json", "-o", "out.mp4"], 2, "lips.gloss must be"),
+        (["in.mp4", "--look", "cateye2", "-o", "out.mp4"], 2, "did you mean cat-eye?"),
+        (["in.mp4", "--lips", "red:gloss:matte", "-o", "out.mp4"], 2, "--lips gives the finish"),
         (
             ["in.mp4", "--finish", "gloss", "-o", "out.mp4"],
             2,
             "needs a colour: add --color '#B4002E', --ref PHOTO",
         ),
-        (["in.mp4", "--color", "red", "-o", "out.mp4"], 2, "3 or 6 hex digits such as '#B4002E'"),
+        (
+            ["in.mp4", "--color", "rot", "-o", "out.mp4"],
+            2,
+            "--color must be a colour such as '#B4002E'",
+        ),
         (["in.mp4", "--color", "B02", "--finish", "x", "-o", "out.mp4"], 2, "--finish must be"),
         (["in.mp4", "--color", "B02", "--parts", "nose", "-o", "out.mp4"], 2, "--parts must be"),
         (["in.mp4", "--color", "B02", "--zone", "lid", "-o", "out.mp4"], 2, "no eyes are painted"),
@@ -65,9 +72,11 @@ from media import damage, decoded, make_clip
 )
 def test_mistakes_are_one_line_and_the_documented_exit_code(folder, args, code, message):
     (folder / "look.json").write_text(json.dumps(LOOK))
-    (folder / "bad.json").write_text(json.dumps({**LOOK, "lips": {**LOOK["lips"], "gloss": -1}}))
+    shiny = {**LIPSTICK, "gloss": -1}
+    layers = [{"kind": "lipstick", "product": shiny}]
+    (folder / "bad.json").write_text(json.dumps({**LOOK, "layers": layers}))
+    (folder / "old.json").write_text(json.dumps({"version": 1, "lips": shiny, "eyes": None}))
     (folder / "old.mp4").write_text("precious")
-    message = "lips.gloss must be" if message == "lips.glos" else message
     before = (folder / "in.mp4").read_bytes()
     result = run(*args)
     assert result.exit_code == code, result.output

@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 import cv2
 import numpy as np
 import pytest
-from makeup_video.pipeline import find_faces, lip_mask
+from makeup_video.pipeline import Look, find_faces, lip_mask
 
 # .ci/run sets this variable: there, a missing browser is a failure.
 REQUIRED = os.environ.get("MAKEUP_VIDEO_BROWSER") == "required"
@@ -29,6 +29,8 @@ _ARGS = (
     "--disable-background-networking", "--disable-component-update",
 )  # fmt: skip
 PATIENCE_S = 30.0  # for two busy cores
+DESK = {"viewport": {"width": 1280, "height": 800}}
+PHONE = {"viewport": {"width": 360, "height": 740}, "has_touch": True, "is_mobile": True}
 
 
 def executable() -> str:
@@ -96,7 +98,7 @@ class Visit:
 
     def _heard(self, message: Any) -> None:
         # the browser logs every refused request; the page itself shows the error
-        known = ["status of 4"] + ["ERR_CONNECTION_REFUSED"] * self.server_may_stop
+        known = ["status of 4"] + ["net::ERR_"] * self.server_may_stop
         if message.type in ("error", "warning") and not any(text in message.text for text in known):
             self.faults.append(message.text)
 
@@ -142,6 +144,18 @@ class Visit:
         part = (columns - left) * 100 // max(1, right - left)
         chosen = np.isin(part, range(101)[side])
         return rgb8[rows[chosen], columns[chosen]].mean(axis=0)
+
+    def look(self) -> Look:
+        """The look as the downloaded file has it."""
+        with self.page.expect_download() as download:
+            self.page.click("#save-look")
+        return Look.load(download.value.path())
+
+    def open_groups(self) -> None:
+        """Open every group of controls that can be closed."""
+        self.page.evaluate(
+            "() => document.querySelectorAll('details').forEach((one) => (one.open = true))"
+        )
 
     def drop(self, path: Path, target: str = "body", name: str = "") -> None:
         """Drag a file over the page and drop it on `target`, as a user would."""

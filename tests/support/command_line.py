@@ -6,11 +6,9 @@ import sys
 from makeup_video.cli.app import app
 from typer.testing import CliRunner
 
-LOOK = {
-    "version": 1, "eyes": None,
-    "lips": {"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss": 0.6,
-             "gloss_roughness": 0.4, "reflection": 0.2},
-}  # fmt: skip
+LIPSTICK = {"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss": 0.6,
+            "gloss_roughness": 0.4, "reflection": 0.2}  # fmt: skip
+LOOK = {"version": 2, "layers": [{"kind": "lipstick", "product": LIPSTICK}]}
 
 
 def run(*args):

@@ -21,11 +21,10 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.coats import Job
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.product_material import SkinAxes
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.surfaces.eyes import LidSurface
-from makeup_video.pipeline.render.surfaces.lips import LipsSurface
 from people import clip, clip_points, frame_of
 
 LAYOUTS = (
@@ -268,18 +267,16 @@ def weights_of(scene: FrameScene, look: Look, monkeypatch) -> np.ndarray:
     frame = scene.frame
     total = np.zeros((frame.height_px, frame.width_px), np.float32)
 
-    def noted(weigh):
-        def weigh_and_note(self, out, origin_xy, *rest):
-            weigh(self, out, origin_xy, *rest)
-            x, y = origin_xy
-            part = total[y : y + out.shape[0], x : x + out.shape[1]]
-            np.maximum(part, out, out=part)
+    weigh = Job.weigh
 
-        return weigh_and_note
+    def weigh_and_note(self, out, origin_xy):
+        weigh(self, out, origin_xy)
+        x, y = origin_xy
+        part = total[y : y + out.shape[0], x : x + out.shape[1]]
+        np.maximum(part, out, out=part)
 
     with monkeypatch.context() as patch:
-        for region in (LipsSurface, LidSurface):
-            patch.setattr(region, "weigh", noted(region.weigh))
+        patch.setattr(Job, "weigh", weigh_and_note)
         paint_planes(scene, look)
     return total
 

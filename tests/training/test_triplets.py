@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
-from makeup_video.pipeline.look.regions import REGIONS
+from makeup_video.pipeline.look.kinds import READ_PARTS
 from makeup_video.pipeline.reference.crops import to_targets
 from makeup_video.training.reference import draw_products, read_look, triplets
 from makeup_video.training.reference.baselines import transfer_mean_colour
@@ -48,7 +48,8 @@ def products():
 def made(region, count=2, seed=0):
     people = SamePeople()
     worn = {
-        worn_region: products() for worn_region in ((region,) if region in REGIONS else REGIONS)
+        worn_region: products()
+        for worn_region in ((region,) if region in READ_PARTS else READ_PARTS)
     }
     return list(triplets.triplets(people, *triplets.halves(people), worn, count, seed))
 
@@ -63,11 +64,13 @@ def test_the_halves_share_no_person_and_leave_none_out():
     assert sorted([*wearers, *others]) == list(range(PEOPLE))
 
 
-@pytest.mark.parametrize("region", (*REGIONS, "both"))
+@pytest.mark.parametrize("region", (*READ_PARTS, "both"))
 def test_a_triplet_is_painted_where_it_says_and_only_there(region):
     for triplet in made(region):
         bare = to_rgb8(triplet.bare.codes)
-        assert triplets.worn(triplet.look) == ([region] if region in REGIONS else list(REGIONS))
+        assert triplets.worn(triplet.look) == (
+            [region] if region in READ_PARTS else list(READ_PARTS)
+        )
         assert triplet.photo.shape == triplet.truth.shape == bare.shape
         touched = (triplet.truth != bare).any(-1)
         assert touched[triplet.where].mean() > 0.9
@@ -217,9 +220,9 @@ def test_the_page_shows_misses_first_and_keeps_written_notes(monkeypatch, tmp_pa
 
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "docs" / "make"))
     page = import_module("results_page")
-    nets = {"ours": {region: knowing(RED) for region in REGIONS}}
-    main = {worn: evaluate.measure(made(worn), nets) for worn in (*REGIONS, "lips and eyes")}
-    kinds = {region: {"blue": main[region]} for region in REGIONS}
+    nets = {"ours": {region: knowing(RED) for region in READ_PARTS}}
+    main = {worn: evaluate.measure(made(worn), nets) for worn in (*READ_PARTS, "lips and eyes")}
+    kinds = {region: {"blue": main[region]} for region in READ_PARTS}
     cost = read_look.Cost(1.5, {1: 2.0, 2: 1.0})
     results = page.Results(main, kinds, kinds, {}, ["ours"], {"ours": {"lips": cost}})
     text = page.text(results)

@@ -1,13 +1,19 @@
 """The answers of the server's addresses."""
 
+import json
+import threading
+import time
 import urllib.error
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import httpx
 import numpy as np
 import pytest
+from makeup_video.pipeline.look.ready import ready_looks
 from makeup_video.web.app import PAGE
+from makeup_video.web.worker import Worker
 from shows import Page, StandIn, post, serving
 
 
@@ -83,9 +89,43 @@ def test_a_session_that_is_over_is_reported(url, session):
         post(url, f"/photo?session={session}", b"x"),
         post(url, f"/portrait?session={session}", b"x"),
         httpx.get(f"{url}/picture.png?session={session}"),
+        httpx.get(f"{url}/look-thumbnail/{ready_looks()[0].name}?session={session}"),
     ]
     for answer in answers:
         assert answer.status_code == 404 and "reload the page" in answer.json()["error"]
+
+
+def test_ready_looks_are_listed_and_painted(show, url):
+    show.thumbnail_of = lambda look: json.dumps(look.to_dict()).encode()
+    listed = httpx.get(f"{url}/looks").json()
+    assert [one["name"] for one in listed] == [one.name for one in ready_looks()]
+    with Page(url):
+        for one in listed:
+            answer = httpx.get(f"{url}/look-thumbnail/{one['name']}?session=stand-in")
+            assert answer.headers["content-type"] == "image/jpeg"
+            assert answer.json() == one["look"] and one["words"]
+        assert httpx.get(f"{url}/look-thumbnail/nobody?session=stand-in").status_code == 404
+
+
+def test_one_thumbnail_at_a_time_waits_for_the_worker(show):
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slow(look):
+        begun.set()
+        assert go_on.wait(20)
+        return b"a face"
+
+    show.thumbnail_of, worker = slow, Worker()
+    names = [one.name for one in ready_looks()]
+    with serving(show, worker) as url, Page(url), ThreadPoolExecutor(len(names)) as asking:
+        places = [f"{url}/look-thumbnail/{name}?session=stand-in" for name in names]
+        answers = [asking.submit(httpx.get, place, timeout=20) for place in places]
+        assert begun.wait(20)
+        time.sleep(0.2)  # for all requests to arrive
+        painted = worker.submit(lambda: sum(answer.done() for answer in answers))
+        go_on.set()
+        assert painted.result(20) <= 1  # a picture comes right after the thumbnail in work
+        assert all(answer.result(20).status_code == 200 for answer in answers)
 
 
 def test_only_the_demo_accepts_a_portrait(show, url):

@@ -21,7 +21,7 @@ from makeup_video.pipeline import (
 from makeup_video.web import demo_session
 from makeup_video.web.app import PAGE
 from makeup_video.web.demo_session import MOST_SESSIONS, DemoShow
-from makeup_video.web.portrait import SHOWN_PX, WHOLE_PX, Portrait
+from makeup_video.web.portrait import SHOWN_PX, THUMBNAIL_PX, WHOLE_PX, Portrait
 from makeup_video.web.worker import Worker
 from people import SAMPLES, clip, grey, portrait
 from shows import BLUE, RED, Page, serving
@@ -77,6 +77,26 @@ def test_a_large_portrait_is_shown_small_and_kept_large():
     shown = cv2.resize(whole, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     off = np.abs(rgb8_of(large_portrait.painted(RED)).astype(int) - shown)
     assert off.mean() < 2 and np.percentile(off, 99.5) < 25  # faces lie where they lie in the whole
+
+
+def test_a_thumbnail_is_the_face_with_the_look(own_portrait):
+    bare, red, blue = (rgb8_of(own_portrait.thumbnail(look)) for look in (Look(), RED, BLUE))
+    assert bare.shape == red.shape == (THUMBNAIL_PX, THUMBNAIL_PX, 3)
+    (face,) = find_faces(np.ascontiguousarray(bare))
+    low, high = face.points_px[:, :2].min(0), face.points_px[:, :2].max(0)
+    assert (high - low).max() > 0.85 * THUMBNAIL_PX
+    assert np.abs((low + high) / 2 - THUMBNAIL_PX / 2).max() < 0.05 * THUMBNAIL_PX
+    lips = lip_mask(np.ascontiguousarray(bare), face) > 0.9
+    assert red[lips].mean(0)[0] > blue[lips].mean(0)[0] + 30
+    assert own_portrait.thumbnail(RED) is own_portrait.thumbnail(RED)  # painted once
+
+
+@pytest.mark.parametrize("cut", [np.s_[200:470], np.s_[:, 130:390], np.s_[150:, 100:]])
+def test_a_thumbnail_is_square_however_the_photo_is_cut(cut):
+    cropped = Portrait(png_of(rgb8_of(OURS.read_bytes())[cut]), "cut.png")
+    thumbnail = rgb8_of(cropped.thumbnail(RED))
+    assert thumbnail.shape == (THUMBNAIL_PX, THUMBNAIL_PX, 3)
+    assert find_faces(np.ascontiguousarray(thumbnail))
 
 
 @pytest.mark.parametrize(

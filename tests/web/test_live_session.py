@@ -11,6 +11,7 @@ from makeup_video.pipeline import UsageError
 from makeup_video.pipeline.images.jpeg import PreviewJpeg
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
 from makeup_video.web.live_session import LiveShow
+from makeup_video.web.portrait import own_portrait
 from makeup_video.web.preview_sink import PreviewSink
 from people import clip, frame_of
 from shows import BLUE, RED, Page, serving
@@ -130,6 +131,10 @@ def test_before_the_first_frame_there_is_no_picture(parts):
 def test_a_camera_takes_no_portrait(parts):
     with pytest.raises(UsageError, match="makeup-video demo"):
         parts[3].enter("").take_portrait(b"", "me.jpg")
+
+
+def test_thumbnails_show_our_portrait(parts):
+    assert parts[-1].enter("").thumbnail(RED) == own_portrait().thumbnail(RED)
 
 
 def test_both_numbers_of_the_same_matrix_look_alike(parts):

@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, MakeupVideoError, product
+from makeup_video.pipeline.look.kinds import KINDS, PAINTED
+from makeup_video.web.app import PAGE
 from makeup_video.web.messages import CompareRequest, LookRequest, PictureShown, hello, read_message
 from makeup_video.web.session import HEAD, PHOTO_BYTES, PhotoLook, ShownPicture
 from shows import BLUE, StandIn
@@ -23,6 +25,11 @@ def changed(**values):
     return json.dumps({"type": "look", "look": {**BLUE.to_dict(), **values}})
 
 
+def layered(**values):
+    (layer,) = BLUE.to_dict()["layers"]
+    return changed(layers=[{**layer, **values}])
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -32,8 +39,10 @@ def changed(**values):
         '{"type": "shown", "pts_us": true}', '{"type": "shown", "pts_us": 1e400}',
         '{"type": "shown", "pts_us": 99999999999999999999}', '{"type": "compare", "on": 1}',
         "[" * 60_000, '{"a":' * 10_000, "9" * 60_000, '{"type": "shown", "pts_us": NaN}',
-        changed(strength=2), changed(strength=float("nan")), changed(zone="nose"), changed(more=1),
-        changed(lips={}), changed(strength=True), changed(intensity=float("inf")),
+        changed(strength=2), changed(strength=float("nan")), changed(zone="lid"), changed(more=1),
+        changed(layers={}), changed(strength=True), changed(layers=20 * BLUE.to_dict()["layers"]),
+        changed(version=3), layered(kind="hat"), layered(shape={"slot": "lid"}), layered(product={}),
+        layered(strength=float("inf")), layered(shape={"gradient": 2}), layered(shape=[]),
         json.dumps({"type": "look", "look": BLUE.to_dict(), "n": "x"}),
     ],
 )  # fmt: skip
@@ -71,15 +80,40 @@ def test_hello_carries_all_that_a_page_needs():
     assert message["photo_bytes_limit"] == PHOTO_BYTES
     assert message["finishes"]["gloss"]["lips"]["opacity"] == 0.94
     assert len(message["parameters"]) == 17
-    lips, eyes = message["regions"]
-    assert (lips["product"], lips["dials"]) == ("Lipstick", [])
-    assert [dial["name"] for dial in eyes["dials"]] == ["zone", "intensity"]
     assert message["photo"] is None
     shown = StandIn()
     shown.photo = PhotoLook("anna.jpg", Look(lips=product((180, 0, 46), "gloss")))
     photo = json.loads(hello("live", shown))["photo"]
     assert Look.from_dict(photo["look"]) == shown.photo.look
     assert photo["name"] == "anna.jpg" and photo["words"].startswith("lips #B4002E, glossy")
+
+
+def test_hello_describes_every_kind_of_the_registry():
+    sent = json.loads(hello("live", StandIn()))
+    assert [kind["name"] for kind in sent["kinds"]] == list(KINDS)
+    for values, kind in zip(sent["kinds"], KINDS.values(), strict=True):
+        assert (values["part"], values["title"], values["most"]) == (
+            kind.part,
+            kind.title,
+            kind.most,
+        )
+        assert [dial["name"] for dial in values["dials"]] == [dial.name for dial in kind.dials]
+        assert kind.first_finish in sent["finishes"]
+        for name, shape in values["slots"].items():
+            assert shape == kind.whole_shape({"slot": name})
+        first = values["first"] | sent["finishes"][kind.first_finish][kind.part]
+        layer = {"kind": kind.name, "strength": 1, "product": first, "shape": {}}
+        assert Look.from_dict({"version": 2, "strength": 1, "layers": [layer]}).of(kind.name)
+    orders = {kind["name"]: kind["order"] for kind in sent["kinds"]}
+    assert sorted(orders, key=orders.get) == list(PAINTED)
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
+def test_a_swatch_is_drawn_in_a_form_that_the_page_knows(kind):
+    (sent,) = [
+        one for one in json.loads(hello("live", StandIn()))["kinds"] if one["name"] == kind.name
+    ]
+    assert f"\nfunction {sent['swatch']}(u, v" in (PAGE / "swatch.js").read_text()
 
 
 def test_a_picture_is_packed_with_before_only_when_compared():

@@ -8,19 +8,12 @@ import av
 import cv2
 import numpy as np
 import pytest
-from browser import Served, Visit, open_browser
+from browser import PHONE, Served
 from makeup_video.pipeline import Look
+from makeup_video.pipeline.look.kinds import PARTS
 from people import SAMPLES
 
 RED, BLUE = "#B4002E", "#1020C0"
-DESK = {"viewport": {"width": 1280, "height": 800}}
-PHONE = {"viewport": {"width": 360, "height": 740}, "has_touch": True, "is_mobile": True}
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    with open_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")
@@ -49,28 +42,6 @@ def live(chromium, clip):
     assert served.stop() == 0, served.lines
 
 
-@pytest.fixture(scope="module")
-def demo(chromium):
-    served = Served("demo")
-    yield served
-    assert served.stop() == 0, served.lines
-
-
-@pytest.fixture
-def visit(chromium):
-    """Opens pages; the test fails at its end if a page has faults."""
-    visits = []
-
-    def open_page(served, **context):
-        visits.append(Visit(chromium, served.url, **(context or DESK)))
-        return visits[-1]
-
-    yield open_page
-    for page in visits:
-        page.context.close()
-        assert not page.faults
-
-
 def wear(visit, colour, finish="satin"):
     """Put on lipstick of this colour, and nothing on the eyes."""
     for region, worn in (("eyes", False), ("lips", True)):
@@ -78,13 +49,6 @@ def wear(visit, colour, finish="satin"):
         visit.page.set_checked(f"#{region}-panel [role=switch]", worn)
     visit.page.fill("#lips-panel .hex", colour)
     visit.page.click(f"#lips-panel .finishes button:has-text('{finish}')")
-
-
-def look_of(visit):
-    """The look as the downloaded file has it."""
-    with visit.page.expect_download() as download:
-        visit.page.click("#save-look")
-    return Look.load(download.value.path())
 
 
 def is_red(rgb):
@@ -152,6 +116,7 @@ def test_a_dragged_slider_is_not_reset_by_another_page(live, visit):
     other.until(lambda: other.page.input_value("#lips-panel .hex") == RED)
     mine, theirs = (visitor.page.locator("#lips-panel").get_by_label for visitor in (page, other))
     gloss, mouse = mine("Gloss", exact=True), page.page.mouse
+    gloss.evaluate("(one) => one.scrollIntoView({ block: 'center' })")
     box = gloss.bounding_box()
     y = box["y"] + box["height"] / 2
     mouse.move(box["x"] + box["width"] / 2, y)
@@ -164,7 +129,7 @@ def test_a_dragged_slider_is_not_reset_by_another_page(live, visit):
     mouse.move(box["x"] + box["width"], y)
     mouse.up()
     other.until(lambda: theirs("Gloss", exact=True).input_value() == "4")
-    assert look_of(other) == look_of(page)
+    assert other.look() == page.look()
 
 
 def test_a_dropped_photo_gives_its_look(live, visit):
@@ -173,24 +138,24 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     page.drop(SAMPLES / "look.jpg")
     words = page.until(lambda: page.page.inner_text("#look-words"))
     assert re.fullmatch(r"lips #\w{6}, .+; eyes #\w{6}, .+", words)
-    look = look_of(page)
+    look = page.look()
     assert look.eyes is not None and look.lips.hex.lower() in words.lower()
     assert page.page.is_visible("#photo-slot img")
     page.until(lambda: not is_red(page.lips()))  # the lips turn berry
     page.page.fill("#lips-panel .hex", BLUE)
     page.page.click("#reset")
-    assert look_of(page) == look
+    assert page.look() == look
     page.page.fill("#lips-panel .hex", BLUE)
     page.page.reload()  # the server keeps everything except the thumbnail
     page.until(lambda: "look.jpg" in page.page.inner_text("#photo-slot"))
     assert page.page.inner_text("#look-words") == words
     page.page.click("#reset")
-    page.until(lambda: look_of(page) == look)
+    page.until(lambda: page.look() == look)
 
 
 def test_an_unreadable_photo_shows_why_and_the_look_stays(demo, visit, tmp_path):
     page = visit(demo)
-    before = look_of(page)
+    before = page.look()
     (tmp_path / "bad.jpg").write_text("no photo")
     page.drop(tmp_path / "bad.jpg", ".target")
     page.until(lambda: "bad.jpg" in page.page.inner_text("#photo-slot .error"))
@@ -198,7 +163,7 @@ def test_an_unreadable_photo_shows_why_and_the_look_stays(demo, visit, tmp_path)
     cv2.imwrite(str(tmp_path / "grey.png"), grey)
     page.drop(tmp_path / "grey.png", "#portrait-slot")
     page.until(lambda: "grey.png" in page.page.inner_text("#portrait-slot .error"))
-    assert look_of(page) == before
+    assert page.look() == before
     assert not page.page.is_visible("#photo-slot img")
 
 
@@ -251,29 +216,38 @@ def test_looks_and_pictures_are_downloaded_and_a_look_loaded(demo, visit, tmp_pa
     assert cv2.imread(str(download.value.path())).shape[2] == 3
 
     values = json.loads(text)
-    values["lips"] = {key: values["lips"][key] for key in list(values["lips"])[:7]} | {"red": 200}
+    (lips,) = values["layers"]
+    given = {key: lips["product"][key] for key in list(lips["product"])[:7]} | {"red": 200}
+    values["layers"] = [{"kind": "lipstick", "product": given}]
     (tmp_path / "short.json").write_text(json.dumps(values))
     page.drop(tmp_path / "short.json")
     page.until(lambda: page.page.input_value("#lips-panel .hex") == "#C820C0")
     (tmp_path / "typo.json").write_text(text.replace("gloss_detail", "glos_detail"))
     page.drop(tmp_path / "typo.json")
     page.until(lambda: "glos_detail" in page.page.inner_text("#error"))
-    assert look_of(page).lips.red == 200
+    assert page.look().lips.red == 200
 
 
 @pytest.mark.parametrize("kind", ["live", "demo"])
 def test_on_a_phone_everything_fits_and_can_be_touched(kind, visit, request):
     page = visit(request.getfixturevalue(kind), **PHONE)
-    page.page.click("#eyes-tab")
-    page.page.set_checked("#eyes-panel [role=switch]", True)
-    page.page.click("#eyes-panel summary")
-    assert page.page.evaluate("() => document.documentElement.scrollWidth") == 360
-    small = page.page.evaluate(
-        """() => [...document.querySelectorAll("button, summary, input[type=range], input[type=number], .hex, .zones label, .switch, .slot label, .button")]
+    for part in PARTS:
+        page.page.click(f"#{part}-tab")
+        page.page.set_checked(f"#{part}-panel [role=switch]", True)
+        for _ in range(PARTS[part].most - 1):
+            page.page.click(f"#{part}-panel .add")
+        page.open_groups()
+        assert page.page.evaluate("() => document.documentElement.scrollWidth") == 360
+        assert too_small(page) == []
+
+
+def too_small(page):
+    """The names of the controls that are too small for a finger."""
+    return page.page.evaluate(
+        """() => [...document.querySelectorAll("button, summary, input[type=range], input[type=number], .hex, .choices label, .switch, .slot label, .button")]
             .map((one) => [one.id || one.className || one.type, one.getBoundingClientRect()])
             .filter(([, box]) => box.width > 0 && Math.min(box.width, box.height) < 40).map(([name]) => name)"""
     )
-    assert small == []
 
 
 def test_the_page_shows_a_stopped_server_and_reconnects(chromium, visit):

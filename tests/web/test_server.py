@@ -133,7 +133,8 @@ def test_a_page_that_pings_and_never_reads_is_disconnected(url):
 def test_a_change_reaches_other_pages_and_does_not_come_back(show, url):
     with Page(url) as page, Page(url) as other:
         for red in range(10):
-            look = {**RED.to_dict(), "lips": {**RED.to_dict()["lips"], "red": red}}
+            look = RED.to_dict()
+            look["layers"][0]["product"]["red"] = red
             page.send("look", look=look, n=red)
             got = other.message("look")
             assert got["look"] == look and got["photo"] is None and got["seen"] is None
@@ -147,10 +148,31 @@ def test_a_change_reaches_other_pages_and_does_not_come_back(show, url):
 
 def test_a_look_without_a_count_returns_as_it_was_understood(show, url):
     short = RED.to_dict()
-    del short["zone"], short["intensity"]
+    del short["strength"], short["layers"][0]["shape"], short["layers"][0]["product"]["shimmer"]
     with Page(url) as page:
         page.send("look", look=short)
         assert page.message("look")["look"] == RED.to_dict()
+
+
+def test_a_look_of_version_1_returns_as_one_of_version_2(show, url):
+    (lips,) = RED.to_dict()["layers"]
+    old = {"version": 1, "lips": lips["product"], "eyes": lips["product"], "zone": "crease"}
+    with Page(url) as page:
+        page.send("look", look={**old, "intensity": 0.5})
+        look = page.message("look")["look"]
+    assert look == show.look.to_dict() and look["version"] == 2
+    shadow, lipstick = look["layers"]
+    assert lipstick == lips
+    assert (shadow["shape"], shadow["strength"]) == ({"slot": "crease"}, 0.5)
+
+
+def test_a_refused_layer_is_named_in_one_line(show, url):
+    look = RED.to_dict()
+    look["layers"][0]["shape"] = {"gradient": 3}
+    with Page(url) as page:
+        page.send("look", look=look)
+        text = page.message("error")["text"]
+    assert text == "layers[0].shape.gradient must be a number in 0..1, got 3"
 
 
 def test_a_refused_look_is_answered_with_the_current_one(show, url):

@@ -17,6 +17,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.lip_mask import lip_mask
 from makeup_video.pipeline.look.kinds import READ_PARTS
+from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 from makeup_video.training.faces.evaluate import skin_tone
 
@@ -56,7 +57,7 @@ def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
     lips = rgb8[lip_mask(rgb8, face) > 0.9]
     lids = []
     for eye in lid_surfaces(face):
-        is_lid = (eye.up > 0.2) & (eye.up < 1) & (np.abs(eye.out) < 0.4)
+        is_lid = (eye.up > 0.2) & (eye.up < 1) & (np.abs(OUTWARDS) < 0.4)
         x, y = np.rint(eye.grid.places()).astype(int)[:, is_lid.ravel()]
         inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
         lids.append(rgb8[y[inside], x[inside]])

@@ -101,11 +101,11 @@ def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> n
     medium = replace(product((0, 0, 0), "matte", region), edge_softness=_HALF)
     total = np.zeros(size_wh[::-1], np.float32)
     for side in (side for surface in surfaces for side in surface.sides()):
-        (coat,) = kind.coats(side.fields(), medium, shape)
-        weight = np.empty_like(total)
-        density = None if coat.density is None else coat.density[side.number]
-        side.weigh(weight, (0, 0), _HALF, density)
-        np.maximum(total, weight, out=total)
+        for coat in kind.coats(side.fields(), medium, shape):
+            weight = np.empty_like(total)
+            density = None if coat.density is None else coat.density[side.number]
+            side.weigh(weight, (0, 0), _HALF, density)
+            np.maximum(total, weight, out=total)
     return total
 
 

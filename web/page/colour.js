@@ -11,7 +11,7 @@ export const hexOf = (params) =>
     .toUpperCase();
 
 /** {red, green, blue} of "#B4002E", "b4002e" or "#b03"; null for any other text. */
-function readHex(text) {
+export function readHex(text) {
   let digits = text.trim().replace(/^#/, "");
   if (/^[0-9a-f]{3}$/i.test(digits)) digits = digits.replace(/./g, "$&$&");
   if (!/^[0-9a-f]{6}$/i.test(digits)) return null;
@@ -20,11 +20,10 @@ function readHex(text) {
 }
 
 /**
- * name: of the product. onInput({red, green, blue}): called when the visitor chooses a colour.
+ * label: the name of the controls. onInput({red, green, blue}): called when the visitor chooses a colour.
  * Returns {element, set(params)}; `set` does not change a field while the visitor types in it.
  */
-export function colourField(name, onInput) {
-  const label = `Colour of the ${name.toLowerCase()}`;
+export function colourField(label, onInput) {
   const well = el("input", { type: "color", "aria-label": label });
   const hex = el("input", {
     className: "hex",

@@ -1,56 +1,37 @@
-// The controls of a look: a tab for each product, and the strength of the whole look.
+// The controls of a look: a tab for each kind of makeup, and the strength of the whole look.
 
-import { Product } from "./product.js";
+import { KindControls } from "./kind.js";
+import { moveByKeys, stopAt } from "./row.js";
 import { portion, slider } from "./slider.js";
 
 /** Builds all controls into the page and updates them with the look. */
 export class Controls {
-  #products;
-  #set = [];
+  #kinds;
+  #tabs = document.getElementById("kinds");
+  #strength;
 
   constructor(hello, store) {
-    this.#products = hello.regions.map((info) => new Product(info, hello, store));
-    document.getElementById("products").replaceChildren(...this.#products.map(({ tab }) => tab));
-    document.getElementById("regions").replaceChildren(...this.#products.map(({ panel }) => panel));
-    this.#products.forEach(({ tab }, at) => {
-      tab.addEventListener("click", () => this.#select(at));
-      tab.addEventListener("keydown", (event) => this.#selectByKey(event, at));
-    });
-    const help = "How strong the whole look is.";
-    const spec = portion("strength", "Strength", help);
-    const strength = slider(spec, (value) => store.edit((look) => (look.strength = value)), false);
-    document.getElementById("whole").replaceChildren(strength.element);
-    this.#set = [(look) => strength.set(look.strength)];
-    this.#select(0);
+    this.#kinds = hello.kinds.map((kind) => new KindControls(kind, hello, store));
+    this.#tabs.replaceChildren(...this.#kinds.map(({ tab }) => tab));
+    document.getElementById("kind-panels").replaceChildren(...this.#kinds.map(({ panel }) => panel));
+    for (const { tab } of this.#kinds) tab.addEventListener("click", () => this.#select(tab));
+    moveByKeys(this.#tabs, (tab) => this.#select(tab));
+    const spec = portion("strength", "Strength", "How strong the whole look is.");
+    this.#strength = slider(spec, (value) => store.edit((look) => (look.strength = value)), false);
+    document.getElementById("whole").replaceChildren(this.#strength.element);
+    this.#select(this.#kinds[0].tab);
     const show = () => this.#show(store.look);
     store.addEventListener("change", show);
     show();
   }
 
   #show(look) {
-    for (const product of this.#products) product.show(look);
-    for (const set of this.#set) set(look);
+    for (const kind of this.#kinds) kind.show(look);
+    this.#strength.set(look.strength);
   }
 
-  #select(at) {
-    this.#products.forEach(({ tab, panel }, here) => {
-      tab.setAttribute("aria-selected", here === at);
-      tab.tabIndex = here === at ? 0 : -1;
-      panel.hidden = here !== at;
-    });
-  }
-
-  #selectByKey(event, at) {
-    const count = this.#products.length;
-    const to = {
-      ArrowRight: (at + 1) % count,
-      ArrowLeft: (at + count - 1) % count,
-      Home: 0,
-      End: count - 1,
-    }[event.key];
-    if (to === undefined) return;
-    event.preventDefault();
-    this.#select(to);
-    this.#products[to].tab.focus();
+  #select(chosen) {
+    for (const kind of this.#kinds) kind.select(kind.tab === chosen);
+    stopAt(this.#tabs, chosen);
   }
 }

@@ -15,10 +15,15 @@ export function showError(text) {
   clearing = setTimeout(() => (error.textContent = ""), ERROR_MS);
 }
 
+/** Name the look, and with it the files that are saved. */
+export function nameAs(text) {
+  name.value = text;
+}
+
 /** Name the look after the file that it was read from. */
 export function nameAfter(file) {
   const stem = file.name.replace(/\.[^.]*$/, "");
-  if (stem) name.value = stem;
+  if (stem) nameAs(stem);
 }
 
 function download(blob, ending) {

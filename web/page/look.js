@@ -8,8 +8,10 @@ const CODE_VALUES = ["red", "green", "blue"]; // whole numbers; all others get a
 function canonical(value) {
   if (value === null || typeof value !== "object") return JSON.stringify(value);
   const keys = Object.keys(value).sort();
-  return keys.map((key) => `${key}:${canonical(value[key])}`).join();
+  return `{${keys.map((key) => `${key}:${canonical(value[key])}`).join()}}`;
 }
+
+export const sameLook = (one, other) => canonical(one) === canonical(other);
 
 /** The text of a look file, as `Look.save` writes it. */
 export function lookFile(look) {
@@ -47,7 +49,7 @@ export class LookStore extends EventTarget {
   }
 
   get isPhotoLook() {
-    return this.photoLook === null || canonical(this.photoLook) === canonical(this.look);
+    return this.photoLook === null || sameLook(this.photoLook, this.look);
   }
 
   /** Take the first look of a connection, and the look that was last read from a photo. */
@@ -62,7 +64,7 @@ export class LookStore extends EventTarget {
   edit(change) {
     const look = structuredClone(this.look);
     change(look);
-    if (canonical(look) === canonical(this.look)) return;
+    if (sameLook(look, this.look)) return;
     if (this.#settled) this.#remember();
     this.#settled = false;
     clearTimeout(this.#settleTimer);
@@ -70,9 +72,16 @@ export class LookStore extends EventTarget {
     this.#put(look);
   }
 
+  /** Change the look by hand in one step of undo, however soon after the last one. */
+  step(change) {
+    const look = structuredClone(this.look);
+    change(look);
+    this.replace(look);
+  }
+
   /** Replace the look, as one step of undo. */
   replace(look) {
-    if (canonical(look) === canonical(this.look)) return;
+    if (sameLook(look, this.look)) return;
     this.#remember();
     this.#settled = true;
     this.#put(structuredClone(look));
@@ -109,7 +118,7 @@ export class LookStore extends EventTarget {
 
   #adopt(look) {
     if (this.look !== null) {
-      if (canonical(look) === canonical(this.look)) {
+      if (sameLook(look, this.look)) {
         this.dispatchEvent(new Event("change")); // photoLook may have changed
         return;
       }

@@ -3,9 +3,10 @@
 import { Compare } from "./compare.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
-import { nameAfter, openLook, showError, wireKeep } from "./keep.js";
+import { nameAfter, nameAs, openLook, showError, wireKeep } from "./keep.js";
 import { listenToKeys } from "./keys.js";
 import { LookStore } from "./look.js";
+import { ReadyLooks } from "./looks.js";
 import { Picture } from "./picture.js";
 import { hideFigures, showFigures, showVeil } from "./status.js";
 import { Photos } from "./upload.js";
@@ -27,7 +28,12 @@ const picture = new Picture(
 const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
 // without a count: the server returns the look with its defaults filled in
 const sendFile = (look) => connection.send({ type: "look", look });
-const photos = new Photos({ look: (file) => openLook(file, sendFile), photo: nameAfter });
+const ready = new ReadyLooks(store, nameAs);
+const photos = new Photos({
+  look: (file) => openLook(file, sendFile),
+  photo: nameAfter,
+  portrait: () => ready.draw(),
+});
 
 const connection = new Connection({
   hello: welcome,
@@ -39,6 +45,7 @@ const connection = new Connection({
   error: ({ text }) => (hello === null ? showVeil(text) : showError(text)),
   bye: () => showVeil(STOPPED),
   lost(stopped) {
+    ready.pause();
     hideFigures();
     showVeil(stopped ? STOPPED : LOST);
   },
@@ -58,6 +65,7 @@ function welcome(message) {
   store.start(hello.look, forgotten ? store.photoLook : (hello.photo?.look ?? null));
   controls ??= new Controls(hello, store);
   photos.start(hello);
+  ready.start(hello);
   if (hello.photo) showPhoto(hello.photo);
   if (forgotten) store.replace(mine);
   compare.askAgain();

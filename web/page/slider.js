@@ -10,7 +10,7 @@ export function portion(name, label, help) {
 }
 
 /**
- * spec: {name, low, high, step, label, help}. onInput(value): called while the slider moves.
+ * spec: {name, low, high, step, label, help, unit}; unit may be missing. onInput(value): called while the slider moves.
  * Returns {element, set(value)}; `set` does not disturb a slider being dragged or a number being
  * typed.
  */
@@ -56,6 +56,7 @@ export function slider(spec, onInput, showHelp) {
     "div",
     { className: "slider", title: showHelp ? "" : spec.help },
     el("label", { htmlFor: id }, spec.label),
+    spec.unit ? el("small", { "aria-hidden": "true" }, spec.unit) : null,
     range,
     number,
     help,
@@ -63,7 +64,7 @@ export function slider(spec, onInput, showHelp) {
   const set = (value) => {
     if (dragged) return;
     range.value = value;
-    range.setAttribute("aria-valuetext", written(value));
+    range.setAttribute("aria-valuetext", `${written(value)} ${spec.unit ?? ""}`.trim());
     show(value);
   };
   return { element, set };

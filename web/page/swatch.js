@@ -1,4 +1,4 @@
-// Swatches: a stroke of the product on skin, lit from above, which shows its finish.
+// Swatches: a product on skin, lit from above, which shows its finish and how it is worn.
 
 const UNDER = [0.5, 0.3, 0.23]; // linear light of the skin below
 const LIGHT = unit([-0.35, -0.7, 0.75]);
@@ -26,23 +26,73 @@ function noise(x, y) {
   return ((h ^ (h >>> 16)) >>> 0) / 4294967296;
 }
 
-/** Normals (x, y) of a stroke that fills width x height, cached by size. */
-function strokeShape(width, height) {
-  const key = `${width}x${height}`;
+const smooth = (x) => {
+  const inside = Math.min(1, Math.max(0, x));
+  return inside * inside * (3 - 2 * inside);
+};
+
+/** A film that fills the canvas, with the marks of a brush. */
+function stroke(u, v) {
+  const bristles =
+    0.1 * Math.sin(9 * v + 1.2 * Math.sin(2.4 * u)) + 0.05 * Math.sin(23 * v + 2 * u);
+  return {
+    cover: 1,
+    nx: 0.3 * u ** 5 + 0.06 * Math.sin(5 * u + 2 * v),
+    ny: 0.85 * v * Math.abs(v) ** 0.6 + bristles,
+  };
+}
+
+/** A swipe of powder: grain, and edges that thin out to the right. */
+function powder(u, v, x, y) {
+  const edge = 1 - Math.abs(v + 0.06 * Math.sin(4 * u + 1)) ** 2.6;
+  const ends = Math.min((u + 1.02) / 0.16, (1.05 - u) / 0.7);
+  const grain = noise(x, y) - 0.5;
+  return {
+    cover: smooth(1.9 * edge + 0.22 * grain) * smooth(ends + 0.3 * grain) * (0.94 + 0.12 * grain),
+    nx: 0.34 * grain,
+    ny: 0.34 * (noise(y + 31, x) - 0.5),
+  };
+}
+
+/** A soft round flush that fades in all directions. */
+function flush(u, v) {
+  const away = Math.hypot(0.9 * u, 0.9 * v);
+  return { cover: smooth(1.25 * (1 - away)), nx: 0.45 * u, ny: 0.45 * v };
+}
+
+const CORNER = 0.74; // where the line leaves the lashes and rises as a wing, by its length
+
+/** A line that grows along the bow of the lashes and ends in a wing. */
+function line(u, v, x, y, pixel) {
+  const along = (u + 0.84) / 1.68;
+  const lashes = Math.min(along, CORNER) / CORNER;
+  const wing = Math.max(0, along - CORNER) / (1 - CORNER);
+  const middle = 0.62 - 0.78 * Math.sin(Math.PI * (0.1 + 0.66 * lashes)) - 0.72 * wing;
+  const half = (0.05 + 0.17 * lashes) * (1 - wing);
+  const at = v - middle;
+  const isOn = along > 0 && along < 1;
+  const cover = isOn ? Math.min(1, Math.max(0, (half - Math.abs(at)) / pixel + 0.5)) : 0;
+  return { cover, nx: 0, ny: cover > 0 ? 0.75 * Math.max(-1, Math.min(1, at / half)) : 0 };
+}
+
+const FORMS = { stroke, powder, flush, line };
+
+/** Cover and normals (x, y) of a form that fills width x height, cached. */
+function shapeOf(form, width, height) {
+  const key = `${form} ${width}x${height}`;
   if (shapes.has(key)) return shapes.get(key);
-  const shape = { nx: new Float32Array(width * height), ny: new Float32Array(width * height) };
+  const [cover, nx, ny] = [0, 1, 2].map(() => new Float32Array(width * height));
   for (let y = 0, at = 0; y < height; y++) {
     const v = (2 * (y + 0.5)) / height - 1;
     for (let x = 0; x < width; x++, at++) {
-      const u = (2 * (x + 0.5)) / width - 1;
-      const bristles =
-        0.1 * Math.sin(9 * v + 1.2 * Math.sin(2.4 * u)) + 0.05 * Math.sin(23 * v + 2 * u);
-      shape.nx[at] = 0.3 * u ** 5 + 0.06 * Math.sin(5 * u + 2 * v);
-      shape.ny[at] = 0.85 * v * Math.abs(v) ** 0.6 + bristles;
+      const place = FORMS[form]((2 * (x + 0.5)) / width - 1, v, x, y, 2 / height);
+      cover[at] = place.cover;
+      nx[at] = place.nx;
+      ny[at] = place.ny;
     }
   }
-  shapes.set(key, shape);
-  return shape;
+  shapes.set(key, { cover, nx, ny });
+  return shapes.get(key);
 }
 
 /** The part of the optics that depends on the product alone. */
@@ -76,25 +126,40 @@ function lit(nx, ny, x, y, o) {
   return [0.45 + 0.65 * facing, glint + 0.12 * o.room * mirrored, sparkle];
 }
 
-/** Fill the canvas with a stroke of the product (the 17 parameters of a region). */
-export function drawSwatch(canvas, params) {
-  const { width, height } = canvas;
-  const { nx, ny } = strokeShape(width, height);
-  const colour = [params.red, params.green, params.blue].map(toLinear);
-  const o = optics(params);
-  const context = canvas.getContext("2d");
-  const image = context.createImageData(width, height);
+/** Draw one product into the columns left..right of an image. */
+function drawProduct({ data, width, height }, form, product, left, right) {
+  const { cover, nx, ny } = shapeOf(form, right - left, height);
+  const colour = [product.red, product.green, product.blue].map(toLinear);
+  const o = optics(product);
   for (let y = 0, at = 0; y < height; y++) {
-    for (let x = 0; x < width; x++, at++) {
-      const [bright, white, sparkle] = lit(nx[at], ny[at], x, y, o);
+    for (let x = left; x < right; x++, at++) {
+      const share = cover[at];
+      const [bright, white, sparkle] = lit(share * nx[at], share * ny[at], x, y, o);
+      const to = 4 * (y * width + x);
       for (let c = 0; c < 3; c++) {
-        const body = params.opacity * colour[c] + (1 - params.opacity) * UNDER[c];
+        const body = UNDER[c] + share * product.opacity * (colour[c] - UNDER[c]);
         const dust = sparkle * (o.tint * (0.15 + 1.6 * colour[c]) + (1 - o.tint) * 0.8);
-        const light = body * bright + white + dust;
-        image.data[4 * at + c] = toByte[Math.min(4095, (4095 * light) | 0)];
+        const light = body * bright + share * (white + dust);
+        data[to + c] = toByte[Math.min(4095, (4095 * light) | 0)];
       }
-      image.data[4 * at + 3] = 255;
+      data[to + 3] = 255;
     }
   }
+}
+
+/**
+ * Draw products (17 parameters each) side by side on skin.
+ * form: how they are worn: "stroke", "powder", "flush" or "line".
+ */
+export function drawSwatch(canvas, form, products) {
+  const { width, height } = canvas;
+  const context = canvas.getContext("2d");
+  const image = context.createImageData(width, height);
+  products.forEach((product, number) => {
+    const [left, right] = [number, number + 1].map((at) =>
+      Math.round((at * width) / products.length),
+    );
+    drawProduct(image, form, product, left, right);
+  });
   context.putImageData(image, 0, 0);
 }

@@ -97,7 +97,7 @@ class Slot {
   }
 }
 
-/** on: {look(file): a look file was given; photo(file): a photo was read}. */
+/** on: {look(file): a look file was given; photo(file): a photo was read; portrait(): painted}. */
 export class Photos {
   #hello = null;
   #slots = {};
@@ -147,7 +147,7 @@ export class Photos {
       const answer = await response.json();
       if (!response.ok) return answer.error ?? NO_ANSWER;
       this.#slots[kind].known = answer.name;
-      if (kind === "photo") this.#on.photo(file);
+      this.#on[kind](file);
       return null;
     } catch {
       return NO_ANSWER;

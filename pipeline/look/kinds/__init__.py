@@ -9,7 +9,7 @@ from importlib import import_module
 from makeup_video.pipeline.look.kinds.kind import Kind
 
 # In the order in which people name them.
-_NAMES = ("lipstick", "eyeshadow", "eyeliner", "blush")
+_NAMES = ("lipstick", "eyeshadow", "eyeliner", "blush", "highlighter")
 
 KINDS: dict[str, Kind] = {name: import_module(f"{__name__}.{name}").KIND for name in _NAMES}
 # The same by the part of a look.

@@ -7,16 +7,16 @@ from makeup_video.pipeline.look.params import GraphicsParams
 
 # Rows in the order of SETTINGS.
 _FINISHES = {
-    "matte":    (0.50, 0.00, 0.95, 0.00, 0.80, 1.00, 0.00, 0.50, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
-    "satin":    (0.45, 0.12, 0.80, 0.00, 0.80, 1.00, 0.05, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
-    "sheer":    (0.25, 0.05, 0.80, 0.00, 0.90, 1.00, 0.30, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
-    "gloss":    (0.40, 0.60, 0.50, 0.05, 0.80, 1.00, 0.10, 0.70, 0.50, 0.60, 0.00, 0.50, 0.50, 1.0),
-    "metallic": (0.50, 0.50, 0.65, 0.05, 0.80, 0.90, 0.05, 0.60, 0.50, 0.60, 0.40, 0.10, 1.00, 1.0),
-    "shimmer":  (0.42, 0.30, 0.70, 0.02, 0.80, 0.95, 0.05, 0.60, 0.40, 0.60, 0.45, 0.10, 0.70, 1.0),
+    "matte":    (0.30, 0.00, 0.95, 0.00, 0.80, 1.00, 0.00, 0.50, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
+    "satin":    (0.28, 0.12, 0.80, 0.00, 0.80, 1.00, 0.05, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.16, 0.05, 0.80, 0.00, 0.90, 1.00, 0.08, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "gloss":    (0.26, 0.60, 0.50, 0.05, 0.80, 1.00, 0.08, 0.70, 0.50, 0.60, 0.00, 0.50, 0.50, 1.0),
+    "metallic": (0.32, 0.50, 0.65, 0.05, 0.80, 0.90, 0.05, 0.60, 0.50, 0.60, 0.40, 0.10, 1.00, 1.0),
+    "shimmer":  (0.29, 0.30, 0.70, 0.02, 0.80, 0.95, 0.05, 0.60, 0.40, 0.60, 0.45, 0.10, 0.70, 1.0),
 }  # fmt: skip
 # In distances of the outer eye corners, of the cheek at the picture's right: the apple, the highest
 # place on the cheekbone, the temple, and the middle of the nose.
-_APPLE, _CHEEKBONE, _TEMPLE, _NOSE = (0.45, 0.43), (0.58, 0.28), (0.76, 0.14), (0.0, 0.22)
+_APPLE, _CHEEKBONE, _TEMPLE, _NOSE = (0.43, 0.38), (0.57, 0.25), (0.76, 0.11), (0.0, 0.22)
 
 
 def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
@@ -31,7 +31,7 @@ def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     away = from_segment(beside, at.down, start, end) * np.float32(1 / radius)
     density = smooth((1 + 0.3 * soft - away) * np.float32(1 / (1.3 * soft)))
     if shape["across"] > 0:
-        away = from_segment(beside, at.down, _NOSE, start) * np.float32(1 / (0.8 * radius))
+        away = from_segment(beside, at.down, _NOSE, start) * np.float32(1 / (0.65 * radius))
         band = shape["across"] * smooth((1 + 0.3 * soft - away) * np.float32(1 / (1.3 * soft)))
         density = np.maximum(density, band)
     return [Coat(product, density.astype(np.float32))]
@@ -46,9 +46,10 @@ KIND = Kind(
     part="blush",
     title="Blush",
     product="Blush",
+    words=("blusher", "rouge", "cheek", "cheeks"),
     hidden="cheeks",
     category=r"(?<![a-z])(blush|cheek|rouge)",
-    first_rgb=(214, 92, 104),
+    first_rgb=(196, 56, 72),
     first_finish="matte",
     finishes=_FINISHES,
     remark="a veil, so all of the skin's texture and shine stays",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _FINISHES = {
     "matte":    (0.95, 0.00, 0.90, 0.00, 0.20, 0.20, 0.00, 0.20, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
     "satin":    (0.95, 0.10, 0.60, 0.00, 0.20, 0.20, 0.00, 0.20, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
-    "sheer":    (0.50, 0.00, 0.80, 0.00, 0.50, 0.50, 0.10, 0.20, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.50, 0.00, 0.80, 0.00, 0.50, 0.50, 0.08, 0.20, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
     "gloss":    (0.97, 0.60, 0.35, 0.10, 0.20, 0.20, 0.00, 0.20, 0.50, 0.40, 0.00, 0.50, 0.50, 1.0),
     "metallic": (0.97, 0.60, 0.50, 0.10, 0.20, 0.20, 0.00, 0.20, 0.50, 0.50, 0.40, 0.10, 1.00, 1.0),
     "shimmer":  (0.85, 0.30, 0.60, 0.05, 0.30, 0.30, 0.00, 0.20, 0.50, 0.60, 0.60, 0.20, 0.60, 1.0),
@@ -24,6 +24,7 @@ _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as t
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
 _THINNED = -1e3  # px: no line at all
+_SHORTEST_PX = 0.01  # of a wing, so that none divides by zero
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 
@@ -34,13 +35,13 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     thick_px = shape["thickness"] * _OPEN * at.width_px
     over_px = np.minimum(_OVER * at.width_px, 0.5 * thick_px)
     # thin at the inner corner, full from the middle of the eye on
-    here_px = thick_px * (0.3 + 0.7 * np.clip(at.across * 1.4, 0, 1)) + over_px
-    ends = rise(at.across, 0.02, 0.08) * fall(at.across, 1.01, 0.06)
+    here_px = thick_px * (0.15 + 0.85 * np.clip(at.across * 1.25, 0, 1)) + over_px
+    ends = rise(at.across, 0.08, 0.16) * fall(at.across, 1.01, 0.06)
     strokes = [_along(at.above_px, over_px, here_px * ends)]
     if shape["wing"] > 0:
         strokes.append(_wing(at, shape, over_px, thick_px))
     if shape["lower"] > 0:
-        reach = rise(at.across, 1 - shape["lower"], 0.25) * fall(at.across, 1.0, 0.06)
+        reach = rise(at.across, max(1 - shape["lower"], 0.16), 0.25) * fall(at.across, 1.0, 0.06)
         strokes.append(_along(at.below_px, 0.5 * over_px, _LOWER * thick_px * reach))
     smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
     blur_px = max(1.0, smudge * float(thick_px.max()))
@@ -50,7 +51,8 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
 def _along(away_px: "np.ndarray", over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
     """A stroke along a lash line that begins a little over it."""
     above = away_px + over_px
-    return Stroke(above, _THINNED * (thick_px <= 0) + thick_px - above)
+    none = (thick_px <= 0).astype(above.dtype)
+    return Stroke(above, _THINNED * none + thick_px - above)
 
 
 def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
@@ -63,11 +65,13 @@ def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndar
     along, beside = _turned((at.across - 1) * at.width_px, at.rise_px, angle)
     back_px = (LID_RISE_AT - 1) * at.width_px
     back, height = _turned(back_px, at.lid_rise_px + thick_px, angle)
-    left = np.clip((length_px - along) * (1 / (length_px - back)), 0, 1)
+    back = np.minimum(back, 0)  # a steep wing begins at the corner, or its tip would lie behind it
+    left = np.clip((length_px - along) * (1 / np.maximum(length_px - back, _SHORTEST_PX)), 0, 1)
     high = (np.maximum(height, thick_px) + over_px) * left**_SLIM
     # never on the eyeball, nor before the place where the wing leaves the line
     above = np.minimum(np.minimum(beside, at.above_px) + over_px, along - back)
-    return Stroke(above, _THINNED * (left <= 0) + high - over_px - beside)
+    none = (left <= 0).astype(above.dtype)
+    return Stroke(above, _THINNED * none + high - over_px - beside)
 
 
 def _turned(out: "np.ndarray", up: "np.ndarray", angle: float) -> "tuple[np.ndarray, np.ndarray]":
@@ -81,6 +85,7 @@ KIND = Kind(
     part="liner",
     title="Liner",
     product="Eyeliner",
+    words=("liners", "eye liner", "eye liners", "kajal", "kohl"),
     hidden="eyes",
     category=r"(?<![a-z])eye[ _-]?lin|kajal|kohl",
     first_rgb=(18, 14, 14),
@@ -88,7 +93,7 @@ KIND = Kind(
     finishes=_FINISHES,
     remark="a dense line, so hardly any skin shows through",
     dials=(
-        Dial("thickness", 0.14, "Thickness", "How thick the line is.", unit="of the eye's height"),
+        Dial("thickness", 0.12, "Thickness", "How thick the line is.", unit="of the eye's height"),
         Dial("wing", 0.0, "Wing", "How far the wing reaches beyond the outer corner.",
              unit="of the eye's width"),
         Dial("wing_angle", 30.0, "Wing's angle", "How steeply the wing rises.", low=-30, high=75,

@@ -1,9 +1,14 @@
 """Eye-shadow: up to four layers, each in a place of its own around the eye."""
 
+from typing import TYPE_CHECKING
+
 from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
 from makeup_video.pipeline.look.kinds.ramps import fall, rise, smooth
 from makeup_video.pipeline.look.params import GraphicsParams
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # Rows in the order of SETTINGS.
 _FINISHES = {
@@ -18,14 +23,17 @@ _FINISHES = {
 # low, high, inner, outer, lift, softness
 _SLOTS = {
     "lid": (0.0, 0.93, 0.11, 1.03, 0.0, 0.50),
-    "crease": (0.62, 1.40, 0.19, 1.09, 0.2, 0.36),
-    "brow_bone": (1.35, 2.00, 0.40, 1.10, 0.2, 0.30),
-    "outer": (0.0, 1.30, 0.60, 1.15, 0.3, 0.60),
-    "under": (-0.75, 0.0, 0.10, 1.06, 0.0, 0.40),
-    "inner": (-0.70, 0.70, -0.14, 0.20, 0.0, 0.30),
-    "full": (0.0, 1.70, 0.10, 1.15, 0.2, 0.80),
+    "crease": (0.64, 1.38, 0.16, 1.12, 0.2, 0.50),
+    "brow_bone": (1.36, 1.86, 0.38, 1.20, 0.2, 0.48),
+    "outer": (0.0, 1.20, 0.66, 1.13, 0.3, 0.60),
+    "under": (-0.70, 0.0, 0.12, 1.14, 0.0, 0.50),
+    "inner": (-1.30, 0.85, -0.05, 0.17, 0.0, 0.50),
+    "full": (0.0, 1.62, 0.12, 1.13, 0.2, 0.70),
 }
-_SHARP, _FADE = 0.02, 4.0  # heights over which the lower border fades: at the corner, and beyond
+_SHARP, _FADE = 0.02, 2.0  # heights over which the lower border fades: at the corner, and beyond
+_ROUND = 0.45, 0.55  # widths of the eye from an end, where the upper border comes down; how far
+_SWEEP, _TAPER = 0.62, 0.55  # across, from which a wing's upper border rises; by its lift
+_SLIM = 0.45  # height under the inner corner, of that under the outer one
 _NUMBERS = ("low", "high", "inner", "outer", "lift", "softness")
 
 
@@ -40,21 +48,48 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     density = rise(at.across, shape["inner"], 0.38 * wide)
     density = density * fall(at.across, shape["outer"], 0.30 * wide)
     height, beyond = at.height, np.maximum(at.across - 1, 0)
+    if at.is_upper or high < 0:
+        top = height + _rounded(at, shape) - _lifted(at, shape)
+        density = density * fall(top, high, 0.95 * wide * _room(shape))
     if shape["lift"]:
         height = height - np.float32(shape["lift"] / LID) * beyond
-    if at.is_upper or high < 0:
-        density = density * fall(height, high, 0.95 * wide * _room(shape))
     if low > 0 or not at.is_upper:
-        density = density * rise(height, low, 0.90 * wide * _room(shape))
+        under = 1 if at.is_upper else 1 / (_SLIM + (1 - _SLIM) * np.clip(at.across, 0, 1))
+        room = _room(shape) if at.is_upper else 1
+        density = density * rise(height * under, low, 0.90 * wide * room)
     else:
         # beyond the corner no lash line ends the colour: it fades the more the further out
         density = density * smooth((height + _SHARP) / (_SHARP + _FADE * wide * beyond))
     return [Coat(product, density)]
 
 
+def _rounded(at: EyeFields, shape: Shape) -> "np.ndarray":
+    """How far the upper border lies lower at a place, in heights: it arches over the eye."""
+    import numpy as np
+
+    reach, deep = _ROUND
+    inside = np.minimum(at.across - shape["inner"], shape["outer"] - at.across)
+    bent = np.clip(1 - inside * np.float32(1 / reach), 0, 1.5)
+    arch: np.ndarray = bent * bent * np.float32(deep * max(shape["high"] - 0.93, 0))
+    return arch
+
+
+def _lifted(at: EyeFields, shape: Shape) -> "np.ndarray":
+    """How far a wing lifts the upper border, in heights: from _SWEEP on, with no kink."""
+    import numpy as np
+
+    out = np.maximum(at.across - np.float32(_SWEEP), 0)
+    lifted: np.ndarray = (
+        out * out * (np.float32(_TAPER * shape["lift"] / LID) / (out + (1 - _SWEEP)))
+    )
+    return lifted
+
+
 def _room(shape: Shape) -> float:
     """A narrow band has narrower borders, or nothing of it would be at full strength."""
-    return min(1.0, 0.5 + (shape["high"] - max(shape["low"], 0.0)))
+    high: float = shape["high"]
+    low: float = shape["low"]
+    return min(1.0, 0.5 + high - max(low, 0.0))
 
 
 KIND = Kind(
@@ -62,6 +97,7 @@ KIND = Kind(
     part="eyes",
     title="Eyes",
     product="Eye-shadow",
+    words=("eye", "shadow", "shadows", "eye shadow", "lid", "lids", "eyelid", "eyelids"),
     hidden="eyes",
     category=r"(?<![a-z])eye(?![ _-]?(brow|lash|lin))",
     first_rgb=(90, 58, 46),
@@ -80,12 +116,21 @@ KIND = Kind(
         Dial("lift", 0.0, "Lift", "How steeply the wing rises: its slope.", low=-0.5, high=1.5),
         Dial("softness", 0.5, "Softness", "How far its borders fade."),
     ),
+    slot_words={
+        "lid": ("lids", "eyelid"),
+        "crease": ("socket", "fold"),
+        "brow_bone": ("brow", "under brow", "below brow"),
+        "outer": ("outside", "outer corner", "outer v"),
+        "under": ("below", "lower", "lower lid", "under eye", "lower lash line"),
+        "inner": ("inside", "inner corner", "tear duct"),
+        "full": ("all", "whole", "everywhere"),
+    },
     slots={name: dict(zip(_NUMBERS, row, strict=True)) for name, row in _SLOTS.items()},
     most=4,
     order=20,
     shown={"outer": 1.3},
     surface="eyes",
     coats=_coats,
-    spared=0.2,
+    spared=0.1,
     keep_highlights=0.15,
 )  # fmt: skip

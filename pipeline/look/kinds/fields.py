@@ -65,8 +65,10 @@ class EyeFields:
         import numpy as np
 
         if self.is_upper:
-            return np.maximum(self._up, 0)
-        return np.minimum(self.below_px * (np.float32(-1 / LID) / self.width_px), 0)
+            height: np.ndarray = np.maximum(self._up, 0)
+        else:
+            height = np.minimum(self.below_px * (np.float32(-1 / LID) / self.width_px), 0)
+        return height
 
     @property
     def rise_px(self) -> "np.ndarray":
@@ -75,7 +77,8 @@ class EyeFields:
 
     @property
     def lid_rise_px(self) -> "np.ndarray":
-        return self._lid_rise() * self.width_px
+        rise: np.ndarray = self._lid_rise() * self.width_px
+        return rise
 
 
 @dataclass(frozen=True, slots=True, eq=False)

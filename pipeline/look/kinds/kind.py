@@ -90,6 +90,7 @@ class Kind:
     name: in look files.
     part: the same where people choose parts of a look, and its option of the command.
     title, product: its tab on the page, and what is worn.
+    words, slot_words: other words for the part, and for its slots, that people type.
     hidden: the part of a face that must be seen.
     category: a pattern for the words by which shops name such products, in lower case; empty where
     a photo of products is no guide.
@@ -117,6 +118,8 @@ class Kind:
     part: str
     title: str
     product: str
+    words: tuple[str, ...] = ()
+    slot_words: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     hidden: str
     category: str
     first_rgb: tuple[int, int, int]

@@ -39,6 +39,7 @@ KIND = Kind(
     part="lips",
     title="Lips",
     product="Lipstick",
+    words=("lip", "lipsticks", "lip colour", "lip color", "lip gloss", "mouth"),
     hidden="mouth",
     category=r"(?<![a-z])lip",
     first_rgb=(180, 0, 46),

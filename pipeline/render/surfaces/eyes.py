@@ -94,6 +94,11 @@ class LidSurface:
     is_upper: bool = True
     is_broad: ClassVar[bool] = False
 
+    @property
+    def _away_px(self) -> np.ndarray:
+        """From the lash line of this side, negative on the eyeball."""
+        return self.lash_px if self.is_upper else self.below_px
+
     def sides(self) -> "list[LidSurface]":
         return [self, replace(self, is_upper=False)]
 
@@ -102,7 +107,10 @@ class LidSurface:
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
-        inside = np.ones(self.up.shape, bool) if density is None else density > 0
+        # a pixel of skin is interpolated from places up to the diagonal of a step away
+        inside = self._away_px > -1.5 * self.grid.step_px()
+        if density is not None:
+            inside &= density > 0
         return self.grid.box_px(box_of(inside), more=1)  # weights are interpolated
 
     def weigh(
@@ -115,10 +123,13 @@ class LidSurface:
         """Fill (h, w) float32 with the weight of makeup on the frame's pixels from origin_xy on:
         on skin, and feathered at the lash line."""
         feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
-        away_px = self.lash_px if self.is_upper else self.below_px
-        there = self.grid.warped(away_px * np.float32(1 / feather_px), origin_xy, out.shape, -1e3)
+        lashes = self._away_px * np.float32(1 / feather_px)
+        # where the lash lines meet, at the corners and of a shut eye, no eyeball must be spared
+        gap = (self.lash_px + self.below_px) * np.float32(0.5 / feather_px)
+        lashes += np.clip(1 + gap, 0, 1)
         if density is None:
-            density = np.ones(away_px.shape, np.float32)
+            density = np.ones(lashes.shape, np.float32)
+        there = self.grid.warped(lashes, origin_xy, out.shape, -1e3)
         dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
         cv2.multiply(cv2.min(there, 1.0), dense, dst=out)
         # also removes what lies beyond the lashes
@@ -149,7 +160,7 @@ class BothEyes:
     def __init__(
         self, up: np.ndarray, lash_px: np.ndarray, below_px: np.ndarray, widths_px: Sequence[float]
     ) -> None:
-        """widths_px: of the eyes; 0 for one that is not seen."""
+        """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0."""
         self._lash_px = lash_px
         wide = np.array(widths_px, np.float32)[:, None, None]
         self.upper, self.lower = (
@@ -217,7 +228,7 @@ def lid_surfaces_of(
 ) -> list[LidSurface | None]:
     """The lids that kernels/surface.cl made."""
     grids = [None if place is None else Grid.at(place.to_px, LID_HW) for place in places]
-    widths = [0.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
+    widths = [1.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
     both = BothEyes(made.lids[:, 0], made.lids[:, 1], made.lids[:, 5], widths)
     return [
         None

@@ -209,4 +209,5 @@ def _inward(face: Face, grid: Grid) -> np.ndarray:
     from_border, to_middle = away
     share = from_border / np.maximum(from_border + to_middle, 1)
     share = cv2.GaussianBlur(share, (0, 0), _INWARD_SIGMA_PX)
-    return cv2.resize(share, grid.size_wh, interpolation=cv2.INTER_AREA)
+    inward: np.ndarray = cv2.resize(share, grid.size_wh, interpolation=cv2.INTER_AREA)
+    return inward

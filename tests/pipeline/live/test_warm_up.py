@@ -29,7 +29,9 @@ def used(monkeypatch):
 
 def test_the_warm_up_runs_every_net_and_kernel_of_a_film(used):
     find, scene = FindFaces(), BuildScene()
-    paint = Composite(Look(product((180, 0, 30), "gloss"), product((20, 40, 90), "satin", "eyes")))
+    paint = Composite(
+        Look(lips=product((180, 0, 30), "gloss"), eyes=product((20, 40, 90), "satin", "eyes"))
+    )
     for number, rgb8 in enumerate(clip(4)):
         paint(scene(find(frame_of(rgb8, number))))
     of_film = set(used)
@@ -45,6 +47,6 @@ def test_after_the_warm_up_the_first_frame_builds_no_kernel(monkeypatch, faces):
     warm_up(scene, paint)
     assert paint.painted_frames == 0 and paint.look == Look()
     monkeypatch.setattr(cl.Program, "build", None)
-    paint.set_look(Look(product((180, 0, 30), "gloss")))
+    paint.set_look(Look(lips=product((180, 0, 30), "gloss")))
     paint(scene(find(frame_of(clip(1)[0]))))
     assert paint.painted_frames == (faces == "all")

@@ -169,7 +169,7 @@ def test_layers_of_one_kind_can_be_replaced_and_taken_off():
     assert two.with_kind("eyeshadow", ()).kinds == ("lipstick", "blush")
 
 
-def test_a_shape_is_whole_from_what_is_given_its_slot_and_defaults():
+def test_a_shape_is_whole_from_its_slot_and_defaults():
     for kind in KINDS.values():
         assert set(layer_of(kind.name).whole_shape) == {dial.name for dial in kind.dials}
         for slot, numbers in kind.slots.items():

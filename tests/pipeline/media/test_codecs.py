@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from makeup_video.pipeline import UsageError
 from makeup_video.pipeline.media.codecs import CODECS, codecs_with, pick_codec
 from typer.testing import CliRunner
 
@@ -50,6 +51,32 @@ def test_a_row_is_complete(name):
         assert any(layout.startswith("yuva") for layout in codec.pix_fmts)
     for container in codec.containers:
         assert pick_codec(name, container, deep=False, alpha=False) is codec
+
+
+@pytest.mark.parametrize(
+    ("word", "name"),
+    [("H.264", "h264"), ("x264", "h264"), ("AVC", "h264"), ("h265", "hevc"), ("H.265", "hevc"),
+     ("x265", "hevc"), ("HEVC", "hevc"), ("AV1", "av1"), ("svt-av1", "av1"), ("VP9", "vp9"),
+     ("ProRes", "prores"), ("FFV1", "ffv1")],
+)  # fmt: skip
+def test_codecs_are_known_by_their_usual_names(word, name):
+    container = CODECS[name].containers[0]
+    assert pick_codec(word, container, deep=False, alpha=False) is CODECS[name]
+
+
+def test_no_word_means_two_codecs():
+    words = [word for codec in CODECS.values() for word in (codec.name, *codec.also)]
+    assert len({word.replace("-", "").replace("_", "") for word in words}) == len(words)
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [("hecv", "must be one of h264, .* got 'hecv': did you mean hevc?"), ("", "got ''$"),
+     ("mpeg2", "got 'mpeg2'$")],
+)  # fmt: skip
+def test_an_unknown_codec_is_refused_with_the_nearest(word, message):
+    with pytest.raises(UsageError, match=message):
+        pick_codec(word, "mp4", deep=False, alpha=False)
 
 
 def test_the_table_loads_no_large_library():

@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 import pytest
-from makeup_video.pipeline import Look, Settings, process_video, product
+from makeup_video.pipeline import KINDS, Layer, Look, Settings, process_video, product
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.stages import PaintRun
-from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render import composite
 from media import make_clip
 from people import SAMPLES, clip, face_of, film, grey, put
 
@@ -66,13 +66,14 @@ def test_at_most_ten_faces_are_named(numbers, words):
 
 
 def test_a_hidden_face_is_explained_by_what_is_hidden(tmp_path, monkeypatch):
-    monkeypatch.setattr(Composite, "_parts", lambda *_: [])
+    monkeypatch.setattr(composite, "jobs_of", lambda *_: [])
     src = saved(tmp_path / "in.png", face_of(200))
     shadow = product((0, 90, 40), "matte", "eyes")
     for look, parts in (
         (BLUE, "mouth"),
         (Look(eyes=shadow), "eyes"),
-        (Look(BLUE.lips, shadow), "mouth or eyes"),
+        (Look(lips=BLUE.lips, eyes=shadow), "mouth or eyes"),
+        (Look([Layer("blush", shadow)]), KINDS["blush"].hidden),
     ):
         reason = f"no {parts} could be seen in the faces found; {TURN.format('picture')}"
         assert only_line(src, look, overwrite=True) == f"nothing was painted: {reason}"

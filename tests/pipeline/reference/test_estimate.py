@@ -64,7 +64,8 @@ def difference(first, second):
 
 def test_a_look_is_estimated_with_all_its_settings():
     look = portrait_look()
-    assert (look.strength, look.zone, look.intensity) == (1, "lid", 1)
+    assert (look.strength, look.zone) == (1, "lid")
+    assert [layer.strength for layer in look.layers] == [1, 1]
     assert look == estimate_look(portrait())  # the only face
     assert Look.from_dict(look.to_dict()) == look
 

@@ -17,6 +17,7 @@ from makeup_video.pipeline import (
     process_video,
     product,
 )
+from makeup_video.pipeline.render.apply_look import PaintPictures
 from media import decoded, make_clip
 from people import SAMPLES, clip, clip_points, face_of, film, grey, portrait, put
 from picture_files import read_picture
@@ -54,6 +55,17 @@ def test_a_film_is_painted_on_the_face_and_nowhere_else(tmp_path):
         low, high = points.min(0).astype(int) - 20, points.max(0).astype(int) + 20
         moved[low[1] : high[1], low[0] : high[0]] = False
         assert not moved.any()
+
+
+def test_a_kept_painter_paints_each_picture_as_a_new_one_does():
+    paint = PaintPictures()
+    for rgb8, look in (
+        (portrait(), BLUE),
+        (clip(1)[0], BOTH),
+        (portrait(), Look()),
+        (portrait(), BOTH),
+    ):
+        np.testing.assert_array_equal(paint(rgb8, look), apply_look(rgb8, look))
 
 
 def test_lips_alone_leave_the_eyes_alone():

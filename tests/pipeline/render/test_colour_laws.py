@@ -7,7 +7,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from laws import lab, same
+from layers import everything, layer_lists, looks
 from makeup import (
+    BARE,
     FLAT,
     LAYOUTS,
     close_up,
@@ -42,7 +44,8 @@ from makeup_video.kernels.colour import (
 from makeup_video.kernels.material import made_up, skin_at
 from makeup_video.kernels.paint import on_pixels
 from makeup_video.pipeline.frames.colour_tags import ColourTags
-from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from people import frame_of
 from skimage.color import deltaE_ciede2000
@@ -51,9 +54,6 @@ BOTH = Look(lips=product(), eyes=product(red=0, green=90, blue=40))
 FACING = SkinAxes(np.eye(2), 100.0)
 fewer_examples = settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)
-looks = st.builds(
-    Look, params(), params(), st.floats(0, 1), st.sampled_from(ZONES), st.floats(0, 1)
 )
 
 
@@ -66,25 +66,18 @@ def odd_scene(pix_fmt, tags=None):
 
 
 @fewer_examples
-@given(
-    st.builds(
-        Look,
-        params(opacity=0.0, gloss=0.0, reflection=0.0),
-        params(opacity=0.0, gloss=0.0, reflection=0.0),
-        st.floats(0, 1), st.sampled_from(ZONES), st.floats(0, 1),
-    )
-)  # fmt: skip
+@given(looks(**BARE))
 def test_without_opacity_gloss_and_reflection_no_byte_changes(look):
     scene = close_up_scene("yuv420p")
     assert same(paint_planes(scene, look), copied(scene.frame))
 
 
 @fewer_examples
-@given(looks)
-def test_bare_looks_change_no_byte(look):
+@given(layer_lists(), st.floats(0, 1))
+def test_bare_looks_change_no_byte(layers, strength):
     scene = close_up_scene("yuv420p")
-    for bare in (replace(look, strength=0.0), replace(look, lips=None, intensity=0.0),
-                 replace(look, lips=None, eyes=None)):  # fmt: skip
+    weak = [replace(layer, strength=0.0) for layer in layers]
+    for bare in (Look(layers, strength=0.0), Look(weak, strength), Look((), strength)):
         assert same(paint_planes(scene, bare), copied(scene.frame))
 
 
@@ -107,8 +100,7 @@ def unpainted(scene, look, monkeypatch):
 @pytest.mark.parametrize("cut", [False, True], ids=["whole", "odd and cut off"])
 def test_nothing_changes_outside_the_mask(pix_fmt, cut, monkeypatch):
     scene = odd_scene(pix_fmt) if cut else close_up_scene(pix_fmt)
-    glossy = replace(BOTH, lips=product(gloss=1e300, reflection=1, edge_softness=1, shimmer=1),
-                     zone="full")  # fmt: skip
+    glossy = everything(gloss=1e300, reflection=1, edge_softness=1, shimmer=1)
     for look in (BOTH, glossy):
         bare = unpainted(scene, look, monkeypatch)
         before, after = copied(scene.frame), paint_planes(scene, look)
@@ -118,8 +110,10 @@ def test_nothing_changes_outside_the_mask(pix_fmt, cut, monkeypatch):
 
 
 @fewer_examples
-@given(looks)
-def test_no_look_changes_pixels_far_from_lips_and_eyes(look):
+@given(layer_lists())
+def test_no_look_changes_pixels_far_from_lips_and_eyes(layers):
+    """Blush and other kinds of the whole face are left out."""
+    look = Look(layer for layer in layers if KINDS[layer.kind].surface != "face")
     scene = close_up_scene("yuv420p")
     points = scene.faces[0].face.points_px[:, :2]
     nose, chin, brow = points[5, 1], points[152, 1], points[10, 1]
@@ -152,7 +146,9 @@ def test_more_opacity_moves_a_frame_steadily_to_the_product(p, transfer):
 
 
 @fewer_examples
-@given(looks, lights(), st.sampled_from([SRGB, PQ, HLG]), st.sampled_from([0, 64, 500, 940, 1023]))
+@given(
+    looks(), lights(), st.sampled_from([SRGB, PQ, HLG]), st.sampled_from([0, 64, 500, 940, 1023])
+)
 def test_uniform_frames_of_any_code_are_painted_without_nan(look, light, transfer, code):
     rgb8, points = close_up()
     frame = tagged(frame_of(rgb8, pix_fmt="yuv420p10le"), ColourTags(9, 1, transfer, 9))

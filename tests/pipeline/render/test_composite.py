@@ -18,13 +18,14 @@ from makeup import (
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.faces.topology import LIPS_OUTER
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.composite import Composite
 from people import frame_of
 
 LIPS = Look(lips=product())
 EYES = Look(eyes=product(red=0, green=90, blue=40))
-BOTH = Look(LIPS.lips, EYES.eyes)
+BOTH = Look(lips=LIPS.lips, eyes=EYES.eyes)
 
 
 def change(scene, look):
@@ -125,18 +126,24 @@ def test_a_new_look_takes_effect_at_the_next_frame():
     assert (red != bare).any()
 
 
-@pytest.mark.parametrize("dial", ["strength", "intensity"])
-def test_strength_and_intensity_scale_the_painting(dial):
-    scene = close_up_scene()
-    look = LIPS if dial == "strength" else EYES
-    sums = [change(scene, replace(look, **{dial: d})).sum() for d in (0, 0.25, 0.5, 0.75, 1)]
+@pytest.mark.parametrize("of", ["look", "layer"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_strength_of_a_look_and_of_a_layer_scale_the_painting(of, kind):
+    scene, worn = close_up_scene(), product(red=0, green=90, blue=40)
+    sums = []
+    for share in (0, 0.25, 0.5, 0.75, 1):
+        layer = Layer(kind, worn, strength=share if of == "layer" else 1)
+        sums.append(change(scene, Look([layer], share if of == "look" else 1)).sum())
     assert sums[0] == 0 and (np.diff(sums) > 0).all()
 
 
-def test_strength_scales_the_eyes_and_intensity_only_them():
+def test_the_strength_of_a_layer_leaves_other_layers_alone():
     scene = close_up_scene()
-    assert change(scene, replace(EYES, strength=0.5)).sum() < change(scene, EYES).sum()
-    np.testing.assert_array_equal(change(scene, LIPS), change(scene, replace(LIPS, intensity=0.2)))
+    weak = Look(lips=LIPS.lips, eyes=EYES.eyes, intensity=0.2)
+    both, weaker = (change(scene, look) for look in (BOTH, weak))
+    eyes = change(scene, EYES) > 0
+    assert weaker[eyes].sum() < both[eyes].sum()
+    np.testing.assert_array_equal(weaker[~eyes], both[~eyes])
 
 
 def test_a_mouth_is_painted_as_far_as_it_is_visible():

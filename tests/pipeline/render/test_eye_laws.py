@@ -1,10 +1,9 @@
 """What holds for every look: the eyeball stays as it is, and lids are followed."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from laws import OPEN_MOUTHS, WORN, film_scenes, share_changed, true_px
+from layers import SLOTS
 from makeup import (
     close_up,
     inside,
@@ -16,16 +15,18 @@ from makeup import (
     white_light,
 )
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, RIGHT_EYE
-from makeup_video.pipeline.look.look import ZONES, Look
+from makeup_video.pipeline.look.look import Layer, Look
 from people import frame_of
 
 
-@pytest.mark.parametrize("zone", ZONES)
+@pytest.mark.parametrize("slot", SLOTS)
 @pytest.mark.parametrize("number", OPEN_MOUTHS)
-def test_eye_shadow_is_never_on_the_eyeball(number, zone):
+def test_eye_shadow_is_never_on_the_eyeball(number, slot):
     scene = film_scenes()[number]
     scene = scene_of(scene.frame, (true_face(true_px(number)),))
-    old, new = scene.frame.planes[0], paint_planes(scene, replace(WORN, zone=zone))[0]
+    worn = WORN.with_kind("eyeshadow", [Layer("eyeshadow", WORN.eyes, {"slot": slot})])
+    old, new = scene.frame.planes[0], paint_planes(scene, worn)[0]
+    assert (old != new).any()
     for contour in (EYE_CONTOUR, RIGHT_EYE[:16]):
         within = inside(true_px(number)[contour], old.shape, 0.5)
         assert within.sum() > 500

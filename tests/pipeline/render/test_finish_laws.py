@@ -11,8 +11,8 @@ from makeup_video.kernels.colour import SRGB, Coding, decode, encode, rounded, t
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.look.finishes import FINISHES
 from makeup_video.pipeline.look.finishes import product as finished
+from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.look.regions import REGIONS
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from people import frame_of, portrait
 from skimage.color import deltaE_ciede2000
@@ -43,11 +43,11 @@ def on_skin(params, skin, spared=0.0, down=0.5):
     return np.median(decode(codes.astype(float), CODING), (0, 1))
 
 
-@pytest.mark.parametrize("region", REGIONS)
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.name)
 @pytest.mark.parametrize("finish", FINISHES)
-def test_opaque_products_show_their_colour(finish, region):
+def test_opaque_products_show_their_colour(finish, kind):
     for rgb in COLOURS:
-        params = replace(finished(rgb, finish, region), opacity=1.0)
+        params = replace(finished(rgb, finish, kind.part), opacity=1.0)
         off = [
             float(deltaE_ciede2000(lab(on_skin(params, skin)), lab(linear_of(rgb))))
             for skin in SKINS

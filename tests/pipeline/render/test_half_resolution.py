@@ -6,6 +6,7 @@ import av
 import cv2
 import numpy as np
 import pytest
+from layers import jobs
 from makeup import LAYOUTS, close_up, product, scene_of, tagged, true_face, weights_of, white_light
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.frame import Frame
@@ -16,7 +17,8 @@ from makeup_video.pipeline.render.half_resolution import SmallPlanes, small_size
 from people import frame_of
 
 BOTH = Look(
-    product(gloss=0.6, gloss_roughness=0.2), product(red=0, green=90, blue=140, opacity=0.7)
+    lips=product(gloss=0.6, gloss_roughness=0.2),
+    eyes=product(red=0, green=90, blue=140, opacity=0.7),
 )
 
 
@@ -142,12 +144,8 @@ def test_a_face_of_varying_size_keeps_one_resolution(monkeypatch):
     scenes = [large_scene(size_wh=(size, size * 11 // 10)) for size in (400, 396)]
     areas = []
     for scene in scenes:
-        rects = [
-            job.rect
-            for face in scene.faces
-            for part in composite._parts(face, BOTH)
-            for job in composite_module._jobs(scene, face, part)
-        ]
+        size_wh = scene.frame.width_px, scene.frame.height_px
+        rects = [job.rect(size_wh, scene.frame.chroma) for job in jobs(scene, BOTH.layers)]
         areas.append(sum(rect.width * rect.height for rect in rects))
     assert areas[1] < areas[0]
     monkeypatch.setattr(composite_module, "LARGE_PX", areas[0])

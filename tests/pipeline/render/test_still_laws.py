@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from laws import lab, same
+from layers import everything
 from makeup import (
     close_up,
     close_up_scene,
@@ -31,10 +32,10 @@ from skimage.color import deltaE_ciede2000
 
 _PAINT_ONCE = """
 import hashlib
-from makeup import close_up_scene, paint_planes, product
-from makeup_video.pipeline.look.look import Look
-shiny = product(gloss=2, reflection=0.5, shimmer=1, gloss_detail=0.3)
-planes = paint_planes(close_up_scene("yuv420p"), Look(lips=shiny, eyes=shiny, zone="full"))
+from layers import everything
+from makeup import close_up_scene, paint_planes
+shiny = everything(gloss=2, reflection=0.5, shimmer=1, gloss_detail=0.3)
+planes = paint_planes(close_up_scene("yuv420p"), shiny)
 print(hashlib.sha256(b"".join(plane.tobytes() for plane in planes)).hexdigest())
 """
 
@@ -65,7 +66,7 @@ def test_any_number_of_threads_gives_the_same_bytes():
 
 def test_the_same_frame_twice_gives_the_same_bytes():
     scene = close_up_scene("nv12")
-    shiny = Look(lips=product(gloss=2, reflection=0.5, shimmer=1))
+    shiny = everything(gloss=2, reflection=0.5, shimmer=1)
     assert same(paint_planes(scene, shiny), paint_planes(scene, shiny))
 
 

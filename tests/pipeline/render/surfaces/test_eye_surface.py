@@ -15,6 +15,7 @@ from makeup_video.pipeline.faces.topology import (
     RIGHT_BROW,
     RIGHT_EYE,
 )
+from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
 HW = (220, 200)
@@ -37,9 +38,15 @@ def on_grid(region, field, points_px):
 
 
 def skin_of(region, hw=HW):
-    out = np.empty(hw, np.float32)
-    region.skin(out, (0, 0))
-    return out
+    """Return how much is covered where all is painted above and below the eye, (h, w); 1 beyond
+    the grid."""
+    on_grid = region.grid.warped(np.ones(region.up.shape, np.float32), (0, 0), hw, 0.0)
+    bare = (on_grid >= 1).astype(np.float32)
+    for side in region.sides():
+        out = np.full(hw, np.nan, np.float32)
+        side.weigh(out, (0, 0), 0.5, None)
+        bare *= 1 - out
+    return 1 - bare
 
 
 @pytest.mark.parametrize("number", [OPEN, SHUT])
@@ -94,24 +101,27 @@ def test_the_crease_goes_on_beyond_the_outer_corner():
 @pytest.mark.parametrize("scale", [1.0, 3.0])
 def test_all_is_skin_but_the_eyeball(scale):
     hw = tuple(int(side * scale) for side in HW)
-    for region, _, _, contour in surfaces(OPEN, scale):
+    for region, eye, _, contour in surfaces(OPEN, scale):
         skin = skin_of(region, hw)
         feather_px = max(0.025 * region.width_px, 1.2)
         assert skin.min() == 0 and skin.max() == 1
         assert skin[inside(contour, hw, 0.9 * scale)].max() < 0.05
         # the lash lines are curves through the contour's points, which bulge between them
         far = 1 - inside(contour, hw, -(feather_px + 0.04 * region.width_px + 1))
-        assert skin[far > 0].min() == 1
+        across = (np.stack(np.mgrid[: hw[0], : hw[1]][::-1], -1) - eye[8]) @ (eye[0] - eye[8])
+        between = (across > 0) & (across < region.width_px**2)
+        assert skin[(far > 0) & between].min() == 1
 
 
-def test_beyond_the_corners_all_is_skin():
+def test_beyond_the_corners_all_is_skin_but_a_line():
     for number in (OPEN, SHUT):
         for region, eye, _, _ in surfaces(number, 3.0):
             skin = skin_of(region, (660, 600))
             outwards = eye[0] - eye[8]
             for corner, way in ((eye[0], outwards), (eye[8], -outwards)):
                 x, y = np.rint(corner + 0.06 * way).astype(int)
-                assert skin[y - 6 : y + 7, x].min() > 0.9
+                # both sides are feathered away from their lash lines, which meet there
+                assert (1 - skin[y - 6 : y + 7, x]).sum() < 1.3 * 0.025 * region.width_px
             x, y = np.rint(eye[8] + 0.03 * outwards).astype(int)
             assert skin[y, x] < 0.5  # the tear duct
 
@@ -119,7 +129,7 @@ def test_beyond_the_corners_all_is_skin():
 def test_lash_lines_cross_at_the_outer_corner():
     """They go on in their directions: nothing beyond lies between them, as the eyeball does."""
     for region, *_ in surfaces():
-        for column in np.flatnonzero(region.out > 0.52):
+        for column in np.flatnonzero(OUTWARDS > 0.52):
             below_at_lashes = np.interp(0, -region.lash_px[:, column], region.below_px[:, column])
             assert below_at_lashes > 0.05
 

@@ -1,4 +1,4 @@
-"""Eye-shadow zones: where they lie, and how they follow the lid."""
+"""Slots of eye-shadow: where they lie, and how they follow the lid."""
 
 import cv2
 import heads
@@ -6,20 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from layers import SLOTS, UPPER_SLOTS, densities, shadow, surface_weight
 from makeup import close_up, inside, true_face
 from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
-from makeup_video.pipeline.look.look import ZONES
-from makeup_video.pipeline.render.surfaces.eyes import ZONES as ZONE_OF
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
 HW = (220, 200)
 
 
-def weights(points, zone="lid", softness=0.5, hw=HW):
-    out = np.zeros((2, *hw), np.float32)
-    for region, part in zip(lid_surfaces(true_face(points)), out, strict=True):
-        region.weigh(part, (0, 0), softness, {"zone": zone})
-    return out
+def weights(points, slot="lid", softness=0.5, hw=HW):
+    surfaces, layer = lid_surfaces(true_face(points)), shadow(slot, softness)
+    return np.stack([surface_weight(surface, layer, hw) for surface in surfaces])
 
 
 def turned(points, degrees, scale=1.0):
@@ -28,13 +25,13 @@ def turned(points, degrees, scale=1.0):
     return (points - (100, 60)) @ spin.T + (100, 60)
 
 
-@pytest.mark.parametrize("zone", ZONES)
+@pytest.mark.parametrize("slot", SLOTS)
 @pytest.mark.parametrize("softness", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("number", [0, 60])
-def test_zones_lie_above_the_lashes_and_below_the_brow(zone, softness, number):
+def test_slots_lie_around_the_eye_and_below_the_brow(slot, softness, number):
     _, points = close_up(number)
     for weight, contour, eye in zip(
-        weights(points, zone, softness),
+        weights(points, slot, softness),
         (EYE_CONTOUR, RIGHT_EYE[:16]),
         (EYE, RIGHT_EYE),
         strict=True,
@@ -42,7 +39,9 @@ def test_zones_lie_above_the_lashes_and_below_the_brow(zone, softness, number):
         assert 0.5 < weight.max() <= 1 and weight.min() == 0
         assert weight[inside(points[contour], HW, 0.7)].max() == 0
         rows = np.flatnonzero((weight > 0.2).any(1))
-        assert rows[0] > points[eye[42:46], 1].min() - 10 and rows[-1] < points[eye[:16], 1].max()
+        assert rows[0] > points[eye[42:46], 1].min() - 10
+        if slot in UPPER_SLOTS:
+            assert rows[-1] < points[eye[:16], 1].max()
 
 
 def middle_of(weight):
@@ -50,13 +49,19 @@ def middle_of(weight):
     return np.array([(x * weight).sum(), (y * weight).sum()]) / weight.sum()
 
 
-def test_zones_are_where_their_names_say():
+def test_slots_are_where_their_names_say():
     _, points = close_up()
-    by_zone = {zone: weights(points, zone)[0] for zone in ZONES}
-    assert middle_of(by_zone["crease"])[1] < middle_of(by_zone["lid"])[1]
-    assert by_zone["full"].sum() > by_zone["lid"].sum() > by_zone["outer"].sum()
+    by_slot = {slot: weights(points, slot)[0] for slot in SLOTS}
+    x, y = np.array([middle_of(by_slot[slot]) for slot in SLOTS]).T
+    x, y = dict(zip(SLOTS, x, strict=True)), dict(zip(SLOTS, y, strict=True))
+    assert y["brow_bone"] < y["crease"] < y["lid"] < y["under"]
+    assert by_slot["full"].sum() > 1.5 * max(by_slot["lid"].sum(), by_slot["outer"].sum())
+    columns = {slot: (by_slot[slot] > 0.3).any(0).sum() for slot in SLOTS}
+    assert columns["inner"] < columns["outer"] < columns["lid"]
     outer, inner = points[33, 0], points[133, 0]
-    assert (middle_of(by_zone["outer"])[0] - middle_of(by_zone["lid"])[0]) * (outer - inner) > 0
+    assert abs(y["inner"] - points[133, 1]) < 0.2 * abs(outer - inner)
+    assert (x["outer"] - x["lid"]) * (outer - inner) > 0
+    assert (x["lid"] - x["inner"]) * (outer - inner) > 0
 
 
 def test_one_eye_is_the_mirror_of_the_other():
@@ -82,23 +87,27 @@ def test_a_closing_lid_takes_the_shadow_down_with_it():
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.floats(-180, 180), st.floats(0.3, 3), st.floats(0, 1), st.sampled_from(ZONES))
-def test_zones_turn_with_the_face_and_stay_within_reach(degrees, scale, softness, zone):
+@given(st.floats(-180, 180), st.floats(0.3, 3), st.floats(0, 1), st.sampled_from(SLOTS))
+def test_slots_turn_with_the_face_and_stay_within_reach(degrees, scale, softness, slot):
     _, points = close_up()
     points = turned(points, degrees, scale)
-    for region in lid_surfaces(true_face(points)):
-        low, high = region.reach(softness, {"zone": zone})
-        origin = np.floor(low).astype(int) - 15
-        out = np.zeros(tuple(np.ceil(high - low).astype(int)[::-1] + 30), np.float32)
-        region.weigh(out, tuple(origin), softness, {"zone": zone})
-        assert np.isfinite(out).all() and 0.3 < out.max() <= 1
-        y, x = np.nonzero(out)
-        assert (x + origin[0] >= low[0] - 1.5).all() and (x + origin[0] <= high[0] + 1.5).all()
-        assert (y + origin[1] >= low[1] - 1.5).all() and (y + origin[1] <= high[1] + 1.5).all()
-        # nothing at the grid's own border, or the zone would be cut off there
-        at_grid = region.zone_weight(ZONE_OF[zone], softness)
-        border = np.concatenate([at_grid[0], at_grid[:, 0], at_grid[:, -1]])
-        assert border.max() < 0.02
+    for surface in lid_surfaces(true_face(points)):
+        most = 0.0
+        for side, density in densities(surface, shadow(slot, softness)):
+            low, high = side.reach(softness, density)
+            origin = np.floor(low).astype(int) - 15
+            out = np.zeros(tuple(np.ceil(high - low).astype(int)[::-1] + 30), np.float32)
+            side.weigh(out, tuple(origin), softness, density)
+            assert np.isfinite(out).all() and out.max() <= 1
+            most = max(most, out.max())
+            y, x = np.nonzero(out)
+            assert (x + origin[0] >= low[0] - 1.5).all() and (x + origin[0] <= high[0] + 1.5).all()
+            assert (y + origin[1] >= low[1] - 1.5).all() and (y + origin[1] <= high[1] + 1.5).all()
+            # nothing at the grid's own border, or the slot would be cut off there
+            on_skin = density * ((side.lash_px if side.is_upper else side.below_px) > 0)
+            border = np.concatenate([on_skin[0], on_skin[-1], on_skin[:, 0], on_skin[:, -1]])
+            assert border.max() < 0.02
+        assert most > 0.3
 
 
 @settings(max_examples=30, deadline=None)

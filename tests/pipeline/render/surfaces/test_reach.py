@@ -3,32 +3,40 @@
 import numpy as np
 import pytest
 from heads import HEAD_PX, face
-from makeup_video.pipeline.render.surfaces.eyes import ZONES
+from layers import SLOTS, densities, lipstick, shadow
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
 
 
-def weighted_box(region, softness, zone):
+def weighted_box(side, softness, density):
     """Return the lowest and the highest (x, y) with weight in a large picture, or None."""
     weight = np.zeros((720, 1280), np.float32)
-    region.weigh(weight, (0, 0), softness, {"zone": zone})
+    side.weigh(weight, (0, 0), softness, density)
     y, x = np.nonzero(weight)
     return (np.array([x.min(), y.min()]), np.array([x.max(), y.max()])) if len(x) else None
 
 
 @pytest.mark.parametrize("softness", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("zone", list(ZONES))
-def test_no_weight_lies_beyond_the_reach(softness, zone):
+@pytest.mark.parametrize("slot", SLOTS)
+def test_no_weight_lies_beyond_the_reach(softness, slot):
+    seen = 0
     for index in range(0, len(HEAD_PX), 60):
         head = face(HEAD_PX[index])
-        for region in (lips_surface(head), *lid_surfaces(head)):
-            low, high = region.reach(softness, {"zone": zone})
-            box = weighted_box(region, softness, zone)
-            assert (box[0] >= np.floor(low)).all() and (box[1] <= np.ceil(high)).all()
+        worn = [(lips_surface(head), lipstick(softness))]
+        worn += [(lid, shadow(slot, softness)) for lid in lid_surfaces(head)]
+        for surface, layer in worn:
+            for side, density in densities(surface, layer):
+                low, high = side.reach(softness, density)
+                box = weighted_box(side, softness, density)
+                if box is not None:
+                    assert (box[0] >= np.floor(low)).all() and (box[1] <= np.ceil(high)).all()
+                    seen += 1
+    assert seen >= 3 * len(range(0, len(HEAD_PX), 60))
 
 
 def test_the_reach_of_a_lid_is_no_more_than_its_zone_needs():
-    for region in lid_surfaces(face(HEAD_PX[0])):
-        low, high = region.reach(0.5, {"zone": "lid"})
-        box = weighted_box(region, 0.5, "lid")
+    for surface in lid_surfaces(face(HEAD_PX[0])):
+        above, density = densities(surface, shadow("lid"))[0]
+        low, high = above.reach(0.5, density)
+        box = weighted_box(above, 0.5, density)
         assert np.prod(high - low) < 1.6 * np.prod(box[1] - box[0])

@@ -1,0 +1,36 @@
+"""Input of the net that tells what is worn: eyes, face and lips of a photo, as one picture."""
+
+import numpy as np
+from makeup_video.pipeline.faces.face import PATCH_SPAN, Face
+from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.frames.views import Crop, RgbPicture
+
+# The picture, and where each part lies in it: left, top, width, height.
+INPUT_WH = (192, 160)
+PLACES = {"eyes": (0, 0, 192, 64), "face": (0, 64, 96, 96), "lips": (96, 64, 96, 64)}
+# Of each part: its width in IOD, and how far its middle lies below the line of the eyes, in IOD.
+_SPANS = {"eyes": (1.5, -0.03), "face": (2.0, 0.42), "lips": (0.9, 0.72)}
+
+
+def worn_input(rgb8: np.ndarray, face: Face) -> np.ndarray:
+    """(160, 192, 3) uint8 from a picture (H, W, 3) uint8, both as sRGB encodes them.
+
+    The parts are turned with the face; beyond the border of the picture its last pixels are
+    repeated. A quarter of the picture is black.
+    """
+    picture = RgbPicture(rgb8)
+    seen = np.zeros((*INPUT_WH[::-1], 3), np.uint8)
+    for part, (left, top, wide, high) in PLACES.items():
+        seen[top : top + high, left : left + wide] = picture.crop(*_crop(face, part))
+    return seen
+
+
+def _crop(face: Face, part: str) -> Crop:
+    patch, (span, below) = face.lips, _SPANS[part]
+    axes = patch.to_px[:, :2] * (patch.logits.shape[1] / PATCH_SPAN)  # px of the picture per IOD
+    eyes = face.points_px[list(EYE_CORNERS), :2].mean(0, dtype=np.float64)
+    middle = eyes + axes @ [0, below]
+    *_, wide, high = PLACES[part]
+    linear = axes * (span / wide)
+    to_px = np.column_stack([linear, middle - linear @ [(wide - 1) / 2, (high - 1) / 2]])
+    return to_px, (wide, high)

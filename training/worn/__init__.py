@@ -1,0 +1,1 @@
+"""Training of the net that tells what is worn in a photo."""

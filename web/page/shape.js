@@ -1,0 +1,71 @@
+// The controls of a layer's shape, made from the dials of its kind.
+
+import { colourField, hexOf, readHex } from "./colour.js";
+import { el, newId } from "./elements.js";
+import { inWords } from "./layers.js";
+import { slider } from "./slider.js";
+
+const FINE = 0.01; // the step of numbers; those with a wide range, such as angles, have whole steps
+const WIDE = 20;
+
+/**
+ * edit(change): calls change(shape), which returns the layer's new shape.
+ * Returns {choices, others, set(whole, shape)}: the elements of dials with choices, those of the
+ * others, and a function that shows the whole shape; shape: what the layer itself gives of it.
+ */
+export function shapeControls(kind, edit) {
+  const controls = kind.dials.map((dial) => [dial, control(kind, dial, edit)]);
+  const of = (isChoice) =>
+    controls.filter(([{ choices }]) => choices.length > 0 === isChoice).map(([, one]) => one.element);
+  const set = (whole, shape) => {
+    for (const [dial, one] of controls) one.set(whole[dial.name], shape);
+  };
+  return { choices: of(true), others: of(false), set };
+}
+
+function control(kind, dial, edit) {
+  if (dial.choices.length) return choice(kind, dial, edit);
+  const put = (value) => edit((shape) => ({ ...shape, [dial.name]: value }));
+  return dial.is_colour ? colour(dial, put) : number(dial, put);
+}
+
+function number({ name, title, help, unit, low, high }, put) {
+  const step = high - low > WIDE ? 1 : FINE;
+  return slider({ name, low, high, step, label: title, help, unit }, put, false);
+}
+
+function colour({ title, help }, put) {
+  const field = colourField(title, (rgb) => put(hexOf(rgb)));
+  const element = el(
+    "div",
+    { className: "slider", title: help },
+    el("span", { "aria-hidden": "true" }, title),
+    field.element,
+  );
+  return { element, set: (hex) => field.set(readHex(hex)) };
+}
+
+/** A choice; that of a slot gives the whole shape, so all numbers become those of the slot. */
+function choice(kind, { name, title, help, choices }, edit) {
+  const isSlot = name === "slot";
+  const group = newId(name);
+  const radios = choices.map((value) => {
+    const radio = el("input", { type: "radio", name: group, value });
+    // "click" comes also for the slot that is chosen already, and returns to its numbers
+    radio.addEventListener("click", () =>
+      edit((shape) => (isSlot ? { slot: value } : { ...shape, [name]: value })),
+    );
+    return radio;
+  });
+  const element = el(
+    "div",
+    { className: "choices", role: "radiogroup", "aria-label": help },
+    el("span", { "aria-hidden": "true" }, title),
+    ...radios.map((radio) => el("label", {}, radio, el("span", {}, inWords(radio.value)))),
+  );
+  const set = (value, shape) => {
+    for (const radio of radios) radio.checked = radio.value === value;
+    element.classList.toggle("changed", isSlot && Object.keys(shape).some((key) => key !== name));
+  };
+  return { element, set };
+}
