@@ -293,6 +293,7 @@ class FaceKernel:
         self._device.launch(self._kernel, (LOCAL_SIZE[0], 1))
         self._out.fetch()
         self._device.finish()
+        made: np.void
         (made,) = self._out.array.view(np.float32).copy().view(OUT)  # quicker than a record's copy
         return made
 

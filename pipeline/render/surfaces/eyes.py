@@ -131,7 +131,7 @@ class LidSurface:
             density = np.ones(lashes.shape, np.float32)
         there = self.grid.warped(lashes, origin_xy, out.shape, -1e3)
         dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
-        cv2.multiply(cv2.min(there, 1.0), dense, dst=out)
+        cv2.multiply(np.minimum(there, 1, out=there), dense, dst=out)
         # also removes what lies beyond the lashes
         cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
 

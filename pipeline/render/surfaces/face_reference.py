@@ -89,7 +89,8 @@ def _shown(inside: np.ndarray, holes: np.ndarray) -> np.ndarray:
     part = np.s_[MARGIN:-MARGIN, MARGIN:-MARGIN]
     edge = cv2.GaussianBlur(inside.astype(np.float32), (2 * MARGIN + 1,) * 2, EDGE_PX)[part]
     hole = cv2.GaussianBlur(holes.astype(np.float32), (MARGIN + 1,) * 2, HOLE_PX)[part]
-    return np.minimum(_line(edge, ON_EDGE, 255), _line(hole, 255 / HOLE_GAIN, 0))
+    shown: np.ndarray = np.minimum(_line(edge, ON_EDGE, 255), _line(hole, 255 / HOLE_GAIN, 0))
+    return shown
 
 
 def _line(at: np.ndarray, bare: float, full: float) -> np.ndarray:
