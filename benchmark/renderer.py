@@ -26,7 +26,7 @@ from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
@@ -47,11 +47,26 @@ def full_look() -> Look:
     )
 
 
+def whole_look() -> Look:
+    """Every kind of makeup at once, in the colours that the page begins with, and three layers of
+    eye-shadow."""
+    layers = []
+    for kind in KINDS.values():
+        worn = product(kind.first_rgb, kind.first_finish, kind.part)
+        slots = ("outer", "crease", "lid") if kind.slots else (None,)
+        layers += [Layer(kind.name, worn, {"slot": slot} if slot else kind.shown) for slot in slots]
+    return Look(layers)
+
+
 def paint_costs(clip: Path, rounds: int) -> dict[str, Any]:
-    """CPU ms a frame of painting with everything on."""
+    """CPU ms a frame of painting with everything on, and the cost of `whole_look` by that."""
     faces = find_in(clip)
-    times = [paint_clip(clip, faces) for _ in range(rounds)]
-    return {**_middle(times), "kernel": kernel_alone(clip, faces, full_look())}
+    pairs = [
+        (paint_clip(clip, faces), paint_clip(clip, faces, whole_look())) for _ in range(rounds)
+    ]
+    full, whole = (_middle(list(side)) for side in zip(*pairs, strict=True))
+    ratio = whole["together_ms"] / full["together_ms"]
+    return {**full, "whole_look": ratio, "kernel": kernel_alone(clip, faces, full_look())}
 
 
 def larger_frame_ratio(clip: Path, folder: Path, rounds: int) -> float:
@@ -96,9 +111,14 @@ def find_in(clip: Path) -> list[tuple[Face, ...]]:
     return [item.faces for item in items]
 
 
-def paint_clip(clip: Path, faces: list[tuple[Face, ...]]) -> dict[str, float]:
-    """CPU ms a frame of scene and composite, OpenCL's threads included: medians and a mean."""
-    build, composite = BuildScene(), Composite(full_look())
+def paint_clip(
+    clip: Path, faces: list[tuple[Face, ...]], look: Look | None = None
+) -> dict[str, float]:
+    """CPU ms a frame of scene and composite, OpenCL's threads included: medians and a mean.
+
+    look: `full_look` where it is None.
+    """
+    build, composite = BuildScene(), Composite(look or full_look())
     times = []
     with one_opencv_thread():  # as in a run
         for item in _items(clip, faces):

@@ -154,6 +154,8 @@ def _renderer(sizes: Mapping[str, _Values]) -> Iterator[Row]:
     label = "launches / work-items / px painted"
     shape = "{launches:.0f} / {work_items:.0f} / {painted_px:.0f}"
     yield _row(label, kernels, lambda k: shape.format(**k))
+    label = "a look of every kind, times together"
+    yield _row(label, [row["whole_look"] for row in rows], "{:.2f}".format)
 
 
 def _floor(sizes: Mapping[str, _Values]) -> Iterator[Row]:

@@ -5,6 +5,7 @@ The two steps are those of Kips et al. (2021), section 3.1: recolouring, then te
 """
 
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -132,10 +133,11 @@ class Material:
 
     def record(self) -> tuple[Any, ...]:
         """Return the fields in the order of MATERIAL, to be assigned to such a record."""
-        return tuple(getattr(self, name) for name in _NAMES)
+        values: tuple[Any, ...] = _of_record(self)
+        return values
 
 
-_NAMES = MATERIAL.names or ()
+_of_record = attrgetter(*(MATERIAL.names or ()))
 
 
 @dataclass(slots=True)

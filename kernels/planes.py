@@ -1,5 +1,6 @@
 """Rectangles of planes; and in numpy, chroma copied to luma pixels, and its change brought back."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,10 +28,11 @@ class Rect:
     ) -> "Rect | None":
         """Return the smallest rectangle that holds low_xy..high_xy (px); None outside the plane."""
         (width, height), (across, down) = size_wh, chroma
-        x0 = max(int(np.floor(low_xy[0])), 0) // across * across
-        y0 = max(int(np.floor(low_xy[1])), 0) // down * down
-        x1 = min(-(-(int(np.ceil(high_xy[0])) + 1) // across) * across, width)
-        y1 = min(-(-(int(np.ceil(high_xy[1])) + 1) // down) * down, height)
+        (left, top), (right, bottom) = low_xy.tolist(), high_xy.tolist()
+        x0 = max(math.floor(left), 0) // across * across
+        y0 = max(math.floor(top), 0) // down * down
+        x1 = min(-(-(math.ceil(right) + 1) // across) * across, width)
+        y1 = min(-(-(math.ceil(bottom) + 1) // down) * down, height)
         return cls(x0, y0, x1 - x0, y1 - y0) if x1 > x0 and y1 > y0 else None
 
     def overlaps(self, other: "Rect") -> bool:

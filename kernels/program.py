@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import resources
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import pyopencl as cl
@@ -30,6 +30,7 @@ _POCL_DEVICES = "basic pthread"
 _LOADER = ("OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH")
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"$', re.MULTILINE)
 _NO_DEFINITIONS = Definitions()
+_Made = TypeVar("_Made")
 
 
 class NoDeviceError(RuntimeError):
@@ -145,8 +146,16 @@ class Device:
         self.queue = cl.CommandQueue(self.context)
         # A CPU works in our memory; other devices may work in a copy.
         self.shares_memory = bool(device.type & cl.device_type.CPU)
+        self._made: dict[Any, Any] = {}
         self._kernels: dict[tuple[str, int, np.dtype], Any] = {}
         self._programs: dict[tuple[str, int, np.dtype, tuple[int, int], Definitions], Any] = {}
+
+    def once(self, make: "Callable[[Device], _Made]") -> _Made:
+        """Return what `make` makes of this device: made at the first call with it, and kept."""
+        if make not in self._made:
+            self._made[make] = make(self)
+        made: _Made = self._made[make]
+        return made
 
     def kernel(
         self,

@@ -14,14 +14,7 @@
  * - all_scratch: (3, SCRATCH_SIZE).
  * - out: to be filled, OUT in surface.py. */
 
-#ifndef SAMPLE
-#define SAMPLE uchar
-#endif
-
 #include "surface.h"
-
-/* Not inlined: the program compiles in half the time and runs as fast. */
-#define SURFACE_STEP static __attribute__((noinline))
 
 /* Replaces `count` points by 4 (count - 1) + 1 on a curve through them (Catmull and Rom, 1974). */
 SURFACE_STEP void surface_smooth(float *points, int count) {
@@ -244,23 +237,6 @@ SURFACE_STEP void surface_odds(
     PUT(out + RIM_AT + at, rim > 0.0f ? rim : OVER_SEAM * rim);
 }
 
-/* Samples a plane at eight places, bilinear; its border is repeated. */
-static inline float8 surface_sample(
-    __global const SAMPLE *plane, __global const float *of, __global const float *to, float8 x,
-    float y) {
-    float8 u = surface_clamp8(to[0] * x + (to[1] * y + to[2]), 0.0f, of[LAST_X_AT]);
-    float8 v = surface_clamp8(to[3] * x + (to[4] * y + to[5]), 0.0f, of[LAST_Y_AT]);
-    int8 left = surface_whole8(u), top = surface_whole8(v);
-    float8 across = u - surface_float8(left), down = v - surface_float8(top);
-    int8 at = top * (int)of[ROW_STEP_AT] + left;
-    int8 above = PAIRS(plane, at), below = PAIRS(plane + (int)of[ROW_STEP_AT], at);
-    int mask = (1 << SAMPLE_BITS) - 1;
-    float8 high = surface_float8(above & mask), low = surface_float8(below & mask);
-    high += across * (surface_float8((above >> SAMPLE_BITS) & mask) - high);
-    low += across * (surface_float8((below >> SAMPLE_BITS) & mask) - low);
-    return high + down * (low - high);
-}
-
 /* Reads the linear luminance of eight pixels of a grid in two rows. Chroma has no detail finer than
  * two by two pixels, so each sample of chroma serves four. */
 SURFACE_STEP void surface_light(
@@ -438,8 +414,6 @@ SURFACE_STEP void surface_finish_lips(
     PUT(to + LIPS_SIZE, gx * shrink);
     PUT(to + 2 * LIPS_SIZE, gy * shrink);
 }
-
-#define EACH(item, count) (int item = get_local_id(0); item < (count); item += get_local_size(0))
 
 __kernel void surface(
     __global const float *restrict given, __global const int *restrict rings,

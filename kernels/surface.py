@@ -8,15 +8,21 @@ import math
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 import pyopencl as cl
 from makeup_video.kernels import colour
-from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, matrices, to_linear, to_xyz
 from makeup_video.kernels.definitions import Definitions, floats, offsets
+from makeup_video.kernels.light import (
+    PLANE,
+    Affine,
+    LightPlanes,
+    LightReader,
+    coding_numbers,
+    on_planes,
+    plane_numbers,
+)
 from makeup_video.kernels.program import LOCAL_SIZE, Device
-from numpy.lib.stride_tricks import as_strided
 
 # Rows and columns of the patch of the lips, of the lips' grid, and of a lid's grid.
 PATCH_HW, LIPS_HW, LID_HW = (80, 112), (40, 56), (32, 48)
@@ -24,7 +30,6 @@ RING_POINTS = 11  # of half a ring of the lips, corner to corner
 LASH_POINTS, BROW_POINTS = 9, 5  # of a curve around the eye; of the brow's lower edge
 LID_CURVES = 5  # of each eye: lash line, crease, fold, brow, lower lash line
 _POINTS, _REGIONS = 478, 3
-_STEPS = 1023  # of R'G'B' from 0 to 1, in the table of linear light
 
 # The lips: where between border (0) and opening (1) the slopes between the mesh's rings hold.
 BETWEEN = (0.19, 0.57, 0.88)
@@ -82,11 +87,6 @@ PLACE = np.dtype([
     ("step_px", np.float32),  # px of the frame for one of the region
     ("to_luma", np.float32, (2, 3)),  # px of the grid -> px of the plane
     ("to_chroma", np.float32, (2, 3)),
-])  # fmt: skip
-PLANE = np.dtype([
-    ("row_step", np.float32),  # samples from row to row
-    ("last_x", np.float32),  # a little less than the last column, so that the next one exists
-    ("last_y", np.float32),
 ])  # fmt: skip
 GIVEN = np.dtype([
     ("places", PLACE, _REGIONS),
@@ -182,11 +182,6 @@ _GIVEN_AT = offsets(GIVEN)
 _HEAD_SIZE = _GIVEN_AT["POINTS_AT"]  # of `given`: three places, two planes, the coding
 _NOWHERE = (0.0,) * floats(PLACE)  # a place without a region
 
-Affine = tuple[float, float, float, float, float, float]  # (2, 3) by rows: (x, y, 1) -> (x, y)
-Stretch = tuple[
-    float, float, float, float
-]  # px of a frame -> of a plane: scale and offset of x, of y
-
 
 @dataclass(frozen=True, slots=True)
 class GridPlace:
@@ -197,23 +192,6 @@ class GridPlace:
 
     to_px: Affine
     own_to_px: Affine
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LightPlanes:
-    """The planes that light is read from.
-
-    planes: Y', Cb and Cr, (H, W) uint8 or uint16 codes, at least 2x2, with whole rows; three times
-    Y' for a grey frame.
-    to_luma, to_chroma: px of the frame -> px of these planes.
-    has_colour: False for a grey frame.
-    """
-
-    planes: tuple[np.ndarray, np.ndarray, np.ndarray]
-    to_luma: Stretch
-    to_chroma: Stretch
-    coding: Coding
-    has_colour: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -241,8 +219,8 @@ class SurfaceKernel:
         """rings: (18, RING_POINTS), the points of each curve, see surface.cl."""
         self._device = device
         self._lock = threading.Lock()
-        self._tables: dict[int, cl.Buffer] = {}
-        self._rings = self._kept(rings.astype(np.int32))
+        self._light = LightReader(device)
+        self._rings = self._light.kept(rings.astype(np.int32))
         self._given = np.zeros(floats(GIVEN), np.float32)
         scratch_bytes = _REGIONS * SCRATCH.itemsize
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, scratch_bytes)
@@ -278,9 +256,9 @@ class SurfaceKernel:
         for place in places:
             numbers += _place(place, light) if place else _NOWHERE
         luma, chroma, _ = light.planes
-        numbers += _plane(luma)
-        numbers += _plane(chroma)
-        numbers += _coding(light.coding, light.has_colour)
+        for plane in (luma, chroma):
+            numbers += plane_numbers(plane.shape, plane.strides[0] // plane.itemsize)
+        numbers += coding_numbers(light.coding, light.has_colour)
         self._given[:_HEAD_SIZE] = numbers
         logits_at = _GIVEN_AT["LOGITS_AT"]
         self._given[_HEAD_SIZE:logits_at] = points_px.ravel()
@@ -290,54 +268,12 @@ class SurfaceKernel:
     def _run(self, light: LightPlanes, out: np.ndarray) -> None:
         transfer = light.coding.transfer
         kernel = self._device.kernel("surface", transfer, light.planes[0].dtype, DEFINITIONS)
-        planes = [self._lent(plane) for plane in light.planes]
         with self._device.lend(self._given, out) as (given, filled):
             self._device.launch(
                 kernel,
                 (_REGIONS * LOCAL_SIZE[0], 1),
-                (given, self._rings, *planes, self._table(transfer), self._scratch, filled),
+                (given, self._rings, *self._light.arguments(light), self._scratch, filled),
             )
-
-    def _table(self, transfer: int) -> cl.Buffer:
-        if transfer not in self._tables:
-            self._tables[transfer] = self._kept(light_table(transfer))
-        return self._tables[transfer]
-
-    def _kept(self, numbers: np.ndarray) -> cl.Buffer:
-        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-        return cl.Buffer(self._device.context, flags, hostbuf=numbers)
-
-    def _lent(self, plane: np.ndarray) -> cl.Buffer:
-        """Lend a plane's own memory, from its first sample to its last, for reading."""
-        (high, wide), size = plane.shape, plane.itemsize
-        length = (high - 1) * (plane.strides[0] // size) + wide
-        span = as_strided(plane, (length,), (size,), writeable=False)
-        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.USE_HOST_PTR
-        return cl.Buffer(self._device.context, flags, hostbuf=span)
-
-
-@lru_cache
-def light_table(transfer: int) -> np.ndarray:
-    """Tabulate the linear light of R'G'B' from 0 to 1: (1024,) float32."""
-    steps = np.arange(_STEPS + 1) / _STEPS
-    table = to_linear(np.repeat(steps[:, None], 3, axis=1), transfer)[:, 0]
-    if transfer == HLG:  # the display's gain comes after the sum (BT.2100: OOTF)
-        table = table ** (1 / HLG_GAMMA)
-    return table.astype(np.float32)
-
-
-@lru_cache
-def to_steps(coding: Coding, has_colour: bool) -> np.ndarray:
-    """Return the (3, 4) matrix from codes to R'G'B' in steps of the table, plus a half.
-
-    A grey frame's chroma counts as neutral.
-    """
-    steps = matrices(coding)[0] * _STEPS
-    steps[:, 3] += 0.5
-    if not has_colour:
-        steps[:, 3] += steps[:, 1:3].sum(1) * 2.0 ** (coding.bit_depth - 1)
-        steps[:, 1:3] = 0
-    return steps
 
 
 def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:
@@ -352,22 +288,4 @@ def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:
     right, down = x - left, y - top
     numbers = [d / size, -b / size, -c / size, a / size, x, y]
     numbers += [(d * right - b * down) / size, (a * down - c * right) / size, 1 / step, step]
-    a, b, left, c, d, top = place.to_px
-    for across, x, along, y in (light.to_luma, light.to_chroma):
-        numbers += [a * across, b * across, left * across + x]
-        numbers += [c * along, d * along, top * along + y]
-    return numbers
-
-
-def _plane(plane: np.ndarray) -> Sequence[float]:
-    """Return the numbers of a PLANE."""
-    high, wide = plane.shape
-    less = 1 - 1e-6  # more than the rounding of float32
-    return plane.strides[0] // plane.itemsize, (wide - 1) * less, (high - 1) * less
-
-
-@lru_cache
-def _coding(coding: Coding, has_colour: bool) -> tuple[float, ...]:
-    """Return to_steps, weights and last_step of GIVEN."""
-    weights = to_xyz(coding.primaries)[1]
-    return (*to_steps(coding, has_colour).ravel().tolist(), *weights.tolist(), float(_STEPS))
+    return numbers + on_planes(place.to_px, light)

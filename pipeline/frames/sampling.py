@@ -29,20 +29,6 @@ def samples_at(frame: Frame, places: np.ndarray, step: float) -> list[np.ndarray
     return rows
 
 
-def samples_on(frame: Frame, to_px: AffineArray, size_wh: tuple[int, int]) -> list[np.ndarray]:
-    """The same on the pixels of a crop, row by row.
-
-    to_px: (2, 3), crop px -> luma px. Quicker than `samples_at`, which takes any places.
-    """
-    rows = [sample(frame.planes[0], to_px, size_wh).reshape(1, -1)]
-    to_chroma = compose(_to_chroma(*frame.chroma), to_px)
-    for plane in frame.planes[1:3]:
-        sampled = sample(plane, to_chroma, size_wh)
-        sampled = sampled.reshape(1, -1, *sampled.shape[2:])
-        rows += [sampled] if sampled.ndim == 2 else cv2.split(sampled)  # NV12: one plane holds both
-    return rows
-
-
 @lru_cache
 def _to_chroma(across: int, down: int) -> AffineArray:
     """Luma px -> chroma px, for chroma sited at the centre of its luma samples."""

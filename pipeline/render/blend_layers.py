@@ -6,6 +6,7 @@ its share of opacity and its root of light are found by "over", as for pictures 
 
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter, mul
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,8 @@ _FAINT = 1e-4  # opacity below which the colour goes over into the mean of all
 # synthetic highlight, the shine of the layer that shows. Numbers that are not named here come from
 # the scene, and are the same in every layer.
 _BY_OPACITY = "texture", "undertone", "keep_highlights", "dark_gain", "dark_offset"
-_BY_GLINT = ("lobe",)
 _BY_REFLECTION = "fresnel_front", "fresnel_rim"
+_opacities, _reflections = attrgetter(*_BY_OPACITY), attrgetter(*_BY_REFLECTION)
 
 
 def blend(layers: Sequence[tuple[np.ndarray, Material]]) -> tuple[np.ndarray, Material]:
@@ -105,17 +106,19 @@ def _common(
         "reflection": min(sum(mirrors) / shining, 1.0),
         "sparkle": tuple([dimmed * part for part in most.sparkle]),
     }
-    rooms = zip(*(m.room for m in materials), strict=True)
-    numbers["room"] = tuple([_mean(parts, mirrors) for parts in rooms])
-    for names, shares in ((_BY_OPACITY, opaque), (_BY_GLINT, glints), (_BY_REFLECTION, mirrors)):
-        for name in names:
-            numbers[name] = _mean([getattr(m, name) for m in materials], shares)
+    numbers["room"] = tuple(_means([m.room for m in materials], mirrors))
+    for of, names, shares in (
+        (_opacities, _BY_OPACITY, opaque),
+        (_reflections, _BY_REFLECTION, mirrors),
+    ):
+        numbers.update(zip(names, _means([of(m) for m in materials], shares), strict=True))
+    (numbers["lobe"],) = _means([(m.lobe,) for m in materials], glints)
     return replace(most, **numbers)
 
 
-def _mean(numbers: Sequence[float], shares: Sequence[float]) -> float:
-    """The mean by share; the plain mean where no layer has a share."""
+def _means(rows: Sequence[Sequence[float]], shares: Sequence[float]) -> list[float]:
+    """Of each column the mean by share; the plain mean where no layer has a share."""
     total = sum(shares)
     if total <= _NONE:
-        return sum(numbers) / len(numbers)
-    return sum(n * share for n, share in zip(numbers, shares, strict=True)) / total
+        shares, total = [1.0] * len(rows), float(len(rows))
+    return [sum(map(mul, column, shares)) / total for column in zip(*rows, strict=True)]

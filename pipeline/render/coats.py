@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
 from itertools import groupby
 
+import cv2
 import numpy as np
 from makeup_video.kernels.planes import Rect
+from makeup_video.kernels.program import Device
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.look.kinds import KINDS
@@ -47,6 +48,8 @@ class Job:
     coats: one or more, in the order of painting.
     shade: share of the light that falls on the surface, 0..1.
     skin_px: px of the picture for the distance of the eyes.
+    density: (H, W) float32 on the surface's grid, 0..1; of one coat its own, of several 1 where
+    there is any of them; None for 1 everywhere.
     share: px of the picture for one of the frame.
     """
 
@@ -56,6 +59,7 @@ class Job:
     light: SceneLight
     shade: float
     skin_px: float
+    density: np.ndarray | None
     share: float = 1.0
 
     @property
@@ -70,11 +74,10 @@ class Job:
 
     def rect(self, size_wh: tuple[int, int], block: tuple[int, int]) -> Rect | None:
         """All that has weight on a frame; None when nothing of it lies there."""
-        density = _any_density(self.coats)
-        if density is not None and self.coats[0].strokes:  # whatever the surface's own border
-            low_xy, high_xy = self.surface.grid.box_px(box_of(density > 0), more=1)
+        if self.density is not None and self.coats[0].strokes:  # whatever the surface's own border
+            low_xy, high_xy = self.surface.grid.box_px(box_of(self.density > 0), more=1)
         else:
-            low_xy, high_xy = self.surface.reach(self.softness, density)
+            low_xy, high_xy = self.surface.reach(self.softness, self.density)
         return Rect.around(low_xy, high_xy, size_wh, block)
 
     def weigh(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:
@@ -86,7 +89,7 @@ class Job:
             grid = self.surface.grid
             draw_strokes(out, origin_xy, grid, first.strokes, blur_px, self.share)
         else:
-            self.surface.weigh(out, origin_xy, self.softness, _any_density(self.coats))
+            self.surface.weigh(out, origin_xy, self.softness, self.density)
 
 
 def scaled(job: Job, to_new: AffineArray, share: float) -> Job:
@@ -96,20 +99,23 @@ def scaled(job: Job, to_new: AffineArray, share: float) -> Job:
     )
 
 
-def jobs_of(item: FrameScene, scene: FaceScene, layers: Sequence[Layer]) -> Iterator[Job]:
+def jobs_of(
+    item: FrameScene, scene: FaceScene, layers: Sequence[Layer], device: Device
+) -> Iterator[Job]:
     """The jobs of a look on one face, in the order of painting.
 
-    layers: as Look.painted has them.
+    layers: as Look.painted has them.  device: of the calling thread.
     """
+    skin_px = iod_px(scene.face)
     for (region_name, _), group in groupby(layers, _together):
         region = REGIONS[region_name]
-        share, lits = region.amount(scene.face), region.lit(item, scene)
+        share, lits = region.amount(scene.face), region.lit(item, scene, device)
         if share <= 0 or not lits:
             continue
-        together, skin_px = list(group), iod_px(scene.face)
-        for lit, surface, coats in _on_surfaces(lits, together, share):
+        for lit, surface, coats in _on_surfaces(lits, list(group), share):
             shade = region.shade(scene.light, lit.mean)
-            yield Job(lit, surface, coats, scene.light, shade, skin_px)
+            density = _any_density(coats)
+            yield Job(lit, surface, coats, scene.light, shade, skin_px, density)
 
 
 def _together(layer: Layer) -> tuple[str, str]:
@@ -157,10 +163,14 @@ def _on(number: int, layer: Layer, coat: Coat, share: float) -> SurfaceCoat:
 
 def _any_density(coats: Sequence[SurfaceCoat]) -> np.ndarray | None:
     """Of one coat its density; of several, 1 where there is any of them."""
-    densities = [coat.density for coat in coats]
-    if len(coats) == 1:
-        return densities[0]
-    given = [density for density in densities if density is not None]
-    if len(given) < len(densities):
-        return None
-    return (reduce(np.maximum, given) > _FAINTEST).astype(np.float32)
+    first, *others = (coat.density for coat in coats)
+    if first is None or not others:
+        return first
+    most = first
+    for density in others:
+        if density is None:
+            return None
+        most = cv2.max(most, density)
+    _, there = cv2.threshold(most, _FAINTEST, 1.0, cv2.THRESH_BINARY)
+    any_of_them: np.ndarray = there
+    return any_of_them

@@ -17,16 +17,17 @@ from makeup_video.pipeline.render.coats import Job, SurfaceCoat, jobs_of, scaled
 from makeup_video.pipeline.render.environment import environment_of
 from makeup_video.pipeline.render.half_resolution import (
     LARGE_PX,
-    TO_HALF,
-    HalfSize,
-    half_size,
+    SmallPlanes,
+    small_size,
+    to_small,
 )
 from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene
 
 _MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup over
-_VEIL_PX = 8_000  # luma px of a rect from which on a veil is painted at half size
+# Luma px of a rect from which on a veil is painted at half size, and at a quarter.
+_VEIL_PX, _LARGE_VEIL_PX = 8_000, 32_000
 _STAYS_SMALL = 0.8  # share of LARGE_PX down to which painting stays at half size
 # A job, and the rectangle of the frame that holds all its weight.
 _Placed = tuple[Job, Rect]
@@ -50,7 +51,7 @@ class Composite:
         self.painted_frames = self.chosen_frames = 0
         self.numbers: set[int] = set()
         self.level = QualityLevel.FULL
-        self._half = HalfSize()
+        self._small = {factor: SmallPlanes(factor) for factor in (2, 4)}
         self._is_small = False
         self.set_look(look)
 
@@ -79,24 +80,25 @@ class Composite:
         if not layers or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return False
         # all surfaces are read before anything is painted
-        jobs = [job for scene in faces for job in jobs_of(item, scene, layers)]
+        device = self._canvas.device
+        jobs = [job for scene in faces for job in jobs_of(item, scene, layers, device)]
         if not jobs:
             return False
         planes = item.frame.writable_planes()
         size = item.frame.width_px, item.frame.height_px
         placed = list(_placed(jobs, size, item.frame.chroma))
         # a veil has no detail of its own, and its area is large
-        veils = [job for job, rect in placed if job.is_veil and rect.width * rect.height > _VEIL_PX]
-        if veils:  # they come first in the order of painting
-            self._paint_small(item, planes, veils)
-            jobs = [job for job in jobs if job not in veils]
-            placed = [(job, rect) for job, rect in placed if job not in veils]
-        area_px = sum(rect.width * rect.height for _, rect in placed)
+        veils = [(job, rect) for job, rect in placed if job.is_veil and _area_px(rect) > _VEIL_PX]
+        for veil, rect in veils:  # they come first in the order of painting
+            self._paint_small(item, planes, [veil], 4 if _area_px(rect) > _LARGE_VEIL_PX else 2)
+        if veils:
+            placed = [one for one in placed if one not in veils]
+        area_px = sum(_area_px(rect) for _, rect in placed)
         # hysteresis: otherwise the glitter would flicker between the two sizes
         least_px = _STAYS_SMALL * LARGE_PX if self._is_small else LARGE_PX
         self._is_small = self.level >= QualityLevel.LESS_DETAIL and area_px >= least_px
         if self._is_small:
-            self._paint_small(item, planes, jobs)
+            self._paint_small(item, planes, [job for job, _ in placed], 2)
         else:
             for together in _apart(placed):
                 self._paint(item, planes, together)
@@ -120,17 +122,19 @@ class Composite:
         return tuple(stays[:1])
 
     def _paint_small(
-        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[Job]
+        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[Job], factor: int
     ) -> None:
-        size = half_size((item.frame.width_px, item.frame.height_px))
-        small = _placed([scaled(job, TO_HALF, 0.5) for job in jobs], size, item.frame.chroma)
+        size = small_size((item.frame.width_px, item.frame.height_px), factor)
+        jobs = [scaled(job, to_small(factor), 1 / factor) for job in jobs]
+        small = _placed(jobs, size, item.frame.chroma)
         for together in _apart(small):
 
             def paint(planes: tuple[np.ndarray, ...], together: list[_Placed] = together) -> None:
                 self._paint(item, planes, together)
 
             rects = [rect for _, rect in together]
-            self._half.paint(planes, rects, item.frame.chroma, item.coding.max_code, paint)
+            painter, chroma = self._small[factor], item.frame.chroma
+            painter.paint(planes, rects, chroma, item.coding.max_code, paint)
 
     def _paint(
         self, item: FrameScene, planes: tuple[np.ndarray, ...], placed: list[_Placed]
@@ -152,6 +156,10 @@ def _placed(
         rect = job.rect(size_wh, block)
         if rect is not None:
             yield job, rect
+
+
+def _area_px(rect: Rect) -> int:
+    return rect.width * rect.height
 
 
 def _apart(placed: Iterable[_Placed]) -> Iterator[list[_Placed]]:

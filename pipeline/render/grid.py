@@ -36,6 +36,13 @@ class Grid:
         at: np.ndarray = self.to_px.astype(np.float32) @ pixel_places(self.size_wh)
         return at
 
+    def corners_px(self) -> list[list[float]]:
+        """The four corners in the frame, (x, y, 0) each."""
+        wide, high = self.size_wh
+        (a, b, left), (c, d, top) = self.to_px.tolist()
+        ends = [(x, y) for x in (0, wide - 1) for y in (0, high - 1)]
+        return [[a * x + b * y + left, c * x + d * y + top, 0.0] for x, y in ends]
+
     def box_px(self, box: Box, more: int) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame around a box of the grid.
 
@@ -45,12 +52,9 @@ class Grid:
         if not wide:
             return np.zeros(2), np.full(2, -1.0)
         left, right, top, bottom = x - more, x + wide - 1 + more, y - more, y + high - 1 + more
-        ends = []
-        for across, down, start in self.to_px.tolist():
-            columns, rows = (across * left, across * right), (down * top, down * bottom)
-            ends.append((start + min(columns) + min(rows), start + max(columns) + max(rows)))
-        low, high = np.array(ends).T
-        return low, high
+        middle = self.to_px @ ((left + right) / 2, (top + bottom) / 2, 1.0)
+        beside = np.abs(self.to_px[:, :2]) @ ((right - left) / 2, (bottom - top) / 2)
+        return middle - beside, middle + beside
 
     def warped(
         self,

@@ -6,14 +6,8 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, to_xyz
-from makeup_video.kernels.surface import (
-    FAINT,
-    GridPlace,
-    LightPlanes,
-    Stretch,
-    light_table,
-    to_steps,
-)
+from makeup_video.kernels.light import LightPlanes, Stretch, light_table, to_steps
+from makeup_video.kernels.surface import FAINT, GridPlace
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.sampling import halved, samples_at
 from makeup_video.pipeline.render.grid import Grid

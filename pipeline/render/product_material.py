@@ -69,7 +69,7 @@ def material(
     mixed = _mixed(params)
     to_film, from_film = film_matrices(coding.primaries)
     share, strength = params.light_adaptation, light.strength * shade
-    gain = [1 + share * (max(part, 0.0) * strength - 1) for part in _turned(light, to_film)]
+    gain = [1 + share * (part * strength - 1) for part in _turned(light, to_film)]
     gloss = min(params.gloss, _MOST_GLOSS) * amount
     cell, spot, seen = _cells(params, axes)
     worn = min(1.0, params.opacity + params.gloss + params.reflection)
@@ -136,10 +136,12 @@ def _mixed(params: GraphicsParams) -> _Mixed:
     return _Mixed(*(tuple(light.tolist()) for light in (product, tint, sparkle, glint)))
 
 
+@lru_cache(maxsize=16)  # all layers on a face are in the same light
 def _turned(light: SceneLight, rows: tuple[float, ...]) -> list[float]:
-    """The light's colour in other primaries; rows: a (3, 3) matrix, row by row."""
+    """The light's colour in other primaries, 0 or more; rows: a (3, 3) matrix, row by row."""
     red, green, blue = light.colour.tolist()
-    return [rows[i] * red + rows[i + 1] * green + rows[i + 2] * blue for i in (0, 3, 6)]
+    parts = (rows[i] * red + rows[i + 1] * green + rows[i + 2] * blue for i in (0, 3, 6))
+    return [max(part, 0.0) for part in parts]
 
 
 @lru_cache

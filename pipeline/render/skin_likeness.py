@@ -3,38 +3,43 @@
 Hair, a mask, the frame of glasses, a phone or a sleeve in front of the cheek differ from the skin
 in lightness or in colour. Skin varies, too: it is lit from one side, it shines, and it flushes. So
 three numbers of each place (log luminance, log red to green, log blue to green) are compared with a
-plane fitted to this face's skin, and off it counts by how much this face's skin itself varies.
+plane fitted to this face's skin, and off it counts by how much this face's skin itself varies. The
+numpy twin of kernels/face.cl, which reads it for every frame.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from makeup_video.kernels.face import (
+    BESIDE,
+    BRIGHTER,
+    COLOUR_RIDGE,
+    DARK,
+    EXPECTED,
+    FAR,
+    FEWEST,
+    LEAST_LIGHT,
+    LEVEL_RIDGE,
+    LIGHT_RIDGE,
+    LIGHTER,
+    MIDDLE,
+    MOST_LIGHTER,
+    MOST_RED,
+    OTHER,
+    PALER,
+    PARTS,
+    REDDER,
+    SHINE_PALES,
+    SKIN,
+    SPREAD,
+)
 
-# Heights, as `down` of the surface, of three parts of a face that are seldom covered together:
-# forehead, beside the bridge of the nose, cheeks. The one most like skin is where the fit begins:
-# the redder, and the lighter one (hair, sunglasses and masks are less red, and most are darker).
-_PARTS = (-0.42, -0.12), (-0.02, 0.28), (0.28, 0.62)
-_BESIDE = 0.55  # of the middle, in IOD
-_FEWEST = 6  # places
-_LIGHTER, _MOST_LIGHTER = 0.5, 0.3
-_REDDER, _MOST_RED = 2.0, 0.8
-
-_DARK = 0.06  # of the skin's luminance; what is darker is noise, and its colour does not count
-_SPREAD = np.array([0.40, 0.22, 0.22])  # expected standard deviations of skin
-_EXPECTED = 0.2  # how much these count beside those measured
+_SPREAD = np.array(SPREAD)
 _EXPECTED_SPREAD = np.diag(_SPREAD**2)
-# How little the fitted planes may slope across and down, as ridges. Colour hardly changes down a
-# face, but it does to the upper edge of a mask.
-_RIDGE = np.array([np.diag([1e-3, *slope]) for slope in ((40, 40), (100, 2000), (100, 2000))])
-_FAR = 4.0  # squared deviations at which a place counts a quarter
-_BRIGHTER = 0.5  # what lighter places count: skin shines, and few things beside it are lighter
-_SHINE_PALES = 0.3  # how much less red, and more blue, for how much lighter
-# Skin that is paler by more than that is rare, and masks and screens are: log red to blue for one
-# standard deviation more.
-_PALER = 0.2
-_SKIN, _OTHER = 2.6, 4.0  # deviations: up to the first all skin, from the second on none
-_MIDDLE = 0.3  # `down` around which the planes slope
+_RIDGE = np.array([
+    np.diag([LEVEL_RIDGE, *slopes]) for slopes in (LIGHT_RIDGE, COLOUR_RIDGE, COLOUR_RIDGE)
+])  # fmt: skip
 _TO_NUMBERS = np.array([[1.0, 0, 0, 0], [0, 1, -1, 0], [0, 0, -1, 1]])
 
 
@@ -56,28 +61,28 @@ def skin_likeness(
     across, down: (N,) float32, places on the face in IOD.
     seen: places of the face whose colour is known, as indices of N. All 1 where they are too few.
     """
-    if len(seen) < _FEWEST:
+    if len(seen) < FEWEST:
         return np.ones(len(luminance), np.float32)
     given = np.empty((7, len(luminance)), np.float32)  # four logs, then the planes' 1, x and y
     given[0], given[1:4], given[4], given[5] = luminance, rgb, 1, across
-    np.subtract(down, np.float32(_MIDDLE), out=given[6])
+    np.subtract(down, np.float32(MIDDLE), out=given[6])
     usual = float(np.partition(luminance[seen], len(seen) // 2)[len(seen) // 2])
     logs = given[:4]
-    logs += np.float32(max(_DARK * usual, 1e-6))
+    logs += np.float32(max(DARK * usual, LEAST_LIGHT))
     np.log(np.maximum(logs, np.float32(1e-9), out=logs), out=logs)
     samples = given.take(seen, 1).astype(np.float64)
-    skin = _fit(_TO_NUMBERS @ samples[:4], samples[4:], math.log(max(usual, 1e-6)))
+    skin = _fit(_TO_NUMBERS @ samples[:4], samples[4:], math.log(max(usual, LEAST_LIGHT)))
     if skin is None:
         return np.ones(len(luminance), np.float32)
     to_off = np.concatenate([_TO_NUMBERS, -skin.planes], axis=1, dtype=np.float32)
     off = to_off @ given
     shine = np.maximum(off[0], 0)
-    off[0] -= (1 - _BRIGHTER) * shine
-    shine *= _SHINE_PALES
+    off[0] -= (1 - BRIGHTER) * shine
+    shine *= SHINE_PALES
     off[1] += shine
     off[2] -= shine
     paler = np.maximum(off[2] - off[1], 0)
-    paler *= 1 / _PALER
+    paler *= 1 / PALER
     paler *= paler
     off = skin.to_deviations @ off
     off *= off
@@ -86,8 +91,8 @@ def skin_likeness(
     like += off[1]
     like += off[2]
     np.sqrt(like, out=like)
-    like *= -1 / (_OTHER - _SKIN)
-    like += _OTHER / (_OTHER - _SKIN)
+    like *= -1 / (OTHER - SKIN)
+    like += OTHER / (OTHER - SKIN)
     np.minimum(np.maximum(like, 0, out=like), 1, out=like)
     like *= like * (3 - 2 * like)
     return like
@@ -103,13 +108,13 @@ def _fit(numbers: np.ndarray, slopes: np.ndarray, usual: float) -> _Skin | None:
         return None
     far = (numbers - start[:, None]) / _SPREAD[:, None]
     far *= far
-    weight = 1 + far.sum(0) * (1 / _FAR)
+    weight = 1 + far.sum(0) * (1 / FAR)
     weight *= weight
     weighted = slopes / weight
     normal = weighted @ slopes.T + _RIDGE
     planes = np.linalg.solve(normal, (numbers @ weighted.T)[..., None])[..., 0]
     off = numbers - planes @ slopes
-    few = _EXPECTED * numbers.shape[1]
+    few = EXPECTED * numbers.shape[1]
     spread = (off / weight) @ off.T + few * _EXPECTED_SPREAD
     spread /= float((1 / weight).sum()) + few
     to_deviations = np.linalg.inv(np.linalg.cholesky(spread))
@@ -118,17 +123,17 @@ def _fit(numbers: np.ndarray, slopes: np.ndarray, usual: float) -> _Skin | None:
 
 def _start(numbers: np.ndarray, slopes: np.ndarray, usual: float) -> np.ndarray | None:
     """The medians (3,) of the part of the face that is most like skin."""
-    near = np.abs(slopes[1]) < _BESIDE
+    near = np.abs(slopes[1]) < BESIDE
     best, found = -math.inf, None
-    for low, high in _PARTS:
-        here = np.flatnonzero(near & (slopes[2] > low - _MIDDLE) & (slopes[2] < high - _MIDDLE))
+    for low, high in PARTS:
+        here = np.flatnonzero(near & (slopes[2] > low - MIDDLE) & (slopes[2] < high - MIDDLE))
         part = np.sort(numbers.take(here, 1), axis=1)
-        if part.shape[1] < _FEWEST:
+        if part.shape[1] < FEWEST:
             continue
         medians = part[:, part.shape[1] // 2]
         light, red, _ = medians.tolist()
         light -= usual
-        likely = _LIGHTER * min(light, _MOST_LIGHTER) + _REDDER * min(red, _MOST_RED)
+        likely = LIGHTER * min(light, MOST_LIGHTER) + REDDER * min(red, MOST_RED)
         if likely > best:
             best, found = likely, medians
     return found

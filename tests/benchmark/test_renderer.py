@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from makeup_video.benchmark import films, renderer
+from makeup_video.pipeline.look.kinds import KINDS
 from media import decoded
 from people import SAMPLES
 
@@ -42,6 +43,15 @@ def test_the_full_look_uses_every_effect_on_lips_and_eyes():
     for layer in look.layers:
         params = layer.product
         assert min(params.opacity, params.gloss, params.reflection, params.shimmer) > 0
+
+
+def test_the_whole_look_has_every_kind_and_three_shadows():
+    look = renderer.whole_look()
+    assert set(look.kinds) == set(KINDS) and len(look.of("eyeshadow")) == 3
+
+
+def test_the_whole_look_is_measured_beside_the_full_one(face_clip):
+    assert renderer.paint_costs(face_clip, 1)["whole_look"] > 0
 
 
 def test_every_number_is_there(face_clip, faces):

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from makeup import LAYOUTS, close_up, lit_of, true_face
 from makeup_video import kernels
 from makeup_video.kernels.colour import HLG, PQ, Coding
+from makeup_video.kernels.light import LightPlanes
 from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import (
     GIVEN,
@@ -21,7 +22,6 @@ from makeup_video.kernels.surface import (
     PATCH_HW,
     SEAM_SIGMA_PX,
     GridPlace,
-    LightPlanes,
     SurfaceKernel,
 )
 from makeup_video.pipeline.faces.face import Face, FrameFaces

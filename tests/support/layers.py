@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from hypothesis import strategies as st
 from looks import shapes
-from makeup import params, product
+from makeup import device, params, product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.coats import Job, jobs_of
@@ -44,7 +44,7 @@ SHOWN = {name: dict(kind.shown) for name, kind in KINDS.items()} | {"lipstick": 
 def jobs(scene: FrameScene, layers: Iterable[Layer]) -> list[Job]:
     """What is painted for some layers on all faces of a scene."""
     painted = Look(layers).painted
-    return [job for face in scene.faces for job in jobs_of(scene, face, painted)]
+    return [job for face in scene.faces for job in jobs_of(scene, face, painted, device())]
 
 
 def job_weight(job: Job, hw: tuple[int, int], origin_xy: tuple[int, int] = (0, 0)) -> np.ndarray:

@@ -5,10 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
+from makeup_video.kernels.program import Device
 from makeup_video.pipeline import find_faces
 from makeup_video.pipeline.faces.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.frames.frame import coding_of
 from makeup_video.pipeline.render.scene_light import light_of
 from makeup_video.pipeline.render.skin_light import STRENGTHS
+from makeup_video.pipeline.render.surfaces.face import face_kernel, face_surface
 from people import frame_of, portrait
 
 NO_LIPS = LipPatch(np.zeros((80, 112), np.float32), np.eye(2, 3))
@@ -23,6 +26,16 @@ def points():
 
 def face_at(points_px, track_id=0):
     return Face(points_px.astype(np.float32), 1.0, 1.0, track_id, NO_LIPS)
+
+
+@cache
+def _kernel():
+    return face_kernel(Device())
+
+
+def surface_made(face, frame):
+    """The surface of a face on a frame, the light on it, and its mean; None where there is none."""
+    return face_surface(face, frame, coding_of(frame), _kernel())
 
 
 def lit(*gain):

@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import (
     LID_CURVES,
     LID_HW,
@@ -124,17 +125,15 @@ class LidSurface:
         """Fill (h, w) float32 with the weight of makeup on the frame's pixels from origin_xy on:
         on skin, and feathered at the lash line."""
         feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
-        # four channels, of which two are used: OpenCV is quick at one and at four
-        maps = np.zeros((*self.up.shape, 4), np.float32)
-        np.multiply(self._away_px, 1 / feather_px, out=maps[..., 0])
-        maps[..., 0] += self._shut()
-        maps[..., 1] = 1 if density is None else density
-        there = self.grid.warped(maps, origin_xy, out.shape, (-1e3, 0.0, 0.0, 0.0))
-        np.minimum(there[..., 0], 1, out=out)
-        out *= there[..., 1]
-        cv2.threshold(
-            out, _FAINTEST, 0, cv2.THRESH_TOZERO, out
-        )  # also removes what lies beyond the lashes
+        lashes = self._away_px * np.float32(1 / feather_px)
+        lashes += np.float32(self._shut())
+        if density is None:
+            density = np.ones(lashes.shape, np.float32)
+        there = self.grid.warped(lashes, origin_xy, out.shape, -1e3)
+        dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
+        cv2.multiply(np.minimum(there, 1, out=there), dense, dst=out)
+        # also removes what lies beyond the lashes
+        cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def _shut(self) -> float:
         """1 for a shut eye, whose lids hide the eyeball that else must be spared; 0 for an open
@@ -204,7 +203,7 @@ class EyesRegion:
         lids = zip(lid_surfaces_of(places, made), made.lids, made.means[1:], strict=True)
         return [None if surface is None else (surface, lid[2], mean) for surface, lid, mean in lids]
 
-    def lit(self, item: FrameScene, scene: FaceScene) -> tuple[Lit, ...]:
+    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
         return scene.regions.get("eyes", ())
 
     def amount(self, face: Face) -> float:

@@ -7,12 +7,23 @@ face; how they are turned; whether the face is seen there; and whether it is bar
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import ClassVar
 
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import Coding
+from makeup_video.kernels.face import (
+    CHEEK_ACROSS,
+    CHEEK_DOWN,
+    LOWEST,
+    MARGIN,
+    SIDE,
+    SIGMA_PX,
+    STEP,
+    FaceKernel,
+    FaceToRead,
+)
+from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import GridPlace
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import (
@@ -24,32 +35,14 @@ from makeup_video.pipeline.faces.topology import (
 )
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.sampling import samples_on
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.render.grid import Grid, box_of
-from makeup_video.pipeline.render.luminance import broad, linear_rgb, luminance_of
+from makeup_video.pipeline.render.luminance import broad, light_planes
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.skin_likeness import skin_likeness
-from makeup_video.pipeline.render.surfaces.face_fit import fit, fit_points, monomials
+from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
 
-# The grid is a square of 1.6 IOD (the distance of the outer eye corners) around the points of
-# `face_fit`: from ear to ear, and from above the brows to the upper half of the chin.
-SIDE = 40
-STEP = 1.6 / (SIDE - 1)  # IOD
 _NARROWEST_PX = 8  # IOD
 _FAINTEST = 1 / 512
-# Sigma of the broad light in px of the grid: that of the lids, whose eye is 0.31 IOD wide.
-SIGMA_PX = 0.65
-
-_FACING = 0.12, 0.35  # z of the normal: bare below the first, all of the product above the second
-_HIGHEST = -0.42, -0.30  # the same of `down`
-_LOWEST = 0.85, 1.0  # all of the product above the first, bare below the second
-_EDGE_PX, _HOLE_PX = 1.3, 0.6  # sigma of the borders in px of the grid
-# OpenCV's smooth polygons are two thirds of a px too large on each side: of 255, what the blurred
-# mask has on the outline.
-_ON_EDGE = 179
-_HOLE_GAIN = 1.5  # holes are small: a blur makes them shallow
-_MARGIN = 4  # px
 _EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 
 # Closed contours: where a face has no skin.
@@ -67,11 +60,7 @@ _HOLES = [
 # The outline of a turned face: the oval, or the nose and the mouth before it.
 _OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
 
-_SAMPLED = 0.5  # `visible` from which a node is a sample of the skin
 _HIDDEN_BELOW = 0.15  # `down`, when the mouth is hidden
-_SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()  # places in the grid
-# The cheeks, whose light is the surface's mean: from and to, |across| and `down` in IOD.
-_CHEEK_ACROSS, _CHEEK_DOWN = (0.2, 0.65), (0.1, 0.55)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,6 +85,7 @@ class FaceSurface:
     likeness: np.ndarray
     number: ClassVar[int] = 0
     is_broad: ClassVar[bool] = True
+    READ: ClassVar = "across", "down", "normals", "facing", "visible", "likeness"  # by the kernel
 
     def sides(self) -> "list[FaceSurface]":
         return [self]
@@ -121,11 +111,14 @@ class FaceSurface:
         cv2.threshold(there, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light on the grid, and its mean over the cheeks."""
+        """Luminance on the grid -> the broad light on the grid, and its mean over the cheeks.
+
+        Also a twin of kernels/face.cl.
+        """
         skin = self.visible * self.likeness
         (light,), mean = broad(luminance, (skin,), SIGMA_PX)
         aside = np.abs(self.across)
-        (left, right), (top, bottom) = _CHEEK_ACROSS, _CHEEK_DOWN
+        (left, right), (top, bottom) = CHEEK_ACROSS, CHEEK_DOWN
         skin *= (aside > left) & (aside < right) & (self.down > top) & (self.down < bottom)
         total = float(skin.sum())
         return light, float((luminance * skin).sum()) / total if total >= 1 else mean
@@ -162,7 +155,7 @@ def face_place(face: Face) -> GridPlace | None:
 
 
 def face_surface(
-    face: Face, frame: Frame, coding: Coding
+    face: Face, frame: Frame, coding: Coding, kernel: FaceKernel
 ) -> tuple[FaceSurface, np.ndarray, float] | None:
     """The surface of a face, the broad light on its grid, and that light's mean over the cheeks:
     see LitSurface. None where `face_place` has no place."""
@@ -170,23 +163,15 @@ def face_surface(
     if place is None:
         return None
     grid = Grid.at(place.to_px, (SIDE, SIDE))
-    on_grid = _on_grid(face, grid)
-    along, terms = _nodes()
-    across, down, x, y, facing = fit(_in_iod(on_grid)).on(along, along, terms)
-    np.clip(facing, 0, 1, out=facing)
-    visible = _visible(on_grid, down, facing)
-    rgb = linear_rgb(np.concatenate(samples_on(frame, grid.to_px, grid.size_wh)), coding)
-    luminance = luminance_of(rgb, coding)
-    seen = _samples(visible, down, face.mouth_weight, grid, frame)
-    likeness = skin_likeness(rgb, luminance, across.ravel(), down.ravel(), seen)
-    normals = np.stack([x, y])
-    surface = FaceSurface(
-        grid, across, down, normals, facing, visible, likeness.reshape(SIDE, SIDE)
-    )
-    return surface, *surface.shaded(luminance.reshape(SIDE, SIDE))
+    on_grid = points_on_grid(face, grid)
+    frame_wh = frame.width_px, frame.height_px
+    given = FaceToRead(points_in_iod(on_grid), *drawn(on_grid), place, frame_wh, sampled_down(face))
+    made = kernel(given, light_planes(frame, coding, [place], grid.corners_px()))
+    surface = FaceSurface(grid, *(made[name] for name in FaceSurface.READ))
+    return surface, made["shading"], float(made["mean"])
 
 
-def _on_grid(face: Face, grid: Grid) -> np.ndarray:
+def points_on_grid(face: Face, grid: Grid) -> np.ndarray:
     """(478, 3) float32: the points in px of the grid; z as well, away from the viewer."""
     (a, _, left), (b, _, top) = grid.to_px.tolist()
     step = math.hypot(a, b)
@@ -195,7 +180,7 @@ def _on_grid(face: Face, grid: Grid) -> np.ndarray:
     return on_grid.astype(np.float32)
 
 
-def _in_iod(on_grid: np.ndarray) -> np.ndarray:
+def points_in_iod(on_grid: np.ndarray) -> np.ndarray:
     """The points of the fit, from the middle of the grid."""
     points: np.ndarray = on_grid.take(fit_points(), 0)
     points[:, :2] -= (SIDE - 1) / 2
@@ -203,74 +188,45 @@ def _in_iod(on_grid: np.ndarray) -> np.ndarray:
     return points
 
 
-@cache
-def _nodes() -> tuple[np.ndarray, np.ndarray]:
-    """(40,) columns or rows in IOD, and the terms of the fit's cubic at the nodes, (10, 1600)."""
-    along = ((np.arange(SIDE) - (SIDE - 1) / 2) * STEP).astype(np.float32)
-    x, y = np.meshgrid(along, along)
-    terms = monomials(np.column_stack([x.ravel(), y.ravel()]))
-    return along, np.ascontiguousarray(terms.T)
+def drawn(on_grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The outline of a face, and its eyes, brows, lips and nostrils: `inside` and `holes` of
+    FaceToRead.
 
-
-def _visible(on_grid: np.ndarray, down: np.ndarray, facing: np.ndarray) -> np.ndarray:
-    """(40, 40) float32, as the surface has it."""
+    on_grid: `points_on_grid`.
+    """
     near = np.clip(on_grid[:, :2], -SIDE, 2 * SIDE)  # so that no number is too large for OpenCV
-    corners = np.rint(near * 2**_EIGHTH_BITS).astype(np.int32)
-    wide = SIDE + 2 * _MARGIN  # the outline may lie just beyond the grid
-    inside, holes = np.zeros((wide, wide), np.uint8), np.zeros((SIDE, SIDE), np.uint8)
-    outline = cv2.convexHull(corners[_OUTLINE] + (_MARGIN << _EIGHTH_BITS))
+    near += MARGIN
+    near *= 2**_EIGHTH_BITS
+    corners = np.rint(near, out=near).astype(np.int32)
+    wide = SIDE + 2 * MARGIN
+    inside, holes = np.zeros((2, wide, wide), np.uint8)
+    outline = cv2.convexHull(corners.take(_OUTLINE, 0))
     cv2.fillConvexPoly(inside, outline, 255, cv2.LINE_AA, _EIGHTH_BITS)
     cv2.fillPoly(holes, [corners[contour] for contour in _HOLES], 255, cv2.LINE_AA, _EIGHTH_BITS)
-    part = np.s_[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
-    blurred = cv2.GaussianBlur(inside, (0, 0), _EDGE_PX)[part].astype(np.float32)
-    visible = _line(blurred, _ON_EDGE, 255)
-    blurred = cv2.GaussianBlur(holes, (0, 0), _HOLE_PX).astype(np.float32)
-    for share in (
-        _line(blurred, 255 / _HOLE_GAIN, 0),
-        _line(facing, *_FACING),
-        _line(down, *_HIGHEST),
-        _line(down, *_LOWEST[::-1]),
-    ):
-        np.minimum(visible, share, out=visible)
-    np.minimum(np.maximum(visible, 0, out=visible), 1, out=visible)
-    visible *= visible * (3 - 2 * visible)
-    return visible
+    return inside, holes
 
 
-def _line(at: np.ndarray, bare: float, full: float) -> np.ndarray:
-    """0 at `bare`, 1 at `full`, and straight on."""
-    share: np.ndarray = at * np.float32(1 / (full - bare))
-    share -= np.float32(bare / (full - bare))
-    return share
+def sampled_down(face: Face) -> float:
+    """The skin is sampled above this `down`: where a hand or a mask hides the mouth, the cheeks are
+    no samples."""
+    return _HIDDEN_BELOW + (LOWEST[0] - _HIDDEN_BELOW) * face.mouth_weight
 
 
-def _samples(
-    visible: np.ndarray, down: np.ndarray, mouth_weight: float, grid: Grid, frame: Frame
-) -> np.ndarray:
-    """Places in (1600,) of samples of the skin: each second node that is seen in the picture.
+def face_kernel(device: Device) -> FaceKernel:
+    """The kernel that makes these surfaces on a device; made at the first call."""
+    return device.once(_new_kernel)
 
-    Where a hand or a mask hides the mouth, the cheeks are no samples.
-    """
-    lowest = _HIDDEN_BELOW + (_LOWEST[1] - _HIDDEN_BELOW) * mouth_weight
-    here = visible.take(_SECOND) > _SAMPLED
-    here &= down.take(_SECOND) < lowest
-    seen: np.ndarray = _SECOND[here]
-    low, high = grid.box_px((0, 0, SIDE, SIDE), more=0)
-    if low.min() >= 0 and high[0] < frame.width_px and high[1] < frame.height_px:
-        return seen
-    rows, columns = np.divmod(seen, SIDE)
-    x, y = grid.to_px @ np.stack([columns, rows, np.ones_like(rows)])
-    there = (x > -0.5) & (x < frame.width_px - 0.5) & (y > -0.5) & (y < frame.height_px - 0.5)
-    inside: np.ndarray = seen[there]
-    return inside
+
+def _new_kernel(device: Device) -> FaceKernel:
+    return FaceKernel(device, fit_tables())
 
 
 class FaceRegion:
     """The whole face. It is read only for looks that paint it, and without memory: the light on its
     skin is followed over time already."""
 
-    def lit(self, item: FrameScene, scene: FaceScene) -> tuple[Lit, ...]:
-        made = face_surface(scene.face, item.frame, item.coding)
+    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
+        made = face_surface(scene.face, item.frame, item.coding, face_kernel(device))
         if made is None:
             return ()
         surface, light, mean = made

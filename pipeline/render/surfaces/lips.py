@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import LIPS_HW, LIPS_SIGMA_PX, OVER_SEAM, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
@@ -170,7 +171,7 @@ class LipsRegion:
             return [None]
         return [(lips_surface_of(seen.face, place, made), made.lips[0], made.means[0])]
 
-    def lit(self, item: FrameScene, scene: FaceScene) -> tuple[Lit, ...]:
+    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
         return scene.regions.get("lips", ())
 
     def amount(self, face: Face) -> float:

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
+from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.frame import Frame
@@ -29,8 +30,11 @@ class SeenFace:
 class Region(Protocol):
     """The surfaces of one sort on a face."""
 
-    def lit(self, item: FrameScene, scene: FaceScene) -> tuple[Lit, ...]:
-        """The surfaces that are seen, and the light on them, on the unpainted frame."""
+    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
+        """The surfaces that are seen, and the light on them, on the unpainted frame.
+
+        device: of the calling thread, for a region that is not read with every frame.
+        """
         ...
 
     def amount(self, face: Face) -> float:

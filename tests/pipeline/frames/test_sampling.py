@@ -9,10 +9,7 @@ from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.sampling import (
     halved,
-    pixel_places,
     sample,
-    samples_at,
-    samples_on,
 )
 from makeup_video.pipeline.frames.views import FramePicture, RgbPicture, _to_rgb_matrix
 from people import frame_of, portrait
@@ -198,19 +195,3 @@ def test_faces_are_found_in_colours_that_cannot_be_painted(full_range):
 def test_anything_but_an_rgb8_picture_is_refused_by_name(bad):
     with pytest.raises(ValueError, match=r"must be \(H, W, 3\) uint8"):
         RgbPicture(bad)
-
-
-@pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuv444p", "nv12", "yuv420p10le", "gray"])
-@pytest.mark.parametrize("step", [0.7, 2.4])
-def test_samples_on_a_crop_are_those_at_its_places(pix_fmt, step):
-    frame = frame_of(portrait(), pix_fmt=pix_fmt)
-    to_px = np.array([[0.9 * step, -0.4 * step, 180.0], [0.4 * step, 0.9 * step, 200.0]])
-    size_wh = 30, 20
-    at = (to_px @ pixel_places(size_wh)).astype(np.float32)
-    for got, want in zip(
-        samples_on(frame, to_px, size_wh), samples_at(frame, at, step), strict=True
-    ):
-        assert got.shape == (1, 600)
-        off = np.abs(got.astype(float) - want)
-        # OpenCV rounds the places of a map and of single points differently, to 1/32 px
-        assert np.median(off) <= 1 * 2 ** (frame.bit_depth - 8)

@@ -13,7 +13,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render import composite as composite_module
 from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.half_resolution import HalfSize, half_size
+from makeup_video.pipeline.render.half_resolution import SmallPlanes, small_size
 from people import frame_of
 
 BOTH = Look(
@@ -113,8 +113,8 @@ def test_codes_stay_within_their_bits():
         for plane in small:
             plane[:] = 1023
 
-    window = Rect(0, 0, *half_size((7, 9)))
-    HalfSize().paint(planes, [window], (1, 1), 1023, paint)
+    window = Rect(0, 0, *small_size((7, 9), 2))
+    SmallPlanes(2).paint(planes, [window], (1, 1), 1023, paint)
     for plane in planes:
         assert (plane == 1023).all()
 
@@ -125,7 +125,7 @@ def test_what_is_not_painted_keeps_its_bytes():
         rng.integers(0, 256, shape, np.uint8) for shape in ((41, 33), (21, 17), (21, 17))
     )
     before = [plane.copy() for plane in planes]
-    HalfSize().paint(planes, [Rect(4, 2, 8, 12)], (2, 2), 255, lambda small: None)
+    SmallPlanes(2).paint(planes, [Rect(4, 2, 8, 12)], (2, 2), 255, lambda small: None)
     for plane, old in zip(planes, before, strict=True):
         np.testing.assert_array_equal(plane, old)
 

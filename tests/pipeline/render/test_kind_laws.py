@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from laws import same
 from layers import SHOWN, densities, everything, job_weight, jobs, layer_lists, layers
-from makeup import BARE, close_up_scene, copied, lit_of, paint_planes
+from makeup import BARE, close_up_scene, copied, device, lit_of, paint_planes
 from makeup_video.kernels.paint import Canvas, paint_twin
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.look.finishes import FINISHES
@@ -28,7 +28,9 @@ HALF = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])
 def surfaces_of(kind):
     """The surfaces of the close-up that a kind is painted on."""
     scene = close_up_scene()
-    return [lit.surface for lit in REGIONS[KINDS[kind].surface].lit(scene, scene.faces[0])]
+    return [
+        lit.surface for lit in REGIONS[KINDS[kind].surface].lit(scene, scene.faces[0], device())
+    ]
 
 
 def size_of(scene):

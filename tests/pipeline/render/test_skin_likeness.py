@@ -3,11 +3,9 @@
 import cv2
 import numpy as np
 import pytest
-from lit_faces import face_at, lit, points
+from lit_faces import face_at, lit, points, surface_made
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
-from makeup_video.pipeline.frames.frame import coding_of
 from makeup_video.pipeline.render.skin_likeness import skin_likeness
-from makeup_video.pipeline.render.surfaces.face import face_surface
 from people import frame_of, portrait
 
 LEFT, RIGHT = 50, 280  # cheeks
@@ -16,7 +14,7 @@ LEFT, RIGHT = 50, 280  # cheeks
 def likeness_on(rgb8):
     """Of the cheeks' places: the surface, and where each cheek is, (40, 40) bool."""
     frame = frame_of(rgb8)
-    surface, _, _ = face_surface(face_at(points()), frame, coding_of(frame))
+    surface, _, _ = surface_made(face_at(points()), frame)
     side = [
         (np.hypot(surface.across - x, surface.down - 0.33) < 0.12) & (surface.visible > 0.9)
         for x in (-0.42, 0.42)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lit_faces import face_at, points
+from lit_faces import face_at, points, surface_made
 from makeup import LAYOUTS
+from makeup_video.kernels.face import SIDE
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, LIPS_OUTER
-from makeup_video.pipeline.frames.frame import coding_of
-from makeup_video.pipeline.render.surfaces.face import SIDE, face_place, face_surface
+from makeup_video.pipeline.render.surfaces.face import face_place
 from people import frame_of, portrait
 
 MEAN = read_array("mean_face.npy").astype(np.float64)
@@ -24,7 +24,7 @@ ALL = np.ones((SIDE, SIDE), np.float32)
 
 
 def surface_of(points_px, frame=GREY):
-    surface, _, _ = face_surface(face_at(points_px), frame, coding_of(frame))
+    surface, _, _ = surface_made(face_at(points_px), frame)
     return surface
 
 
@@ -164,9 +164,9 @@ def test_the_mean_light_is_that_of_the_cheeks():
 @pytest.mark.parametrize("pix_fmt", [*LAYOUTS, "gray"])
 def test_every_layout_gives_nearly_the_same_surface(pix_fmt):
     frame = frame_of(portrait(), pix_fmt=pix_fmt)
-    surface, shading, mean = face_surface(face_at(points()), frame, coding_of(frame))
+    surface, shading, mean = surface_made(face_at(points()), frame)
     reference = frame_of(portrait(), pix_fmt="yuv444p")
-    want, want_shading, want_mean = face_surface(face_at(points()), reference, coding_of(reference))
+    want, want_shading, want_mean = surface_made(face_at(points()), reference)
     assert mean == pytest.approx(want_mean, rel=0.1)
     cheek = (np.abs(want.across) < 0.5) & (want.visible > 0.9)
     np.testing.assert_allclose(shading[cheek], want_shading[cheek], rtol=0.25)
@@ -185,7 +185,7 @@ def test_every_layout_gives_nearly_the_same_surface(pix_fmt):
 )
 def test_a_face_without_a_surface_has_none(broken):
     assert face_place(face_at(broken)) is None
-    assert face_surface(face_at(broken), GREY, coding_of(GREY)) is None
+    assert surface_made(face_at(broken), GREY) is None
 
 
 @settings(max_examples=40, deadline=None)
@@ -195,7 +195,7 @@ def test_any_points_give_a_finite_surface(seed, spread_px, is_flat):
     anything = turned(rng.uniform(-80, 80)) + rng.normal(0, spread_px, (478, 3))
     if is_flat:
         anything[:, 1] = 250
-    made = face_surface(face_at(anything), GREY, coding_of(GREY))
+    made = surface_made(face_at(anything), GREY)
     if made is None:
         return
     surface, shading, mean = made

@@ -1,0 +1,328 @@
+"""Host side of face.cl, which makes the surface of a whole face; its numpy twin is
+pipeline/render/surfaces/face_reference.py. The constants of both are here."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pyopencl as cl
+from makeup_video.kernels import colour
+from makeup_video.kernels.definitions import Definitions, offsets
+from makeup_video.kernels.light import (
+    PLANE,
+    LightPlanes,
+    LightReader,
+    coding_numbers,
+    on_planes,
+    plane_numbers,
+)
+from makeup_video.kernels.program import LOCAL_SIZE, Device
+from makeup_video.kernels.surface import FAINT, GridPlace
+
+# The grid is a square of 1.6 IOD (the distance of the outer eye corners) around the points of
+# `face_fit`: from ear to ear, and from above the brows to the upper half of the chin.
+SIDE = 40
+STEP = 1.6 / (SIDE - 1)  # IOD
+# Sigma of the broad light in px of the grid: that of the lids, whose eye is 0.31 IOD wide.
+SIGMA_PX = 0.65
+
+# Drawn masks reach beyond the grid by this many px of it; the blurs of their borders reach as far.
+MARGIN = 4
+EDGE_PX, HOLE_PX = 1.3, 0.6  # sigma of the borders of the outline and of holes, px of the grid
+# OpenCV's smooth polygons are two thirds of a px too large on each side: of 255, what the blurred
+# mask has on the outline.
+ON_EDGE = 179.0
+HOLE_GAIN = 1.5  # holes are small: a blur makes them shallow
+
+# Where a face may be seen: shares rise from the first number to the second.
+FACING = 0.12, 0.35  # z of the normal
+HIGHEST = -0.42, -0.30  # `down`
+LOWEST = 1.0, 0.85  # the same at the chin
+SAMPLED = 0.5  # `visible` from which a node is a sample of the skin
+# The cheeks, whose light is the surface's mean: from and to, |across| and `down` in IOD.
+CHEEK_ACROSS, CHEEK_DOWN = (0.2, 0.65), (0.1, 0.55)
+
+# The fit of the surface to points; all lengths are in IOD.
+POINTS, FRONT_POINTS = 60, 14  # all that are used, and those that may hide others
+DEGREE = 3
+SIGMA = 0.14  # of the Gaussians
+NOISE = 0.1  # variance of a point's place against that of the Gaussians; more is smoother
+FARTHEST = -20.0  # exponents of Gaussians: below, their products are too small to be quick
+CUBIC = 3.0  # variance of the cubic's coefficients: nearly free
+POINT_FACING = 0.1, 0.5  # z of a point's normal, from which it counts, and counts fully
+LEAST = 1e-4  # weight of the other points, so that every solve has an answer
+# A point counts as hidden by one that is so much nearer to the viewer (0 to 1 between the two), as
+# close in the picture, and so far off on the mean face.
+NEARER = 0.07, 0.14
+CLOSE = 0.08
+HIDES = 1.5  # how soon
+MOST_OFF = 3.0  # IOD: coordinates of points are clipped to it, so that all numbers stay finite
+
+# Likeness to the skin. Heights, as `down` of the surface, of three parts of a face that are seldom
+# covered together: forehead, beside the bridge of the nose, cheeks. The one most like skin is where
+# the fit begins: the redder, and the lighter one (hair, sunglasses and masks are less red, and most
+# are darker).
+PARTS = (-0.42, -0.12), (-0.02, 0.28), (0.28, 0.62)
+BESIDE = 0.55  # of the middle, in IOD
+FEWEST = 6  # places
+LIGHTER, MOST_LIGHTER = 0.5, 0.3
+REDDER, MOST_RED = 2.0, 0.8
+DARK = 0.06  # of the skin's luminance; what is darker is noise, and its colour does not count
+LEAST_LIGHT = 1e-6
+SPREAD = 0.40, 0.22, 0.22  # expected standard deviations of skin
+EXPECTED = 0.2  # how much these count beside those measured
+# How little the fitted planes may slope across and down, as ridges. Colour hardly changes down a
+# face, but it does to the upper edge of a mask.
+LEVEL_RIDGE, LIGHT_RIDGE, COLOUR_RIDGE = 1e-3, (40.0, 40.0), (100.0, 2000.0)
+FAR = 4.0  # squared deviations at which a place counts a quarter
+BRIGHTER = 0.5  # what lighter places count: skin shines, and few things beside it are lighter
+SHINE_PALES = 0.3  # how much less red, and more blue, for how much lighter
+# Skin that is paler by more than that is rare, and masks and screens are: log red to blue for one
+# standard deviation more.
+PALER = 0.2
+SKIN, OTHER = 2.6, 4.0  # deviations: up to the first all skin, from the second on none
+MIDDLE = 0.3  # `down` around which the planes slope
+
+_PADDED = -(-POINTS // 8) * 8  # points in whole eights
+_SAMPLES = SIDE * SIDE // 4 + 8  # each second node of each second row, in whole eights and one more
+_TERMS = (DEGREE + 1) * (DEGREE + 2) // 2
+_DRAWN = SIDE + 2 * MARGIN
+_PAD = 8  # beyond each end of a blurred row
+
+# The buffers of face.cl, all of float32.
+TABLES = np.dtype([
+    ("tangents", np.float32, (2, POINTS, _PADDED)),
+    ("mean_xy", np.float32, (2, _PADDED)),
+    ("front", np.float32, FRONT_POINTS),
+    ("may_hide", np.float32, (FRONT_POINTS, _PADDED)),
+])  # fmt: skip
+GIVEN = np.dtype([
+    ("to_luma", np.float32, (2, 3)),  # px of the grid -> px of the plane
+    ("to_chroma", np.float32, (2, 3)),
+    ("luma", PLANE),
+    ("chroma", PLANE),
+    ("to_steps", np.float32, (3, 4)),  # codes -> R'G'B' in steps of the table, plus a half
+    ("weights", np.float32, 3),  # of luminance
+    ("last_step", np.float32),  # of the table
+    ("to_frame", np.float32, (2, 3)),  # px of the grid -> px of the frame
+    ("frame_wh", np.float32, 2),
+    ("chroma_begins", np.float32, 2),  # samples from Y' to Cb, and from Cb to Cr
+    ("sampled_down", np.float32),  # the skin is sampled above this `down`
+    ("points", np.float32, (3, _PADDED)),  # x, y, z in IOD from the middle of the grid
+    ("inside", np.float32, (_DRAWN, _DRAWN)),
+    ("holes", np.float32, (_DRAWN, _DRAWN)),
+])  # fmt: skip
+OUT = np.dtype([
+    ("across", np.float32, (SIDE, SIDE)),
+    ("down", np.float32, (SIDE, SIDE)),
+    ("normals", np.float32, (2, SIDE, SIDE)),
+    ("facing", np.float32, (SIDE, SIDE)),
+    ("visible", np.float32, (SIDE, SIDE)),
+    ("likeness", np.float32, (SIDE, SIDE)),
+    ("shading", np.float32, (SIDE, SIDE)),
+    ("mean", np.float32),
+])  # fmt: skip
+SCRATCH = np.dtype([
+    ("normal", np.float32, (3, _PADDED)),
+    ("noise", np.float32, _PADDED),
+    ("terms", np.float32, (_TERMS, _PADDED)),
+    ("system", np.float32, (POINTS, _PADDED + 8)),  # a row's last eight: its right-hand sides
+    ("near_x", np.float32, (POINTS, SIDE)),
+    ("near_y", np.float32, (POINTS, SIDE)),
+    ("cubic", np.float32, (_TERMS, 8)),
+    ("borders", np.float32, (2, _DRAWN, SIDE)),  # of the outline and of holes
+    ("light", np.float32, (4, SIDE, SIDE)),  # luminance, red, green, blue
+    ("sample", np.float32, (6, _SAMPLES)),  # the same, across, `down`
+    ("numbers", np.float32, (3, _SAMPLES)),
+    ("part", np.float32, (3, _SAMPLES)),
+    ("skin", np.float32, 32),
+    ("layers", np.float32, (2, SIDE, SIDE)),
+    ("blurred", np.float32, (2, SIDE, SIDE + 2 * _PAD)),
+    ("total", np.float32),
+])  # fmt: skip
+
+DEFINITIONS = colour.DEFINITIONS + Definitions(
+    {
+        "SIDE": SIDE,
+        "STEP": STEP,
+        "DRAWN": _DRAWN,
+        "MARGIN": MARGIN,
+        "ON_EDGE": ON_EDGE,
+        "IN_HOLE": 255 / HOLE_GAIN,
+        "FACING_FROM": FACING[0],
+        "FACING_TO": FACING[1],
+        "HIGHEST_FROM": HIGHEST[0],
+        "HIGHEST_TO": HIGHEST[1],
+        "LOWEST_FROM": LOWEST[0],
+        "LOWEST_TO": LOWEST[1],
+        "SAMPLED": SAMPLED,
+        "CHEEK_INNER": CHEEK_ACROSS[0],
+        "CHEEK_OUTER": CHEEK_ACROSS[1],
+        "CHEEK_TOP": CHEEK_DOWN[0],
+        "CHEEK_BOTTOM": CHEEK_DOWN[1],
+        "POINTS": POINTS,
+        "PADDED": _PADDED,
+        "FRONT_POINTS": FRONT_POINTS,
+        "DEGREE": DEGREE,
+        "TERMS": _TERMS,
+        "PER_SIGMA": -0.5 / SIGMA**2,
+        "NOISE": NOISE,
+        "FARTHEST": FARTHEST,
+        "CUBIC": CUBIC,
+        "POINT_FACING_FROM": POINT_FACING[0],
+        "POINT_FACING_TO": POINT_FACING[1],
+        "LEAST": LEAST,
+        "NEARER_FROM": NEARER[0],
+        "NEARER_TO": NEARER[1],
+        "PER_CLOSE": -0.5 / CLOSE**2,
+        "HIDES": HIDES,
+        "SAMPLES": _SAMPLES,
+        "FIRST_PART_FROM": PARTS[0][0] - MIDDLE,
+        "FIRST_PART_TO": PARTS[0][1] - MIDDLE,
+        "SECOND_PART_FROM": PARTS[1][0] - MIDDLE,
+        "SECOND_PART_TO": PARTS[1][1] - MIDDLE,
+        "THIRD_PART_FROM": PARTS[2][0] - MIDDLE,
+        "THIRD_PART_TO": PARTS[2][1] - MIDDLE,
+        "BESIDE": BESIDE,
+        "FEWEST": FEWEST,
+        "LIGHTER": LIGHTER,
+        "MOST_LIGHTER": MOST_LIGHTER,
+        "REDDER": REDDER,
+        "MOST_RED": MOST_RED,
+        "DARK": DARK,
+        "LEAST_LIGHT": LEAST_LIGHT,
+        "SPREAD_LIGHT": SPREAD[0],
+        "SPREAD_RED": SPREAD[1],
+        "SPREAD_BLUE": SPREAD[2],
+        "EXPECTED": EXPECTED,
+        "LEVEL_RIDGE": LEVEL_RIDGE,
+        "LIGHT_ACROSS_RIDGE": LIGHT_RIDGE[0],
+        "LIGHT_DOWN_RIDGE": LIGHT_RIDGE[1],
+        "COLOUR_ACROSS_RIDGE": COLOUR_RIDGE[0],
+        "COLOUR_DOWN_RIDGE": COLOUR_RIDGE[1],
+        "FAR": FAR,
+        "BRIGHTER": BRIGHTER,
+        "SHINE_PALES": SHINE_PALES,
+        "PALER": PALER,
+        "SKIN": SKIN,
+        "OTHER": OTHER,
+        "MIDDLE": MIDDLE,
+        "FAINT": FAINT,
+        "PAD": _PAD,
+    }
+    | offsets(PLANE)
+    | offsets(TABLES)
+    | offsets(GIVEN)
+    | offsets(OUT)
+    | offsets(SCRATCH)
+)
+_GIVEN_AT = offsets(GIVEN)
+_HEAD_SIZE = _GIVEN_AT["POINTS_AT"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitTables:
+    """What the fit of every face shares, float32.
+
+    mean_xy: (POINTS, 2), the points on the mean face, in IOD.
+    to_tangents: (2 POINTS, POINTS), from points to the derivatives along x, then y, of the mean
+    face.
+    front: (FRONT_POINTS,) places among the points of those that may hide others.
+    may_hide: (POINTS, FRONT_POINTS), 0 for neighbours, 1 for points far from each other.
+    """
+
+    mean_xy: np.ndarray
+    to_tangents: np.ndarray
+    front: np.ndarray
+    may_hide: np.ndarray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceToRead:
+    """A face, as the kernel takes it.
+
+    points: (POINTS, 3) float32 in IOD, turned upright, from the middle of the grid; z away from the
+    viewer.
+    inside, holes: (48, 48) uint8, of 255: what lies within the outline of the face, and what of it
+    is no skin; the grid and MARGIN px around it.
+    place: of the grid.  frame_wh: px.  sampled_down: the skin is sampled above this `down`.
+    """
+
+    points: np.ndarray
+    inside: np.ndarray
+    holes: np.ndarray
+    place: GridPlace
+    frame_wh: tuple[int, int]
+    sampled_down: float
+
+
+class FaceKernel:
+    """Runs the kernel for one face at a time, on a device that no other thread uses.
+
+    Its memory is kept, so that the kernel keeps its arguments; so little is read of a frame that a
+    copy costs less than to lend its planes.
+    """
+
+    def __init__(self, device: Device, tables: FitTables) -> None:
+        self._device = device
+        self._light = LightReader(device)
+        filled = np.zeros((), TABLES)
+        for axis, tangents in enumerate(np.split(tables.to_tangents, 2)):
+            filled["tangents"][axis, :, :POINTS] = tangents.T
+        filled["mean_xy"][:, :POINTS] = tables.mean_xy.T
+        filled["front"] = tables.front
+        filled["may_hide"][:, :POINTS] = tables.may_hide.T
+        self._tables = self._light.kept(filled)
+        self._given, self._out = device.memory((1,), GIVEN), device.memory((1,), OUT)
+        self._given.array.fill(0)
+        self._numbers = self._given.array.view(np.float32)
+        self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, SCRATCH.itemsize)
+        self._planes = device.memory((1,), np.uint8)
+        self._transfer = -1  # of the arguments that the kernel has
+
+    def __call__(self, face: FaceToRead, light: LightPlanes) -> np.void:
+        """Make the surface of a face: a record of OUT, see FaceSurface; `shading` is the broad
+        light on its grid, and `mean` that over the cheeks."""
+        self._fill(face, light)
+        self._set_arguments(light)
+        end = 0
+        for plane in light.planes:
+            begin, end = end, end + plane.size
+            self._planes.array[begin:end].reshape(plane.shape)[:] = plane
+        for memory in (self._given, self._planes):
+            memory.send()
+        self._device.launch(self._kernel, (LOCAL_SIZE[0], 1))
+        self._out.fetch()
+        self._device.finish()
+        made: np.void
+        (made,) = self._out.array.view(np.float32).copy().view(OUT)  # quicker than a record's copy
+        return made
+
+    def _fill(self, face: FaceToRead, light: LightPlanes) -> None:
+        luma, chroma, _ = light.planes
+        to_px = face.place.to_px
+        self._numbers[:_HEAD_SIZE] = [
+            *on_planes(to_px, light),
+            *plane_numbers(luma.shape, luma.shape[1]),
+            *plane_numbers(chroma.shape, chroma.shape[1]),
+            *coding_numbers(light.coding, light.has_colour), *to_px, *face.frame_wh,
+            luma.size, chroma.size, face.sampled_down,
+        ]  # fmt: skip
+        (given,) = self._given.array
+        np.clip(face.points.T, -MOST_OFF, MOST_OFF, out=given["points"][:, :POINTS])
+        given["inside"], given["holes"] = face.inside, face.holes
+
+    def _set_arguments(self, light: LightPlanes) -> None:
+        """Make room for the planes, and give the kernel its arguments, where these have changed."""
+        count, sample = sum(plane.size for plane in light.planes), light.planes[0].dtype
+        is_roomy = self._planes.array.size >= count and self._planes.array.dtype == sample
+        transfer = light.coding.transfer
+        if is_roomy and transfer == self._transfer:
+            return
+        if not is_roomy:
+            self._planes = self._device.memory((2 * count,), sample)
+        self._transfer = transfer
+        self._kernel = self._device.kernel("face", transfer, sample, DEFINITIONS)
+        self._kernel.set_args(
+            self._given.buffer, self._tables, self._planes.buffer, self._light.table(transfer),
+            self._scratch, self._out.buffer,
+        )  # fmt: skip

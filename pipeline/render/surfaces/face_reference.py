@@ -1,0 +1,121 @@
+"""The surface of a face in numpy: the reference that kernels/face.cl is tested against."""
+
+from functools import cache
+
+import cv2
+import numpy as np
+from makeup_video.kernels.colour import Coding
+from makeup_video.kernels.face import (
+    EDGE_PX,
+    FACING,
+    HIGHEST,
+    HOLE_GAIN,
+    HOLE_PX,
+    LOWEST,
+    MARGIN,
+    ON_EDGE,
+    SAMPLED,
+    SIDE,
+    STEP,
+)
+from makeup_video.kernels.light import LightPlanes
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.frames.affine import compose
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.sampling import warp
+from makeup_video.pipeline.render.grid import Grid
+from makeup_video.pipeline.render.luminance import light_planes, linear_rgb, luminance_of
+from makeup_video.pipeline.render.skin_likeness import skin_likeness
+from makeup_video.pipeline.render.surfaces.face import (
+    FaceSurface,
+    drawn,
+    face_place,
+    points_in_iod,
+    points_on_grid,
+    sampled_down,
+)
+from makeup_video.pipeline.render.surfaces.face_fit import fit, monomials
+
+_SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()  # places in the grid
+
+
+def face_surface_twin(
+    face: Face, frame: Frame, coding: Coding
+) -> tuple[FaceSurface, np.ndarray, float] | None:
+    """The same as `face_surface`, the twin of kernels/face.cl."""
+    place = face_place(face)
+    if place is None:
+        return None
+    grid = Grid.at(place.to_px, (SIDE, SIDE))
+    on_grid = points_on_grid(face, grid)
+    along, terms = _nodes()
+    across, down, x, y, facing = fit(points_in_iod(on_grid)).on(along, along, terms)
+    np.clip(facing, 0, 1, out=facing)
+    visible = _visible(_shown(*drawn(on_grid)), down, facing)
+    light = light_planes(frame, coding, [place], grid.corners_px())
+    rgb = linear_rgb(_codes(light, grid), coding)
+    luminance = luminance_of(rgb, coding)
+    seen = _samples(visible, down, sampled_down(face), grid, frame)
+    likeness = skin_likeness(rgb, luminance, across.ravel(), down.ravel(), seen)
+    normals = np.stack([x, y])
+    surface = FaceSurface(
+        grid, across, down, normals, facing, visible, likeness.reshape(SIDE, SIDE)
+    )
+    return surface, *surface.shaded(luminance.reshape(SIDE, SIDE))
+
+
+@cache
+def _nodes() -> tuple[np.ndarray, np.ndarray]:
+    """(40,) columns or rows in IOD, and the terms of the fit's cubic at the nodes, (10, 1600)."""
+    along = ((np.arange(SIDE) - (SIDE - 1) / 2) * STEP).astype(np.float32)
+    x, y = np.meshgrid(along, along)
+    terms = monomials(np.column_stack([x.ravel(), y.ravel()]))
+    return along, np.ascontiguousarray(terms.T)
+
+
+def _codes(light: LightPlanes, grid: Grid) -> np.ndarray:
+    """(3, 1600), or (1, 1600) of a grey frame: codes at the nodes, bilinear."""
+    rows = []
+    for plane, (across, x, down, y) in zip(
+        light.planes, (light.to_luma, light.to_chroma, light.to_chroma), strict=True
+    ):
+        to_plane = compose(np.array([[across, 0, x], [0, down, y]]), grid.to_px)
+        rows.append(warp(plane.astype(np.float32), to_plane, grid.size_wh).reshape(-1))
+    return np.stack(rows if light.has_colour else rows[:1])
+
+
+def _shown(inside: np.ndarray, holes: np.ndarray) -> np.ndarray:
+    """(40, 40) float32, 0..1 and beyond: what the drawn masks leave of each node."""
+    part = np.s_[MARGIN:-MARGIN, MARGIN:-MARGIN]
+    edge = cv2.GaussianBlur(inside.astype(np.float32), (2 * MARGIN + 1,) * 2, EDGE_PX)[part]
+    hole = cv2.GaussianBlur(holes.astype(np.float32), (MARGIN + 1,) * 2, HOLE_PX)[part]
+    shown: np.ndarray = np.minimum(_line(edge, ON_EDGE, 255), _line(hole, 255 / HOLE_GAIN, 0))
+    return shown
+
+
+def _line(at: np.ndarray, bare: float, full: float) -> np.ndarray:
+    """0 at `bare`, 1 at `full`, and straight on."""
+    share: np.ndarray = (at - np.float32(bare)) * np.float32(1 / (full - bare))
+    return share
+
+
+def _visible(shown: np.ndarray, down: np.ndarray, facing: np.ndarray) -> np.ndarray:
+    """(40, 40) float32, as the surface has it.  shown: `_shown`."""
+    lines = _line(facing, *FACING), _line(down, *HIGHEST), _line(down, *LOWEST)
+    visible: np.ndarray = np.clip(np.minimum.reduce([shown, *lines]), 0, 1)
+    visible *= visible * (3 - 2 * visible)
+    return visible
+
+
+def _samples(
+    visible: np.ndarray, down: np.ndarray, lowest: float, grid: Grid, frame: Frame
+) -> np.ndarray:
+    """Places in (1600,) of samples of the skin: each second node that is seen in the picture.
+
+    lowest: `sampled_down`.
+    """
+    here = visible.take(_SECOND) > SAMPLED
+    here &= down.take(_SECOND) < lowest
+    x, y = grid.places().take(_SECOND, 1)
+    here &= (x > -0.5) & (x < frame.width_px - 0.5) & (y > -0.5) & (y < frame.height_px - 0.5)
+    return _SECOND[here]
