@@ -116,6 +116,8 @@ class Look:
         check_number("intensity", intensity, 0, 1)
         KINDS["eyeshadow"].check_shape({"slot": zone}, "zone")
         given = list(layers)
+        if eyes is None and (zone != ZONES[0] or intensity != 1):
+            raise LookError("zone and intensity are of the eye-shadow in eyes, which was not given")
         if eyes is not None:
             given.append(Layer("eyeshadow", eyes, {"slot": zone}, intensity))
         if lips is not None:
@@ -243,6 +245,10 @@ def _from_version_1(values: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(zone, str) or zone not in ZONES:
         raise LookError(f"zone must be one of {', '.join(ZONES)}, got {shown(zone)}")
     arguments = {name: value for name, value in values.items() if name != "version"}
+    check_number("intensity", arguments.get("intensity", 1.0), 0, 1)
+    if arguments["eyes"] is None:
+        arguments.pop("zone", None)
+        arguments.pop("intensity", None)
     for name in ("lips", "eyes"):
         if arguments[name] is not None:
             arguments[name] = GraphicsParams.from_dict(arguments[name], name)

@@ -17,7 +17,7 @@ from fuzz.films import FILMS
 
 REPORT = "report.json"
 FAULT = "fault"  # the outcome that is always wrong
-_LIPS_RGB, _EYES_RGB = (180, 0, 46), (60, 80, 150)
+_RGB = 180, 0, 46
 
 
 @dataclass(frozen=True)
@@ -106,11 +106,11 @@ def answer_of_command(code: int, stderr: str, place: Path) -> Answer:
 
 
 def _film(case: Case) -> Answer:
-    from makeup_video.pipeline import Look, process_video, product
+    from makeup_video.pipeline import KINDS, Layer, Look, process_video, product
 
     look = Look()
     if case.paints:
-        look = Look(lips=product(_LIPS_RGB, "gloss"), eyes=product(_EYES_RGB, "shimmer", "eyes"))
+        look = Look(Layer(k.name, product(_RGB, "shimmer", k.part)) for k in KINDS.values())
     report = process_video(case.input, str(case.output), look, _settings(case))
     report.summary(), report.warnings()
     values = json.loads(json.dumps(report.to_dict(), allow_nan=False))
@@ -153,7 +153,7 @@ def _look(case: Case) -> Answer:
 def _catalogue(case: Case) -> Answer:
     from makeup_video.pipeline.look.catalogue import read_catalogue
 
-    if not read_catalogue(case.input).nearest(_LIPS_RGB):
+    if not read_catalogue(case.input).nearest(_RGB):
         return Answer(FAULT, "a catalogue was read, and nothing in it is nearest")
     return Answer("done")
 

@@ -2,6 +2,8 @@
 
 import json
 import sys
+from collections.abc import Iterator
+from copy import deepcopy
 from random import Random
 from typing import Any
 
@@ -13,7 +15,10 @@ _VALUES: tuple[Any, ...] = (
     0.5, 1, 256, -0.001,
 )  # fmt: skip
 _STRANGE = ("x", "Version", "", "lips ", "__class__", "red\n", "\x1b[31m", "\u202e")
-_KNOWN = ("strength", "zone", "intensity", "lips", "eyes", "version", "red", "gloss")
+_KNOWN = (
+    "strength", "zone", "intensity", "lips", "eyes", "version", "red", "gloss",
+    "layers", "kind", "product", "shape", "slot", "wing",
+)  # fmt: skip
 _TOKENS = (b"1e", b"0x10", b"+1", b".5", b"1.", b"01", b"--1", b"Infinity", b"'a'", b"")
 _LINE_ENDS = (b"\r", b"\r\n", b"\n\n", b"\0\n", b"\x0b\n", "\u2028".encode())
 _SIGNS = (b"", b"##", b"0x", "\uff03".encode(), b"-", b"\x1b")
@@ -54,16 +59,24 @@ def mutate_catalogue(r: Random, data: bytes) -> tuple[bytes, str]:
 
 def _changed(r: Random, look: dict[str, Any]) -> dict[str, Any]:
     for _ in range(r.randint(0, 4)):
-        where = r.choice((look, look.get("lips"), look.get("eyes")))
-        where = where if isinstance(where, dict) else look
+        where = r.choice(list(_objects(look)))
         what = r.randrange(4)
         if what == 0 and where:
-            where[r.choice(tuple(where))] = r.choice(_VALUES)
+            where[r.choice(tuple(where))] = deepcopy(r.choice(_VALUES))
         elif what == 1 and where:
             del where[r.choice(tuple(where))]
         else:
-            where[r.choice(_STRANGE if what == 2 else _KNOWN)] = r.choice(_VALUES)
+            where[r.choice(_STRANGE if what == 2 else _KNOWN)] = deepcopy(r.choice(_VALUES))
     return look
+
+
+def _objects(value: Any) -> Iterator[dict[str, Any]]:
+    """Every object of a look, those of its layers too."""
+    if isinstance(value, dict):
+        yield value
+    if isinstance(value, dict | list):
+        for inner in value.values() if isinstance(value, dict) else value:
+            yield from _objects(inner)
 
 
 def _spelled(r: Random, look: dict[str, Any]) -> bytes:

@@ -22,6 +22,18 @@ _LOOKS: dict[str, dict[str, Any]] = {
         "strength": 0.7, "zone": "crease", "intensity": 0.5,
     },
     "bare.json": {"version": 1, "lips": None, "eyes": None, "strength": 1.0},
+    "layers.json": {
+        "version": 2, "strength": 0.9,
+        "layers": [
+            {"kind": "lipstick", "product": _LIPS,
+             "shape": {"gradient": 0.4, "rim": 0.5, "rim_color": "#5A1A1E"}},
+            {"kind": "eyeliner", "product": _LIPS, "shape": {"thickness": 0.2, "wing": 0.3}},
+            {"kind": "eyeshadow", "product": {**_LIPS, **_RENDERER}, "strength": 0.6,
+             "shape": {"slot": "crease", "low": -0.5}},
+            {"kind": "eyeshadow", "product": _LIPS},
+            {"kind": "blush", "product": _LIPS, "shape": {"height": 0.3, "softness": 0.9}},
+        ],
+    },
 }  # fmt: skip
 _COMMAS = (
     "brand,product,shade,hex,price\n"

@@ -125,6 +125,9 @@ class LidSurface:
         # four channels, of which two are used: OpenCV is quick at one and at four
         maps = np.zeros((*self.up.shape, 4), np.float32)
         np.multiply(self._away_px, 1 / feather_px, out=maps[..., 0])
+        # where the lash lines meet, at the corners and of a shut eye, no eyeball must be spared
+        gap = (self.lash_px + self.below_px) * np.float32(0.5 / feather_px)
+        maps[..., 0] += np.clip(1 + gap, 0, 1)
         maps[..., 1] = 1 if density is None else density
         there = self.grid.warped(maps, origin_xy, out.shape, (-1e3, 0.0, 0.0, 0.0))
         np.minimum(there[..., 0], 1, out=out)

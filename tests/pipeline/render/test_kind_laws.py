@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -193,7 +194,8 @@ def test_the_order_of_kinds_in_a_file_does_not_matter(some, order):
 
 
 def test_all_kinds_at_once_are_one_after_the_other():
-    """Kinds that lie over each other are painted in the order of the registry."""
+    """In the order of the registry; together they may be large enough for half the resolution,
+    which spreads them by two pixels of that."""
     scene = close_up_scene("yuv444p")
     worn = everything(gloss=0.5, gloss_roughness=0.3)
     assert [layer.kind for layer in worn.layers] == list(PAINTED)
@@ -205,7 +207,8 @@ def test_all_kinds_at_once_are_one_after_the_other():
             assert (old != new).any()
             mask |= old != new
     for mask, old, new in zip(moved, scene.frame.planes, paint_planes(scene, worn), strict=True):
-        assert ((old != new) <= mask).all() and (old != new).sum() > 0.9 * mask.sum()
+        near = cv2.dilate(mask.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+        assert ((old != new) <= near).all() and (old != new).sum() > 0.9 * mask.sum()
 
 
 @any_kind

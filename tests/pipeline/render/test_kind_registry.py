@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -19,7 +20,6 @@ from people import SAMPLES
 ROOT = Path(__file__).parents[3]
 PORTRAIT = SAMPLES / "portrait.jpg"
 CHEEKS = 50, 280  # points of the face
-NAMES_LINE = '_NAMES = ("lipstick", "eyeshadow", "eyeliner", "blush")'
 
 FRECKLES = '''
 """Freckles: dots in rows on both cheeks."""
@@ -61,9 +61,9 @@ def toy(tmp_path_factory):
     kinds = package / "pipeline" / "look" / "kinds"
     (kinds / "freckles.py").write_text(FRECKLES)
     registry = (kinds / "__init__.py").read_text()
-    assert registry.count(NAMES_LINE) == 1
-    longer = NAMES_LINE.replace('"blush")', '"blush", "freckles")')
-    (kinds / "__init__.py").write_text(registry.replace(NAMES_LINE, longer))
+    longer, count = re.subn(r'_NAMES = \(([^)]*")', r'_NAMES = (\1, "freckles"', registry)
+    assert count == 1
+    (kinds / "__init__.py").write_text(longer)
 
     def run(*arguments):
         return subprocess.run(
@@ -148,7 +148,7 @@ PRODUCT = {"red": 180, "green": 0, "blue": 46, "opacity": 0.9, "gloss": 0, "glos
          'layers[1].shape.tone must be one of warm, cool, got "red"'),
         ([{}, {}, {}], "a look has at most 2 layers of freckles, got 3"),
         ([{"kind": "wart"}],
-         "layers[0].kind must be one of lipstick, eyeshadow, eyeliner, blush, freckles, got"),
+         f"layers[0].kind must be one of {', '.join([*KINDS, 'freckles'])}, got"),
     ],
 )  # fmt: skip
 def test_messages_about_look_files_name_the_new_kind(toy, tmp_path, layers, message):

@@ -77,7 +77,8 @@ def test_a_line_reaches_no_further_than_its_dials_say(layer, number):
         width_px = np.ptp(points[contour, 0])
         thick_px = 0.37 * shape["thickness"] * width_px
         smudged_px = 2 * shape["softness"] * thick_px
-        reach_px = 1.05 * (shape["wing"] * width_px + thick_px + smudged_px) + 3
+        # a tenth more: where the lash line is steep, distances are those of its slope
+        reach_px = 1.15 * (shape["wing"] * width_px + thick_px + smudged_px) + 3
         far &= ~inside(points[contour], weight.shape, -reach_px)
     assert far.any() and weight[far].max() == 0
 

@@ -44,5 +44,5 @@ def test_nothing_lies_on_the_eyes_and_the_cheeks_apples():
 @given(st.fixed_dictionaries({d.name: st.floats(d.low, d.high) for d in KIND.dials}))
 def test_both_sides_of_the_face_are_alike_for_every_shape(shape):
     found = density(**shape)
-    assert 0 <= found.min() and found.max() <= 1
+    assert found.min() >= 0 and found.max() <= 1
     np.testing.assert_allclose(found, found[:, ::-1], atol=1e-3)
