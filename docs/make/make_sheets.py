@@ -9,7 +9,6 @@ import contact_sheet as sheet
 import numpy as np
 from makeup_video.pipeline import FINISHES, Look, product
 from makeup_video.pipeline.look.look import ZONES
-from makeup_video.pipeline.look.ready import ready_looks
 
 PAGE = sheet.DOCS / "sheets.md"
 JUDGEMENT = "## What still looks wrong"
@@ -26,11 +25,6 @@ _MOUTHS = {"closed": 0, "smile": 105, "talking": 213, "open": 207, "wide open": 
 _EYES = {"open": 0, "shut": 24}
 _LIP_PRODUCTS = [("red", "matte"), ("red", "gloss"), ("plum", "satin"), ("black", "gloss"),
                  ("white", "matte"), ("blue", "metallic")]  # fmt: skip
-
-
-_FACE_WH, _IN_ROW = (240, 264), 5
-_EYE_LOOKS = ("cat-eye", "glam", "smoky-black", "sunset", "festival-blue")
-_THREE_LIGHTS = ("light x 0.5", "warm", "cool")
 
 
 def lips(colour: str, finish: str) -> Look:
@@ -73,45 +67,6 @@ def draw_shadow() -> np.ndarray:
     return sheet.grid(cells, ["bare", *FINISHES], [f"{zone}, {name}" for zone, name, _ in places])
 
 
-def draw_ready(face: str) -> np.ndarray:
-    """Draw every ready look on a face, in rows of five."""
-    scene, looks = _FACES[face](), {"bare": Look(), **_ready()}
-    cells = [scene.closeup(look, sheet.FACE, _FACE_WH) for look in looks.values()]
-    names = list(looks)
-    blank = np.full_like(cells[0], 255)
-    rows = []
-    for at in range(0, len(cells), _IN_ROW):
-        row = cells[at : at + _IN_ROW]
-        row += [blank] * (_IN_ROW - len(row))
-        labels = names[at : at + _IN_ROW] + [""] * (_IN_ROW - len(names[at : at + _IN_ROW]))
-        rows.append(sheet.grid([row], labels))
-    return np.vstack(rows)
-
-
-def draw_ready_eyes() -> np.ndarray:
-    """Draw the eyes of the looks that differ most there: open, shut, behind glasses, smiling."""
-    scenes = {name: sheet.clip(at) for name, at in _EYES.items()}
-    scenes |= {"glasses": sheet.portrait(), "smile": sheet.astronaut()}
-    ready = _ready()
-    return draw(scenes, {name: ready[name] for name in _EYE_LOOKS}, sheet.EYE)
-
-
-def draw_ready_lights() -> np.ndarray:
-    """Draw some looks in three lights."""
-    ready = _ready()
-    scenes = {light: sheet.astronaut().in_light(light) for light in _THREE_LIGHTS}
-    looks = {"bare": Look(), **{name: ready[name] for name in _EYE_LOOKS}}
-    cells = [
-        [scene.closeup(look, sheet.FACE, _FACE_WH) for look in looks.values()]
-        for scene in scenes.values()
-    ]
-    return sheet.grid(cells, list(looks), list(scenes))
-
-
-def _ready() -> dict[str, Look]:
-    return {one.name: one.look for one in ready_looks()}
-
-
 def _lights(face: str) -> dict[str, sheet.Scene]:
     return {light: _FACES[face]().in_light(light) for light in sheet.LIGHTS}
 
@@ -123,10 +78,6 @@ PICTURES: dict[str, Callable[[], np.ndarray]] = {
 } | {
     "lips-mouths.jpg": draw_mouths,
     "eye-shadow.jpg": draw_shadow,
-    "looks-hopper.jpg": lambda: draw_ready("hopper"),
-    "looks-astronaut.jpg": lambda: draw_ready("astronaut"),
-    "looks-eyes.jpg": draw_ready_eyes,
-    "looks-lights.jpg": draw_ready_lights,
 }
 
 
@@ -145,7 +96,7 @@ def text() -> str:
 `python docs/make/make_sheets.py` writes this page down to its last heading. The script needs the
 extra `samples`. Nothing is retouched: each cell is a part of a picture that `apply_look` painted.
 The faces are those of the samples; `samples/README.md` gives their origin.
-The effect of each parameter: [parameters.md](parameters.md).
+The effect of each parameter: [parameters.md](parameters.md). Ready looks: [ready.md](ready.md).
 
 ## Finishes in different light
 
@@ -182,22 +133,6 @@ Frames of `samples/in.mp4`, whose teeth and tongue are drawn. Colours:
 The last row shows an eye behind glasses.
 
 {_picture("eye-shadow")}
-
-## Ready looks
-
-Every look that comes with the package (`makeup-video looks`), on both portraits:
-
-{_picture("looks-hopper")}
-
-{_picture("looks-astronaut")}
-
-Their eyes, open and shut, behind glasses on older lids, and in a smile:
-
-{_picture("looks-eyes")}
-
-In half the light, in warm and in cool light:
-
-{_picture("looks-lights")}
 
 {JUDGEMENT}
 """

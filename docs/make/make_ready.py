@@ -1,0 +1,117 @@
+"""Write docs/ready.md and its pictures. The script keeps the text under the heading JUDGEMENT.
+
+python docs/make/make_ready.py
+"""
+
+from collections.abc import Callable
+
+import contact_sheet as sheet
+import numpy as np
+from makeup_video.pipeline import Look
+from makeup_video.pipeline.look.ready import ready_looks
+
+PAGE = sheet.DOCS / "ready.md"
+JUDGEMENT = "## What looks wrong"
+_FACE_WH, _CELL_WH, _IN_ROW = (190, 210), (190, 120), 5
+_EYE_LOOKS = ("cat-eye", "glam", "smoky-black", "sunset", "festival-blue")
+_THREE_LIGHTS = ("light x 0.5", "warm", "cool")
+_FACES = {"hopper": sheet.portrait, "astronaut": sheet.astronaut}
+_EYES = {"open": 0, "shut": 24}  # frames of samples/in.mp4
+
+
+def draw_ready(face: str) -> np.ndarray:
+    """Draw every ready look on a face, in rows of five."""
+    scene, looks = _FACES[face](), {"bare": Look(), **_ready()}
+    cells = [scene.closeup(look, sheet.FACE, _FACE_WH) for look in looks.values()]
+    names = list(looks)
+    blank = np.full_like(cells[0], 255)
+    rows = []
+    for at in range(0, len(cells), _IN_ROW):
+        row = cells[at : at + _IN_ROW]
+        row += [blank] * (_IN_ROW - len(row))
+        labels = names[at : at + _IN_ROW] + [""] * (_IN_ROW - len(names[at : at + _IN_ROW]))
+        rows.append(sheet.grid([row], labels))
+    return np.vstack(rows)
+
+
+def draw_ready_eyes() -> np.ndarray:
+    """Draw the eyes of the looks that differ most there, in several eyes."""
+    scenes = {name: sheet.clip(at) for name, at in _EYES.items()}
+    scenes |= {"glasses": sheet.portrait(), "smile": sheet.astronaut()}
+    ready = _ready()
+    looks = {"bare": Look(), **{name: ready[name] for name in _EYE_LOOKS}}
+    cells = [
+        [scene.closeup(look, sheet.EYE, _CELL_WH) for look in looks.values()]
+        for scene in scenes.values()
+    ]
+    return sheet.grid(cells, list(looks), list(scenes))
+
+
+def draw_ready_lights() -> np.ndarray:
+    """Draw some looks in three lights."""
+    ready = _ready()
+    scenes = {light: sheet.astronaut().in_light(light) for light in _THREE_LIGHTS}
+    looks = {"bare": Look(), **{name: ready[name] for name in _EYE_LOOKS}}
+    cells = [
+        [scene.closeup(look, sheet.FACE, _FACE_WH) for look in looks.values()]
+        for scene in scenes.values()
+    ]
+    return sheet.grid(cells, list(looks), list(scenes))
+
+
+def _ready() -> dict[str, Look]:
+    return {one.name: one.look for one in ready_looks()}
+
+
+PICTURES: dict[str, Callable[[], np.ndarray]] = {
+    "looks-hopper.jpg": lambda: draw_ready("hopper"),
+    "looks-astronaut.jpg": lambda: draw_ready("astronaut"),
+    "looks-eyes.jpg": draw_ready_eyes,
+    "looks-lights.jpg": draw_ready_lights,
+}
+
+
+def _picture(name: str) -> str:
+    return f"![{name}]({sheet.PICTURES}/{name}.jpg)"
+
+
+def text() -> str:
+    """Return the page down to the heading JUDGEMENT."""
+    rows = "\n".join(f"| `{one.name}` | {one.words} |" for one in ready_looks())
+    return f"""# Ready looks
+
+`python docs/make/make_ready.py` writes this page down to its last heading. The script needs the
+extra `samples`. Nothing is retouched. How to use and edit them: [looks.md](looks.md#ready-looks).
+
+| look | what it is |
+| --- | --- |
+{rows}
+
+On both portraits of the samples:
+
+{_picture("looks-hopper")}
+
+{_picture("looks-astronaut")}
+
+Eyes, open and shut (frames of `samples/in.mp4`), behind glasses on older lids, and in a smile:
+
+{_picture("looks-eyes")}
+
+In half the light, in warm and in cool light:
+
+{_picture("looks-lights")}
+
+{JUDGEMENT}
+"""
+
+
+def kept_judgement() -> str:
+    """Return the text of the present page under the heading JUDGEMENT, or ""."""
+    if not PAGE.exists():
+        return ""
+    return PAGE.read_text(encoding="utf-8").partition(JUDGEMENT + "\n")[2]
+
+
+if __name__ == "__main__":
+    PAGE.write_text(text() + kept_judgement(), encoding="utf-8")
+    sheet.save_all(PICTURES)
