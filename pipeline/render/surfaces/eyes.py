@@ -53,6 +53,8 @@ _FAINTEST = 1 / 512
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _CORNERS = [10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]]  # forehead, chin; outer, inner
 _NARROWEST_PX = 4
+# How far, in widths of the eye, an open eye opens at least, and a shut one at most.
+_OPEN = 0.07, 0.03
 # The same from the inner to the outer corner, as points of the face, with the brow's lower edge.
 EYE_CURVES = tuple(
     tuple(
@@ -124,9 +126,7 @@ class LidSurface:
         on skin, and feathered at the lash line."""
         feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
         lashes = self._away_px * np.float32(1 / feather_px)
-        # where the lash lines meet, at the corners and of a shut eye, no eyeball must be spared
-        gap = (self.lash_px + self.below_px) * np.float32(0.5 / feather_px)
-        lashes += np.clip(1 + gap, 0, 1)
+        lashes += np.float32(self._shut())
         if density is None:
             density = np.ones(lashes.shape, np.float32)
         there = self.grid.warped(lashes, origin_xy, out.shape, -1e3)
@@ -134,6 +134,13 @@ class LidSurface:
         cv2.multiply(np.minimum(there, 1, out=there), dense, dst=out)
         # also removes what lies beyond the lashes
         cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
+
+    def _shut(self) -> float:
+        """1 for a shut eye, whose lids hide the eyeball that else must be spared; 0 for an open
+        one."""
+        open_px = -float((self.lash_px + self.below_px).min())
+        most, least = _OPEN
+        return min(max((most - open_px / self.width_px) / (most - least), 0.0), 1.0)
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light on the grid, and its mean over the lid.

@@ -141,6 +141,7 @@ def test_every_mistake_is_one_line_that_names_it(values, words):
         (lambda: layer_of("blush", strength=math.nan), "strength must be a number in 0..1"),
         (lambda: Look([layer_of("blush")] * 2), "a look has at most 1 layer of blush, got 2"),
         (lambda: Look(strength=2), "strength must be a number in 0..1, got 2"),
+        (lambda: Look(zone="outer"), "zone and intensity are of the eye-shadow in eyes"),
         (lambda: Look(intensity=-1), "intensity must be a number in 0..1, got -1"),
         (lambda: Look(zone="nose"), "zone"),
     ],
@@ -190,7 +191,6 @@ def test_bare_means_that_nothing_will_be_painted():
     lips = GraphicsParams(**LIPS)
     assert Look().is_bare and Look(lips=lips, strength=0).is_bare
     assert Look(eyes=lips, intensity=0).is_bare
-    assert not Look(lips=lips, intensity=0).is_bare
     assert not Look(eyes=lips).is_bare
     assert [layer.strength for layer in Look([Layer("blush", lips, {}, 0.5)], 0.5).painted] == [
         0.25
