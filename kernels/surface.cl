@@ -186,10 +186,12 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     float brow = surface_min(at_brow, fold - LID_LEAST);
     float slope = surface_slope(y, x, LID_WIDE, 1.0f);
     float lower_slope = surface_slope(lower, x, LID_WIDE, 1.0f);
-    float crease_z = z[x + 2 * CREASE_LINE * PATCH_WIDE];
-    float below = (crease_z - z[x]) / surface_min(creases[x] - at_lash, -1.0f);
-    float above = (z[x + 2 * FOLD_LINE * PATCH_WIDE] - crease_z) /
-                  surface_min(folds[x] - creases[x], -1.0f);
+    /* beyond the corners, where the curves end, the surface stays turned as just inside them */
+    int turn = x < LID_TURN_FROM ? LID_TURN_FROM : x > LID_TURN_TO ? LID_TURN_TO : x;
+    float crease_z = z[turn + 2 * CREASE_LINE * PATCH_WIDE];
+    float below = (crease_z - z[turn]) / surface_min(creases[turn] - y[turn], -1.0f);
+    float above = (z[turn + 2 * FOLD_LINE * PATCH_WIDE] - crease_z) /
+                  surface_min(folds[turn] - creases[turn], -1.0f);
     out[LASH * PATCH_WIDE] = at_lash;
     out[CREASE * PATCH_WIDE] = crease;
     out[FOLD * PATCH_WIDE] = fold;
@@ -200,7 +202,7 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     out[BELOW * PATCH_WIDE] = surface_clamp(below, -LID_STEEPEST, LID_STEEPEST);
     out[ABOVE * PATCH_WIDE] = surface_clamp(above, -LID_STEEPEST, LID_STEEPEST);
     out[ACROSS * PATCH_WIDE] = surface_clamp(
-        surface_slope(z + 2 * CREASE_LINE * PATCH_WIDE, x, LID_WIDE, 1.0f), -LID_STEEPEST,
+        surface_slope(z + 2 * CREASE_LINE * PATCH_WIDE, turn, LID_WIDE, 1.0f), -LID_STEEPEST,
         LID_STEEPEST);
     out[LASH_PX * PATCH_WIDE] = step_px / colour_sqrt(1.0f + slope * slope);
     out[LOWER_PX * PATCH_WIDE] = step_px / colour_sqrt(1.0f + lower_slope * lower_slope);

@@ -62,6 +62,8 @@ LID_FOLD_LEAST = 0.25  # of the way from the crease to the brow, the fold's leas
 LID_CORNERS = tuple((out - LID_LEFT) / LID_STEP for out in (-0.5, 0.5))
 LID_SETTLE = 0.04 / LID_STEP
 LID_STEEPEST = 2.0
+# Columns from and to which normals follow the mesh, whose curves end a little beyond the corners.
+LID_TURNS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.5, 0.56))
 LID_ROUNDNESS = 0.8  # a lid lies on a ball: added to the slope, by the height below its middle
 # Where a lid's light is averaged: heights (lash line 0, crease 1), distance from the middle.
 LID_LIGHT_FROM, LID_LIGHT_TO, LID_LIGHT_BESIDE = 0.15, 1.25, 0.55
@@ -149,6 +151,8 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LID_LEFT": LID_LEFT,
         "LID_STEP": LID_STEP,
         "LID_STEEPEST": LID_STEEPEST,
+        "LID_TURN_FROM": LID_TURNS[0],
+        "LID_TURN_TO": LID_TURNS[1],
         "LID_BROW_BELOW": LID_BROW_BELOW,
         "LID_FOLD_UP": LID_FOLD_UP,
         "LID_INNER_SEED": LID_SEEDS[0],

@@ -16,6 +16,7 @@ from makeup_video.kernels.surface import (
     LID_SETTLE,
     LID_STEEPEST,
     LID_STEP,
+    LID_TURNS,
 )
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.render.grid import Grid, slopes_along
@@ -138,13 +139,15 @@ def _distance_px(lashes: np.ndarray, steps_px: np.ndarray) -> np.ndarray:
 def _normals(y: np.ndarray, depth: np.ndarray, ring: np.ndarray) -> np.ndarray:
     """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is
     towards the viewer."""
-    y, depth = y[:, :3], depth[:, :3]
+    columns = np.clip(COLUMNS, *LID_TURNS)
+    slopes = slopes_along(depth[:, 1], 1)[:, None, columns]
+    y, depth = y[:, :3, columns], depth[:, :3, columns]
     falls = (depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1)
     falls = np.clip(falls, -LID_STEEPEST, LID_STEEPEST)
     below, above = falls[:, 0, None], falls[:, 1, None]
     gy = below + (above - below) * np.clip(ring - 0.5, 0, 1)
     gy += LID_ROUNDNESS * np.clip(0.5 - ring, -0.5, 0.5)
-    gx = np.clip(slopes_along(depth[:, 1, None], 1), -LID_STEEPEST, LID_STEEPEST)
+    gx = np.clip(slopes, -LID_STEEPEST, LID_STEEPEST)
     shrink = 1 / np.sqrt(1 + gx * gx + gy * gy)
     return np.stack([gx * shrink, gy * shrink], axis=1)
 
