@@ -1,5 +1,5 @@
-/* Helpers of surface.cl and face.cl: eight numbers at a time, and samples of planes. light.py defines
- * ROW_STEP_AT, LAST_X_AT and LAST_Y_AT. */
+/* Helpers of surface.cl and face.cl: eight numbers at a time, and samples of planes. light.py has
+ * the layout of ROW_STEP_AT, LAST_X_AT and LAST_Y_AT. */
 
 #ifndef EIGHT_H
 #define EIGHT_H

@@ -1,5 +1,5 @@
-/* Helpers of surface.cl: rows and layers of its scratch memory. surface.py defines the constants and
- * where each part of a buffer begins (..._AT). */
+/* Helpers of surface.cl: rows and layers of its scratch memory. surface.py defines the constants
+ * and where each part of a buffer begins (..._AT). */
 
 #ifndef SURFACE_H
 #define SURFACE_H

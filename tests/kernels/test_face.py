@@ -68,7 +68,7 @@ def test_a_hidden_mouth_leaves_the_cheeks_out():
     assert_same(face, frame_of(portrait()))
 
 
-def test_one_kernel_reads_planes_of_any_size_and_depth_in_turn():
+def test_one_kernel_reads_planes_of_any_size_and_depth():
     kernel = face_kernel(Device())
     for size, pix_fmt in ((0.3, "yuv420p"), (1.5, "yuv444p"), (1.0, "yuv420p10le"), (0.3, "nv12")):
         face = face_at(points() * np.float32(size))

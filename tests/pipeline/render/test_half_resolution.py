@@ -10,7 +10,7 @@ from layers import jobs
 from makeup import LAYOUTS, close_up, product, scene_of, tagged, true_face, weights_of, white_light
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render import composite as composite_module
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.half_resolution import SmallPlanes, small_size
@@ -106,28 +106,61 @@ def test_a_face_at_the_border_is_painted_up_to_it(monkeypatch):
     assert (np.abs(half - bare)[:, -1] > 5)[last].mean() > 0.9
 
 
-def test_codes_stay_within_their_bits():
+@pytest.mark.parametrize("factor", [2, 4])
+def test_codes_stay_within_their_bits(factor):
     planes = tuple(np.full((9, 7), 1020, np.uint16) for _ in range(3))
 
     def paint(small):
         for plane in small:
             plane[:] = 1023
 
-    window = Rect(0, 0, *small_size((7, 9), 2))
-    SmallPlanes(2).paint(planes, [window], (1, 1), 1023, paint)
+    window = Rect(0, 0, *small_size((7, 9), factor))
+    SmallPlanes(factor).paint(planes, [window], (1, 1), 1023, paint)
     for plane in planes:
         assert (plane == 1023).all()
 
 
-def test_what_is_not_painted_keeps_its_bytes():
+@pytest.mark.parametrize("factor", [2, 4])
+def test_what_is_not_painted_keeps_its_bytes(factor):
     rng = np.random.default_rng(3)
     planes = tuple(
         rng.integers(0, 256, shape, np.uint8) for shape in ((41, 33), (21, 17), (21, 17))
     )
     before = [plane.copy() for plane in planes]
-    SmallPlanes(2).paint(planes, [Rect(4, 2, 8, 12)], (2, 2), 255, lambda small: None)
+    SmallPlanes(factor).paint(planes, [Rect(4, 2, 4, 8)], (2, 2), 255, lambda small: None)
     for plane, old in zip(planes, before, strict=True):
         np.testing.assert_array_equal(plane, old)
+
+
+@pytest.mark.parametrize("factor", [2, 4])
+@pytest.mark.parametrize("size_wh", [(64, 48), (61, 47)])
+def test_an_even_change_is_the_same_at_any_size(factor, size_wh):
+    wide, high = size_wh
+    halves = -(-high // 2), -(-wide // 2)
+    planes = tuple(np.full(shape, 90, np.uint8) for shape in ((high, wide), halves, halves))
+
+    def paint(small):
+        for plane in small:
+            plane += 7
+
+    window = Rect(0, 0, *small_size(size_wh, factor))
+    SmallPlanes(factor).paint(planes, [window], (2, 2), 255, paint)
+    assert all((plane == 97).all() for plane in planes)
+
+
+@pytest.mark.parametrize("size_wh", [(600, 660), (599, 661)])
+def test_a_veil_at_a_quarter_looks_as_at_full_size(size_wh, monkeypatch):
+    scene = large_scene(size_wh=size_wh)
+    look = Look([Layer("blush", product(opacity=0.5, texture_keep=1.0), {"size": 0.2})])
+    made = []
+    for least in ((10**9, 10**9), (1, 1)):
+        monkeypatch.setattr(composite_module, "_VEIL_PX", least[0])
+        monkeypatch.setattr(composite_module, "_LARGE_VEIL_PX", least[1])
+        made.append(painted(scene, 0, monkeypatch, look)[0].astype(int))
+    full, quarter = made
+    change = np.abs(full - scene.frame.planes[0])
+    assert (full != quarter).any() and (change > 3).sum() > 1000
+    assert np.abs(full - quarter)[change > 3].mean() < 0.15 * change[change > 3].mean()
 
 
 def test_tags_do_not_matter(monkeypatch):
