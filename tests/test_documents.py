@@ -10,7 +10,7 @@ import pytest
 from makeup_video.pipeline import FINISHES, KINDS, GraphicsParams
 
 DOCS = Path(__file__).parent.parent / "docs"
-MAKERS = ("make_parameters", "make_kinds", "make_sheets")
+MAKERS = ("make_parameters", "make_kinds", "make_sheets", "make_ready")
 FROM_CODE_ALONE = MAKERS[:2]  # of the others, people write the part after the last heading
 
 

@@ -108,8 +108,8 @@ KIND = Kind(
     dials=(
         Dial("slot", "lid", "Place", "Where the eye-shadow lies.", choices=tuple(_SLOTS)),
         Dial("low", 0.0, "From", "Its lower border: 0 the lash line, 1 the crease, 2 the brow; "
-             "below 0 under the eye.", low=-2, high=2),
-        Dial("high", 0.93, "To", "Its upper border, in the same heights.", low=-2, high=2.2),
+             "below 0 under the eye.", low=-1.3, high=2),
+        Dial("high", 0.93, "To", "Its upper border, in the same heights.", low=-1.3, high=2.2),
         Dial("inner", 0.11, "Inner", "Its inner border: 0 the inner corner, 1 the outer.",
              low=-0.3, high=1.6),
         Dial("outer", 1.03, "Outer", "Its outer border, a wing beyond 1.", low=-0.3, high=1.6),
