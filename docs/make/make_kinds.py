@@ -144,8 +144,9 @@ def text() -> str:
 
 A look is a list of layers. A layer has a kind, a product (its 17 parameters:
 [parameters.md](parameters.md)), a shape and a strength. Whatever their order in the file, layers
-are painted in this order: {kinds}. Layers of one kind keep their order. The look file:
-[looks.md](looks.md).
+are painted in this order:
+{kinds}.
+Layers of one kind keep their order. The look file: [looks.md](looks.md).
 
 The pictures are parts of frames of `samples/in.mp4`, painted at 720p.
 
