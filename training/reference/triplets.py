@@ -5,6 +5,7 @@ All three are whole portraits. The renderer paints the look with all of its 17 p
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
@@ -150,12 +151,12 @@ def _drawn(people: People, among: np.ndarray, rng: np.random.Generator) -> int:
 
 def _look(products: Mapping[str, Draws], rng: np.random.Generator) -> Look:
     zone = ZONES[rng.integers(len(ZONES))]
-    parts = {}
+    parts: dict[str, Any] = {}
     for region, draws in products.items():
         values = draws.draw(1, rng)[0]
         one = look_of(values, draw_settings(values, region, rng), region)
         parts[region] = getattr(one, region)
-    return Look(**parts, zone=zone)
+    return Look(**parts, zone=zone) if "eyes" in parts else Look(**parts)
 
 
 def _where(shot: Shot, look: Look) -> np.ndarray:

@@ -139,7 +139,7 @@ def _distance_px(lashes: np.ndarray, steps_px: np.ndarray) -> np.ndarray:
 def _normals(y: np.ndarray, depth: np.ndarray, ring: np.ndarray) -> np.ndarray:
     """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is
     towards the viewer."""
-    columns = np.clip(COLUMNS, *LID_TURNS)
+    columns = np.clip(COLUMNS, LID_TURNS[0], LID_TURNS[1])
     slopes = slopes_along(depth[:, 1], 1)[:, None, columns]
     y, depth = y[:, :3, columns], depth[:, :3, columns]
     falls = (depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1)
