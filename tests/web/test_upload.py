@@ -7,11 +7,10 @@ import sys
 import threading
 import time
 import zlib
-from dataclasses import replace
 
 import cv2
 import pytest
-from makeup_video.pipeline import Look, PhotoError, look_from_photo
+from makeup_video.pipeline import Layer, Look, PhotoError, look_from_photo
 from makeup_video.pipeline.reference import estimate as reference
 from makeup_video.web import upload
 from makeup_video.web.read_look import read_look
@@ -71,9 +70,9 @@ def test_a_page_that_reconnects_gets_the_look_of_its_photo(show):
 
 
 def test_the_dials_stay_as_the_user_has_set_them(show, page):
-    show.look = replace(RED, strength=0.5, zone="outer", intensity=0.25)
+    show.look = Look([Layer("lipstick", RED.lips, {"gradient": 0.6}, 0.25)], 0.5)
     page.post("/photo", b"bytes")
-    assert show.look == replace(BLUE, strength=0.5, zone="outer", intensity=0.25)
+    assert show.look == Look([Layer("lipstick", BLUE.lips, {"gradient": 0.6}, 0.25)], 0.5)
 
 
 def test_a_photo_as_large_as_allowed_comes_through_whole(show, page):

@@ -54,7 +54,7 @@ def test_a_look_set_during_a_frame_waits_for_the_next(monkeypatch):
 
     def weigh_and_set(self, *rest):
         weigh(self, *rest)
-        painter().set_look(replace(old, zone="full", strength=0.5))
+        painter().set_look(Look(eyes=EYES, zone="full", strength=0.5))
 
     monkeypatch.setattr(LidSurface, "weigh", weigh_and_set)
     for new, plane in zip(paint_planes(scene, old), wanted, strict=True):
