@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import onnxruntime
-from makeup_video.pipeline.reference.worn_crops import PLACES
+from makeup_video.training.worn.crops import mirrored
 from makeup_video.training.worn.prepare import LABELS
 from makeup_video.training.worn.scores import area_under_curve
 
@@ -23,13 +23,9 @@ _STEPS, _RATE = 4000, 0.05  # of the calibration's descent
 def log_odds(net: Path, inputs: np.ndarray) -> np.ndarray:
     """(N, labels): the mean over each picture and its mirror image, as the product takes it."""
     session = onnxruntime.InferenceSession(str(net), providers=["CPUExecutionProvider"])
-    mirrored = inputs.copy()
-    for left, top, wide, high in PLACES.values():
-        at = np.s_[:, top : top + high, left : left + wide]
-        mirrored[at] = inputs[at][:, :, ::-1]
     runs = [
         session.run(None, {"rgb8": both[at : at + 64]})[0]
-        for both in (inputs, mirrored)
+        for both in (inputs, mirrored(inputs))
         for at in range(0, len(inputs), 64)
     ]
     one, other = np.concatenate(runs).reshape(2, len(inputs), -1)

@@ -1,10 +1,12 @@
 """The net that tells what is worn: three small towers of convolutions, for eyes, face and lips."""
 
 import torch
-from makeup_video.pipeline.reference.worn_crops import PLACES
+from makeup_video.training.worn.crops import PLACES
 from torch import Tensor, nn
+from torch.nn import functional
 
-CHANNELS = (24, 48, 72, 96)
+CHANNELS = (16, 32, 48, 64)
+SHRINK = 2  # of every part: most photos that it learns from are small
 
 
 class Tower(nn.Sequential):
@@ -21,7 +23,7 @@ class Tower(nn.Sequential):
         super().__init__(*layers)
 
     def forward(self, x: Tensor) -> Tensor:
-        features = super().forward(x)
+        features = super().forward(functional.avg_pool2d(x, SHRINK))
         return torch.cat([features.mean((2, 3)), features.amax((2, 3))], 1)
 
 
@@ -34,7 +36,7 @@ def _block(before: int, channels: int, stride: int) -> list[nn.Module]:
 
 
 class WornNet(nn.Module):
-    """Pictures of worn_crops, (N, 160, 192, 3) uint8 -> log-odds of each label, (N, labels)."""
+    """Pictures of crops, (N, 160, 192, 3) uint8 -> log-odds of each label, (N, labels)."""
 
     def __init__(self, labels: int) -> None:
         super().__init__()

@@ -23,8 +23,8 @@ from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import rgb_of_hex
-from makeup_video.pipeline.reference.worn_crops import PLACES, worn_input
 from makeup_video.pipeline.render.apply_look import apply_look
+from makeup_video.training.worn.crops import PLACES, worn_input
 
 # The columns of worn.csv, and the kind of makeup that each is about.
 LABELS = {"lips": "lipstick", "shadow": "eyeshadow", "liner": "eyeliner", "blush": "blush"}

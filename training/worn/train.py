@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from makeup_video.pipeline.reference.worn_crops import PLACES
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
+from makeup_video.training.worn.crops import PLACES, mirrored
 from makeup_video.training.worn.model import WornNet
 from makeup_video.training.worn.scores import area_under_curve
 from torch import Tensor, nn
@@ -21,7 +21,7 @@ from torch.nn import functional
 
 UNKNOWN = 255
 HELD_OUT = 0.1
-BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 64, 2e-3, 200, 5.0, 2e-2, 0.998
+BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 40, 2e-3, 200, 5.0, 2e-2, 0.998
 PAINTED_SHARE = 0.4  # of a batch: faces that wear drawn looks
 SMOOTH = 0.05  # of labels: some are wrong
 
@@ -100,26 +100,18 @@ def scores_of(net: nn.Module, inputs: np.ndarray) -> np.ndarray:
     net.eval()
     found = []
     for at in range(0, len(inputs), 128):
-        rgb8 = torch.from_numpy(inputs[at : at + 128])
-        found.append((net(rgb8) + net(_mirrored(rgb8))) / 2)
+        rgb8 = inputs[at : at + 128]
+        one, other = (net(torch.from_numpy(each)) for each in (rgb8, mirrored(rgb8)))
+        found.append((one + other) / 2)
     net.train()
     return torch.cat(found).numpy()
-
-
-def _mirrored(rgb8: Tensor) -> Tensor:
-    out = rgb8.clone()
-    for left, top, wide, high in PLACES.values():
-        at = (slice(None), slice(top, top + high), slice(left, left + wide))
-        out[at] = rgb8[at].flip(2)
-    return out
 
 
 def train(options: argparse.Namespace) -> None:
     torch.manual_seed(0)
     torch.set_num_threads(options.threads)
     rng = np.random.default_rng(0)
-    with np.load(options.data) as data:
-        inputs, labels, sources, real = (data[k] for k in ("inputs", "labels", "sources", "real"))
+    inputs, labels, sources, real = _read(options.data)
     held = split(sources, real)
     shown, painted = np.flatnonzero(real & ~held), np.flatnonzero(~real & ~held)
     share = _shares(labels[shown])
@@ -142,6 +134,14 @@ def train(options: argparse.Namespace) -> None:
             state.save(("worn", labels.shape[1]))
             _report(state.average.module, inputs, labels, held & real)
             export(state.average.module, options.out)
+
+
+def _read(paths: list[Path]) -> list[np.ndarray]:
+    """inputs, labels, sources and real of all files; each file has sources of its own."""
+    packed = [np.load(path) for path in paths]
+    sources = [data["sources"] + 16 * number for number, data in enumerate(packed)]
+    joined = [np.concatenate([data[k] for data in packed]) for k in ("inputs", "labels", "real")]
+    return [joined[0], joined[1], np.concatenate(sources), joined[2]]
 
 
 def _shares(labels: np.ndarray) -> np.ndarray:
@@ -172,7 +172,7 @@ def export(net: nn.Module, path: Path) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--data", type=Path, nargs="+", required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--steps", type=int, default=6000)
     parser.add_argument("--threads", type=int, default=2)

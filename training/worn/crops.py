@@ -34,3 +34,12 @@ def _crop(face: Face, part: str) -> Crop:
     linear = axes * (span / wide)
     to_px = np.column_stack([linear, middle - linear @ [(wide - 1) / 2, (high - 1) / 2]])
     return to_px, (wide, high)
+
+
+def mirrored(seen: np.ndarray) -> np.ndarray:
+    """Inputs (..., 160, 192, 3) with every part mirrored in its place."""
+    other = seen.copy()
+    for left, top, wide, high in PLACES.values():
+        at = np.s_[..., top : top + high, left : left + wide, :]
+        other[at] = seen[at][..., ::-1, :]
+    return other
