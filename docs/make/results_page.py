@@ -195,8 +195,8 @@ def _beginning(results: Results) -> str:
 `python docs/make/make_results.py` measures everything on this page and writes the page down to its
 last heading. The people and the products are unseen: no net was trained on them.
 
-Measured before products were given their true colours (highlights without a veil, darker eye-shadow);
-the nets were trained on the renderer of that time.
+Measured before products were given their true colours (highlights without a veil, darker
+eye-shadow); the nets were trained on the renderer of that time.
 
 The renderer paints each look with all of its 17 parameters, including those that no net estimates.
 The photos are saved as JPEG {TEST_QUALITY}. The look is then read from such a photo alone, as the

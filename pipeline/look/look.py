@@ -85,7 +85,12 @@ class Layer:
         }
 
 
-_GIVE = {"kind": f"give one of {', '.join(KINDS)}", "product": "give an object"}
+_GIVE = {
+    "kind": f"give one of {', '.join(KINDS)}",
+    "product": "give an object",
+    "version": "give 2",
+    "layers": "give a list",
+}
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -114,7 +119,8 @@ class Look:
     ) -> None:
         check_number("strength", strength, 0, 1)
         check_number("intensity", intensity, 0, 1)
-        KINDS["eyeshadow"].check_shape({"slot": zone}, "zone")
+        (slot,) = (dial for dial in KINDS["eyeshadow"].dials if dial.name == "slot")
+        slot.check(zone, "zone")
         given = list(layers)
         if eyes is None and (zone != ZONES[0] or intensity != 1):
             raise LookError("zone and intensity are of the eye-shadow in eyes, which was not given")
@@ -183,13 +189,17 @@ class Look:
         """Read the parsed JSON. Raises LookError, one line naming the key and its range."""
         if not isinstance(values, dict):
             raise LookError(f"a look must be a JSON object, got {shown(values)}")
-        version = values.get("version")
+        if "version" not in values:
+            raise LookError(f"version is missing: {_GIVE['version']}")
+        version = values["version"]
         if type(version) is not int or version not in (1, cls.VERSION):
             raise LookError(f"version must be 1 or {cls.VERSION}, got {shown(version)}")
         if version == 1:
             return cls(**_from_version_1(values))
         refuse_unknown("the look", values, ("version", "strength", "layers"))
-        layers = values.get("layers")
+        if "layers" not in values:
+            raise LookError(f"layers is missing: {_GIVE['layers']}")
+        layers = values["layers"]
         if not isinstance(layers, list):
             raise LookError(f"layers must be a list, got {shown(layers)}")
         check_count([one.get("kind") for one in layers if isinstance(one, dict)])
