@@ -37,7 +37,7 @@ def test_drawn_looks_are_labelled_by_what_they_change():
     assert {0, 1} <= found
 
 
-def test_labels_of_a_table_are_read_and_unusable_faces_left_out(tmp_path):
+def test_labels_are_read_and_unusable_faces_left_out(tmp_path):
     (tmp_path / "worn.csv").write_text(
         "name,lips,shadow,liner,blush,flags\na.jpg,0,1,2,0,\nb.jpg,2,0,0,0,x\nc.jpg,0,2,0,0,h\n"
     )
