@@ -146,6 +146,7 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     page.page.click("#reset")
     assert page.look() == look
     page.page.fill("#lips-panel .hex", BLUE)
+    page.until(lambda: is_blue(page.lips()))  # the server has it
     page.page.reload()  # the server keeps everything except the thumbnail
     page.until(lambda: "look.jpg" in page.page.inner_text("#photo-slot"))
     assert page.page.inner_text("#look-words") == words
