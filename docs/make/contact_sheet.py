@@ -147,3 +147,21 @@ def save_all(pictures: dict[str, Callable[[], np.ndarray]]) -> None:
         if not cv2.imwrite(str(path), draw()[..., ::-1], JPEG):
             raise OSError(f"{path} cannot be written")
         print(f"{path.stat().st_size / 1000:4.0f} kB  {path}", flush=True)
+
+
+def picture(name: str) -> str:
+    """Return a picture of PICTURES in Markdown; name: without its ending."""
+    return f"![{name}]({PICTURES}/{name}.jpg)"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def kept_after(page: Path, heading: str) -> str:
+    """Return the text of a page under a heading, which people write, or ""."""
+    if not page.exists():
+        return ""
+    return page.read_text(encoding="utf-8").partition(heading + "\n")[2]

@@ -78,11 +78,6 @@ def _pictures() -> dict[str, Callable[[], np.ndarray]]:
 PICTURES = _pictures()
 
 
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
 def _dial_row(dial: Dial) -> list[str]:
     if dial.choices:
         reach = ", ".join(f"`{choice}`" for choice in dial.choices)
@@ -93,10 +88,6 @@ def _dial_row(dial: Dial) -> list[str]:
     unit = f" ({dial.unit})" if dial.unit else ""
     default = f"`{dial.default}`" if isinstance(dial.default, str) else f"{dial.default:g}"
     return [f"`{dial.name}`", reach + unit, default, dial.meaning]
-
-
-def _picture(name: str) -> str:
-    return f"![{name}]({sheet.PICTURES}/{name}.jpg)"
 
 
 def _slots(kind: Kind) -> str:
@@ -110,9 +101,9 @@ def _slots(kind: Kind) -> str:
     return f"""
 A slot stands for these numbers; a number that is given counts more than that of the slot:
 
-{_table(["slot", *names], rows)}
+{sheet.table(["slot", *names], rows)}
 
-{_picture(f"{kind.name}-slots")}
+{sheet.picture(f"{kind.name}-slots")}
 """
 
 
@@ -123,15 +114,15 @@ def _section(kind: Kind) -> str:
 `{kind.name}`; as a part of a look `{kind.part}`, so `--{kind.part} '#RRGGBB:finish'`. A look has
 {layers} of it.
 
-{_table(["shape", "range", "default", "meaning"], [_dial_row(dial) for dial in kind.dials])}
+{sheet.table(["shape", "range", "default", "meaning"], [_dial_row(dial) for dial in kind.dials])}
 {_slots(kind)}
 Each number of the shape from its least to its largest value:
 
-{_picture(f"{kind.name}-shape")}
+{sheet.picture(f"{kind.name}-shape")}
 
 The finishes, in #{bytes(kind.first_rgb).hex().upper()}:
 
-{_picture(f"{kind.name}-finishes")}
+{sheet.picture(f"{kind.name}-finishes")}
 """
 
 

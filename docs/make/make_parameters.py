@@ -104,11 +104,6 @@ PICTURES = {f"{name}.jpg": (lambda name=name: draw_parameter(name)) for name in 
 }
 
 
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
 def _parameter_row(spec: Any) -> list[str]:
     low, high = spec.metadata["low"], spec.metadata["high"]
     reach = f"{low:g} to {high:g}" if high < 1e6 else f"{low:g} or more, usually under 4"
@@ -129,11 +124,11 @@ def _finish_table(part: str) -> str:
         [f"`{name}`", *(f"{FINISHES[finish][part][name]:g}" for finish in FINISHES)]
         for name in settings
     ]
-    return _table(["", *FINISHES], rows)
+    return sheet.table(["", *FINISHES], rows)
 
 
 def _picture(name: str, caption: str) -> str:
-    return f"![{name}]({sheet.PICTURES}/{name}.jpg)\n\n{caption}"
+    return f"{sheet.picture(name)}\n\n{caption}"
 
 
 def _section(spec: Any) -> str:
@@ -151,7 +146,7 @@ def text() -> str:
 A product, of whatever kind of makeup, has {len(specs)} parameters. The seven required ones describe
 the product itself. The others describe how the product is applied and how it responds to light.
 
-{_table(["name", "range", "default", "meaning"], [_parameter_row(spec) for spec in specs])}
+{sheet.table(["name", "range", "default", "meaning"], [_parameter_row(spec) for spec in specs])}
 
 A layer and the whole look have a `strength` besides, 0 to 1, which fades all of the product:
 
@@ -163,7 +158,7 @@ Where a product lies is the shape of its layer: [kinds.md](kinds.md).
 
 `--finish` sets every parameter except the colour.
 
-{_table(["finish", "appearance"], [[f"`{name}`", _FINISHES[name]] for name in FINISHES])}
+{sheet.table(["finish", "appearance"], [[f"`{name}`", _FINISHES[name]] for name in FINISHES])}
 
 {chr(10).join(_finishes_of(kind) for kind in KINDS.values())}
 Finishes on faces and in different light: [sheets.md](sheets.md).

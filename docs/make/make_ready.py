@@ -71,35 +71,29 @@ PICTURES: dict[str, Callable[[], np.ndarray]] = {
 }
 
 
-def _picture(name: str) -> str:
-    return f"![{name}]({sheet.PICTURES}/{name}.jpg)"
-
-
 def text() -> str:
     """Return the page down to the heading JUDGEMENT."""
-    rows = "\n".join(f"| `{one.name}` | {one.words} |" for one in ready_looks())
+    rows = [[f"`{one.name}`", one.words] for one in ready_looks()]
     return f"""# Ready looks
 
 `python docs/make/make_ready.py` writes this page down to its last heading. The script needs the
 extra `samples`. Nothing is retouched. How to use and edit them: [looks.md](looks.md#ready-looks).
 
-| look | what it is |
-| --- | --- |
-{rows}
+{sheet.table(["look", "what it is"], rows)}
 
 On both portraits of the samples:
 
-{_picture("looks-hopper")}
+{sheet.picture("looks-hopper")}
 
-{_picture("looks-astronaut")}
+{sheet.picture("looks-astronaut")}
 
 Eyes, open and shut (frames of `samples/in.mp4`), behind glasses on older lids, and in a smile:
 
-{_picture("looks-eyes")}
+{sheet.picture("looks-eyes")}
 
 In half the light, in warm and in cool light:
 
-{_picture("looks-lights")}
+{sheet.picture("looks-lights")}
 
 {JUDGEMENT}
 """
@@ -107,9 +101,7 @@ In half the light, in warm and in cool light:
 
 def kept_judgement() -> str:
     """Return the text of the present page under the heading JUDGEMENT, or ""."""
-    if not PAGE.exists():
-        return ""
-    return PAGE.read_text(encoding="utf-8").partition(JUDGEMENT + "\n")[2]
+    return sheet.kept_after(PAGE, JUDGEMENT)
 
 
 if __name__ == "__main__":

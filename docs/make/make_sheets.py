@@ -81,10 +81,6 @@ PICTURES: dict[str, Callable[[], np.ndarray]] = {
 }
 
 
-def _picture(name: str) -> str:
-    return f"![{name}]({sheet.PICTURES}/{name}.jpg)"
-
-
 def _codes(names: Sequence[str]) -> str:
     return ", ".join(f"{name} #{_COLOURS[name]}" for name in names)
 
@@ -106,33 +102,33 @@ are too bright clip, as in a camera.
 
 Older skin and thin, closed lips:
 
-{_picture("lips-finishes-hopper")}
+{sheet.picture("lips-finishes-hopper")}
 
 A smile that shows teeth:
 
-{_picture("lips-finishes-astronaut")}
+{sheet.picture("lips-finishes-astronaut")}
 
 ## Colours in different light
 
 Satin: {_codes(list(_COLOURS))}.
 
-{_picture("lips-colours-hopper")}
+{sheet.picture("lips-colours-hopper")}
 
-{_picture("lips-colours-astronaut")}
+{sheet.picture("lips-colours-astronaut")}
 
 ## Mouths
 
 Frames of `samples/in.mp4`, whose teeth and tongue are drawn. Colours:
 {_codes(["red", "plum", "black", "white", "blue"])}.
 
-{_picture("lips-mouths")}
+{sheet.picture("lips-mouths")}
 
 ## Eye-shadow
 
 #{_SHADOW} in each zone and finish, on an open and on a closed eye (frames of `samples/in.mp4`).
 The last row shows an eye behind glasses.
 
-{_picture("eye-shadow")}
+{sheet.picture("eye-shadow")}
 
 {JUDGEMENT}
 """
@@ -140,9 +136,7 @@ The last row shows an eye behind glasses.
 
 def kept_judgement() -> str:
     """Return the text of the present page under the heading JUDGEMENT, or ""."""
-    if not PAGE.exists():
-        return ""
-    return PAGE.read_text(encoding="utf-8").partition(JUDGEMENT + "\n")[2]
+    return sheet.kept_after(PAGE, JUDGEMENT)
 
 
 if __name__ == "__main__":
