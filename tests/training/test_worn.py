@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import find_faces
 from makeup_video.training.worn.crops import INPUT_WH, PLACES, mirrored, worn_input
-from makeup_video.training.worn.prepare import LABELS, UNKNOWN, draw_look, painted, rows
-from makeup_video.training.worn.scores import area_under_curve
+from makeup_video.training.worn.prepare import LABELS, draw_look, painted, rows
+from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 from people import SAMPLES
 
 PICTURE = np.ascontiguousarray(cv2.imread(str(SAMPLES / "portrait.jpg"))[..., ::-1])

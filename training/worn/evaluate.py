@@ -14,7 +14,7 @@ import numpy as np
 import onnxruntime
 from makeup_video.training.worn.crops import mirrored
 from makeup_video.training.worn.prepare import LABELS
-from makeup_video.training.worn.scores import area_under_curve
+from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 
 FOUND = 0.9
 _STEPS, _RATE = 4000, 0.05  # of the calibration's descent
@@ -53,7 +53,7 @@ def main() -> None:
     labels = np.concatenate([data["labels"] for data in packed])
     scores = log_odds(options.net, inputs)
     for column, name in enumerate(LABELS):
-        known = labels[:, column] <= 1
+        known = labels[:, column] != UNKNOWN
         worn, score = labels[known, column] == 1, scores[known, column]
         if not worn.any() or worn.all():
             continue

@@ -25,11 +25,11 @@ from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import rgb_of_hex
 from makeup_video.pipeline.render.apply_look import apply_look
 from makeup_video.training.worn.crops import PLACES, worn_input
+from makeup_video.training.worn.scores import UNKNOWN
 
 # The columns of worn.csv, and the kind of makeup that each is about.
 LABELS = {"lips": "lipstick", "shadow": "eyeshadow", "liner": "eyeliner", "blush": "blush"}
 UNUSABLE = set("xys")  # flags: unusable, grey, sunglasses
-UNKNOWN = 255
 # Median CIEDE2000 by which paint must change the part of the input that shows it: below the first
 # it counts as nothing, from the second on as clear.
 UNSEEN, CLEAR = 1.5, 4.0

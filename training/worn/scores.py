@@ -2,6 +2,8 @@
 
 import numpy as np
 
+UNKNOWN = 255  # the label of a face that is neither clearly bare nor clearly made up
+
 
 def area_under_curve(scores: np.ndarray, is_worn: np.ndarray) -> float:
     """The share of pairs of a made-up and a bare face that are in the right order, (N,) each."""

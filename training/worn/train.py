@@ -15,11 +15,10 @@ import torch
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.worn.crops import PLACES, mirrored
 from makeup_video.training.worn.model import WornNet
-from makeup_video.training.worn.scores import area_under_curve
+from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 from torch import Tensor, nn
 from torch.nn import functional
 
-UNKNOWN = 255
 HELD_OUT = 0.1
 BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 40, 2e-3, 200, 5.0, 2e-2, 0.998
 PAINTED_SHARE = 0.4  # of a batch: faces that wear drawn looks
