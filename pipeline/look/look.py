@@ -168,10 +168,10 @@ class Look:
 
     @property
     def painted(self) -> list[Layer]:
-        """The layers that change anything, in the order of painting, each with its strength times
-        that of the look."""
+        """The layers that change anything, in the order of painting, each with a value for every
+        dial, and its strength times that of the look."""
         return [
-            replace(layer, strength=layer.strength * self.strength)
+            replace(layer, shape=layer.whole_shape, strength=layer.strength * self.strength)
             for layer in self.layers
             if layer.strength * self.strength > 0 and layer.product.is_worn
         ]

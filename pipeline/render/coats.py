@@ -147,7 +147,7 @@ def _on_surfaces(
 
 def _coats(surface: Surface, layer: Layer) -> list[Coat]:
     """Of all surfaces of a region, (N, H, W)."""
-    return KINDS[layer.kind].coats(surface.fields(), layer.product, layer.whole_shape)
+    return KINDS[layer.kind].coats(surface.fields(), layer.product, layer.shape)
 
 
 def _on(number: int, layer: Layer, coat: Coat, share: float) -> SurfaceCoat:

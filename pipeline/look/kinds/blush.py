@@ -2,7 +2,7 @@
 
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
-from makeup_video.pipeline.look.kinds.ramps import from_segment, smooth
+from makeup_video.pipeline.look.kinds.ramps import stroke
 from makeup_video.pipeline.look.params import GraphicsParams
 
 # Rows in the order of SETTINGS.
@@ -17,6 +17,7 @@ _FINISHES = {
 # In distances of the outer eye corners, of the cheek at the picture's right: the apple, the highest
 # place on the cheekbone, the temple, and the middle of the nose.
 _APPLE, _CHEEKBONE, _TEMPLE, _NOSE = (0.43, 0.38), (0.57, 0.25), (0.76, 0.11), (0.0, 0.22)
+_BEYOND = 0.3  # how far a stroke fades beyond its half width
 
 
 def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
@@ -28,12 +29,10 @@ def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     end = _between(start, _TEMPLE, shape["reach"])
     radius = 0.12 + 0.22 * shape["size"]
     soft = 0.25 + 0.75 * shape["softness"]
-    away = from_segment(beside, at.down, start, end) * np.float32(1 / radius)
-    density = smooth((1 + 0.3 * soft - away) * np.float32(1 / (1.3 * soft)))
+    density = stroke(beside, at.down, (start, end), radius, soft, _BEYOND)
     if shape["across"] > 0:
-        away = from_segment(beside, at.down, _NOSE, start) * np.float32(1 / (0.65 * radius))
-        band = shape["across"] * smooth((1 + 0.3 * soft - away) * np.float32(1 / (1.3 * soft)))
-        density = np.maximum(density, band)
+        band = stroke(beside, at.down, (_NOSE, start), 0.65 * radius, soft, _BEYOND)
+        density = np.maximum(density, shape["across"] * band)
     return [Coat(product, density.astype(np.float32))]
 
 

@@ -20,8 +20,8 @@ _FINISHES = {
     "shimmer":  (0.85, 0.40, 0.65, 0.05, 0.70, 0.75, 0.08, 0.30, 0.50, 0.60, 0.70, 0.30, 0.70, 1.0),
 }  # fmt: skip
 
-# low, high, inner, outer, lift, softness
-_SLOTS = {
+_NUMBERS = ("low", "high", "inner", "outer", "lift", "softness")
+_ROWS = {
     "lid": (0.0, 0.93, 0.11, 1.03, 0.0, 0.50),
     "crease": (0.64, 1.38, 0.16, 1.12, 0.2, 0.50),
     "brow_bone": (1.36, 1.86, 0.38, 1.20, 0.2, 0.48),
@@ -30,11 +30,12 @@ _SLOTS = {
     "inner": (-1.30, 0.85, -0.05, 0.17, 0.0, 0.50),
     "full": (0.0, 1.62, 0.12, 1.13, 0.2, 0.70),
 }
+_SLOTS = {name: dict(zip(_NUMBERS, row, strict=True)) for name, row in _ROWS.items()}
+_LID = _SLOTS["lid"]
 _SHARP, _FADE = 0.02, 2.0  # heights over which the lower border fades: at the corner, and beyond
 _ROUND = 0.45, 0.55  # widths of the eye from an end, where the upper border comes down; how far
 _SWEEP, _TAPER = 0.62, 0.55  # across, from which a wing's upper border rises; by its lift
 _SLIM = 0.45  # height under the inner corner, of that under the outer one
-_NUMBERS = ("low", "high", "inner", "outer", "lift", "softness")
 
 
 def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
@@ -107,14 +108,17 @@ KIND = Kind(
     remark="a powder, so softer borders and broader highlights",
     dials=(
         Dial("slot", "lid", "Place", "Where the eye-shadow lies.", choices=tuple(_SLOTS)),
-        Dial("low", 0.0, "From", "Its lower border: 0 the lash line, 1 the crease, 2 the brow; "
-             "below 0 under the eye.", low=-1.3, high=2),
-        Dial("high", 0.93, "To", "Its upper border, in the same heights.", low=-1.3, high=2.2),
-        Dial("inner", 0.11, "Inner", "Its inner border: 0 the inner corner, 1 the outer.",
+        Dial("low", _LID["low"], "From", "Its lower border: 0 the lash line, 1 the crease, "
+             "2 the brow; below 0 under the eye.", low=-1.3, high=2),
+        Dial("high", _LID["high"], "To", "Its upper border, in the same heights.",
+             low=-1.3, high=2.2),
+        Dial("inner", _LID["inner"], "Inner", "Its inner border: 0 the inner corner, 1 the outer.",
              low=-0.3, high=1.6),
-        Dial("outer", 1.03, "Outer", "Its outer border, a wing beyond 1.", low=-0.3, high=1.6),
-        Dial("lift", 0.0, "Lift", "How steeply the wing rises: its slope.", low=-0.5, high=1.5),
-        Dial("softness", 0.5, "Softness", "How far its borders fade."),
+        Dial("outer", _LID["outer"], "Outer", "Its outer border, a wing beyond 1.",
+             low=-0.3, high=1.6),
+        Dial("lift", _LID["lift"], "Lift", "How steeply the wing rises: its slope.",
+             low=-0.5, high=1.5),
+        Dial("softness", _LID["softness"], "Softness", "How far its borders fade."),
     ),
     slot_words={
         "lid": ("lids", "eyelid"),
@@ -125,7 +129,7 @@ KIND = Kind(
         "inner": ("inside", "inner corner", "tear duct"),
         "full": ("all", "whole", "everywhere"),
     },
-    slots={name: dict(zip(_NUMBERS, row, strict=True)) for name, row in _SLOTS.items()},
+    slots=_SLOTS,
     most=4,
     order=20,
     shown={"outer": 1.3},

@@ -2,7 +2,7 @@
 
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
-from makeup_video.pipeline.look.kinds.ramps import from_segment, smooth
+from makeup_video.pipeline.look.kinds.ramps import stroke
 from makeup_video.pipeline.look.params import GraphicsParams
 
 # Rows in the order of SETTINGS.
@@ -18,6 +18,7 @@ _FINISHES = {
 _CHEEKBONE = (0.52, 0.19), (0.73, 0.05)
 _NOSE = (0.0, 0.06), (0.0, 0.40)
 _BOW = (-0.04, 0.615), (0.04, 0.615)
+_BEYOND = 0.5  # how far a stroke fades beyond its half width
 _THIN = {"cheekbone": 0.10, "nose": 0.045, "bow": 0.045}  # half widths at size 0.5
 
 
@@ -28,12 +29,11 @@ def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     beside = np.abs(at.across)
     soft = 0.3 + 0.7 * shape["softness"]
     density = np.zeros(np.broadcast_shapes(at.across.shape, at.down.shape), np.float32)
-    for name, (start, end) in (("cheekbone", _CHEEKBONE), ("nose", _NOSE), ("bow", _BOW)):
+    for name, ends in (("cheekbone", _CHEEKBONE), ("nose", _NOSE), ("bow", _BOW)):
         if shape[name] > 0:
             radius = _THIN[name] * (0.5 + shape["size"])
-            away = from_segment(beside, at.down, start, end) * np.float32(1 / radius)
-            stroke = smooth((1 + 0.5 * soft - away) * np.float32(1 / (1.5 * soft)))
-            np.maximum(density, np.float32(shape[name]) * stroke, out=density)
+            drawn = stroke(beside, at.down, ends, radius, soft, _BEYOND)
+            np.maximum(density, np.float32(shape[name]) * drawn, out=density)
     return [Coat(product, density)]
 
 

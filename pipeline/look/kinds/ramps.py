@@ -42,6 +42,25 @@ def _ramp(at: "np.ndarray", middle: float, slope: float) -> "np.ndarray":
     return smooth(share)
 
 
+def stroke(
+    x: "np.ndarray",
+    y: "np.ndarray",
+    ends: tuple[tuple[float, float], tuple[float, float]],
+    radius: float,
+    soft: float,
+    beyond: float,
+) -> "np.ndarray":
+    """A stroke between two points, 1 along its middle, that fades to all sides.
+
+    radius: half its width.  soft: 0..1, the share of the radius over which it fades.  beyond: how
+    far it fades beyond the radius, as a share of `soft`.
+    """
+    import numpy as np
+
+    away = from_segment(x, y, *ends) * np.float32(1 / radius)
+    return smooth((1 + beyond * soft - away) * np.float32(1 / ((1 + beyond) * soft)))
+
+
 def from_segment(
     x: "np.ndarray", y: "np.ndarray", a: tuple[float, float], b: tuple[float, float]
 ) -> "np.ndarray":
