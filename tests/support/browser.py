@@ -146,10 +146,21 @@ class Visit:
         return rgb8[rows[chosen], columns[chosen]].mean(axis=0)
 
     def look(self) -> Look:
-        """The look as the downloaded file has it."""
-        with self.page.expect_download() as download:
-            self.page.click("#save-look")
-        return Look.load(download.value.path())
+        """The look as the downloaded file has it.
+
+        Chromium now and then drops one of many downloads that follow each other within a second;
+        the click is then repeated.
+        """
+        from playwright.sync_api import TimeoutError as NoDownload
+
+        for _ in range(3):
+            try:
+                with self.page.expect_download(timeout=1000 * PATIENCE_S / 3) as download:
+                    self.page.click("#save-look")
+                return Look.load(download.value.path())
+            except NoDownload:
+                continue
+        raise AssertionError(f"the look was not downloaded; {self.faults}")
 
     def open_groups(self) -> None:
         """Open every group of controls that can be closed."""
