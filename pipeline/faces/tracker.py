@@ -31,6 +31,7 @@ from makeup_video.pipeline.faces.landmarks import (
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
 from makeup_video.pipeline.faces.similarity import Similarity, distance, iod_of, middle_of
+from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.scene_cut import CutDetector
 from makeup_video.pipeline.frames.views import FramePicture, Picture
@@ -119,7 +120,7 @@ class FindFaces:
         if cut:
             self._tracks.clear()
         is_due = self._detection_is_due(seconds)
-        lost = self._follow(picture, seconds, verify=is_due and self._detections % 2 == 0)
+        lost = self._follow(picture, seconds, verify=is_due and slot(seconds, DETECT_SECONDS) % 2 == 0)
         if cut or lost:
             self._detect(picture, seconds, DETECTOR_SIDES_PX)
         elif is_due:
@@ -191,7 +192,8 @@ class FindFaces:
         if missing or not self._followed():
             wait = search
         # A clock that jumps back (a stream that starts again) must not stop detection.
-        return not 0 <= seconds - self._last_detection_seconds < wait - 1e-6
+        last = self._last_detection_seconds
+        return last == -math.inf or slot(seconds, wait) != slot(last, wait)
 
     def _search(self, picture: Picture, seconds: float) -> None:
         """Detect beside followed faces, else with the next input size and tilt."""
