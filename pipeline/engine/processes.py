@@ -5,7 +5,9 @@ jobs on other machines.
 """
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -92,8 +94,17 @@ class Processes(Generic[Job, Result]):
 def _begin_worker(shared: Any) -> None:
     global _shared
     _shared = shared
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     for number in stop_signals():  # of the terminal's whole group: the main process decides
         signal.signal(number, signal.SIG_IGN)
+
+
+def _end_with_parent() -> None:
+    """End this process when the main one is gone: it would wait for its next job for ever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _work(task: Task[Job, Result], index: int, job: Job) -> Result:
@@ -101,8 +112,7 @@ def _work(task: Task[Job, Result], index: int, job: Job) -> Result:
 
 
 def _tick(index: int, done: int) -> None:
-    """Count the items done. Raises StoppedError when the run is over, or its process is gone."""
-    parent = multiprocessing.parent_process()
-    if _shared[-1] or (parent is not None and not parent.is_alive()):
+    """Count the items done. Raises StoppedError when the run is over."""
+    if _shared[-1]:
         raise StoppedError("stopped by the user")
     _shared[index] = done

@@ -8,7 +8,13 @@ import numpy as np
 from makeup_video.pipeline.faces.face import MIN_FACE_PX, POINTS, Face, LipPatch
 from makeup_video.pipeline.faces.nets import CropLayout, FaceNets, Mesh, lip_patch_to_px
 from makeup_video.pipeline.faces.optical_flow import LumaCrop, Motion
-from makeup_video.pipeline.faces.similarity import STAY, Similarity, distance, iod_of, middle_of
+from makeup_video.pipeline.faces.similarity import (
+    STAY,
+    Similarity,
+    distance,
+    iod_of,
+    middle_of,
+)
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.sampling import step_px
@@ -199,7 +205,7 @@ def _follow(
         xy = before.step.apply(xy) if before.moved > _AT_REST else xy.copy()
         strayed_px = _STRAYED * iod_of(layout.pose) if is_where_expected else 0
         if nets.merge_mesh(xy, z, mesh, strayed_px):
-            layout = nets.crop_layout(xy)
+            layout = nets.crop_layout(xy).rounded()
         parts = nets.read_parts(picture, layout)
         step = _step_between(before.centres, parts.centres)
     xy[nets.part_points] = parts.xy
@@ -243,7 +249,7 @@ def _steady(before: FaceLandmarks, layout: CropLayout) -> CropLayout:
 
     The crops of a still face would otherwise wander with their own noise.
     """
-    return before.layout if before.layout.distance(layout) < _AT_REST else layout
+    return before.layout if before.layout.distance(layout) < _AT_REST else layout.rounded()
 
 
 def _read_mesh_again(

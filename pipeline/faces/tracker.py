@@ -120,7 +120,9 @@ class FindFaces:
         if cut:
             self._tracks.clear()
         is_due = self._detection_is_due(seconds)
-        lost = self._follow(picture, seconds, verify=is_due and slot(seconds, DETECT_SECONDS) % 2 == 0)
+        lost = self._follow(
+            picture, seconds, verify=is_due and slot(seconds, DETECT_SECONDS) % 2 == 0
+        )
         if cut or lost:
             self._detect(picture, seconds, DETECTOR_SIDES_PX)
         elif is_due:

@@ -22,7 +22,7 @@ def slot(seconds: float, length_seconds: float) -> int:
 
 
 class MediaClock:
-    """Seconds that begin at the first frame's time and always advance, whatever timestamps do."""
+    """Seconds since the first frame; they always advance, whatever the frames' timestamps do."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -32,9 +32,7 @@ class MediaClock:
     def tick(self, frame: Frame) -> float:
         """The time of this frame. A repeated or earlier timestamp counts as one usual step."""
         now = frame.seconds
-        if self._last is None:
-            self.seconds = now
-        else:
+        if self._last is not None:
             step = now - self._last
             if step > 0:
                 self._usual_step = min(step, GAP_SECONDS)

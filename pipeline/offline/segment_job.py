@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from makeup_video.pipeline.engine.machine import (
     COPY_VIDEO,
+    FIND_FACES,
     check_memory,
     one_opencv_thread,
     peak_memory_bytes,
@@ -24,9 +25,7 @@ from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, de
 from makeup_video.pipeline.offline.face_numbers import FaceNumbers, Sightings
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import compared
-from makeup_video.pipeline.offline.segment_stages import FromBeginning, SegmentFaces, UntilEnd
 from makeup_video.pipeline.offline.settings import Settings
-from makeup_video.pipeline.offline.stages import PaintRun
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,17 +145,30 @@ class _Painting:
     def __init__(self, job: SegmentJob, source: VideoSource) -> None:
         self.stages: list[tuple[str, Stage]] = []
         self.ahead_frames = 0
-        self._faces: SegmentFaces | None = None
+        self._faces: Any = None
         if job.look.is_bare:
             check_memory(COPY_VIDEO, source.frame_px)
             if job.settings.compare:
                 self.stages = compared([])
-            return
-        self._run = PaintRun(job.look, job.settings.faces, job.settings.device)
-        steps = self._run(source)
-        self._run.composite.largest_id = job.largest_id
+        else:
+            check_memory(FIND_FACES)
+            self._find_and_paint(job, source)
+
+    def _find_and_paint(self, job: SegmentJob, source: VideoSource) -> None:
+        # late, as in process_video: only painting needs the face nets and OpenCL
+        from makeup_video.pipeline.offline.segment_stages import (
+            FromBeginning,
+            SegmentFaces,
+            UntilEnd,
+        )
+        from makeup_video.pipeline.offline.stages import PaintRun
+
+        run = PaintRun(job.look, job.settings.faces, job.settings.device)
+        steps = run(source)
         find, smooth, scene, _ = (cast(Any, stage) for _, stage in steps)
         painter = (compared(steps) if job.settings.compare else steps)[-1][1]
+        self._composite = run.composite
+        self._composite.largest_id = job.largest_id
         self._faces = SegmentFaces(find, job.segment, job.seen_again_from)
         self.ahead_frames = smooth.ahead_frames
         self.stages = [
@@ -167,11 +179,11 @@ class _Painting:
         ]
 
     def result(self, file: SegmentFile, report: Report) -> SegmentResult:
-        """Write the counts of faces into the report."""
+        """The result of a job; the counts of faces are written into the report."""
         faces = self._faces
         if faces is None:
             return SegmentResult(file, report)
-        composite = self._run.composite
+        composite = self._composite
         report.frames_with_face, report.tiny_faces = faces.frames_with_face, faces.tiny_faces
         report.painted_frames = composite.painted_frames
         return SegmentResult(

@@ -25,7 +25,6 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import Progress, report_of
 from makeup_video.pipeline.offline.segment_job import SegmentJob, SegmentResult, paint_segment
 from makeup_video.pipeline.offline.settings import Settings
-from makeup_video.pipeline.offline.stages import why_unpainted
 
 
 def plan_of(src: str | os.PathLike[str], look: Look, minutes: Fraction) -> Plan:
@@ -232,6 +231,8 @@ def _add(
     report.tiny_faces = sum(part.tiny_faces for part in parts)
     report.painted_frames = sum(part.painted_frames or 0 for part in parts)
     if not report.painted_frames and report.frames_with_face:
+        from makeup_video.pipeline.offline.stages import why_unpainted  # late: it loads the nets
+
         report.why_unpainted = why_unpainted(
             look,
             settings.faces,

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.smoothing.face_space import LIPS_PART, POSE_PART
 
 # Variances per region of face_space.PARTS, in its units. _USUAL is taken before there is any
@@ -19,8 +18,7 @@ _MOST = np.array([1.2e-2, 1.2e-2, 1.2e-2, 1.2e-2, 8e-3, 0.06]) ** 2
 _LIPS_TO_OTHERS = 2.5
 NOISE_MOMENTS = 5
 _MOST_SECONDS = 0.3  # moments that span more time show motion rather than noise
-_KEPT = 24  # estimates: 1.6 s
-_ESTIMATE_SECONDS = 1 / 15  # between two estimates: every second moment at 30 fps
+_KEPT = 24  # estimates, one for every second moment: 1.6 s at 30 fps
 
 
 class NoiseLevel:
@@ -37,7 +35,6 @@ class NoiseLevel:
         self._count = 1
         self._variance = _USUAL
         self._moments = 0
-        self._last = 0  # the slot of time of the last moment
 
     def update(self, apart: np.ndarray, indices: Sequence[int], seconds: Sequence[float]) -> None:
         """Estimate the noise of the last moments.
@@ -47,9 +44,7 @@ class NoiseLevel:
         # A new estimate shares four moments of five with the one before, so every other is enough
         # once there are some.
         self._moments += 1
-        now = slot(max(seconds), _ESTIMATE_SECONDS)
-        skipped = self._moments > 2 * NOISE_MOMENTS and now == self._last
-        self._last = now
+        skipped = self._moments > 2 * NOISE_MOMENTS and self._moments % 2
         if skipped or len(seconds) < 3 or max(seconds) - min(seconds) > _MOST_SECONDS:
             return
         # Newton's divided difference: 0 for every polynomial of degree N - 2, whatever the times.
