@@ -128,7 +128,7 @@ def test_what_a_killed_run_left_is_removed_only_on_request(tmp_path):
     (left / "segment-00001").write_bytes(b"old")
     (left / "mine.txt").write_bytes(b"mine")
     settings = {"split_minutes": SECOND}
-    with pytest.raises(UsageError, match="out.part.segments exists"):
+    with pytest.raises(UsageError, match=r"out\.part\.segments exists"):
         process_video(src, tmp_path / "out.mp4", None, Settings(**settings))
     process_video(src, tmp_path / "out.mp4", None, Settings(**settings, overwrite=True))
     assert len(decoded(tmp_path / "out.mp4")) == 60
