@@ -34,7 +34,7 @@ _MOVED_FAR = 0.12  # more: the mesh net reads the face once more, at its new pos
 _AT_REST = 0.015  # less: no more than noise
 _JERK = 0.05  # more than a resting face moves in its first frame of motion
 _FAST = 0.08  # more: the mesh net reads every frame
-# Between two runs of the mesh net; at more the smoothed lips of a still face shake.
+# The mesh net runs once in a slot of this length; at more the smoothed lips of a still face shake.
 MESH_SECONDS = 0.1
 # IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of
 # the lip and eye nets lie in the wrong place.

@@ -39,7 +39,7 @@ from makeup_video.pipeline.frames.views import FramePicture, Picture
 # The detector's input while a face is followed: other faces are smaller.
 BESIDE_SIDES_PX = (320,)
 STILL_WIDE_ENOUGH = 0.85  # of the least width: a followed face may be a little narrower
-DETECT_SECONDS = 0.24  # between two detections of new faces
+DETECT_SECONDS = 0.24  # slots of time, in each of which new faces are searched once
 SEARCH_SECONDS = 0.08  # the same while no face is followed, or one was lost a moment ago
 # The same two on a machine that is too slow: see FindFaces.level.
 SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32

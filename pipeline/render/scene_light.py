@@ -19,7 +19,7 @@ from makeup_video.pipeline.render.skin_light import (
     read_room,
 )
 
-READ_SECONDS = 0.2  # between two readings of a face or of the room; the smoothing fills in
+READ_SECONDS = 0.2  # a face and the room are read once in a slot; the smoothing fills in
 SMOOTH_SECONDS = 0.5  # time constant: a hand's shadow hardly counts, a lamp switched on soon does
 ROOM_SMOOTH_SECONDS = 0.4  # the same of the environment
 FORGET_SECONDS = 2.0  # four time constants: hardly anything of the old value is left

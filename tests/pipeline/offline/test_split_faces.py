@@ -61,14 +61,16 @@ def test_faces_are_painted_alike_on_both_sides_of_a_seam(tmp_path, two_faces, wh
         assert (first() if name == "warnings" else first) == (
             second() if name == "warnings" else second
         )
-    plan = plan_of(two_faces, LOOK, MINUTES)
+    plan, bare = plan_of(two_faces, LOOK, MINUTES), decoded(two_faces)
     (seam,) = (round(segment.first / Fraction(1000, 30)) for segment in plan.segments[1:])
     for number in range(seam - 5, seam + 30, 5):
         faces = find_faces(whole[number].to_ndarray(format="rgb24"))
         assert faces
-        # both runs paint the same face unless its tracker or its light has not settled; the bar
-        # is where differences are beyond sight
-        assert min(face_psnr(whole[number], split[number], face) for face in faces) > 45
+        # The face drifts by less than a pixel a frame, so both trackers keep crops that differ a
+        # little: the edges of the makeup lie up to a pixel apart.
+        assert min(face_psnr(whole[number], split[number], face) for face in faces) > 35
+        # A face that is left out is far below that.
+        assert min(face_psnr(whole[number], bare[number], face) for face in faces) < 32
 
 
 def test_only_the_chosen_face_of_a_later_segment_is_painted(tmp_path, two_faces):
