@@ -3,6 +3,8 @@
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from fractions import Fraction
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +12,7 @@ import typer
 from makeup_video.cli.look_options import LookOptions
 from makeup_video.cli.options import (
     OUTPUT,
+    RUN,
     Debug,
     End,
     Overwrite,
@@ -94,6 +97,22 @@ def apply(
             "--sdr", help="Turn HDR (PQ, HLG) into SDR, for every screen.", rich_help_panel=OUTPUT
         ),
     ] = False,
+    split: Annotated[
+        float | None,
+        typer.Option(
+            metavar="MINUTES",
+            help="Paint segments of this length, each in its own process.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Segments painted at once; default: half the cores.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
     strict: Annotated[
         bool,
         typer.Option(
@@ -121,10 +140,12 @@ def apply(
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.progress import show_progress
-    from makeup_video.pipeline import Settings, process_video
+    from makeup_video.pipeline import Settings, UsageError, process_video
     from makeup_video.pipeline.look.options import check_options, choose_look
 
     with report_errors("apply", output, debug):
+        if split is not None and not isfinite(split):
+            raise UsageError(f"--split must be a number of minutes, got {split}")
         settings = Settings(
             codec=codec,
             crf=crf,
@@ -137,6 +158,8 @@ def apply(
             sdr=sdr,
             faces=look.faces,
             compare=compare,
+            split_minutes=None if split is None else Fraction(split),
+            jobs=jobs,
             device=look.device,
             on_whole=mark_output_whole,
         )

@@ -3,6 +3,7 @@
     MakeupVideoError                 exit code 1
     ├── InstallError   (RuntimeError)          1   a file of the package is missing or changed
     ├── TooLittleMemoryError (MemoryError)     1   a memory limit is below what the run needs
+    ├── WorkerError    (RuntimeError)          1   a process of the run was killed
     ├── UsageError     (ValueError)            2   options that do not fit together
     ├── LookError      (ValueError)            2   a look file that cannot be used
     ├── CatalogueError (ValueError)            2   a table of products that cannot be used
@@ -72,6 +73,10 @@ class InstallError(MakeupVideoError, RuntimeError):
 
 
 class TooLittleMemoryError(MakeupVideoError, MemoryError):
+    pass
+
+
+class WorkerError(MakeupVideoError, RuntimeError):
     pass
 
 

@@ -46,6 +46,7 @@ def test_only_the_listed_modules_use_threads():
         if "threading" in set(imported(path))
     }
     assert users == {
+        "engine/processes.py",  # ends a worker whose main process is gone
         "engine/runner.py",
         "engine/signals.py",  # only the main thread may set handlers
         "engine/channel.py",  # its lock

@@ -9,20 +9,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from makeup_video.pipeline.engine.machine import cores, peak_memory_bytes
+from makeup_video.pipeline.engine.machine import peak_memory_bytes
 from makeup_video.pipeline.engine.runner import Runner, Stage
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
-from makeup_video.pipeline.media.codecs import container_of, encoder_options, pick_codec
 from makeup_video.pipeline.media.decode import Decoder
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.mux import Muxer
-from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of, pick_pix_fmt
 from makeup_video.pipeline.media.side_by_side import SideBySide
+from makeup_video.pipeline.offline.encoding import choose_encoding, decoder_threads
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
@@ -45,8 +44,7 @@ def run_stages(
     """
     began, cpu_began = time.monotonic(), time.process_time()
     path, settings = local_file(src), settings or Settings()
-    if os.fspath(dst).endswith(os.sep):
-        raise UsageError(f"the output {dst} names a folder: give the name of a file")
+    check_name(dst)
     if is_picture(path):
         if given := settings.of_videos():
             names = ", ".join(map(option, given))
@@ -66,7 +64,7 @@ def run_stages(
             check_start(source, settings.start_seconds)
             steps = stages(source)
             if settings.compare:
-                steps = _side_by_side(steps)
+                steps = compared(steps)
             report = _run(source, Path(dst), steps, settings, on_progress)
         finally:
             source.close()
@@ -84,7 +82,7 @@ def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
     return cast(Frame, item)
 
 
-def _side_by_side(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
+def compared(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
     """Show a frame before and after the last stage, which paints; without stages, twice."""
     *others, (name, last) = stages or [("compare", lambda frame: frame)]
     return [*others, (name, SideBySide(last))]
@@ -97,34 +95,23 @@ def _run(
     settings: Settings,
     on_progress: Progress | None,
 ) -> Report:
-    container = container_of(output)
-    becomes_sdr = settings.sdr and source.tags.is_hdr
-    deep = not becomes_sdr and (source.bit_depth > 8 or source.tags.is_hdr)
-    if settings.bit_depth is not None:
-        deep = settings.bit_depth > 8
-    codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)
-    options = encoder_options(codec, settings.crf, settings.preset)
-    depth, threads = settings.bit_depth, settings.decoder_threads
-    if depth is None and becomes_sdr:
-        depth = min(map(bits_of, codec.pix_fmts))  # 8 bits suffice, but ProRes has no such format
-    if depth is not None:
-        pick_pix_fmt("yuv420p", codec, depth)  # raises UsageError before the output is begun
+    encoding = choose_encoding(source, output, settings)
     bytes_in = source.container.size  # of the open file: its name may be another file's at the end
     target = OutputFile(
         output, source.path, overwrite=settings.overwrite, on_whole=settings.on_whole
     )
-    muxer = Muxer(target, container, strict=settings.strict)
+    muxer = Muxer(target, encoding.container, strict=settings.strict)
     try:
-        convert = ConvertPixelFormat(codec, depth, sdr=settings.sdr)
+        convert = encoding.convert()
         decoder = Decoder(
             source,
             convert,
             muxer,
             start_seconds=settings.start_seconds,
             end_seconds=settings.end_seconds,
-            threads=decoder_threads() if threads is None else threads,
+            threads=decoder_threads(settings.decoder_threads),
         )
-        encoder = VideoEncoder(muxer, source, codec, options, settings.encoder_threads or 0)
+        encoder = encoding.encoder(muxer, source, settings.encoder_threads)
         runner = Runner(
             ("decode", decoder.frames()),
             stages,
@@ -144,13 +131,10 @@ def _run(
     return report
 
 
-def decoder_threads() -> int:
-    """Half as many threads as there are cores.
-
-    FFmpeg's own choice is one a core and one more, each with pictures in memory; but a film waits
-    for the encoder, not for the decoder.
-    """
-    return max(1, cores() // 2)
+def check_name(dst: str | os.PathLike[str]) -> None:
+    """Raises UsageError for an output that names a folder."""
+    if os.fspath(dst).endswith(os.sep):
+        raise UsageError(f"the output {dst} names a folder: give the name of a file")
 
 
 def _report(
@@ -161,6 +145,19 @@ def _report(
     muxer: Muxer,
     runner: Runner,
 ) -> Report:
+    report = report_of(source, output, decoder, encoder, muxer)
+    report.stages = {name: asdict(times) for name, times in runner.times.items()}
+    report.channels = {
+        channel.name: {"capacity": channel.capacity, "mean_fill": channel.mean_fill}
+        for channel in runner.channels
+    }
+    return report
+
+
+def report_of(
+    source: VideoSource, output: Path, decoder: Decoder, encoder: VideoEncoder, muxer: Muxer
+) -> Report:
+    """The report of a finished film, without what the stages and channels know."""
     stats = decoder.stats
     return Report(
         source=str(source.path),
@@ -181,10 +178,5 @@ def _report(
         conversions=decoder.convert.conversions,
         media_seconds=float(decoder.media_seconds),
         first_packet_unix_seconds=encoder.first_packet_at,
-        stages={name: asdict(times) for name, times in runner.times.items()},
-        channels={
-            channel.name: {"capacity": channel.capacity, "mean_fill": channel.mean_fill}
-            for channel in runner.channels
-        },
         bytes_out=muxer.bytes_out,
     )

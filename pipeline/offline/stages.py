@@ -73,32 +73,42 @@ class _FindOnce:
 
 
 class PaintRun(FaceRun):
-    """Finds faces and paints a look on them; `faces` and `device` as in Settings."""
+    """Finds faces and paints a look on them; `faces` and `device` as in Settings.
+
+    composite: the stage that paints, once the stages are made.
+    """
+
+    composite: Composite
 
     def __init__(self, look: Look, faces: str = "all", device: str = "") -> None:
         super().__init__(self._painting, PAINT_VIDEO, PAINT_PICTURE)
         self._look, self._faces, self._device = look, faces, device
 
     def _painting(self) -> Stages:
-        self._composite = Composite(self._look, self._device, self._faces)
-        return [("scene", BuildScene(self._device)), ("composite", self._composite)]
+        self.composite = Composite(self._look, self._device, self._faces)
+        return [("scene", BuildScene(self._device)), ("composite", self.composite)]
 
     def count(self, report: Report) -> None:
         super().count(report)
-        report.painted_frames = self._composite.painted_frames
+        report.painted_frames = self.composite.painted_frames
         if not report.painted_frames and report.frames_with_face:
-            report.why_unpainted = self._why_unpainted(report.turn_first)
+            chosen = self.composite.chosen_frames
+            report.why_unpainted = why_unpainted(
+                self._look, self._faces, report.turn_first, chosen, self.composite.numbers
+            )
 
-    def _why_unpainted(self, turn_first: str) -> str:
-        """Why no face that was found is painted."""
-        composite, whom = self._composite, self._faces
-        if not composite.chosen_frames and whom.isdigit():
-            return f"face {whom} was chosen, but {_numbered(sorted(composite.numbers))}"
-        painted = {layer.kind for layer in self._look.painted}
-        hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
-        if not hidden:
-            return "the look has no opacity, no gloss and no reflection"
-        return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
+
+def why_unpainted(
+    look: Look, faces: str, turn_first: str, chosen_frames: int, numbers: set[int]
+) -> str:
+    """Why no face that was found is painted; chosen_frames and numbers as in Composite."""
+    if not chosen_frames and faces.isdigit():
+        return f"face {faces} was chosen, but {_numbered(sorted(numbers))}"
+    painted = {layer.kind for layer in look.painted}
+    hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
+    if not hidden:
+        return "the look has no opacity, no gloss and no reflection"
+    return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
 
 
 def _numbered(numbers: list[int]) -> str:
