@@ -92,7 +92,7 @@ def test_cover_and_response_are_found_again(cover, response):
     np.testing.assert_allclose(found[1], response, atol=1e-6)
 
 
-def test_a_look_on_the_same_face_comes_across_and_none_does_not():
+def test_a_look_on_the_same_face_comes_across():
     (face,) = find_faces(PICTURE)
     look = ready_look("clown").look
     photo = see(apply_look(PICTURE, look, [face]), face)

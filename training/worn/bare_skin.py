@@ -33,8 +33,8 @@ NARROWEST_PX = 40  # IOD
 _PAINTED = 8  # of the faces one in so many is painted as well, with each of _COLOURS colours
 _COLOURS = 3
 _LEAST_COUNT = 20  # nodes in a cell of the cheeks, below which nothing is known of it
-# Percentile of bare faces that the skin around made-up eyes would look like: whoever wears makeup has
-# thinner brows and evener skin than most bare faces, many of which are men's.
+# Percentile of bare faces that the skin around made-up eyes would look like: whoever wears makeup
+# has thinner brows and evener skin than most bare faces, many of which are men's.
 _LIGHTER = 65
 _SPREAD = 0.01  # added to the variance of bare faces, for what no bare face shows
 # Both sides of the eye, everywhere.

@@ -3,7 +3,8 @@
     python -m makeup_video.training.worn.fit_colours --faces DIR --out pipeline/weights
 
 DIR has folders `portraits` and `wild` with worn.csv, as of worn/prepare.py. Writes
-worn_colours.npy: a weight for each number of Colours.numbers(), and a constant, by kind.
+bare_colours.npy, what areas of bare faces look like, and worn_colours.npy: by kind a weight for
+each number, and a constant.
 """
 
 import argparse
@@ -12,7 +13,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.find import find_faces
-from makeup_video.pipeline.reference.colours import Colours
+from makeup_video.pipeline.reference.colours import Colours, areas, with_distances
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.training.worn.prepare import LABELS, rows
@@ -21,10 +22,13 @@ from makeup_video.training.worn.scores import UNKNOWN
 SETS = ("wild", "portraits")
 RIDGE = 300.0  # of weights for numbers of variance 1: tried on photos between 30 and 1000
 _STEPS = 25
+# By area: the kinds without which it is bare.
+_BARE_WITHOUT = (("lips",), ("blush",), *(("shadow", "liner"),) * 4)
+_LEAST_SPREAD = 1e-3  # of logarithms
 
 
 def read(folder: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers (N, 226) and labels (N, 4) of the largest face of each picture."""
+    """Logarithms (N, 226) and labels (N, 4) of the largest face of each picture."""
     numbers, labels = [], []
     for name in SETS:
         for path, known in rows(folder / name):
@@ -34,10 +38,22 @@ def read(folder: Path) -> tuple[np.ndarray, np.ndarray]:
             if rgb8 is None or not faces:
                 continue
             light = photo_light(rgb8, faces[0])
-            numbers.append(Colours.of(neutral_face(rgb8, faces[0], light)).numbers())
+            numbers.append(Colours.of(neutral_face(rgb8, faces[0], light)).logarithms())
             labels.append(known)
         print(f"{name}: {len(numbers)} faces so far", flush=True)
     return np.array(numbers), np.array(labels)
+
+
+def bare_areas(logarithms: np.ndarray, labels: np.ndarray) -> np.ndarray:
+    """(6, 12) of with_distances, each area from the faces that wear nothing there."""
+    columns = list(LABELS)
+    rows12 = []
+    for number, names in enumerate(_BARE_WITHOUT):
+        is_bare = (labels[:, [columns.index(name) for name in names]] == 0).all(1)
+        seen = areas(logarithms[is_bare])[:, number]
+        inverse = np.linalg.inv(np.cov(seen.T) + _LEAST_SPREAD * np.eye(3))
+        rows12.append(np.concatenate([np.median(seen, axis=0), inverse.ravel()]))
+    return np.array(rows12, np.float32)
 
 
 def fit(numbers: np.ndarray, is_worn: np.ndarray, ridge: float = RIDGE) -> np.ndarray:
@@ -64,8 +80,10 @@ def main() -> None:
     parser.add_argument("--faces", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
-    numbers, labels = read(options.faces)
-    fitted = []
+    logarithms, labels = read(options.faces)
+    bare, fitted = bare_areas(logarithms, labels), []
+    np.save(options.out / "bare_colours.npy", bare)
+    numbers = with_distances(logarithms, bare)
     for column in range(len(LABELS)):
         known = labels[:, column] != UNKNOWN
         fitted.append(fit(numbers[known], labels[known, column] == 1))

@@ -129,10 +129,10 @@ def section(labelled: dict[str, Worn], plain: dict[str, Worn], transfer: Transfe
         one, threshold = labelled[name], WORN_FROM[kind]
         bare, clear = one.shares(threshold)
         others = plain[name].shares(threshold)[0]
-        alarms = one.alarms_at(0.9) if len(one.clear) > 1 else float("nan")
+        alarms = f"{one.alarms_at(0.9):.0%}" if len(one.clear) > 1 else "too few"
         rows.append([
             kind, f"{len(one.bare)}", f"{bare:.0%}", f"{len(one.clear)}", f"{clear:.0%}",
-            f"{others:.0%}", f"{one.area():.3f}", f"{alarms:.0%}",
+            f"{others:.0%}", f"{one.area():.3f}", alarms,
         ])  # fmt: skip
     head = ["kind", "bare", "read as worn", "clear", "read as worn", "other bare faces",
             "area under ROC", "false alarms at 90 % found"]  # fmt: skip
