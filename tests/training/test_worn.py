@@ -106,7 +106,7 @@ def test_a_look_on_the_same_face_comes_across():
 def test_the_section_has_a_row_for_each_kind_and_zone():
     (face,) = find_faces(PICTURE)
     worn = {name: Worn([0.1, 0.2, 0.9], [0.8, 0.95]) for name in LABELS}
-    text = section(worn, worn, Transfer([see(PICTURE, face)] * 3))
+    text = section(worn, worn, [worn], Transfer([see(PICTURE, face)] * 3))
     for name in (*LABELS.values(), *ZONES):
         assert f"| {name} |" in text
     assert "33%" in text and BEGIN not in text and END not in text

@@ -122,8 +122,16 @@ def _square(rgb8: np.ndarray) -> np.ndarray:
     )
 
 
-def section(labelled: dict[str, Worn], plain: dict[str, Worn], transfer: Transfer) -> str:
-    """The section as Markdown, down to the end of its tables."""
+def section(
+    labelled: dict[str, Worn],
+    plain: dict[str, Worn],
+    made_up: list[dict[str, Worn]],
+    transfer: Transfer,
+) -> str:
+    """The section as Markdown, down to the end of its tables.
+
+    made_up: further labelled faces, for the reliability of the probabilities alone.
+    """
     rows = []
     for name, kind in LABELS.items():
         one, threshold = labelled[name], WORN_FROM[kind]
@@ -145,10 +153,17 @@ def section(labelled: dict[str, Worn], plain: dict[str, Worn], transfer: Transfe
         ]
         for zone in ZONES
     ] + [["all of the eyes", "", f"{transfer.score(*EYES):.2f}", f"{transfer.best(*EYES):.2f}"]]
+    everyone = {
+        name: Worn(
+            [share for one in (labelled, plain, *made_up) for share in one[name].bare],
+            [share for one in (labelled, plain, *made_up) for share in one[name].clear],
+        )
+        for name in LABELS
+    }
     curves = [
         [
             kind,
-            *(_reliability(labelled[name], low, high) for low, high in pairwise(_BINS)),
+            *(_reliability(everyone[name], low, high) for low, high in pairwise(_BINS)),
         ]
         for name, kind in LABELS.items()
     ]
@@ -188,7 +203,8 @@ bare faces differ as well. Photos count in the zones where they are clearly made
 
 {zones}
 
-Of the labelled faces with a probability in each column, so many wear that kind clearly:
+Of all these faces, bare, labelled and made up, with a probability in each column, so many wear that
+kind clearly:
 
 {curves}
 """
@@ -208,7 +224,8 @@ def main() -> None:
     looks = [path for folder in options.looks for path in sorted(folder.glob("*.jpg"))]
     bare = sorted(options.bare.glob("*.jpg"))
     transfer = transfer_of(looks[:: options.step], bare, options.sheets)
-    text = section(worn_of(options.labelled), worn_of(options.bare), transfer)
+    made_up = [worn_of(folder) for folder in options.looks if (folder / "worn.csv").exists()]
+    text = section(worn_of(options.labelled), worn_of(options.bare), made_up, transfer)
     print(text)
     if options.page is not None:
         before, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)
