@@ -8,7 +8,7 @@ constants of the product.
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,11 +18,11 @@ from makeup_video.kernels.colour import SRGB, to_linear
 from makeup_video.pipeline.faces.face import Face, iod_px
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import Layer, Look
-from makeup_video.pipeline.reference.cheeks import SIDE, see_cheeks
-from makeup_video.pipeline.reference.fit_blush import density as blush_density
-from makeup_video.pipeline.reference.fit_lips import seen_lips
-from makeup_video.pipeline.reference.flat_eyes import flat_eyes
+from makeup_video.pipeline.reference.cheeks import SIDE, Cheeks
+from makeup_video.pipeline.reference.colours import Colours
+from makeup_video.pipeline.reference.fit_blush import density
 from makeup_video.pipeline.reference.neutral_face import NeutralFace, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
@@ -32,6 +32,9 @@ SETS = {"portraits": 3, "wild": 4}  # every third, every fourth face
 NARROWEST_PX = 40  # IOD
 _PAINTED = 8  # of the faces one in so many is painted as well, with each of _COLOURS colours
 _COLOURS = 3
+_LIPS, _BLUSH = 0.85, 0.6  # opacities of what is painted
+_LEAST_DENSE = 0.1  # where blush lies
+_SURELY_SKIN = 0.5
 _LEAST_COUNT = 20  # nodes in a cell of the cheeks, below which nothing is known of it
 # Percentile of bare faces that the skin around made-up eyes would look like: whoever wears makeup
 # has thinner brows and evener skin than most bare faces, many of which are men's.
@@ -79,22 +82,21 @@ class Response:
 
 
 def measure(folder: Path, out: Path) -> None:
-    rng, paint = np.random.default_rng(0), PaintPictures()
+    rng, painted = np.random.default_rng(0), Painted()
     eyes: list[np.ndarray] = []
     lips: list[np.ndarray] = []
     cheeks = np.zeros((SIDE, SIDE, 4))
-    shown = {name: Response() for name in ("eyes", "blush", "lips")}
     for number, (rgb8, face) in enumerate(bare_faces(folder)):
-        neutral = neutral_of(rgb8, face)
-        seen = flat_eyes(neutral), see_cheeks(neutral), seen_lips(neutral)
-        if any(each is None for each in seen):
+        seen = Colours.of(neutral_of(rgb8, face))
+        if seen.eyes is None or seen.lips is None or seen.cheeks is None:
             continue
-        eyes.append(seen[0])
-        lips.append(seen[2])
-        _splat(cheeks, seen[1])
+        eyes.append(seen.eyes)
+        lips.append(seen.lips)
+        _splat(cheeks, seen.cheeks)
         for _ in range(0 if number % _PAINTED else _COLOURS):
-            _add_painted(shown, rgb8, face, paint, tuple(rng.integers(0, 256, 3).tolist()))
-    cover, response = shown["eyes"].solve()
+            red, green, blue = rng.integers(0, 256, 3).tolist()
+            painted.add(rgb8, face, (red, green, blue))
+    cover, response = painted.shown["eyes"].solve()
     spread = np.std(eyes, axis=0).mean(-1)
     weights = np.clip((cover - 0.2) / 0.4, 0, 1) / (spread**2 + _SPREAD)
     bare = np.percentile(eyes, _LIGHTER, axis=0)
@@ -108,44 +110,58 @@ def measure(folder: Path, out: Path) -> None:
     np.save(out / "bare_cheeks.npy", blurred.astype(np.float16))
     print(f"{len(eyes)} faces; lips {np.median(lips, axis=0).round(3).tolist()}")
     for name in ("blush", "lips"):
-        print(name, "cover, response:", *(float(each.round(3)) for each in shown[name].solve()))
-
-
-def _splat(cheeks: np.ndarray, seen) -> None:
-    x, y = (np.rint(part).astype(int) for part in seen.cells())
-    inside = (x >= 0) & (x < SIDE) & (y >= 0) & (y < SIDE) & (seen.skin > 0.5)
-    rows4 = np.concatenate([seen.roots, np.ones_like(seen.roots[..., :1])], -1)[inside]
-    np.add.at(cheeks, (y[inside], x[inside]), rows4)
-
-
-def _add_painted(shown, rgb8, face, paint, rgb) -> None:
-    before = neutral_of(rgb8, face)
-    root = np.sqrt(to_linear(np.array(rgb) / 255, SRGB) / before.skin)
-
-    def worn(kind: str, part: str, shapes, opacity: float) -> NeutralFace:
-        coat = replace(product(rgb, "matte", part), opacity=opacity)
-        look = Look([Layer(kind, coat, shape) for shape in shapes])
-        return neutral_of(paint(rgb8, look, [face]), face)
-
-    after = worn("eyeshadow", "eyes", _ALL_AROUND, 1.0)
-    shown["eyes"].add(
-        flat_eyes(before), flat_eyes(after), np.broadcast_to(root, (*flat_eyes(before).shape,))
-    )
-    after = worn("lipstick", "lips", [{}], 0.85)
-    one, other = seen_lips(before), seen_lips(after)
-    if one is not None and other is not None:
-        shown["lips"].add(one * 0.85, other - one * 0.15, root * 0.85)
-    after = worn("blush", "blush", [{}], 0.6)
-    one, other = see_cheeks(before), see_cheeks(after)
-    if one is not None and other is not None:
-        dense = 0.6 * blush_density(one, {}) * one.skin
-        at = dense > 0.1
-        d = dense[at][:, None]
-        shown["blush"].add(
-            (one.roots[at] * d).ravel(),
-            (other.roots[at] - one.roots[at] * (1 - d)).ravel(),
-            (root * d).ravel(),
+        print(
+            name,
+            "cover, response:",
+            *(float(each.round(3)) for each in painted.shown[name].solve()),
         )
+
+
+def _splat(cheeks: np.ndarray, seen: Cheeks) -> None:
+    """Add the nodes of a face to the map (32, 32, 4): roots, and how many there are."""
+    x, y = (np.rint(part).astype(int) for part in seen.cells())
+    inside = (x >= 0) & (x < SIDE) & (y >= 0) & (y < SIDE) & (seen.skin > _SURELY_SKIN)
+    counted = np.concatenate([seen.roots, np.ones_like(seen.roots[..., :1])], -1)[inside]
+    np.add.at(cheeks, (y[inside], x[inside]), counted)
+
+
+class Painted:
+    """How products show on bare faces, by where they are worn."""
+
+    def __init__(self) -> None:
+        self.shown = {name: Response() for name in ("eyes", "blush", "lips")}
+        self._paint = PaintPictures()
+
+    def add(self, rgb8: np.ndarray, face: Face, rgb: tuple[float, float, float]) -> None:
+        """Paint a bare face in one colour, and compare."""
+        before = neutral_of(rgb8, face)
+        root = np.sqrt(to_linear(np.array(rgb) / 255, SRGB) / before.skin)
+
+        def wearing(part: str, shapes: Sequence[Mapping[str, float]], opacity: float) -> Colours:
+            coat = replace(product(rgb, "matte", part), opacity=opacity)
+            look = Look([Layer(PARTS[part].name, coat, dict(shape)) for shape in shapes])
+            return Colours.of(neutral_of(self._paint(rgb8, look, [face]), face))
+
+        bare, eyes = Colours.of(before), wearing("eyes", _ALL_AROUND, 1.0).eyes
+        if bare.eyes is not None and eyes is not None:
+            self.shown["eyes"].add(bare.eyes, eyes, np.broadcast_to(root, eyes.shape))
+        lips = wearing("lips", [{}], _LIPS).lips
+        if bare.lips is not None and lips is not None:
+            self._add_shares("lips", bare.lips, lips, np.array(_LIPS), root)
+        cheeks = wearing("blush", [{}], _BLUSH).cheeks
+        if bare.cheeks is not None and cheeks is not None:
+            dense = _BLUSH * density(bare.cheeks, {}) * bare.cheeks.skin
+            at = dense > _LEAST_DENSE
+            rows3 = bare.cheeks.roots[at], cheeks.roots[at]
+            self._add_shares("blush", *rows3, dense[at][:, None], root)
+
+    def _add_shares(
+        self, name: str, bare: np.ndarray, painted: np.ndarray, share: np.ndarray, root: np.ndarray
+    ) -> None:
+        """Add places where only a share of the product lies, as one sum."""
+        covered = bare * share
+        added = np.broadcast_to(root * share, covered.shape)
+        self.shown[name].add(covered.ravel(), (painted - bare + covered).ravel(), added.ravel())
 
 
 if __name__ == "__main__":
