@@ -193,7 +193,10 @@ def _lipstick(photo: _Photo) -> list[Layer]:
 
 def _eyeshadow(photo: _Photo) -> list[Layer]:
     lid = photo.product("eyes")
-    return [] if lid is None else fit_shadows(photo.colours.neutral, photo.colours.eyes, lid)
+    if lid is None:
+        return []
+    seen, probability = photo.colours, photo.makeup.worn["eyeshadow"]
+    return fit_shadows(seen.neutral, seen.eyes, lid, probability)
 
 
 def _eyeliner(photo: _Photo) -> list[Layer]:

@@ -20,7 +20,8 @@ from makeup_video.pipeline.reference.film import Film, bounded
 from makeup_video.pipeline.reference.flat_eyes import density
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 
-# What is tried, in the order of painting: of each place one shape, or none.
+# What is tried, in the order of painting: of each place one shape, or none. The last lies below the
+# eye.
 _SHAPES: tuple[tuple[dict[str, object], ...], ...] = (
     (
         {"slot": "full"},
@@ -48,24 +49,28 @@ MOST_OPAQUE, LEAST_OPAQUE = 0.8, 0.3
 # A product lighter than the skin is a sheer one: on darker skin it would look like chalk.
 _LIGHT_OPAQUE = 0.5
 _CONTRAST = 0.5  # of roots between a product and skin, from which on it is as opaque as it can be
+_LIKELY = 0.5
 _STIFF = 1e-5  # of the weights: keeps the equations solvable where layers cover the same cells
 
 _Shape = dict[str, object]
 
 
-def fit_shadows(neutral: NeutralFace, seen: np.ndarray | None, lid: GraphicsParams) -> list[Layer]:
+def fit_shadows(
+    neutral: NeutralFace, seen: np.ndarray | None, lid: GraphicsParams, probability: float = 1.0
+) -> list[Layer]:
     """The layers of eye-shadow of a face, in the order of painting; none for an eye that is not
     seen, or that looks like a bare one.
 
     seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the lid's
-    layer has; the others are matte.
+    layer has; the others are matte.  probability: that eye-shadow is worn; where it is not likely,
+    nothing is read below the eye, since folds and rims of glasses are darker and redder than skin.
     """
     if seen is None:
         return []
     shine = lid.opacity, lid.gloss, lid.gloss_roughness, lid.reflection
     finish = nearest_finish(*shine, "eyes", shimmers=False)
     most = 1 / np.sqrt(neutral.skin)
-    chosen = _choose(seen, most)
+    chosen = _choose(seen, most, _SHAPES if probability >= _LIKELY else _SHAPES[:-1])
     if not chosen:
         return []
     opacities = [MOST_OPAQUE] * len(chosen)
@@ -78,15 +83,15 @@ def fit_shadows(neutral: NeutralFace, seen: np.ndarray | None, lid: GraphicsPara
     ]
 
 
-def _choose(seen: np.ndarray, most: np.ndarray) -> list[_Shape]:
+def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape]]) -> list[_Shape]:
     """The shapes of the layers that are worth it, in the order of painting."""
     film, weights = _bare_eyes()
-    chosen: list[_Shape | None] = [None] * len(_SHAPES)
+    chosen: list[_Shape | None] = [None] * len(places)
     least = float(((seen - film.bare) ** 2 * weights[..., None]).sum())
     while True:
         tried = [
             (_error(seen, other, most), other)
-            for place, shapes in enumerate(_SHAPES)
+            for place, shapes in enumerate(places)
             for shape in (None, *shapes)
             if (other := [*chosen[:place], shape, *chosen[place + 1 :]]) != chosen
             and len(_worn(other)) <= KINDS["eyeshadow"].most

@@ -32,7 +32,7 @@ _CALIBRATION: Mapping[str, tuple[float, float, float]] = {
 # Probabilities from which a kind counts as worn: on real photos about one bare face in seven is
 # read as worn at most.
 WORN_FROM: Mapping[str, float] = {
-    "lipstick": 0.37,
+    "lipstick": 0.42,
     "eyeshadow": 0.19,
     "eyeliner": 0.2,
     "blush": 0.05,
