@@ -60,6 +60,11 @@ _HOLES = [
 # The outline of a turned face: the oval, or the nose and the mouth before it.
 _OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
 
+# The chart: what of the mean face may be painted, and more, in IOD across and down; px for one IOD.
+_CHARTED, _CHART_PX = ((-1.1, 1.1), (-0.6, 1.2)), np.float32(96)
+_ACROSS, _DOWN = (np.arange(low, high, 1 / _CHART_PX, dtype=np.float32) for low, high in _CHARTED)
+_CHART = FaceFields(_ACROSS[None, None], _DOWN[None, :, None])
+
 _HIDDEN_BELOW = 0.15  # `down`, when the mouth is hidden
 
 
@@ -92,6 +97,17 @@ class FaceSurface:
 
     def fields(self) -> FaceFields:
         return FaceFields(self.across[None], self.down[None])
+
+    @property
+    def chart(self) -> FaceFields:
+        return _CHART
+
+    def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
+        (left, _), (top, _) = _CHARTED
+        x, y = self.across - np.float32(left), self.down - np.float32(top)
+        x *= _CHART_PX
+        y *= _CHART_PX
+        return x, y
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""

@@ -37,6 +37,9 @@ _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
 _INWARD_SIGMA_PX = 1.0  # of the patch
 _AROUND = 3  # px of the patch around what is seen
+# The chart: one row from the border of the lips to where they meet.
+_CHART_PX = 255
+_CHART = LipsFields(lambda: np.linspace(0, 1, _CHART_PX + 1, dtype=np.float32)[None, None])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +69,14 @@ class LipsSurface:
 
     def fields(self) -> LipsFields:
         return LipsFields(lambda: _inward(self.face, self.grid)[None])
+
+    @property
+    def chart(self) -> LipsFields:
+        return _CHART
+
+    def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
+        inward = _inward(self.face, self.grid)
+        return inward * np.float32(_CHART_PX), np.zeros_like(inward)
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest px (x, y) of the frame with weight, and some more."""
