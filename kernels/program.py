@@ -311,6 +311,8 @@ class Memory:
 
 def _span(plane: np.ndarray) -> np.ndarray:
     """View a plane's memory from its first element to its last, gaps included, as (N,)."""
+    if plane.flags.c_contiguous and plane.flags.writeable and plane.size:
+        return plane.reshape(-1)
     row = math.prod(plane.shape[1:])
     inner = [plane.itemsize * math.prod(plane.shape[at:]) for at in range(2, plane.ndim + 1)]
     step = plane.strides[0] if plane.shape[0] > 1 else row * plane.itemsize

@@ -73,7 +73,7 @@ class Part:
 
     coats: one or more, in the order of painting.
     densities: (coats, H, W) float32 on the surface's grid, 0..1; None for one that is 1 everywhere.
-    density: (H, W); of one coat its own, of several 1 where there is any of them, of strokes 1
+    density: (H, W); of one coat its own, of several 1 where there is any of them, of strokes True
     where they may be seen; None for 1 everywhere.
     strokes: (H, W) each, drawn in place of the densities, and faded over blur_px of the frame.
     """
@@ -126,7 +126,7 @@ class Job:
         """All that has weight on a frame; None when nothing of it lies there."""
         part = self.part
         if part.density is not None and part.strokes:  # whatever the surface's own border
-            low_xy, high_xy = part.surface.grid.box_px(box_of(part.density > 0), more=1)
+            low_xy, high_xy = part.surface.grid.box_px(box_of(part.density), more=1)
         else:
             low_xy, high_xy = part.surface.reach(self._softness, part.density)
         return Rect.around(low_xy, high_xy, size_wh, block)
@@ -246,9 +246,8 @@ def _lines(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
     """The lines of a layer on each surface. They lie where they are drawn, whatever the side."""
     for layer in group.layers:
         for coat in _coats(lits[0].surface.fields(), layer):
-            worn = (_worn(layer, coat),)
+            worn, seen = (_worn(layer, coat),), box_of_strokes(coat.strokes, coat.blur_px)
             for lit in lits:
                 at = lit.surface.number
                 strokes = tuple([Stroke(one.above[at], one.below[at]) for one in coat.strokes])
-                seen = box_of_strokes(strokes, coat.blur_px)
-                yield Part(lit, lit.surface, worn, None, seen, strokes, coat.blur_px)
+                yield Part(lit, lit.surface, worn, None, seen[at], strokes, coat.blur_px)

@@ -53,7 +53,9 @@ def _covered(above: np.ndarray, below: np.ndarray, blur_px: float) -> np.ndarray
 
 
 def box_of_strokes(strokes: Sequence[Stroke], blur_px: float) -> np.ndarray:
-    """(H, W) float32, 1 at all places of the grid from which a stroke may be seen."""
-    seen = [np.minimum(one.above, one.below) > -blur_px for one in strokes]
-    there: np.ndarray = np.logical_or.reduce(seen).astype(np.float32)
-    return there
+    """(N, H, W) bool: all places of the grids from which a stroke may be seen."""
+    there = [np.minimum(one.above, one.below) > -blur_px for one in strokes]
+    seen: np.ndarray = there[0]
+    for more in there[1:]:
+        seen |= more
+    return seen

@@ -191,7 +191,7 @@ class BothEyes:
     def on_chart(self, is_upper: bool) -> tuple[np.ndarray, np.ndarray]:
         """See Surface. What lies beyond the lash line has its density."""
         if is_upper:
-            rows = self._up * np.float32(_CHART_ROWS)
+            rows: np.ndarray = self._up * np.float32(_CHART_ROWS)
         else:
             rows = self._below_px * (np.float32(_CHART_ROWS / LID) / self.lower.width_px)
         y = rows.reshape(-1, SIZE_WH[0])
