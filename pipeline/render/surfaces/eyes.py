@@ -36,7 +36,7 @@ from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EY
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeChart, EyeFields
-from makeup_video.pipeline.render.grid import Grid, box_of
+from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
@@ -120,8 +120,8 @@ class LidSurface:
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
         return self.both.on_chart(self.is_upper)
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame with weight, and some more."""
         # a pixel of skin is interpolated from places up to the diagonal of a step away
         inside = self._away_px > -1.5 * self.grid.step_px()
         if density is not None:

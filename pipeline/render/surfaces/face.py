@@ -7,6 +7,7 @@ face; how they are turned; whether the face is seen there; and whether it is bar
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import ClassVar
 
 import cv2
@@ -36,7 +37,7 @@ from makeup_video.pipeline.faces.topology import (
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.kinds.fields import FaceFields
-from makeup_video.pipeline.render.grid import Grid, box_of
+from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.luminance import broad, light_planes
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
@@ -59,6 +60,9 @@ _HOLES = [
 ]  # fmt: skip
 # The outline of a turned face: the oval, or the nose and the mouth before it.
 _OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
+# All points that are drawn, and where each contour among them ends.
+_DRAWN = np.concatenate([_OUTLINE, *_HOLES])
+_ENDS = np.cumsum([len(_OUTLINE), *map(len, _HOLES)]).tolist()
 
 # The chart: what of the mean face may be painted, and more, in IOD across and down; px for one IOD.
 _CHARTED, _CHART_PX = ((-1.1, 1.1), (-0.6, 1.2)), np.float32(96)
@@ -109,8 +113,8 @@ class FaceSurface:
         y *= _CHART_PX
         return x, y
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame with weight, and some more."""
         box = box_of(self._weight(density) > _FAINTEST)
         return self.grid.box_px(box, more=1)  # weights are interpolated
 
@@ -210,15 +214,17 @@ def drawn(on_grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     on_grid: `points_on_grid`.
     """
-    near = np.clip(on_grid[:, :2], -SIDE, 2 * SIDE)  # so that no number is too large for OpenCV
+    near = on_grid.take(_DRAWN, 0)[:, :2]
+    near = np.clip(near, -SIDE, 2 * SIDE)  # so that no number is too large for OpenCV
     near += MARGIN
     near *= 2**_EIGHTH_BITS
     corners = np.rint(near, out=near).astype(np.int32)
     wide = SIDE + 2 * MARGIN
     inside, holes = np.zeros((2, wide, wide), np.uint8)
-    outline = cv2.convexHull(corners.take(_OUTLINE, 0))
+    outline = cv2.convexHull(corners[: _ENDS[0]])
     cv2.fillConvexPoly(inside, outline, 255, cv2.LINE_AA, _EIGHTH_BITS)
-    cv2.fillPoly(holes, [corners[contour] for contour in _HOLES], 255, cv2.LINE_AA, _EIGHTH_BITS)
+    contours = [corners[begin:end] for begin, end in pairwise(_ENDS)]
+    cv2.fillPoly(holes, contours, 255, cv2.LINE_AA, _EIGHTH_BITS)
     return inside, holes
 
 

@@ -17,7 +17,7 @@ from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import LipsFields
-from makeup_video.pipeline.render.grid import Box, Grid, box_of
+from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
@@ -78,8 +78,8 @@ class LipsSurface:
         inward = _inward(self.face, self.grid)
         return inward * np.float32(_CHART_PX), np.zeros_like(inward)
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame with weight, and some more."""
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
         return patch.box_px(self._box(softness), more=2)  # weights are interpolated
 

@@ -5,7 +5,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 from makeup_video.pipeline.frames.affine import AffineArray
-from makeup_video.pipeline.render.grid import Grid
+from makeup_video.pipeline.render.grid import Grid, PointXY
 
 
 class Surface(Protocol):
@@ -45,8 +45,8 @@ class Surface(Protocol):
         float32, in px of the chart."""
         ...
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame with weight, and some more."""
         ...
 
     def weigh(
