@@ -12,7 +12,6 @@ from typing import Any
 import cv2
 import numpy as np
 from makeup_video.kernels.planes import Rect
-from makeup_video.kernels.program import Device
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.look.kinds import KINDS
@@ -23,6 +22,7 @@ from makeup_video.pipeline.render.draw_strokes import box_of_strokes, draw_strok
 from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Surface
 
 _FAINTEST = 1 / 512  # a fainter density changes no code
@@ -186,16 +186,16 @@ def _worn(layer: Layer, coat: Coat) -> WornCoat:
 
 
 def jobs_of(
-    item: FrameScene, scene: FaceScene, groups: Sequence[Group], device: Device
+    item: FrameScene, scene: FaceScene, groups: Sequence[Group], reader: Reader
 ) -> Iterator[Job]:
     """The jobs of a look on one face, in the order of painting.
 
-    groups: of `groups_of`.  device: of the calling thread.
+    groups: of `groups_of`.
     """
     skin_px = iod_px(scene.face)
     for group in groups:
         region = REGIONS[group.region]
-        amount, lits = region.amount(scene.face), region.lit(item, scene, device)
+        amount, lits = region.amount(scene.face), region.lit(item, scene, reader)
         if amount <= 0 or not lits:
             continue
         for part in (_lines if group.is_line else _areas)(lits, group):

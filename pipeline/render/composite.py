@@ -24,6 +24,7 @@ from makeup_video.pipeline.render.half_resolution import (
 from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene
+from makeup_video.pipeline.render.surfaces.region import Reader
 
 _MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup over
 # Luma px of a rect from which on a veil is painted at half size, and at a quarter.
@@ -46,6 +47,7 @@ class Composite:
 
     def __init__(self, look: Look, device: str = "", faces: str = "all") -> None:
         self._canvas = Canvas(open_device(device))
+        self._reader = Reader(self._canvas.device)
         self._faces = faces
         self._largest_id = -1
         self.painted_frames = self.chosen_frames = 0
@@ -72,6 +74,7 @@ class Composite:
         """Paint once off screen, so that kernels are ready before the first frame: loading them
         takes 30 ms, and compiling them 300."""
         self._paint_faces(item, item.faces, groups_of(look.painted))
+        self._reader.kept.clear()
 
     def _paint_faces(
         self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]
@@ -80,8 +83,11 @@ class Composite:
         if not groups or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return False
         # all surfaces are read before anything is painted
-        device = self._canvas.device
-        jobs = [job for scene in faces for job in jobs_of(item, scene, groups, device)]
+        kept = self._reader.kept
+        if item.cut:
+            kept.clear()
+        jobs = [job for scene in faces for job in jobs_of(item, scene, groups, self._reader)]
+        kept.forget(item.frame.seconds)
         if not jobs:
             return False
         planes = item.frame.writable_planes()

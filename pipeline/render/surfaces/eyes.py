@@ -16,7 +16,6 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import (
     LID_CURVES,
     LID_HW,
@@ -39,7 +38,7 @@ from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeChart, 
 from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
+from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 
 SIZE_WH = LID_HW[::-1]
 _TOP = -0.99  # the first row of the grid, in widths of the eye
@@ -231,7 +230,7 @@ class EyesRegion:
         lids = zip(lid_surfaces_of(places, made), made.lids, made.means[1:], strict=True)
         return [None if surface is None else (surface, lid[2], mean) for surface, lid, mean in lids]
 
-    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
+    def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         return scene.regions.get("eyes", ())
 
     def amount(self, face: Face) -> float:

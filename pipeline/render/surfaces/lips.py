@@ -10,7 +10,6 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import LIPS_HW, LIPS_SIGMA_PX, OVER_SEAM, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
@@ -20,7 +19,7 @@ from makeup_video.pipeline.look.kinds.fields import LipsFields
 from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
+from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
 # The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
@@ -182,7 +181,7 @@ class LipsRegion:
             return [None]
         return [(lips_surface_of(seen.face, place, made), made.lips[0], made.means[0])]
 
-    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
+    def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         return scene.regions.get("lips", ())
 
     def amount(self, face: Face) -> float:

@@ -17,6 +17,7 @@ from makeup_video.pipeline.look.finishes import product as finished
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.regions import REGIONS
+from makeup_video.pipeline.render.surfaces.region import Reader
 
 few_examples = settings(
     max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow]
@@ -29,7 +30,8 @@ def surfaces_of(kind):
     """The surfaces of the close-up that a kind is painted on."""
     scene = close_up_scene()
     return [
-        lit.surface for lit in REGIONS[KINDS[kind].surface].lit(scene, scene.faces[0], device())
+        lit.surface
+        for lit in REGIONS[KINDS[kind].surface].lit(scene, scene.faces[0], Reader(device()))
     ]
 
 
