@@ -14,7 +14,9 @@ from makeup_video.kernels.material import Material
 from makeup_video.kernels.paint import LAYERS
 
 _NONE = 1e-6  # what shows so little has no colour of its own
-_FAINT = 1e-4  # opacity below which the colour goes over into the mean of all
+# Opacity below which the colour goes over into the mean of all: at a fifth of it, a rounding of
+# densities would change the colour of a place, and of the steep border beside it.
+_FAINT = 5e-4
 
 # By what a layer counts for the numbers that are the same all over the surface: the opacity, the
 # synthetic highlight, the shine of the layer that shows. Numbers that are not named here come from

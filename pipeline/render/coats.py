@@ -163,7 +163,13 @@ def _together(layer: Layer) -> tuple[str, str]:
 
 
 def _draw(chart: Any, layers: Sequence[Layer]) -> Drawn:
-    made = [(layer, coat) for layer in layers for coat in _coats(chart, layer)]
+    """Only those coats that lie anywhere on the chart."""
+    made = [
+        (layer, coat)
+        for layer in layers
+        for coat in _coats(chart, layer)
+        if coat.density is None or coat.density.max() > _FAINTEST
+    ]
     coats = tuple(_worn(layer, coat) for layer, coat in made)
     densities = [coat.density for _, coat in made]
     if not densities or (len(densities) == 1 and densities[0] is None):

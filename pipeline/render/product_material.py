@@ -208,6 +208,8 @@ def _cells(params: GraphicsParams, axes: SkinAxes) -> tuple[float, float, float]
     several pixels. Around the sizes where this number changes, sparkles fade out: otherwise all of
     them would jump at once.
     """
+    if not params.shimmer:
+        return _FINEST_CELL, _SPOT, 0.0
     cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
     wanted = math.ceil(math.log2(_LEAST_CELL_PX / (cell * axes.skin_px)))
     doublings = max(min(wanted, math.floor(math.log2(_COARSEST_CELL / cell))), 0)

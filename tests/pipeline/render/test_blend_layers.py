@@ -142,6 +142,18 @@ def test_a_denser_layer_covers_more(given_layers, number):
     assert (blended(denser)[0][3] >= blended(layers)[0][3] - 1e-6).all()
 
 
+@pytest.mark.parametrize("faint", [1e-4, 3e-4])
+def test_a_faint_layer_hardly_colours_the_border_beside_it(faint):
+    """Densities that are looked up are off by so much, and colours are interpolated."""
+    white, black = lit(product(red=255, green=255, blue=255)), lit(product(red=0, blue=0))
+    colours = []
+    for density in (0.0, faint):
+        densities = np.array([[[0.0, density]], [[0.8, 0.0]]], np.float32)
+        colours.append(blend(densities, [white, black])[0][:3, 0, 1])
+    change = np.abs(colours[1] - colours[0]).max()
+    assert 0 < change < 0.4 * np.abs(np.array(white.product) - black.product).max()
+
+
 def test_an_opaque_matte_layer_hides_the_shine_below():
     shiny = lit(finished((200, 120, 90), "shimmer", "eyes"))
     matte = lit(product(opacity=1.0))
