@@ -64,9 +64,11 @@ class LightReader:
 
     def _lent(self, plane: np.ndarray) -> cl.Buffer:
         """Lend a plane's own memory, from its first sample to its last, for reading."""
-        (high, wide), size = plane.shape, plane.itemsize
-        length = (high - 1) * (plane.strides[0] // size) + wide
-        span = as_strided(plane, (length,), (size,), writeable=False)
+        span = plane
+        if not plane.flags.c_contiguous:
+            (high, wide), size = plane.shape, plane.itemsize
+            length = (high - 1) * (plane.strides[0] // size) + wide
+            span = as_strided(plane, (length,), (size,), writeable=False)
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.USE_HOST_PTR
         return cl.Buffer(self._device.context, flags, hostbuf=span)
 

@@ -19,8 +19,11 @@ from makeup_video.kernels.material import (
     skin_at,
 )
 from makeup_video.kernels.planes import Rect, fold, spread
-from makeup_video.kernels.program import RUN, Device, Memory
+from makeup_video.kernels.program import Device, Memory
 
+# Pixels of a row that a work-group paints. PoCL works on eight at once, and longer runs hold more
+# pixels without makeup.
+RUN = 8
 _STEP = 64  # rows and columns of a canvas are multiples, so that its pixels are whole pieces
 _PIECE = 256  # runs: OpenBLAS sums so few in one thread
 _ONES = np.ones(RUN, np.float32)
@@ -154,8 +157,11 @@ class Canvas:
     def _find_runs(self, down: int) -> np.ndarray:
         """The runs that hold any weight, (N,), in rising order."""
         weights = self._weights.array[: self._used_rows]
-        sums = weights.reshape(-1, _PIECE, RUN) @ _ONES
-        return np.flatnonzero(sums.reshape(-1, down, self._size[1] // RUN).sum(1))
+        rows = (weights.reshape(-1, _PIECE, RUN) @ _ONES).reshape(-1, down, self._size[1] // RUN)
+        of_blocks = rows[:, 0]
+        for row in range(1, down):
+            of_blocks = of_blocks + rows[:, row]
+        return (of_blocks > 0).ravel().nonzero()[0]
 
     def _list_runs(self, runs: np.ndarray, regions: Sequence[PaintedRegion]) -> int:
         """List all runs for the kernels, and once more those in regions with layers.

@@ -21,14 +21,14 @@ class Rect:
     @classmethod
     def around(
         cls,
-        low_xy: np.ndarray,
-        high_xy: np.ndarray,
+        low_xy: tuple[float, float],
+        high_xy: tuple[float, float],
         size_wh: tuple[int, int],
         chroma: tuple[int, int],
     ) -> "Rect | None":
         """Return the smallest rectangle that holds low_xy..high_xy (px); None outside the plane."""
         (width, height), (across, down) = size_wh, chroma
-        (left, top), (right, bottom) = low_xy.tolist(), high_xy.tolist()
+        (left, top), (right, bottom) = low_xy, high_xy
         x0 = max(math.floor(left), 0) // across * across
         y0 = max(math.floor(top), 0) // down * down
         x1 = min(-(-(math.ceil(right) + 1) // across) * across, width)

@@ -16,10 +16,8 @@ import pyopencl as cl
 from makeup_video.kernels.cache import can_compile, left_clean, restore, settle
 from makeup_video.kernels.definitions import Definitions
 
-# PoCL compiles a kernel again for every local size, so all kernels use one. PoCL works on eight
-# pixels at once; runs longer than twice eight would hold more pixels without makeup.
-RUN = 16
-LOCAL_SIZE = (RUN, 1)
+# PoCL compiles a kernel again for every local size, so all launches of a kernel use one.
+LOCAL_SIZE = (16, 1)
 _SAMPLES = {np.dtype(np.uint8): "uchar", np.dtype(np.uint16): "ushort"}
 _PAGE = 4096  # bytes
 _POCL = "Portable Computing Language"
@@ -311,6 +309,8 @@ class Memory:
 
 def _span(plane: np.ndarray) -> np.ndarray:
     """View a plane's memory from its first element to its last, gaps included, as (N,)."""
+    if plane.flags.c_contiguous and plane.flags.writeable and plane.size:
+        return plane.reshape(-1)
     row = math.prod(plane.shape[1:])
     inner = [plane.itemsize * math.prod(plane.shape[at:]) for at in range(2, plane.ndim + 1)]
     step = plane.strides[0] if plane.shape[0] > 1 else row * plane.itemsize

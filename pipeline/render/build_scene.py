@@ -68,7 +68,7 @@ class BuildScene:
             for face, light in zip(item.faces, lights, strict=True)
         )
         self._means.forget(seconds)
-        return FrameScene(frame, coding, faces)
+        return FrameScene(frame, coding, faces, item.cut)
 
     def _face(
         self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float

@@ -1,13 +1,17 @@
-"""A look on a face -> jobs: which coats of which products go on which surface, and where."""
+"""A look on a face -> jobs: which coats of which products go on which surface, and where.
+
+Densities are drawn once for a look, on a chart of each side of a region. For a frame they are
+looked up at the places of its surfaces. Lines are drawn for every frame.
+"""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import groupby
+from typing import Any
 
 import cv2
 import numpy as np
 from makeup_video.kernels.planes import Rect
-from makeup_video.kernels.program import Device
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.look.kinds import KINDS
@@ -18,25 +22,67 @@ from makeup_video.pipeline.render.draw_strokes import box_of_strokes, draw_strok
 from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Surface
 
 _FAINTEST = 1 / 512  # a fainter density changes no code
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SurfaceCoat:
-    """A product on one surface.
-
-    amount: 0..1, how much of all of the product.
-    density: (H, W) float32 on the surface's grid, 0..1; None for 1 everywhere. Of strokes, 1 where
-    they may be seen.
-    strokes: (H, W) each, drawn in place of the density, and faded over blur_px of the frame.
-    """
+class WornCoat:
+    """A product of a look.  strength: 0..1, how much of all of the product."""
 
     kind: Kind
     product: GraphicsParams
-    amount: float
-    density: np.ndarray | None
+    strength: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """Coats on a chart.
+
+    densities: (h, w, coats) float32, 0..1; None for one that is 1 all over.
+    """
+
+    coats: tuple[WornCoat, ...]
+    densities: np.ndarray | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Layers that are painted in one go: all on one region, but each line alone.
+
+    region: a key of REGIONS.  drawn: what `on` has drawn, by chart.
+    """
+
+    region: str
+    layers: tuple[Layer, ...]
+    is_line: bool
+    drawn: dict[Any, Drawn] = field(default_factory=dict, repr=False)
+
+    def on(self, chart: Any) -> Drawn:
+        """The coats of the layers on a chart of the region."""
+        if chart not in self.drawn:
+            self.drawn[chart] = _draw(chart, self.layers)
+        return self.drawn[chart]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Coats that lie on one surface.
+
+    coats: one or more, in the order of painting.
+    densities: (coats, H, W) float32 on the surface's grid, 0..1; None for one that is 1 everywhere.
+    density: (H, W); of one coat its own, of several 1 where there is any of them, of strokes True
+    where they may be seen; None for 1 everywhere.
+    strokes: (H, W) each, drawn in place of the densities, and faded over blur_px of the frame.
+    """
+
+    lit: Lit
+    surface: Surface
+    coats: tuple[WornCoat, ...]
+    densities: np.ndarray | None = None
+    density: np.ndarray | None = None
     strokes: tuple[Stroke, ...] = ()
     blur_px: float = 1.0
 
@@ -45,132 +91,169 @@ class SurfaceCoat:
 class Job:
     """Coats that are painted on one surface in one go.
 
-    coats: one or more, in the order of painting.
+    amount: 0..1, how much of all their products.
     shade: share of the light that falls on the surface, 0..1.
     skin_px: px of the picture for the distance of the eyes.
-    density: (H, W) float32 on the surface's grid, 0..1; of one coat its own, of several 1 where
-    there is any of them; None for 1 everywhere.
     share: px of the picture for one of the frame.
     """
 
-    lit: Lit
-    surface: Surface
-    coats: tuple[SurfaceCoat, ...]
+    part: Part
     light: SceneLight
+    amount: float
     shade: float
     skin_px: float
-    density: np.ndarray | None
     share: float = 1.0
 
     @property
-    def softness(self) -> float:
-        """Of the surface's own border."""
-        return self.coats[0].product.edge_softness
+    def coats(self) -> tuple[WornCoat, ...]:
+        return self.part.coats
+
+    @property
+    def surface(self) -> Surface:
+        return self.part.surface
 
     @property
     def is_veil(self) -> bool:
         """True when it has nothing finer than its densities, such as a sparkle."""
         return self.surface.is_broad and not any(coat.product.shimmer for coat in self.coats)
 
+    @property
+    def _softness(self) -> float:
+        """Of the surface's own border."""
+        return self.coats[0].product.edge_softness
+
     def rect(self, size_wh: tuple[int, int], block: tuple[int, int]) -> Rect | None:
         """All that has weight on a frame; None when nothing of it lies there."""
-        if self.density is not None and self.coats[0].strokes:  # whatever the surface's own border
-            low_xy, high_xy = self.surface.grid.box_px(box_of(self.density > 0), more=1)
+        part = self.part
+        if part.density is not None and part.strokes:  # whatever the surface's own border
+            low_xy, high_xy = part.surface.grid.box_px(box_of(part.density), more=1)
         else:
-            low_xy, high_xy = self.surface.reach(self.softness, self.density)
+            low_xy, high_xy = part.surface.reach(self._softness, part.density)
         return Rect.around(low_xy, high_xy, size_wh, block)
 
     def weigh(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:
         """Fill (h, w) float32 with the weight of the coats on the frame's pixels from
         origin_xy on."""
-        first = self.coats[0]
-        if first.strokes:
-            blur_px = max(first.blur_px * self.share, 1.0)
-            grid = self.surface.grid
-            draw_strokes(out, origin_xy, grid, first.strokes, blur_px, self.share)
+        part = self.part
+        if part.strokes:
+            blur_px = max(part.blur_px * self.share, 1.0)
+            draw_strokes(out, origin_xy, part.surface.grid, part.strokes, blur_px, self.share)
         else:
-            self.surface.weigh(out, origin_xy, self.softness, self.density)
+            part.surface.weigh(out, origin_xy, self._softness, part.density)
 
 
 def scaled(job: Job, to_new: AffineArray, share: float) -> Job:
     """The same on a picture of another size.  share: its px for one of the frame."""
-    return replace(
-        job, surface=job.surface.scaled(to_new), skin_px=job.skin_px * share, share=share
-    )
+    part = replace(job.part, surface=job.surface.scaled(to_new))
+    return replace(job, part=part, skin_px=job.skin_px * share, share=share)
 
 
-def jobs_of(
-    item: FrameScene, scene: FaceScene, layers: Sequence[Layer], device: Device
-) -> Iterator[Job]:
-    """The jobs of a look on one face, in the order of painting.
-
-    layers: as Look.painted has them.  device: of the calling thread.
-    """
-    skin_px = iod_px(scene.face)
-    for (region_name, _), group in groupby(layers, _together):
-        region = REGIONS[region_name]
-        share, lits = region.amount(scene.face), region.lit(item, scene, device)
-        if share <= 0 or not lits:
-            continue
-        for lit, surface, coats in _on_surfaces(lits, list(group), share):
-            shade = region.shade(scene.light, lit.mean)
-            density = _any_density(coats)
-            yield Job(lit, surface, coats, scene.light, shade, skin_px, density)
+def groups_of(layers: Sequence[Layer]) -> list[Group]:
+    """Layers as Look.painted has them, in the order of painting."""
+    return [
+        Group(region, tuple(together), bool(line))
+        for (region, line), together in groupby(layers, _together)
+    ]
 
 
 def _together(layer: Layer) -> tuple[str, str]:
-    """Layers with equal keys are painted in one go: all on a surface, but each line alone."""
+    """The region of a layer, and the kind of a line."""
     kind = KINDS[layer.kind]
     return kind.surface, kind.name if kind.is_line else ""
 
 
-def _on_surfaces(
-    lits: Sequence[Lit], layers: list[Layer], share: float
-) -> Iterator[tuple[Lit, Surface, tuple[SurfaceCoat, ...]]]:
-    """The coats of some layers on each side of each surface of a region, where there are any.
+def _draw(chart: Any, layers: Sequence[Layer]) -> Drawn:
+    """Only those coats that lie anywhere on the chart."""
+    made = [
+        (layer, coat)
+        for layer in layers
+        for coat in _coats(chart, layer)
+        if coat.density is None or coat.density.max() > _FAINTEST
+    ]
+    coats = tuple(_worn(layer, coat) for layer, coat in made)
+    densities = [coat.density for _, coat in made]
+    if not densities or (len(densities) == 1 and densities[0] is None):
+        return Drawn(coats, None)
+    shape = next(one.shape for one in densities if one is not None)
+    whole = np.ones(shape, np.float32)
+    return Drawn(
+        coats,
+        np.concatenate([whole if d is None else d for d in densities]).transpose(1, 2, 0).copy(),
+    )
 
-    Lines lie where they are drawn, whatever the side.
-    """
-    sides = list(zip(*(lit.surface.sides() for lit in lits), strict=True))
-    for surfaces in sides[:1] if KINDS[layers[0].kind].is_line else sides:
-        made = [(layer, coat) for layer in layers for coat in _coats(surfaces[0], layer)]
-        for lit, surface in zip(lits, surfaces, strict=True):
-            here = [_on(surface.number, layer, coat, share) for layer, coat in made]
-            there = tuple(
-                coat
-                for coat in here
-                if coat.density is None or float(coat.density.max()) > _FAINTEST
-            )
-            if there:
-                yield lit, surface, there
 
-
-def _coats(surface: Surface, layer: Layer) -> list[Coat]:
+def _coats(at: Any, layer: Layer) -> list[Coat]:
     """Of all surfaces of a region, (N, H, W)."""
-    return KINDS[layer.kind].coats(surface.fields(), layer.product, layer.shape)
+    return KINDS[layer.kind].coats(at, layer.product, layer.shape)
 
 
-def _on(number: int, layer: Layer, coat: Coat, share: float) -> SurfaceCoat:
-    """A coat on one surface of the region."""
-    strokes = tuple(Stroke(one.above[number], one.below[number]) for one in coat.strokes)
-    if strokes:
-        density: np.ndarray | None = box_of_strokes(strokes, coat.blur_px)
-    else:
-        density = None if coat.density is None else coat.density[number]
-    kind, amount = KINDS[layer.kind], share * layer.strength
-    return SurfaceCoat(kind, coat.product, amount, density, strokes, coat.blur_px)
+def _worn(layer: Layer, coat: Coat) -> WornCoat:
+    return WornCoat(KINDS[layer.kind], coat.product, layer.strength)
 
 
-def _any_density(coats: Sequence[SurfaceCoat]) -> np.ndarray | None:
+def jobs_of(
+    item: FrameScene, scene: FaceScene, groups: Sequence[Group], reader: Reader
+) -> Iterator[Job]:
+    """The jobs of a look on one face, in the order of painting.
+
+    groups: of `groups_of`.
+    """
+    skin_px = iod_px(scene.face)
+    for group in groups:
+        region = REGIONS[group.region]
+        amount, lits = region.amount(scene.face), region.lit(item, scene, reader)
+        if amount <= 0 or not lits:
+            continue
+        for part in (_lines if group.is_line else _areas)(lits, group):
+            shade = region.shade(scene.light, part.lit.mean)
+            yield Job(part, scene.light, amount, shade, skin_px)
+
+
+def _areas(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
+    """The coats of some layers on each side of each surface of a region, where there are any."""
+    for surfaces in zip(*(lit.surface.sides() for lit in lits), strict=True):
+        drawn = group.on(surfaces[0].chart)
+        if drawn.densities is None:
+            for lit, surface in zip(lits, surfaces, strict=True):
+                if drawn.coats:
+                    yield Part(lit, surface, drawn.coats)
+            continue
+        found = _found(drawn.densities, surfaces[0])
+        most = found.max((2, 3)).T.tolist()
+        for lit, surface in zip(lits, surfaces, strict=True):
+            here = [at for at, much in enumerate(most[surface.number]) if much > _FAINTEST]
+            if here:
+                coats = tuple([drawn.coats[at] for at in here])
+                densities = found[:, surface.number]
+                if len(here) < len(drawn.coats):
+                    densities = densities[here]
+                yield Part(lit, surface, coats, densities, _any_of(densities))
+
+
+def _found(densities: np.ndarray, surface: Surface) -> np.ndarray:
+    """(coats, N, H, W): densities on a chart (h, w, coats), at the places of all N surfaces."""
+    x, y = surface.on_chart()
+    found = cv2.remap(densities, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    maps = [found] if found.ndim == 2 else cv2.split(found)
+    return np.reshape(maps, (len(maps), -1, *surface.normals.shape[1:]))
+
+
+def _any_of(densities: np.ndarray) -> np.ndarray:
     """Of one coat its density; of several, 1 where there is any of them."""
-    first, *others = (coat.density for coat in coats)
-    if first is None or not others:
+    if len(densities) == 1:
+        first: np.ndarray = densities[0]
         return first
-    most = first
-    for density in others:
-        if density is None:
-            return None
-        most = cv2.max(most, density)
-    _, there = cv2.threshold(most, _FAINTEST, 1.0, cv2.THRESH_BINARY)
+    _, there = cv2.threshold(densities.max(0), _FAINTEST, 1.0, cv2.THRESH_BINARY)
     any_of_them: np.ndarray = there
     return any_of_them
+
+
+def _lines(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
+    """The lines of a layer on each surface. They lie where they are drawn, whatever the side."""
+    for layer in group.layers:
+        for coat in _coats(lits[0].surface.fields(), layer):
+            worn, seen = (_worn(layer, coat),), box_of_strokes(coat.strokes, coat.blur_px)
+            for lit in lits:
+                at = lit.surface.number
+                strokes = tuple([Stroke(one.above[at], one.below[at]) for one in coat.strokes])
+                yield Part(lit, lit.surface, worn, None, seen[at], strokes, coat.blur_px)

@@ -11,9 +11,9 @@ from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.frames.affine import Affine
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.look.look import Layer, Look
+from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.blend_layers import blend
-from makeup_video.pipeline.render.coats import Job, SurfaceCoat, jobs_of, scaled
+from makeup_video.pipeline.render.coats import Group, Job, WornCoat, groups_of, jobs_of, scaled
 from makeup_video.pipeline.render.environment import environment_of
 from makeup_video.pipeline.render.half_resolution import (
     LARGE_PX,
@@ -24,6 +24,7 @@ from makeup_video.pipeline.render.half_resolution import (
 from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene
+from makeup_video.pipeline.render.surfaces.region import Reader
 
 _MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup over
 # Luma px of a rect from which on a veil is painted at half size, and at a quarter.
@@ -46,6 +47,7 @@ class Composite:
 
     def __init__(self, look: Look, device: str = "", faces: str = "all") -> None:
         self._canvas = Canvas(open_device(device))
+        self._reader = Reader(self._canvas.device)
         self._faces = faces
         self.largest_id = -1
         self.painted_frames = self.chosen_frames = 0
@@ -58,30 +60,34 @@ class Composite:
     def set_look(self, look: Look) -> None:
         """Take effect from the next frame on."""
         self.look = look
-        self._layers = look.painted
+        self._groups = groups_of(look.painted)
 
     def __call__(self, item: FrameScene) -> Frame:
         chosen = self._chosen(item.faces)
         self.numbers.update(scene.face.track_id for scene in item.faces)
         self.chosen_frames += bool(chosen)
         # read once: another thread may set a new look while this frame is painted
-        self.painted_frames += self._paint_faces(item, chosen, self._layers)
+        self.painted_frames += self._paint_faces(item, chosen, self._groups)
         return item.frame
 
     def rehearse(self, item: FrameScene, look: Look) -> None:
         """Paint once off screen, so that kernels are ready before the first frame: loading them
         takes 30 ms, and compiling them 300."""
-        self._paint_faces(item, item.faces, look.painted)
+        self._paint_faces(item, item.faces, groups_of(look.painted))
+        self._reader.kept.clear()
 
     def _paint_faces(
-        self, item: FrameScene, faces: tuple[FaceScene, ...], layers: list[Layer]
+        self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]
     ) -> bool:
         """Paint the layers of a look on some faces; False when there was nothing to paint."""
-        if not layers or len(item.frame.planes) < 2:  # a grey frame holds no colour
+        if not groups or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return False
         # all surfaces are read before anything is painted
-        device = self._canvas.device
-        jobs = [job for scene in faces for job in jobs_of(item, scene, layers, device)]
+        kept = self._reader.kept
+        if item.cut:
+            kept.clear()
+        jobs = [job for scene in faces for job in jobs_of(item, scene, groups, self._reader)]
+        kept.forget(item.frame.seconds)
         if not jobs:
             return False
         planes = item.frame.writable_planes()
@@ -184,24 +190,18 @@ def _region(job: Job, rect: Rect, weight: np.ndarray, coding: Coding) -> Painted
     to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]
     axes = SkinAxes(turn, job.skin_px)
 
-    def made(coat: SurfaceCoat) -> Material:
+    def made(coat: WornCoat) -> Material:
         return material(
-            coat.product, coat.amount, job.light, axes, coding, coat.kind.spared, job.shade,
-            coat.kind.keep_highlights,
+            coat.product, coat.strength * job.amount, job.light, axes, coding, coat.kind.spared,
+            job.shade, coat.kind.keep_highlights,
         )  # fmt: skip
 
-    if len(job.coats) == 1:
-        layers, product = None, made(job.coats[0])
-    else:
-        layers, product = blend([(_density(coat, job), made(coat)) for coat in job.coats])
+    lit, materials, layers = job.part.lit, [made(coat) for coat in job.coats], None
+    product = materials[0]
+    if len(materials) > 1 and job.part.densities is not None:
+        layers, product = blend(job.part.densities, materials)
     mirrors = max(job.coats, key=lambda coat: coat.product.reflection)
     return PaintedRegion(
-        rect, weight, job.lit.shading, job.surface.normals, to_grid, job.lit.mean, to_skin,
+        rect, weight, lit.shading, job.surface.normals, to_grid, lit.mean, to_skin,
         environment_of(job.light, mirrors.product, coding), product, layers,
     )  # fmt: skip
-
-
-def _density(coat: SurfaceCoat, job: Job) -> np.ndarray:
-    if coat.density is None:
-        return np.ones(job.surface.normals.shape[1:], np.float32)
-    return coat.density

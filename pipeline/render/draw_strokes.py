@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from makeup_video.pipeline.look.kinds.kind import Stroke
 from makeup_video.pipeline.render.grid import Grid
@@ -31,9 +32,10 @@ def draw_strokes(
         maps = np.stack([first.above, first.below, two.above, two.below], axis=-1)
         maps *= np.float32(share)
         there = grid.warped(maps, origin_xy, out.shape, _NOWHERE)
-        covered = _covered(there[..., 0], there[..., 1], blur_px)
+        above, below, other_above, other_below = cv2.split(there)
+        covered = _covered(above, below, blur_px)
         if second is not None:
-            np.maximum(covered, _covered(there[..., 2], there[..., 3], blur_px), out=covered)
+            np.maximum(covered, _covered(other_above, other_below, blur_px), out=covered)
         if number:
             np.maximum(out, covered, out=out)
         else:
@@ -46,14 +48,22 @@ def _covered(above: np.ndarray, below: np.ndarray, blur_px: float) -> np.ndarray
     covered: np.ndarray = np.minimum(above, half)
     covered += np.minimum(below, half)
     covered *= 1 / blur_px
-    np.clip(covered, 0, 1, out=covered)
+    _to_share(covered)
     if blur_px > 1:
-        covered *= np.clip(above + 0.5, 0, 1)
+        covered *= _to_share(above + np.float32(0.5))
     return covered
 
 
+def _to_share(numbers: np.ndarray) -> np.ndarray:
+    """Limit numbers to 0..1, in place."""
+    np.minimum(np.maximum(numbers, 0, out=numbers), 1, out=numbers)
+    return numbers
+
+
 def box_of_strokes(strokes: Sequence[Stroke], blur_px: float) -> np.ndarray:
-    """(H, W) float32, 1 at all places of the grid from which a stroke may be seen."""
-    seen = [np.minimum(one.above, one.below) > -blur_px for one in strokes]
-    there: np.ndarray = np.logical_or.reduce(seen).astype(np.float32)
-    return there
+    """(N, H, W) bool: all places of the grids from which a stroke may be seen."""
+    there = [np.minimum(one.above, one.below) > -blur_px for one in strokes]
+    seen: np.ndarray = there[0]
+    for more in there[1:]:
+        seen |= more
+    return seen

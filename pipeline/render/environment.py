@@ -25,8 +25,13 @@ def environment_of(light: SceneLight, params: GraphicsParams, coding: Coding) ->
     """
     if not params.reflection:
         return _NO_ROOM
-    blur = _blur(0.6 + 4 * params.environment_blur)
-    columns, means = _room_columns(0.6 + 4 * params.environment_blur, coding.primaries)
+    return _mirrored(light, 0.6 + 4 * params.environment_blur, coding.primaries)
+
+
+@lru_cache(maxsize=16)  # both eyes mirror the same
+def _mirrored(light: SceneLight, sigma: float, primaries: int) -> np.ndarray:
+    blur = _blur(sigma)
+    columns, means = _room_columns(sigma, primaries)
     blurred = blur @ (light.environment.reshape(ENVIRONMENT_PX, -1) @ columns)
     blurred -= (_EVEN @ blurred) @ means
     bright: np.ndarray = np.maximum(blurred, 0, out=blurred)

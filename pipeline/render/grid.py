@@ -8,6 +8,7 @@ from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.frames.sampling import pixel_places, step_px
 
 Box = tuple[int, int, int, int]  # x, y, width, height; empty: 0, 0, 0, 0
+PointXY = tuple[float, float]
 
 
 def box_of(seen: np.ndarray) -> Box:
@@ -43,18 +44,20 @@ class Grid:
         ends = [(x, y) for x in (0, wide - 1) for y in (0, high - 1)]
         return [[a * x + b * y + left, c * x + d * y + top, 0.0] for x, y in ends]
 
-    def box_px(self, box: Box, more: int) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame around a box of the grid.
+    def box_px(self, box: Box, more: int) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame around a box of the grid.
 
         more: pixels of the grid on each side. For an empty box the highest lie below 0.
         """
         x, y, wide, high = box
         if not wide:
-            return np.zeros(2), np.full(2, -1.0)
-        left, right, top, bottom = x - more, x + wide - 1 + more, y - more, y + high - 1 + more
-        middle = self.to_px @ ((left + right) / 2, (top + bottom) / 2, 1.0)
-        beside = np.abs(self.to_px[:, :2]) @ ((right - left) / 2, (bottom - top) / 2)
-        return middle - beside, middle + beside
+            return (0.0, 0.0), (-1.0, -1.0)
+        right, down = (wide - 1) / 2 + more, (high - 1) / 2 + more  # from the middle
+        middle_x, middle_y = x + (wide - 1) / 2, y + (high - 1) / 2
+        (a, b, left), (c, d, top) = self.to_px.tolist()
+        at_x, at_y = a * middle_x + b * middle_y + left, c * middle_x + d * middle_y + top
+        beside_x, beside_y = abs(a) * right + abs(b) * down, abs(c) * right + abs(d) * down
+        return (at_x - beside_x, at_y - beside_y), (at_x + beside_x, at_y + beside_y)
 
     def warped(
         self,
@@ -70,7 +73,8 @@ class Grid:
         if isinstance(beyond, float):
             beyond = (beyond,) * 4
         to_px = self.to_px.copy()
-        to_px[:, 2] -= origin_xy
+        to_px[0, 2] -= origin_xy[0]
+        to_px[1, 2] -= origin_xy[1]
         there: np.ndarray = cv2.warpAffine(
             values, to_px, (hw[1], hw[0]), borderMode=cv2.BORDER_CONSTANT, borderValue=beyond
         )

@@ -66,47 +66,89 @@ def material(
     shade: share of the light that falls on the region.
     keep_highlights: how much of the skin's own highlights stays on the product, 0..1.
     """
-    mixed = _mixed(params)
-    to_film, from_film = film_matrices(coding.primaries)
-    share, strength = params.light_adaptation, light.strength * shade
-    gain = [1 + share * (part * strength - 1) for part in _turned(light, to_film)]
-    gloss = min(params.gloss, _MOST_GLOSS) * amount
+    worn = _worn(params, amount, coding)
+    share, strength, ceiling = params.light_adaptation, light.strength * shade, worn.ceiling
+    gain = [1 + share * (part * strength - 1) for part in _turned(light, worn.to_film)]
     cell, spot, seen = _cells(params, axes)
-    worn = min(1.0, params.opacity + params.gloss + params.reflection)
-    pearl = _PEARL * params.shimmer * amount * worn * (1 - 0.5 * seen)
-    sparkle = _SPARKLE * seen * amount * worn
-    ceiling = _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
-    room = (ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * params.environment_blur)
-    (a, b), (c, d) = axes.turn
+    fine = 1 - 0.5 * seen  # sparkles that are not seen one by one make a sheen
+    (red, green, blue), (a, b), (c, d) = gain, *axes.turn
+    (r0, g0, b0), (r1, g1, b1), (r2, g2, b2), (r3, g3, b3) = worn.lights
     return Material(
-        product=tuple([_lit(p, g, ceiling) for p, g in zip(mixed.product, gain, strict=True)]),
-        glint=tuple([
-            g * (glint * gloss + tint * pearl)
-            for g, glint, tint in zip(gain, mixed.glint, mixed.tint, strict=True)
-        ]),
-        sparkle=tuple([g * own * sparkle for g, own in zip(gain, mixed.sparkle, strict=True)]),
+        product=(_lit(r0, red, ceiling), _lit(g0, green, ceiling), _lit(b0, blue, ceiling)),
+        glint=(red * (r1 + r2 * fine), green * (g1 + g2 * fine), blue * (b1 + b2 * fine)),
+        sparkle=(red * r3 * seen, green * g3 * seen, blue * b3 * seen),
         luminance=_LUMINANCE,
-        opacity=params.opacity * amount,
+        opacity=worn.opacity,
         texture=params.texture_keep,
         undertone=params.undertone,
         keep_highlights=keep_highlights,
-        own_highlights=_OWN * gloss * params.gloss_detail,
-        lobe=(0.14 + 0.7 * params.gloss_roughness) ** 2,
+        own_highlights=worn.own_highlights,
+        lobe=worn.lobe,
         half_way=_half_way(light, axes),
-        reflection=params.reflection * amount,
-        fresnel_front=0.7 * (1 - params.fresnel) + 0.1,
-        fresnel_rim=5.0 * params.fresnel,
-        room=(room * a, room * b, room * c, room * d),
-        shimmer=_DENSEST * params.shimmer,
+        reflection=worn.reflection,
+        fresnel_front=worn.fresnel_front,
+        fresnel_rim=worn.fresnel_rim,
+        room=(worn.room * a, worn.room * b, worn.room * c, worn.room * d),
+        shimmer=worn.shimmer,
         cells=1 / cell,
         spot=spot * spot,
         dark=_DARK * max(strength, 0.1),
         dark_gain=1 / spared if spared else 0.0,
         dark_offset=-1.0 if spared else 1.0,
+        to_film=worn.to_film,
+        from_film=worn.from_film,
+        ceiling=ceiling,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Worn:
+    """What of a Material no light and no place changes.
+
+    lights: what light multiplies, each as red, green, blue: the product, its highlight, its sheen,
+    its sparkles.
+    """
+
+    lights: tuple[tuple[float, ...], ...]
+    opacity: float
+    own_highlights: float
+    lobe: float
+    reflection: float
+    fresnel_front: float
+    fresnel_rim: float
+    room: float
+    shimmer: float
+    to_film: tuple[float, ...]
+    from_film: tuple[float, ...]
+    ceiling: float
+
+
+@lru_cache(maxsize=512)
+def _worn(params: GraphicsParams, amount: float, coding: Coding) -> _Worn:
+    mixed = _mixed(params)
+    to_film, from_film = film_matrices(coding.primaries)
+    gloss = min(params.gloss, _MOST_GLOSS) * amount
+    shown = min(1.0, params.opacity + params.gloss + params.reflection) * amount
+    pearl = _PEARL * params.shimmer * shown
+    return _Worn(
+        lights=(
+            mixed.product,
+            tuple([part * gloss for part in mixed.glint]),
+            tuple([part * pearl for part in mixed.tint]),
+            tuple([part * _SPARKLE * shown for part in mixed.sparkle]),
+        ),
+        opacity=params.opacity * amount,
+        own_highlights=_OWN * gloss * params.gloss_detail,
+        lobe=(0.14 + 0.7 * params.gloss_roughness) ** 2,
+        reflection=params.reflection * amount,
+        fresnel_front=0.7 * (1 - params.fresnel) + 0.1,
+        fresnel_rim=5.0 * params.fresnel,
+        room=(ENVIRONMENT_PX - 2) / 2 * (1 - 0.5 * params.environment_blur),
+        shimmer=_DENSEST * params.shimmer,
         to_film=to_film,
         from_film=from_film,
-        ceiling=ceiling,
-    )  # fmt: skip
+        ceiling=_HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +208,8 @@ def _cells(params: GraphicsParams, axes: SkinAxes) -> tuple[float, float, float]
     several pixels. Around the sizes where this number changes, sparkles fade out: otherwise all of
     them would jump at once.
     """
+    if not params.shimmer:
+        return _FINEST_CELL, _SPOT, 0.0
     cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
     wanted = math.ceil(math.log2(_LEAST_CELL_PX / (cell * axes.skin_px)))
     doublings = max(min(wanted, math.floor(math.log2(_COARSEST_CELL / cell))), 0)

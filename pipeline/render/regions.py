@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from makeup_video.pipeline.render.surfaces.eyes import EYES
-from makeup_video.pipeline.render.surfaces.face import FACE
+from makeup_video.pipeline.render.surfaces.face_region import FACE
 from makeup_video.pipeline.render.surfaces.lips import LIPS_REGION
 
 if TYPE_CHECKING:

@@ -63,8 +63,12 @@ class FaceScene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameScene:
-    """A frame, how its codes mean colour, and its faces, largest first; none is ordinary."""
+    """A frame, how its codes mean colour, and its faces, largest first; none is ordinary.
+
+    cut: see FrameFaces.
+    """
 
     frame: Frame
     coding: Coding
     faces: tuple[FaceScene, ...] = ()
+    cut: bool = False

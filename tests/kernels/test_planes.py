@@ -27,7 +27,7 @@ def planes_of(size_wh, chroma, interleaved=False):
     st.tuples(*[st.floats(-20, 30)] * 4),
 )
 def test_a_rect_holds_its_pixels_and_ends_on_whole_blocks(chroma, size, ends):
-    low, high = np.minimum(ends[:2], ends[2:]), np.maximum(ends[:2], ends[2:])
+    low, high = zip(*map(sorted, zip(ends[:2], ends[2:], strict=True)), strict=True)
     rect = Rect.around(low, high, size, chroma)
     is_inside = [
         (x, y) for y in range(size[1]) for x in range(size[0])
@@ -60,14 +60,14 @@ def test_rects_that_share_a_pixel_overlap(boxes):
 
 @pytest.mark.parametrize("ends", [((-9, -9), (-3, 5)), ((20, 2), (30, 5)), ((2, 40), (5, 50))])
 def test_there_is_no_rect_where_all_is_outside(ends):
-    assert Rect.around(np.array(ends[0]), np.array(ends[1]), (16, 9), (2, 2)) is None
+    assert Rect.around(*ends, (16, 9), (2, 2)) is None
 
 
 @pytest.mark.parametrize("chroma", SUBSAMPLINGS)
 @pytest.mark.parametrize("interleaved", [False, True])
 def test_views_share_the_memory_of_the_planes(chroma, interleaved):
     planes = planes_of((15, 9), chroma, interleaved)
-    rect = Rect.around(np.array([5, 3]), np.array([30, 30]), (15, 9), chroma)
+    rect = Rect.around((5, 3), (30, 30), (15, 9), chroma)
     rect.luma(planes)[:] = 7
     for number, part in enumerate(rect.chroma(planes, chroma)):
         part[:] = 8 + number

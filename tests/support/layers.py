@@ -8,8 +8,9 @@ from looks import shapes
 from makeup import device, params, product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer, Look
-from makeup_video.pipeline.render.coats import Job, jobs_of
+from makeup_video.pipeline.render.coats import Job, groups_of, jobs_of
 from makeup_video.pipeline.render.scene import FrameScene
+from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Surface
 
 SLOTS = tuple(KINDS["eyeshadow"].slots)
@@ -43,8 +44,8 @@ SHOWN = {name: dict(kind.shown) for name, kind in KINDS.items()} | {"lipstick": 
 
 def jobs(scene: FrameScene, layers: Iterable[Layer]) -> list[Job]:
     """What is painted for some layers on all faces of a scene."""
-    painted = Look(layers).painted
-    return [job for face in scene.faces for job in jobs_of(scene, face, painted, device())]
+    groups = groups_of(Look(layers).painted)
+    return [job for face in scene.faces for job in jobs_of(scene, face, groups, Reader(device()))]
 
 
 def job_weight(job: Job, hw: tuple[int, int], origin_xy: tuple[int, int] = (0, 0)) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Eyeliner: a line along the lashes, with a wing."""
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from makeup_video.pipeline.look.kinds.fields import LID_RISE_AT, EyeFields
@@ -30,29 +31,50 @@ _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """The upper line with its wing, and the lower line."""
+    thick = shape["thickness"] * _OPEN
+    over = min(_OVER, 0.5 * thick)
+    over_px = over * at.width_px
+    upper, lower = _columns(at.across.tobytes(), thick, over, shape["lower"])
+    strokes = [_along(at.above_px, over_px, _thickness_px(upper, at))]
+    if shape["wing"] > 0:
+        strokes.append(_wing(at, shape, over_px, thick * at.width_px))
+    if shape["lower"] > 0:
+        strokes.append(_along(at.below_px, 0.5 * over_px, _thickness_px(lower, at)))
+    smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
+    blur_px = max(1.0, smudge * thick * float(at.width_px.max()))
+    return [Coat(product, strokes=tuple(strokes), blur_px=blur_px)]
+
+
+@lru_cache(maxsize=16)
+def _columns(
+    across: bytes, thick: float, over: float, lower: float
+) -> "tuple[np.ndarray, np.ndarray]":
+    """(48,) each: thickness of the upper and of the lower line in every column of a grid, in widths
+    of the eye; 0 for no line.
+
+    across: of EyeFields, float32.
+    """
     import numpy as np
 
-    thick_px = shape["thickness"] * _OPEN * at.width_px
-    over_px = np.minimum(_OVER * at.width_px, 0.5 * thick_px)
+    at = np.frombuffer(across, np.float32)
     # thin at the inner corner, full from the middle of the eye on
-    here_px = thick_px * (0.15 + 0.85 * np.clip(at.across * 1.25, 0, 1)) + over_px
-    ends = rise(at.across, 0.08, 0.16) * fall(at.across, 1.01, 0.06)
-    strokes = [_along(at.above_px, over_px, here_px * ends)]
-    if shape["wing"] > 0:
-        strokes.append(_wing(at, shape, over_px, thick_px))
-    if shape["lower"] > 0:
-        reach = rise(at.across, max(1 - shape["lower"], 0.16), 0.25) * fall(at.across, 1.0, 0.06)
-        strokes.append(_along(at.below_px, 0.5 * over_px, _LOWER * thick_px * reach))
-    smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
-    blur_px = max(1.0, smudge * float(thick_px.max()))
-    return [Coat(product, strokes=tuple(strokes), blur_px=blur_px)]
+    here = thick * (0.15 + 0.85 * np.clip(at * 1.25, 0, 1)) + over
+    upper = here * rise(at, 0.08, 0.16) * fall(at, 1.01, 0.06)
+    reach = rise(at, max(1 - lower, 0.16), 0.25) * fall(at, 1.0, 0.06)
+    return upper.astype(np.float32), (_LOWER * thick * reach).astype(np.float32)
+
+
+def _thickness_px(columns: "np.ndarray", at: EyeFields) -> "np.ndarray":
+    """(N, 1, 48) float32: thickness of a line; far below 0 where there is none."""
+    thick_px: np.ndarray = columns * at.width_px
+    thick_px[thick_px <= 0] = _THINNED
+    return thick_px
 
 
 def _along(away_px: "np.ndarray", over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
     """A stroke along a lash line that begins a little over it."""
     above = away_px + over_px
-    none = (thick_px <= 0).astype(above.dtype)
-    return Stroke(above, _THINNED * none + thick_px - above)
+    return Stroke(above, thick_px - above)
 
 
 def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
@@ -66,12 +88,19 @@ def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndar
     back_px = (LID_RISE_AT - 1) * at.width_px
     back, height = _turned(back_px, at.lid_rise_px + thick_px, angle)
     back = np.minimum(back, 0)  # a steep wing begins at the corner, or its tip would lie behind it
-    left = np.clip((length_px - along) * (1 / np.maximum(length_px - back, _SHORTEST_PX)), 0, 1)
-    high = (np.maximum(height, thick_px) + over_px) * left**_SLIM
+    left = (length_px - along) * (1 / np.maximum(length_px - back, _SHORTEST_PX))
+    beyond = left <= 0
+    np.minimum(np.maximum(left, 0, out=left), 1, out=left)
+    left **= _SLIM
+    left *= np.maximum(height, thick_px) + over_px
     # never on the eyeball, nor before the place where the wing leaves the line
-    above = np.minimum(np.minimum(beside, at.above_px) + over_px, along - back)
-    none = (left <= 0).astype(above.dtype)
-    return Stroke(above, _THINNED * none + high - over_px - beside)
+    above = np.minimum(beside, at.above_px)
+    above += over_px
+    np.minimum(above, along - back, out=above)
+    beside += over_px
+    left -= beside
+    left[beyond] += _THINNED
+    return Stroke(above, left)
 
 
 def _turned(out: "np.ndarray", up: "np.ndarray", angle: float) -> "tuple[np.ndarray, np.ndarray]":

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
+from makeup_video.pipeline.look.kinds.fields import LID, EyePlaces
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
 from makeup_video.pipeline.look.kinds.ramps import fall, rise, smooth
 from makeup_video.pipeline.look.params import GraphicsParams
@@ -38,7 +38,7 @@ _SWEEP, _TAPER = 0.62, 0.55  # across, from which a wing's upper border rises; b
 _SLIM = 0.45  # height under the inner corner, of that under the outer one
 
 
-def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
+def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """One coat, with soft borders that product and shape widen together."""
     import numpy as np
 
@@ -66,7 +66,7 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     return [Coat(product, density)]
 
 
-def _rounded(at: EyeFields, shape: Shape) -> "np.ndarray":
+def _rounded(at: EyePlaces, shape: Shape) -> "np.ndarray":
     """How far the upper border lies lower at a place, in heights: it arches over the eye."""
     import numpy as np
 
@@ -77,7 +77,7 @@ def _rounded(at: EyeFields, shape: Shape) -> "np.ndarray":
     return arch
 
 
-def _lifted(at: EyeFields, shape: Shape) -> "np.ndarray":
+def _lifted(at: EyePlaces, shape: Shape) -> "np.ndarray":
     """How far a wing lifts the upper border, in heights: from _SWEEP on, with no kink."""
     import numpy as np
 

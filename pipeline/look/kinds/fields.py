@@ -7,7 +7,7 @@ N surfaces of one sort, such as both eyes.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,14 +31,36 @@ class LipsFields:
         return self._measure()
 
 
-class EyeFields:
-    """The skin above both eyes, or below them; lengths in px of the frame.
+class EyePlaces(Protocol):
+    """Places above both eyes, or below them, whatever the face: all that densities may depend on.
 
     across: 0 at the inner corner, 1 at the outer one, in widths of the eye.
     height: above the eye 0 at the upper lash line, 1 in the crease, 1.5 in the fold under the brow
     bone, 2 below the brow; below the eye 0 at the lower lash line and -1 a lid's usual height (LID)
     further down.
     is_upper: True for what is above the eye.
+    """
+
+    @property
+    def across(self) -> "np.ndarray": ...
+    @property
+    def height(self) -> "np.ndarray": ...
+    @property
+    def is_upper(self) -> bool: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EyeChart:
+    """EyePlaces of no face in particular."""
+
+    is_upper: bool
+    across: "np.ndarray"
+    height: "np.ndarray"
+
+
+class EyeFields:
+    """EyePlaces of a face, and for lines what they follow; lengths in px of the frame.
+
     above_px: above the upper lash line, negative below it.  below_px: below the lower lash line,
     negative above it.  rise_px: above the line through both corners of the eye.  lid_rise_px: the
     same of the upper lash line at LID_RISE_AT.

@@ -107,6 +107,7 @@ class Kind:
     order: kinds with smaller numbers are painted first.
     surface: the surface of a face that it is painted on, a key of render's SURFACES.
     coats: what a layer puts on that surface, given the surface's fields, in the order of painting.
+    Densities are drawn once for a look, whatever the face; strokes for every frame.
     is_line: True for a kind whose only coat is drawn with strokes.
     spared: pixels darker than this share of the broad light around them stay bare, unless the
     product is darker still (lashes, the dark of a mouth).

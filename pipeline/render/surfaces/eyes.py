@@ -11,11 +11,11 @@ with it, as lids do.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import (
     LID_CURVES,
     LID_HW,
@@ -34,11 +34,11 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.sampling import step_px
-from makeup_video.pipeline.look.kinds.fields import LID_RISE_AT, EyeFields
-from makeup_video.pipeline.render.grid import Grid, box_of
+from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeChart, EyeFields
+from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
+from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 
 SIZE_WH = LID_HW[::-1]
 _TOP = -0.99  # the first row of the grid, in widths of the eye
@@ -70,6 +70,11 @@ COLUMNS = np.arange(SIZE_WH[0])
 OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
 _ACROSS = (OUTWARDS + 0.5).astype(np.float32)
 _AT_LID_RISE = round((LID_RISE_AT - 0.5 - LID_LEFT) / LID_STEP)
+# Charts: columns as on the grid, and so many rows for a height of 1, from the lash line to the
+# height of the brow and more.
+_CHART_ROWS, _CHART_HEIGHT = 64, 3
+_HEIGHTS = np.arange(_CHART_ROWS * _CHART_HEIGHT + 1, dtype=np.float32)[None, :, None] / _CHART_ROWS
+_CHARTS = tuple(EyeChart(up > 0, _ACROSS, up * _HEIGHTS) for up in (-1, 1))
 _RISE = (-_TOP - LID_STEP * np.arange(SIZE_WH[1])[:, None]).astype(np.float32)
 
 
@@ -107,8 +112,15 @@ class LidSurface:
     def fields(self) -> EyeFields:
         return self.both.upper if self.is_upper else self.both.lower
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+    @property
+    def chart(self) -> EyeChart:
+        return _CHARTS[self.is_upper]
+
+    def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.both.on_chart(self.is_upper)
+
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame with weight, and some more."""
         # a pixel of skin is interpolated from places up to the diagonal of a step away
         inside = self._away_px > -1.5 * self.grid.step_px()
         if density is not None:
@@ -168,18 +180,33 @@ class BothEyes:
         self, up: np.ndarray, lash_px: np.ndarray, below_px: np.ndarray, widths_px: Sequence[float]
     ) -> None:
         """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0."""
-        self._lash_px = lash_px
+        self._up, self._lash_px, self._below_px = up, lash_px, below_px
         wide = np.array(widths_px, np.float32)[:, None, None]
         self.upper, self.lower = (
             EyeFields(is_upper, _ACROSS, _RISE, (up, lash_px, below_px), wide, self._lid_rise)
             for is_upper in (True, False)
         )
 
+    def on_chart(self, is_upper: bool) -> tuple[np.ndarray, np.ndarray]:
+        """See Surface. What lies beyond the lash line has its density."""
+        if is_upper:
+            rows: np.ndarray = self._up * np.float32(_CHART_ROWS)
+        else:
+            rows = self._below_px * (np.float32(_CHART_ROWS / LID) / self.lower.width_px)
+        y = rows.reshape(-1, SIZE_WH[0])
+        return _columns(len(y)), y
+
     def _lid_rise(self) -> np.ndarray:
         """(2, 1, 1): how far the upper lash line rises at LID_RISE_AT, in widths of the eye."""
         first, second = np.moveaxis(self._lash_px[:, :2, _AT_LID_RISE], 1, 0)
         row = first / np.maximum(first - second, 1e-6)  # heights fall evenly from row to row
         return _rise(row)[:, None, None]
+
+
+@cache
+def _columns(rows: int) -> np.ndarray:
+    """(rows, W) float32: the column of each place of the grids."""
+    return np.tile(COLUMNS.astype(np.float32), (rows, 1))
 
 
 def _rise(row: np.ndarray) -> np.ndarray:
@@ -203,7 +230,7 @@ class EyesRegion:
         lids = zip(lid_surfaces_of(places, made), made.lids, made.means[1:], strict=True)
         return [None if surface is None else (surface, lid[2], mean) for surface, lid, mean in lids]
 
-    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
+    def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         return scene.regions.get("eyes", ())
 
     def amount(self, face: Face) -> float:

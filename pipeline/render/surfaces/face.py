@@ -7,7 +7,9 @@ face; how they are turned; whether the face is seen there; and whether it is bar
 
 import math
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from functools import cache
+from itertools import pairwise
+from typing import ClassVar, NamedTuple
 
 import cv2
 import numpy as np
@@ -17,6 +19,7 @@ from makeup_video.kernels.face import (
     CHEEK_DOWN,
     LOWEST,
     MARGIN,
+    POINTS,
     SIDE,
     SIGMA_PX,
     STEP,
@@ -36,9 +39,8 @@ from makeup_video.pipeline.faces.topology import (
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.kinds.fields import FaceFields
-from makeup_video.pipeline.render.grid import Grid, box_of
+from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.luminance import broad, light_planes
-from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
 
 _NARROWEST_PX = 8  # IOD
@@ -59,7 +61,16 @@ _HOLES = [
 ]  # fmt: skip
 # The outline of a turned face: the oval, or the nose and the mouth before it.
 _OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
+# All points that are drawn, and where each contour among them ends.
+_DRAWN = np.concatenate([_OUTLINE, *_HOLES])
+_ENDS = np.cumsum([len(_OUTLINE), *map(len, _HOLES)]).tolist()
 
+# The chart: what of the mean face may be painted, and more, in IOD across and down; px for one IOD.
+_CHARTED, _CHART_PX = ((-1.1, 1.1), (-0.6, 1.2)), np.float32(96)
+_ACROSS, _DOWN = (np.arange(low, high, 1 / _CHART_PX, dtype=np.float32) for low, high in _CHARTED)
+_CHART = FaceFields(_ACROSS[None, None], _DOWN[None, :, None])
+
+_ACROSS_AND_DOWN = np.array((1, 1, 0), np.float32)
 _HIDDEN_BELOW = 0.15  # `down`, when the mouth is hidden
 
 
@@ -93,8 +104,19 @@ class FaceSurface:
     def fields(self) -> FaceFields:
         return FaceFields(self.across[None], self.down[None])
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+    @property
+    def chart(self) -> FaceFields:
+        return _CHART
+
+    def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
+        (left, _), (top, _) = _CHARTED
+        x, y = self.across - np.float32(left), self.down - np.float32(top)
+        x *= _CHART_PX
+        y *= _CHART_PX
+        return x, y
+
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame with weight, and some more."""
         box = box_of(self._weight(density) > _FAINTEST)
         return self.grid.box_px(box, more=1)  # weights are interpolated
 
@@ -134,6 +156,21 @@ class FaceSurface:
         return weight
 
 
+class FaceOnGrid(NamedTuple):
+    """The grid of a face, laid over it.
+
+    points: (U, 3) float32, `used_points` in px of the grid; z as well, away from the viewer.
+    """
+
+    place: GridPlace
+    grid: Grid
+    points: np.ndarray
+
+
+# A surface, the broad light on its grid, and that light's mean over the cheeks: see LitSurface.
+LitFace = tuple[FaceSurface, np.ndarray, float]
+
+
 def face_place(face: Face) -> GridPlace | None:
     """Where the grid of a face lies on the frame; None for a face too small, from the side, or with
     points that are not finite."""
@@ -154,36 +191,52 @@ def face_place(face: Face) -> GridPlace | None:
     return GridPlace(to_px, to_px)
 
 
-def face_surface(
-    face: Face, frame: Frame, coding: Coding, kernel: FaceKernel
-) -> tuple[FaceSurface, np.ndarray, float] | None:
-    """The surface of a face, the broad light on its grid, and that light's mean over the cheeks:
-    see LitSurface. None where `face_place` has no place."""
+def face_on_grid(face: Face) -> FaceOnGrid | None:
+    """Lay the grid over a face. None where `face_place` has no place."""
     place = face_place(face)
     if place is None:
         return None
     grid = Grid.at(place.to_px, (SIDE, SIDE))
-    on_grid = points_on_grid(face, grid)
+    (a, _, left), (b, _, top) = grid.to_px.tolist()
+    step = math.hypot(a, b)
+    turn = np.array(((a, -b, 0), (b, a, 0), (0, 0, step))) / (step * step)
+    points = (face.points_px.take(used_points(), 0) - (left, top, 0)) @ turn
+    return FaceOnGrid(place, grid, points.astype(np.float32))
+
+
+def face_surface(face: Face, frame: Frame, coding: Coding, kernel: FaceKernel) -> LitFace | None:
+    """The surface of a face, the broad light on its grid, and that light's mean over the cheeks.
+    None where `face_place` has no place."""
+    at = face_on_grid(face)
+    return None if at is None else surface_at(at, face, frame, coding, kernel)
+
+
+def surface_at(
+    at: FaceOnGrid, face: Face, frame: Frame, coding: Coding, kernel: FaceKernel
+) -> LitFace:
+    """The same where the grid is laid already."""
     frame_wh = frame.width_px, frame.height_px
-    given = FaceToRead(points_in_iod(on_grid), *drawn(on_grid), place, frame_wh, sampled_down(face))
-    made = kernel(given, light_planes(frame, coding, [place], grid.corners_px()))
-    surface = FaceSurface(grid, *(made[name] for name in FaceSurface.READ))
+    inside, holes = drawn(at.points)
+    given = FaceToRead(
+        points_in_iod(at.points), inside, holes, at.place, frame_wh, sampled_down(face)
+    )
+    made = kernel(given, light_planes(frame, coding, [at.place], at.grid.corners_px()))
+    surface = FaceSurface(at.grid, *(made[name] for name in FaceSurface.READ))
     return surface, made["shading"], float(made["mean"])
 
 
-def points_on_grid(face: Face, grid: Grid) -> np.ndarray:
-    """(478, 3) float32: the points in px of the grid; z as well, away from the viewer."""
-    (a, _, left), (b, _, top) = grid.to_px.tolist()
-    step = math.hypot(a, b)
-    turn = np.array(((a, b, 0), (-b, a, 0), (0, 0, step))) / (step * step)
-    on_grid: np.ndarray = (face.points_px - (left, top, 0)) @ turn.T
-    return on_grid.astype(np.float32)
+@cache
+def used_points() -> np.ndarray:
+    """All points that a surface depends on, places in points_px: first `fit_points`."""
+    return np.concatenate([fit_points(), _DRAWN])
 
 
 def points_in_iod(on_grid: np.ndarray) -> np.ndarray:
-    """The points of the fit, from the middle of the grid."""
-    points: np.ndarray = on_grid.take(fit_points(), 0)
-    points[:, :2] -= (SIDE - 1) / 2
+    """The points of the fit, from the middle of the grid.
+
+    on_grid: points of FaceOnGrid.
+    """
+    points: np.ndarray = on_grid[:POINTS] - np.float32((SIDE - 1) / 2) * _ACROSS_AND_DOWN
     points *= STEP
     return points
 
@@ -192,17 +245,19 @@ def drawn(on_grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The outline of a face, and its eyes, brows, lips and nostrils: `inside` and `holes` of
     FaceToRead.
 
-    on_grid: `points_on_grid`.
+    on_grid: points of FaceOnGrid.
     """
-    near = np.clip(on_grid[:, :2], -SIDE, 2 * SIDE)  # so that no number is too large for OpenCV
+    near = on_grid[POINTS:, :2]
+    near = np.clip(near, -SIDE, 2 * SIDE)  # so that no number is too large for OpenCV
     near += MARGIN
     near *= 2**_EIGHTH_BITS
     corners = np.rint(near, out=near).astype(np.int32)
     wide = SIDE + 2 * MARGIN
     inside, holes = np.zeros((2, wide, wide), np.uint8)
-    outline = cv2.convexHull(corners.take(_OUTLINE, 0))
+    outline = cv2.convexHull(corners[: _ENDS[0]])
     cv2.fillConvexPoly(inside, outline, 255, cv2.LINE_AA, _EIGHTH_BITS)
-    cv2.fillPoly(holes, [corners[contour] for contour in _HOLES], 255, cv2.LINE_AA, _EIGHTH_BITS)
+    contours = [corners[begin:end] for begin, end in pairwise(_ENDS)]
+    cv2.fillPoly(holes, contours, 255, cv2.LINE_AA, _EIGHTH_BITS)
     return inside, holes
 
 
@@ -219,24 +274,3 @@ def face_kernel(device: Device) -> FaceKernel:
 
 def _new_kernel(device: Device) -> FaceKernel:
     return FaceKernel(device, fit_tables())
-
-
-class FaceRegion:
-    """The whole face. It is read only for looks that paint it, and without memory: the light on its
-    skin is followed over time already."""
-
-    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
-        made = face_surface(scene.face, item.frame, item.coding, face_kernel(device))
-        if made is None:
-            return ()
-        surface, light, mean = made
-        return (Lit(surface, light, scene.light.skin or mean),)
-
-    def amount(self, face: Face) -> float:
-        return 1.0
-
-    def shade(self, light: SceneLight, mean: float) -> float:
-        return 1.0
-
-
-FACE = FaceRegion()

@@ -29,9 +29,8 @@ from makeup_video.pipeline.render.skin_likeness import skin_likeness
 from makeup_video.pipeline.render.surfaces.face import (
     FaceSurface,
     drawn,
-    face_place,
+    face_on_grid,
     points_in_iod,
-    points_on_grid,
     sampled_down,
 )
 from makeup_video.pipeline.render.surfaces.face_fit import fit, monomials
@@ -43,11 +42,10 @@ def face_surface_twin(
     face: Face, frame: Frame, coding: Coding
 ) -> tuple[FaceSurface, np.ndarray, float] | None:
     """The same as `face_surface`, the twin of kernels/face.cl."""
-    place = face_place(face)
-    if place is None:
+    at = face_on_grid(face)
+    if at is None:
         return None
-    grid = Grid.at(place.to_px, (SIDE, SIDE))
-    on_grid = points_on_grid(face, grid)
+    place, grid, on_grid = at
     along, terms = _nodes()
     across, down, x, y, facing = fit(points_in_iod(on_grid)).on(along, along, terms)
     np.clip(facing, 0, 1, out=facing)

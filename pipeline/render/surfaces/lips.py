@@ -10,17 +10,16 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import LIPS_HW, LIPS_SIGMA_PX, OVER_SEAM, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import LipsFields
-from makeup_video.pipeline.render.grid import Box, Grid, box_of
+from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.surfaces.region import LitSurface, SeenFace
+from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
 # The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
@@ -37,6 +36,9 @@ _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
 _INWARD_SIGMA_PX = 1.0  # of the patch
 _AROUND = 3  # px of the patch around what is seen
+# The chart: one row from the border of the lips to where they meet.
+_CHART_PX = 255
+_CHART = LipsFields(lambda: np.linspace(0, 1, _CHART_PX + 1, dtype=np.float32)[None, None])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +69,16 @@ class LipsSurface:
     def fields(self) -> LipsFields:
         return LipsFields(lambda: _inward(self.face, self.grid)[None])
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+    @property
+    def chart(self) -> LipsFields:
+        return _CHART
+
+    def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
+        inward = _inward(self.face, self.grid)
+        return inward * np.float32(_CHART_PX), np.zeros_like(inward)
+
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame with weight, and some more."""
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
         return patch.box_px(self._box(softness), more=2)  # weights are interpolated
 
@@ -171,7 +181,7 @@ class LipsRegion:
             return [None]
         return [(lips_surface_of(seen.face, place, made), made.lips[0], made.means[0])]
 
-    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
+    def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         return scene.regions.get("lips", ())
 
     def amount(self, face: Face) -> float:

@@ -1,18 +1,20 @@
 """What the renderer asks of a region of a face: the lips, the eyes, the whole face."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.track_memory import TrackMemory
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.surface import Surface
 
+_FORGET_SECONDS = 1.0
 # A surface, the broad light on its grid, (H, W) float32 linear, and that light's mean.
 LitSurface = tuple[Surface, np.ndarray, float]
 
@@ -27,14 +29,25 @@ class SeenFace:
     surfaces: FaceSurfaces | None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Reader:
+    """What reads the regions that are read for some looks only.
+
+    device: of the calling thread.
+    kept: what regions remember of a track: by its number and their own name.
+    """
+
+    device: Device
+    kept: TrackMemory[tuple[int, str], Any] = field(
+        default_factory=lambda: TrackMemory(_FORGET_SECONDS)
+    )
+
+
 class Region(Protocol):
     """The surfaces of one sort on a face."""
 
-    def lit(self, item: FrameScene, scene: FaceScene, device: Device) -> tuple[Lit, ...]:
-        """The surfaces that are seen, and the light on them, on the unpainted frame.
-
-        device: of the calling thread, for a region that is not read with every frame.
-        """
+    def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
+        """The surfaces that are seen, and the light on them, on the unpainted frame."""
         ...
 
     def amount(self, face: Face) -> float:

@@ -5,7 +5,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 from makeup_video.pipeline.frames.affine import AffineArray
-from makeup_video.pipeline.render.grid import Grid
+from makeup_video.pipeline.render.grid import Grid, PointXY
 
 
 class Surface(Protocol):
@@ -34,8 +34,19 @@ class Surface(Protocol):
         arrays of all surfaces of the region, so that (N, H, W) is made at once."""
         ...
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest px (x, y) of the frame with weight, and some more."""
+    @property
+    def chart(self) -> Any:
+        """The same for places on a chart of this side, (1, h, w), where densities are drawn once
+        for a look. It is the same object for all faces."""
+        ...
+
+    def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where the places of all surfaces of the region lie on the chart: x and y, (N * H, W)
+        float32, in px of the chart."""
+        ...
+
+    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+        """Lowest and highest px of the frame with weight, and some more."""
         ...
 
     def weigh(

@@ -50,8 +50,12 @@ def one_after_another(layers, shade=1.0):
     return light
 
 
+def blended(layers):
+    return blend(np.stack([density for density, _ in layers]), [m for _, m in layers])
+
+
 def at_once(layers, shade=1.0):
-    maps, m = blend(layers)
+    maps, m = blended(layers)
     return on(np.broadcast_to(SKIN, (*HW, 3)), whole(), m, maps.astype(float), shade)
 
 
@@ -87,7 +91,7 @@ def test_finishes_at_once_look_as_one_after_another(finish, region):
 def test_one_layer_is_painted_as_its_product_alone(p, seed):
     luma, chroma = any_codes(seed, (9, 6), Coding())
     surface, m = flat_surface((9, 6), 0.2), lit(p)
-    maps, common = blend([(np.ones((2, 2), np.float32), m)])
+    maps, common = blended([(np.ones((2, 2), np.float32), m)])
     alone = paint_codes(luma, chroma, surface, m, Coding())
     layers = paint_codes(luma, chroma, replace(surface, layers=maps), common, Coding())
     assert np.abs(alone - layers).max() <= 1  # the square of a float32 root is not the number
@@ -97,7 +101,7 @@ def test_one_layer_is_painted_as_its_product_alone(p, seed):
 @given(layered, lights())
 def test_maps_and_material_are_finite_and_in_range(given_layers, light):
     layers = [(density, lit(p, light)) for density, p in given_layers]
-    maps, m = blend(layers)
+    maps, m = blended(layers)
     assert maps.shape == (8, *HW) and maps.dtype == np.float32
     assert np.isfinite(maps).all() and np.isfinite(np.hstack(m.record())).all()
     assert maps.min() >= 0
@@ -111,7 +115,7 @@ def test_maps_and_material_are_finite_and_in_range(given_layers, light):
 @given(layered)
 def test_layers_without_density_change_nothing(given_layers):
     layers = [(0 * density, lit(p)) for density, p in given_layers]
-    maps, _ = blend(layers)
+    maps, _ = blended(layers)
     assert not maps[3:].any()
     np.testing.assert_allclose(at_once(layers), np.broadcast_to(SKIN, (*HW, 3)), atol=1e-9)
 
@@ -122,8 +126,10 @@ def test_a_layer_without_density_leaves_the_others_alone(given_layers, empty):
     layers = [(density, lit(p)) for density, p in given_layers]
     nothing = 0 * empty[0], lit(empty[1])
     for more in ([nothing, *layers], [*layers, nothing]):
-        np.testing.assert_allclose(blend(more)[0][3], blend(layers)[0][3], rtol=1e-5)
-        np.testing.assert_allclose(blend(more)[0][:3], blend(layers)[0][:3], rtol=1e-3, atol=1e-5)
+        np.testing.assert_allclose(blended(more)[0][3], blended(layers)[0][3], rtol=1e-5)
+        np.testing.assert_allclose(
+            blended(more)[0][:3], blended(layers)[0][:3], rtol=1e-3, atol=1e-5
+        )
 
 
 @settings(max_examples=60, deadline=None)
@@ -133,13 +139,25 @@ def test_a_denser_layer_covers_more(given_layers, number):
     number %= len(layers)
     density, m = layers[number]
     denser = [*layers[:number], (np.minimum(density + 0.2, 1), m), *layers[number + 1 :]]
-    assert (blend(denser)[0][3] >= blend(layers)[0][3] - 1e-6).all()
+    assert (blended(denser)[0][3] >= blended(layers)[0][3] - 1e-6).all()
+
+
+@pytest.mark.parametrize("faint", [1e-4, 3e-4])
+def test_a_faint_layer_hardly_colours_the_border_beside_it(faint):
+    """Densities that are looked up are off by so much, and colours are interpolated."""
+    white, black = lit(product(red=255, green=255, blue=255)), lit(product(red=0, blue=0))
+    colours = []
+    for density in (0.0, faint):
+        densities = np.array([[[0.0, density]], [[0.8, 0.0]]], np.float32)
+        colours.append(blend(densities, [white, black])[0][:3, 0, 1])
+    change = np.abs(colours[1] - colours[0]).max()
+    assert 0 < change < 0.4 * np.abs(np.array(white.product) - black.product).max()
 
 
 def test_an_opaque_matte_layer_hides_the_shine_below():
     shiny = lit(finished((200, 120, 90), "shimmer", "eyes"))
     matte = lit(product(opacity=1.0))
-    maps, m = blend([(whole(), shiny), (whole(), matte)])
+    maps, m = blended([(whole(), shiny), (whole(), matte)])
     assert maps[4:].max() < 1e-6 and m.reflection < 1e-6 and m.own_highlights < 1e-6
     np.testing.assert_allclose(maps[:3, 0, 0], matte.product, atol=1e-5)
 
@@ -147,7 +165,7 @@ def test_an_opaque_matte_layer_hides_the_shine_below():
 def test_clear_gloss_lets_the_colour_below_shine():
     colour = lit(product())
     clear = lit(product(opacity=0.0, gloss=1.0, reflection=0.5))
-    maps, m = blend([(whole(), colour), (whole(), clear)])
+    maps, m = blended([(whole(), colour), (whole(), clear)])
     np.testing.assert_allclose(maps[:3, 0, 0], colour.product, atol=1e-5)
     np.testing.assert_allclose(maps[4:7, 0, 0], clear.glint, rtol=1e-5)
     shine = maps[7, 0, 0]
@@ -159,15 +177,14 @@ def test_clear_gloss_lets_the_colour_below_shine():
 def test_sparkles_are_those_of_the_layer_that_shimmers_most():
     dust = lit(product(shimmer=0.2, shimmer_size=0.0, blue=200))
     glitter = lit(product(shimmer=0.9, shimmer_size=1.0))
-    _, m = blend([(whole(0.5), glitter), (whole(0.5), dust)])
+    _, m = blended([(whole(0.5), glitter), (whole(0.5), dust)])
     assert (m.cells, m.spot, m.shimmer) == (glitter.cells, glitter.spot, glitter.shimmer)
     np.testing.assert_allclose(
         np.array(m.sparkle) / max(m.sparkle), np.array(glitter.sparkle) / max(glitter.sparkle)
     )
 
 
-def test_layers_must_share_one_grid():
-    m = lit(product())
-    for layers in ([], [(whole(), m), (np.ones((2, 2), np.float32), m)]):
-        with pytest.raises(ValueError, match="layers must be at least one, on one grid"):
-            blend(layers)
+def test_each_layer_must_have_its_density():
+    for densities, materials in ((np.empty((0, *HW)), []), (whole()[None], [lit(product())] * 2)):
+        with pytest.raises(ValueError, match="layers must be at least one, each with its density"):
+            blend(densities, materials)

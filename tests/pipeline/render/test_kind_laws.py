@@ -17,6 +17,7 @@ from makeup_video.pipeline.look.finishes import product as finished
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.regions import REGIONS
+from makeup_video.pipeline.render.surfaces.region import Reader
 
 few_examples = settings(
     max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow]
@@ -29,7 +30,8 @@ def surfaces_of(kind):
     """The surfaces of the close-up that a kind is painted on."""
     scene = close_up_scene()
     return [
-        lit.surface for lit in REGIONS[KINDS[kind].surface].lit(scene, scene.faces[0], device())
+        lit.surface
+        for lit in REGIONS[KINDS[kind].surface].lit(scene, scene.faces[0], Reader(device()))
     ]
 
 
@@ -132,6 +134,39 @@ def test_densities_are_finite_and_as_large_as_the_grid(kind, data):
             for border in (one for stroke in coat.strokes for one in (stroke.above, stroke.below)):
                 assert border.shape == shape and border.dtype == np.float32
                 assert np.isfinite(border).all()
+
+
+CHARTED = [
+    Layer(name, finished((90, 20, 60), "satin", kind.part), shape)
+    for name, kind in KINDS.items()
+    if not kind.is_line
+    for shape in [*({"slot": slot} for slot in kind.slots), SHOWN[name]]
+]
+
+
+@pytest.mark.parametrize("layer", CHARTED, ids=lambda layer: f"{layer.kind} {layer.shape}")
+def test_a_chart_has_the_densities_of_the_places(layer):
+    """Between two px of a chart borders are straight, which are curved: 0.02 of the density. The
+    whole face has places that no face shows."""
+    found = {
+        (job.surface.number, job.surface.chart): job for job in jobs(close_up_scene(), [layer])
+    }
+    compared = 0
+    for surface in surfaces_of(layer.kind):
+        shown = getattr(surface, "visible", np.ones(surface.normals.shape[1:])) > 0
+        at_places: dict = {}
+        for side, density in densities(surface, layer):
+            at_places.setdefault(side.chart, []).append(density)
+        for chart, wanted in at_places.items():
+            job = found.get((surface.number, chart))
+            got = None if job is None else job.part.densities
+            if got is None:
+                assert job is not None or max(one.max() for one in wanted) < 0.02
+                continue
+            wanted = [np.ones(shown.shape) if one is None else one for one in wanted]
+            assert np.abs(got - wanted)[:, shown].max() < 0.02
+            compared += 1
+    assert compared
 
 
 @any_kind

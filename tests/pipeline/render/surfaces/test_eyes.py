@@ -94,7 +94,7 @@ def test_slots_turn_with_the_face_and_stay_within_reach(degrees, scale, softness
     for surface in lid_surfaces(true_face(points)):
         most = 0.0
         for side, density in densities(surface, shadow(slot, softness)):
-            low, high = side.reach(softness, density)
+            low, high = np.array(side.reach(softness, density))
             origin = np.floor(low).astype(int) - 15
             out = np.zeros(tuple(np.ceil(high - low).astype(int)[::-1] + 30), np.float32)
             side.weigh(out, tuple(origin), softness, density)

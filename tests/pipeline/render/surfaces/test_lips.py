@@ -108,7 +108,7 @@ def test_nothing_is_painted_beyond_the_regions_corners(degrees, scale, softness,
         to_px=compose(spin, face.lips.to_px),
     )
     region = lips_surface(face)
-    low, high = region.reach(softness, None)
+    low, high = np.array(region.reach(softness, None))
     hw = tuple(np.ceil(high - low).astype(int)[::-1] + 40)
     origin = np.floor(low).astype(int) - 20
     weight = weight_of(face, hw, softness, tuple(origin))

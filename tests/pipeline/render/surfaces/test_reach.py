@@ -26,7 +26,7 @@ def test_no_weight_lies_beyond_the_reach(softness, slot):
         worn += [(lid, shadow(slot, softness)) for lid in lid_surfaces(head)]
         for surface, layer in worn:
             for side, density in densities(surface, layer):
-                low, high = side.reach(softness, density)
+                low, high = np.array(side.reach(softness, density))
                 box = weighted_box(side, softness, density)
                 if box is not None:
                     assert (box[0] >= np.floor(low)).all() and (box[1] <= np.ceil(high)).all()
@@ -37,6 +37,6 @@ def test_no_weight_lies_beyond_the_reach(softness, slot):
 def test_the_reach_of_a_lid_is_no_more_than_its_zone_needs():
     for surface in lid_surfaces(face(HEAD_PX[0])):
         above, density = densities(surface, shadow("lid"))[0]
-        low, high = above.reach(0.5, density)
+        low, high = np.array(above.reach(0.5, density))
         box = weighted_box(above, 0.5, density)
         assert np.prod(high - low) < 1.6 * np.prod(box[1] - box[0])

@@ -1,0 +1,107 @@
+"""The whole face as a region. It is read only for looks that paint it, and while the face rests in
+the same light its surface is used for up to three frames."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.surfaces.face import (
+    FaceOnGrid,
+    FaceSurface,
+    face_kernel,
+    face_on_grid,
+    surface_at,
+)
+from makeup_video.pipeline.render.surfaces.face_points import fit_points
+from makeup_video.pipeline.render.surfaces.region import Reader
+
+# A surface is used again for so many frames, and so long, after it was made.
+_MOST_USES, _LONGEST_SECONDS = 2, 0.1
+# How far it holds: points moved by so many px of the grid (1.6 % of the eyes' distance), luma
+# of a quarter of the face by such a share of its range, and the mouth hidden by so much more.
+_MOVED_PX, _LIT_ANEW, _HIDDEN = 0.4, 4 / 255, 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class KeptFace:
+    """The surface of a face, and what it was made from.
+
+    points: those of FaceOnGrid.  luma: (4,) float32, `_luma_of`.
+    made_seconds, last_seconds: when it was made, and last used.
+    uses: how often it was used again.
+    """
+
+    surface: FaceSurface
+    shading: np.ndarray
+    mean: float
+    points: np.ndarray
+    luma: np.ndarray
+    mouth_weight: float
+    made_seconds: float
+    last_seconds: float
+    uses: int = 0
+
+    def holds(self, at: FaceOnGrid, luma: np.ndarray, face: Face, seconds: float) -> bool:
+        """True when a surface of this face, made now, would hardly differ."""
+        return (
+            self.uses < _MOST_USES
+            and self.last_seconds < seconds <= self.made_seconds + _LONGEST_SECONDS
+            and abs(face.mouth_weight - self.mouth_weight) <= _HIDDEN
+            and bool(np.abs(luma - self.luma).max() <= _LIT_ANEW)
+            and bool(np.abs(at.points - self.points).max() <= _MOVED_PX)
+        )
+
+
+class FaceRegion:
+    """The whole face. Its light has no memory: that on its skin is followed over time already."""
+
+    def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
+        face, frame = scene.face, item.frame
+        at = face_on_grid(face)
+        if at is None:
+            return ()
+        key, seconds, luma = (face.track_id, "face"), frame.seconds, _luma_of(frame, face)
+        kept = reader.kept.get(key)
+        if kept is not None and kept.holds(at, luma, face, seconds):
+            surface = replace(kept.surface, grid=at.grid)
+            kept = replace(kept, surface=surface, last_seconds=seconds, uses=kept.uses + 1)
+        else:
+            made = surface_at(at, face, frame, item.coding, face_kernel(reader.device))
+            kept = KeptFace(*made, at.points, luma, face.mouth_weight, seconds, seconds)
+        reader.kept[key] = kept
+        return (Lit(kept.surface, kept.shading, scene.light.skin or kept.mean),)
+
+    def amount(self, face: Face) -> float:
+        return 1.0
+
+    def shade(self, light: SceneLight, mean: float) -> float:
+        return 1.0
+
+
+FACE = FaceRegion()
+
+
+def _luma_of(frame: Frame, face: Face) -> np.ndarray:
+    """Mean luma of each quarter of a face, as shares of the range: (4,) float32."""
+    luma = frame.planes[0]
+    high, wide = luma.shape
+    x, y = face.points_px.take(fit_points(), 0)[:, :2].T.astype(np.intp)
+    codes = luma[np.clip(y, 0, high - 1), np.clip(x, 0, wide - 1)]
+    means: np.ndarray = _quarters() @ codes.astype(np.float32)
+    means /= 2.0**frame.bit_depth
+    return means
+
+
+@cache
+def _quarters() -> np.ndarray:
+    """(4, P) float32: the matrix from `fit_points` to the means of four quarters of a face."""
+    x, y = read_array("mean_face.npy")[fit_points(), :2].T
+    is_right, is_low = x > 0, y > np.median(y)
+    quarter = 2 * is_low + is_right
+    there = (quarter == np.arange(4)[:, None]).astype(np.float32)
+    share: np.ndarray = there / there.sum(1, keepdims=True)
+    return share
