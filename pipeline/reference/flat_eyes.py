@@ -13,7 +13,7 @@ import numpy as np
 from makeup_video.kernels.surface import LID_LEFT, LID_STEP
 from makeup_video.pipeline.frames.sampling import remap
 from makeup_video.pipeline.look.kinds import KINDS
-from makeup_video.pipeline.look.kinds.fields import LID, EyeFields
+from makeup_video.pipeline.look.kinds.fields import LID, EyeChart
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH, LidSurface
@@ -25,7 +25,6 @@ HEIGHTS = np.concatenate([_UP, _DOWN])
 FLAT_HW = len(HEIGHTS), SIZE_WH[0]
 _ACROSS = (LID_LEFT + LID_STEP * np.arange(SIZE_WH[0]) + 0.5).astype(np.float32)
 _BLUR_PX = 0.9  # of the neutral face: a cell is a little more than a pixel
-_WIDTH_PX = 100.0  # any width of the eye: shapes are described in shares of it
 
 
 def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
@@ -57,7 +56,7 @@ def _laid_flat(linear: np.ndarray, lid: LidSurface) -> np.ndarray:
 def density(layer: Layer) -> np.ndarray:
     """(27, 48) float32: how densely a layer of eye-shadow lies on each cell, 0..1."""
     flat = np.zeros(FLAT_HW, np.float32)
-    for fields, rows in zip(_fields(), (slice(0, len(_UP)), slice(len(_UP), None)), strict=True):
+    for fields, rows in zip(_charts(), (slice(0, len(_UP)), slice(len(_UP), None)), strict=True):
         for coat in KINDS[layer.kind].coats(fields, layer.product, layer.whole_shape):
             if coat.density is not None:
                 flat[rows] = np.broadcast_to(coat.density, (1, *FLAT_HW))[0, rows]
@@ -66,14 +65,11 @@ def density(layer: Layer) -> np.ndarray:
 
 
 @lru_cache(maxsize=1)
-def _fields() -> tuple[EyeFields, EyeFields]:
-    """The fields of a flat eye: above it, and below it."""
-    up = np.broadcast_to(HEIGHTS[:, None], FLAT_HW)[None]
-    away_px = up * np.float32(LID * _WIDTH_PX)
-    lids = up, away_px, -away_px
-    across, wide = np.broadcast_to(_ACROSS, FLAT_HW), np.full((1, 1, 1), _WIDTH_PX, np.float32)
-    above, below = (
-        EyeFields(is_upper, across, up[0] * LID, lids, wide, lambda: np.zeros((1, 1, 1)))
-        for is_upper in (True, False)
+def _charts() -> tuple[EyeChart, EyeChart]:
+    """The places above a flat eye, and below it."""
+    across = np.broadcast_to(_ACROSS, FLAT_HW)[None]
+    height = np.broadcast_to(HEIGHTS[:, None], FLAT_HW)[None]
+    return (
+        EyeChart(True, across, np.maximum(height, 0)),
+        EyeChart(False, across, np.minimum(height, 0)),
     )
-    return above, below
