@@ -3,26 +3,27 @@
 import os
 import time
 from collections.abc import Callable
-from dataclasses import asdict
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from makeup_video.pipeline.engine.machine import cores, peak_memory_bytes
+from makeup_video.pipeline.engine.machine import peak_memory_bytes
 from makeup_video.pipeline.engine.runner import Runner, Stage
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
-from makeup_video.pipeline.media.codecs import container_of, encoder_options, pick_codec
-from makeup_video.pipeline.media.decode import Decoder
 from makeup_video.pipeline.media.duration import check_start
-from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.mux import Muxer
-from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of, pick_pix_fmt
 from makeup_video.pipeline.media.side_by_side import SideBySide
+from makeup_video.pipeline.offline.film import (
+    film_report,
+    open_decoder,
+    open_encoder,
+    pick_encoding,
+)
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
@@ -97,34 +98,15 @@ def _run(
     settings: Settings,
     on_progress: Progress | None,
 ) -> Report:
-    container = container_of(output)
-    becomes_sdr = settings.sdr and source.tags.is_hdr
-    deep = not becomes_sdr and (source.bit_depth > 8 or source.tags.is_hdr)
-    if settings.bit_depth is not None:
-        deep = settings.bit_depth > 8
-    codec = pick_codec(settings.codec, container, deep=deep, alpha=source.has_alpha)
-    options = encoder_options(codec, settings.crf, settings.preset)
-    depth, threads = settings.bit_depth, settings.decoder_threads
-    if depth is None and becomes_sdr:
-        depth = min(map(bits_of, codec.pix_fmts))  # 8 bits suffice, but ProRes has no such format
-    if depth is not None:
-        pick_pix_fmt("yuv420p", codec, depth)  # raises UsageError before the output is begun
+    encoding = pick_encoding(source, output, settings)
     bytes_in = source.container.size  # of the open file: its name may be another file's at the end
     target = OutputFile(
         output, source.path, overwrite=settings.overwrite, on_whole=settings.on_whole
     )
-    muxer = Muxer(target, container, strict=settings.strict)
+    muxer = Muxer(target, encoding.container, strict=settings.strict)
     try:
-        convert = ConvertPixelFormat(codec, depth, sdr=settings.sdr)
-        decoder = Decoder(
-            source,
-            convert,
-            muxer,
-            start_seconds=settings.start_seconds,
-            end_seconds=settings.end_seconds,
-            threads=decoder_threads() if threads is None else threads,
-        )
-        encoder = VideoEncoder(muxer, source, codec, options, settings.encoder_threads or 0)
+        decoder = open_decoder(source, encoding, muxer, settings)
+        encoder = open_encoder(source, encoding, muxer, settings)
         runner = Runner(
             ("decode", decoder.frames()),
             stages,
@@ -139,52 +121,6 @@ def _run(
         if not muxer.is_finished:
             muxer.abort()
         raise
-    report = _report(source, output, decoder, encoder, muxer, runner)
+    report = film_report(source, output, decoder, encoder, runner.times, runner.channels)
     report.bytes_in = bytes_in
     return report
-
-
-def decoder_threads() -> int:
-    """Half as many threads as there are cores.
-
-    FFmpeg's own choice is one a core and one more, each with pictures in memory; but a film waits
-    for the encoder, not for the decoder.
-    """
-    return max(1, cores() // 2)
-
-
-def _report(
-    source: VideoSource,
-    output: Path,
-    decoder: Decoder,
-    encoder: VideoEncoder,
-    muxer: Muxer,
-    runner: Runner,
-) -> Report:
-    stats = decoder.stats
-    return Report(
-        source=str(source.path),
-        output=str(output),
-        codec=encoder.codec.name,
-        frames_in=stats.frames,
-        frames_out=muxer.video_packets,
-        max_pts_error_seconds=float(encoder.max_pts_error_seconds),
-        mended_times=stats.mended_times,
-        corrupt_frames=stats.corrupt_frames,
-        lost_frames=stats.lost_frames,
-        decode_errors=stats.decode_errors,
-        truncated=stats.truncated,
-        skipped_packets=muxer.skipped_packets,
-        damaged=stats.is_damaged or muxer.skipped_packets > 0,
-        dropped=muxer.dropped,
-        converted=muxer.converted,
-        conversions=decoder.convert.conversions,
-        media_seconds=float(decoder.media_seconds),
-        first_packet_unix_seconds=encoder.first_packet_at,
-        stages={name: asdict(times) for name, times in runner.times.items()},
-        channels={
-            channel.name: {"capacity": channel.capacity, "mean_fill": channel.mean_fill}
-            for channel in runner.channels
-        },
-        bytes_out=muxer.bytes_out,
-    )

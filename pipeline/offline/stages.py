@@ -1,6 +1,7 @@
 """The stages of the runs that find faces, and what these runs count."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from makeup_video.pipeline.engine.machine import (
     FIND_FACES,
@@ -22,6 +23,9 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
+
+if TYPE_CHECKING:
+    from makeup_video.kernels.program import Device
 
 Stages = list[tuple[str, Stage]]
 _MOST_NUMBERS = 10  # of faces in a message
@@ -72,6 +76,35 @@ class _FindOnce:
         return item
 
 
+class Painter:
+    """The stage that paints a look, and what it counts.
+
+    faces: as in Settings.  device: as for Composite.
+    composite: the stage.
+    """
+
+    def __init__(self, look: Look, faces: str = "all", device: "str | Device" = "") -> None:
+        self._look, self._faces = look, faces
+        self.composite = Composite(look, device, faces)
+
+    def count(self, report: Report) -> None:
+        """Write into a report, which has its counts of faces, how many frames were painted."""
+        report.painted_frames = self.composite.painted_frames
+        if not report.painted_frames and report.frames_with_face:
+            report.why_unpainted = self._why_unpainted(report.turn_first)
+
+    def _why_unpainted(self, turn_first: str) -> str:
+        """Why no face that was found is painted."""
+        composite, whom = self.composite, self._faces
+        if not composite.chosen_frames and whom.isdigit():
+            return f"face {whom} was chosen, but {_numbered(sorted(composite.numbers))}"
+        painted = {layer.kind for layer in self._look.painted}
+        hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
+        if not hidden:
+            return "the look has no opacity, no gloss and no reflection"
+        return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
+
+
 class PaintRun(FaceRun):
     """Finds faces and paints a look on them; `faces` and `device` as in Settings."""
 
@@ -80,25 +113,12 @@ class PaintRun(FaceRun):
         self._look, self._faces, self._device = look, faces, device
 
     def _painting(self) -> Stages:
-        self._composite = Composite(self._look, self._device, self._faces)
-        return [("scene", BuildScene(self._device)), ("composite", self._composite)]
+        self._painter = Painter(self._look, self._faces, self._device)
+        return [("scene", BuildScene(self._device)), ("composite", self._painter.composite)]
 
     def count(self, report: Report) -> None:
         super().count(report)
-        report.painted_frames = self._composite.painted_frames
-        if not report.painted_frames and report.frames_with_face:
-            report.why_unpainted = self._why_unpainted(report.turn_first)
-
-    def _why_unpainted(self, turn_first: str) -> str:
-        """Why no face that was found is painted."""
-        composite, whom = self._composite, self._faces
-        if not composite.chosen_frames and whom.isdigit():
-            return f"face {whom} was chosen, but {_numbered(sorted(composite.numbers))}"
-        painted = {layer.kind for layer in self._look.painted}
-        hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
-        if not hidden:
-            return "the look has no opacity, no gloss and no reflection"
-        return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
+        self._painter.count(report)
 
 
 def _numbered(numbers: list[int]) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
@@ -25,6 +26,9 @@ from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene
 
+if TYPE_CHECKING:
+    from makeup_video.kernels.program import Device
+
 _MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup over
 # Luma px of a rect from which on a veil is painted at half size, and at a quarter.
 _VEIL_PX, _LARGE_VEIL_PX = 8_000, 32_000
@@ -36,7 +40,8 @@ _Placed = tuple[Job, Rect]
 class Composite:
     """Paints `look` on every frame.
 
-    device: as for open_device.  faces: all, largest, or a face's number.
+    device: as for open_device, or one that is open; several may share it in one thread.
+    faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
     numbers: the ids of all faces seen.
@@ -44,8 +49,9 @@ class Composite:
     Raises InstallError, UsageError for the device.
     """
 
-    def __init__(self, look: Look, device: str = "", faces: str = "all") -> None:
-        self._canvas = Canvas(open_device(device))
+    def __init__(self, look: Look, device: "str | Device" = "", faces: str = "all") -> None:
+        opened = open_device(device) if isinstance(device, str) else device
+        self._canvas = Canvas(opened)
         self._faces = faces
         self._largest_id = -1
         self.painted_frames = self.chosen_frames = 0
