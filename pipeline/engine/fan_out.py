@@ -20,7 +20,7 @@ class FanOut:
     share(item): one copy of the item for each sink, in their order.
     sinks: in groups; the sinks of a group run in one thread, in turn. A group for each core is
     enough, because encoders have threads of their own.
-    errors: what ended each sink, None where nothing did.
+    errors: what ended each sink, None where nothing did; an entry from elsewhere ends a sink, too.
     """
 
     def __init__(
@@ -45,11 +45,6 @@ class FanOut:
                 target=self._run, args=(channel, span), name="makeup-fan-out", daemon=True
             )
             self._threads.append(thread)
-
-    def fail(self, index: int, error: Exception) -> None:
-        """End a sink for an error that came from elsewhere; its first error counts."""
-        if self.errors[index] is None:
-            self.errors[index] = error
 
     def __call__(self, item: Any) -> None:
         if all(self.errors):
@@ -98,7 +93,7 @@ class FanOut:
         try:
             work(argument)
         except Exception as error:
-            self.fail(index, error)
+            self.errors[index] = self.errors[index] or error
 
 
 def in_groups(count: int) -> list[range]:

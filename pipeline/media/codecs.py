@@ -61,6 +61,8 @@ class VideoCodec(NamedTuple):
     live_preset: the default preset of recordings, fast enough to be live; None: `preset`.
     live_options: (option, value) pairs for recordings, so that packets come out in order and
     without delay.
+    encoder_mb_per_mpx: the memory that one more encoder of the default preset holds, its look-ahead
+    included, in MB per megapixel of a frame.
     """
 
     name: str
@@ -84,6 +86,7 @@ class VideoCodec(NamedTuple):
     live_preset: str | None = None
     live_options: tuple[tuple[str, str], ...] = ()
     also: tuple[str, ...] = ()
+    encoder_mb_per_mpx: int = 150
 
 
 _X26X_PRESETS = (

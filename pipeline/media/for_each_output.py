@@ -1,6 +1,6 @@
 """What several outputs of one film share: each gets its own copies of frames and packets."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -55,29 +55,27 @@ class CopyToAll:
     """Takes the packets of a film's other streams to several outputs; see StreamCopier.
 
     dropped, converted: what holds for all outputs.
-    fail(index, error): called when an output cannot take a packet; it gets no further ones.
+    errors: what ended each output, None where nothing did; such an output gets no more packets. An
+    output that cannot take a packet gets an entry here.
     """
 
-    def __init__(
-        self, muxers: Sequence[Muxer], fail: Callable[[int, MakeupVideoError], None]
-    ) -> None:
-        self._muxers = dict(enumerate(muxers))
-        self._fail = fail
+    def __init__(self, muxers: Sequence[Muxer], errors: list[Exception | None]) -> None:
+        self._muxers, self._errors = muxers, errors
         self.strict = muxers[0].strict
         self.dropped: list[str] = []
         self.converted: list[str] = []
 
     def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None:
-        for muxer in self._muxers.values():
+        for muxer in self._muxers:
             muxer.trim(start, end, shift)
 
     def copy(self, packet: Any) -> None:
-        for index, muxer in list(self._muxers.items()):
-            try:
-                muxer.copy(copy_of(packet))
-            except MakeupVideoError as error:
-                del self._muxers[index]
-                self._fail(index, error)
+        for index, muxer in enumerate(self._muxers):
+            if self._errors[index] is None:
+                try:
+                    muxer.copy(copy_of(packet))
+                except MakeupVideoError as error:
+                    self._errors[index] = self._errors[index] or error
 
 
 def copy_of(packet: Any) -> Any:

@@ -1,23 +1,148 @@
-"""process_looks: paints several looks on one video or picture, which is read once."""
+"""process_looks: paints several looks on one video or picture, which is read only once."""
 
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-from makeup_video.pipeline.engine.machine import one_opencv_thread, peak_memory_bytes
+from makeup_video.pipeline.engine.machine import (
+    FIND_FACES,
+    check_memory,
+    free_memory_bytes,
+    one_opencv_thread,
+    peak_memory_bytes,
+)
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError
+from makeup_video.pipeline.files.output_file import check_place, target_of
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.media.input_file import local_file
-from makeup_video.pipeline.offline.looks_on_film import LooksOnFilm, encoders_at_once
-from makeup_video.pipeline.offline.looks_on_picture import paint_picture
-from makeup_video.pipeline.offline.process import process_video
+from makeup_video.pipeline.media.duration import check_start
+from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
+from makeup_video.pipeline.offline.film import pick_encoding
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import check_picture_settings
 from makeup_video.pipeline.offline.settings import Settings
 
 Outcome = Report | MakeupVideoError
+# (outputs that are being written, frames done, frames expected or None, frames/s of the source)
+LooksProgress = Callable[[Sequence[Path], int, int | None, Fraction], None]
+# Sixteen looks leave each one a sixteenth of the shared work; more save little and start hundreds
+# of threads.
+_MOST_AT_ONCE = 16
+_SHARE_OF_MEMORY = 0.5  # of what is free: other programs go on meanwhile
+
+
+def process_looks(
+    src: str | os.PathLike[str],
+    looks: Mapping[str, Look] | Mapping[Path, Look],
+    settings: Settings | None = None,
+    on_progress: LooksProgress | None = None,
+) -> dict[Path, Outcome]:
+    """Paint each look on every frame of src, a video or a picture, and write it to its own output.
+
+    Decoding, finding faces, smoothing and reading the scene happen once for all looks; painting and
+    encoding once for each. The files are those that process_video would write, byte for byte.
+
+    looks: by output; the names of all outputs of a video end alike. Where memory does not suffice
+    for that many encoders, or there are more than 16 looks, the film is read several times.
+    on_progress(outputs, frames done, frames expected or None, frames per second of the source) is
+    called a few times a second while a video is painted; outputs: those of the look that are being
+    written.
+    Returns by output its report, or the error that ended this look alone, such as a full disk. The
+    seconds of a report are those of all looks that were painted at the same time.
+    Raises one of `errors` before anything is written, or for what ends all looks: an input that
+    cannot be read, Ctrl-C.
+    """
+    settings, path = settings or Settings(), local_file(src)
+    outputs = {Path(output): look for output, look in looks.items()}
+    _check_outputs(path, list(outputs), settings)
+    check_memory(FIND_FACES)
+    with one_opencv_thread():
+        if is_picture(path):
+            # late: the face nets and OpenCL take long to load
+            from makeup_video.pipeline.offline.looks_on_picture import paint_picture
+
+            check_picture_settings(src, settings)
+            return _timed(lambda: paint_picture(path, outputs, settings))
+        return _on_film(path, outputs, settings, on_progress)
+
+
+def _on_film(
+    path: Path,
+    looks: Mapping[Path, Look],
+    settings: Settings,
+    on_progress: LooksProgress | None,
+) -> dict[Path, Outcome]:
+    from makeup_video.pipeline.offline.looks_on_film import paint_film
+
+    if len({output.suffix.lower() for output in looks}) > 1:
+        raise UsageError("the outputs of several looks of one film must have one extension")
+    done: dict[Path, Outcome] = {}
+    while rest := [output for output in looks if output not in done]:
+        source = open_video(path)
+        try:
+            check_start(source, settings.start_seconds)
+            count = encoders_at_once(source, rest[0], settings)
+            passes = -(-len(rest) // count)
+            now = {output: looks[output] for output in rest[: -(-len(rest) // passes)]}
+            tick = None if on_progress is None else _progress_of(list(now), on_progress)
+            done |= _timed(lambda now=now: paint_film(source, now, settings, tick))  # type: ignore[misc]
+        finally:
+            source.close()
+    if settings.on_whole is not None:
+        settings.on_whole()
+    return done
+
+
+def encoders_at_once(source: VideoSource, output: Path, settings: Settings) -> int:
+    """How many looks of a film are encoded at the same time: as many as half of the free memory
+    holds, at least 1 and at most 16."""
+    codec = pick_encoding(source, output, settings).codec
+    each_bytes = codec.encoder_mb_per_mpx * source.frame_px
+    return max(1, min(_MOST_AT_ONCE, int(_SHARE_OF_MEMORY * free_memory_bytes() / each_bytes)))
+
+
+def _check_outputs(source: Path, outputs: Sequence[Path], settings: Settings) -> None:
+    """Refuse outputs that cannot be written, or of which one would replace another.
+
+    Raises UsageError, OutputError.
+    """
+    if not outputs:
+        raise UsageError("no look given: give at least one output with its look")
+    check_apart(outputs)
+    for output in outputs:
+        check_place(os.fspath(output), source, overwrite=settings.overwrite)
+
+
+def check_apart(outputs: Sequence[Path]) -> None:
+    """Raises UsageError for two outputs that are one file."""
+    places: dict[str, Path] = {}
+    for output in outputs:
+        # case does not count: some disks do not tell A from a
+        place = os.path.realpath(target_of(output)).lower()
+        if place in places:
+            raise UsageError(
+                f"two outputs have the name {output}: give each its own"
+                if places[place] == output
+                else f"two outputs are one file: {places[place]} and {output}; give each its own"
+            )
+        places[place] = output
+
+
+def _progress_of(
+    outputs: Sequence[Path], on_progress: LooksProgress
+) -> Callable[[int, int | None, Fraction], None]:
+    return lambda done, expected, rate: on_progress(outputs, done, expected, rate)
+
+
+def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:
+    """Do the work, and write its times and its memory into the reports."""
+    began, cpu_began = time.monotonic(), time.process_time()
+    done = work()
+    for outcome in done.values():
+        if isinstance(outcome, Report):
+            outcome.seconds = time.monotonic() - began
+            outcome.cpu_seconds = time.process_time() - cpu_began
+            outcome.peak_memory_bytes = peak_memory_bytes()
+    return done

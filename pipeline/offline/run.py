@@ -49,18 +49,9 @@ def run_stages(
     if os.fspath(dst).endswith(os.sep):
         raise UsageError(f"the output {dst} names a folder: give the name of a file")
     if is_picture(path):
-        if given := settings.of_videos():
-            names = ", ".join(map(option, given))
-            raise UsageError(f"{src} is a picture: leave out {names} (for videos only)")
-        report = process_picture(
-            path,
-            Path(dst),
-            partial(_through, stages(None)),
-            compare=settings.compare,
-            overwrite=settings.overwrite,
-            strict=settings.strict,
-            on_whole=settings.on_whole,
-        )
+        check_picture_settings(src, settings)
+        paint = partial(_through, stages(None))
+        report = process_picture(path, Path(dst), paint, settings)
     else:
         source = open_video(path)
         try:
@@ -75,6 +66,13 @@ def run_stages(
     report.cpu_seconds = time.process_time() - cpu_began
     report.peak_memory_bytes = peak_memory_bytes()
     return report
+
+
+def check_picture_settings(src: str | os.PathLike[str], settings: Settings) -> None:
+    """Raises UsageError for settings that a picture does not have."""
+    if given := settings.of_videos():
+        names = ", ".join(map(option, given))
+        raise UsageError(f"{src} is a picture: leave out {names} (for videos only)")
 
 
 def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
