@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from fractions import Fraction
 from typing import IO, TYPE_CHECKING, Any, cast
 
-from makeup_video.cli.console import log
+from makeup_video.cli.console import log, printable
 
 if TYPE_CHECKING:
     from makeup_video.pipeline.live.run import LiveFigures
@@ -49,7 +49,10 @@ class _Terminal:
 
 @contextmanager
 def show_progress(quiet: bool) -> Generator[Any, None, None]:
-    """Yield the progress callback of process_video, or None when quiet."""
+    """Yield the progress callback of process_video, or None when quiet.
+
+    The callback takes a title, too, which is shown before the frames.
+    """
     if quiet:
         yield None
     elif sys.stderr is not None and sys.stderr.isatty():
@@ -67,13 +70,17 @@ class _PlainLines:
 
     def __init__(self) -> None:
         self.began = self.logged = time.monotonic()
+        self.title = ""
 
-    def __call__(self, done: int, expected: int | None, rate: Fraction) -> None:
+    def __call__(self, done: int, expected: int | None, rate: Fraction, title: str = "") -> None:
         now = time.monotonic()
+        if title != self.title:
+            self.title, self.began = title, now
         if now - self.logged < _LINE_SECONDS or not done:
             return
         self.logged = now
-        log(progress_text(done, expected, rate, now - self.began))
+        text = progress_text(done, expected, rate, now - self.began)
+        log(f"{title}: {text}" if title else text)
 
 
 class _Bar:
@@ -81,9 +88,12 @@ class _Bar:
 
     def __init__(self) -> None:
         self.bar: Any = None
+        self.title = ""
 
-    def __call__(self, done: int, expected: int | None, rate: Fraction) -> None:
-        if self.bar is None:
+    def __call__(self, done: int, expected: int | None, rate: Fraction, title: str = "") -> None:
+        if self.bar is None or title != self.title:
+            self.close()
+            self.title = title
             self._open(expected)
         speed = self.bar.tasks[0].speed or 0.0
         self.bar.update(
@@ -100,6 +110,7 @@ class _Bar:
         )
 
         self.bar = Progress(
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             MofNCompleteColumn(),
             TextColumn("{task.fields[fps]}  {task.fields[times]} real time"),
@@ -107,7 +118,7 @@ class _Bar:
             console=_console(),
             transient=True,
         )
-        self.task = self.bar.add_task("", total=expected, fps="", times="")
+        self.task = self.bar.add_task(printable(self.title), total=expected, fps="", times="")
         self.bar.start()
 
     def close(self) -> None:

@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 from makeup_video.pipeline.engine.machine import (
@@ -14,7 +15,7 @@ from makeup_video.pipeline.engine.machine import (
     peak_memory_bytes,
 )
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError
-from makeup_video.pipeline.files.output_file import check_place, target_of
+from makeup_video.pipeline.files.output_file import check_apart, check_place
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.duration import check_start
@@ -64,7 +65,7 @@ def process_looks(
             from makeup_video.pipeline.offline.looks_on_picture import paint_picture
 
             check_picture_settings(src, settings)
-            return _timed(lambda: paint_picture(path, outputs, settings))
+            return _timed(partial(paint_picture, path, outputs, settings))
         return _on_film(path, outputs, settings, on_progress)
 
 
@@ -79,15 +80,15 @@ def _on_film(
     if len({output.suffix.lower() for output in looks}) > 1:
         raise UsageError("the outputs of several looks of one film must have one extension")
     done: dict[Path, Outcome] = {}
-    while rest := [output for output in looks if output not in done]:
+    while rest := {output: look for output, look in looks.items() if output not in done}:
         source = open_video(path)
         try:
             check_start(source, settings.start_seconds)
-            count = encoders_at_once(source, rest[0], settings)
-            passes = -(-len(rest) // count)
-            now = {output: looks[output] for output in rest[: -(-len(rest) // passes)]}
-            tick = None if on_progress is None else _progress_of(list(now), on_progress)
-            done |= _timed(lambda now=now: paint_film(source, now, settings, tick))  # type: ignore[misc]
+            at_once = encoders_at_once(source, next(iter(rest)), settings)
+            count = -(-len(rest) // -(-len(rest) // at_once))  # passes of about equal size
+            now = dict(list(rest.items())[:count])
+            tick = None if on_progress is None else partial(on_progress, list(now))
+            done |= _timed(partial(paint_film, source, now, settings, tick))
         finally:
             source.close()
     if settings.on_whole is not None:
@@ -99,7 +100,7 @@ def encoders_at_once(source: VideoSource, output: Path, settings: Settings) -> i
     """How many looks of a film are encoded at the same time: as many as half of the free memory
     holds, at least 1 and at most 16."""
     codec = pick_encoding(source, output, settings).codec
-    each_bytes = codec.encoder_mb_per_mpx * source.frame_px
+    each_bytes = max(1, codec.memory_mb_per_mpx * source.frame_px)  # MB per Mpx is bytes per px
     return max(1, min(_MOST_AT_ONCE, int(_SHARE_OF_MEMORY * free_memory_bytes() / each_bytes)))
 
 
@@ -113,27 +114,6 @@ def _check_outputs(source: Path, outputs: Sequence[Path], settings: Settings) ->
     check_apart(outputs)
     for output in outputs:
         check_place(os.fspath(output), source, overwrite=settings.overwrite)
-
-
-def check_apart(outputs: Sequence[Path]) -> None:
-    """Raises UsageError for two outputs that are one file."""
-    places: dict[str, Path] = {}
-    for output in outputs:
-        # case does not count: some disks do not tell A from a
-        place = os.path.realpath(target_of(output)).lower()
-        if place in places:
-            raise UsageError(
-                f"two outputs have the name {output}: give each its own"
-                if places[place] == output
-                else f"two outputs are one file: {places[place]} and {output}; give each its own"
-            )
-        places[place] = output
-
-
-def _progress_of(
-    outputs: Sequence[Path], on_progress: LooksProgress
-) -> Callable[[int, int | None, Fraction], None]:
-    return lambda done, expected, rate: on_progress(outputs, done, expected, rate)
 
 
 def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:

@@ -1,6 +1,6 @@
 """Paints several looks on one film in one go: decoded and searched for faces only once."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -113,7 +113,9 @@ class _Film:
                 target = OutputFile(path, source.path, overwrite=settings.overwrite)
                 self._muxers.append(Muxer(target, encoding.container, strict=settings.strict))
             self.sinks = [
-                PaintAndEncode(self._paint(painter), open_encoder(source, encoding, muxer, settings))
+                PaintAndEncode(
+                    self._paint(painter), open_encoder(source, encoding, muxer, settings)
+                )
                 for painter, muxer in zip(self._painters, self._muxers, strict=True)
             ]
             copy = CopyFrames(len(self.sinks))

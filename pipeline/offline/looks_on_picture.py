@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 from makeup_video.pipeline.engine.fan_out import in_groups
 from makeup_video.pipeline.errors import MakeupVideoError
@@ -33,7 +34,7 @@ def paint_picture(
         check_suffix(src, output)
     picture = open_picture(src)
     faces = FaceRun(lambda: [("scene", BuildScene(settings.device))])
-    scene = picture.frame
+    scene: Any = picture.frame
     for _, stage in faces(None):
         scene = stage(scene)
     work = _Work(picture, scene, faces, settings)

@@ -110,10 +110,16 @@ class Report:
             parts.insert(0, "the file ends early")
         return "the input is damaged: " + ", ".join(parts)
 
+    @property
+    def size_in_words(self) -> str:
+        """How much was written: "300 frames, 1.2 MB"."""
+        count = "one picture" if self.is_picture else f"{self.frames_out} frames"
+        return f"{count}, {_size(self.bytes_out)}"
+
     def summary(self) -> str:
         """The last line of a run."""
         if self.is_picture:
-            return f"{self.output}: one picture, {_size(self.bytes_out)}"
+            return f"{self.output}: {self.size_in_words}"
         return (
             f"{self.output}: {self.frames_out} frames in {self.seconds:.1f} s "
             f"({self.frames_per_second:.0f} fps, {self.times_real_time:.1f}x real time), "
