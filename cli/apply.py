@@ -11,15 +11,13 @@ from makeup_video.cli.looks_options import LooksOptions, WantedLook
 from makeup_video.cli.options import (
     OUTPUT,
     Debug,
-    End,
     Overwrite,
     Quiet,
     Source,
-    Start,
-    parse_time,
     with_options,
 )
 from makeup_video.cli.outcome import error_line, print_summary, report_errors
+from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Report, Settings
@@ -38,6 +36,7 @@ EXAMPLES = (
 
 @with_options
 def apply(
+    *,
     source: Source,
     look: LooksOptions,
     output: Annotated[
@@ -52,60 +51,7 @@ def apply(
         ),
     ],
     overwrite: Overwrite = False,
-    compare: Annotated[
-        bool,
-        typer.Option(
-            "--compare", help="Show before and after side by side.", rich_help_panel=OUTPUT
-        ),
-    ] = False,
-    start: Start = None,
-    end: End = None,
-    codec: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="{codecs}; default: what suits IN and OUT.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    crf: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="Quality: lower is better and larger; default: by codec.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    preset: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="The encoder's speed preset; default: by codec.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    bit_depth: Annotated[
-        int | None,
-        typer.Option(
-            metavar="BITS",
-            help="8, 10 or 12; default: that of IN, but 8 in H.264.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    sdr: Annotated[
-        bool,
-        typer.Option(
-            "--sdr", help="Turn HDR (PQ, HLG) into SDR, for every screen.", rich_help_panel=OUTPUT
-        ),
-    ] = False,
-    strict: Annotated[
-        bool,
-        typer.Option(
-            "--strict",
-            help="Fail rather than drop or convert anything unasked.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = False,
+    how: OutputOptions,
     save_look: Annotated[
         str | None,
         typer.Option(
@@ -125,24 +71,9 @@ def apply(
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.many import name_outputs, print_outcomes
-    from makeup_video.pipeline import Settings
 
     with report_errors("apply", output, debug):
-        settings = Settings(
-            codec=codec,
-            crf=crf,
-            preset=preset,
-            start_seconds=parse_time(start, "--start"),
-            end_seconds=parse_time(end, "--end"),
-            overwrite=overwrite,
-            strict=strict,
-            bit_depth=bit_depth,
-            sdr=sdr,
-            faces=look.faces,
-            compare=compare,
-            device=look.device,
-            on_whole=mark_output_whole,
-        )
+        settings = how.settings(look, overwrite=overwrite, on_whole=mark_output_whole)
         wanted = look.wanted()
         run = _Run(source, look.files, report, save_look, quiet)
         outputs = name_outputs(output, source, wanted)

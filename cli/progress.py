@@ -138,6 +138,45 @@ def progress_text(done: int, expected: int | None, rate: Fraction, seconds: floa
 
 
 @contextmanager
+def show_batch(quiet: bool) -> Generator[tuple[Callable[[str], None], Callable[[str], None]]]:
+    """Yield two functions for a batch: one logs a line that stays, one shows the work in hand.
+
+    The work in hand is a line that changes on a terminal, a line every few seconds elsewhere.
+    """
+    if quiet:
+        yield (lambda text: None), (lambda text: None)
+    elif sys.stderr is not None and sys.stderr.isatty():
+        with _console().status("") as status:
+            console = status.console
+            yield (
+                lambda text: console.print(printable(text), markup=False, highlight=False),
+                lambda text: status.update(rich_text(text)),
+            )
+    else:
+        yield log, _Rarely()
+
+
+class _Rarely:
+    """Logs a line every few seconds."""
+
+    def __init__(self) -> None:
+        self.logged = time.monotonic()
+
+    def __call__(self, text: str) -> None:
+        now = time.monotonic()
+        if now - self.logged >= _LINE_SECONDS:
+            self.logged = now
+            log(text)
+
+
+def rich_text(text: str) -> Any:
+    """A text that rich shows as it is, with no markup."""
+    from rich.text import Text
+
+    return Text(printable(text))
+
+
+@contextmanager
 def show_steps() -> Generator[Callable[[str], None], None, None]:
     """Yield the log of a long job's steps: one line that changes on a terminal, lines elsewhere."""
     if sys.stderr is None or not sys.stderr.isatty():

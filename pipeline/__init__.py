@@ -35,6 +35,7 @@ from makeup_video.pipeline.errors import (
     StrictError,
     TooLittleMemoryError,
     UsageError,
+    WorkerError,
 )
 
 __all__ = [
@@ -66,6 +67,7 @@ __all__ = [
     "StrictError",
     "TooLittleMemoryError",
     "UsageError",
+    "WorkerError",
     "apply_look",
     "estimate_look",
     "find_faces",

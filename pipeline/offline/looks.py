@@ -31,7 +31,6 @@ LooksProgress = Callable[[Sequence[Path], int, int | None, Fraction], None]
 # Sixteen looks leave each one a sixteenth of the shared work; more save little and start hundreds
 # of threads.
 _MOST_AT_ONCE = 16
-_SHARE_OF_MEMORY = 0.5  # of what is free: other programs go on meanwhile
 
 
 def process_looks(
@@ -39,14 +38,16 @@ def process_looks(
     looks: Mapping[str, Look] | Mapping[Path, Look],
     settings: Settings | None = None,
     on_progress: LooksProgress | None = None,
+    memory_share: float = 0.5,
 ) -> dict[Path, Outcome]:
     """Paint each look on every frame of src, a video or a picture, and write it to its own output.
 
     Decoding, finding faces, smoothing and reading the scene happen once for all looks; painting and
     encoding once for each. The files are those that process_video would write, byte for byte.
 
-    looks: by output; the names of all outputs of a video end alike. Where memory does not suffice
-    for that many encoders, or there are more than 16 looks, the film is read several times.
+    looks: by output; the names of all outputs of a video end alike.
+    memory_share: of the free memory, what encoders may take. Where it does not suffice for as many
+    encoders as looks, or there are more than 16 looks, the video is read several times.
     on_progress(outputs, frames done, frames expected or None, frames per second of the source) is
     called a few times a second while a video is painted; outputs: those of the look that are being
     written.
@@ -66,7 +67,7 @@ def process_looks(
 
             check_picture_settings(src, settings)
             return _timed(partial(paint_picture, path, outputs, settings))
-        return _on_film(path, outputs, settings, on_progress)
+        return _on_film(path, outputs, settings, on_progress, memory_share)
 
 
 def _on_film(
@@ -74,6 +75,7 @@ def _on_film(
     looks: Mapping[Path, Look],
     settings: Settings,
     on_progress: LooksProgress | None,
+    memory_share: float,
 ) -> dict[Path, Outcome]:
     from makeup_video.pipeline.offline.looks_on_film import paint_film
 
@@ -84,7 +86,7 @@ def _on_film(
         source = open_video(path)
         try:
             check_start(source, settings.start_seconds)
-            at_once = encoders_at_once(source, next(iter(rest)), settings)
+            at_once = encoders_at_once(source, next(iter(rest)), settings, memory_share)
             count = -(-len(rest) // -(-len(rest) // at_once))  # passes of about equal size
             now = dict(list(rest.items())[:count])
             tick = None if on_progress is None else partial(on_progress, list(now))
@@ -96,12 +98,14 @@ def _on_film(
     return done
 
 
-def encoders_at_once(source: VideoSource, output: Path, settings: Settings) -> int:
-    """How many looks of a film are encoded at the same time: as many as half of the free memory
-    holds, at least 1 and at most 16."""
+def encoders_at_once(
+    source: VideoSource, output: Path, settings: Settings, memory_share: float = 0.5
+) -> int:
+    """How many looks of a film are encoded at the same time: at least 1, at most 16, and no more
+    than a share of the free memory holds."""
     codec = pick_encoding(source, output, settings).codec
     each_bytes = max(1, codec.memory_mb_per_mpx * source.frame_px)  # MB per Mpx is bytes per px
-    return max(1, min(_MOST_AT_ONCE, int(_SHARE_OF_MEMORY * free_memory_bytes() / each_bytes)))
+    return max(1, min(_MOST_AT_ONCE, int(memory_share * free_memory_bytes() / each_bytes)))
 
 
 def _check_outputs(source: Path, outputs: Sequence[Path], settings: Settings) -> None:
