@@ -16,7 +16,7 @@ from makeup_video.cli.options import (
     Source,
     with_options,
 )
-from makeup_video.cli.outcome import error_line, print_summary, report_errors
+from makeup_video.cli.outcome import error_text, print_summary, report_errors
 from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ def _values(output: str, outcome: "Outcome") -> dict[str, Any]:
     from makeup_video.pipeline import MakeupVideoError
 
     if isinstance(outcome, MakeupVideoError):
-        return {"output": output, "error": error_line(outcome, "apply")}
+        return {"output": output, "error": error_text(outcome)}
     return outcome.to_dict()
 
 

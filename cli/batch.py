@@ -6,7 +6,7 @@ import typer
 from makeup_video.cli.console import log
 from makeup_video.cli.looks_options import LooksOptions
 from makeup_video.cli.options import OUTPUT, RUN, Debug, Overwrite, Quiet, with_options
-from makeup_video.cli.outcome import error_line, report_errors
+from makeup_video.cli.outcome import error_text, report_errors
 from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def _run(
     except StoppedError:
         log("stopped: the same command goes on where it stopped")
         raise typer.Exit(StoppedError.exit_code) from None
-    write_page(work.page, work.jobs, results)
+    write_page(work.page, work.jobs, results, error_text)
     return results
 
 
@@ -157,10 +157,10 @@ def _line(result: "Result") -> str:
     from makeup_video.pipeline.batch.job import Done
 
     if not isinstance(result, Done):
-        return f"{result.output} failed: {error_line(result.error, 'batch')}"
+        return f"{result.output} failed: {error_text(result.error)}"
     took = f" in {result.seconds:.1f} s" if result.seconds else ""
     notes = "".join(f"; {text}" for text in result.warnings)
-    return f"{result.output}: {result.frames} frames, {result.size / 1e6:.1f} MB{took}{notes}"
+    return f"{result.output}: {result.size_in_words}{took}{notes}"
 
 
 def _print_end(work: "BatchJobs", results: "dict[str, Result]", quiet: bool) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from makeup_video.cli.console import log
 from makeup_video.cli.looks_options import WantedLook
-from makeup_video.cli.outcome import error_line, join_words
+from makeup_video.cli.outcome import error_text, join_words
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Report
@@ -96,7 +96,7 @@ def print_outcomes(outcomes: "Sequence[tuple[str, Outcome]]", source: str, quiet
         if not quiet:
             log(f"{name}: {report.size_in_words}")
     for name, error in errors:
-        log(f"{name}: {error_line(error, 'apply')}")
+        log(f"{name}: {error_text(error)}")
     if reports and not quiet:
         seconds = sum({one.seconds for _, one in reports})
         log(f"{len(reports)} of {len(outcomes)} looks of {source} in {seconds:.1f} s")

@@ -12,7 +12,7 @@ from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.offline.looks import process_looks
 from makeup_video.pipeline.offline.process import process_video
-from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.report import Report, size_in_words
 from makeup_video.pipeline.offline.settings import Settings
 
 
@@ -65,6 +65,12 @@ class Done(NamedTuple):
     damaged: bool
     before: bytes | None
     after: bytes | None
+
+    @property
+    def size_in_words(self) -> str:
+        """How much was written: "300 frames, 1.2 MB"."""
+        size = size_in_words(self.size)
+        return size if self.frames == 1 else f"{self.frames} frames, {size}"
 
 
 class Failed(NamedTuple):

@@ -3,12 +3,12 @@
 import base64
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
 from makeup_video.pipeline.batch.job import Done, Job, JobLook, Result
-from makeup_video.pipeline.errors import UsageError, option
+from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 
 _MARK = '<meta name="generator" content="makeup-video batch">'
@@ -44,51 +44,68 @@ def check_page(path: Path, *, overwrite: bool) -> None:
             )
 
 
-def write_page(path: Path, jobs: Sequence[Job], results: Mapping[str, Result]) -> None:
+def write_page(
+    path: Path,
+    jobs: Sequence[Job],
+    results: Mapping[str, Result],
+    say: Callable[[MakeupVideoError], str] = str,
+) -> None:
     """Write a section for each input with the pictures before and after, times and warnings.
 
-    results: by output; an output that has none is left out. Raises OutputError.
+    results: by output; an output that has none is left out.  say: puts an error into words.
+    Raises OutputError.
     """
     target = OutputFile(path, None, overwrite=True)
     try:
         with write_errors(path):
-            target.own_path.write_text(page_of(path.parent, jobs, results), encoding="utf-8")
+            target.own_path.write_text(page_of(path.parent, jobs, results, say), encoding="utf-8")
         target.keep()
     except BaseException:
         target.discard()
         raise
 
 
-def page_of(folder: Path, jobs: Sequence[Job], results: Mapping[str, Result]) -> str:
+def page_of(
+    folder: Path,
+    jobs: Sequence[Job],
+    results: Mapping[str, Result],
+    say: Callable[[MakeupVideoError], str] = str,
+) -> str:
     """The text of a page that lies in a folder; its links are relative to it."""
     done = sum(isinstance(one, Done) for one in results.values())
-    sections = "".join(_section(folder, job, results) for job in jobs)
+    sections = "".join(_section(folder, job, results, say) for job in jobs)
     failed = f", {len(results) - done} failed" if done < len(results) else ""
     title = f"<h1>{done} of {len(results)} outputs done{failed}</h1>\n"
     return f"{_HEAD}{title}{sections}</body></html>\n"
 
 
-def _section(folder: Path, job: Job, results: Mapping[str, Result]) -> str:
+def _section(
+    folder: Path,
+    job: Job,
+    results: Mapping[str, Result],
+    say: Callable[[MakeupVideoError], str],
+) -> str:
     found = [(look, results[look.output]) for look in job.looks if look.output in results]
     if not found:
         return ""
     before = next((one.before for _, one in found if isinstance(one, Done) and one.before), None)
     figures = [_figure(_picture(before), f"{_link(folder, job.source)}<small>before</small>")]
-    figures += [_of_look(folder, look, result) for look, result in found]
+    figures += [_of_look(folder, look, result, say) for look, result in found]
     name = html.escape(Path(job.source).name)
     return f"<section><h2>{name}</h2><div>{''.join(figures)}</div></section>\n"
 
 
-def _of_look(folder: Path, look: JobLook, result: Result) -> str:
+def _of_look(
+    folder: Path, look: JobLook, result: Result, say: Callable[[MakeupVideoError], str]
+) -> str:
     name = html.escape(look.name)
     if isinstance(result, Done):
-        size = f"{result.size / 1e6:.1f} MB"
-        facts = [size if result.frames == 1 else f"{result.frames} frames, {size}"]
+        facts = [name, result.size_in_words]
         facts += [f"{result.seconds:.1f} s"] if result.seconds else []
         notes = "".join(f"<small>{html.escape(one)}</small>" for one in result.warnings)
-        text = f"{_link(folder, look.output)}<small>{name} {', '.join(facts)}</small>{notes}"
+        text = f"{_link(folder, look.output)}<small>{', '.join(facts)}</small>{notes}"
         return _figure(_picture(result.after), text)
-    error = html.escape(f"{type(result.error).__name__}: {result.error}")
+    error = html.escape(say(result.error))
     return _figure("", f'{name}<small class="failed">{error}</small>')
 
 

@@ -46,13 +46,12 @@ class Template:
 
         Raises UsageError for a field whose value is missing or empty.
         """
-        clean = {}
+        clean = {name: in_name(value) for name, value in values.items()}
+        whose = clean.get("look") or clean.get("name") or "this output"
         for field in self.fields:
-            clean[field] = in_name(values.get(field, ""))
-            if not clean[field]:
+            if not clean.get(field):
                 raise UsageError(
-                    f"{option('output')} has {{{field}}}, {FIELDS[field]}, and "
-                    f"{values.get('look') or values.get('name') or 'this output'} has none"
+                    f"{option('output')} has {{{field}}}, {FIELDS[field]}, and {whose} has none"
                 )
         return Path(self.text.format(**clean))
 

@@ -45,18 +45,20 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
     source = open_video(path)
     try:
         first = float(source.start_seconds) + start_seconds
-        if start_seconds:
-            source.container.seek(round(first * av.time_base))
         last = None
-        for picture in source.container.decode(source.video):
-            last = picture
-            if picture.time is not None and picture.time >= first + latest_seconds:
-                break
+        try:
+            if start_seconds:
+                source.container.seek(round(first * av.time_base))
+            for picture in source.container.decode(source.video):
+                last = picture
+                if picture.time is not None and picture.time >= first + latest_seconds:
+                    break
+        except av.FFmpegError as error:
+            if last is None:  # a damaged file may have some pictures
+                raise DecodeError(f"{path} cannot be decoded: {error.strerror}") from error
         if last is None:
             raise DecodeError(f"{path} has no picture at {start_seconds:g} s")
         turned = np.rot90(last.to_ndarray(format="bgr24"), round(last.rotation / 90))
         return np.ascontiguousarray(turned)
-    except av.FFmpegError as error:
-        raise DecodeError(f"{path} cannot be decoded: {error.strerror}") from error
     finally:
         source.close()

@@ -114,7 +114,7 @@ class Report:
     def size_in_words(self) -> str:
         """How much was written: "300 frames, 1.2 MB"."""
         count = "one picture" if self.is_picture else f"{self.frames_out} frames"
-        return f"{count}, {_size(self.bytes_out)}"
+        return f"{count}, {size_in_words(self.bytes_out)}"
 
     def summary(self) -> str:
         """The last line of a run."""
@@ -123,9 +123,10 @@ class Report:
         return (
             f"{self.output}: {self.frames_out} frames in {self.seconds:.1f} s "
             f"({self.frames_per_second:.0f} fps, {self.times_real_time:.1f}x real time), "
-            f"{_size(self.bytes_out)}"
+            f"{size_in_words(self.bytes_out)}"
         )
 
 
-def _size(count: int) -> str:
+def size_in_words(count: int) -> str:
+    """A count of bytes, as in "1.2 MB"."""
     return f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count / 1e3:.1f} kB"
