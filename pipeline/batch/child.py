@@ -26,6 +26,11 @@ class ChildProcess:
         self._pipe: Any = None
         self._stopped = False
 
+    @property
+    def process_id(self) -> int | None:
+        """The system's number of the process; None while there is none."""
+        return None if self._process is None else self._process.pid
+
     def run(self, job: Job, report: Callable[[JobProgress], None]) -> list[Result]:
         """As run_job. When the process dies, every look has failed with a WorkerError.
 

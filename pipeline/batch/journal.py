@@ -19,10 +19,11 @@ from typing import IO, Any, Self
 
 from makeup_video.pipeline import errors
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
-from makeup_video.pipeline.errors import MakeupVideoError, UsageError
+from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
 from makeup_video.pipeline.files.output_file import write_errors
 from makeup_video.pipeline.files.part_file import lock_file
 
+_BEGINS = b'{"event": "'
 _EVENTS = ("begun", "done", "failed")
 _NOT_OF_THE_RESULT = ("overwrite", "observe", "on_whole")  # settings that change no output
 Entry = dict[str, Any]
@@ -106,17 +107,23 @@ class Journal:
         self._file.seek(0)
         data = self._file.read()
         whole = data.rfind(b"\n") + 1
-        if whole < len(data):
-            with write_errors(self.path):
-                self._file.truncate(whole)
         for number, line in enumerate(data[:whole].splitlines(), 1):
             entry = _entry(line)
             if entry is None:
-                raise UsageError(
-                    f"{self.path}, line {number}, is no line of a batch's journal: give --journal "
-                    "another name"
-                )
+                raise self._is_no_journal(number)
             self._entries[entry["output"]] = entry
+        rest = data[whole:]
+        if rest:
+            if not rest.startswith(_BEGINS[: len(rest)]):  # another file, which stays as it is
+                raise self._is_no_journal(data.count(b"\n") + 1)
+            with write_errors(self.path):
+                self._file.truncate(whole)
+
+    def _is_no_journal(self, line: int) -> UsageError:
+        return UsageError(
+            f"{self.path}, line {line}, is no line of a batch's journal: give "
+            f"{option('journal')} another name"
+        )
 
 
 def key_of(job: Job, look: JobLook) -> str:

@@ -77,7 +77,9 @@ def test_a_changed_output_is_named_and_left_alone(case, damage):
     data = case.output.read_bytes()
     case.output.write_bytes(data[: len(data) // 2] if damage == "cut" else bytes(len(data)))
     result = case.known()
-    assert isinstance(result, Failed) and "has changed since the batch wrote it" in str(result.error)
+    assert isinstance(result, Failed) and "has changed since the batch wrote it" in str(
+        result.error
+    )
     assert case.plan(overwrite=True).todo == [case.job]
 
 
