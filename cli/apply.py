@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.offline.looks import Outcome
 
 EXAMPLES = (
-    "makeup-video in.mp4 --ref look.jpg -o out.mp4",
     "makeup-video in.mp4 --ref look.jpg --lips '#C0392B:gloss' -o out.mp4",
     "makeup-video in.mp4 --look cat-eye --strength 80% -o out.mp4",
     "makeup-video in.mp4 --eyes 'sienna:outer,tan:shimmer:lid' -o out.mp4",

@@ -29,7 +29,7 @@ def batch(
     inputs: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[IN]...",
+            metavar="[INPUTS]",
             help="Videos and pictures, folders of them, or patterns such as 'clips/*.mp4'.",
         ),
     ] = None,
@@ -50,7 +50,7 @@ def batch(
             "-o",
             "--output",
             metavar="TEMPLATE",
-            help="The names of the outputs, with {name} and {ext} of IN, {folder} of IN, {look}, "
+            help="The names of the outputs, with {name}, {ext} and {folder} of the input, {look}, "
             "or {brand} and {shade} of a catalogue. Missing folders are made.",
             rich_help_panel=OUTPUT,
         ),

@@ -76,7 +76,7 @@ def open_batch(
     """
     rows = [] if listed is None else list(_listed(listed, look, how, output))
     if not inputs and not rows:
-        raise UsageError("no input given: add IN, a folder, a pattern, or --list CSV")
+        raise UsageError("no input given: add files, a folder, a pattern, or --list CSV")
     if inputs and output is None:
         raise UsageError("-o/--output is missing: give a template such as 'out/{name}-{look}.mp4'")
     folder = Template(rows[0].output if output is None else output).folder

@@ -27,6 +27,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 from makeup_video.pipeline.offline.stages import FaceRun, Painter, Stages
 from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.scene import FrameScene
 
@@ -100,8 +101,10 @@ class _Film:
         for group in self._groups:
             device = open_device(settings.device)  # one for each thread that paints
             for look in looks[group.start : group.stop]:
-                bare = look.is_bare
-                self._painters.append(None if bare else Painter(look, settings.faces, device))
+                painter = None
+                if not look.is_bare:
+                    painter = Painter(Composite(look, device, settings.faces), settings.faces)
+                self._painters.append(painter)
         return [("scene", BuildScene(settings.device))]
 
     def open(self, source: VideoSource) -> None:

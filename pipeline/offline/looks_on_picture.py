@@ -19,6 +19,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 from makeup_video.pipeline.offline.stages import FaceRun, Painter
 from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.scene import FrameScene
 
@@ -68,8 +69,9 @@ class _Work:
             if self.is_stopped:
                 break
             (frame,) = copy(self._scene.frame)
-            painter = None if look.is_bare else Painter(look, self._settings.faces, device)
-            if painter is not None:
+            painter, faces = None, self._settings.faces
+            if not look.is_bare:
+                painter = Painter(Composite(look, device, faces), faces)
                 painter.composite(FrameScene(frame, self._scene.coding, self._scene.faces))
             try:
                 report = write_picture(self._picture, output, frame, self._settings)

@@ -1,7 +1,6 @@
 """The stages of the runs that find faces, and what these runs count."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from makeup_video.pipeline.engine.machine import (
     FIND_FACES,
@@ -23,9 +22,6 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
-
-if TYPE_CHECKING:
-    from makeup_video.kernels.program import Device
 
 Stages = list[tuple[str, Stage]]
 _MOST_NUMBERS = 10  # of faces in a message
@@ -79,13 +75,11 @@ class _FindOnce:
 class Painter:
     """The stage that paints a look, and what it counts.
 
-    faces: as in Settings.  device: as for Composite.
-    composite: the stage.
+    composite: the stage, made with the same look and faces.
     """
 
-    def __init__(self, look: Look, faces: str = "all", device: "str | Device" = "") -> None:
-        self._look, self._faces = look, faces
-        self.composite = Composite(look, device, faces)
+    def __init__(self, composite: Composite, faces: str = "all") -> None:
+        self.composite, self._faces = composite, faces
 
     def count(self, report: Report) -> None:
         """Write into a report, which has its counts of faces, how many frames were painted."""
@@ -98,7 +92,7 @@ class Painter:
         composite, whom = self.composite, self._faces
         if not composite.chosen_frames and whom.isdigit():
             return f"face {whom} was chosen, but {_numbered(sorted(composite.numbers))}"
-        painted = {layer.kind for layer in self._look.painted}
+        painted = {layer.kind for layer in self.composite.look.painted}
         hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
         if not hidden:
             return "the look has no opacity, no gloss and no reflection"
@@ -113,7 +107,7 @@ class PaintRun(FaceRun):
         self._look, self._faces, self._device = look, faces, device
 
     def _painting(self) -> Stages:
-        self._painter = Painter(self._look, self._faces, self._device)
+        self._painter = Painter(Composite(self._look, self._device, self._faces), self._faces)
         return [("scene", BuildScene(self._device)), ("composite", self._painter.composite)]
 
     def count(self, report: Report) -> None:

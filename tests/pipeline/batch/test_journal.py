@@ -67,7 +67,7 @@ def test_a_file_cut_anywhere_is_a_journal_of_fewer_lines(tmp_path, data):
     assert len(lines) == kept + 1 and all(json.loads(line)["event"] == "begun" for line in lines)
 
 
-def test_an_entry_of_another_look_input_or_setting_does_not_count(tmp_path):
+def test_an_entry_of_other_work_does_not_count(tmp_path):
     job = job_in(tmp_path)
     (look,) = job.looks
     with Journal(tmp_path / "j.jsonl") as journal:

@@ -30,7 +30,7 @@ def test_input_and_output_are_shown_at_the_same_moment(tmp_path):
     assert off(after, clip(40)[36]) < 4
 
 
-def test_a_small_picture_keeps_its_size_and_a_large_one_its_shape(tmp_path):
+def test_large_pictures_shrink_and_small_ones_stay(tmp_path):
     for size, expected in (((30, 20), (30, 20)), ((2000, 500), (240, 60)), ((10, 3000), (1, 240))):
         cv2.imwrite(str(tmp_path / "a.png"), np.full((size[1], size[0], 3), 90, np.uint8))
         assert shown(thumbnail(tmp_path / "a.png")).shape[1::-1] == expected

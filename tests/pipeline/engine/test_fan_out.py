@@ -87,7 +87,7 @@ def test_an_error_from_elsewhere_ends_a_sink():
     assert sinks[1].items == [] and sinks[1].finished is None
 
 
-def test_a_cancelled_fan_finishes_nothing_and_leaves_no_thread():
+def test_a_cancelled_fan_finishes_nothing():
     sinks = [Keep(), Keep()]
     fan = fan_of(sinks)
     fan(1)
