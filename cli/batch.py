@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "makeup-video batch clips --look cat-eye -o 'out/{name}.mp4'",
     "makeup-video batch 'clips/*.mov' --looks shades -o 'out/{name}-{look}.mp4'",
-    "makeup-video batch talk.mp4 --catalogue shades.csv -o 'out/{brand}/{shade}.mp4'",
+    "makeup-video batch in.jpg --catalogue shades.csv -o '{brand}/{shade}.jpg'",
     "makeup-video batch --list jobs.csv -o 'out/{name}.mp4' --resume",
 )
 

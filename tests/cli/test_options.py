@@ -95,11 +95,11 @@ def test_the_base_look_is_that_of_a_file_a_photo_or_nothing(tmp_path, monkeypatc
 
 @pytest.mark.parametrize(
     ("options", "files"),
-    [({}, []), ({"look": "none"}, []), ({"look": "glam"}, []), ({"look": "look.json"}, ["look.json"]),
-     ({"ref": "a.jpg"}, ["a.jpg"])],
+    [({}, []), ({"look": ["none", "glam"]}, []), ({"ref": ["a.jpg"]}, ["a.jpg"]),
+     ({"look": ["look.json"], "catalogue": "b.csv"}, ["look.json", "b.csv"])],
 )  # fmt: skip
 def test_only_files_are_kept_from_being_overwritten(options, files):
-    assert LookOptions(**options).files == files
+    assert LooksOptions(**options).files == files
 
 
 def test_a_bare_photo_needs_a_colour(monkeypatch):

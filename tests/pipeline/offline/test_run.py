@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 from makeup_video.pipeline import Settings, UsageError, process_video
-from makeup_video.pipeline.offline import run
+from makeup_video.pipeline.offline import film
 from media import decoded, make_clip, packets_of, picture, times_of
 from whole_files import HALF_TICK_MKV, through
 
@@ -76,7 +76,7 @@ def test_the_report_counts_bytes_frames_and_stages(tmp_path):
 )
 def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, threads, expected):
     thread_counts = {}
-    decoder, encoder = run.Decoder, run.VideoEncoder
+    decoder, encoder = film.Decoder, film.VideoEncoder
 
     def decode(*args, threads, **options):
         thread_counts["decode"] = threads
@@ -86,9 +86,9 @@ def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, t
         thread_counts["encode"] = args[-1]
         return encoder(*args)
 
-    monkeypatch.setattr(run, "Decoder", decode)
-    monkeypatch.setattr(run, "VideoEncoder", encode)
-    monkeypatch.setattr(run, "cores", lambda: cores)
+    monkeypatch.setattr(film, "Decoder", decode)
+    monkeypatch.setattr(film, "VideoEncoder", encode)
+    monkeypatch.setattr(film, "cores", lambda: cores)
     src = make_clip(tmp_path / "in.mp4", frames=3)
     decoder_threads, encoder_threads = threads
     through(
