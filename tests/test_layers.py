@@ -39,6 +39,7 @@ ONLY_IN = {
     "starlette": ("web",),
     "uvicorn": ("web",),
     "torch": ("training",),
+    "ray": ("pipeline/batch/on_ray.py",),
 }
 
 

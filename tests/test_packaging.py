@@ -47,6 +47,7 @@ def test_only_the_listed_modules_use_threads():
     }
     assert users == {
         "batch/child.py",  # ends with the process that started it
+        "batch/on_ray.py",  # reports while it paints
         "engine/fan_out.py",
         "engine/runner.py",
         "engine/signals.py",  # only the main thread may set handlers

@@ -1,6 +1,8 @@
 """What is left to do of a batch, after what its journal says was done before."""
 
+import contextlib
 import os
+import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +15,8 @@ from makeup_video.pipeline.files.output_file import check_place, part_of, target
 from makeup_video.pipeline.files.part_file import remove_ended
 from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
 from makeup_video.pipeline.media.probe import declared_frames, plays
+
+_ENDS_WITHIN_SECONDS, _AGAIN_SECONDS = 10.0, 0.2
 
 
 @dataclass(slots=True)
@@ -41,12 +45,24 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
                 plan.known[look.output] = result
                 continue
             if entry is not None:
-                remove_ended(part_of(target_of(Path(look.output))))
+                _remove_part(part_of(target_of(Path(look.output))))
             check_place(look.output, Path(job.source), overwrite=overwrite)
             left.add(look.output)
         if left:
             plan.todo.append(job.only(left))
     return plan
+
+
+def _remove_part(part: Path) -> None:
+    """Remove what a killed run left. Its processes may take some seconds to notice the kill.
+
+    Raises UsageError when another run writes it still.
+    """
+    for _ in range(round(_ENDS_WITHIN_SECONDS / _AGAIN_SECONDS)):
+        with contextlib.suppress(UsageError):
+            return remove_ended(part)
+        time.sleep(_AGAIN_SECONDS)
+    remove_ended(part)
 
 
 @dataclass(frozen=True, slots=True)

@@ -127,6 +127,10 @@ class _Run:
         worker = self._idle.get()
         try:
             return worker.run(job, partial(self._report, job))
+        except StoppedError:
+            raise
+        except MakeupVideoError as error:
+            return [Failed(one.output, error) for one in job.looks]
         finally:
             self._idle.put(worker)
 

@@ -4,6 +4,7 @@ import json
 import random
 import shutil
 import signal
+import sys
 import time
 from collections import Counter
 
@@ -115,6 +116,7 @@ def test_a_list_gives_each_input_its_own_look(folder):
         (["clips", "--look", "none"], "-o/--output is missing"),
         (["--look", "none", "-o", "out/{name}.mkv"], "no input given"),
         (["clips", "-o", "out/{name}.mkv"], "no look given"),
+        (["clips", "--look", "none", "-o", "o/{name}.mkv", "--ship"], "--ship is for a cluster"),
         (["clips/*.avi", "--look", "none", "-o", "{name}.mkv"], "clips/*.avi matches no file"),
         (["empty", "--look", "none", "-o", "{name}.mkv"], "empty has no videos or pictures"),
         (["clips", "--look", "none", "-o", "o/{name}.mkv", "--resume"], "there is no journal o/"),
@@ -131,6 +133,23 @@ def test_what_cannot_be_done_is_said_in_one_line(folder, words, message):
     assert done.exit_code == 2
     assert message in done.stderr and len(done.stderr.strip().splitlines()) == 1
     assert not list(folder.glob("**/*.part.*")) and len(list(folder.glob("**/*.mkv"))) == 2
+
+
+def test_without_ray_the_line_says_how_to_install_it(folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "makeup_video.pipeline.batch.on_ray", None)
+    monkeypatch.delattr("makeup_video.pipeline.batch.on_ray", raising=False)
+    done = run("batch", "clips", "--look", "none", "-o", "o/{name}.mkv", "--ray", "auto")
+    assert done.exit_code == 1
+    assert done.stderr == "InstallError: --ray needs Ray: pip install 'makeup-video[ray]'\n"
+
+
+def test_a_cluster_that_does_not_answer_is_named(folder):
+    pytest.importorskip("ray", reason="needs makeup-video[ray]")
+    words = ("batch", "clips", "--look", "none", "-o", "o/{name}.mkv", "--ray")
+    for address in ("127.0.0.1:1", "auto"):
+        done = run(*words, address)
+        assert done.exit_code == 1 and len(done.stderr.strip().splitlines()) == 1
+        assert done.stderr.startswith("WorkerError: --ray: no cluster")
 
 
 def test_nothing_is_overwritten_without_y(folder):
