@@ -69,13 +69,17 @@ def apply(
     """Paint the makeup of a look on every frame of a video; everything else stays as it was."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
-    from makeup_video.cli.many import name_outputs, print_outcomes
+    from makeup_video.cli.many import make_folders, name_outputs, print_outcomes
+    from makeup_video.pipeline.files.output_file import check_apart
 
     with report_errors("apply", output, debug):
         settings = how.settings(look, overwrite=overwrite, on_whole=mark_output_whole)
         wanted = look.wanted()
         run = _Run(source, look.files, report, save_look, quiet)
         outputs = name_outputs(output, source, wanted)
+        if outputs != [output]:  # of a template
+            check_apart(list(map(Path, outputs)))
+            make_folders(outputs)
         if len(outputs) == 1:
             done = _paint_one(run, outputs[0], wanted[0], settings)
         else:
@@ -117,15 +121,12 @@ def _paint_one(run: _Run, output: str, look: WantedLook, settings: "Settings") -
 def _paint_several(
     run: _Run, outputs: list[str], looks: list[WantedLook], settings: "Settings"
 ) -> "list[tuple[str, Outcome]]":
-    from makeup_video.cli.many import make_folders, titled
+    from makeup_video.cli.many import titled
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import UsageError, process_looks
-    from makeup_video.pipeline.files.output_file import check_apart
 
     if run.save_look is not None:
         raise UsageError("--save-look writes one look, and several are painted: leave it out")
-    check_apart(list(map(Path, outputs)))
-    make_folders(outputs)
     with _sidecars(run, outputs, settings.overwrite) as (file, _):
         painted = {
             Path(one): look.load(run.quiet) for one, look in zip(outputs, looks, strict=True)

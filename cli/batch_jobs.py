@@ -17,7 +17,7 @@ from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import check_inputs_apart
 from makeup_video.pipeline.batch.run import Worker, local_workers
 from makeup_video.pipeline.batch.sources import inputs_of
-from makeup_video.pipeline.files.output_file import check_apart, keep_apart
+from makeup_video.pipeline.files.output_file import check_apart
 from makeup_video.pipeline.files.template import OF_LOOKS, Template
 from makeup_video.pipeline.look.kinds import PARTS
 
@@ -140,13 +140,14 @@ def _listed(
 
 def _jobs(wanted: Sequence[_Wanted], overwrite: bool) -> list[Job]:
     """The jobs, after a check that no output is another one or a file that is read."""
-    looks: dict[LooksOptions | str, list[tuple[Mapping[str, str], Look]]] = {}
-    jobs = []
+    looks: dict[str, list[tuple[Mapping[str, str], Look]]] = {}
+    jobs, files = [], set()
     for one in wanted:
         try:
             key = repr(one.look)
             if key not in looks:  # the same for all inputs but those of some lists
                 looks[key] = [(w.fields, w.load(True)) for w in one.look.wanted()]
+                files.update(one.look.files)
             jobs.append(_job(one, looks[key], overwrite))
         except MakeupVideoError as error:
             if one.where:
@@ -154,10 +155,7 @@ def _jobs(wanted: Sequence[_Wanted], overwrite: bool) -> list[Job]:
             raise
     outputs = [look.output for job in jobs for look in job.looks]
     check_apart(list(map(Path, outputs)))
-    check_inputs_apart(jobs)
-    for file in {file for one in wanted for file in one.look.files}:
-        for output in outputs:
-            keep_apart(Path(output), Path(file))
+    check_inputs_apart(jobs, files)
     make_folders(outputs)
     return jobs
 

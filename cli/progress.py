@@ -150,7 +150,7 @@ def show_batch(quiet: bool) -> Generator[tuple[Callable[[str], None], Callable[[
             console = status.console
             yield (
                 lambda text: console.print(printable(text), markup=False, highlight=False),
-                lambda text: status.update(rich_text(text)),
+                lambda text: status.update(_rich_text(text)),
             )
     else:
         yield log, _Rarely()
@@ -169,7 +169,7 @@ class _Rarely:
             log(text)
 
 
-def rich_text(text: str) -> Any:
+def _rich_text(text: str) -> Any:
     """A text that rich shows as it is, with no markup."""
     from rich.text import Text
 

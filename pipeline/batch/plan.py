@@ -130,9 +130,12 @@ def is_whole(output: str, frames: int | None = None) -> bool:
     return True
 
 
-def check_inputs_apart(jobs: Sequence[Job]) -> None:
-    """Raises UsageError for an output that would replace an input of the batch."""
-    inputs = {os.path.realpath(job.source): job.source for job in jobs}
+def check_inputs_apart(jobs: Sequence[Job], files: Iterable[str] = ()) -> None:
+    """Raises UsageError for an output that would replace an input of the batch.
+
+    files: further ones that the batch reads, such as look files.
+    """
+    inputs = {os.path.realpath(path): path for path in (*(job.source for job in jobs), *files)}
     for job in jobs:
         for look in job.looks:
             place = target_of(Path(look.output))

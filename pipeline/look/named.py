@@ -14,7 +14,7 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.words import did_you_mean, finish_names, finish_of
 
-LOOK_FILES = ".json"
+_LOOK_FILES = ".json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +41,9 @@ def look_files(place: str) -> list[Path]:
     Raises LookError where there is none.
     """
     if os.path.isdir(place):
-        found = [path for path in Path(place).iterdir() if path.suffix.lower() == LOOK_FILES]
+        found = [path for path in Path(place).iterdir() if path.suffix.lower() == _LOOK_FILES]
         if not found:
-            raise LookError(f"{place} has no look files: give a folder with NAME{LOOK_FILES}")
+            raise LookError(f"{place} has no look files: give a folder with NAME{_LOOK_FILES}")
         return sorted(found)
     found = [Path(path) for path in glob.glob(place, recursive=True)]
     if not found:

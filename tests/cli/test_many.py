@@ -39,9 +39,9 @@ def test_looks_of_every_source_are_painted(folder):
 
 def test_a_template_of_one_look_is_filled_in(folder):
     done = run(
-        "in.jpg", "--catalogue", "shades.csv", "--where", "brand=b", "-o", "{brand} {shade}.png"
+        "in.jpg", "--catalogue", "shades.csv", "--where", "brand=b", "-o", "{brand}/{shade}.png"
     )
-    assert done.exit_code == 0 and (folder / "B Dusk.png").exists()
+    assert done.exit_code == 0 and (folder / "B" / "Dusk.png").exists()
 
 
 def test_a_film_in_several_looks_has_one_report(folder):
