@@ -57,7 +57,9 @@ class Journal:
         self.close()
 
     def close(self) -> None:
-        """Let another batch open the journal."""
+        """Let another batch open the journal. One without a line is removed."""
+        if not os.fstat(self._file.fileno()).st_size:
+            self.path.unlink(missing_ok=True)
         self._file.close()
 
     def entry(self, output: str, key: str) -> Entry | None:

@@ -107,6 +107,7 @@ def test_a_journal_has_one_writer(tmp_path):
     ):
         Journal(tmp_path / "j.jsonl")
     Journal(tmp_path / "j.jsonl").close()
+    assert not (tmp_path / "j.jsonl").exists()  # nothing was begun
 
 
 @pytest.mark.parametrize(
