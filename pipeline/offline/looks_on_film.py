@@ -27,8 +27,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 from makeup_video.pipeline.offline.stages import FaceRun, Painter, Stages
 from makeup_video.pipeline.render.build_scene import BuildScene
-from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.opencl import open_device
+from makeup_video.pipeline.render.composite import Composite, open_canvas
 from makeup_video.pipeline.render.scene import FrameScene
 
 Outcome = Report | MakeupVideoError
@@ -99,11 +98,11 @@ class _Film:
         """Called once the input is open: loads the kernels."""
         looks, settings = list(self._looks.values()), self._settings
         for group in self._groups:
-            device = open_device(settings.device)  # one for each thread that paints
+            canvas = open_canvas(settings.device)  # one for each thread that paints
             for look in looks[group.start : group.stop]:
                 painter = None
                 if not look.is_bare:
-                    painter = Painter(Composite(look, device, settings.faces), settings.faces)
+                    painter = Painter(Composite(look, canvas, settings.faces), settings.faces)
                 self._painters.append(painter)
         return [("scene", BuildScene(settings.device))]
 

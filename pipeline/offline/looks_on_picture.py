@@ -19,8 +19,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 from makeup_video.pipeline.offline.stages import FaceRun, Painter
 from makeup_video.pipeline.render.build_scene import BuildScene
-from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.opencl import open_device
+from makeup_video.pipeline.render.composite import Composite, open_canvas
 from makeup_video.pipeline.render.scene import FrameScene
 
 
@@ -63,7 +62,7 @@ class _Work:
         self.is_stopped = False
 
     def __call__(self, looks: Mapping[Path, Look]) -> dict[Path, Report | MakeupVideoError]:
-        device, copy = open_device(self._settings.device), CopyFrames(1)
+        canvas, copy = open_canvas(self._settings.device), CopyFrames(1)
         done: dict[Path, Report | MakeupVideoError] = {}
         for output, look in looks.items():
             if self.is_stopped:
@@ -71,7 +70,7 @@ class _Work:
             (frame,) = copy(self._scene.frame)
             painter, faces = None, self._settings.faces
             if not look.is_bare:
-                painter = Painter(Composite(look, device, faces), faces)
+                painter = Painter(Composite(look, canvas, faces), faces)
                 painter.composite(FrameScene(frame, self._scene.coding, self._scene.faces))
             try:
                 report = write_picture(self._picture, output, frame, self._settings)

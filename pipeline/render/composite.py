@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
@@ -26,9 +25,6 @@ from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene
 
-if TYPE_CHECKING:
-    from makeup_video.kernels.program import Device
-
 _MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup over
 # Luma px of a rect from which on a veil is painted at half size, and at a quarter.
 _VEIL_PX, _LARGE_VEIL_PX = 8_000, 32_000
@@ -37,10 +33,15 @@ _STAYS_SMALL = 0.8  # share of LARGE_PX down to which painting stays at half siz
 _Placed = tuple[Job, Rect]
 
 
+def open_canvas(device: str = "") -> Canvas:
+    """A canvas on a device, for one thread. Raises as open_device does."""
+    return Canvas(open_device(device))
+
+
 class Composite:
     """Paints `look` on every frame.
 
-    device: as for open_device, or one that is open; several may share it in one thread.
+    device: as for open_device, or a canvas, which several may share in one thread.
     faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
@@ -49,9 +50,8 @@ class Composite:
     Raises InstallError, UsageError for the device.
     """
 
-    def __init__(self, look: Look, device: "str | Device" = "", faces: str = "all") -> None:
-        opened = open_device(device) if isinstance(device, str) else device
-        self._canvas = Canvas(opened)
+    def __init__(self, look: Look, device: str | Canvas = "", faces: str = "all") -> None:
+        self._canvas = open_canvas(device) if isinstance(device, str) else device
         self._faces = faces
         self._largest_id = -1
         self.painted_frames = self.chosen_frames = 0
