@@ -10,7 +10,7 @@ from makeup_video.benchmark.films import RATE, Film, make_film
 from makeup_video.benchmark.runs import Run
 from makeup_video.pipeline import Look, UsageError
 from makeup_video.pipeline.look.kinds import PARTS
-from makeup_video.pipeline.offline.film import decoder_threads
+from makeup_video.pipeline.offline.encoding import decoder_threads
 
 # (decoder threads, encoder threads), 0 = FFmpeg's own choice. The bare loop may use the best pair.
 BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))

@@ -10,6 +10,7 @@ import typer
 from makeup_video.cli.looks_options import LooksOptions, WantedLook
 from makeup_video.cli.options import (
     OUTPUT,
+    RUN,
     Debug,
     Overwrite,
     Quiet,
@@ -51,6 +52,22 @@ def apply(
     ],
     overwrite: Overwrite = False,
     how: OutputOptions,
+    split: Annotated[
+        float | None,
+        typer.Option(
+            metavar="MINUTES",
+            help="Paint segments of this length, each in its own process.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Segments painted at once; default: half the cores.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
     save_look: Annotated[
         str | None,
         typer.Option(
@@ -73,7 +90,9 @@ def apply(
     from makeup_video.pipeline.files.output_file import check_apart
 
     with report_errors("apply", output, debug):
-        settings = how.settings(look, overwrite=overwrite, on_whole=mark_output_whole)
+        settings = how.settings(
+            look, overwrite=overwrite, split=split, jobs=jobs, on_whole=mark_output_whole
+        )
         wanted = look.wanted()
         run = _Run(source, look.files, report, save_look, quiet)
         outputs = name_outputs(output, source, wanted)

@@ -35,6 +35,7 @@ def demo(
 ) -> None:
     """Open a page without a camera: read a photo's makeup, see it on a portrait, change it."""
     from makeup_video.cli.serve_page import serve_page
+    from makeup_video.pipeline.look.finishes import look_in_words
     from makeup_video.web.demo_session import DemoShow
     from makeup_video.web.session import PhotoLook
     from makeup_video.web.worker import Worker
@@ -42,7 +43,7 @@ def demo(
     with report_errors("demo", debug=debug):
         worker = Worker()
         first = _first_look(ref, look)
-        photo = PhotoLook(Path(ref).name, first) if ref else None
+        photo = PhotoLook(Path(ref).name, first, look_in_words(first)) if ref else None
         show = DemoShow(_portrait(portrait), first, worker, log, photo=photo)
         with serve_page(show, worker, page, log):
             try:
@@ -69,7 +70,7 @@ def _first_look(ref: str | None, look: str | None) -> "Look":
     if ref is not None and look is not None:
         raise UsageError("--ref and --look both give a look: give one of them")
     if ref is not None:
-        return read_look(_bytes(ref), ref)
+        return read_look(_bytes(ref), ref).look
     if look is not None:
         return load_look(look)
     return Look(lips=product(_RED, "satin"))

@@ -59,10 +59,10 @@ def estimate(
 ) -> None:
     """Read the makeup of a photo: colours, finishes, the nearest products."""
     from makeup_video.cli.main import mark_output_whole
-    from makeup_video.pipeline import look_from_photo
     from makeup_video.pipeline.look.catalogue import read_catalogue
-    from makeup_video.pipeline.look.kinds import PARTS
+    from makeup_video.pipeline.look.kinds import KINDS, PARTS
     from makeup_video.pipeline.media.sidecar import LookFile
+    from makeup_video.pipeline.reference.estimate import estimate_photo
 
     with report_errors("estimate", output, debug):
         shades = None if catalogue is None else read_catalogue(catalogue)
@@ -73,7 +73,8 @@ def estimate(
                 file = stack.enter_context(
                     LookFile(output, photo, None, *others, overwrite=overwrite)
                 )
-            look = look_from_photo(photo, ref_face)
+            read = estimate_photo(photo, ref_face)
+            look = read.look
             if file is not None:
                 file.write(look.to_dict())
                 mark_output_whole()  # what is printed now follows the file
@@ -82,11 +83,13 @@ def estimate(
             for part, kind in PARTS.items()
             if kind.is_read
         }
+        worn = {KINDS[kind].part: round(share, 3) for kind, share in read.worn.items()}
         if as_json:
             values = {part: _for_programs(described) for part, described in parts.items()}
-            print_result(json.dumps({"photo": photo, **values}, indent=2) + "\n")
+            described = {"photo": photo, "worn": worn, **values}
+            print_result(json.dumps(described, indent=2) + "\n")
         else:
-            _print(parts)
+            _print(parts, {KINDS[kind].part: read.certainty(kind) for kind in read.worn})
     if look.is_bare:
         log(f"{photo}: no makeup was found, the look is bare")
 
@@ -141,7 +144,7 @@ def _describe(layer: "Layer", part: str, shades: "Catalogue | None") -> dict[str
     return values
 
 
-def _print(parts: dict[str, list[dict[str, Any]]]) -> None:
+def _print(parts: dict[str, list[dict[str, Any]]], certainties: dict[str, str]) -> None:
     from rich.console import Console
 
     text = io.StringIO()
@@ -149,14 +152,15 @@ def _print(parts: dict[str, list[dict[str, Any]]]) -> None:
     console = Console(file=text, force_terminal=is_terminal or None, highlight=False)
     for part, layers in parts.items():
         if not layers:
-            _print_line(console, f"{part}  bare")
+            _print_line(console, f"{part}  bare ({certainties[part]})")
         for values in layers:
-            _print_layer(console, part, values)
+            _print_layer(console, part, values, certainties[part])
     print_result(text.getvalue())
 
 
-def _print_layer(console: "Console", part: str, values: dict[str, Any]) -> None:
-    words = f"{values['words']} ({values['place']})" if values["place"] else values["words"]
+def _print_layer(console: "Console", part: str, values: dict[str, Any], certainty: str) -> None:
+    place = f"{values['place']}; " if values["place"] else ""
+    words = f"{values['words']} ({place}{certainty})"
     _print_line(console, f"{part}  {values['hex']}", values["hex"], words)
     numbers = ", ".join(f"{name} {values['params'][name]:.2f}" for name in _NUMBERS)
     _print_line(console, f"      {numbers}")

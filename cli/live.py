@@ -106,6 +106,7 @@ def live(
     from makeup_video.pipeline.images.jpeg import PreviewJpeg
     from makeup_video.pipeline.live.run import LiveRun
     from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+    from makeup_video.pipeline.look.finishes import look_in_words
     from makeup_video.web.live_session import LiveShow
     from makeup_video.web.preview_sink import PreviewSink
     from makeup_video.web.session import PhotoLook
@@ -129,7 +130,9 @@ def live(
             log=log_line,
         )
         if shown:
-            photo = PhotoLook(Path(look.ref).name, first) if look.ref else None
+            photo = (
+                PhotoLook(Path(look.ref).name, first, look_in_words(first)) if look.ref else None
+            )
             show = LiveShow(run, shown, photo)
             stack.enter_context(serve_page(show, Worker(), page, log_line))
         _run_until_it_ends(run, quiet)

@@ -22,6 +22,7 @@ _NAMES = {
     "rate": "--fps",
     "url": "--stream",
     "minutes": "--length",
+    "split_minutes": "--split",
 }
 
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
+from math import isfinite
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -76,14 +78,19 @@ class OutputOptions:
         look: Changes,
         *,
         overwrite: bool,
+        split: float | None = None,
+        jobs: int | None = None,
         on_whole: "Callable[[], None] | None" = None,
     ) -> "Settings":
         """The settings of a run; look: the options that name faces and device.
 
+        split: minutes of a segment.  jobs: how many segments are painted at once.
         Raises UsageError.
         """
-        from makeup_video.pipeline import Settings
+        from makeup_video.pipeline import Settings, UsageError
 
+        if split is not None and not isfinite(split):
+            raise UsageError(f"--split must be a number of minutes, got {split}")
         return Settings(
             codec=self.codec,
             crf=self.crf,
@@ -96,6 +103,8 @@ class OutputOptions:
             sdr=self.sdr,
             faces=look.faces,
             compare=self.compare,
+            split_minutes=None if split is None else Fraction(split),
+            jobs=jobs,
             device=look.device,
             on_whole=on_whole,
         )

@@ -13,8 +13,6 @@ from makeup_video.pipeline.errors import (
     MakeupVideoError,
     UsageError,
 )
-from makeup_video.pipeline.look.finishes import look_in_words
-from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.ready import ready_looks
 from makeup_video.web.messages import BYE, error_message, ready_looks_message
 from makeup_video.web.rooms import Rooms
@@ -112,15 +110,16 @@ class Endpoints:
             self._rooms.leave(room, viewer)
 
     async def photo(self, request: Request) -> Response:
-        """Read and paint the look in an uploaded photo. Strengths and places keep their values."""
+        """Read and paint the look in an uploaded photo. The strength of the look stays as it is."""
         room = self._room(request)
         with self._uploads:
             data, name = await read_body(request), file_name(request)
             read = await self._worker.run(lambda: room.session.read(data, name))
-        look = _in_place_of(room.session.look, read)
+        look = replace(read.look, strength=room.session.look.strength)
         room = self._rooms.find(room.session.name) or room  # all pages may have left and returned
-        room.change(look, PhotoLook(name, look))
-        return JSONResponse({"name": name, "look": look.to_dict(), "words": look_in_words(look)})
+        words = read.in_words()
+        room.change(look, PhotoLook(name, look, words))
+        return JSONResponse({"name": name, "look": look.to_dict(), "words": words})
 
     async def portrait(self, request: Request) -> Response:
         """Paint an uploaded portrait from now on."""
@@ -191,21 +190,6 @@ def _file(name: str) -> Response:
     return Response(
         path.read_bytes(), media_type=_KINDS.get(path.suffix, "application/octet-stream")
     )
-
-
-def _in_place_of(now: Look, read: Look) -> Look:
-    """The layers of one look with the strength of another, and with its places where both have as
-    many layers of a kind."""
-    layers: list[Layer] = []
-    for kind in read.kinds:
-        old, new = now.of(kind), read.of(kind)
-        if len(old) == len(new):
-            new = tuple(
-                replace(there, shape=here.shape, strength=here.strength)
-                for here, there in zip(old, new, strict=True)
-            )
-        layers += new
-    return Look(layers, now.strength)
 
 
 def _png(rgb8: np.ndarray | None) -> bytes | None:

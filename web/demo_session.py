@@ -4,7 +4,7 @@ import asyncio
 import secrets
 import time
 from collections.abc import Callable
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError
@@ -14,6 +14,9 @@ from makeup_video.web.read_apart import read_apart
 from makeup_video.web.read_look import read_look
 from makeup_video.web.session import PhotoLook, Push, Session, ShownPicture
 from makeup_video.web.worker import Worker
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline.reference.estimate import Estimate
 
 MOST_SESSIONS = 16
 GRACE_SECONDS = 30.0  # how long a page that lost its connection finds its session again
@@ -57,7 +60,7 @@ class DemoSession:
     def figures(self) -> None:
         return None
 
-    def read(self, photo: bytes, name: str) -> Look:
+    def read(self, photo: bytes, name: str) -> "Estimate":
         return read_look(photo, name)
 
     def take_portrait(self, photo: bytes, name: str) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from makeup_video.pipeline.errors import UsageError
@@ -13,6 +13,9 @@ from makeup_video.web.portrait import Portrait, own_portrait
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.read_look import read_look
 from makeup_video.web.session import PhotoLook, Push, Session
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline.reference.estimate import Estimate
 
 NAME = "live"
 
@@ -58,7 +61,7 @@ class LiveSession:
     def figures(self) -> Mapping[str, Any]:
         return asdict(self._run.figures())
 
-    def read(self, photo: bytes, name: str) -> Look:
+    def read(self, photo: bytes, name: str) -> "Estimate":
         return read_look(photo, name)
 
     def take_portrait(self, photo: bytes, name: str) -> None:

@@ -25,7 +25,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from makeup_video.pipeline.errors import LookError, UsageError
-from makeup_video.pipeline.look.finishes import FINISHES, look_in_words
+from makeup_video.pipeline.look.finishes import FINISHES
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.look import Look
@@ -169,7 +169,7 @@ def look_message(look: Look, photo: PhotoLook | None, seen: int | None) -> str:
 
 
 def _photo(photo: PhotoLook) -> dict[str, Any]:
-    return {"name": photo.name, "look": photo.look.to_dict(), "words": look_in_words(photo.look)}
+    return {"name": photo.name, "look": photo.look.to_dict(), "words": photo.words}
 
 
 def figures_message(values: Mapping[str, Any], viewers: int, screen_ms: float | None) -> str:

@@ -1,18 +1,24 @@
 """Reads the look in a photo that a page sent, with messages for its visitor."""
 
+from typing import TYPE_CHECKING
+
 from makeup_video.pipeline.errors import PhotoError
-from makeup_video.pipeline.look.look import Look
 from makeup_video.web.read_apart import read_apart
 
+if TYPE_CHECKING:
+    from makeup_video.pipeline.reference.estimate import Estimate
 
-def read_look(photo: bytes, name: str) -> Look:
+
+def read_look(photo: bytes, name: str) -> "Estimate":
     """Read the makeup of the only face, apart from small ones in the background.
 
     name: what messages call the photo. Raises PhotoError, InputError.
     """
-    from makeup_video.pipeline import look_from_photo
+    from makeup_video.pipeline.reference.estimate import estimate_photo
 
-    look = look_from_photo(photo, name=name, read=read_apart)
-    if look.is_bare:
-        raise PhotoError(f"{name}: no makeup was found to paint: give another photo")
-    return look
+    read = estimate_photo(photo, name=name, read=read_apart)
+    if read.look.is_bare:
+        raise PhotoError(
+            f"{name}: nothing is worn, or too little to see: give a photo with more makeup"
+        )
+    return read

@@ -11,10 +11,13 @@ loop and must not block. Those four are slow, and are called on the worker's thr
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from makeup_video.pipeline.look.look import Look
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline.reference.estimate import Estimate
 
 PHOTO_BYTES = 32_000_000  # the largest photos of phones have about 20 MB
 HEAD = struct.Struct("<QHHII")  # pts_us, rotation_degrees, flags (0), bytes of either JPEG
@@ -45,10 +48,14 @@ class ShownPicture:
 
 @dataclass(frozen=True, slots=True)
 class PhotoLook:
-    """The look that was read from a photo, and the photo's name."""
+    """The look that was read from a photo, and the photo's name.
+
+    words: the look in words, with how sure each part is.
+    """
 
     name: str
     look: Look
+    words: str
 
 
 Push = Callable[[ShownPicture], None]
@@ -84,7 +91,7 @@ class Session(Protocol):
         """Return the fields of `figures` but viewers and screen_ms; None: no such message."""
         ...
 
-    def read(self, photo: bytes, name: str) -> Look:
+    def read(self, photo: bytes, name: str) -> "Estimate":
         """Read the look in a photo's file, called `name` in messages. Raises MakeupVideoError."""
         ...
 

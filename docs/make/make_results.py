@@ -15,7 +15,7 @@ import contact_sheet as sheet
 import numpy as np
 import results_page as page
 import results_pictures as pictures
-from makeup_video.pipeline.look.kinds import READ_PARTS
+from makeup_video.pipeline.reference.crops import CROPPED
 from makeup_video.training.reference.draw_products import SPLITS
 from makeup_video.training.reference.evaluate import COUNT, Measured, calm, held_out, measure
 from makeup_video.training.reference.people import People
@@ -26,7 +26,7 @@ from makeup_video.training.reference.triplets import EXTREMES, OfColour, halves,
 
 SHIPPED = sheet.DOCS.parent / "pipeline" / "weights"
 BOTH = "lips and eyes"
-SETS = {"lips": ("lips",), "eyes": ("eyes",), BOTH: READ_PARTS}
+SETS = {"lips": ("lips",), "eyes": ("eyes",), BOTH: CROPPED}
 
 Nets = Mapping[str, Mapping[str, Net]]
 
@@ -56,7 +56,7 @@ class Measuring:
     def extremes(self) -> dict[str, dict[str, Measured]]:
         """Measure products of extreme colours, by region and colour."""
         found: dict[str, dict[str, Measured]] = {}
-        for region in READ_PARTS:
+        for region in CROPPED:
             people = People(self.options.data, region, "test")
             found[region] = {}
             for at, (name, rgb) in enumerate(EXTREMES.items()):
@@ -70,7 +70,7 @@ class Measuring:
     def tones(self, data: Path, *splits: str) -> dict[str, dict[str, Measured]]:
         """Measure by region and skin tone of the wearer, with as many looks for each tone."""
         found: dict[str, dict[str, Measured]] = {}
-        for region in READ_PARTS:
+        for region in CROPPED:
             people = People(data, region, *splits)
             found[region] = {}
             everybody = np.arange(len(people))
@@ -129,12 +129,12 @@ def main() -> None:
     options = parse_arguments()
     calm()
     nets = {name: nets_of(folder) for name, folder in options.nets}
-    if next(iter(nets.values())).keys() != set(READ_PARTS):
-        raise SystemExit(f"{options.nets[0][1]} has no nets for both of {', '.join(READ_PARTS)}")
+    if next(iter(nets.values())).keys() != set(CROPPED):
+        raise SystemExit(f"{options.nets[0][1]} has no nets for both of {', '.join(CROPPED)}")
     costs = {
         name: {
             region: cost_of(path, region)
-            for region in READ_PARTS
+            for region in CROPPED
             if (path := file_of(folder, region))
         }
         for name, folder in options.nets
@@ -155,7 +155,7 @@ def main() -> None:
     first = next(iter(nets.values()))
     pictures.save_all(first, options.pictures)
     if options.look_at:
-        for region in READ_PARTS:
+        for region in CROPPED:
             people = People(options.data, region, "test")
             made = triplets(
                 people, *halves(people), {region: measuring.products[region]}, 12, seed=300

@@ -21,6 +21,7 @@ from makeup_video.training.reference.evaluate import (
 from makeup_video.training.reference.picture_metrics import FACE_PX
 from makeup_video.training.reference.read_look import Cost
 from makeup_video.training.reference.rendered_crops import TEST_QUALITY
+from makeup_video.training.worn.real_photos import BEGIN, END
 
 PAGE = Path(__file__).parents[1] / "results.md"
 JUDGEMENT = "## What still goes wrong"
@@ -189,20 +190,31 @@ def text(results: Results) -> str:
     return "\n".join(part(results) for part in parts) + f"\n{JUDGEMENT}\n"
 
 
+def kept_section(path: Path = PAGE) -> str:
+    """Return what training/worn/real_photos.py wrote into a page, with its markers."""
+    old = path.read_text(encoding="utf-8") if path.exists() else ""
+    return BEGIN + old.partition(BEGIN)[2].partition(END)[0] + END
+
+
 def _beginning(results: Results) -> str:
     return f"""# Results: how well a look is read from one photo
 
-`python docs/make/make_results.py` measures everything on this page and writes the page down to its
-last heading. The people and the products are unseen: no net was trained on them.
+{kept_section()}
+
+## On rendered photos
+
+`python docs/make/make_results.py` measures what follows, down to the last heading of the page. The
+people and the products are unseen: no net was trained on them.
 
 Measured before products were given their true colours (highlights without a veil, darker
 eye-shadow); the nets were trained on the renderer of that time.
 
 The renderer paints each look with all of its 17 parameters, including those that no net estimates.
 The photos are saved as JPEG {TEST_QUALITY}. The look is then read from such a photo alone, as the
-product does: find the face, read the light, cut the crop, estimate seven parameters, and take the
-others from the nearest finish. People are drawn so that all skin tones that occur are about equally
-frequent.
+nets do: find the face, read the light, cut the crop, estimate seven parameters, and take the
+others from the nearest finish. The colour of the lips is then fitted as in the product; that of the
+eyes is the net's, whose shine alone the product keeps. People are drawn so that all skin tones that
+occur are about equally frequent.
 
 ## Goals
 

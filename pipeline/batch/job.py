@@ -29,7 +29,7 @@ class JobLook:
 class Job:
     """What to paint on one video or picture, as plain data that any process can be sent.
 
-    looks: one or more.  settings: without callbacks.
+    looks: one or more.  settings: without callbacks and `split_minutes`.
     memory_share: of the free memory, for encoders; see process_looks.
     """
 

@@ -8,8 +8,15 @@ import numpy as np
 from makeup_video.pipeline.faces.face import MIN_FACE_PX, POINTS, Face, LipPatch
 from makeup_video.pipeline.faces.nets import CropLayout, FaceNets, Mesh, lip_patch_to_px
 from makeup_video.pipeline.faces.optical_flow import LumaCrop, Motion
-from makeup_video.pipeline.faces.similarity import STAY, Similarity, distance, iod_of, middle_of
+from makeup_video.pipeline.faces.similarity import (
+    STAY,
+    Similarity,
+    distance,
+    iod_of,
+    middle_of,
+)
 from makeup_video.pipeline.frames.affine import compose
+from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.frames.views import Picture
 
@@ -27,8 +34,8 @@ _MOVED_FAR = 0.12  # more: the mesh net reads the face once more, at its new pos
 _AT_REST = 0.015  # less: no more than noise
 _JERK = 0.05  # more than a resting face moves in its first frame of motion
 _FAST = 0.08  # more: the mesh net reads every frame
-# Between two runs of the mesh net; at more the smoothed lips of a still face shake.
-MESH_SECONDS = 0.09
+# The mesh net runs once in a slot of this length; at more the smoothed lips of a still face shake.
+MESH_SECONDS = 0.1
 # IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of
 # the lip and eye nets lie in the wrong place.
 _STRAYED = 0.2
@@ -134,12 +141,15 @@ def relocate(
     net runs now and then: it reads the other points, and checks that this still is a face. In
     between, the other points move along. verify: check the mirrored crop, too.
     """
-    age = seconds - before.meshed_seconds
-    is_due = verify or before.moved > _FAST or not 0 <= age < MESH_SECONDS
+    is_due = verify or before.moved > _FAST or _slot(seconds) != _slot(before.meshed_seconds)
     found = _follow(nets, picture, before, seconds if is_due else None, verify)
     if found is not None and not is_due and _is_odd(before, found):
         found = _follow(nets, picture, before, seconds, verify)
     return found
+
+
+def _slot(seconds: float) -> float:
+    return slot(seconds, MESH_SECONDS) if math.isfinite(seconds) else seconds
 
 
 def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmarks | None:
@@ -195,7 +205,7 @@ def _follow(
         xy = before.step.apply(xy) if before.moved > _AT_REST else xy.copy()
         strayed_px = _STRAYED * iod_of(layout.pose) if is_where_expected else 0
         if nets.merge_mesh(xy, z, mesh, strayed_px):
-            layout = nets.crop_layout(xy)
+            layout = nets.crop_layout(xy).rounded()
         parts = nets.read_parts(picture, layout)
         step = _step_between(before.centres, parts.centres)
     xy[nets.part_points] = parts.xy
@@ -239,7 +249,7 @@ def _steady(before: FaceLandmarks, layout: CropLayout) -> CropLayout:
 
     The crops of a still face would otherwise wander with their own noise.
     """
-    return before.layout if before.layout.distance(layout) < _AT_REST else layout
+    return before.layout if before.layout.distance(layout) < _AT_REST else layout.rounded()
 
 
 def _read_mesh_again(

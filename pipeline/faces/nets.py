@@ -61,6 +61,9 @@ _LIPS = _NetInput((112, 80), PATCH_SPAN)
 _EYE = _NetInput((64, 48), 0.72)
 
 
+_LAYOUT_STEPS = 64  # to an IOD, at least: of the grid on which layouts lie
+
+
 class CropLayout(NamedTuple):
     """Where the crops of a face lie, in upright px.
 
@@ -76,6 +79,20 @@ class CropLayout(NamedTuple):
         shifts = [a - b for a, b in zip(self.centres, other.centres, strict=True)]
         furthest = max(max(abs(shift.real), abs(shift.imag)) for shift in shifts)
         return max(furthest / iod_of(self.pose), distance(self.pose, other.pose))
+
+    def rounded(self) -> "CropLayout":
+        """This layout on a grid, whose step is a power of two and at most 1/64 IOD.
+
+        Two runs that follow a face from different frames on differ by less. From one grid, the nets
+        read the same numbers, and the runs no longer differ.
+        """
+        step = 2.0 ** math.floor(math.log2(max(iod_of(self.pose), 1.0) / _LAYOUT_STEPS))
+        turn, shift, *centres = (
+            complex(round(number.real / step), round(number.imag / step)) * step
+            for number in (*self.pose, *self.centres)
+        )
+        lips, left, right = centres
+        return CropLayout(Similarity(turn, shift), (lips, left, right))
 
 
 def lip_patch_to_px(layout: CropLayout) -> AffineArray:

@@ -31,6 +31,7 @@ from makeup_video.pipeline.faces.landmarks import (
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
 from makeup_video.pipeline.faces.similarity import Similarity, distance, iod_of, middle_of
+from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.scene_cut import CutDetector
 from makeup_video.pipeline.frames.views import FramePicture, Picture
@@ -38,7 +39,7 @@ from makeup_video.pipeline.frames.views import FramePicture, Picture
 # The detector's input while a face is followed: other faces are smaller.
 BESIDE_SIDES_PX = (320,)
 STILL_WIDE_ENOUGH = 0.85  # of the least width: a followed face may be a little narrower
-DETECT_SECONDS = 0.24  # between two detections of new faces
+DETECT_SECONDS = 0.24  # slots of time, in each of which new faces are searched once
 SEARCH_SECONDS = 0.08  # the same while no face is followed, or one was lost a moment ago
 # The same two on a machine that is too slow: see FindFaces.level.
 SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
@@ -119,7 +120,9 @@ class FindFaces:
         if cut:
             self._tracks.clear()
         is_due = self._detection_is_due(seconds)
-        lost = self._follow(picture, seconds, verify=is_due and self._detections % 2 == 0)
+        lost = self._follow(
+            picture, seconds, verify=is_due and slot(seconds, DETECT_SECONDS) % 2 == 0
+        )
         if cut or lost:
             self._detect(picture, seconds, DETECTOR_SIDES_PX)
         elif is_due:
@@ -191,7 +194,8 @@ class FindFaces:
         if missing or not self._followed():
             wait = search
         # A clock that jumps back (a stream that starts again) must not stop detection.
-        return not 0 <= seconds - self._last_detection_seconds < wait - 1e-6
+        last = self._last_detection_seconds
+        return last == -math.inf or slot(seconds, wait) != slot(last, wait)
 
     def _search(self, picture: Picture, seconds: float) -> None:
         """Detect beside followed faces, else with the next input size and tilt."""

@@ -1,11 +1,24 @@
 """Clocks that run on frame times: media time that always advances, and evened arrival times."""
 
+import math
+
 from makeup_video.pipeline.frames.frame import Frame
 
 # A face that was absent for longer is smoothed as a new one: four frames at 30 fps.
 GAP_SECONDS = 0.15
 _STEP_SHARE = 0.1  # of the newest step in the usual step
 _LEAST_STEP = 0.8  # of the usual step; a smaller share leaves frames that come in pairs less even
+
+
+_EARLY = 1e-6  # s, so that times at the edge of a slot fall into the same slot despite rounding
+
+
+def slot(seconds: float, length_seconds: float) -> int:
+    """The number of the slot that a time lies in, where time is cut into slots of equal length.
+
+    What is done once in a slot is done at the same frames, wherever a run begins in the film.
+    """
+    return math.floor((seconds + _EARLY) / length_seconds)
 
 
 class MediaClock:

@@ -17,6 +17,8 @@ _SHINES = {
 _COVERS = ((0.85, "opaque"), (0.6, "medium cover"), (0.35, "fairly sheer"), (0.0, "very sheer"))
 
 
+# Parts that a look in words names when they are bare, too.
+_ALWAYS_NAMED = ("lips", "eyes")
 # FINISHES["gloss"]["lips"]["opacity"], by finish and part: all of GraphicsParams but the colour
 FINISHES: Mapping[str, Mapping[str, Mapping[str, float]]] = {
     name: {part: kind.finish(name) for part, kind in PARTS.items()} for name in _SHINES
@@ -56,7 +58,7 @@ def look_in_words(look: Look) -> str:
     return "; ".join(
         f"{kind.part} {part_in_words(look, kind.name) or 'bare'}"
         for kind in KINDS.values()
-        if kind.is_read or look.of(kind.name)
+        if kind.part in _ALWAYS_NAMED or look.of(kind.name)
     )
 
 

@@ -14,6 +14,7 @@ from makeup_video.pipeline.media.frame_times import FrameTimes
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover, late_streams, packets_of
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 from makeup_video.pipeline.media.seek import seek_before
+from makeup_video.pipeline.media.segment_trim import SegmentTrim
 from makeup_video.pipeline.media.trim import Trim
 
 _INTERLEAVE_SECONDS = 10  # in no file are sound and pictures of one time further apart
@@ -60,8 +61,10 @@ class Decoder:
     """Iterates over the frames of `source` from start to end.
 
     start_seconds, end_seconds: counted from where the file begins; None: the whole film.
+    segment: keeps the pictures of a segment instead; no packet of another stream is read.
     threads: of FFmpeg's decoder; 0: FFmpeg's choice.
     muxer: gets every packet of every other stream, in the order of the file, on the same thread.
+    packets: those still unread. Who needs no more frames may go on with these, and then `finish`.
     After the run `stats` is complete, and `media_seconds` is the length of what was decoded.
     """
 
@@ -73,26 +76,29 @@ class Decoder:
         *,
         start_seconds: Fraction | None = None,
         end_seconds: Fraction | None = None,
+        segment: SegmentTrim | None = None,
         threads: int = 0,
     ) -> None:
         self.source, self.convert, self.muxer = source, convert, muxer
         origin = source.start_seconds  # people count from where a player begins
         start = start_seconds + origin if start_seconds else None
         end = end_seconds + origin if end_seconds is not None else None
-        self.trim: Trim[av.VideoFrame] = Trim(start, end, source.time_base)
+        self.trim: Trim[av.VideoFrame] = segment or Trim(start, end, source.time_base)
+        self._streams = [] if segment is None else [source.video]  # none: all of them
         self.stats = DecodeStats()
         self.media_seconds = Fraction(0)  # from 0 to the end of the last frame
         self._context = _decoder_context(source, threads)
         self._times = FrameTimes(source)
         self._ended: set[int] = set()
         self._file_end_seconds = Fraction(0)
+        self.packets = self._read()
 
     def frames(self) -> Generator[Frame, None, None]:
         """Raises DecodeError when nothing can be decoded or the picture's size changes, and
         UsageError when the film ends before `start_seconds`."""
         if self.trim.start is not None:
             seek_before(self.source, self._context, self.trim.start)
-        for packet in self._packets():
+        for packet in self.packets:
             if packet.stream.index == self.source.video.index:
                 for picture in self._decode(packet):
                     seconds = self._times(picture) * self.source.time_base
@@ -101,18 +107,22 @@ class Decoder:
             elif packet.size:
                 self.muxer.copy(packet)
         yield from self._kept(self.trim.finish())
+        self.finish()
+
+    def finish(self) -> None:
+        """Complete the counts, once all packets are read. Raises as `frames` does."""
         self._account()
         self.muxer.dropped += [
             f"{stream}: it begins where the streams of the output are fixed already"
             for stream in late_streams(self.source.container)
         ]
 
-    def _packets(self) -> Generator[Any, None, None]:
+    def _read(self) -> Generator[Any, None, None]:
         """All packets up to the end of the file or of the trim. A read error ends the file."""
-        video, packets = self.source.video.index, packets_of(self.source.container)
+        video, packets = self.source.video.index, packets_of(self.source.container, *self._streams)
         needed = {
             stream.index
-            for stream in self.source.container.streams
+            for stream in self._streams or self.source.container.streams
             if stream.type in ("audio", "video") and not is_cover(stream)
         }
         while not needed <= self._ended:
@@ -154,7 +164,9 @@ class Decoder:
         try:
             pictures: list[av.VideoFrame] = self._context.decode(packet)
         except av.FFmpegError:
-            self.stats.decode_errors += 1
+            self.stats.decode_errors += packet.pts is None or self.trim.is_counted(
+                packet.pts * packet.time_base
+            )
             return []
         return pictures
 
@@ -165,9 +177,11 @@ class Decoder:
             if not self.stats.frames:
                 self._begin()
             self.source.tags.complete(picture)
+            is_counted = self.trim.is_counted(seconds + (self.trim.shift or 0))
             is_damaged, mended = picture.is_corrupt, self.convert.mended
             picture = self.convert(picture)
-            self.stats.corrupt_frames += is_damaged or self.convert.mended > mended
+            is_damaged |= self.convert.mended > mended
+            self.stats.corrupt_frames += is_damaged and is_counted
             if not self.stats.frames:
                 self.muxer.dropped += self.convert.dropped
                 self._refuse_changes()

@@ -3,9 +3,9 @@
 import os
 import struct
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, Protocol
 
 import av
 from av.codec.context import Flags
@@ -15,10 +15,24 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.codecs import MATROSKA, VideoCodec, codecs_with
 from makeup_video.pipeline.media.hdr import hdr_parameters, side_data
 from makeup_video.pipeline.media.input_file import VideoSource
-from makeup_video.pipeline.media.mux import Muxer
 
 _STOP_SECONDS = 0.5  # after Ctrl-C, flushing the encoder may take no longer than this
 _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is shown first
+
+
+class PacketWriter(Protocol):
+    """Takes the encoder's packets to a file; see Muxer and SegmentWriter.
+
+    format: FFmpeg's name of the output's container.  dropped: one line for each loss.
+    """
+
+    format: str
+    dropped: list[str]
+
+    def open(self, source: VideoSource, add_video: Callable[[Any], Any]) -> Any: ...
+    def start(self) -> None: ...
+    def write(self, packet: Any) -> None: ...
+    def finish(self, keep_part: bool = False) -> None: ...
 
 
 class VideoEncoder:
@@ -26,11 +40,12 @@ class VideoEncoder:
 
     options: the encoder's own, from `encoder_options`.  threads: 0 lets the encoder choose.
     max_pts_error_seconds: the largest distance between a frame's time and the time written.
+    headers: the encoder's parameter sets as FFmpeg's extradata, once it is open.
     """
 
     def __init__(
         self,
-        muxer: Muxer,
+        muxer: PacketWriter,
         source: VideoSource,
         codec: VideoCodec,
         options: dict[str, str],
@@ -40,14 +55,14 @@ class VideoEncoder:
         self.options, self.threads = dict(options), threads
         self.max_pts_error_seconds = Fraction(0)
         self.first_packet_at: float | None = None
+        self.headers = b""
         self._stream: Any = None
         self._tick = Fraction(0)
         self._last_pts: int | None = None
 
     def __call__(self, frame: Frame) -> None:
         """Raises EncodeError when the encoder refuses its settings or a frame."""
-        if self._stream is None:
-            self._open(frame)
+        self.open(frame)
         picture = frame.picture
         duration = round(picture.duration * frame.time_base / self._tick)
         picture.pts, picture.time_base = self._ticks(frame), self._tick
@@ -91,7 +106,10 @@ class VideoEncoder:
         )
         return pts
 
-    def _open(self, frame: Frame) -> None:
+    def open(self, frame: Frame) -> None:
+        """Open encoder and output for frames like this one, unless they are open already."""
+        if self._stream is not None:
+            return
         stream = self.muxer.open(self.source, lambda container: self._add(container, frame))
         try:
             stream.codec_context.open(strict=False)
@@ -102,6 +120,7 @@ class VideoEncoder:
                 f"with {shown or 'its defaults'}: choose another size, {option('codec')} or "
                 f"{option('preset')}"
             ) from error
+        self.headers = bytes(stream.codec_context.extradata or b"")
         self.muxer.start()
         self._stream = stream
 
@@ -112,7 +131,7 @@ class VideoEncoder:
         stream = container.add_stream(self.codec.encoder, rate=self.source.rate)
         context = stream.codec_context
         describe_pictures(stream, frame)
-        name_codec(stream, self.codec, self.muxer.format)
+        name_codec(stream, self.codec, container.format.name)
         stream.time_base = context.time_base = self._tick
         context.thread_count = self.threads
         # PyAV's default is slice threads; x264 keeps two cores busier with frame threads
@@ -163,7 +182,7 @@ def add_parameters(options: dict[str, str], codec: VideoCodec, parameters: Seque
 
 def name_codec(stream: Any, codec: VideoCodec, container_format: str) -> None:
     """Give a new output stream the codec tag that players expect in this container."""
-    if codec.tag is not None and container_format not in MATROSKA:
+    if codec.tag is not None and container_format in ("mp4", "mov"):
         stream.codec_context.codec_tag = codec.tag
 
 

@@ -6,6 +6,18 @@ from makeup_video.pipeline.media.input_file import VideoSource
 _LONGEST_SECONDS = 2**52  # no film lasts that long; in milliseconds it still fits into 64 bits
 
 
+def has_guessed_times(source: VideoSource) -> bool:
+    """True where FFmpeg makes up the times of the pictures, and gets their order wrong.
+
+    AVI stores no presentation times.
+    """
+    return (
+        source.container.format.name == "avi"
+        and source.video.name in ("h264", "hevc")
+        and bool(source.video.codec_context.has_b_frames)
+    )
+
+
 class FrameTimes:
     """Gives every decoded picture a time in ticks of the source, later than the one before.
 
@@ -18,12 +30,7 @@ class FrameTimes:
         self.mended = 0
         self.last_pts: int | None = None
         self.last_duration = 1
-        # AVI stores no presentation times. FFmpeg makes them up, for these in the wrong order.
-        self._guesses_wrong = (
-            source.container.format.name == "avi"
-            and source.video.name in ("h264", "hevc")
-            and bool(source.video.codec_context.has_b_frames)
-        )
+        self._guesses_wrong = has_guessed_times(source)
         self._dts_delay: int | None = None
 
     def __call__(self, picture: av.VideoFrame) -> int:

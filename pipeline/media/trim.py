@@ -47,6 +47,10 @@ class Trim(Generic[T]):
             return [(picture, Fraction(0))]
         return [*self.finish(), (picture, seconds - self._begin())]
 
+    def is_counted(self, seconds: Fraction) -> bool:
+        """True when a picture of the film at that time counts in the report."""
+        return True
+
     def finish(self) -> list[tuple[T, Fraction]]:
         """The picture that is on screen at `start`, if any.
 

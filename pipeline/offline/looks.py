@@ -14,13 +14,13 @@ from makeup_video.pipeline.engine.machine import (
     one_opencv_thread,
     peak_memory_bytes,
 )
-from makeup_video.pipeline.errors import MakeupVideoError, UsageError
+from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
 from makeup_video.pipeline.files.output_file import check_apart, check_place
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
-from makeup_video.pipeline.offline.film import pick_encoding
+from makeup_video.pipeline.offline.encoding import choose_encoding
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import check_picture_settings
 from makeup_video.pipeline.offline.settings import Settings
@@ -46,6 +46,7 @@ def process_looks(
     encoding once for each. The files are those that process_video would write, byte for byte.
 
     looks: by output; the names of all outputs of a video end alike.
+    settings: as in process_video, but without `split_minutes`.
     memory_share: of the free memory, what encoders may take. Where it does not suffice for as many
     encoders as looks, or there are more than 16 looks, the video is read several times.
     on_progress(outputs, frames done, frames expected or None, frames per second of the source) is
@@ -79,6 +80,11 @@ def _on_film(
 ) -> dict[Path, Outcome]:
     from makeup_video.pipeline.offline.looks_on_film import paint_film
 
+    if settings.split_minutes is not None:
+        raise UsageError(
+            f"several looks of one film are painted in one run: leave out {option('split_minutes')}"
+            ", or paint each look in a run of its own"
+        )
     if len({output.suffix.lower() for output in looks}) > 1:
         raise UsageError("the outputs of several looks of one film must have one extension")
     done: dict[Path, Outcome] = {}
@@ -103,7 +109,7 @@ def encoders_at_once(
 ) -> int:
     """How many looks of a film are encoded at the same time: at least 1, at most 16, and no more
     than a share of the free memory holds."""
-    codec = pick_encoding(source, output, settings).codec
+    codec = choose_encoding(source, output, settings).codec
     each_bytes = max(1, codec.memory_mb_per_mpx * source.frame_px)  # MB per Mpx is bytes per px
     return max(1, min(_MOST_AT_ONCE, int(memory_share * free_memory_bytes() / each_bytes)))
 
@@ -124,9 +130,9 @@ def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:
     """Do the work, and write its times and its memory into the reports."""
     began, cpu_began = time.monotonic(), time.process_time()
     done = work()
+    seconds, cpu_seconds = time.monotonic() - began, time.process_time() - cpu_began
     for outcome in done.values():
         if isinstance(outcome, Report):
-            outcome.seconds = time.monotonic() - began
-            outcome.cpu_seconds = time.process_time() - cpu_began
+            outcome.seconds, outcome.cpu_seconds = seconds, cpu_seconds
             outcome.peak_memory_bytes = peak_memory_bytes()
     return done

@@ -17,12 +17,8 @@ from makeup_video.pipeline.media.for_each_output import CopyFrames, CopyToAll
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.media.mux import Muxer
 from makeup_video.pipeline.media.side_by_side import SideBySide
-from makeup_video.pipeline.offline.film import (
-    film_report,
-    open_decoder,
-    open_encoder,
-    pick_encoding,
-)
+from makeup_video.pipeline.offline.encoding import choose_encoding
+from makeup_video.pipeline.offline.film import add_times, film_report, open_decoder
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 from makeup_video.pipeline.offline.stages import FaceRun, Painter, Stages
@@ -109,14 +105,15 @@ class _Film:
     def open(self, source: VideoSource) -> None:
         """Begin the outputs. Raises UsageError, OutputError; then no output is begun."""
         settings = self._settings
-        encoding = pick_encoding(source, next(iter(self._looks)), settings)
+        encoding = choose_encoding(source, next(iter(self._looks)), settings)
         try:
             for path in self._looks:
                 target = OutputFile(path, source.path, overwrite=settings.overwrite)
                 self._muxers.append(Muxer(target, encoding.container, strict=settings.strict))
             self.sinks = [
                 PaintAndEncode(
-                    self._paint(painter), open_encoder(source, encoding, muxer, settings)
+                    self._paint(painter),
+                    encoding.encoder(muxer, source, settings.encoder_threads),
                 )
                 for painter, muxer in zip(self._painters, self._muxers, strict=True)
             ]
@@ -168,9 +165,8 @@ class _Film:
     def _report(self, at: int, path: Path, source: VideoSource, runner: Runner) -> Report:
         sink, painter = self.sinks[at], self._painters[at]
         times = {name: one for name, one in runner.times.items() if name != "outputs"}
-        report = film_report(
-            source, path, self.decoder, sink.encoder, times | sink.times, runner.channels
-        )
+        report = film_report(source, path, self.decoder, sink.encoder, self._muxers[at])
+        add_times(report, times | sink.times, runner.channels)
         report.dropped = self._copier.dropped + report.dropped
         report.converted = self._copier.converted + report.converted
         report.bytes_in = source.container.size

@@ -1,13 +1,16 @@
 """process_video: paints a look on a video or a picture."""
 
 import os
+from dataclasses import replace
+from fractions import Fraction
 
 from makeup_video.pipeline.engine.machine import COPY_VIDEO, FIND_FACES, check_memory
 from makeup_video.pipeline.engine.runner import Stage
+from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.media.input_file import VideoSource
+from makeup_video.pipeline.media.input_file import VideoSource, local_file
 from makeup_video.pipeline.offline.report import Report
-from makeup_video.pipeline.offline.run import Progress, run_stages
+from makeup_video.pipeline.offline.run import Progress, check_name, run_stages
 from makeup_video.pipeline.offline.settings import Settings
 
 
@@ -22,8 +25,12 @@ def process_video(
 
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
     few times a second.  Raises one of `errors`; dst is then unchanged, or still does not exist.
+    A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the
+    processes of the segments import it.
     """
     look, settings = look or Look(), settings or Settings()
+    if settings.split_minutes is not None and not is_picture(local_file(src)):
+        return _in_segments(src, dst, look, settings, settings.split_minutes, on_progress)
     if look.is_bare:
         return run_stages(src, dst, _copy, settings, on_progress)
     check_memory(FIND_FACES)
@@ -35,6 +42,27 @@ def process_video(
     with one_opencv_thread():
         report = run_stages(src, dst, run, settings, on_progress)
     run.count(report)
+    return report
+
+
+def _in_segments(
+    src: str | os.PathLike[str],
+    dst: str | os.PathLike[str],
+    look: Look,
+    settings: Settings,
+    minutes: Fraction,
+    on_progress: Progress | None,
+) -> Report:
+    """Paint the film in segments, or in one run where it cannot be split."""
+    from makeup_video.pipeline.offline.split import plan_of, process_in_segments
+
+    check_name(dst)
+    plan = plan_of(src, look, minutes)
+    if len(plan.segments) > 1:
+        return process_in_segments(src, dst, plan, look, settings, on_progress)
+    whole = replace(settings, split_minutes=None, jobs=None)
+    report = process_video(src, dst, look, whole, on_progress)
+    report.why_whole = plan.obstacle
     return report
 
 

@@ -21,9 +21,11 @@ class Report:
     tiny_faces: how often a face was left alone because it was too small.
     painted_frames: how many frames were painted; None where nothing was to be painted.
     why_unpainted: the reason when none was painted although faces were found.
+    segments: how many the film was painted in.  why_whole: why it was not split as asked.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
+    peak_memory_bytes: of the process that held the most.
     stages: items, busy_seconds and cpu_seconds of each actor.
-    channels: capacity and mean_fill of each channel.
+    channels: capacity and mean_fill of each channel; none of a film in segments.
     """
 
     source: str
@@ -48,6 +50,8 @@ class Report:
     tiny_faces: int = 0
     painted_frames: int | None = None
     why_unpainted: str = ""
+    segments: int = 1
+    why_whole: str = ""
     seconds: float = 0.0
     media_seconds: float = 0.0
     first_packet_unix_seconds: float | None = None
@@ -75,6 +79,8 @@ class Report:
         """One line for everything that differs from the source, or was not painted."""
         lines = [f"changed: {text}" for text in (*self.conversions, *self.converted)]
         lines += [f"left out: {text}" for text in self.dropped]
+        if self.why_whole:
+            lines.append(f"not split: {self.why_whole}")
         if self.damaged:
             lines.append(self._damage())
         if self.painted_frames == 0 and self.frames_with_face:

@@ -18,12 +18,8 @@ from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.mux import Muxer
 from makeup_video.pipeline.media.side_by_side import SideBySide
-from makeup_video.pipeline.offline.film import (
-    film_report,
-    open_decoder,
-    open_encoder,
-    pick_encoding,
-)
+from makeup_video.pipeline.offline.encoding import choose_encoding
+from makeup_video.pipeline.offline.film import add_times, film_report, open_decoder
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
@@ -46,8 +42,7 @@ def run_stages(
     """
     began, cpu_began = time.monotonic(), time.process_time()
     path, settings = local_file(src), settings or Settings()
-    if os.fspath(dst).endswith(os.sep):
-        raise UsageError(f"the output {dst} names a folder: give the name of a file")
+    check_name(dst)
     if is_picture(path):
         check_picture_settings(src, settings)
         paint = partial(_through, stages(None))
@@ -58,7 +53,7 @@ def run_stages(
             check_start(source, settings.start_seconds)
             steps = stages(source)
             if settings.compare:
-                steps = _side_by_side(steps)
+                steps = compared(steps)
             report = _run(source, Path(dst), steps, settings, on_progress)
         finally:
             source.close()
@@ -83,7 +78,7 @@ def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
     return cast(Frame, item)
 
 
-def _side_by_side(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
+def compared(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
     """Show a frame before and after the last stage, which paints; without stages, twice."""
     *others, (name, last) = stages or [("compare", lambda frame: frame)]
     return [*others, (name, SideBySide(last))]
@@ -96,7 +91,7 @@ def _run(
     settings: Settings,
     on_progress: Progress | None,
 ) -> Report:
-    encoding = pick_encoding(source, output, settings)
+    encoding = choose_encoding(source, output, settings)
     bytes_in = source.container.size  # of the open file: its name may be another file's at the end
     target = OutputFile(
         output, source.path, overwrite=settings.overwrite, on_whole=settings.on_whole
@@ -104,7 +99,7 @@ def _run(
     muxer = Muxer(target, encoding.container, strict=settings.strict)
     try:
         decoder = open_decoder(source, encoding, muxer, settings)
-        encoder = open_encoder(source, encoding, muxer, settings)
+        encoder = encoding.encoder(muxer, source, settings.encoder_threads)
         runner = Runner(
             ("decode", decoder.frames()),
             stages,
@@ -119,6 +114,13 @@ def _run(
         if not muxer.is_finished:
             muxer.abort()
         raise
-    report = film_report(source, output, decoder, encoder, runner.times, runner.channels)
+    report = film_report(source, output, decoder, encoder, muxer)
+    add_times(report, runner.times, runner.channels)
     report.bytes_in = bytes_in
     return report
+
+
+def check_name(dst: str | os.PathLike[str]) -> None:
+    """Raises UsageError for an output that names a folder."""
+    if os.fspath(dst).endswith(os.sep):
+        raise UsageError(f"the output {dst} names a folder: give the name of a file")

@@ -21,6 +21,8 @@ _OF_VIDEOS = (
     "decoder_threads",
     "encoder_threads",
     "stage_threads",
+    "split_minutes",
+    "jobs",
 )
 
 
@@ -36,6 +38,9 @@ class Settings:
     sdr: turn HDR into SDR.
     faces: whom to paint: "all", "largest", or the number of a face, as inspect_video draws it.
     compare: show before and after side by side.
+    split_minutes: paint the film in segments of about so many minutes, each in a process of its
+    own, and join them; None: in one run.
+    jobs: how many segments are painted at once; None: half as many as there are cores.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
     decoder_threads, encoder_threads: 0: FFmpeg chooses; None: half as many as there are cores for
     the decoder, FFmpeg's choice for the encoder.
@@ -57,6 +62,8 @@ class Settings:
     sdr: bool = False
     faces: str = "all"
     compare: bool = False
+    split_minutes: Fraction | None = None
+    jobs: int | None = None
     device: str = ""
     decoder_threads: int | None = None
     encoder_threads: int | None = None
@@ -81,6 +88,26 @@ class Settings:
                 f"{option('start_seconds')} must be at least 0 and {option('end_seconds')} later "
                 f"than it, got {float(start):g} s to "
                 f"{'the end' if end is None else f'{float(end):g} s'}"
+            )
+
+        self._check_split()
+
+    def _check_split(self) -> None:
+        minutes, jobs = self.split_minutes, self.jobs
+        if minutes is None:
+            if jobs is not None:
+                raise UsageError(f"{option('jobs')} needs {option('split_minutes')}")
+            return
+        if minutes <= 0:
+            raise UsageError(
+                f"{option('split_minutes')} must be more than 0, got {float(minutes):g}"
+            )
+        if jobs is not None and jobs < 1:
+            raise UsageError(f"{option('jobs')} must be at least 1, got {jobs}")
+        if self.start_seconds is not None or self.end_seconds is not None:
+            raise UsageError(
+                f"{option('split_minutes')} splits whole films: leave out "
+                f"{option('start_seconds')} and {option('end_seconds')}"
             )
 
     def of_videos(self) -> list[str]:

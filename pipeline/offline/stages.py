@@ -85,34 +85,48 @@ class Painter:
         """Write into a report, which has its counts of faces, how many frames were painted."""
         report.painted_frames = self.composite.painted_frames
         if not report.painted_frames and report.frames_with_face:
-            report.why_unpainted = self._why_unpainted(report.turn_first)
-
-    def _why_unpainted(self, turn_first: str) -> str:
-        """Why no face that was found is painted."""
-        composite, whom = self.composite, self._faces
-        if not composite.chosen_frames and whom.isdigit():
-            return f"face {whom} was chosen, but {_numbered(sorted(composite.numbers))}"
-        painted = {layer.kind for layer in self.composite.look.painted}
-        hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
-        if not hidden:
-            return "the look has no opacity, no gloss and no reflection"
-        return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
+            composite = self.composite
+            report.why_unpainted = why_unpainted(
+                composite.look,
+                self._faces,
+                report.turn_first,
+                composite.chosen_frames,
+                composite.numbers,
+            )
 
 
 class PaintRun(FaceRun):
-    """Finds faces and paints a look on them; `faces` and `device` as in Settings."""
+    """Finds faces and paints a look on them; `faces` and `device` as in Settings.
+
+    painter: the stage that paints, once the stages are made.
+    """
+
+    painter: Painter
 
     def __init__(self, look: Look, faces: str = "all", device: str = "") -> None:
         super().__init__(self._painting, PAINT_VIDEO, PAINT_PICTURE)
         self._look, self._faces, self._device = look, faces, device
 
     def _painting(self) -> Stages:
-        self._painter = Painter(Composite(self._look, self._device, self._faces), self._faces)
-        return [("scene", BuildScene(self._device)), ("composite", self._painter.composite)]
+        self.painter = Painter(Composite(self._look, self._device, self._faces), self._faces)
+        return [("scene", BuildScene(self._device)), ("composite", self.painter.composite)]
 
     def count(self, report: Report) -> None:
         super().count(report)
-        self._painter.count(report)
+        self.painter.count(report)
+
+
+def why_unpainted(
+    look: Look, faces: str, turn_first: str, chosen_frames: int, numbers: set[int]
+) -> str:
+    """Why no face that was found is painted; chosen_frames and numbers as in Composite."""
+    if not chosen_frames and faces.isdigit():
+        return f"face {faces} was chosen, but {_numbered(sorted(numbers))}"
+    painted = {layer.kind for layer in look.painted}
+    hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
+    if not hidden:
+        return "the look has no opacity, no gloss and no reflection"
+    return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
 
 
 def _numbered(numbers: list[int]) -> str:

@@ -61,6 +61,7 @@ CROPS = {
         FLAT_WH, (176, 72), 1.42, _eyes_middle, -0.01, (*EYE, *RIGHT_EYE), flatten=flat_lids
     ),
 }
+CROPPED = tuple(CROPS)
 
 
 def crop_around(face: Face, region: str) -> Crop:

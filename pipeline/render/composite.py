@@ -45,7 +45,7 @@ class Composite:
     faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
-    numbers: the ids of all faces seen.
+    numbers: the ids of all faces seen.  largest_id: the face that was painted last as the largest.
     level: may be set between two frames. At LESS_DETAIL large regions are painted at half size.
     Raises InstallError, UsageError for the device.
     """
@@ -53,7 +53,7 @@ class Composite:
     def __init__(self, look: Look, device: str | Canvas = "", faces: str = "all") -> None:
         self._canvas = open_canvas(device) if isinstance(device, str) else device
         self._faces = faces
-        self._largest_id = -1
+        self.largest_id = -1
         self.painted_frames = self.chosen_frames = 0
         self.numbers: set[int] = set()
         self.level = QualityLevel.FULL
@@ -120,11 +120,11 @@ class Composite:
     def _largest(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
         """The largest face, or none. Between two faces of about the same size the makeup would jump
         back and forth, so it stays on one until that face is gone or another is much larger."""
-        stays = [scene for scene in faces if scene.face.track_id == self._largest_id]
+        stays = [scene for scene in faces if scene.face.track_id == self.largest_id]
         if not stays or faces[0].face.area_px2 > _MUCH_LARGER * stays[0].face.area_px2:
             stays = list(faces[:1])
         if stays:
-            self._largest_id = stays[0].face.track_id
+            self.largest_id = stays[0].face.track_id
         return tuple(stays[:1])
 
     def _paint_small(

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.track_memory import TrackMemory
-from makeup_video.pipeline.frames.clock import MediaClock
+from makeup_video.pipeline.frames.clock import MediaClock, slot
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.scene import SceneLight
 from makeup_video.pipeline.render.skin_light import (
@@ -19,18 +19,17 @@ from makeup_video.pipeline.render.skin_light import (
     read_room,
 )
 
-READ_SECONDS = 0.2  # between two readings of a face or of the room; the smoothing fills in
+READ_SECONDS = 0.2  # a face and the room are read once in a slot; the smoothing fills in
 SMOOTH_SECONDS = 0.5  # time constant: a hand's shadow hardly counts, a lamp switched on soon does
 ROOM_SMOOTH_SECONDS = 0.4  # the same of the environment
 FORGET_SECONDS = 2.0  # four time constants: hardly anything of the old value is left
-_EARLY = 1e-6  # so that films of 30 and 60 fps are read at the same times despite rounding
 
 
 @dataclass(slots=True)
 class _Room:
     """The environment, the same for all faces of a frame."""
 
-    read_seconds: float
+    reading: int  # the slot of time when it was read last
     seen_seconds: float
     target: np.ndarray  # (16, 16, 3) float32, linear, as last read
     mean: np.ndarray  # (3,) log of its mean, in sRGB's primaries
@@ -42,7 +41,7 @@ class _Track:
     """The light of one face as 8 numbers: log strength, log colour, direction, log light of its
     skin."""
 
-    read_seconds: float
+    reading: int  # the slot of time when it was read last
     last_seconds: float
     target: list[float]
     value: list[float]
@@ -84,11 +83,12 @@ class EstimateLight:
             return _read(face, frame, optics, room)
         if track is None:
             target = _read(face, frame, optics, room)
-            track = self._tracks[face.track_id] = _Track(now, now, target, target)
+            reading = slot(frame.seconds, READ_SECONDS)
+            track = self._tracks[face.track_id] = _Track(reading, now, target, target)
             return track.value
-        if now - track.read_seconds >= READ_SECONDS - _EARLY:
+        if (reading := slot(frame.seconds, READ_SECONDS)) != track.reading:
             track.target = _read(face, frame, optics, room)
-            track.read_seconds = now
+            track.reading = reading
         share = -math.expm1((track.last_seconds - now) / SMOOTH_SECONDS)
         track.value = [
             value + share * (target - value)
@@ -121,11 +121,12 @@ def light_of(item: FrameFaces) -> tuple[SceneLight, ...]:
 
 def _follow_room(room: _Room | None, frame: Frame, optics: Optics, now: float) -> _Room:
     """The room now, smoothed."""
+    reading = slot(frame.seconds, READ_SECONDS)
     if room is None or now - room.seen_seconds > FORGET_SECONDS:
         target = read_room(frame, optics)
-        return _Room(now, now, target, log_mean(target, optics), target)
-    if now - room.read_seconds >= READ_SECONDS - _EARLY:
-        room.target, room.read_seconds = read_room(frame, optics), now
+        return _Room(reading, now, target, log_mean(target, optics), target)
+    if reading != room.reading:
+        room.target, room.reading = read_room(frame, optics), reading
         room.mean = log_mean(room.target, optics)
     share = -math.expm1((room.seen_seconds - now) / ROOM_SMOOTH_SECONDS)
     room.value = cv2.addWeighted(room.target, share, room.value, 1 - share, 0)

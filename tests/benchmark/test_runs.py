@@ -3,6 +3,7 @@
 import pytest
 from makeup_video.benchmark import harness, runs
 from makeup_video.pipeline import InputError, Look, product
+from makeup_video.pipeline.offline import encoding
 from makeup_video.pipeline.offline import film as offline
 from people import clip, film, grey
 
@@ -37,13 +38,13 @@ def test_the_codec_alone_has_the_threads_of_the_product(tmp_path, monkeypatch):
             super().__init__(*args, threads=threads, **options)
             threads_of["decoder"] = threads
 
-    class NotedEncoder(offline.VideoEncoder):
+    class NotedEncoder(encoding.VideoEncoder):
         def __init__(self, *args):
             super().__init__(*args)
             threads_of["encoder"] = self.threads
 
     monkeypatch.setattr(offline, "Decoder", Noted)
-    monkeypatch.setattr(offline, "VideoEncoder", NotedEncoder)
+    monkeypatch.setattr(encoding, "VideoEncoder", NotedEncoder)
     source = film(tmp_path / "a.mkv", clip(10))
     runs.run_product(source, tmp_path / "out.mp4", LOOK)
     assert (threads_of["decoder"], threads_of["encoder"]) == harness.own_threads()

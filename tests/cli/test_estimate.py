@@ -14,6 +14,7 @@ from makeup_video.cli.app import app
 from makeup_video.pipeline import GraphicsParams, Layer, Look, look_from_photo, product
 from makeup_video.pipeline.look.finishes import in_words
 from makeup_video.pipeline.reference import estimate
+from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from people import SAMPLES, face_of, grey, portrait, put
 from typer.testing import CliRunner
 
@@ -42,7 +43,9 @@ def reads(monkeypatch):
     """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        monkeypatch.setattr(estimate, "look_from_photo", lambda *_: look)
+        worn = {kind: 0.97 if look.of(kind) else 0.1 for kind in WORN_FROM}
+        read = estimate.Estimate(look, worn)
+        monkeypatch.setattr(estimate, "estimate_photo", lambda *_: read)
 
     return pretend
 
@@ -56,10 +59,12 @@ def test_both_regions_print_colour_words_and_numbers(folder, reads):
     done = run(PHOTO)
     assert done.exit_code == 0
     assert done.output.splitlines() == [
-        "lips  #B4002E  glossy, opaque",
+        "lips  #B4002E  glossy, opaque (almost certain)",
         "      opacity 0.94, gloss 1.30, gloss_roughness 0.20, reflection 0.25",
-        "eyes  #5A463C  soft sheen, very sheer",
+        "eyes  #5A463C  soft sheen, very sheer (almost certain)",
         "      opacity 0.28, gloss 0.10, gloss_roughness 0.80, reflection 0.00",
+        "liner  bare (likely)",
+        "blush  bare (likely)",
     ]
 
 
@@ -67,9 +72,9 @@ def test_every_layer_is_printed_with_its_place_and_strength(folder, reads):
     reads(Look(SHADOWS))
     lines = run(PHOTO).stdout.splitlines()
     assert [lines[0], lines[1], lines[3]] == [
-        "lips  bare",
-        "eyes  #5A463C  matte, opaque (outer, 80%)",
-        "eyes  #FFDAB9  matte, opaque (lid)",
+        "lips  bare (likely)",
+        "eyes  #5A463C  matte, opaque (outer, 80%; almost certain)",
+        "eyes  #FFDAB9  matte, opaque (lid; almost certain)",
     ]
     eyes = json.loads(run(PHOTO, "--json").stdout)["eyes"]
     assert (eyes["place"], eyes["shape"], eyes["strength"]) == (
@@ -87,14 +92,14 @@ def test_a_real_photo_is_read_and_saved_as_a_look_that_paints(folder):
     look = Look.load("look.json")
     assert look == look_from_photo(PHOTO)
     if look.lips is not None:
-        assert f"lips  {look.lips.hex}  {in_words(look.lips)}" in done.output
+        assert f"lips  {look.lips.hex}  {in_words(look.lips)} (" in done.output
 
 
 def test_the_nearest_products_are_named_for_both_regions(folder, reads):
     reads(WORN)
     lines = run(PHOTO, "--catalogue", "shades.csv").output.splitlines()
     near = [line for line in lines if "Velvet" in line]
-    assert len(near) == 10 and len(lines) == 4 + 2 + 10
+    assert len(near) == 10 and len(lines) == 6 + 2 + 10
     assert re.fullmatch(r" +\d+\.\d  #[0-9A-F]{6}  B\d+, Velvet, Shade \d+", near[0])
     off = [float(line.split()[0]) for line in near]
     assert off[:5] == sorted(off[:5]) and off[5:] == sorted(off[5:])
@@ -106,7 +111,7 @@ def test_products_for_the_lips_are_not_offered_for_the_eyes(folder, reads):
     (folder / "lips.csv").write_text("\n".join(["brand,product,shade,hex,category", *rows]))
     lines = run(PHOTO, "--catalogue", "lips.csv").output.splitlines()
     assert len([line for line in lines if "Velvet" in line]) == 5
-    assert lines[-1] == "      no product in the catalogue is for the eyes"
+    assert lines[-3] == "      no product in the catalogue is for the eyes"
     result = json.loads(run(PHOTO, "--catalogue", "lips.csv", "--json").stdout)
     assert len(result["lips"]["nearest"]) == 5 and result["eyes"]["nearest"] == []
 
@@ -115,6 +120,7 @@ def test_json_holds_everything_that_is_printed(folder, reads):
     reads(Look(lips=WORN.lips))
     result = json.loads(run(PHOTO, "--catalogue", "shades.csv", "--json").stdout)
     assert result["photo"] == str(PHOTO) and result["eyes"] is None
+    assert result["worn"] == {"lips": 0.97, "eyes": 0.1, "liner": 0.1, "blush": 0.1}
     lips = result["lips"]
     assert (lips["hex"], lips["words"]) == ("#B4002E", "glossy, opaque")
     assert GraphicsParams.from_dict(lips["params"]) == WORN.lips
@@ -127,7 +133,9 @@ def test_a_bare_face_adds_one_line_about_it(folder, reads):
     reads(Look())
     done = run(PHOTO)
     assert done.exit_code == 0
-    assert done.stdout.splitlines() == ["lips  bare", "eyes  bare"]
+    assert done.stdout.splitlines() == [
+        f"{part}  bare (likely)" for part in ("lips", "eyes", "liner", "blush")
+    ]
     assert done.stderr == f"{PHOTO}: no makeup was found, the look is bare\n"
 
 
@@ -142,7 +150,7 @@ def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, col
         "from makeup_video.cli.estimate import _print\n"
         "params = dict(opacity=1, gloss=0, gloss_roughness=0.5, reflection=0)\n"
         "lips = {'hex': '#B4002E', 'words': 'x' * 200, 'params': params, 'place': ''}\n"
-        "_print({'lips': [lips], 'eyes': []})"
+        "_print({'lips': [lips], 'eyes': []}, {'lips': 'likely', 'eyes': 'likely'})"
     )
     words = [sys.executable, "-c", code]
     plain = {name: value for name, value in os.environ.items()
@@ -202,9 +210,12 @@ ESCAPES = (
 def script(*args):
     """The command in its own process, with one fixed look for every photo."""
     code = (
-        "import sys; from makeup_video.pipeline import Look, product, reference\n"
+        "import sys; from makeup_video.pipeline import Look, product\n"
+        "from makeup_video.pipeline.reference import estimate\n"
         "from makeup_video.cli.main import main\n"
-        "reference.look_from_photo = lambda *_: Look(lips=product((180, 0, 46), 'gloss'))\n"
+        "worn = dict.fromkeys(('lipstick', 'eyeshadow', 'eyeliner', 'blush'), 0.9)\n"
+        "look = Look(lips=product((180, 0, 46), 'gloss'))\n"
+        "estimate.estimate_photo = lambda *_: estimate.Estimate(look, worn)\n"
         f"sys.argv[1:] = {['estimate', *map(str, args)]!r}; main()"
     )
     return [sys.executable, "-c", code]

@@ -12,8 +12,8 @@ from makeup import white_light
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish
-from makeup_video.pipeline.look.kinds import READ_PARTS
 from makeup_video.pipeline.reference.crops import (
+    CROPPED,
     CROPS,
     NUMBERS,
     crop_around,
@@ -111,7 +111,7 @@ def test_net_outputs_beyond_their_ranges_are_clipped():
     assert np.allclose(numbers, [1, 255, 0, 127.5, 4, 1, 0])
 
 
-@pytest.mark.parametrize("region", READ_PARTS)
+@pytest.mark.parametrize("region", CROPPED)
 def test_shade_tables_are_read_into_products_of_all_splits(tmp_path, region):
     products = draw_products.read_products(table(tmp_path / "shades.csv"), region)
     assert products.values.shape == (200, 7)
@@ -122,7 +122,7 @@ def test_shade_tables_are_read_into_products_of_all_splits(tmp_path, region):
     assert products.values[:3, NUMBERS.index("gloss")].tolist() == gloss
 
 
-@pytest.mark.parametrize("region", READ_PARTS)
+@pytest.mark.parametrize("region", CROPPED)
 def test_every_finish_is_nearest_to_itself(region):
     for name, by_region in FINISHES.items():
         product_numbers = by_region[region]
@@ -137,7 +137,7 @@ def test_every_finish_is_nearest_to_itself(region):
 
 
 @settings(max_examples=30)
-@given(st.integers(0, 10**6), st.sampled_from(list(READ_PARTS)))
+@given(st.integers(0, 10**6), st.sampled_from(list(CROPPED)))
 def test_drawn_settings_make_a_look(seed, region):
     rng = np.random.default_rng(seed)
     values = mixture().draw(1, rng)[0]
@@ -145,7 +145,7 @@ def test_drawn_settings_make_a_look(seed, region):
     assert (made.lips or made.eyes).light_adaptation == 1
 
 
-@pytest.mark.parametrize("region", READ_PARTS)
+@pytest.mark.parametrize("region", CROPPED)
 def test_an_unworn_product_leaves_the_crop_bare(region):
     crop_renderer = renderer(region, varied=False)
     shot = crop_renderer.shoot(0)
@@ -153,7 +153,7 @@ def test_an_unworn_product_leaves_the_crop_bare(region):
     assert (painted == rendered_crops.to_rgb8(shot.codes)).all()
 
 
-@pytest.mark.parametrize("region", READ_PARTS)
+@pytest.mark.parametrize("region", CROPPED)
 def test_different_products_give_different_crops(region):
     crop_renderer = renderer(region, varied=False)
     shot = crop_renderer.shoot(0)
@@ -180,7 +180,7 @@ def test_a_red_and_a_blue_product_are_seen_as_red_and_blue():
         assert nearest < 25
 
 
-@pytest.mark.parametrize("region", READ_PARTS)
+@pytest.mark.parametrize("region", CROPPED)
 def test_the_same_seed_gives_the_same_crops(region):
     first, again, other = (renderer(region, seed).stream(looks=2) for seed in (5, 5, 6))
     for _ in range(4):
@@ -199,7 +199,7 @@ def test_batches_hold_every_crop_with_its_own_numbers():
     assert not expected
 
 
-@pytest.mark.parametrize("region", READ_PARTS)
+@pytest.mark.parametrize("region", CROPPED)
 def test_a_crop_turns_and_grows_with_the_face(region):
     to_px, size_wh = crop_around(face(), region)
     c, s = 1.7 * np.cos(0.4), 1.7 * np.sin(0.4)
@@ -219,7 +219,7 @@ def test_crops_hold_what_they_are_for():
         assert (x > 4).all() and (x < w - 5).all() and (y > 2).all() and (y < h - 3).all()
 
 
-@pytest.mark.parametrize("region", READ_PARTS)
+@pytest.mark.parametrize("region", CROPPED)
 def test_the_pixels_of_a_net_input_lie_in_its_crop(region):
     _, (w, h) = crop_around(face(), region)
     places = input_places(face(), region)

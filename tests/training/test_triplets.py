@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
-from makeup_video.pipeline.look.kinds import READ_PARTS
-from makeup_video.pipeline.reference.crops import to_targets
+from makeup_video.pipeline.reference.crops import CROPPED, to_targets
 from makeup_video.training.reference import draw_products, read_look, triplets
 from makeup_video.training.reference.baselines import transfer_mean_colour
 from makeup_video.training.reference.picture_metrics import ciede2000, crop_face, face_crop_to_px
@@ -48,8 +47,7 @@ def products():
 def made(region, count=2, seed=0):
     people = SamePeople()
     worn = {
-        worn_region: products()
-        for worn_region in ((region,) if region in READ_PARTS else READ_PARTS)
+        worn_region: products() for worn_region in ((region,) if region in CROPPED else CROPPED)
     }
     return list(triplets.triplets(people, *triplets.halves(people), worn, count, seed))
 
@@ -64,13 +62,11 @@ def test_the_halves_share_no_person_and_leave_none_out():
     assert sorted([*wearers, *others]) == list(range(PEOPLE))
 
 
-@pytest.mark.parametrize("region", (*READ_PARTS, "both"))
+@pytest.mark.parametrize("region", (*CROPPED, "both"))
 def test_a_triplet_is_painted_where_it_says_and_only_there(region):
     for triplet in made(region):
         bare = to_rgb8(triplet.bare.codes)
-        assert triplets.worn(triplet.look) == (
-            [region] if region in READ_PARTS else list(READ_PARTS)
-        )
+        assert triplets.worn(triplet.look) == ([region] if region in CROPPED else list(CROPPED))
         assert triplet.photo.shape == triplet.truth.shape == bare.shape
         touched = (triplet.truth != bare).any(-1)
         assert touched[triplet.where].mean() > 0.9
@@ -99,7 +95,7 @@ def test_a_look_is_read_from_a_photo_that_has_a_face():
     nets = {"lips": knowing(RED)}
     look = read_look.estimate_look(portrait(), nets)
     read = triplets.numbers_of(look, "lips")
-    assert np.allclose(read[[0, 4, 5, 6]], RED[[0, 4, 5, 6]]) and look.eyes is None
+    assert np.allclose(read[[4, 5, 6]], RED[[4, 5, 6]]) and look.eyes is None
     assert (read[1:4] != RED[1:4]).any()  # the face is bare, so the correction changes the colour
     assert read_look.estimate_look(np.full((300, 300, 3), 90, np.uint8), nets) is None
 
@@ -220,9 +216,9 @@ def test_the_page_shows_misses_first_and_keeps_written_notes(monkeypatch, tmp_pa
 
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "docs" / "make"))
     page = import_module("results_page")
-    nets = {"ours": {region: knowing(RED) for region in READ_PARTS}}
-    main = {worn: evaluate.measure(made(worn), nets) for worn in (*READ_PARTS, "lips and eyes")}
-    kinds = {region: {"blue": main[region]} for region in READ_PARTS}
+    nets = {"ours": {region: knowing(RED) for region in CROPPED}}
+    main = {worn: evaluate.measure(made(worn), nets) for worn in (*CROPPED, "lips and eyes")}
+    kinds = {region: {"blue": main[region]} for region in CROPPED}
     cost = read_look.Cost(1.5, {1: 2.0, 2: 1.0})
     results = page.Results(main, kinds, kinds, {}, ["ours"], {"ours": {"lips": cost}})
     text = page.text(results)

@@ -82,10 +82,10 @@ def test_hello_carries_all_that_a_page_needs():
     assert len(message["parameters"]) == 17
     assert message["photo"] is None
     shown = StandIn()
-    shown.photo = PhotoLook("anna.jpg", Look(lips=product((180, 0, 46), "gloss")))
+    shown.photo = PhotoLook("anna.jpg", Look(lips=product((180, 0, 46), "gloss")), "lips #B4002E")
     photo = json.loads(hello("live", shown))["photo"]
     assert Look.from_dict(photo["look"]) == shown.photo.look
-    assert photo["name"] == "anna.jpg" and photo["words"].startswith("lips #B4002E, glossy")
+    assert photo["name"] == "anna.jpg" and photo["words"] == "lips #B4002E"
 
 
 def test_hello_describes_every_kind_of_the_registry():

@@ -16,7 +16,7 @@ from makeup_video.web import upload
 from makeup_video.web.read_look import read_look
 from makeup_video.web.session import PHOTO_BYTES
 from people import SAMPLES, grey
-from shows import BLUE, RED, Page, StandIn, noise, serving
+from shows import BLUE, RED, Page, StandIn, as_read, noise, serving
 
 LOOK = SAMPLES / "look.jpg"
 
@@ -35,7 +35,8 @@ def page(show):
 def test_a_photo_changes_the_look_of_all_pages_in_words_too(show, page):
     with Page(page.url) as other:
         answer = page.post("/photo", b"bytes", x_file_name="anna.jpg")
-        words = "lips #1400C8, glossy, opaque; eyes bare"
+        words = as_read(BLUE).in_words()
+        assert words.startswith("lips #1400C8, glossy, opaque (almost certain); eyes bare (likely)")
         assert answer.status_code == 200
         assert answer.json() == {"name": "anna.jpg", "look": BLUE.to_dict(), "words": words}
         for viewer in (page, other):
@@ -69,10 +70,10 @@ def test_a_page_that_reconnects_gets_the_look_of_its_photo(show):
         posting.join(20)
 
 
-def test_the_dials_stay_as_the_user_has_set_them(show, page):
+def test_the_strength_stays_as_the_user_has_set_it(show, page):
     show.look = Look([Layer("lipstick", RED.lips, {"gradient": 0.6}, 0.25)], 0.5)
     page.post("/photo", b"bytes")
-    assert show.look == Look([Layer("lipstick", BLUE.lips, {"gradient": 0.6}, 0.25)], 0.5)
+    assert show.look == Look(BLUE.layers, 0.5)
 
 
 def test_a_photo_as_large_as_allowed_comes_through_whole(show, page):
@@ -168,12 +169,12 @@ def test_a_third_photo_at_once_is_busy_and_pictures_go_on(show, page):
 
 
 def test_the_look_of_a_real_photo_is_read_from_its_bytes():
-    assert read_look(LOOK.read_bytes(), "look.jpg") == look_from_photo(LOOK)
+    assert read_look(LOOK.read_bytes(), "look.jpg").look == look_from_photo(LOOK)
 
 
 def test_a_bare_face_is_refused_as_the_command_does(monkeypatch):
-    monkeypatch.setattr(reference, "estimate_look", lambda *_: Look())
-    with pytest.raises(PhotoError, match=r"^me.jpg: no makeup was found to paint"):
+    monkeypatch.setattr(reference, "estimate", lambda *_: as_read(Look()))
+    with pytest.raises(PhotoError, match=r"^me.jpg: nothing is worn, or too little to see"):
         read_look(LOOK.read_bytes(), "me.jpg")
 
 

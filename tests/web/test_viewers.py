@@ -161,7 +161,7 @@ def test_a_photo_wins_over_the_looks_that_came_before_it():
         pages[0].send_look(LOOKS[1].to_dict())
         loop.go_on(0)
         pages[0].send_look(LOOKS[2].to_dict())  # waits for its turn
-        room.change(BLUE, PhotoLook("anna.jpg", BLUE))
+        room.change(BLUE, PhotoLook("anna.jpg", BLUE, "lips #1400C8"))
         loop.go_on(1)
         for page in pages:
             page.listen()

@@ -16,9 +16,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.pipeline.look.kinds import READ_PARTS
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.reference.crops import NUMBERS
+from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.training.reference.baselines import transfer_mean_colour
 from makeup_video.training.reference.draw_products import (
@@ -194,7 +193,7 @@ def _line(name: str, off: np.ndarray) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("region", choices=READ_PARTS)
+    parser.add_argument("region", choices=CROPPED)
     parser.add_argument("net", type=Path, help="a checkpoint, or an exported .onnx file")
     parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
     parser.add_argument("--shades", type=Path, required=True)

@@ -16,7 +16,7 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.lip_mask import lip_mask
-from makeup_video.pipeline.look.kinds import READ_PARTS
+from makeup_video.pipeline.reference.crops import CROPPED
 from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 from makeup_video.training.faces.evaluate import skin_tone
@@ -155,7 +155,7 @@ def pack(found: list[dict[str, np.ndarray]], split: np.ndarray) -> dict[str, np.
 
 
 def report(packed: dict[str, np.ndarray]) -> None:
-    for name in READ_PARTS:
+    for name in CROPPED:
         kept = packed[f"bare_{name}"]
         counts = [
             f"{TONE_NAMES[tone]} {kept[of].sum()} of {of.sum()}"

@@ -10,11 +10,12 @@ import onnxruntime
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.frames.views import RgbPicture
-from makeup_video.pipeline.look.kinds import READ_PARTS
-from makeup_video.pipeline.look.look import Layer, Look
-from makeup_video.pipeline.reference.correct_colour import correct_colour
-from makeup_video.pipeline.reference.crops import CROPS, read_input, read_numbers
-from makeup_video.pipeline.reference.estimate import photo_light, product_with
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.reference.crops import CROPPED, CROPS, read_input, read_numbers
+from makeup_video.pipeline.reference.estimate import product_with
+from makeup_video.pipeline.reference.fit_lips import fit_lips, seen_lips
+from makeup_video.pipeline.reference.neutral_face import neutral_face
+from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.scene import SceneLight
 
 Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) targets
@@ -76,7 +77,7 @@ def net_of(path: Path, threads: int = 1) -> Net:
 
 def nets_of(folder: Path) -> dict[str, Net]:
     """The nets of a folder by region; a region without a net is left out."""
-    found = {region: file_of(folder, region) for region in READ_PARTS}
+    found = {region: file_of(folder, region) for region in CROPPED}
     return {region: net_of(path) for region, path in found.items() if path}
 
 
@@ -119,14 +120,15 @@ def see(rgb8: np.ndarray) -> Seen | None:
 
 
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
-    """The look that the nets read, completed as in the product: settings, corrected lipstick."""
+    """The look that the nets read: the lipstick fitted as in the product, the eye-shadow as the net
+    tells it."""
     regions = nets.keys() & seen.crops.keys()
     numbers = {region: read_numbers(nets[region], seen.crops[region]) for region in regions}
     look = look_with(numbers, zone)
     if look.lips is None:
         return look
-    lips = correct_colour(seen.rgb8, seen.face, seen.light, look.lips)
-    return look.with_kind("lipstick", [Layer("lipstick", lips)])
+    neutral = neutral_face(seen.rgb8, seen.face, seen.light)
+    return look.with_kind("lipstick", [fit_lips(neutral, seen_lips(neutral), look.lips, {})])
 
 
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:

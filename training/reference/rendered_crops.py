@@ -25,9 +25,14 @@ from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, PICTURE_TICK
 from makeup_video.pipeline.frames.sampling import sample
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
-from makeup_video.pipeline.look.kinds import READ_PARTS
 from makeup_video.pipeline.look.look import ZONES, Look
-from makeup_video.pipeline.reference.crops import CROPS, crop_around, input_places, net_input
+from makeup_video.pipeline.reference.crops import (
+    CROPPED,
+    CROPS,
+    crop_around,
+    input_places,
+    net_input,
+)
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.scene import FrameScene, SceneLight
@@ -246,7 +251,7 @@ def renderer(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("region", choices=READ_PARTS)
+    parser.add_argument("region", choices=CROPPED)
     parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
     parser.add_argument("--shades", type=Path, required=True)
     parser.add_argument("--sheet", type=Path, help="write a picture of 96 crops here")

@@ -15,8 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.pipeline.look.kinds import READ_PARTS
-from makeup_video.pipeline.reference.crops import NUMBERS, from_targets, to_targets
+from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS, from_targets, to_targets
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.model import normalise
 from makeup_video.training.reference.draw_products import (
@@ -147,7 +146,7 @@ def parser_of(doc: str, regions: Iterable[str]) -> argparse.ArgumentParser:
 
 
 def parsed() -> argparse.Namespace:
-    parser = parser_of(__doc__, READ_PARTS)
+    parser = parser_of(__doc__, CROPPED)
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=4e5)
     parser.add_argument("--batch", type=int, default=64)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.look.finishes import product
-from makeup_video.pipeline.look.kinds import PARTS, READ_PARTS
+from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import ZONES, Look
-from makeup_video.pipeline.reference.crops import NUMBERS
+from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
@@ -169,7 +169,7 @@ def _where(shot: Shot, look: Look) -> np.ndarray:
 
 def worn(look: Look) -> list[str]:
     """The regions of a look that wear something."""
-    return [region for region in READ_PARTS if getattr(look, region) is not None]
+    return [region for region in CROPPED if getattr(look, region) is not None]
 
 
 def numbers_of(look: Look, region: str) -> np.ndarray:

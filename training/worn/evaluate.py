@@ -1,10 +1,11 @@
 """Measures the net that tells what is worn on real faces, and fits its calibration.
 
-    python -m makeup_video.training.worn.evaluate runs/worn.onnx runs/check.npz runs/looks.npz
+    python -m makeup_video.training.worn.evaluate runs/makeup.onnx runs/check.npz runs/looks.npz
 
-Prints for each label the area under the ROC curve, the share of bare faces that are called worn
-where nine of ten clear ones are found, and the scale and shift that turn log-odds into
-probabilities: a logistic model of one number (Platt 1999).
+Prints for each label, by the net, by the colours and by both: the area under the ROC curve, the
+share of bare faces that are called worn where nine of ten clear ones are found, and the share of
+clear ones that are found where 15 % of bare ones are called worn. The scales and the shift turn
+log-odds into probabilities (Platt 1999).
 """
 
 import argparse
@@ -12,19 +13,19 @@ from pathlib import Path
 
 import numpy as np
 import onnxruntime
-from makeup_video.training.worn.crops import mirrored
+from makeup_video.pipeline.reference.makeup_input import mirrored
 from makeup_video.training.worn.prepare import LABELS
 from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 
-FOUND = 0.9
-_STEPS, _RATE = 4000, 0.05  # of the calibration's descent
+FOUND, ALARMS = 0.9, 0.15
+_STEPS, _RIDGE = 30, 1e-3
 
 
 def log_odds(net: Path, inputs: np.ndarray) -> np.ndarray:
     """(N, labels): the mean over each picture and its mirror image, as the product takes it."""
     session = onnxruntime.InferenceSession(str(net), providers=["CPUExecutionProvider"])
     runs = [
-        session.run(None, {"rgb8": both[at : at + 64]})[0]
+        session.run(["log_odds"], {"rgb8": both[at : at + 64]})[0]
         for both in (inputs, mirrored(inputs))
         for at in range(0, len(inputs), 64)
     ]
@@ -33,14 +34,33 @@ def log_odds(net: Path, inputs: np.ndarray) -> np.ndarray:
     return mean
 
 
-def calibrated(scores: np.ndarray, is_worn: np.ndarray) -> tuple[float, float]:
-    """Scale and shift of log-odds by which the labels are most probable."""
-    scale, shift = 1.0, 0.0
+def calibrated(scores: np.ndarray, is_worn: np.ndarray) -> np.ndarray:
+    """The scales (N,) of scores (M, N) and the shift by which the labels are most probable.
+
+    No scale is negative: a score that would be turned round is left out.
+    """
+    columns = list(range(scores.shape[1]))
+    while True:
+        rows = np.column_stack([scores[:, columns], np.ones(len(scores))])
+        found = _logistic(rows, is_worn)
+        if (found[:-1] >= 0).all():
+            break
+        columns.pop(int(np.argmin(found[:-1])))
+    whole = np.zeros(scores.shape[1] + 1)
+    whole[[*columns, -1]] = found
+    return whole
+
+
+def _logistic(rows: np.ndarray, is_worn: np.ndarray) -> np.ndarray:
+    """Logistic regression by Newton's method."""
+    weights = np.zeros(rows.shape[1])
     for _ in range(_STEPS):
-        off = 1 / (1 + np.exp(-(scale * scores + shift))) - is_worn
-        scale -= _RATE * float((off * scores).mean())
-        shift -= _RATE * float(off.mean())
-    return scale, shift
+        found = 1 / (1 + np.exp(-rows @ weights))
+        curve = rows.T @ (rows * (found * (1 - found) + 1e-6)[:, None])
+        weights -= np.linalg.solve(
+            curve + _RIDGE * np.eye(len(weights)), rows.T @ (found - is_worn)
+        )
+    return weights
 
 
 def main() -> None:
@@ -49,23 +69,32 @@ def main() -> None:
     parser.add_argument("sets", type=Path, nargs="+")
     options = parser.parse_args()
     packed = [np.load(path) for path in options.sets]
-    inputs = np.concatenate([data["inputs"] for data in packed])
     labels = np.concatenate([data["labels"] for data in packed])
-    scores = log_odds(options.net, inputs)
+    by_net = log_odds(options.net, np.concatenate([data["inputs"] for data in packed]))
+    by_colours = np.concatenate([data["colours"] for data in packed])
     for column, name in enumerate(LABELS):
         known = labels[:, column] != UNKNOWN
-        worn, score = labels[known, column] == 1, scores[known, column]
+        worn = labels[known, column] == 1
         if not worn.any() or worn.all():
             continue
-        threshold = np.quantile(score[worn], 1 - FOUND)
-        alarms = float((score[~worn] >= threshold).mean())
-        scale, shift = calibrated(score, worn)
-        print(
-            f"{name:7s} {worn.sum():4d} worn, {(~worn).sum():4d} bare: area "
-            f"{area_under_curve(score, worn):.3f}, {alarms:.0%} false alarms at {threshold:.2f} "
-            f"(p {1 / (1 + np.exp(-scale * threshold - shift)):.2f}); "
-            f"scale {scale:.3f}, shift {shift:.3f}"
-        )
+        scores = np.stack([by_net[known, column], by_colours[known, column]], 1)
+        *scales, shift = calibrated(scores, worn)
+        both = scores @ scales + shift
+        print(f"{name:7s} {worn.sum():4d} worn, {(~worn).sum():4d} bare; scales "
+              f"{scales[0]:.3f} (net), {scales[1]:.3f} (colours), shift {shift:.3f}")  # fmt: skip
+        for title, score in (("net", scores[:, 0]), ("colours", scores[:, 1]), ("both", both)):
+            print(f"  {title:8s}{_measures(score, worn)}")
+
+
+def _measures(score: np.ndarray, worn: np.ndarray) -> str:
+    area, threshold = area_under_curve(score, worn), np.quantile(score[worn], 1 - FOUND)
+    alarms = float((score[~worn] >= threshold).mean())
+    at = np.quantile(score[~worn], 1 - ALARMS)
+    return (
+        f"area {area:.3f}; {alarms:.0%} false alarms where {FOUND:.0%} are found; "
+        f"{float((score[worn] >= at).mean()):.0%} found at {ALARMS:.0%} false alarms "
+        f"(probability {1 / (1 + np.exp(-at)):.2f})"
+    )
 
 
 if __name__ == "__main__":

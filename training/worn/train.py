@@ -1,6 +1,6 @@
-"""Trains the net that tells what is worn, and exports it.
+"""Trains the net that reads what is worn, and exports it.
 
-    python -m makeup_video.training.worn.train --data runs/worn.npz --out runs/worn.onnx
+    python -m makeup_video.training.worn.train --data runs/*.npz --out runs/reference_makeup.onnx
 
 Light, colour, sharpness and noise vary as in photos. The last tenth of the real faces of a set is
 held out, with what was painted on them: neighbours in a set are often the same person.
@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from makeup_video.pipeline.reference.makeup_input import PLACES, mirrored
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
-from makeup_video.training.worn.crops import PLACES, mirrored
-from makeup_video.training.worn.model import WornNet
+from makeup_video.training.worn.model import MakeupNet
 from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 from torch import Tensor, nn
 from torch.nn import functional
@@ -23,6 +23,8 @@ HELD_OUT = 0.1
 BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 40, 2e-3, 200, 5.0, 2e-2, 0.998
 PAINTED_SHARE = 0.4  # of a batch: faces that wear drawn looks
 SMOOTH = 0.05  # of labels: some are wrong
+NUMBERS = 8.0  # weight of the numbers' squared error beside the labels' entropy
+_KEYS = "inputs", "labels", "vectors", "weights", "real"
 
 
 def varied(rgb8: Tensor) -> Tensor:
@@ -34,7 +36,7 @@ def varied(rgb8: Tensor) -> Tensor:
         return torch.randn(n, *shape) * spread
 
     x = x ** torch.exp(drawn(0.18, 1, 1, 1))
-    x = x * torch.exp(drawn(0.15, 1, 1, 1) + drawn(0.07, 1, 1, 3))
+    x = x * torch.exp(drawn(0.15, 1, 1, 1) + drawn(0.05, 1, 1, 3))
     grey = x.mean(3, keepdim=True)
     x = grey + (x - grey) * torch.exp(drawn(0.2, 1, 1, 1))
     x = _by_parts(x)
@@ -73,13 +75,17 @@ def _moved(n: int, high: int, wide: int) -> Tensor:
     return functional.affine_grid(torch.stack(rows, 1), [n, 3, high, wide], align_corners=False)
 
 
-def loss_of(logits: Tensor, labels: Tensor) -> Tensor:
-    """Cross-entropy of the labels that are known."""
+def loss_of(
+    found: tuple[Tensor, Tensor], labels: Tensor, vectors: Tensor, weights: Tensor
+) -> Tensor:
+    """Cross-entropy of the labels that are known, and squared error of the numbers by weight."""
+    logits, numbers = found
     known = labels != UNKNOWN
     target = (labels == 1).float()
     soft = target * (1 - 2 * SMOOTH) + SMOOTH
     each = functional.binary_cross_entropy_with_logits(logits, soft, reduction="none")
-    return (each * known).sum() / known.sum().clamp(min=1)
+    off = weights * (numbers - vectors) ** 2
+    return (each * known).sum() / known.sum().clamp(min=1) + NUMBERS * off.mean()
 
 
 def split(sources: np.ndarray, real: np.ndarray) -> np.ndarray:
@@ -100,7 +106,7 @@ def scores_of(net: nn.Module, inputs: np.ndarray) -> np.ndarray:
     found = []
     for at in range(0, len(inputs), 128):
         rgb8 = inputs[at : at + 128]
-        one, other = (net(torch.from_numpy(each)) for each in (rgb8, mirrored(rgb8)))
+        one, other = (net(torch.from_numpy(each))[0] for each in (rgb8, mirrored(rgb8)))
         found.append((one + other) / 2)
     net.train()
     return torch.cat(found).numpy()
@@ -110,37 +116,38 @@ def train(options: argparse.Namespace) -> None:
     torch.manual_seed(0)
     torch.set_num_threads(options.threads)
     rng = np.random.default_rng(0)
-    inputs, labels, sources, real = _read(options.data)
-    held = split(sources, real)
+    data = _read(options.data)
+    inputs, labels, real = data["inputs"], data["labels"], data["real"]
+    held = split(data["sources"], real)
     shown, painted = np.flatnonzero(real & ~held), np.flatnonzero(~real & ~held)
     share = _shares(labels[shown])
-    net = WornNet(labels.shape[1])
+    net = MakeupNet(labels.shape[1], data["vectors"].shape[1])
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
     state.resume()
-    began = time.monotonic()
+    began, few = time.monotonic(), round(BATCH * PAINTED_SHARE)
     for step in range(state.step, options.steps):
-        few = round(BATCH * PAINTED_SHARE)
-        at = np.concatenate([
-            rng.choice(shown, BATCH - few, p=share), rng.choice(painted, few)
-        ])  # fmt: skip
-        loss = loss_of(net(varied(torch.from_numpy(inputs[at]))), torch.from_numpy(labels[at]))
+        at = np.concatenate([rng.choice(shown, BATCH - few, p=share), rng.choice(painted, few)])
+        batch = (torch.from_numpy(data[key][at]) for key in ("labels", "vectors", "weights"))
+        loss = loss_of(net(varied(torch.from_numpy(inputs[at]))), *batch)
         state.learn(loss, rate_at(step, options.steps, RATE, WARM_UP), CLIP)
         if state.step % 200 == 0:
             seconds = time.monotonic() - began
-            print(f"step {state.step}, {seconds:.0f} s, loss {float(loss):.3f}", flush=True)
-        if state.step % 1000 == 0 or state.step == options.steps:
-            state.save(("worn", labels.shape[1]))
+            print(
+                f"step {state.step}, {seconds:.0f} s, loss {float(loss.detach()):.3f}", flush=True
+            )
+        if state.step % 500 == 0 or state.step == options.steps:
+            state.save(("makeup", labels.shape[1]))
             _report(state.average.module, inputs, labels, held & real)
             export(state.average.module, options.out)
 
 
-def _read(paths: list[Path]) -> list[np.ndarray]:
-    """inputs, labels, sources and real of all files; each file has sources of its own."""
+def _read(paths: list[Path]) -> dict[str, np.ndarray]:
+    """All files joined; each file has sources of its own."""
     packed = [np.load(path) for path in paths]
-    sources = [data["sources"] + 16 * number for number, data in enumerate(packed)]
-    joined = [np.concatenate([data[k] for data in packed]) for k in ("inputs", "labels", "real")]
-    return [joined[0], joined[1], np.concatenate(sources), joined[2]]
+    joined = {key: np.concatenate([data[key] for data in packed]) for key in _KEYS}
+    sources = [data["sources"].astype(int) + 16 * number for number, data in enumerate(packed)]
+    return joined | {"sources": np.concatenate(sources)}
 
 
 def _shares(labels: np.ndarray) -> np.ndarray:
@@ -160,12 +167,12 @@ def _report(net: nn.Module, inputs: np.ndarray, labels: np.ndarray, which: np.nd
 
 
 def export(net: nn.Module, path: Path) -> None:
-    """Write the net as ONNX: `rgb8` -> `log_odds`."""
+    """Write the net as ONNX: `rgb8` -> `log_odds`, `numbers`."""
     net.eval()
     torch.onnx.export(
         net, (torch.zeros(2, 160, 192, 3, dtype=torch.uint8),), str(path), dynamo=False,
-        input_names=["rgb8"], output_names=["log_odds"],
-        dynamic_axes={"rgb8": {0: "n"}, "log_odds": {0: "n"}}, opset_version=17,
+        input_names=["rgb8"], output_names=["log_odds", "numbers"], opset_version=17,
+        dynamic_axes={name: {0: "n"} for name in ("rgb8", "log_odds", "numbers")},
     )  # fmt: skip
 
 

@@ -14,7 +14,5 @@ _NAMES = ("lipstick", "eyeshadow", "eyeliner", "blush", "highlighter")
 KINDS: dict[str, Kind] = {name: import_module(f"{__name__}.{name}").KIND for name in _NAMES}
 # The same by the part of a look.
 PARTS: dict[str, Kind] = {kind.part: kind for kind in KINDS.values()}
-# Those that are read from a photo.
-READ_PARTS: tuple[str, ...] = tuple(part for part, kind in PARTS.items() if kind.is_read)
 # The kinds' names in the order in which they are painted, whatever the order in a look file.
 PAINTED: tuple[str, ...] = tuple(sorted(KINDS, key=lambda name: KINDS[name].order))

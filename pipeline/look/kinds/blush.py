@@ -51,6 +51,7 @@ KIND = Kind(
     first_rgb=(196, 56, 72),
     first_finish="matte",
     finishes=_FINISHES,
+    is_read=True,
     remark="a veil, so all of the skin's texture and shine stays",
     dials=(
         Dial("height", 0.35, "Height", "Where it begins: 0 on the apple of the cheek, 1 on the "

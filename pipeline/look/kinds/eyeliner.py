@@ -91,6 +91,7 @@ KIND = Kind(
     first_rgb=(18, 14, 14),
     first_finish="matte",
     finishes=_FINISHES,
+    is_read=True,
     remark="a dense line, so hardly any skin shows through",
     dials=(
         Dial("thickness", 0.12, "Thickness", "How thick the line is.", unit="of the eye's height"),

@@ -59,8 +59,10 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
         room = _room(shape) if at.is_upper else 1
         density = density * rise(height * under, low, 0.90 * wide * room)
     else:
-        # beyond the corner no lash line ends the colour: it fades the more the further out
-        density = density * smooth((height + _SHARP) / (_SHARP + _FADE * wide * beyond))
+        # beyond the corner no lash line ends the colour: it fades the more the further out, but for
+        # a layer that goes on below the eye
+        over = height + np.float32(_SHARP - _FADE * low)
+        density = density * smooth(over / (_SHARP + _FADE * wide * beyond))
     return [Coat(product, density)]
 
 

@@ -134,6 +134,20 @@ def test_faces_are_found_once_for_all_looks(tmp_path, monkeypatch):
     assert runs[1] == runs[4] > 5
 
 
+def test_looks_of_one_pass_have_the_seconds_of_the_pass(tmp_path):
+    src = film(tmp_path / "in.mkv", clip(2))
+    done = process_looks(src, paths_of(tmp_path, ".mkv"), Settings(codec="ffv1"))
+    assert len({(one.seconds, one.cpu_seconds) for one in done.values()}) == 1
+
+
+def test_several_looks_are_not_split(tmp_path):
+    src = film(tmp_path / "in.mkv", clip(2))
+    settings = Settings(split_minutes=looks_module.Fraction(1))
+    with pytest.raises(UsageError, match="leave out split_minutes, or paint each look"):
+        process_looks(src, paths_of(tmp_path, ".mkv"), settings)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
+
+
 @pytest.mark.parametrize("end", [".mkv", ".mp4"])
 def test_an_error_of_one_look_ends_that_look_alone(tmp_path, end):
     src = film(tmp_path / "in.mkv", clip(40))

@@ -1,9 +1,11 @@
-"""Input of the net that tells what is worn: eyes, face and lips of a photo, as one picture."""
+"""Input of the net that reads what is worn: eyes, face and lips of a photo, as one picture."""
 
 import numpy as np
 from makeup_video.pipeline.faces.face import PATCH_SPAN, Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
+from makeup_video.pipeline.reference.crops import divide_light
+from makeup_video.pipeline.render.scene import SceneLight
 
 # The picture, and where each part lies in it: left, top, width, height.
 INPUT_WH = (192, 160)
@@ -12,17 +14,17 @@ PLACES = {"eyes": (0, 0, 192, 64), "face": (0, 64, 96, 96), "lips": (96, 64, 96,
 _SPANS = {"eyes": (1.5, -0.03), "face": (2.0, 0.42), "lips": (0.9, 0.72)}
 
 
-def worn_input(rgb8: np.ndarray, face: Face) -> np.ndarray:
-    """(160, 192, 3) uint8 from a picture (H, W, 3) uint8, both as sRGB encodes them.
+def makeup_input(rgb8: np.ndarray, face: Face, light: SceneLight) -> np.ndarray:
+    """(160, 192, 3) uint8 in neutral light, from a picture (H, W, 3) uint8.
 
-    The parts are turned with the face; beyond the border of the picture its last pixels are
-    repeated. A quarter of the picture is black.
+    In and out: R'G'B' as sRGB encodes it. The parts are turned with the face; beyond the border of
+    the picture its last pixels are repeated. A quarter of the result is black.
     """
     picture = RgbPicture(rgb8)
     seen = np.zeros((*INPUT_WH[::-1], 3), np.uint8)
     for part, (left, top, wide, high) in PLACES.items():
         seen[top : top + high, left : left + wide] = picture.crop(*_crop(face, part))
-    return seen
+    return divide_light(seen, light)
 
 
 def _crop(face: Face, part: str) -> Crop:

@@ -1,0 +1,122 @@
+"""Plans how a film is split: segments that begin at key frames, so that each can be painted alone.
+
+A segment is decoded from some time before its first frame on, the run-up, so that whatever follows
+the film over time has settled when the segment begins.
+"""
+
+from bisect import bisect_left
+from dataclasses import dataclass
+from fractions import Fraction
+
+import av
+from makeup_video.pipeline.media.frame_times import has_guessed_times
+from makeup_video.pipeline.media.input_file import VideoSource, packets_of
+
+RUN_UP_SECONDS = 2
+_RUN_UP_FRAMES = 8  # at least, for films of few frames a second
+# of the wanted length: a shorter rest is painted with the segment before it
+_LEAST_REST = Fraction(1, 2)
+# Between the frames on both sides of a seam: Matroska rounds times to milliseconds, and they must
+# differ afterwards, too.
+_LEAST_STEP_SECONDS = Fraction(2, 1000)
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A span of a film. Times are in ticks of the source.
+
+    first: time of the first frame.  end: of the first frame after it, None at the end of the film.
+    run_up: time from which frames are decoded; None: from the beginning of the film.
+    shift: subtracted from every time, so that the film does not begin before 0.
+    """
+
+    first: int
+    end: int | None
+    run_up: int | None
+    shift: int
+
+    def holds(self, pts: int) -> bool:
+        """True for the time of a frame of this segment, and neither before nor after it.
+
+        pts: in the output, so `shift` is subtracted from it.
+        """
+        return not self.is_before(pts) and not self.is_after(pts)
+
+    def is_before(self, pts: int) -> bool:
+        """True for the time, in the output, of a frame of the run-up."""
+        return pts + self.shift < self.first
+
+    def is_after(self, pts: int) -> bool:
+        """True for the time, in the output, of a frame behind this segment."""
+        return self.end is not None and pts + self.shift >= self.end
+
+    def is_unseen(self, pts: int) -> bool:
+        """True for the time, in the output, of a frame before the run-up."""
+        return self.run_up is not None and pts + self.shift < self.run_up
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """segments: at least one, in order.  obstacle: why there is only one; "" where it suffices."""
+
+    segments: tuple[Segment, ...]
+    obstacle: str = ""
+
+
+def plan_segments(source: VideoSource, seconds: Fraction, *, run_up: bool = True) -> Plan:
+    """Read the packets of a film, without decoding them, and choose where to split it.
+
+    seconds: the length of a segment; the next key frame ends it.  run_up: False where nothing
+    follows the film over time.
+    """
+    times, keys = [], []
+    try:
+        for packet in packets_of(source.container, source.video):
+            if not packet.size or packet.is_discard:
+                continue  # an edit list hides the second kind
+            times.append(packet.pts)
+            if packet.is_keyframe:
+                keys.append(packet.pts)
+    except av.FFmpegError:
+        return _whole("the file is damaged")
+    if None in times or has_guessed_times(source) or len(set(times)) < len(times):
+        return _whole("its frames have no times of their own")
+    times.sort()
+    if not times:
+        return _whole("")
+    keys = [key for key in sorted(keys) if _is_apart(times, key, source.time_base)]
+    starts = _starts(times, keys, seconds / source.time_base)
+    is_long = (times[-1] - times[0]) * source.time_base > 2 * seconds
+    if len(starts) == 1:
+        return _whole("it has no key frame to split it at" if is_long else "")
+    run_ups: list[int | None] = [None, *(_run_up(times, start, source) for start in starts[1:])]
+    if not run_up:
+        run_ups = [None, *starts[1:]]
+    shift = min(0, times[0])
+    spans = zip(starts, [*starts[1:], None], run_ups, strict=True)
+    return Plan(tuple(Segment(first, end, before, shift) for first, end, before in spans))
+
+
+def _whole(obstacle: str) -> Plan:
+    return Plan((Segment(0, None, None, 0),), obstacle)
+
+
+def _is_apart(times: list[int], key: int, tick: Fraction) -> bool:
+    """True when the frame before a key frame is far enough from it for a seam."""
+    index = bisect_left(times, key)
+    return index > 0 and (key - times[index - 1]) * tick >= _LEAST_STEP_SECONDS
+
+
+def _starts(times: list[int], keys: list[int], ticks: Fraction) -> list[int]:
+    """The time of each segment's first frame: the film's, then key frames `ticks` or more apart."""
+    starts = [times[0]]
+    for key in keys:
+        if key - starts[-1] >= ticks and times[-1] - key >= ticks * _LEAST_REST:
+            starts.append(key)
+    return starts
+
+
+def _run_up(times: list[int], first: int, source: VideoSource) -> int:
+    """The time from which on frames are decoded, so that all has settled at `first`."""
+    index = bisect_left(times, first - RUN_UP_SECONDS / source.time_base)
+    return times[max(0, min(index, bisect_left(times, first) - _RUN_UP_FRAMES))]

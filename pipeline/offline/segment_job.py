@@ -1,0 +1,198 @@
+"""Paints one segment of a film: a job that any process on any machine can do."""
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+from makeup_video.pipeline.engine.machine import (
+    COPY_VIDEO,
+    FIND_FACES,
+    check_memory,
+    one_opencv_thread,
+    peak_memory_bytes,
+)
+from makeup_video.pipeline.engine.runner import Runner, Stage
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.media.decode import Decoder
+from makeup_video.pipeline.media.input_file import VideoSource, open_video
+from makeup_video.pipeline.media.join import first_frame
+from makeup_video.pipeline.media.segment_file import SegmentFile, SegmentWriter
+from makeup_video.pipeline.media.segment_trim import SegmentTrim
+from makeup_video.pipeline.media.segments import Segment
+from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, decoder_threads
+from makeup_video.pipeline.offline.face_numbers import FaceNumbers, Sightings
+from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.run import compared
+from makeup_video.pipeline.offline.settings import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentJob:
+    """All that a process needs to know to paint a segment; it can be pickled.
+
+    source: the film.  output: the file in which the segments are joined.
+    path: where to write the painted segment.
+    settings: of the whole run, without functions.
+    seen_again_from: time, in ticks of the source, from which the next segment sees the frames, too.
+    numbers, largest_id: what the segment before knows of its faces; None where all faces are
+    painted, so that nobody needs to know.
+    """
+
+    source: Path
+    output: Path
+    path: Path
+    look: Look
+    settings: Settings
+    segment: Segment
+    seen_again_from: int | None = None
+    numbers: FaceNumbers | None = None
+    largest_id: int = -1
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentResult:
+    """A painted segment, and what was counted; it can be pickled.
+
+    before, after, numbers: as in SegmentFaces.  chosen_frames, shown_numbers: as in Composite.
+    largest_id: the face painted last as the largest.
+    """
+
+    file: SegmentFile
+    report: Report
+    before: Sightings = field(default_factory=dict)
+    after: Sightings = field(default_factory=dict)
+    numbers: tuple[int, ...] = ()
+    chosen_frames: int = 0
+    shown_numbers: frozenset[int] = frozenset()
+    largest_id: int = -1
+
+
+def paint_segment(job: SegmentJob, on_tick: Callable[[int], None]) -> SegmentResult:
+    """Paint a segment and write it to `job.path`.
+
+    on_tick(frames done) is called a few times a second.  Raises one of `errors`; there is then no
+    file at `job.path`.
+    """
+    began, cpu_began = time.monotonic(), time.process_time()
+    source = open_video(job.source)
+    try:
+        encoding = choose_encoding(source, job.output, job.settings)
+        writer = SegmentWriter(job.path, encoding.container)
+        try:
+            with one_opencv_thread():
+                result = _painted(job, source, encoding, writer, on_tick)
+        except BaseException:
+            writer.abort()
+            raise
+    finally:
+        source.close()
+    result.report.seconds = time.monotonic() - began
+    result.report.cpu_seconds = time.process_time() - cpu_began
+    result.report.peak_memory_bytes = peak_memory_bytes()
+    return result
+
+
+def _painted(
+    job: SegmentJob,
+    source: VideoSource,
+    encoding: Encoding,
+    writer: SegmentWriter,
+    on_tick: Callable[[int], None],
+) -> SegmentResult:
+    painting = _Painting(job, source)
+    convert = encoding.convert()
+    threads = decoder_threads(job.settings.decoder_threads)
+    opening = open_video(job.source)
+    try:
+        encoder = encoding.encoder(writer, opening, job.settings.encoder_threads)
+        begin = Decoder(opening, convert, writer, threads=threads)
+        encoder.open(first_frame(begin, compare=job.settings.compare))
+    finally:
+        opening.close()
+    trim = SegmentTrim(job.segment, painting.ahead_frames, source.time_base)
+    decoder = Decoder(source, convert, writer, segment=trim, threads=threads)
+    runner = Runner(
+        ("decode", decoder.frames()),
+        painting.stages,
+        ("encode", encoder),
+        workers=job.settings.stage_threads,
+    )
+    runner.run(on_tick)
+    report = Report(
+        source=str(job.source),
+        output=str(job.path),
+        codec=encoding.codec.name,
+        frames_in=runner.times["encode"].items,
+        frames_out=writer.video_packets,
+        max_pts_error_seconds=float(encoder.max_pts_error_seconds),
+        corrupt_frames=decoder.stats.corrupt_frames,
+        decode_errors=decoder.stats.decode_errors,
+        media_seconds=float(decoder.media_seconds),
+        first_packet_unix_seconds=encoder.first_packet_at,
+        stages={name: asdict(times) for name, times in runner.times.items()},
+    )
+    return painting.result(writer.file(encoder.headers), report)
+
+
+class _Painting:
+    """The stages of one segment, and what they counted.
+
+    ahead_frames: how many frames behind the segment the smoothing needs.
+    """
+
+    def __init__(self, job: SegmentJob, source: VideoSource) -> None:
+        self.stages: list[tuple[str, Stage]] = []
+        self.ahead_frames = 0
+        self._faces: Any = None
+        if job.look.is_bare:
+            check_memory(COPY_VIDEO, source.frame_px)
+            if job.settings.compare:
+                self.stages = compared([])
+        else:
+            check_memory(FIND_FACES)
+            self._find_and_paint(job, source)
+
+    def _find_and_paint(self, job: SegmentJob, source: VideoSource) -> None:
+        # late, as in process_video: only painting needs the face nets and OpenCL
+        from makeup_video.pipeline.offline.segment_stages import (
+            FromBeginning,
+            SegmentFaces,
+            UntilEnd,
+        )
+        from makeup_video.pipeline.offline.stages import PaintRun
+
+        run = PaintRun(job.look, job.settings.faces, job.settings.device)
+        steps = run(source)
+        find, smooth, scene, _ = (cast(Any, stage) for _, stage in steps)
+        painter = (compared(steps) if job.settings.compare else steps)[-1][1]
+        self._composite = run.painter.composite
+        self._composite.largest_id = job.largest_id
+        self._faces = SegmentFaces(find, job.segment, job.seen_again_from)
+        self.ahead_frames = smooth.ahead_frames
+        self.stages = [
+            ("faces", self._faces),
+            ("smooth", smooth),
+            ("scene", UntilEnd(job.segment, scene)),
+            ("composite", FromBeginning(job.segment, painter, self._faces, job.numbers)),
+        ]
+
+    def result(self, file: SegmentFile, report: Report) -> SegmentResult:
+        """The result of a job; the counts of faces are written into the report."""
+        faces = self._faces
+        if faces is None:
+            return SegmentResult(file, report)
+        composite = self._composite
+        report.frames_with_face, report.tiny_faces = faces.frames_with_face, faces.tiny_faces
+        report.painted_frames = composite.painted_frames
+        return SegmentResult(
+            file,
+            report,
+            faces.before,
+            faces.after,
+            tuple(faces.numbers),
+            composite.chosen_frames,
+            frozenset(composite.numbers),
+            composite.largest_id,
+        )

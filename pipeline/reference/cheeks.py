@@ -1,0 +1,87 @@
+"""The cheeks of a photo, and bare ones: places on the mean face, and how they differ from plain
+skin."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.frames.frame import coding_of
+from makeup_video.pipeline.frames.rgb import to_frame
+from makeup_video.pipeline.frames.sampling import warp
+from makeup_video.pipeline.reference.film import Film
+from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.render.opencl import open_device
+from makeup_video.pipeline.render.surfaces.face import face_kernel, face_surface
+
+# The map of bare cheeks: what it spans, in IOD of the mean face, and its cells. Both cheeks share
+# it: `across` counts from the middle of the face.
+ACROSS, DOWN, SIDE = (0.0, 1.1), (-0.15, 0.85), 32
+# Where blush may lie.
+_NEAR_ACROSS, _NEAR_DOWN = (0.2, 0.85), (0.02, 0.65)
+_BLUR_PX = 1.5  # of the neutral face
+_SKIN = 0.5  # of a node's likeness to skin, from which it is skin
+# How much a blush of opacity 1 covers, and how much of its own root it adds: measured on bare faces
+# by training/worn/bare_skin.py.
+COVER, RESPONSE = 0.89, 0.91
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cheeks:
+    """Nodes of the face's surface, (40, 40) each.
+
+    roots: (40, 40, 3), of their shares of skin.  across, down: as of FaceFields.
+    skin: 0..1, how far a node is skin that is seen.
+    """
+
+    roots: np.ndarray
+    across: np.ndarray
+    down: np.ndarray
+    skin: np.ndarray
+
+    def cells(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where the nodes lie in a map of SIDE x SIDE cells, as float32 x and y."""
+        x = (np.abs(self.across) - ACROSS[0]) * (SIDE / (ACROSS[1] - ACROSS[0])) - 0.5
+        y = (self.down - DOWN[0]) * (SIDE / (DOWN[1] - DOWN[0])) - 0.5
+        return x.astype(np.float32), y.astype(np.float32)
+
+    def weights(self) -> np.ndarray:
+        """What each node counts: skin where blush may lie, and where bare faces are known."""
+        beside = np.abs(self.across)
+        near = (beside > _NEAR_ACROSS[0]) & (beside < _NEAR_ACROSS[1])
+        near &= (self.down > _NEAR_DOWN[0]) & (self.down < _NEAR_DOWN[1])
+        known = cv2.remap(_bare()[..., 3], *self.cells(), cv2.INTER_LINEAR)
+        weights: np.ndarray = self.skin * near * (known > _SKIN)
+        return weights
+
+    def mean(self) -> np.ndarray:
+        """(3,) the mean root where blush may lie."""
+        weights = self.weights()
+        total = max(float(weights.sum()), 1e-6)
+        mean: np.ndarray = np.einsum("hw,hwc->c", weights, self.roots) / total
+        return mean
+
+    def film(self) -> Film:
+        """Bare cheeks at these nodes, and how blush shows on them."""
+        bare = cv2.remap(_bare()[..., :3], *self.cells(), cv2.INTER_LINEAR)
+        even = np.ones(bare.shape[:2], np.float32)
+        return Film(bare, even * np.float32(COVER), even * np.float32(RESPONSE))
+
+
+def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
+    """The cheeks of a photo; None for a face too small or seen from the side."""
+    frame = to_frame(np.ascontiguousarray(neutral.rgb8[..., ::-1]))
+    made = face_surface(neutral.face, frame, coding_of(frame), face_kernel(open_device("")))
+    if made is None:
+        return None
+    surface = made[0]
+    soft = cv2.GaussianBlur(neutral.linear, (0, 0), _BLUR_PX)
+    roots = neutral.roots(warp(soft, surface.grid.to_px, surface.grid.size_wh))
+    return Cheeks(roots, surface.across, surface.down, surface.visible * surface.likeness)
+
+
+@lru_cache(maxsize=1)
+def _bare() -> np.ndarray:
+    """(32, 32, 4): roots of bare cheeks, and how well each cell is known."""
+    return read_array("bare_cheeks.npy").astype(np.float32)

@@ -1,0 +1,96 @@
+"""The colours of a face beside its skin, as a list of numbers, and what they tell of makeup.
+
+A net sees shapes, such as a line along the lashes; colours beside plain skin tell makeup from the
+shade of a brow or a flush more steadily (logistic regression on labelled photos,
+training/worn/fit_colours.py). Both together are better than either.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.reference.cheeks import Cheeks, see_cheeks
+from makeup_video.pipeline.reference.fit_lips import seen_lips
+from makeup_video.pipeline.reference.flat_eyes import flat_eyes
+from makeup_video.pipeline.reference.neutral_face import NeutralFace
+
+# The flat eyes are averaged over blocks of so many cells.
+BLOCKS, CELLS = (9, 8), (3, 6)
+# Areas of the eyes, in blocks: lid, crease, outer corner, under the eye.
+_EYE_AREAS = (np.s_[4:6, 2:6], np.s_[2:4, 2:6], np.s_[3:6, 5:7], np.s_[6:8, 2:6])
+_EYES = BLOCKS[0] * BLOCKS[1] * 3  # numbers of the eyes, which come first
+# What stands for a part that is not seen: about the median of bare faces.
+_NO_EYES, _NO_LIPS, _NO_CHEEKS = 0.7, 0.7, 1.0
+_DARKEST = 1e-3
+_FURTHEST = 8.0  # distance from bare faces, beyond which a square says no more
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Colours:
+    """A face in neutral light, and its parts beside plain skin; None where a part is not seen.
+
+    eyes: (27, 48, 3) as of flat_eyes.  lips: (3,) as of seen_lips.
+    """
+
+    neutral: NeutralFace
+    eyes: np.ndarray | None
+    lips: np.ndarray | None
+    cheeks: Cheeks | None
+
+    @classmethod
+    def of(cls, neutral: NeutralFace) -> "Colours":
+        return cls(neutral, flat_eyes(neutral), seen_lips(neutral), see_cheeks(neutral))
+
+    def logarithms(self) -> np.ndarray:
+        """(226,) float64: logarithms of eyes by blocks, lips, cheeks and skin, and the skin's
+        lightness squared."""
+        eyes = np.full((*BLOCKS, 3), _NO_EYES)
+        if self.eyes is not None:
+            (down, across), (high, wide) = BLOCKS, CELLS
+            eyes = self.eyes.reshape(down, high, across, wide, 3).mean((1, 3))
+        lips = np.full(3, _NO_LIPS) if self.lips is None else self.lips
+        cheeks = np.full(3, _NO_CHEEKS) if self.cheeks is None else self.cheeks.mean()
+        skin = np.log(self.neutral.skin)
+        parts = np.concatenate([eyes.ravel(), lips, cheeks])
+        return np.concatenate([np.log(np.maximum(parts, _DARKEST)), skin, [skin.mean() ** 2]])
+
+    def log_odds(self) -> np.ndarray:
+        """(4,) of what is worn, in the order of WORN."""
+        weights = _weights()
+        numbers = with_distances(self.logarithms(), _bare())
+        odds: np.ndarray = weights[:, :-1] @ numbers + weights[:, -1]
+        return odds
+
+
+def areas(logarithms: np.ndarray) -> np.ndarray:
+    """(..., 226) -> (..., 6, 3): lips, cheeks, lid, crease, outer corner, under the eye."""
+    blocks = logarithms[..., :_EYES].reshape(*logarithms.shape[:-1], *BLOCKS, 3)
+    eyes = [blocks[(..., *area, slice(None))].mean((-3, -2)) for area in _EYE_AREAS]
+    lips, cheeks = (logarithms[..., _EYES + at : _EYES + at + 3] for at in (0, 3))
+    return np.stack([lips, cheeks, *eyes], -2)
+
+
+def with_distances(logarithms: np.ndarray, bare: np.ndarray) -> np.ndarray:
+    """(..., 226) -> (..., 238): how far each area is from those of bare faces (Mahalanobis 1936),
+    and the square. So violet lips are told from bare ones, which may be red or brown.
+
+    bare: (6, 12), of each area the mean and the inverse covariance of bare faces.
+    """
+    off = areas(logarithms) - bare[:, :3]
+    inverse = bare[:, 3:].reshape(-1, 3, 3)
+    away = np.sqrt(np.maximum(np.einsum("...ai,aij,...aj->...a", off, inverse, off), 0))
+    squares = np.minimum(away, _FURTHEST) ** 2 / 4
+    return np.concatenate([logarithms, away, squares], -1)
+
+
+@lru_cache(maxsize=1)
+def _weights() -> np.ndarray:
+    """(4, 239): of each number, and a constant."""
+    return read_array("worn_colours.npy").astype(np.float64)
+
+
+@lru_cache(maxsize=1)
+def _bare() -> np.ndarray:
+    """(6, 12), as of with_distances."""
+    return read_array("bare_colours.npy").astype(np.float64)

@@ -1,0 +1,47 @@
+"""How a product shows on skin, as the renderer paints it, and which colour it must have.
+
+Numbers are roots of linear light as shares of plain skin: the renderer mixes films by such roots
+(render/blend_layers.py), so a film is a weighted mean of the skin's root and the product's.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_SWEEPS = 12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Film:
+    """A place on bare faces, and how a product of opacity 1 shows there.
+
+    bare: (..., 3) the median of bare faces.
+    cover: (...) how much of the skin is hidden.  response: (...) how much of the product's own root
+    is added: less than `cover` where less light falls.
+    """
+
+    bare: np.ndarray
+    cover: np.ndarray
+    response: np.ndarray
+
+    def product_for(self, seen: np.ndarray, opacity: float) -> np.ndarray:
+        """(..., 3) roots of the product that shows as these, roots below 0 included."""
+        cover, response = (opacity * part[..., None] for part in (self.cover, self.response))
+        roots: np.ndarray = (seen - (1 - cover) * self.bare) / response
+        return roots
+
+
+def bounded(a: np.ndarray, b: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """The least squares of `a @ x = b` with 0 <= x <= most.
+
+    a: (N, N), positive definite, the normal equations.  b: (N, K).  most: (K,).  Returns (N, K).
+    Exact where no bound is met; else by projected coordinate descent (Hildreth 1957).
+    """
+    x: np.ndarray = np.linalg.solve(a, b)
+    if ((x >= 0) & (x <= most)).all():
+        return x
+    np.clip(x, 0, most, out=x)
+    for _ in range(_SWEEPS):
+        for row in range(len(a)):
+            x[row] = np.clip(x[row] + (b[row] - a[row] @ x) / a[row, row], 0, most)
+    return x

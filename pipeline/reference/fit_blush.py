@@ -1,0 +1,52 @@
+"""Fits a blush to the cheeks of a photo: the shape and colour that would make bare cheeks look most
+like them."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.kinds.fields import FaceFields
+from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.reference.cheeks import Cheeks
+from makeup_video.pipeline.reference.neutral_face import NeutralFace
+
+_OPACITY = 0.5
+_LEAST_WEIGHT = 0.5  # about ten nodes of skin
+_KIND = KINDS["blush"]
+
+
+def fit_blush(
+    neutral: NeutralFace, cheeks: Cheeks | None, shape: Mapping[str, float]
+) -> list[Layer]:
+    """A blush of a given shape with the colour that fits; none where no cheek is seen."""
+    roots = None if cheeks is None else _colour(cheeks, shape, 1 / np.sqrt(neutral.skin))
+    if roots is None:
+        return []
+    worn = product(neutral.codes(roots), _KIND.first_finish, _KIND.part)
+    return [Layer("blush", replace(worn, opacity=_OPACITY), dict(shape))]
+
+
+def _colour(cheeks: Cheeks, shape: Mapping[str, float], most: np.ndarray) -> np.ndarray | None:
+    """(3,) roots of the product, by weighted least squares over the nodes."""
+    film, weights = cheeks.film(), cheeks.weights()
+    dense = _OPACITY * density(cheeks, shape)
+    added = dense * film.response
+    weight = float((weights * added * added).sum())
+    if weight < _LEAST_WEIGHT:
+        return None
+    rest = cheeks.roots - film.bare * (1 - dense * film.cover)[..., None]
+    roots: np.ndarray = np.einsum("hw,hwc->c", weights * added, rest) / weight
+    within: np.ndarray = np.clip(roots, 0, most)
+    return within
+
+
+def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
+    """(40, 40) float32: how densely a blush lies on each node, 0..1."""
+    plain = product(_KIND.first_rgb, _KIND.first_finish, _KIND.part)
+    fields = FaceFields(cheeks.across[None], cheeks.down[None])
+    (coat,) = _KIND.coats(fields, plain, _KIND.whole_shape(shape))
+    dense = np.ones(1, np.float32) if coat.density is None else coat.density
+    on_nodes: np.ndarray = np.broadcast_to(dense, (1, *cheeks.skin.shape))[0]
+    return on_nodes

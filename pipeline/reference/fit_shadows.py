@@ -1,0 +1,172 @@
+"""Fits layers of eye-shadow to the skin around the eyes of a photo.
+
+The skin is laid flat (flat_eyes.py). Which layers, painted on the mean bare face, would look most
+like it? Places and extents are tried one after the other, the one that helps most first; colours
+follow by least squares, because films mix linearly in roots of light. Cells where bare faces differ
+much, such as the lashes, count less.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.look.finishes import nearest_finish, product
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.reference.film import Film, bounded
+from makeup_video.pipeline.reference.flat_eyes import density
+from makeup_video.pipeline.reference.neutral_face import NeutralFace
+
+# What is tried, in the order of painting: of each place one shape, or none.
+_SHAPES: tuple[tuple[dict[str, object], ...], ...] = (
+    (
+        {"slot": "full"},
+        {"slot": "full", "high": 2.0},
+        {"slot": "full", "high": 2.0, "inner": 0.0, "outer": 1.4},
+    ),
+    ({"slot": "crease"},),
+    (
+        {"slot": "outer"},
+        {"slot": "outer", "outer": 1.3, "low": -0.6},
+        {"slot": "outer", "outer": 1.45, "low": -0.9, "inner": 0.75},
+        {"slot": "outer", "outer": 1.3, "lift": 0.6},
+    ),
+    ({"slot": "lid"},),
+    (
+        {"slot": "under"},
+        {"slot": "under", "outer": 1.25, "low": -0.45},
+        {"slot": "under", "outer": 1.3, "low": -1.0},
+    ),
+)
+# By how much a layer must lessen the mean squared error, in shares of skin.
+_WORTH = 0.0002
+_LEAST_GAIN = 1e-5
+MOST_OPAQUE, LEAST_OPAQUE = 0.8, 0.3
+# A product lighter than the skin is a sheer one: on darker skin it would look like chalk.
+_LIGHT_OPAQUE = 0.5
+_CONTRAST = 0.5  # of roots between a product and skin, from which on it is as opaque as it can be
+_STIFF = 1e-5  # of the weights: keeps the equations solvable where layers cover the same cells
+
+_Shape = dict[str, object]
+
+
+def fit_shadows(neutral: NeutralFace, seen: np.ndarray | None, lid: GraphicsParams) -> list[Layer]:
+    """The layers of eye-shadow of a face, in the order of painting; none for an eye that is not
+    seen, or that looks like a bare one.
+
+    seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the lid's
+    layer has; the others are matte.
+    """
+    if seen is None:
+        return []
+    shine = lid.opacity, lid.gloss, lid.gloss_roughness, lid.reflection
+    finish = nearest_finish(*shine, "eyes", shimmers=False)
+    most = 1 / np.sqrt(neutral.skin)
+    chosen = _choose(seen, most)
+    if not chosen:
+        return []
+    opacities = [MOST_OPAQUE] * len(chosen)
+    _, roots = _fit(seen, chosen, opacities, most)
+    opacities = [_opacity(shape, root) for shape, root in zip(chosen, roots, strict=True)]
+    _, roots = _fit(seen, chosen, opacities, most)
+    return [
+        _layer(shape, neutral.codes(root), opacity, finish)
+        for shape, root, opacity in zip(chosen, roots, opacities, strict=True)
+    ]
+
+
+def _choose(seen: np.ndarray, most: np.ndarray) -> list[_Shape]:
+    """The shapes of the layers that are worth it, in the order of painting."""
+    film, weights = _bare_eyes()
+    chosen: list[_Shape | None] = [None] * len(_SHAPES)
+    least = float(((seen - film.bare) ** 2 * weights[..., None]).sum())
+    while True:
+        tried = [
+            (_error(seen, other, most), other)
+            for place, shapes in enumerate(_SHAPES)
+            for shape in (None, *shapes)
+            if (other := [*chosen[:place], shape, *chosen[place + 1 :]]) != chosen
+            and len(_worn(other)) <= KINDS["eyeshadow"].most
+        ]
+        error, best = min(tried, key=lambda one: one[0])
+        if error > least - _LEAST_GAIN:
+            return _worn(chosen)
+        least, chosen = error, best
+
+
+def _worn(shapes: Sequence[_Shape | None]) -> list[_Shape]:
+    return [shape for shape in shapes if shape is not None]
+
+
+def _error(seen: np.ndarray, shapes: Sequence[_Shape | None], most: np.ndarray) -> float:
+    """The mean squared error of the best colours, and what the layers cost."""
+    worn = _worn(shapes)
+    error, _ = _fit(seen, worn, [MOST_OPAQUE] * len(worn), most)
+    return error + _WORTH * len(worn)
+
+
+def _fit(
+    seen: np.ndarray, shapes: Sequence[_Shape], opacities: Sequence[float], most: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """The mean squared error, by the weights of the cells, and the products' roots, (N, 3)."""
+    film, weights = _bare_eyes()
+    shown: list[np.ndarray] = []
+    through = np.ones_like(film.cover)
+    for shape, opacity in zip(reversed(shapes), reversed(opacities), strict=True):
+        here = opacity * density(_plain(shape))
+        shown.insert(0, here * film.response * through)
+        through = through * (1 - here * film.cover)
+    rest = (seen - film.bare * through[..., None])[_counts()]
+    if not shapes:
+        return float((weights[_counts()][:, None] * rest**2).sum()), np.zeros((0, 3))
+    parts = np.stack([part[_counts()] for part in shown], axis=1)
+    weighted = parts * weights[_counts()][:, None]
+    normal = parts.T @ weighted + _STIFF * np.eye(len(shapes))
+    roots = bounded(normal, weighted.T @ rest, most)
+    off = rest - parts @ roots
+    return float((weights[_counts()][:, None] * off**2).sum()), roots
+
+
+def _opacity(shape: _Shape, roots: np.ndarray) -> float:
+    """How opaque a product is: it is the sheerer, the less it differs from skin."""
+    film, weights = _bare_eyes()
+    share = density(_plain(shape)) * weights
+    pure = film.response[..., None] / np.maximum(film.cover, 0.05)[..., None] * roots
+    off = ((pure - film.bare) * share[..., None]).sum((0, 1)) / max(float(share.sum()), 1e-9)
+    most = _LIGHT_OPAQUE if off.sum() > 0 else MOST_OPAQUE
+    wanted = MOST_OPAQUE * float(np.linalg.norm(off)) / _CONTRAST
+    return round(min(max(wanted, LEAST_OPAQUE), most), 3)
+
+
+def _layer(shape: _Shape, rgb: tuple[float, float, float], opacity: float, finish: str) -> Layer:
+    worn = product(rgb, finish if shape["slot"] == "lid" else "matte", "eyes")
+    return Layer("eyeshadow", replace(worn, opacity=opacity), shape)
+
+
+@lru_cache(maxsize=32)
+def _plain_layer(shape: tuple[tuple[str, object], ...]) -> Layer:
+    return Layer("eyeshadow", product((0, 0, 0), "matte", "eyes"), dict(shape))
+
+
+def _plain(shape: _Shape) -> Layer:
+    """A layer of that shape, the same object each time."""
+    return _plain_layer(tuple(shape.items()))
+
+
+@lru_cache(maxsize=1)
+def _bare_eyes() -> tuple[Film, np.ndarray]:
+    """Bare eyes, laid flat, and what each cell counts: (27, 48), the sum is 1."""
+    numbers = read_array("bare_eyes.npy").astype(np.float32)
+    film = Film(numbers[..., :3], numbers[..., 3], numbers[..., 4])
+    return film, numbers[..., 5] / numbers[..., 5].sum()
+
+
+@lru_cache(maxsize=1)
+def _counts() -> np.ndarray:
+    """(27, 48) bool: the cells that count at all."""
+    _, weights = _bare_eyes()
+    there: np.ndarray = weights > weights.max() / 100
+    return there

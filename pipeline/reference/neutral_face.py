@@ -1,0 +1,82 @@
+"""A face of a photo in neutral light, at one size: what the colours of makeup are measured on."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
+from makeup_video.pipeline.faces.face import Face, iod_px, moved
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.frames.affine import invert
+from makeup_video.pipeline.frames.sampling import sample
+from makeup_video.pipeline.render.scene import SceneLight
+
+IOD_PX = 120  # distance of the outer eye corners, where the photo is sharp enough
+_MOST_ENLARGED = 2.0
+_MARGIN = 0.35  # around the points of the face, in IOD
+_DARKEST = 0.05  # least light that is divided out: below it there is only noise
+_FAINTEST = 1e-3  # linear light below which there is only noise
+# Skin that hardly anybody makes up, as closed contours of the face's points: forehead, ridge of the
+# nose, and beside the mouth, each with its mirror image.
+_SKIN = (
+    (108, 151, 337, 338, 10, 109),
+    (6, 197, 195, 5, 4, 45, 220, 196),
+    (207, 214, 212, 216),
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NeutralFace:
+    """A face in neutral light of full strength.
+
+    rgb8: (H, W, 3) uint8, the part of the photo, at this size, in its own light.
+    linear: (H, W, 3) float32, linear R, G, B as of sRGB: what shows a product's colour p has p.
+    face: in px of these pictures.
+    skin: (3,) linear R, G, B of plain skin.
+    """
+
+    rgb8: np.ndarray
+    linear: np.ndarray
+    face: Face
+    skin: np.ndarray
+
+    def roots(self, linear: np.ndarray) -> np.ndarray:
+        """Linear colours (..., 3) -> the square roots of their shares of skin, as films mix."""
+        roots: np.ndarray = np.sqrt(np.maximum(linear / self.skin, _FAINTEST))
+        return roots
+
+    def codes(self, roots: np.ndarray) -> tuple[float, float, float]:
+        """The colour of a product, R'G'B' codes 0..255, from (3,) roots of shares of skin."""
+        linear = np.clip(roots * roots * self.skin, 0, 1)
+        red, green, blue = (255 * to_encoded(linear, SRGB)).clip(0, 255).round(3).tolist()
+        return red, green, blue
+
+
+def neutral_face(rgb8: np.ndarray, face: Face, light: SceneLight) -> NeutralFace:
+    """The face of a photo, (H, W, 3) uint8, R'G'B' as sRGB encodes it, with its light divided
+    out."""
+    iod = iod_px(face)
+    scale = min(_MOST_ENLARGED, IOD_PX / iod)
+    xy = face.points_px[:, :2].astype(np.float64)
+    low, high = xy.min(0) - _MARGIN * iod, xy.max(0) + _MARGIN * iod
+    to_crop = np.array([[scale, 0, -scale * low[0]], [0, scale, -scale * low[1]]])
+    wide, tall = np.ceil((high - low) * scale).astype(int).tolist()
+    crop, crop_face = sample(rgb8, invert(to_crop), (wide, tall)), moved(face, to_crop)
+    table = to_linear(np.repeat(np.arange(256)[:, None] / 255, 3, axis=1), SRGB)
+    gain = np.maximum(light.colour.astype(np.float64) * light.strength, _DARKEST)
+    linear = cv2.LUT(crop, (table / gain).astype(np.float32)[None])
+    return NeutralFace(crop, linear, crop_face, _skin(linear, crop_face))
+
+
+def _skin(linear: np.ndarray, face: Face) -> np.ndarray:
+    """(3,) the median of plain skin, linear."""
+    mirror = read_array("mirror.npy").astype(int)
+    inside = np.zeros(linear.shape[:2], np.uint8)
+    points = np.rint(face.points_px[:, :2]).astype(np.int32)
+    for contour in _SKIN:
+        cv2.fillPoly(inside, [points[list(contour)]], 1)
+        cv2.fillPoly(inside, [points[mirror[list(contour)]]], 1)
+    seen = linear[inside > 0]
+    middle = np.median(seen, axis=0) if len(seen) else np.full(3, 0.5)
+    skin: np.ndarray = np.maximum(middle, _FAINTEST)
+    return skin

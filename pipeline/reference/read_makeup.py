@@ -1,0 +1,81 @@
+"""Reads which kinds of makeup a face wears, from its colours and with a net.
+
+The net sees eyes, face and lips at once; it learned from labelled photos what bare faces look like,
+in all lights, and from painted faces the numbers of the layers. Its log-odds and those of the
+colours (colours.py) become probabilities by two scales and a shift for each kind (Platt 1999),
+fitted on real photos that neither was trained on.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.net import Net
+from makeup_video.pipeline.reference.colours import Colours
+from makeup_video.pipeline.reference.makeup_input import makeup_input, mirrored
+from makeup_video.pipeline.reference.makeup_numbers import WORN, ReadLayer, from_vector
+from makeup_video.pipeline.render.scene import SceneLight
+
+THREADS = 2
+_MOST_ODDS = 30.0
+# By kind: the scales of the net's and of the colours' log-odds, and the shift, as
+# training/worn/evaluate.py prints them.
+_CALIBRATION: Mapping[str, tuple[float, float, float]] = {
+    "lipstick": (1.087, 0.514, -2.979),
+    "eyeshadow": (0.683, 0.577, -1.171),
+    "eyeliner": (0.577, 0.669, -2.539),
+    "blush": (0.936, 0.239, -1.183),
+}
+# Probabilities from which a kind counts as worn: on real photos about one bare face in seven is
+# read as worn at most.
+WORN_FROM: Mapping[str, float] = {
+    "lipstick": 0.37,
+    "eyeshadow": 0.19,
+    "eyeliner": 0.2,
+    "blush": 0.05,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Makeup:
+    """What a net reads from a face.
+
+    worn: by kind, the probability that it is worn.
+    layers: by kind and slot, as the net tells their numbers, whether worn or not.
+    """
+
+    worn: Mapping[str, float]
+    layers: Mapping[tuple[str, str], ReadLayer]
+
+
+def read_makeup(rgb8: np.ndarray, face: Face, light: SceneLight, colours: Colours) -> Makeup:
+    """rgb8: (H, W, 3) uint8, R'G'B' as sRGB encodes it.  Raises InstallError without the net.
+
+    The mean over the face and its mirror image, which wear the same.
+    """
+    seen = makeup_input(rgb8, face, light)
+    found = _net()(np.stack([seen, mirrored(seen)]))
+    odds = zip(WORN, found["log_odds"].mean(0).tolist(), colours.log_odds().tolist(), strict=True)
+    worn = {kind: probability(kind, by_net, by_colours) for kind, by_net, by_colours in odds}
+    layers = from_vector(found["numbers"].mean(0))
+    return Makeup(worn, {(layer.kind, layer.slot): layer for layer in layers})
+
+
+def probability(kind: str, by_net: float, by_colours: float) -> float:
+    """That a kind is worn, from both log-odds."""
+    net, colours, shift = _CALIBRATION[kind]
+    odds = min(max(net * by_net + colours * by_colours + shift, -_MOST_ODDS), _MOST_ODDS)
+    return 1 / (1 + math.exp(-odds))
+
+
+def forget_net() -> None:
+    """Give the net's memory back; loading it again takes little time."""
+    _net.cache_clear()
+
+
+@cache
+def _net() -> Net:
+    return Net("reference_makeup", threads=THREADS)

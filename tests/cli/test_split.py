@@ -1,0 +1,88 @@
+"""`--split` as it is typed: its report, Ctrl-C and a killed process, and what they leave."""
+
+import json
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from command_line import command, run
+from media import decoded, make_clip
+from split_films import GROUP
+
+ARGUMENTS = ("--look", "none", "-o", "out.mp4", "--split", "0.017")
+
+
+@pytest.fixture
+def src(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return make_clip(tmp_path / "in.mp4", frames=600, size_wh=(640, 360), options=GROUP)
+
+
+def children_of(process):
+    task = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    return [int(number) for number in task.read_text().split()] if task.exists() else []
+
+
+def workers_of(process):
+    return [
+        number
+        for number in children_of(process)
+        if b"spawn_main" in Path(f"/proc/{number}/cmdline").read_bytes()
+    ]
+
+
+def begun(folder, process):
+    """Wait until a segment is being written; returns the processes that write."""
+    deadline = time.monotonic() + 60
+    while not list(folder.glob("out.part.segments/*")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return workers_of(process)
+
+
+def test_a_film_is_painted_in_segments(tmp_path, src):
+    done = run(src, *ARGUMENTS, "--jobs", "2", "--report", "r.json")
+    assert done.exit_code == 0, done.output
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert (report["segments"], report["frames_out"]) == (17, 600)
+    assert len(decoded(tmp_path / "out.mp4")) == 600
+
+
+@pytest.mark.parametrize("name", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_leaves_nothing(tmp_path, src, name):
+    process = command(src, *ARGUMENTS)
+    workers = begun(tmp_path, process)
+    process.send_signal(name)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130 and stderr.splitlines()[-1] == "stopped"
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
+    assert workers and not any(Path(f"/proc/{number}").exists() for number in workers)
+
+
+def test_a_killed_worker_ends_the_run_with_one_line(tmp_path, src):
+    process = command(src, *ARGUMENTS, "-q")
+    worker, *_ = begun(tmp_path, process)
+    os.kill(worker, signal.SIGKILL)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 1 and len(stderr.splitlines()) == 1
+    assert stderr.startswith("WorkerError: a process that painted a segment was killed")
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--split", "0"], "--split must be more than 0, got 0"),
+        (["--split", "nan"], "--split must be a number of minutes, got nan"),
+        (["--jobs", "2"], "--jobs needs --split"),
+        (["--split", "1", "--start", "1"], "--split splits whole films: leave out --start and"),
+        (
+            ["--look", "glam", "-o", "{look}.mp4", "--split", "1"],
+            "leave out --split, or paint each",
+        ),
+    ],
+)
+def test_options_that_do_not_fit_are_one_line(src, words, text):
+    done = run(src, "--look", "none", "-o", "out.mp4", *words)
+    assert done.exit_code == 2 and text in done.output

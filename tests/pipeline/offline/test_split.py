@@ -1,0 +1,171 @@
+"""A film in segments is the film of one run: frames, times, headers and all other streams."""
+
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+from fuzz.check import film_faults
+from makeup_video.pipeline import (
+    DecodeError,
+    Settings,
+    StrictError,
+    UsageError,
+    WorkerError,
+    process_video,
+)
+from makeup_video.pipeline.engine import processes
+from media import damage, decoded, make_clip
+from people import SAMPLES
+from split_films import FILMS, GROUP, differences, rich
+
+SECOND = Fraction(1, 60)  # in minutes
+
+
+def both(src, folder, end, minutes=SECOND, **settings):
+    """(the film of one run, the film in segments, the report of the second)."""
+    whole, split = folder / f"whole{end}", folder / f"split{end}"
+    process_video(src, whole, None, Settings(**settings))
+    report = process_video(src, split, None, Settings(**settings, split_minutes=minutes))
+    assert sorted(path.name for path in folder.glob("*split*")) == [split.name]
+    assert film_faults(src, split, report.to_dict(), trimmed=False) == []
+    return whole, split, report
+
+
+@pytest.mark.parametrize("name", FILMS)
+def test_an_odd_film_in_segments_is_that_of_one_run(tmp_path, name):
+    src = FILMS[name](tmp_path / name)
+    end = src.suffix if src.suffix in (".mp4", ".mov") else ".mkv"
+    whole, split, report = both(src, tmp_path, end)
+    assert report.segments > 1 and report.why_whole == ""
+    assert differences(whole, split) == []
+
+
+@pytest.mark.parametrize(
+    ("codec", "end"),
+    [("hevc", ".mp4"), ("hevc", ".mkv"), ("av1", ".mp4"), ("vp9", ".webm"), ("prores", ".mov")],
+)
+def test_segments_of_every_codec_are_joined(tmp_path, codec, end):
+    src = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP, audio="aac")
+    whole, split, report = both(src, tmp_path, end, codec=codec)
+    assert report.segments == 2 and differences(whole, split) == []
+
+
+def test_transparency_is_kept_in_segments(tmp_path):
+    src = make_clip(tmp_path / "in.mkv", "ffv1", frames=60, pix_fmt="yuva420p")
+    _, split, report = both(src, tmp_path, ".webm")
+    assert report.segments == 2 and report.dropped == []
+    with av.open(str(split)) as film:
+        packets = [packet for packet in film.demux(video=0) if packet.size]
+    assert all(packet.has_sidedata("matroska_block_additional") for packet in packets)
+
+
+@pytest.mark.parametrize(("minutes", "segments"), [(1, 1), (SECOND * 2, 2), (SECOND / 2, 7)])
+def test_the_frames_do_not_depend_on_the_number_of_segments(tmp_path, minutes, segments):
+    src = make_clip(tmp_path / "in.mp4", frames=105, options={**GROUP, "g": "15"})
+    _, split, report = both(src, tmp_path, ".mkv", minutes=Fraction(minutes), codec="ffv1")
+    assert report.segments == segments
+    for old, new in zip(decoded(src), decoded(split), strict=True):
+        np.testing.assert_array_equal(old.to_ndarray(), new.to_ndarray())
+
+
+@pytest.mark.parametrize(
+    ("name", "frames", "options", "why"),
+    [
+        ("one_group.mp4", 90, {"g": "1000"}, "not split: it has no key frame to split it at"),
+        ("one_frame.mp4", 1, GROUP, None),
+        ("bare.h264", 60, GROUP, "not split: its frames have no times of their own"),
+        ("guessed.avi", 60, GROUP, "not split: its frames have no times of their own"),
+    ],
+)
+def test_a_film_that_cannot_be_split_is_painted_whole(tmp_path, name, frames, options, why):
+    src = make_clip(tmp_path / name, frames=frames, options=options)
+    whole, split, report = both(src, tmp_path, ".mp4")
+    assert report.segments == 1 and differences(whole, split) == []
+    assert [line for line in report.warnings() if "split" in line] == ([why] if why else [])
+
+
+def test_damage_is_counted_once(tmp_path):
+    src = make_clip(tmp_path / "in.mp4", frames=96, options=GROUP)
+    damage(src)
+    whole = process_video(src, tmp_path / "whole.mp4")
+    split = process_video(src, tmp_path / "split.mp4", None, Settings(split_minutes=SECOND))
+    assert split.segments > 1 and whole.damaged
+    for name in ("frames_out", "corrupt_frames", "decode_errors", "lost_frames", "truncated"):
+        assert getattr(split, name) == getattr(whole, name), name
+
+
+def test_before_and_after_works_in_segments(tmp_path):
+    src = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP)
+    whole, split, _ = both(src, tmp_path, ".mp4", compare=True)
+    assert differences(whole, split) == [] and decoded(split)[0].width == 192
+
+
+def test_losses_are_refused_before_anything_is_painted(tmp_path, monkeypatch):
+    src = rich(tmp_path / "in.mkv")
+    monkeypatch.setattr(processes.Processes, "run", None)
+    with pytest.raises(StrictError, match="attachment"):
+        process_video(src, tmp_path / "out.mp4", None, Settings(strict=True, split_minutes=SECOND))
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
+
+
+def test_a_segment_that_fails_leaves_no_file(tmp_path):
+    small = make_clip(tmp_path / "small.ts", frames=45, options=GROUP, time_base=Fraction(1, 90000),
+                      pts=range(0, 45 * 3000, 3000))  # fmt: skip
+    large = make_clip(tmp_path / "large.ts", frames=45, options=GROUP, time_base=Fraction(1, 90000),
+                      pts=range(45 * 3000, 90 * 3000, 3000), size_wh=(128, 64))  # fmt: skip
+    src = tmp_path / "in.ts"
+    src.write_bytes(small.read_bytes() + large.read_bytes())
+    with pytest.raises(DecodeError, match="changes from 96x64"):
+        process_video(src, tmp_path / "out.mp4", None, Settings(split_minutes=SECOND))
+    assert not list(tmp_path.glob("out*"))
+
+
+def test_what_a_killed_run_left_is_removed_only_on_request(tmp_path):
+    src = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP)
+    left = tmp_path / "out.part.segments"
+    left.mkdir()
+    (left / "segment-00001").write_bytes(b"old")
+    (left / "mine.txt").write_bytes(b"mine")
+    settings = {"split_minutes": SECOND}
+    with pytest.raises(UsageError, match=r"out\.part\.segments exists"):
+        process_video(src, tmp_path / "out.mp4", None, Settings(**settings))
+    process_video(src, tmp_path / "out.mp4", None, Settings(**settings, overwrite=True))
+    assert len(decoded(tmp_path / "out.mp4")) == 60
+    assert [path.name for path in left.iterdir()] == ["mine.txt"]
+
+
+def test_progress_counts_the_frames_of_all_segments(tmp_path):
+    src = make_clip(tmp_path / "in.mp4", frames=96, options=GROUP)
+    ticks = []
+    process_video(
+        src, tmp_path / "out.mp4", None, Settings(split_minutes=SECOND),
+        lambda done, expected, rate: ticks.append((done, expected, rate)),
+    )  # fmt: skip
+    counts = [done for done, *_ in ticks]
+    assert counts == sorted(counts) and counts[-1] <= 96
+    assert {tick[1:] for tick in ticks} == {(96, Fraction(30))}
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        ({"split_minutes": Fraction(0)}, "split_minutes must be more than 0, got 0"),
+        ({"split_minutes": Fraction(1), "jobs": 0}, "jobs must be at least 1, got 0"),
+        ({"jobs": 2}, "jobs needs split_minutes"),
+        ({"split_minutes": Fraction(1), "end_seconds": Fraction(1)}, "leave out start_seconds"),
+    ],
+)
+def test_settings_that_do_not_fit_are_refused(settings, text):
+    with pytest.raises(UsageError, match=text):
+        Settings(**settings)
+
+
+def test_a_picture_is_not_split(tmp_path):
+    with pytest.raises(UsageError, match="is a picture: leave out split_minutes"):
+        process_video(SAMPLES / "portrait.jpg", tmp_path / "o.png", None,
+                      Settings(split_minutes=SECOND))  # fmt: skip
+
+
+def test_a_worker_error_is_one_line():
+    assert WorkerError("x").exit_code == 1

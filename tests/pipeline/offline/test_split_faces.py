@@ -1,0 +1,111 @@
+"""Faces across the seams of a film in segments: their numbers, and how they are painted."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from makeup_video.pipeline import Settings, find_faces, process_video, ready_look
+from makeup_video.pipeline.offline.split import plan_of
+from media import add_video, decoded
+from people import TICK, clip, face_of, frame_of, grey, put
+
+LOOK = ready_look("glam").look
+MINUTES = Fraction(3, 60)
+SECOND_FACE_FROM = 70  # of 200 frames
+
+
+@pytest.fixture(scope="module")
+def two_faces(tmp_path_factory):
+    """A face that moves a little, and a smaller one that comes later and leaves before the end."""
+    import av
+
+    path = tmp_path_factory.mktemp("film") / "in.mkv"
+    with av.open(str(path), "w") as out:
+        video = add_video(out, "ffv1", size_wh=(640, 360), options={"g": "15"})
+        for index in range(200):
+            shift = round(12 * np.sin(index / 9))
+            picture = put(grey(), face_of(150), 60 + shift, 20)
+            if SECOND_FACE_FROM <= index < 180:
+                picture = put(picture, face_of(100), 410, 90 + shift // 2)
+            frame = frame_of(picture, index).picture
+            frame.pts, frame.time_base = index, TICK
+            out.mux(video.encode(frame))
+        out.mux(video.encode(None))
+    return path
+
+
+def painted(src, folder, **settings):
+    """(frames of one run, frames in segments, both reports), without loss."""
+    whole, split = folder / "whole.mkv", folder / "split.mkv"
+    one = process_video(src, whole, LOOK, Settings(codec="ffv1", **settings))
+    many = process_video(
+        src, split, LOOK, Settings(codec="ffv1", split_minutes=MINUTES, **settings)
+    )
+    return decoded(whole), decoded(split), one, many
+
+
+def face_psnr(one, other, face):
+    """PSNR of the luma in the box around a face, dB."""
+    (x0, y0), (x1, y1) = (f(face.points_px[:, :2], axis=0).astype(int) for f in (np.min, np.max))
+    boxes = [p.to_ndarray()[max(y0, 0) : y1, max(x0, 0) : x1].astype(float) for p in (one, other)]
+    error = np.square(boxes[0] - boxes[1]).mean()
+    return 10 * np.log10(255**2 / max(error, 1e-9))
+
+
+@pytest.mark.parametrize("whom", ["all", "largest", "1"])
+def test_faces_are_painted_alike_on_both_sides_of_a_seam(tmp_path, two_faces, whom):
+    whole, split, one, many = painted(two_faces, tmp_path, faces=whom)
+    assert many.segments == 2 and len(whole) == len(split) == 200
+    for name in ("faces", "frames_with_face", "painted_frames", "warnings"):
+        first, second = getattr(one, name), getattr(many, name)
+        assert (first() if name == "warnings" else first) == (
+            second() if name == "warnings" else second
+        )
+    plan, bare = plan_of(two_faces, LOOK, MINUTES), decoded(two_faces)
+    (seam,) = (round(segment.first / Fraction(1000, 30)) for segment in plan.segments[1:])
+    for number in range(seam - 5, seam + 30, 5):
+        faces = find_faces(whole[number].to_ndarray(format="rgb24"))
+        assert faces
+        # The face drifts by less than a pixel a frame, so both trackers keep crops that differ a
+        # little: the edges of the makeup lie up to a pixel apart.
+        assert min(face_psnr(whole[number], split[number], face) for face in faces) > 35
+        # A face that is left out is far below that.
+        assert min(face_psnr(whole[number], bare[number], face) for face in faces) < 32
+
+
+def test_only_the_chosen_face_of_a_later_segment_is_painted(tmp_path, two_faces):
+    """Face 1 appears in the first segment; in the second its number comes from there."""
+    src, (_, split, _, many) = decoded(two_faces), painted(two_faces, tmp_path, faces="1")
+    assert many.painted_frames > 90
+    changed = [
+        np.abs(old.to_ndarray()[:360].astype(int) - new.to_ndarray()[:360]).max(axis=0)
+        for old, new in zip(src, split, strict=True)
+    ]
+    assert all(columns[:380].max() == 0 for columns in changed)  # the other face
+    assert all(columns.max() > 20 for columns in changed[120:175])
+
+
+def test_a_face_that_was_chosen_and_never_came_is_named_once(tmp_path, two_faces):
+    *_, one, many = painted(two_faces, tmp_path, faces="7")
+    assert many.painted_frames == 0 and many.why_unpainted == one.why_unpainted
+    assert "the faces seen were 0 and 1" in many.why_unpainted
+
+
+def test_a_film_of_the_sample_is_alike_at_its_seam(tmp_path):
+    """A rendered head that talks and turns; the tracker's state is never quite the same."""
+    import av
+
+    src = tmp_path / "in.mkv"
+    pictures = clip(110)
+    with av.open(str(src), "w") as out:
+        video = add_video(out, "ffv1", size_wh=(640, 360), options={"g": "5"})
+        for index, rgb8 in enumerate([*pictures, *pictures[::-1]]):
+            frame = frame_of(rgb8, index).picture
+            frame.pts, frame.time_base = index, TICK
+            out.mux(video.encode(frame))
+        out.mux(video.encode(None))
+    whole, split, one, many = painted(src, tmp_path)
+    assert many.segments == 2 and (one.faces, one.painted_frames) == (many.faces, 220)
+    for number in range(90, 120, 6):
+        (face,) = find_faces(whole[number].to_ndarray(format="rgb24"))
+        assert face_psnr(whole[number], split[number], face) > 45

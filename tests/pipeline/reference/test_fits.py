@@ -1,0 +1,133 @@
+"""Makeup that is measured on a photo: what was painted is found again, on a real face."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline import Look, product
+from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.reference.cheeks import see_cheeks
+from makeup_video.pipeline.reference.fit_blush import fit_blush
+from makeup_video.pipeline.reference.fit_lips import fit_lips, seen_lips
+from makeup_video.pipeline.reference.fit_shadows import fit_shadows
+from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, density, flat_eyes
+from makeup_video.pipeline.reference.neutral_face import neutral_face
+from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.pipeline.render.apply_look import PaintPictures
+from people import portrait
+from reference_photos import face
+
+LID = product((90, 58, 46), "matte", "eyes")
+LIPS = product((180, 40, 60), "satin", "lips")
+COLOURS = [(20, 40, 150), (130, 20, 60), (25, 22, 24), (30, 110, 60)]
+
+
+@cache
+def painter():
+    return PaintPictures()
+
+
+def wearing(*layers):
+    rgb8 = painter()(portrait(), Look(layers), [face()])
+    return neutral_face(rgb8, face(), photo_light(rgb8, face()))
+
+
+def lips_of(neutral, lips):
+    return fit_lips(neutral, seen_lips(neutral), lips, {})
+
+
+def shadows_of(neutral):
+    return fit_shadows(neutral, flat_eyes(neutral), LID)
+
+
+def blush_of(neutral):
+    return fit_blush(neutral, see_cheeks(neutral), {})
+
+
+def off(rgb, product_read):
+    """CIEDE2000 between a colour and that of a product."""
+    read = product_read.red, product_read.green, product_read.blue
+    return float(ciede2000(lab_of(np.array(rgb)), lab_of(np.array(read))))
+
+
+def test_the_skin_is_one_in_roots_of_skin():
+    neutral = wearing()
+    np.testing.assert_allclose(neutral.roots(neutral.skin), 1, atol=1e-6)
+    roots = neutral.roots(neutral.skin * 0.5)
+    codes = neutral.codes(roots)
+    assert all(0 <= code <= 255 for code in codes)
+
+
+@given(st.tuples(*[st.floats(0.01, 1)] * 3))
+def test_codes_are_the_inverse_of_roots(linear):
+    neutral = wearing_nothing()
+    from makeup_video.kernels.colour import SRGB, to_encoded
+
+    codes = neutral.codes(np.sqrt(np.array(linear) / neutral.skin))
+    np.testing.assert_allclose(codes, 255 * to_encoded(np.array(linear), SRGB), atol=2e-3)
+
+
+@cache
+def wearing_nothing():
+    return wearing()
+
+
+@pytest.mark.parametrize("rgb", COLOURS)
+def test_an_opaque_lipstick_is_found_again(rgb):
+    worn = replace(product(rgb, "matte", "lips"), opacity=0.95)
+    read = lips_of(wearing(Layer("lipstick", worn)), replace(LIPS, gloss=0.0)).product
+    assert off(rgb, read) < 6 and read.opacity > 0.8
+
+
+@pytest.mark.parametrize("rgb", COLOURS)
+def test_an_opaque_shadow_is_found_again_on_the_lid(rgb):
+    worn = replace(product(rgb, "matte", "eyes"), opacity=0.9)
+    layers = shadows_of(wearing(Layer("eyeshadow", worn, {"slot": "lid"})))
+    assert 1 <= len(layers) <= KINDS["eyeshadow"].most
+    lid = density(Layer("eyeshadow", worn, {"slot": "lid"})) > 0.8
+    before = flat_eyes(wearing_nothing())[lid].mean(0)
+    seen = flat_eyes(wearing(Layer("eyeshadow", worn, {"slot": "lid"})))[lid].mean(0)
+    again = flat_eyes(wearing(*layers))[lid].mean(0)
+    one, other = seen - before, again - before
+    assert one @ other > 0.85 * np.linalg.norm(one) * np.linalg.norm(other)  # the same hue
+    assert 0.5 < np.linalg.norm(other) / np.linalg.norm(one) < 2
+
+
+@pytest.mark.parametrize("slot", ["crease", "outer", "under", "full"])
+def test_a_dark_shadow_darkens_the_same_place_again(slot):
+    worn = replace(product((60, 20, 40), "matte", "eyes"), opacity=0.9)
+    layer = Layer("eyeshadow", worn, {"slot": slot})
+    seen, before = flat_eyes(wearing(layer)), flat_eyes(wearing_nothing())
+    again = flat_eyes(wearing(*shadows_of(wearing(layer))))
+    there = density(layer) > 0.7
+    assert np.abs(again - seen)[there].mean() < 0.6 * np.abs(before - seen)[there].mean()
+
+
+def test_a_blush_reddens_the_cheeks_again():
+    (read,) = blush_of(wearing(Layer("blush", product((200, 30, 60), "matte", "blush"))))
+    (bare,) = blush_of(wearing_nothing())
+    red, plain = read.product, bare.product
+    assert red.red - red.green > plain.red - plain.green + 30
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 10**6))
+def test_any_picture_gives_layers_that_can_be_worn(seed):
+    noise = np.random.default_rng(seed).integers(0, 256, portrait().shape, np.uint8)
+    neutral = neutral_face(noise, face(), photo_light(noise, face()))
+    assert flat_eyes(neutral).shape == (*FLAT_HW, 3)
+    layers = [*shadows_of(neutral), *blush_of(neutral), lips_of(neutral, LIPS)]
+    assert Look.from_dict(Look(layers).to_dict()) == Look(layers)
+
+
+def test_lips_that_are_not_seen_keep_what_the_net_reads():
+    neutral = wearing_nothing()
+    away = replace(neutral, face=replace(neutral.face, points_px=neutral.face.points_px + 1e4))
+    hidden = replace(away.face, lips=replace(away.face.lips, logits=away.face.lips.logits - 99))
+    gone = replace(neutral, face=hidden)
+    assert seen_lips(gone) is None and lips_of(gone, LIPS).product == LIPS

@@ -1,0 +1,123 @@
+"""How much of a photo's makeup comes across to other faces: the zone measure.
+
+d is the median CIELAB of a zone less that of plain skin. Of a photo P, a bare face B, and B painted
+with the look of P, M: moved = |d(P) - d(B)|, left = |d(P) - d(M)|. What comes across is
+1 - sum(left) / sum(moved): 0 is nothing, 1 all, and a negative number worse than a bare face. Zones
+count where a photo is clearly made up: further from the mean bare face than nine of ten bare faces.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.look.ciede2000 import lab_of
+from makeup_video.pipeline.look.look import Look
+
+# Closed contours of the face's points; all but the lips have a mirror image.
+ZONES = {
+    "lips": (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291, 375, 321, 405, 314, 17, 84, 181, 91,
+             146),
+    "lid": (33, 246, 161, 160, 159, 158, 157, 173, 190, 56, 28, 27, 29, 30, 247, 130),
+    "crease": (247, 30, 29, 27, 28, 56, 190, 189, 221, 222, 223, 224, 225, 113),
+    "brow bone": (113, 225, 224, 223, 222, 221, 55, 65, 52, 53, 46),
+    "outer corner": (33, 130, 113, 124, 35, 31),
+    "under the eye": (33, 7, 163, 144, 145, 153, 154, 155, 26, 22, 23, 24, 110, 25),
+    "cheek": (116, 117, 118, 101, 36, 205, 187, 123),
+}  # fmt: skip
+EYES = tuple(zone for zone in ZONES if zone not in ("lips", "cheek"))
+_OPENING = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88,
+            95)  # fmt: skip
+_SKIN = (
+    (108, 151, 337, 338, 10, 109),
+    (6, 197, 195, 5, 4, 45, 220, 196),
+    (207, 214, 212, 216),
+)
+_LEAST_PX = 20
+_CLEARLY = 90  # percentile of bare faces
+CANVASES = 5
+
+Zones = dict[str, np.ndarray]  # (3,) by zone; nan where it is hardly seen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """A photo, its face, and how its zones differ from its skin."""
+
+    rgb8: np.ndarray
+    face: Face
+    zones: Zones
+
+
+def see(rgb8: np.ndarray, face: Face) -> Seen:
+    return Seen(rgb8, face, zones_of(rgb8, face))
+
+
+def zones_of(rgb8: np.ndarray, face: Face) -> Zones:
+    """The median of each zone less that of plain skin, CIELAB."""
+    mirror = read_array("mirror.npy").astype(int)
+    points = np.rint(face.points_px[:, :2]).astype(np.int32)
+    lab = lab_of(rgb8)
+
+    def inside(*contours: Sequence[int]) -> np.ndarray:
+        mask = np.zeros(rgb8.shape[:2], np.uint8)
+        for contour in contours:
+            cv2.fillPoly(mask, [points[np.array(contour)]], 1)
+        return mask > 0
+
+    def both(*contours: Sequence[int]) -> np.ndarray:
+        return inside(*contours, *(mirror[np.array(contour)] for contour in contours))
+
+    skin, found = np.median(lab[both(*_SKIN)], axis=0), {}
+    for zone, contour in ZONES.items():
+        mask = inside(contour) & ~inside(_OPENING) if zone == "lips" else both(contour)
+        enough = mask.sum() > _LEAST_PX
+        found[zone] = np.median(lab[mask], axis=0) - skin if enough else np.full(3, np.nan)
+    return found
+
+
+class Transfer:
+    """Counts up what comes across from photos to bare faces."""
+
+    def __init__(self, bare: Sequence[Seen]) -> None:
+        self.mean = {zone: np.nanmean([one.zones[zone] for one in bare], axis=0) for zone in ZONES}
+        self.own = {
+            zone: [float(np.linalg.norm(one.zones[zone] - self.mean[zone])) for one in bare]
+            for zone in ZONES
+        }
+        self.canvases = bare[2 :: max(1, len(bare) // CANVASES)][:CANVASES]
+        self.moved: dict[str, list[float]] = defaultdict(list)
+        self.left: dict[str, list[float]] = defaultdict(list)
+        self.photos: dict[str, int] = defaultdict(int)
+
+    def add(self, photo: Seen, look: Look, paint: Callable[[Seen, Look], np.ndarray]) -> None:
+        """Paint the look of a photo on every canvas, and compare."""
+        made_up = [zone for zone in ZONES if self._is_made_up(photo, zone)]
+        for zone in made_up:
+            self.photos[zone] += 1
+        for canvas in self.canvases:
+            after = zones_of(paint(canvas, look), canvas.face)
+            for zone in made_up:
+                moved = float(np.linalg.norm(photo.zones[zone] - canvas.zones[zone]))
+                left = float(np.linalg.norm(photo.zones[zone] - after[zone]))
+                if np.isfinite(moved + left):
+                    self.moved[zone].append(moved)
+                    self.left[zone].append(left)
+
+    def score(self, *zones: str) -> float:
+        """What comes across of these zones together."""
+        moved = sum(sum(self.moved[zone]) for zone in zones)
+        return 1 - sum(sum(self.left[zone]) for zone in zones) / moved if moved else float("nan")
+
+    def best(self, *zones: str) -> float:
+        """What a perfect transfer reaches: bare faces differ among themselves."""
+        own = sum(float(np.nanmean(self.own[zone])) * len(self.moved[zone]) for zone in zones)
+        moved = sum(sum(self.moved[zone]) for zone in zones)
+        return 1 - own / moved if moved else float("nan")
+
+    def _is_made_up(self, photo: Seen, zone: str) -> bool:
+        off = float(np.linalg.norm(photo.zones[zone] - self.mean[zone]))
+        return off > float(np.nanpercentile(self.own[zone], _CLEARLY))
