@@ -5,7 +5,8 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -52,23 +53,31 @@ def run_bare(source: Path, target: Path, threads: tuple[int, int]) -> Run:
 
     threads: of the decoder and of the encoder, 0 is FFmpeg's own choice.
     """
-    return time_run(lambda: _transcode(source, target, threads))
+    return time_run(lambda: transcode(source, [target], threads))
 
 
-def _transcode(source: Path, target: Path, threads: tuple[int, int]) -> int:
+def transcode(source: Path, targets: Sequence[Path], threads: tuple[int, int]) -> int:
+    """Decode a film and encode it once for each target, all at the same time."""
     frames = 0
-    with av.open(str(source)) as container, av.open(str(target), "w") as out:
+    with av.open(str(source)) as container, ExitStack() as stack:
         video = container.streams.video[0]
         video.thread_type, video.thread_count = "AUTO", threads[0]
-        stream: Any = out.add_stream(CODEC, rate=video.average_rate, options=LIKE_A_FILM)
-        stream.width, stream.height, stream.pix_fmt = video.width, video.height, video.pix_fmt
-        stream.codec_context.time_base = video.time_base
-        stream.codec_context.thread_count, stream.codec_context.thread_type = threads[1], "AUTO"
+        outs = [stack.enter_context(av.open(str(target), "w")) for target in targets]
+        streams: list[Any] = []
+        for out in outs:
+            stream: Any = out.add_stream(CODEC, rate=video.average_rate, options=LIKE_A_FILM)
+            stream.width, stream.height, stream.pix_fmt = video.width, video.height, video.pix_fmt
+            stream.codec_context.time_base = video.time_base
+            stream.codec_context.thread_count = threads[1]
+            stream.codec_context.thread_type = "AUTO"
+            streams.append(stream)
         for picture in container.decode(video):
             picture.pict_type = 0
-            out.mux(stream.encode(picture))
+            for out, stream in zip(outs, streams, strict=True):
+                out.mux(stream.encode(picture))
             frames += 1
-        out.mux(stream.encode(None))
+        for out, stream in zip(outs, streams, strict=True):
+            out.mux(stream.encode(None))
     return frames
 
 

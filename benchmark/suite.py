@@ -19,13 +19,15 @@ class Extras:
     """What is measured beside the film itself.
 
     renderer: painting by itself, and the floor.  faces: the cost by number of faces.  threads:
-    other numbers of threads.  minutes: length of a long film, 0 for none.
+    other numbers of threads.  minutes: length of a long film, 0 for none.  looks: so many looks of
+    one film, 0 for none.
     """
 
     renderer: bool = True
     faces: bool = False
     threads: bool = False
     minutes: float = 0.0
+    looks: int = 0
 
 
 def heights_of(sizes: str) -> list[int]:
@@ -54,10 +56,12 @@ def check_options(
         )
     if not 0 <= extras.minutes <= 600:
         raise UsageError(f"{option('minutes')} must be 0 to 600 minutes, got {extras.minutes:g}")
-    if live and (extras.faces or extras.threads or plot is not None):
+    if extras.looks and not 2 <= extras.looks <= 100:
+        raise UsageError(f"{option('looks')} must be 2 to 100, got {extras.looks}")
+    if live and (extras.faces or extras.threads or extras.looks or plot is not None):
         raise UsageError(
-            f"{option('live')} is measured alone: leave out {option('faces')}, {option('threads')} "
-            f"and {option('plot')}"
+            f"{option('live')} is measured alone: leave out {option('faces')}, "
+            f"{option('threads')}, {option('looks')} and {option('plot')}"
         )
     if plot is not None:
         from makeup_video.benchmark.plots import check_plot_path
@@ -173,7 +177,7 @@ def _larger_frame_ratio(bench: "Bench") -> float:
 
 
 def measure_scaling(bench: "Bench", height_px: int, extras: Extras) -> dict[str, Any]:
-    """The cost by faces, threads and length at one size, as far as each was asked for."""
+    """The cost by faces, threads, looks and length at one size, as far as each was asked for."""
     from makeup_video.benchmark.scaling import by_faces, by_threads, over_length
 
     results: dict[str, Any] = {}
@@ -182,6 +186,11 @@ def measure_scaling(bench: "Bench", height_px: int, extras: Extras) -> dict[str,
     if extras.threads:
         film = bench.film(height_px)
         results["threads"] = {"size": f"{height_px}p", **by_threads(bench, film, "threads")}
+    if extras.looks:
+        from makeup_video.benchmark.many import by_looks
+
+        film = bench.film(height_px)
+        results["looks"] = {"size": f"{height_px}p", **by_looks(bench, film, extras.looks)}
     if extras.minutes:
         length = over_length(bench, height_px, extras.minutes)
         results["length"] = {"size": f"{height_px}p", **length}

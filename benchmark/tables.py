@@ -177,7 +177,7 @@ def _floor(sizes: Mapping[str, _Values]) -> Iterator[Row]:
 
 
 def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
-    """The tables of faces, threads and length, as far as each was asked for."""
+    """The tables of faces, threads, looks and length, as far as each was asked for."""
     if "faces" in results:
         faces = results["faces"]
         title = (
@@ -193,11 +193,30 @@ def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
         threads = results["threads"]
         title = f"threads, {threads['size']}; best: {threads['best']}"
         yield title, ("", "frames/s", "CPU ms a frame"), list(_threads(threads))
+    if "looks" in results:
+        found = results["looks"]
+        title = f"{found['looks']} looks of one film, {found['size']}"
+        yield title, ("", "measured"), list(_looks(found))
     if "length" in results:
         film = results["length"]
         shape = "{minutes:.1f} {fps:.1f} {peak_memory_mb:.0f} {growth:.3f}"
         head = ("minutes of film", "frames/s", "peak memory, MB", "memory, end / beginning")
         yield f"a long film, {film['size']}", head, [tuple(shape.format(**film).split())]
+
+
+def _looks(found: _Values) -> Iterator[Row]:
+    memory = found["memory_mb"]
+    yield from (
+        ("painting and encoding one look, CPU ms a frame", f"{found['own_cpu_ms']:.2f}"),
+        ("each further look of a run, CPU ms a frame", f"{found['further_cpu_ms']:.2f}"),
+        ("each further look / painting and encoding one", f"{found['further_by_own']:.2f}"),
+        ("one run, s", f"{found['seconds']['many']:.1f}"),
+        ("separate runs, s", f"{found['seconds']['separate']:.1f}"),
+        ("one run / separate runs", f"{found['many_by_separate']:.2f}"),
+        ("peak memory of one look, MB", f"{memory['one']:.0f}"),
+        ("each further look, MB", f"{memory['further']:.0f}"),
+        ("a second encoder of a bare loop, MB", f"{memory['encoder']:.0f}"),
+    )
 
 
 def _faces(faces: _Values) -> Iterator[Row]:

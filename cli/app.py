@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from typing import Annotated, Any
 
 import typer
-from makeup_video.cli import apply, bench, demo, estimate, inspect, live, looks
+from makeup_video.cli import apply, batch, bench, demo, estimate, inspect, live, looks
 from makeup_video.cli.help_page import Command, Group
 from makeup_video.cli.options import DEFAULT, PROGRAM, RUN
 
@@ -48,7 +48,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for module in (apply, looks, estimate, inspect, live, demo, bench):
+for module in (apply, batch, looks, estimate, inspect, live, demo, bench):
     name = module.__name__.rpartition(".")[2]
     app.command(name, cls=Command, epilog="\n".join(module.EXAMPLES))(getattr(module, name))
 

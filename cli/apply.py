@@ -2,101 +2,56 @@
 
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
-from fractions import Fraction
-from math import isfinite
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from makeup_video.cli.look_options import LookOptions
+from makeup_video.cli.looks_options import LooksOptions, WantedLook
 from makeup_video.cli.options import (
     OUTPUT,
     RUN,
     Debug,
-    End,
     Overwrite,
     Quiet,
     Source,
-    Start,
-    parse_time,
     with_options,
 )
-from makeup_video.cli.outcome import print_summary, report_errors
+from makeup_video.cli.outcome import error_text, print_summary, report_errors
+from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
+    from makeup_video.pipeline import Report, Settings
     from makeup_video.pipeline.media.sidecar import JsonFile
+    from makeup_video.pipeline.offline.looks import Outcome
 
 EXAMPLES = (
-    "makeup-video in.mp4 --ref look.jpg -o out.mp4",
     "makeup-video in.mp4 --ref look.jpg --lips '#C0392B:gloss' -o out.mp4",
     "makeup-video in.mp4 --look cat-eye --strength 80% -o out.mp4",
     "makeup-video in.mp4 --eyes 'sienna:outer,tan:shimmer:lid' -o out.mp4",
     "makeup-video photo.jpg --lips darkred --compare -o out.png",
+    "makeup-video in.mp4 --look cat-eye --ref look.jpg -o 'out/{name}-{look}.mp4'",
 )
 
 
 @with_options
 def apply(
+    *,
     source: Source,
-    look: LookOptions,
+    look: LooksOptions,
     output: Annotated[
         str,
         typer.Option(
             "-o",
             "--output",
             metavar="OUT",
-            help="Where to write the result.",
+            help="Where to write the result. Several looks need {look} in the name; {name} is "
+            "that of IN.",
             rich_help_panel=OUTPUT,
         ),
     ],
     overwrite: Overwrite = False,
-    compare: Annotated[
-        bool,
-        typer.Option(
-            "--compare", help="Show before and after side by side.", rich_help_panel=OUTPUT
-        ),
-    ] = False,
-    start: Start = None,
-    end: End = None,
-    codec: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="{codecs}; default: what suits IN and OUT.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    crf: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="Quality: lower is better and larger; default: by codec.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    preset: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="The encoder's speed preset; default: by codec.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    bit_depth: Annotated[
-        int | None,
-        typer.Option(
-            metavar="BITS",
-            help="8, 10 or 12; default: that of IN, but 8 in H.264.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    sdr: Annotated[
-        bool,
-        typer.Option(
-            "--sdr", help="Turn HDR (PQ, HLG) into SDR, for every screen.", rich_help_panel=OUTPUT
-        ),
-    ] = False,
+    how: OutputOptions,
     split: Annotated[
         float | None,
         typer.Option(
@@ -113,14 +68,6 @@ def apply(
             rich_help_panel=RUN,
         ),
     ] = None,
-    strict: Annotated[
-        bool,
-        typer.Option(
-            "--strict",
-            help="Fail rather than drop or convert anything unasked.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = False,
     save_look: Annotated[
         str | None,
         typer.Option(
@@ -139,62 +86,104 @@ def apply(
     """Paint the makeup of a look on every frame of a video; everything else stays as it was."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
-    from makeup_video.cli.progress import show_progress
-    from makeup_video.pipeline import Settings, UsageError, process_video
-    from makeup_video.pipeline.look.options import check_options, choose_look
+    from makeup_video.cli.many import make_folders, name_outputs, print_outcomes
+    from makeup_video.pipeline.files.output_file import check_apart
 
     with report_errors("apply", output, debug):
-        if split is not None and not isfinite(split):
-            raise UsageError(f"--split must be a number of minutes, got {split}")
-        settings = Settings(
-            codec=codec,
-            crf=crf,
-            preset=preset,
-            start_seconds=parse_time(start, "--start"),
-            end_seconds=parse_time(end, "--end"),
-            overwrite=overwrite,
-            strict=strict,
-            bit_depth=bit_depth,
-            sdr=sdr,
-            faces=look.faces,
-            compare=compare,
-            split_minutes=None if split is None else Fraction(split),
-            jobs=jobs,
-            device=look.device,
-            on_whole=mark_output_whole,
+        settings = how.settings(
+            look, overwrite=overwrite, split=split, jobs=jobs, on_whole=mark_output_whole
         )
-        choice = look.choice()
-        check_options(choice)
-        with _sidecars(source, output, look.files, report, save_look, overwrite) as files:
-            painted = choose_look(replace(choice, base=look.base_look(quiet)))
-            with show_progress(quiet) as on_progress:
-                done = process_video(source, output, painted, settings, on_progress)
-            for file, values in zip(files, (done.to_dict(), painted.to_dict()), strict=True):
-                if file is not None:
-                    file.write(values)
-    print_summary(done, quiet)
+        wanted = look.wanted()
+        run = _Run(source, look.files, report, save_look, quiet)
+        outputs = name_outputs(output, source, wanted)
+        if outputs != [output]:  # of a template
+            check_apart(list(map(Path, outputs)))
+            make_folders(outputs)
+        if len(outputs) == 1:
+            done = _paint_one(run, outputs[0], wanted[0], settings)
+        else:
+            outcomes = _paint_several(run, outputs, wanted, settings)
+    if len(outputs) == 1:
+        print_summary(done, quiet)
+    else:
+        print_outcomes(outcomes, source, quiet)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What runs of one look and of several share.
+
+    inputs: files beside `source` that this run reads.  report, save_look: files to write.
+    """
+
+    source: str
+    inputs: list[str]
+    report: str | None
+    save_look: str | None
+    quiet: bool
+
+
+def _paint_one(run: _Run, output: str, look: WantedLook, settings: "Settings") -> "Report":
+    from makeup_video.cli.progress import show_progress
+    from makeup_video.pipeline import process_video
+
+    with _sidecars(run, [output], settings.overwrite) as files:
+        painted = look.load(run.quiet)
+        with show_progress(run.quiet) as on_progress:
+            done = process_video(run.source, output, painted, settings, on_progress)
+        for file, values in zip(files, (done.to_dict(), painted.to_dict()), strict=True):
+            if file is not None:
+                file.write(values)
+    return done
+
+
+def _paint_several(
+    run: _Run, outputs: list[str], looks: list[WantedLook], settings: "Settings"
+) -> "list[tuple[str, Outcome]]":
+    from makeup_video.cli.many import titled
+    from makeup_video.cli.progress import show_progress
+    from makeup_video.pipeline import UsageError, process_looks
+
+    if run.save_look is not None:
+        raise UsageError("--save-look writes one look, and several are painted: leave it out")
+    with _sidecars(run, outputs, settings.overwrite) as (file, _):
+        painted = {
+            Path(one): look.load(run.quiet) for one, look in zip(outputs, looks, strict=True)
+        }
+        names = dict(zip(painted, (look.fields["look"] for look in looks), strict=True))
+        with show_progress(run.quiet) as on_progress:
+            tick = titled(on_progress, run.source, names)
+            done = process_looks(run.source, painted, settings, tick)
+        outcomes = [(output, done[Path(output)]) for output in outputs]
+        if file is not None:
+            file.write({"outputs": [_values(output, outcome) for output, outcome in outcomes]})
+    return outcomes
+
+
+def _values(output: str, outcome: "Outcome") -> dict[str, Any]:
+    """The report of one of several looks, or the error in its place."""
+    from makeup_video.pipeline import MakeupVideoError
+
+    if isinstance(outcome, MakeupVideoError):
+        return {"output": output, "error": error_text(outcome)}
+    return outcome.to_dict()
 
 
 @contextmanager
 def _sidecars(
-    source: str,
-    output: str,
-    inputs: list[str],
-    report: str | None,
-    save_look: str | None,
-    overwrite: bool,
+    run: _Run, outputs: list[str], overwrite: bool
 ) -> "Generator[tuple[JsonFile | None, JsonFile | None], None, None]":
-    """Open the report and the look file; OUT and both of them are checked before any is begun.
-
-    inputs: files beside `source` that this run reads.  Raises UsageError, OutputError.
-    """
+    """Open the report and the look file; all outputs and both of them are checked before any is
+    begun. Raises UsageError, OutputError."""
     from makeup_video.pipeline.files.output_file import check_place, keep_apart
     from makeup_video.pipeline.media.input_file import local_file
     from makeup_video.pipeline.media.sidecar import LookFile, ReportFile
 
-    check_place(output, local_file(source), overwrite=overwrite)
-    for file in inputs:
-        keep_apart(Path(output), Path(file))
+    source = local_file(run.source)
+    for output in outputs:
+        check_place(output, source, overwrite=overwrite)
+        for file in run.inputs:
+            keep_apart(Path(output), Path(file))
     with ExitStack() as stack:
 
         def opened(
@@ -202,7 +191,11 @@ def _sidecars(
         ) -> "JsonFile | None":
             if path is None:
                 return None
-            others = inputs if other is None else [*inputs, other]
-            return stack.enter_context(kind(path, source, output, *others, overwrite=overwrite))
+            others = [*run.inputs, *outputs[1:], *filter(None, [other])]
+            file = kind(path, run.source, outputs[0], *others, overwrite=overwrite)
+            return stack.enter_context(file)
 
-        yield opened(ReportFile, report, save_look), opened(LookFile, save_look, report)
+        yield (
+            opened(ReportFile, run.report, run.save_look),
+            opened(LookFile, run.save_look, run.report),
+        )

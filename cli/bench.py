@@ -67,6 +67,14 @@ def bench(
         bool,
         typer.Option("--threads", help="Also measure other threads.", rich_help_panel=MEASUREMENTS),
     ] = False,
+    looks: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Also measure N looks of one film, beside N runs.",
+            rich_help_panel=MEASUREMENTS,
+        ),
+    ] = 0,
     length: Annotated[
         float,
         typer.Option(
@@ -103,7 +111,9 @@ def bench(
         from makeup_video.benchmark import suite
 
         heights = suite.heights_of(sizes)
-        extras = suite.Extras(renderer=renderer, faces=faces, threads=threads, minutes=length)
+        extras = suite.Extras(
+            renderer=renderer, faces=faces, threads=threads, minutes=length, looks=looks
+        )
         suite.check_options(seconds, rounds, extras, live=live, plot=plot)
         suite.check_look(look, ref)
         source = suite.sample_clip(clip)

@@ -59,6 +59,9 @@ def estimate(
 ) -> None:
     """Read the makeup of a photo: colours, finishes, the nearest products."""
     from makeup_video.cli.main import mark_output_whole
+    from makeup_video.pipeline.engine.machine import FIND_FACES, check_memory
+
+    check_memory(FIND_FACES)  # with less, the libraries of the nets crash while they are loaded
     from makeup_video.pipeline.look.catalogue import read_catalogue
     from makeup_video.pipeline.look.kinds import KINDS, PARTS
     from makeup_video.pipeline.media.sidecar import LookFile

@@ -14,13 +14,14 @@ _NARROWEST, _WIDEST = 40, 100  # columns of a page; in a narrower terminal the l
 _TEXT_COLUMNS = 22  # for the texts beside options: "[hh:]mm:ss[.fraction]." is one word
 _NAMES_COLUMNS = 30  # for the options themselves; a longer one has a line of its own
 _BREAK = " \\"  # the end of a line that the next one continues, in a shell
+_TABLES = ("codecs", "parts", "default_parts", "finishes", "zone")
 _EXIT_CODES = (
     ("0", "done"),
     ("1", "the machine lacks something, or an internal error"),
     ("2", "options or look file wrong, or the output exists"),
     ("3", "the input or the photo cannot be read"),
     ("4", "the output cannot be written"),
-    ("5", "done, but the input was damaged"),
+    ("5", "done, but the input was damaged, or some of several outputs failed"),
     ("6", "--strict, and something could not be kept"),
     ("130", "stopped by Ctrl-C before the output was whole"),
 )
@@ -114,8 +115,11 @@ def _write_options(ctx: Any, formatter: Any, params: Iterable[Any]) -> None:
 
 
 def _filled(text: str) -> str:
-    """A help text with the names of tables, such as {codecs}; only a help page loads the tables."""
-    return re.sub(r"{(\w+)}", lambda found: _names_of(found[1]), text)
+    """A help text with the names of tables, such as {codecs}; only a help page loads the tables.
+
+    Other words in braces, such as {look}, stay as they are.
+    """
+    return re.sub(f"{{({'|'.join(_TABLES)})}}", lambda found: _names_of(found[1]), text)
 
 
 def _names_of(table: str) -> str:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.look.options import Choice
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class _WholeLook:
     """A look that other options change."""
 
@@ -47,17 +47,19 @@ def _part_option(kind: "Kind") -> tuple[str, Any, Any]:
     return kind.part, Annotated[str | None, option], field(default=None)
 
 
-_Parts = make_dataclass(
-    "_Parts", map(_part_option, PARTS.values()),
-    bases=(_WholeLook,), frozen=True, slots=True, kw_only=True,
-)  # fmt: skip
+def with_parts(whole: type) -> type:
+    """The options of a class of whole looks, and an option for every part."""
+    parts = map(_part_option, PARTS.values())
+    return make_dataclass(
+        f"{whole.__name__}Parts", parts, bases=(whole,), frozen=True, kw_only=True
+    )
 
 
 # A name in braces, such as {finishes}, stands for the names of a table. Only a help page loads the
 # tables, which would take every command 20 ms more.
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LookOptions(_Parts):  # type: ignore[misc, valid-type]
-    """What to paint, on whom, and on which device, as typed; an option for every part."""
+@dataclass(frozen=True, kw_only=True)
+class Changes:
+    """What changes a look, whom to paint, and on which device, as typed."""
 
     color: Annotated[
         str | None,
@@ -132,14 +134,6 @@ class LookOptions(_Parts):  # type: ignore[misc, valid-type]
         texts = {part: getattr(self, part) for part in PARTS}
         return {part: text for part, text in texts.items() if text is not None}
 
-    @property
-    def files(self) -> list[str]:
-        """The files that the look is read from."""
-        from makeup_video.pipeline.look.ready import is_file
-
-        files = [] if self.look is None or not is_file(self.look) else [self.look]
-        return files if self.ref is None else [*files, self.ref]
-
     def choice(self) -> "Choice":
         """The options that change the look of --look or --ref."""
         from makeup_video.pipeline.look.options import Choice
@@ -154,6 +148,16 @@ class LookOptions(_Parts):  # type: ignore[misc, valid-type]
             strength=self.strength,
         )
 
+    @property
+    def gives_makeup(self) -> bool:
+        """Whether there is something to paint even if the photo shows no makeup."""
+        return self.color is not None or bool(self.worn)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LookOptions(Changes, with_parts(_WholeLook)):  # type: ignore[misc]
+    """The options of a command that paints one look; an option for every part."""
+
     def base_look(self, quiet: bool) -> "Look | None":
         """The look of --look or --ref, None when neither was given.
 
@@ -166,7 +170,7 @@ class LookOptions(_Parts):  # type: ignore[misc, valid-type]
         if self.look is not None and self.ref is not None:
             raise UsageError("--look and --ref both give a look: leave one of them out")
         if self.ref is not None:
-            return _look_of_photo(self.ref, self.ref_face or "", self._gives_makeup, quiet)
+            return look_of_photo(self.ref, self.ref_face or "", self.gives_makeup, quiet)
         if self.ref_face is not None:
             raise UsageError(
                 "--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out"
@@ -175,13 +179,9 @@ class LookOptions(_Parts):  # type: ignore[misc, valid-type]
             return None
         return load_look(self.look)
 
-    @property
-    def _gives_makeup(self) -> bool:
-        """Whether there is something to paint even if the photo shows no makeup."""
-        return self.color is not None or bool(self.worn)
 
-
-def _look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Look":
+def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Look":
+    """The look of a photo, logged in one line unless quiet. Raises InputError, PhotoError."""
     from makeup_video.pipeline import PhotoError, look_from_photo
     from makeup_video.pipeline.look.finishes import look_in_words
 

@@ -57,10 +57,13 @@ def error_line(error: "MakeupVideoError", command: str) -> str:
     """The line for an error of the pipeline; a usage error points to the command's help page."""
     from makeup_video.pipeline import UsageError
 
-    text = error.spelled(option_of_command)
-    if isinstance(error, UsageError):
-        text = with_help_pages(text, [command])
-    return f"{type(error).__name__}: {text}"
+    text = error_text(error)
+    return with_help_pages(text, [command]) if isinstance(error, UsageError) else text
+
+
+def error_text(error: "MakeupVideoError") -> str:
+    """An error of the pipeline in one line, its options as they are typed."""
+    return f"{type(error).__name__}: {error.spelled(option_of_command)}"
 
 
 def with_help_pages(text: str, commands: Sequence[str]) -> str:

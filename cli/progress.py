@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from fractions import Fraction
 from typing import IO, TYPE_CHECKING, Any, cast
 
-from makeup_video.cli.console import log
+from makeup_video.cli.console import log, printable
 
 if TYPE_CHECKING:
     from makeup_video.pipeline.live.run import LiveFigures
@@ -49,7 +49,10 @@ class _Terminal:
 
 @contextmanager
 def show_progress(quiet: bool) -> Generator[Any, None, None]:
-    """Yield the progress callback of process_video, or None when quiet."""
+    """Yield the progress callback of process_video, or None when quiet.
+
+    The callback takes a title, too, which is shown before the frames.
+    """
     if quiet:
         yield None
     elif sys.stderr is not None and sys.stderr.isatty():
@@ -67,13 +70,17 @@ class _PlainLines:
 
     def __init__(self) -> None:
         self.began = self.logged = time.monotonic()
+        self.title = ""
 
-    def __call__(self, done: int, expected: int | None, rate: Fraction) -> None:
+    def __call__(self, done: int, expected: int | None, rate: Fraction, title: str = "") -> None:
         now = time.monotonic()
+        if title != self.title:
+            self.title, self.began = title, now
         if now - self.logged < _LINE_SECONDS or not done:
             return
         self.logged = now
-        log(progress_text(done, expected, rate, now - self.began))
+        text = progress_text(done, expected, rate, now - self.began)
+        log(f"{title}: {text}" if title else text)
 
 
 class _Bar:
@@ -81,9 +88,12 @@ class _Bar:
 
     def __init__(self) -> None:
         self.bar: Any = None
+        self.title = ""
 
-    def __call__(self, done: int, expected: int | None, rate: Fraction) -> None:
-        if self.bar is None:
+    def __call__(self, done: int, expected: int | None, rate: Fraction, title: str = "") -> None:
+        if self.bar is None or title != self.title:
+            self.close()
+            self.title = title
             self._open(expected)
         speed = self.bar.tasks[0].speed or 0.0
         self.bar.update(
@@ -100,6 +110,7 @@ class _Bar:
         )
 
         self.bar = Progress(
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             MofNCompleteColumn(),
             TextColumn("{task.fields[fps]}  {task.fields[times]} real time"),
@@ -107,7 +118,7 @@ class _Bar:
             console=_console(),
             transient=True,
         )
-        self.task = self.bar.add_task("", total=expected, fps="", times="")
+        self.task = self.bar.add_task(printable(self.title), total=expected, fps="", times="")
         self.bar.start()
 
     def close(self) -> None:
@@ -124,6 +135,45 @@ def progress_text(done: int, expected: int | None, rate: Fraction, seconds: floa
         left = round((expected - done) / fps)
         text += f", {left // 60}:{left % 60:02d} left"
     return text
+
+
+@contextmanager
+def show_batch(quiet: bool) -> Generator[tuple[Callable[[str], None], Callable[[str], None]]]:
+    """Yield two functions for a batch: one logs a line that stays, one shows the work in hand.
+
+    The work in hand is a line that changes on a terminal, a line every few seconds elsewhere.
+    """
+    if quiet:
+        yield (lambda text: None), (lambda text: None)
+    elif sys.stderr is not None and sys.stderr.isatty():
+        with _console().status("") as status:
+            console = status.console
+            yield (
+                lambda text: console.print(printable(text), markup=False, highlight=False),
+                lambda text: status.update(_rich_text(text)),
+            )
+    else:
+        yield log, _Rarely()
+
+
+class _Rarely:
+    """Logs a line every few seconds."""
+
+    def __init__(self) -> None:
+        self.logged = time.monotonic()
+
+    def __call__(self, text: str) -> None:
+        now = time.monotonic()
+        if now - self.logged >= _LINE_SECONDS:
+            self.logged = now
+            log(text)
+
+
+def _rich_text(text: str) -> Any:
+    """A text that rich shows as it is, with no markup."""
+    from rich.text import Text
+
+    return Text(printable(text))
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from makeup_video.pipeline import product, ready_look
 look = Look(lips=product((180, 0, 46), "gloss"))  # or Look.load("look.json")
 look = ready_look("cat-eye").look
 report = process_video("in.mp4", "out.mp4", look)
+done = process_looks("in.mp4", {"a.mp4": look, "b.mp4": other})  # read once
 painted = apply_look(rgb8, look)  # one picture
 look = estimate_look(rgb8)  # or look_from_photo("look.jpg"): the makeup in a photo
 faces = find_faces(rgb8)  # largest first
@@ -73,6 +74,7 @@ __all__ = [
     "inspect_video",
     "lip_mask",
     "look_from_photo",
+    "process_looks",
     "process_video",
     "product",
     "ready_look",
@@ -92,6 +94,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.look.params import GraphicsParams
     from makeup_video.pipeline.look.ready import ReadyLook, ready_look, ready_looks
     from makeup_video.pipeline.offline.inspect_faces import inspect_video
+    from makeup_video.pipeline.offline.looks import process_looks
     from makeup_video.pipeline.offline.process import process_video
     from makeup_video.pipeline.offline.report import Report
     from makeup_video.pipeline.offline.settings import Settings
@@ -114,6 +117,7 @@ _LATER = {
     "ReadyLook": "look.ready",
     "ready_look": "look.ready",
     "ready_looks": "look.ready",
+    "process_looks": "offline.looks",
     "process_video": "offline.process",
     "Report": "offline.report",
     "Settings": "offline.settings",

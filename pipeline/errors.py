@@ -3,7 +3,7 @@
     MakeupVideoError                 exit code 1
     ├── InstallError   (RuntimeError)          1   a file of the package is missing or changed
     ├── TooLittleMemoryError (MemoryError)     1   a memory limit is below what the run needs
-    ├── WorkerError    (RuntimeError)          1   a process of the run was killed
+    ├── WorkerError    (RuntimeError)          1   a process or machine that did the work is gone
     ├── UsageError     (ValueError)            2   options that do not fit together
     ├── LookError      (ValueError)            2   a look file that cannot be used
     ├── CatalogueError (ValueError)            2   a table of products that cannot be used
@@ -49,6 +49,9 @@ class MakeupVideoError(Exception):
         super().__init__("")
         self._set_message(message)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self._message,)
+
     def extend(self, *, before: str = "", after: str = "") -> None:
         """Add text to the message, such as the name of the file that the error is about."""
         self._set_message(before + self._message + after)
@@ -56,6 +59,11 @@ class MakeupVideoError(Exception):
     def _set_message(self, message: str) -> None:
         self._message = message
         self.args = (_OPTION.sub(lambda found: _in_python(found[1], found[2]), message),)
+
+    @property
+    def marked(self) -> str:
+        """The message with its options marked as `option` marks them."""
+        return self._message
 
     def spelled(self, spell: Callable[[str, str | None], str]) -> str:
         """The message with every option as `spell(name, value)` writes it; value: None for none."""
@@ -110,6 +118,9 @@ class SeveralFacesError(PhotoError):
     def __init__(self, message: str = "", faces: Sequence[Any] = ()) -> None:
         super().__init__(message)
         self.faces = tuple(faces)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self._message, self.faces)
 
 
 class OutputError(MakeupVideoError, OSError):

@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[1]
 # A room imports only from lines below its own. Rooms on one line do not import each other.
 TOP = (("package",), ("cli", "training"), ("benchmark",), ("web",), ("pipeline",), ("kernels",))
 PIPELINE = (
+    ("batch",),
     ("offline", "live", "reference"),
     ("images", "render", "smoothing"),
     ("faces", "media"),
@@ -38,6 +39,7 @@ ONLY_IN = {
     "starlette": ("web",),
     "uvicorn": ("web",),
     "torch": ("training",),
+    "ray": ("pipeline/batch/on_ray.py",),
 }
 
 

@@ -14,6 +14,9 @@ def read_look(photo: bytes, name: str) -> "Estimate":
 
     name: what messages call the photo. Raises PhotoError, InputError.
     """
+    from makeup_video.pipeline.engine.machine import FIND_FACES, check_memory
+
+    check_memory(FIND_FACES)  # with less, the libraries of the nets crash while they are loaded
     from makeup_video.pipeline.reference.estimate import estimate_photo
 
     read = estimate_photo(photo, name=name, read=read_apart)

@@ -37,6 +37,11 @@ class Channel(Generic[T]):
         return len(self._items)
 
     @property
+    def is_cancelled(self) -> bool:
+        """True once `cancel` was called."""
+        return self._cancelled
+
+    @property
     def mean_fill(self) -> float:
         """The mean number of items that a newly sent item found waiting.
 

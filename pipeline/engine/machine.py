@@ -6,7 +6,7 @@ import os
 import resource
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,6 +113,22 @@ def _limits(root: Path, path: str, name: str) -> list[int]:
 def _lines_of(name: str, begins: str) -> list[str]:
     text = (_PROC / name).read_text(encoding="ascii")
     return [line for line in text.splitlines() if line.startswith(begins)]
+
+
+def free_memory_bytes() -> int:
+    """How much more memory this process may hold, as far as the system tells.
+
+    A limit of a control group counts as a whole, whatever the group holds already.
+    """
+    free = [1 << 40] if (group := group_limit_bytes()) is None else [group]
+    with suppress(OSError, ValueError):
+        free += [int(line.split()[1]) * 1024 for line in _lines_of("meminfo", "MemAvailable:")]
+    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if allowed != resource.RLIM_INFINITY:
+        with suppress(OSError, ValueError):
+            taken = [int(line.split()[1]) * 1024 for line in _lines_of("self/status", "VmSize:")]
+            free.append(max(0, allowed - sum(taken)))
+    return min(free)
 
 
 def peak_memory_bytes() -> int:

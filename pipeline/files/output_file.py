@@ -3,7 +3,7 @@
 import contextlib
 import errno
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import av
@@ -41,6 +41,21 @@ def keep_apart(output: Path, read: Path) -> None:
                 f"the output {output} would replace {read}, which this run reads: choose another "
                 "name"
             )
+
+
+def check_apart(outputs: Sequence[Path]) -> None:
+    """Raises UsageError for two outputs that are one file."""
+    places: dict[str, Path] = {}
+    for output in outputs:
+        # case does not count: some disks do not tell A from a
+        place = os.path.realpath(target_of(output)).lower()
+        if place in places:
+            raise UsageError(
+                f"two outputs have the name {output}: give each its own"
+                if places[place] == output
+                else f"two outputs are one file: {places[place]} and {output}; give each its own"
+            )
+        places[place] = output
 
 
 def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:

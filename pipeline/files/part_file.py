@@ -103,6 +103,16 @@ def check_part(path: Path, overwrite: bool) -> None:
         )
 
 
+def remove_ended(path: Path) -> None:
+    """Remove the part of a run that has ended, if there is one.
+
+    Raises UsageError when the run has not ended.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        check_part(path, overwrite=True)
+        _remove_old(path)
+
+
 def _opened(path: Path, overwrite: bool) -> int:
     """A descriptor of the new file, locked until it is closed or the process ends."""
     for _ in range(_TRIES):
@@ -113,7 +123,7 @@ def _opened(path: Path, overwrite: bool) -> int:
             check_part(path, overwrite)
             _remove_old(path)
             continue
-        if _lock(fd) and _is_at(path, fd):
+        if lock_file(fd) and _is_at(path, fd):
             return fd
         _open_parts.pop(fd, None)
         os.close(fd)
@@ -132,7 +142,7 @@ def _remove_old(path: Path) -> None:
             return
         fd = os.open(path, _OLD)
         try:
-            if not _lock(fd):
+            if not lock_file(fd):
                 raise _busy(path)
             if _is_at(path, fd):  # else another run has just begun to write there
                 path.unlink()
@@ -140,8 +150,11 @@ def _remove_old(path: Path) -> None:
             os.close(fd)
 
 
-def _lock(fd: int) -> bool:
-    """False when another run has locked the file. True on systems without such locks."""
+def lock_file(fd: int) -> bool:
+    """Lock an open file until it is closed; False when another run has locked it.
+
+    True on systems without such locks.
+    """
     try:
         import fcntl
     except ImportError:

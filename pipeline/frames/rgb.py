@@ -1,5 +1,6 @@
 """Converts an RGB picture in memory to a Frame, and its changed pixels back."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 import av
@@ -27,7 +28,7 @@ def to_frame(stored: np.ndarray, rotation_degrees: int = 0) -> Frame:
     return Frame(picture, 0, PICTURE_TICK, PICTURE_TAGS, rotation_degrees)
 
 
-def merge(stored: np.ndarray, frame: Frame, before: list[np.ndarray]) -> np.ndarray:
+def merge(stored: np.ndarray, frame: Frame, before: Sequence[np.ndarray]) -> np.ndarray:
     """The stored pixels, with those that painting changed converted back from the frame.
 
     stored: as for to_frame. before: the frame's planes before painting. The very same array when

@@ -6,7 +6,7 @@ import itertools
 import os
 import re
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -99,7 +99,27 @@ class Catalogue:
         return [(float(off[index]), self.at(index)) for index in near.tolist()]
 
 
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One row of a catalogue.
+
+    where: its file and line, for messages.  cells: all of its cells by column, names in lower case.
+    """
+
+    where: str
+    cells: Mapping[str, str]
+    shade: Shade
+
+
 def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
+    """The rows of a CSV file, see rows_of. Raises CatalogueError naming file, line and fault."""
+    catalogue = Catalogue(row.shade for row in rows_of(path))
+    if not len(catalogue):
+        raise CatalogueError(f"{path} has no rows: a catalogue needs at least one product")
+    return catalogue
+
+
+def rows_of(path: str | os.PathLike[str]) -> Iterator[Row]:
     """The rows of a CSV file (UTF-8, at most 200 MB) with columns brand, product, shade, hex.
 
     The columns category, product_type and type tell which parts a product is for. Other columns
@@ -114,17 +134,14 @@ def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
             open_ordinary(path, _MOST_BYTES) as data,
             io.TextIOWrapper(data, encoding="utf-8-sig", newline="") as lines,
         ):
-            catalogue = Catalogue(_shades(lines, path))
+            yield from _rows(lines, path)
     except UnicodeDecodeError as error:
         raise CatalogueError(f"{path}: a catalogue cannot be read: not UTF-8 text") from error
     except OSError as error:
         raise CatalogueError(f"{path}: a catalogue cannot be read: {error.strerror}") from error
-    if not len(catalogue):
-        raise CatalogueError(f"{path} has no rows: a catalogue needs at least one product")
-    return catalogue
 
 
-def _shades(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Shade]:
+def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
     first = next(lines, "")
     if not first:
         raise CatalogueError(f"{path} is empty: a catalogue needs the columns {', '.join(COLUMNS)}")
@@ -138,8 +155,6 @@ def _shades(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Shad
                 f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated "
                 f"by commas or semicolons; missing or twice: {', '.join(missing)}"
             )
-        places = [names.index(name) for name in COLUMNS]
-        kinds = [at for at, name in enumerate(names) if name in KIND_COLUMNS]
         for row in reader:
             if reader.line_num > _MOST_LINES:
                 raise CatalogueError(
@@ -151,14 +166,15 @@ def _shades(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Shad
                     raise CatalogueError(
                         f"{where}: {len(names)} cells were expected, as in line 1, got {len(row)}"
                     )
-                kind = " ".join(row[at] for at in kinds).lower()
-                yield _shade([row[at].strip() for at in places], _parts_of(kind), where)
+                cells = dict(zip(names, map(str.strip, row), strict=True))
+                kind = " ".join(cells[name] for name in cells if name in KIND_COLUMNS).lower()
+                yield Row(where, cells, _shade(cells, _parts_of(kind), where))
     except csv.Error as error:
         raise CatalogueError(f"{path}, line {reader.line_num}: no proper CSV: {error}") from error
 
 
-def _shade(cells: list[str], parts: tuple[str, ...], where: str) -> Shade:
-    brand, product, shade, text = cells
+def _shade(cells: Mapping[str, str], parts: tuple[str, ...], where: str) -> Shade:
+    brand, product, shade, text = (cells[name] for name in COLUMNS)
     rgb = rgb_of_hex(text)
     if rgb is None:
         raise CatalogueError(

@@ -50,6 +50,8 @@ class VideoCodec(NamedTuple):
     presets: the choices, None where there are none; `preset` is the default.
     depth: bits a sample unless others are asked for; None: those of the source.
     interlaced: the encoder can keep fields.  whole_chroma: it refuses odd sizes in 4:2:0.
+    memory_mb_per_mpx: what one more encoder of the default preset holds, in MB per megapixel of a
+    frame: mostly the frames of its look-ahead.
     options: (crf, preset) -> the encoder's own options.
     tag: the codec's name in mp4 and mov; None: FFmpeg's choice.
     transparent_in: the containers in which transparency is kept.
@@ -73,6 +75,7 @@ class VideoCodec(NamedTuple):
     depth: int | None
     interlaced: bool
     whole_chroma: bool
+    memory_mb_per_mpx: int
     options: Callable[[int, str], dict[str, str]]
     tag: str | None = None
     transparent_in: tuple[str, ...] = ()
@@ -105,6 +108,7 @@ CODECS = {
             (*_LIMITED, *_FULL, "nv12", *_TEN_BITS),
             crf=(0, 51, 18), presets=_X26X_PRESETS, preset="veryfast", depth=8,
             interlaced=True, whole_chroma=True,
+            memory_mb_per_mpx=130,
             options=lambda crf, preset: {"crf": str(crf), "preset": preset},
             parameters="x264-params",
             bottom_first=("bff=1",),  # x264 opens with the top field first
@@ -117,6 +121,7 @@ CODECS = {
             (*_LIMITED, *_FULL, *_TEN_BITS, *_TWELVE_BITS),
             crf=(0, 51, 18), presets=_X26X_PRESETS, preset="superfast", depth=None,
             interlaced=False, whole_chroma=True,
+            memory_mb_per_mpx=170,
             options=lambda crf, preset: {"crf": str(crf), "preset": preset},
             tag=APPLE_HEVC,
             parameters="x265-params", quiet=("log-level=none",),
@@ -128,6 +133,7 @@ CODECS = {
             "av1", "libsvtav1", ("mp4", "matroska", "webm"), ("yuv420p", "yuv420p10le"),
             crf=(1, 63, 26), presets=tuple(str(n) for n in range(14)), preset="8", depth=None,
             interlaced=False, whole_chroma=False,
+            memory_mb_per_mpx=410,
             options=lambda crf, preset: {"crf": str(crf), "preset": preset},
             parameters="svtav1-params", quiet_environment=(("SVT_LOG", "-1"),),
             hdr=HdrParameters("mastering-display", "content-light", in_units=False),
@@ -138,6 +144,7 @@ CODECS = {
             "vp9", "libvpx-vp9", ("mp4", "matroska", "webm"), (*_LIMITED, "yuva420p"),
             crf=(0, 63, 24), presets=tuple(str(n) for n in range(9)), preset="6", depth=None,
             interlaced=False, whole_chroma=False,
+            memory_mb_per_mpx=115,
             options=lambda crf, preset: {
                 "crf": str(crf), "cpu-used": preset, "deadline": "realtime", "row-mt": "1",
                 "tile-columns": "2", "auto-alt-ref": "0", "lag-in-frames": "0",
@@ -152,6 +159,7 @@ CODECS = {
              "yuva420p10le", "yuva422p10le", "yuva444p10le", "yuva422p12le", "yuva444p12le"),
             crf=None, presets=None, preset="", depth=None,
             interlaced=True, whole_chroma=False,
+            memory_mb_per_mpx=65,
             # FFmpeg chooses the number of slices: four, unless an odd size does not allow them
             options=lambda crf, preset: {"level": "3", "slicecrc": "1"},
             transparent_in=("matroska",),
@@ -161,6 +169,7 @@ CODECS = {
             ("yuv422p10le", "yuv444p10le", "yuva444p10le"),
             crf=None, presets=("proxy", "lt", "standard", "hq", "4444", "4444xq"), preset="",
             depth=None, interlaced=True, whole_chroma=False,
+            memory_mb_per_mpx=35,
             options=lambda crf, preset: {"profile": preset} if preset else {},
             transparent_in=("mov",),
             also=("prores_ks", "apple prores"),

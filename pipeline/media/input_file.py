@@ -4,7 +4,7 @@ import logging
 import os
 import re
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -49,6 +49,22 @@ class VideoSource:
     expected_frames: int | None
     has_alpha: bool
     tags: ColourTags
+    _taken: dict[int, object] = field(default_factory=dict, repr=False)  # by stream, a decoder
+    _reopened: list[Any] = field(default_factory=list, repr=False)
+
+    def decoder_of(self, stream: Any) -> Any:
+        """A decoder of one of the file's streams, for one output alone: a decoder keeps a state.
+
+        Several outputs of one run convert the same packets, each with a decoder of its own. The
+        first call returns the stream's own decoder, each later one that of the file opened again.
+        Any thread may call this. Raises InputError where the file cannot be opened again.
+        """
+        mine = object()
+        if self._taken.setdefault(stream.index, mine) is mine:
+            return stream.codec_context
+        container = open_container(self.path)
+        self._reopened.append(container)
+        return container.streams[stream.index].codec_context
 
     @property
     def time_base(self) -> Fraction:
@@ -81,7 +97,8 @@ class VideoSource:
         return int(context.width * context.height)
 
     def close(self) -> None:
-        self.container.close()
+        for container in (self.container, *self._reopened):
+            container.close()
 
 
 def local_file(path: str | os.PathLike[str], wanted: str = "video or picture") -> Path:

@@ -78,11 +78,12 @@ class OtherStreams:
         codec: str | None
         if stream.type == "audio":
             codec = audio_codec_for(self._format)
-            audio = AudioConverter(self._container, stream, codec)
+            decoder = self._source.decoder_of(stream)
+            audio = AudioConverter(self._container, stream, codec, decoder)
             self.audio_converters.append(audio)
             self._routes[stream.index] = (audio.stream, audio)
         elif stream.type == "subtitle" and (codec := subtitle_codec_for(self._format, stream)):
-            text = SubtitleConverter(self._container, stream, codec)
+            text = SubtitleConverter(self._container, codec, self._source.decoder_of(stream))
             self._routes[stream.index] = (text.stream, text)
         else:
             return None

@@ -36,10 +36,11 @@ class AudioConverter:
 
     The source's rate and channels may change within the stream; the output keeps those at the
     beginning, in the usual layout of as many channels.
+    decoder: of the source's stream, used by nobody else.
     """
 
-    def __init__(self, container: Any, source: Any, codec: str) -> None:
-        self._decoder = source.codec_context
+    def __init__(self, container: Any, source: Any, codec: str, decoder: Any) -> None:
+        self._decoder = decoder
         self._rate = _OPUS_RATE if codec == "libopus" else source.rate
         self._layout = _LAYOUTS.get(source.codec_context.layout.nb_channels, "stereo")
         self.stream = container.add_stream(codec, rate=self._rate)
@@ -83,10 +84,13 @@ class AudioConverter:
 
 
 class SubtitleConverter:
-    """Converts the packets of one text subtitle stream to another codec, at the same times."""
+    """Converts the packets of one text subtitle stream to another codec, at the same times.
 
-    def __init__(self, container: Any, source: Any, codec: str) -> None:
-        self._decoder = source.codec_context
+    decoder: of the source's stream, used by nobody else.
+    """
+
+    def __init__(self, container: Any, codec: str, decoder: Any) -> None:
+        self._decoder = decoder
         self._decoder.open(strict=False)
         self.stream = container.add_stream(codec)
         context = self.stream.codec_context

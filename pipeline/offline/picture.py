@@ -1,17 +1,19 @@
-"""Paints one picture file and keeps its metadata.
+"""Paints a picture file and keeps its metadata.
 
 The picture becomes a Frame (4:4:4, full range) for the painter. Pixels that are not painted keep
 their exact values, whatever the depth of the file: planes are compared before and after, and only
 what changed is converted back.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from makeup_video.pipeline.errors import StrictError, UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.orientation import Orientation
 from makeup_video.pipeline.frames.rgb import merge, to_frame, with_colour
 from makeup_video.pipeline.images.exif import orientation
 from makeup_video.pipeline.images.picture_file import (
@@ -22,33 +24,57 @@ from makeup_video.pipeline.images.picture_file import (
 )
 from makeup_video.pipeline.media.side_by_side import side_by_side
 from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.settings import Settings
 
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
 
 
-def process_picture(
-    src: Path,
-    dst: Path,
-    paint: Callable[[Frame], Frame],
-    *,
-    compare: bool = False,
-    overwrite: bool = False,
-    strict: bool = False,
-    on_whole: Callable[[], None] | None = None,
-) -> Report:
-    """Paint one picture and keep its EXIF (with the orientation), XMP and ICC profile.
+@dataclass(frozen=True, slots=True)
+class OpenedPicture:
+    """A picture file that was read.
 
-    compare: write the picture as it was and as painted, beside each other.  on_whole: as in
-    Settings.
-    Raises DecodeError, OutputError, UsageError, StrictError.
+    stored: its pixels, as decode_picture returns them, with the metadata.  frame: the same for the
+    painter.  bytes_in: size of the file.
     """
+
+    path: Path
+    stored: np.ndarray
+    metadata: dict[int, np.ndarray]
+    orientation: Orientation
+    frame: Frame
+    bytes_in: int
+
+
+def open_picture(path: Path) -> OpenedPicture:
+    """Read a picture. Raises InputError, DecodeError."""
+    data = read_bytes(path)
+    stored, metadata = decode_picture(data, path)
+    stored_as = orientation(metadata)
+    frame = to_frame(stored, rotation_degrees=stored_as.turn_degrees)
+    return OpenedPicture(path, stored, metadata, stored_as, frame, len(data))
+
+
+def check_suffix(src: Path, dst: Path) -> None:
+    """Raises UsageError for an output whose name is not that of a picture."""
     if dst.suffix.lower() not in WRITERS:
         raise UsageError(
             f"{src} is a picture: the output must end in .jpg, .png or .webp, got {dst}"
         )
-    target = OutputFile(dst, src, overwrite=overwrite, on_whole=on_whole)
+
+
+def process_picture(
+    src: Path, dst: Path, paint: Callable[[Frame], Frame], settings: Settings
+) -> Report:
+    """Paint one picture and keep its EXIF (with the orientation), XMP and ICC profile.
+
+    Raises InputError, DecodeError, OutputError, UsageError, StrictError.
+    """
+    check_suffix(src, dst)
+    target = _target(src, dst, settings)
     try:
-        report = _process(src, target, paint, compare, strict)
+        picture = open_picture(src)
+        before = [plane.copy() for plane in picture.frame.planes]
+        report = _write(picture, target, paint(picture.frame), before, settings)
         target.keep()
     except BaseException:
         target.discard()
@@ -57,26 +83,47 @@ def process_picture(
     return report
 
 
-def _process(
-    src: Path, target: OutputFile, paint: Callable[[Frame], Frame], compare: bool, strict: bool
+def write_picture(picture: OpenedPicture, dst: Path, painted: Frame, settings: Settings) -> Report:
+    """Write a painted copy of the picture's frame, with the picture's metadata.
+
+    Raises OutputError, UsageError, StrictError.
+    """
+    target = _target(picture.path, dst, settings)
+    try:
+        report = _write(picture, target, painted, picture.frame.planes, settings)
+        target.keep()
+    except BaseException:
+        target.discard()
+        raise
+    report.output = str(dst)
+    return report
+
+
+def _target(src: Path, dst: Path, settings: Settings) -> OutputFile:
+    return OutputFile(dst, src, overwrite=settings.overwrite, on_whole=settings.on_whole)
+
+
+def _write(
+    picture: OpenedPicture,
+    target: OutputFile,
+    frame: Frame,
+    before: Sequence[np.ndarray],
+    settings: Settings,
 ) -> Report:
-    suffix = target.part.suffix.lower()
-    data = read_bytes(src)
-    stored, metadata = decode_picture(data, src)
-    report = Report(str(src), "", WRITERS[suffix], is_picture=True, frames_in=1, frames_out=1)
-    stored_as = orientation(metadata)
-    frame = to_frame(stored, rotation_degrees=stored_as.turn_degrees)
-    before = [plane.copy() for plane in frame.planes]
-    painted = merge(stored, paint(frame), before)
-    if compare:
+    """Write what was painted.  before: the planes of the frame before painting."""
+    suffix, stored = target.part.suffix.lower(), picture.stored
+    codec = WRITERS[suffix]
+    report = Report(str(picture.path), "", codec, is_picture=True, frames_in=1, frames_out=1)
+    painted = merge(stored, frame, before)
+    if settings.compare:
         untouched = stored if painted.shape == stored.shape else with_colour(stored)
-        painted = side_by_side(untouched, painted, stored_as)
-    written = encode_picture(target.part, _fitting(painted, report), metadata)
-    report.bytes_in, report.bytes_out = len(data), len(written)
+        painted = side_by_side(untouched, painted, picture.orientation)
+    written = encode_picture(target.part, _fitting(painted, report), picture.metadata)
+    report.bytes_in, report.bytes_out = picture.bytes_in, len(written)
     with write_errors(target.part):
         target.own_path.write_bytes(written)
-    report.dropped += _lost_metadata(written, target.part, metadata)
-    if strict and (lost := report.dropped + report.conversions):
+    report.dropped += _lost_metadata(written, target.part, picture.metadata)
+    if settings.strict and (lost := report.dropped + report.conversions):
         raise StrictError(
             f"{option('strict')}: {suffix} cannot keep {'; '.join(lost)}. Use .png, or leave "
             f"{option('strict')} out."

@@ -116,16 +116,23 @@ class Report:
             parts.insert(0, "the file ends early")
         return "the input is damaged: " + ", ".join(parts)
 
+    @property
+    def size_in_words(self) -> str:
+        """How much was written: "300 frames, 1.2 MB"."""
+        count = "one picture" if self.is_picture else f"{self.frames_out} frames"
+        return f"{count}, {size_in_words(self.bytes_out)}"
+
     def summary(self) -> str:
         """The last line of a run."""
         if self.is_picture:
-            return f"{self.output}: one picture, {_size(self.bytes_out)}"
+            return f"{self.output}: {self.size_in_words}"
         return (
             f"{self.output}: {self.frames_out} frames in {self.seconds:.1f} s "
             f"({self.frames_per_second:.0f} fps, {self.times_real_time:.1f}x real time), "
-            f"{_size(self.bytes_out)}"
+            f"{size_in_words(self.bytes_out)}"
         )
 
 
-def _size(count: int) -> str:
+def size_in_words(count: int) -> str:
+    """A count of bytes, as in "1.2 MB"."""
     return f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count / 1e3:.1f} kB"

@@ -3,7 +3,6 @@
 import os
 import time
 from collections.abc import Callable
-from dataclasses import asdict
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -15,13 +14,12 @@ from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
-from makeup_video.pipeline.media.decode import Decoder
 from makeup_video.pipeline.media.duration import check_start
-from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.mux import Muxer
 from makeup_video.pipeline.media.side_by_side import SideBySide
-from makeup_video.pipeline.offline.encoding import choose_encoding, decoder_threads
+from makeup_video.pipeline.offline.encoding import choose_encoding
+from makeup_video.pipeline.offline.film import add_times, film_report, open_decoder
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
@@ -46,18 +44,9 @@ def run_stages(
     path, settings = local_file(src), settings or Settings()
     check_name(dst)
     if is_picture(path):
-        if given := settings.of_videos():
-            names = ", ".join(map(option, given))
-            raise UsageError(f"{src} is a picture: leave out {names} (for videos only)")
-        report = process_picture(
-            path,
-            Path(dst),
-            partial(_through, stages(None)),
-            compare=settings.compare,
-            overwrite=settings.overwrite,
-            strict=settings.strict,
-            on_whole=settings.on_whole,
-        )
+        check_picture_settings(src, settings)
+        paint = partial(_through, stages(None))
+        report = process_picture(path, Path(dst), paint, settings)
     else:
         source = open_video(path)
         try:
@@ -72,6 +61,13 @@ def run_stages(
     report.cpu_seconds = time.process_time() - cpu_began
     report.peak_memory_bytes = peak_memory_bytes()
     return report
+
+
+def check_picture_settings(src: str | os.PathLike[str], settings: Settings) -> None:
+    """Raises UsageError for settings that a picture does not have."""
+    if given := settings.of_videos():
+        names = ", ".join(map(option, given))
+        raise UsageError(f"{src} is a picture: leave out {names} (for videos only)")
 
 
 def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
@@ -102,15 +98,7 @@ def _run(
     )
     muxer = Muxer(target, encoding.container, strict=settings.strict)
     try:
-        convert = encoding.convert()
-        decoder = Decoder(
-            source,
-            convert,
-            muxer,
-            start_seconds=settings.start_seconds,
-            end_seconds=settings.end_seconds,
-            threads=decoder_threads(settings.decoder_threads),
-        )
+        decoder = open_decoder(source, encoding, muxer, settings)
         encoder = encoding.encoder(muxer, source, settings.encoder_threads)
         runner = Runner(
             ("decode", decoder.frames()),
@@ -126,7 +114,8 @@ def _run(
         if not muxer.is_finished:
             muxer.abort()
         raise
-    report = _report(source, output, decoder, encoder, muxer, runner)
+    report = film_report(source, output, decoder, encoder, muxer)
+    add_times(report, runner.times, runner.channels)
     report.bytes_in = bytes_in
     return report
 
@@ -135,48 +124,3 @@ def check_name(dst: str | os.PathLike[str]) -> None:
     """Raises UsageError for an output that names a folder."""
     if os.fspath(dst).endswith(os.sep):
         raise UsageError(f"the output {dst} names a folder: give the name of a file")
-
-
-def _report(
-    source: VideoSource,
-    output: Path,
-    decoder: Decoder,
-    encoder: VideoEncoder,
-    muxer: Muxer,
-    runner: Runner,
-) -> Report:
-    report = report_of(source, output, decoder, encoder, muxer)
-    report.stages = {name: asdict(times) for name, times in runner.times.items()}
-    report.channels = {
-        channel.name: {"capacity": channel.capacity, "mean_fill": channel.mean_fill}
-        for channel in runner.channels
-    }
-    return report
-
-
-def report_of(
-    source: VideoSource, output: Path, decoder: Decoder, encoder: VideoEncoder, muxer: Muxer
-) -> Report:
-    """The report of a finished film, without what the stages and channels know."""
-    stats = decoder.stats
-    return Report(
-        source=str(source.path),
-        output=str(output),
-        codec=encoder.codec.name,
-        frames_in=stats.frames,
-        frames_out=muxer.video_packets,
-        max_pts_error_seconds=float(encoder.max_pts_error_seconds),
-        mended_times=stats.mended_times,
-        corrupt_frames=stats.corrupt_frames,
-        lost_frames=stats.lost_frames,
-        decode_errors=stats.decode_errors,
-        truncated=stats.truncated,
-        skipped_packets=muxer.skipped_packets,
-        damaged=stats.is_damaged or muxer.skipped_packets > 0,
-        dropped=muxer.dropped,
-        converted=muxer.converted,
-        conversions=decoder.convert.conversions,
-        media_seconds=float(decoder.media_seconds),
-        first_packet_unix_seconds=encoder.first_packet_at,
-        bytes_out=muxer.bytes_out,
-    )

@@ -167,7 +167,7 @@ class _Painting:
         steps = run(source)
         find, smooth, scene, _ = (cast(Any, stage) for _, stage in steps)
         painter = (compared(steps) if job.settings.compare else steps)[-1][1]
-        self._composite = run.composite
+        self._composite = run.painter.composite
         self._composite.largest_id = job.largest_id
         self._faces = SegmentFaces(find, job.segment, job.seen_again_from)
         self.ahead_frames = smooth.ahead_frames

@@ -14,15 +14,16 @@ from makeup_video.pipeline.engine.processes import Processes
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.media.decode import Decoder, DecodeStats
+from makeup_video.pipeline.media.decode import DecodeStats
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.join import Join
 from makeup_video.pipeline.media.mux import Muxer
 from makeup_video.pipeline.media.segments import Plan, Segment, plan_segments
-from makeup_video.pipeline.offline.encoding import choose_encoding, decoder_threads
+from makeup_video.pipeline.offline.encoding import choose_encoding
 from makeup_video.pipeline.offline.face_numbers import FaceNumbers, Sighting
+from makeup_video.pipeline.offline.film import film_report, open_decoder
 from makeup_video.pipeline.offline.report import Report
-from makeup_video.pipeline.offline.run import Progress, report_of
+from makeup_video.pipeline.offline.run import Progress
 from makeup_video.pipeline.offline.segment_job import SegmentJob, SegmentResult, paint_segment
 from makeup_video.pipeline.offline.settings import Settings
 
@@ -62,8 +63,7 @@ def process_in_segments(
         )
         muxer = Muxer(target, encoding.container, strict=settings.strict)
         try:
-            threads = decoder_threads(settings.decoder_threads)
-            decoder = Decoder(source, encoding.convert(), muxer, threads=threads)
+            decoder = open_decoder(source, encoding, muxer, settings)
             encoder = encoding.encoder(muxer, source, settings.encoder_threads)
             join = Join(decoder, encoder, muxer)
             join.begin(compare=settings.compare)
@@ -78,7 +78,7 @@ def process_in_segments(
             raise
     finally:
         source.close()
-    report = report_of(source, output, decoder, encoder, muxer)
+    report = film_report(source, output, decoder, encoder, muxer)
     report.bytes_in = bytes_in
     _add(report, results, look, settings, faces)
     report.seconds = time.monotonic() - began

@@ -72,30 +72,48 @@ class _FindOnce:
         return item
 
 
+class Painter:
+    """The stage that paints a look, and what it counts.
+
+    composite: the stage, made with the same look and faces.
+    """
+
+    def __init__(self, composite: Composite, faces: str = "all") -> None:
+        self.composite, self._faces = composite, faces
+
+    def count(self, report: Report) -> None:
+        """Write into a report, which has its counts of faces, how many frames were painted."""
+        report.painted_frames = self.composite.painted_frames
+        if not report.painted_frames and report.frames_with_face:
+            composite = self.composite
+            report.why_unpainted = why_unpainted(
+                composite.look,
+                self._faces,
+                report.turn_first,
+                composite.chosen_frames,
+                composite.numbers,
+            )
+
+
 class PaintRun(FaceRun):
     """Finds faces and paints a look on them; `faces` and `device` as in Settings.
 
-    composite: the stage that paints, once the stages are made.
+    painter: the stage that paints, once the stages are made.
     """
 
-    composite: Composite
+    painter: Painter
 
     def __init__(self, look: Look, faces: str = "all", device: str = "") -> None:
         super().__init__(self._painting, PAINT_VIDEO, PAINT_PICTURE)
         self._look, self._faces, self._device = look, faces, device
 
     def _painting(self) -> Stages:
-        self.composite = Composite(self._look, self._device, self._faces)
-        return [("scene", BuildScene(self._device)), ("composite", self.composite)]
+        self.painter = Painter(Composite(self._look, self._device, self._faces), self._faces)
+        return [("scene", BuildScene(self._device)), ("composite", self.painter.composite)]
 
     def count(self, report: Report) -> None:
         super().count(report)
-        report.painted_frames = self.composite.painted_frames
-        if not report.painted_frames and report.frames_with_face:
-            chosen = self.composite.chosen_frames
-            report.why_unpainted = why_unpainted(
-                self._look, self._faces, report.turn_first, chosen, self.composite.numbers
-            )
+        self.painter.count(report)
 
 
 def why_unpainted(

@@ -34,10 +34,16 @@ _STAYS_SMALL = 0.8  # share of LARGE_PX down to which painting stays at half siz
 _Placed = tuple[Job, Rect]
 
 
+def open_canvas(device: str = "") -> Canvas:
+    """A canvas on a device, for one thread. Raises as open_device does."""
+    return Canvas(open_device(device))
+
+
 class Composite:
     """Paints `look` on every frame.
 
-    device: as for open_device.  faces: all, largest, or a face's number.
+    device: as for open_device, or a canvas, which several may share in one thread.
+    faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
     numbers: the ids of all faces seen.  largest_id: the face that was painted last as the largest.
@@ -45,8 +51,8 @@ class Composite:
     Raises InstallError, UsageError for the device.
     """
 
-    def __init__(self, look: Look, device: str = "", faces: str = "all") -> None:
-        self._canvas = Canvas(open_device(device))
+    def __init__(self, look: Look, device: str | Canvas = "", faces: str = "all") -> None:
+        self._canvas = open_canvas(device) if isinstance(device, str) else device
         self._reader = Reader(self._canvas.device)
         self._faces = faces
         self.largest_id = -1

@@ -4,7 +4,7 @@ import pytest
 from makeup_video.benchmark import harness, runs
 from makeup_video.pipeline import InputError, Look, product
 from makeup_video.pipeline.offline import encoding
-from makeup_video.pipeline.offline import run as offline
+from makeup_video.pipeline.offline import film as offline
 from people import clip, film, grey
 
 LOOK = Look(lips=product((150, 30, 70), "satin"), eyes=product((60, 80, 150), "satin", "eyes"))

@@ -5,6 +5,7 @@ from collections import Counter
 import pytest
 from makeup_video.benchmark import films, harness, scaling
 from makeup_video.pipeline import Look, UsageError, product
+from makeup_video.pipeline.offline import film as film_of_run
 from makeup_video.pipeline.offline import run as offline
 from people import SAMPLES
 
@@ -50,13 +51,13 @@ def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
             super().__init__(source, stages, sink, **options)
             runs[-1] += sink[1].threads, len(self.channels) - 1
 
-    class NotedDecoder(offline.Decoder):
+    class NotedDecoder(film_of_run.Decoder):
         def __init__(self, *args, threads, **options):
             super().__init__(*args, threads=threads, **options)
             runs.append((threads,))
 
     monkeypatch.setattr(offline, "Runner", Noted)
-    monkeypatch.setattr(offline, "Decoder", NotedDecoder)
+    monkeypatch.setattr(film_of_run, "Decoder", NotedDecoder)
     film = bench.film(144).path
     for threads in ((1, 3, 2), (0, 0, 4)):
         scaling._run_with_threads(bench, film, *threads)

@@ -13,12 +13,13 @@ import pytest
 from makeup_video.cli.app import app
 from makeup_video.cli.options import GROUPS
 from makeup_video.pipeline import FINISHES, UsageError
+from makeup_video.pipeline.files.template import FIELDS
 from makeup_video.pipeline.look.kinds import KINDS, PARTS
 from makeup_video.pipeline.look.options import PARTS_IN_WORDS, parse_parts
 from makeup_video.pipeline.look.part_options import layers_of
 from typer.main import get_command
 
-COMMANDS = ("apply", "looks", "estimate", "inspect", "live", "demo", "bench")
+COMMANDS = ("apply", "batch", "looks", "estimate", "inspect", "live", "demo", "bench")
 SECTION = re.compile(r"^(\w[\w ]*):\n((?:  .*\n)*)", re.MULTILINE)
 
 
@@ -83,7 +84,8 @@ def test_the_help_of_the_look_lists_what_the_tables_hold():
     slots = [*KINDS["eyeshadow"].slots]
     assert f"{', '.join([*FINISHES][:-1])} or {[*FINISHES][-1]}." in look
     assert f"{', '.join(slots[:-1])} or {slots[-1]}." in look
-    assert "{" not in help_of() + help_of("live") + help_of("bench")
+    pages = "".join(help_of(name) for name in COMMANDS)
+    assert set(re.findall("{(.*?)}", pages)) == set(FIELDS)  # of templates
 
 
 def test_help_and_error_of_parts_list_the_same_choices():

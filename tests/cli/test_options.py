@@ -10,6 +10,7 @@ import pytest
 import typer
 from makeup_video.cli.app import app
 from makeup_video.cli.look_options import LookOptions
+from makeup_video.cli.looks_options import LooksOptions
 from makeup_video.cli.options import parse_time, with_options
 from makeup_video.pipeline import Look, PhotoError, UsageError, product, ready_look
 from makeup_video.pipeline.reference import estimate
@@ -40,17 +41,19 @@ def test_a_dataclass_of_options_reaches_the_command_whole():
     assert draw.__doc__ == "Draw."
 
 
-def test_apply_and_live_share_every_option_of_the_look():
+def test_apply_batch_and_live_share_every_change_of_a_look():
     commands = get_command(app).commands
+    wholes = set(LooksOptions.__dataclass_fields__) - set(LookOptions.__dataclass_fields__)
+    assert wholes == {"looks", "catalogue", "where"}
     for name in LookOptions.__dataclass_fields__:
-        apply_options, live_options = (
+        if name in ("look", "ref"):
+            continue  # which apply and batch take several times
+        of_apply, of_batch, of_live = (
             next(param for param in commands[command].params if param.name == name)
-            for command in ("apply", "live")
+            for command in ("apply", "batch", "live")
         )
-        shared = ("opts", "secondary_opts", "metavar", "help", "default", "rich_help_panel")
-        assert [getattr(apply_options, key) for key in shared] == [
-            getattr(live_options, key) for key in shared
-        ]
+        for key in ("opts", "secondary_opts", "metavar", "help", "default", "rich_help_panel"):
+            assert getattr(of_apply, key) == getattr(of_batch, key) == getattr(of_live, key)
 
 
 def test_no_two_options_are_defined_with_the_same_text():
@@ -92,11 +95,11 @@ def test_the_base_look_is_that_of_a_file_a_photo_or_nothing(tmp_path, monkeypatc
 
 @pytest.mark.parametrize(
     ("options", "files"),
-    [({}, []), ({"look": "none"}, []), ({"look": "glam"}, []), ({"look": "look.json"}, ["look.json"]),
-     ({"ref": "a.jpg"}, ["a.jpg"])],
+    [({}, []), ({"look": ["none", "glam"]}, []), ({"ref": ["a.jpg"]}, ["a.jpg"]),
+     ({"look": ["look.json"], "catalogue": "b.csv"}, ["look.json", "b.csv"])],
 )  # fmt: skip
 def test_only_files_are_kept_from_being_overwritten(options, files):
-    assert LookOptions(**options).files == files
+    assert LooksOptions(**options).files == files
 
 
 def test_a_bare_photo_needs_a_colour(monkeypatch):

@@ -23,7 +23,7 @@ from media import damage, decoded, make_clip
         (["in.mp4", "--ref", "a.jpg", "-o", "out.mp4"], 3, "InputError: a.jpg does not exist"),
         (["in.mp4", "--ref", "in.mp4", "-o", "out.mp4"], 3, "PhotoError: in.mp4 is a video"),
         (["in.mp4", "--ref", "look.json", "-o", "out.mp4"], 3, "look.json is no photo that can"),
-        (["in.mp4", "--ref", "a.jpg", "--look", "none", "-o", "o.mp4"], 2, "leave one of them out"),
+        (["in.mp4", "--ref", "a.jpg", "--look", "none", "-o", "o.mp4"], 2, "2 looks need a name"),
         (["in.mp4", "--ref-face", "0", "--look", "none", "-o", "o.mp4"], 2, "add --ref PHOTO"),
         (["in.mp4", "--ref", "a.jpg", "--ref-face", "x", "-o", "o.mp4"], 2, "must be largest, or"),
         (["in.mp4", "--look", "no.json", "-o", "out.mp4"], 2, "LookError: no.json"),

@@ -77,6 +77,10 @@ def test_a_killed_worker_ends_the_run_with_one_line(tmp_path, src):
         (["--split", "nan"], "--split must be a number of minutes, got nan"),
         (["--jobs", "2"], "--jobs needs --split"),
         (["--split", "1", "--start", "1"], "--split splits whole films: leave out --start and"),
+        (
+            ["--look", "glam", "-o", "{look}.mp4", "--split", "1"],
+            "leave out --split, or paint each",
+        ),
     ],
 )
 def test_options_that_do_not_fit_are_one_line(src, words, text):

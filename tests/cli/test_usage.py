@@ -43,7 +43,11 @@ def folder(tmp_path, monkeypatch):
             "has no option --json: it is an option of makeup-video looks, makeup-video estimate, ",
             "makeup-video looks --help, makeup-video estimate --help, makeup-video inspect --help and makeup-video bench --help",
         ),
-        (["live", "--codec", "av1"], "it is an option of makeup-video.", "makeup-video --help"),
+        (
+            ["live", "--codec", "av1"],
+            "it is an option of makeup-video and makeup-video batch.",
+            "makeup-video --help and makeup-video batch --help",
+        ),
         (["in.mp4", "--vrsion"], "did you mean --version?", "makeup-video --help"),
         (["estimate", "a.jpg", "--top", "5"], "no option --top.", "makeup-video estimate --help"),
         (["live", "--port", "x"], "--port must be a whole number, got 'x'.", "makeup-video live --help"),

@@ -154,14 +154,14 @@ import os, signal, sys, time
 from makeup_video.cli import main
 from makeup_video.pipeline.files import part_file
 
-lock = part_file._lock
+lock = part_file.lock_file
 
 def stopped(fd):
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(1)
     return lock(fd)
 
-part_file._lock = stopped
+part_file.lock_file = stopped
 main.main()
 """
 

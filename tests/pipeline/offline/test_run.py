@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 from makeup_video.pipeline import Settings, UsageError, process_video
-from makeup_video.pipeline.offline import encoding, run
+from makeup_video.pipeline.offline import encoding, film
 from media import decoded, make_clip, packets_of, picture, times_of
 from whole_files import HALF_TICK_MKV, through
 
@@ -76,7 +76,7 @@ def test_the_report_counts_bytes_frames_and_stages(tmp_path):
 )
 def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, threads, expected):
     thread_counts = {}
-    decoder, encoder = run.Decoder, encoding.VideoEncoder
+    decoder, encoder = film.Decoder, encoding.VideoEncoder
 
     def decode(*args, threads, **options):
         thread_counts["decode"] = threads
@@ -86,7 +86,7 @@ def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, t
         thread_counts["encode"] = args[-1]
         return encoder(*args)
 
-    monkeypatch.setattr(run, "Decoder", decode)
+    monkeypatch.setattr(film, "Decoder", decode)
     monkeypatch.setattr(encoding, "VideoEncoder", encode)
     monkeypatch.setattr(encoding, "cores", lambda: cores)
     src = make_clip(tmp_path / "in.mp4", frames=3)

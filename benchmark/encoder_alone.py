@@ -1,0 +1,16 @@
+"""A bare loop that encodes a film once or several times at once, and prints its peak memory.
+
+python -m makeup_video.benchmark.encoder_alone FILM FOLDER COUNT
+"""
+
+import sys
+from pathlib import Path
+
+from makeup_video.benchmark.runs import transcode
+from makeup_video.pipeline.engine.machine import peak_memory_bytes
+
+if __name__ == "__main__":
+    film, folder, count = sys.argv[1:]
+    targets = [Path(folder) / f"alone{number}.mp4" for number in range(int(count))]
+    transcode(Path(film), targets, (0, 0))
+    print(peak_memory_bytes())

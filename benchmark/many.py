@@ -1,0 +1,148 @@
+"""What a second and each further look of one film costs, beside runs of their own."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from makeup_video.benchmark.films import CRF, PRESET, Film, frame_of, pictures
+from makeup_video.benchmark.harness import Bench, in_turn, middle
+from makeup_video.benchmark.runs import (
+    SETTINGS,
+    Run,
+    check_painted,
+    run_product,
+    time_run,
+)
+from makeup_video.pipeline import MakeupVideoError, process_looks
+from makeup_video.pipeline.engine.machine import one_opencv_thread
+from makeup_video.pipeline.engine.runner import Runner
+from makeup_video.pipeline.media.input_file import open_video
+from makeup_video.pipeline.offline.stages import FaceRun
+from makeup_video.pipeline.render.build_scene import BuildScene
+
+_MOST_ROUNDS = 3  # enough for a row of a table
+
+
+def by_looks(bench: Bench, film: Film, count: int) -> dict[str, Any]:
+    """The cost of `count` looks of one film: in one run, and in runs of their own.
+
+    shared: a run without painting and encoding. one: the whole product with one look.
+    own_cpu_ms: what painting and encoding one look take a frame: one run less what is shared.
+    further_cpu_ms: what each further look adds to a run.
+    further_by_own: their ratio.  many_by_separate: seconds of one run by those of separate runs.
+    memory_mb: see _memory.
+    """
+    targets = [bench.folder / f"look{number}.mp4" for number in range(count)]
+    work: dict[str, Callable[[], Run]] = {
+        "shared": partial(_shared, film.path),
+        "one": lambda: run_product(film.path, targets[0], bench.look)[0],
+        "many": partial(_many, bench, film.path, targets),
+        "separate": partial(_separate, bench, film.path, targets),
+    }
+    runs = in_turn(bench, f"{count} looks", work, min(bench.rounds, _MOST_ROUNDS))
+    own = [a.cpu_ms_per_frame - b.cpu_ms_per_frame
+           for a, b in zip(runs["one"], runs["shared"], strict=True)]  # fmt: skip
+    further = [(a.cpu_ms_per_frame - b.cpu_ms_per_frame) / (count - 1)
+               for a, b in zip(runs["many"], runs["one"], strict=True)]  # fmt: skip
+    seconds = {name: median(run.seconds for run in rounds) for name, rounds in runs.items()}
+    return {
+        "looks": count,
+        "runs": {name: middle(rounds) for name, rounds in runs.items()},
+        "seconds": seconds,
+        "own_cpu_ms": median(own),
+        "further_cpu_ms": median(further),
+        "further_by_own": median(further) / median(own),
+        "many_by_separate": seconds["many"] / seconds["separate"],
+        "memory_mb": _memory(bench, film.path, targets),
+    }
+
+
+class _Nothing:
+    """A sink that drops what it gets."""
+
+    def __init__(self) -> None:
+        self.items = 0
+
+    def __call__(self, item: object) -> None:
+        self.items += 1
+
+    def finish(self, stopped: bool) -> None:
+        pass
+
+
+def _shared(film: Path) -> Run:
+    """Decoding, finding faces, smoothing and reading the scene, which all looks share."""
+
+    def work() -> int:
+        source, sink = open_video(film), _Nothing()
+        try:
+            stages = FaceRun(lambda: [("scene", BuildScene())])(source)
+        finally:
+            source.close()
+        frames = (frame_of(picture) for picture in pictures(film))
+        with one_opencv_thread():
+            Runner(("decode", frames), stages, ("nothing", sink)).run()
+        return sink.items
+
+    return time_run(work)
+
+
+def _many(bench: Bench, film: Path, targets: list[Path]) -> Run:
+    def work() -> int:
+        frames = 0
+        done = process_looks(film, dict.fromkeys(targets, bench.look), SETTINGS)
+        for report in done.values():
+            if isinstance(report, MakeupVideoError):
+                raise report
+            check_painted(report.painted_frames, report.frames_out)
+            frames = report.frames_out
+        return frames
+
+    return time_run(work)
+
+
+def _separate(bench: Bench, film: Path, targets: list[Path]) -> Run:
+    def work() -> int:
+        frames = [run_product(film, target, bench.look)[0].frames for target in targets]
+        return frames[0]
+
+    return time_run(work)
+
+
+def _memory(bench: Bench, film: Path, targets: list[Path]) -> dict[str, float]:
+    """Peak memory in processes of their own, MB.
+
+    one, many: the command with one look and with all of them.  further: what each further look
+    adds.  encoder: what a second encoder adds to a bare loop.
+    """
+    bench.log(f"{len(targets)} looks: memory")
+    one, many = (_command(bench, film, len(some)) for some in (targets[:1], targets))
+    once, twice = (_alone(film, bench.folder, count) for count in (1, 2))
+    further = (many - one) / (len(targets) - 1)
+    return {"one": one, "many": many, "further": further, "encoder": twice - once}
+
+
+def _command(bench: Bench, film: Path, count: int) -> float:
+    """The peak memory of the command with so many looks, in MB."""
+    report = bench.folder / "looks.json"
+    words = [sys.executable, "-m", "makeup_video.cli", str(film), "-q", "-y"]
+    words += [*bench.look_words * count, "--report", str(report)]
+    words += ["-o", str(bench.folder / "of-{look}.mp4")]
+    words += ["--codec", "h264", "--preset", PRESET, "--crf", str(CRF)]
+    subprocess.run(words, check=True, stdin=subprocess.DEVNULL, stderr=bench.child_stderr)
+    values = json.loads(report.read_text(encoding="utf-8"))
+    first = values["outputs"][0] if count > 1 else values
+    return float(first["peak_memory_bytes"]) / 1e6
+
+
+def _alone(film: Path, folder: Path, encoders: int) -> float:
+    """The peak memory of a bare loop with so many encoders, in MB."""
+    words = [sys.executable, "-m", "makeup_video.benchmark.encoder_alone"]
+    words += [str(film), str(folder), str(encoders)]
+    done = subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True)
+    return int(done.stdout) / 1e6

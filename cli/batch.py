@@ -1,0 +1,198 @@
+"""`makeup-video batch IN... -o TEMPLATE`: many inputs, many looks, and a journal."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from makeup_video.cli.console import log
+from makeup_video.cli.looks_options import LooksOptions
+from makeup_video.cli.options import OUTPUT, RUN, Debug, Overwrite, Quiet, with_options
+from makeup_video.cli.outcome import error_text, report_errors
+from makeup_video.cli.output_options import OutputOptions
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from makeup_video.cli.batch_jobs import BatchJobs
+    from makeup_video.pipeline.batch.job import Job, JobProgress, Result
+    from makeup_video.pipeline.batch.run import Worker
+
+EXAMPLES = (
+    "makeup-video batch clips --look cat-eye -o 'out/{name}.mp4'",
+    "makeup-video batch 'clips/*.mov' --looks shades -o 'out/{name}-{look}.mp4'",
+    "makeup-video batch in.jpg --catalogue shades.csv -o '{brand}/{shade}.jpg'",
+    "makeup-video batch --list jobs.csv -o 'out/{name}.mp4' --resume",
+)
+
+
+@with_options
+def batch(
+    *,
+    inputs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[INPUTS]",
+            help="Videos and pictures, folders of them, or patterns such as 'clips/*.mp4'.",
+        ),
+    ] = None,
+    listed: Annotated[
+        str | None,
+        typer.Option(
+            "--list",
+            metavar="CSV",
+            help="A table with a row for each input: the column in, and as many as needed of out, "
+            "look, ref, start, end and the names of other look options.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
+    look: LooksOptions,
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="TEMPLATE",
+            help="The names of the outputs, with {name}, {ext} and {folder} of the input, {look}, "
+            "or {brand} and {shade} of a catalogue. Missing folders are made.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    overwrite: Overwrite = False,
+    how: OutputOptions,
+    journal: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Where to note what is done; default: makeup-video.jsonl in the folder of the "
+            "outputs.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on with a batch that was stopped: an error where there is no journal. The "
+            "same command without it goes on, too.",
+            rich_help_panel=RUN,
+        ),
+    ] = False,
+    retry: Annotated[
+        bool,
+        typer.Option(
+            "--retry", help="Also do again what failed in an earlier run.", rich_help_panel=RUN
+        ),
+    ] = False,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="How many inputs to work on at once; default: one for every two cores.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
+    on_ray: Annotated[
+        str | None,
+        typer.Option(
+            "--ray",
+            metavar="ADDRESS",
+            help="Work on a Ray cluster: HOST:PORT of its head, or auto for the one that this "
+            "machine belongs to. Needs makeup-video[ray].",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
+    ship: Annotated[
+        bool,
+        typer.Option(
+            "--ship",
+            help="Send inputs and outputs through the cluster, whose machines share no folder.",
+            rich_help_panel=RUN,
+        ),
+    ] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Paint many videos and pictures; what is done is never done twice, and a failure stops
+    nothing else. At the end index.html, beside the outputs, shows every input before and after."""
+    from makeup_video.cli.batch_jobs import open_batch, open_workers
+
+    with report_errors("batch", debug=debug):
+        settings = how.settings(look, overwrite=overwrite)
+        work = open_batch(inputs or [], listed, look, how, output, journal, overwrite, resume)
+        with work.journal, open_workers(jobs, on_ray, ship=ship) as workers:
+            results = _run(work, settings.overwrite, retry, workers, quiet)
+    _print_end(work, results, quiet)
+
+
+def _run(
+    work: "BatchJobs", overwrite: bool, retry: bool, workers: "Sequence[Worker]", quiet: bool
+) -> "dict[str, Result]":
+    """Do what is left, and write the page. Ctrl-C ends with exit code 130."""
+    from makeup_video.cli.progress import show_batch
+    from makeup_video.pipeline import StoppedError
+    from makeup_video.pipeline.batch.page import check_page, write_page
+    from makeup_video.pipeline.batch.plan import plan_batch
+    from makeup_video.pipeline.batch.run import run_batch
+
+    check_page(work.page, overwrite=overwrite)
+    plan = plan_batch(work.jobs, work.journal, retry=retry, overwrite=overwrite)
+    if plan.known and not quiet:
+        log(f"{len(plan.known)} outputs are in the journal already; {work.count} in all")
+    try:
+        with show_batch(quiet) as (log_line, show):
+            events = _Events(plan.todo, log_line, show)
+            results = plan.known | run_batch(plan.todo, work.journal, events, workers)
+    except StoppedError:
+        log("stopped: the same command goes on where it stopped")
+        raise typer.Exit(StoppedError.exit_code) from None
+    write_page(work.page, work.jobs, results, error_text)
+    return results
+
+
+class _Events:
+    """Shows what a batch does: a line for each output, and the job in hand."""
+
+    def __init__(self, jobs: "Sequence[Job]", log_line, show) -> None:  # type: ignore[no-untyped-def]
+        self._log, self._show, self._total, self._done = log_line, show, len(jobs), 0
+
+    def progress(self, job: "Job", progress: "JobProgress") -> None:
+        from pathlib import Path
+
+        from makeup_video.cli.many import some_of
+
+        total = f"/{progress.expected}" if progress.expected else ""
+        self._show(
+            f"{self._done} of {self._total} inputs done; {Path(job.source).name}: "
+            f"{some_of(progress.looks)}, {progress.frames}{total} frames"
+        )
+
+    def ended(self, job: "Job", results: "Sequence[Result]") -> None:
+        self._done += 1
+        for result in results:
+            self._log(f"[{self._done}/{self._total}] {_line(result)}")
+
+
+def _line(result: "Result") -> str:
+    from makeup_video.pipeline.batch.job import Done
+
+    if not isinstance(result, Done):
+        return f"{result.output} failed: {error_text(result.error)}"
+    took = f" in {result.seconds:.1f} s" if result.seconds else ""
+    notes = "".join(f"; {text}" for text in result.warnings)
+    return f"{result.output}: {result.size_in_words}{took}{notes}"
+
+
+def _print_end(work: "BatchJobs", results: "dict[str, Result]", quiet: bool) -> None:
+    """Name what failed. Raises typer.Exit with exit code 5 where anything did."""
+    from makeup_video.pipeline.batch.job import Done
+    from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
+
+    failed = [one for one in results.values() if not isinstance(one, Done)]
+    damaged = [one for one in results.values() if isinstance(one, Done) and one.damaged]
+    if not quiet:
+        log(f"{len(results) - len(failed)} of {len(results)} outputs done; {work.page} shows them")
+    if failed:
+        log(f"{len(failed)} failed (--retry does them again):")
+        for one in failed:
+            log(f"  {_line(one)}")
+    if failed or damaged:
+        raise typer.Exit(EXIT_DAMAGED_INPUT)

@@ -1,0 +1,177 @@
+"""From the options of `batch` to its jobs."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from makeup_video.cli.looks_options import LooksOptions
+from makeup_video.cli.many import fields_of, make_folders
+from makeup_video.cli.output_options import OutputOptions
+from makeup_video.pipeline import InstallError, Look, MakeupVideoError, UsageError
+from makeup_video.pipeline.batch.job import Job, JobLook
+from makeup_video.pipeline.batch.job_list import read_jobs
+from makeup_video.pipeline.batch.journal import Journal
+from makeup_video.pipeline.batch.plan import check_inputs_apart
+from makeup_video.pipeline.batch.run import Worker, local_workers
+from makeup_video.pipeline.batch.sources import inputs_of
+from makeup_video.pipeline.files.output_file import check_apart
+from makeup_video.pipeline.files.template import OF_LOOKS, Template
+from makeup_video.pipeline.look.kinds import PARTS
+
+_JOURNAL, _PAGE = "makeup-video.jsonl", "index.html"
+_LOOK_COLUMNS = ("look", "ref")  # each is a whole look
+_CHANGES = (
+    "ref_face",
+    *PARTS,
+    "color",
+    "finish",
+    "parts",
+    "zone",
+    "intensity",
+    "strength",
+    "faces",
+)
+_TIMES = ("start", "end")
+
+
+@dataclass(frozen=True, slots=True)
+class BatchJobs:
+    """The jobs of a batch, its journal, which is open, and the place of its page."""
+
+    jobs: list[Job]
+    journal: Journal
+    page: Path
+
+    @property
+    def count(self) -> int:
+        """How many outputs there are."""
+        return sum(len(job.looks) for job in self.jobs)
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """One input, and how it is painted.  where: the row of a list, for messages."""
+
+    source: str
+    output: str
+    look: LooksOptions
+    how: OutputOptions
+    where: str = ""
+
+
+def open_batch(
+    inputs: Sequence[str],
+    listed: str | None,
+    look: LooksOptions,
+    how: OutputOptions,
+    output: str | None,
+    journal: str | None,
+    overwrite: bool,
+    resume: bool,
+) -> BatchJobs:
+    """Check everything that can be checked before the work, and open the journal.
+
+    Raises UsageError, LookError, CatalogueError, InputError, PhotoError, OutputError.
+    """
+    rows = [] if listed is None else list(_listed(listed, look, how, output))
+    if not inputs and not rows:
+        raise UsageError("no input given: add files, a folder, a pattern, or --list CSV")
+    if inputs and output is None:
+        raise UsageError("-o/--output is missing: give a template such as 'out/{name}-{look}.mp4'")
+    folder = Template(rows[0].output if output is None else output).folder
+    place = folder / _JOURNAL if journal is None else Path(journal)
+    if resume and not place.is_file():
+        raise UsageError(f"there is no journal {place} to go on with: leave --resume out")
+    make_folders([os.fspath(place), os.fspath(folder / _PAGE)])
+    opened = Journal(place)
+    try:
+        sources = inputs_of(inputs, opened.outputs) if inputs else []
+        wanted = [_Wanted(one, output or "", look, how) for one in sources] + rows
+        jobs = _jobs(wanted, overwrite)
+    except BaseException:
+        opened.close()
+        raise
+    return BatchJobs(jobs, opened, folder / _PAGE)
+
+
+@contextmanager
+def open_workers(
+    count: int | None, address: str | None, *, ship: bool
+) -> Iterator[Sequence[Worker]]:
+    """Processes of this machine, or those of a Ray cluster while the block lasts.
+
+    Raises UsageError, InstallError without Ray, WorkerError without a cluster.
+    """
+    if address is None:
+        if ship:
+            raise UsageError("--ship is for a cluster: add --ray ADDRESS, or leave it out")
+        yield local_workers(count)
+        return
+    try:
+        from makeup_video.pipeline.batch import on_ray
+    except ImportError as error:
+        raise InstallError("--ray needs Ray: pip install 'makeup-video[ray]'") from error
+    with on_ray.cluster(address):
+        yield on_ray.ray_workers(count, ship=ship)
+
+
+def _listed(
+    path: str, look: LooksOptions, how: OutputOptions, output: str | None
+) -> Iterator[_Wanted]:
+    for row in read_jobs(path, [*_LOOK_COLUMNS, *_CHANGES, *_TIMES]):
+        template = row.output or output
+        if template is None:
+            raise UsageError(f"{row.where}: the column out is empty, and there is no -o: give one")
+        changes: dict[str, Any] = {
+            name: row.options[name] for name in _CHANGES if name in row.options
+        }
+        whole = {name: [row.options[name]] for name in _LOOK_COLUMNS if name in row.options}
+        if whole:  # in place of the command's own looks
+            none = {"look": None, "ref": None, "looks": None, "catalogue": None, "where": None}
+            changes |= none | whole
+        times: dict[str, Any] = {name: row.options[name] for name in _TIMES if name in row.options}
+        yield _Wanted(
+            row.source, template, replace(look, **changes), replace(how, **times), row.where
+        )
+
+
+def _jobs(wanted: Sequence[_Wanted], overwrite: bool) -> list[Job]:
+    """The jobs, after a check that no output is another one or a file that is read."""
+    looks: dict[str, list[tuple[Mapping[str, str], Look]]] = {}
+    jobs, files = [], set()
+    for one in wanted:
+        try:
+            key = repr(one.look)
+            if key not in looks:  # the same for all inputs but those of some lists
+                looks[key] = [(w.fields, w.load(True)) for w in one.look.wanted()]
+                files.update(one.look.files)
+            jobs.append(_job(one, looks[key], overwrite))
+        except MakeupVideoError as error:
+            if one.where:
+                error.extend(before=f"{one.where}: ")
+            raise
+    outputs = [look.output for job in jobs for look in job.looks]
+    check_apart(list(map(Path, outputs)))
+    check_inputs_apart(jobs, files)
+    make_folders(outputs)
+    return jobs
+
+
+def _job(one: _Wanted, looks: Sequence[tuple[Mapping[str, str], Look]], overwrite: bool) -> Job:
+    template = Template(one.output)
+    if len(looks) > 1 and not set(OF_LOOKS) & set(template.fields):
+        raise UsageError(
+            f"{len(looks)} looks need a name each: put {{look}} in -o, got {one.output}"
+        )
+    of_input = fields_of(Path(one.source))
+    return Job(
+        one.source,
+        tuple(
+            JobLook(fields["look"], look, os.fspath(template.fill({**of_input, **fields})))
+            for fields, look in looks
+        ),
+        one.how.settings(one.look, overwrite=overwrite),
+    )

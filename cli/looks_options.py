@@ -1,0 +1,167 @@
+"""The options of `apply` and `batch` that say which looks to paint: one, or several."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from makeup_video.cli.look_options import Changes, look_of_photo, with_parts
+from makeup_video.cli.options import LOOK
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline import Look
+    from makeup_video.pipeline.look.named import NamedLook
+
+
+@dataclass(frozen=True, kw_only=True)
+class _WholeLooks:
+    """Looks that other options change. Each look is painted into an output of its own."""
+
+    ref: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PHOTO",
+            help="A photo of the makeup to paint; may be given several times.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+    look: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="A look file (JSON), a ready look where no such file exists (`makeup-video looks` "
+            "lists them), or 'none' to paint nothing; may be given several times.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+    looks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Every look file of a folder, or of a pattern such as 'looks/*.json'.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+    catalogue: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CSV",
+            help="A look for every row of a table with columns brand, product, shade, hex.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN=VALUE",
+            help="Only these rows of CSV, as in 'brand=X'; may be given several times.",
+            rich_help_panel=LOOK,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class WantedLook:
+    """A look that the options ask for.
+
+    fields: its name, and what else a template of outputs may hold of it.
+    load(quiet): reads the look; the one of a photo is logged in one line, unless quiet.
+    """
+
+    fields: dict[str, str]
+    load: "Callable[[bool], Look]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
+    """The options of a command that paints one look or several."""
+
+    @property
+    def files(self) -> list[str]:
+        """The files that the looks are read from."""
+        from makeup_video.pipeline.look.named import look_files
+        from makeup_video.pipeline.look.ready import is_file
+
+        files = [name for name in self.look or [] if is_file(name)]
+        folder = [] if self.looks is None else map(str, look_files(self.looks))
+        return [*files, *(self.ref or []), *folder, *filter(None, [self.catalogue])]
+
+    def wanted(self) -> list[WantedLook]:
+        """All looks, in the order --look, --ref, --looks, --catalogue; those of one name numbered.
+
+        Photos are not read before `load`. Raises UsageError, LookError, CatalogueError.
+        """
+        from makeup_video.pipeline.look.named import numbered
+        from makeup_video.pipeline.look.options import check_options
+
+        self._check()
+        check_options(self.choice())
+        found = [*self._named(), *self._rows()] or [
+            WantedLook({}, lambda quiet: self._painted(None))
+        ]
+        names = numbered([one.fields.get("look", "") for one in found])
+        return [
+            WantedLook(one.fields | {"look": name}, one.load)
+            for one, name in zip(found, names, strict=True)
+        ]
+
+    def _check(self) -> None:
+        from makeup_video.pipeline import UsageError
+
+        if self.ref_face is not None and not self.ref:
+            raise UsageError(
+                "--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out"
+            )
+        if self.catalogue is None and self.where:
+            raise UsageError("--where chooses rows of a catalogue: add --catalogue CSV")
+        if self.catalogue is not None and self.color is not None:
+            raise UsageError("--catalogue and --color both give the colour: leave one of them out")
+
+    def _named(self) -> Iterator[WantedLook]:
+        """The looks of files, ready looks and photos."""
+        from makeup_video.pipeline.look.named import look_files
+
+        files = [] if self.looks is None else map(str, look_files(self.looks))
+        for name in self.look or []:
+            yield self._wanted(name, partial(self._load, name))
+        for photo in self.ref or []:
+            yield self._wanted(photo, partial(self._read, photo))
+        for file in files:
+            yield self._wanted(file, partial(self._load, file))
+
+    def _wanted(self, path: str, load: "Callable[[bool], Look]") -> WantedLook:
+        return WantedLook({"look": Path(path).stem}, load)
+
+    def _load(self, name: str, quiet: bool) -> "Look":
+        from makeup_video.pipeline.look.ready import load_look
+
+        return self._painted(load_look(name))
+
+    def _read(self, photo: str, quiet: bool) -> "Look":
+        base = look_of_photo(photo, self.ref_face or "", self.gives_makeup, quiet)
+        return self._painted(base)
+
+    def _rows(self) -> Iterator[WantedLook]:
+        """The looks of the catalogue's rows."""
+        from makeup_video.pipeline.look.named import looks_of_catalogue
+        from makeup_video.pipeline.look.options import parse_finish, parse_parts
+
+        if self.catalogue is None:
+            return
+        finish = None if self.finish is None else parse_finish(self.finish)
+        parts = () if self.parts is None else parse_parts(self.parts)
+        for row in looks_of_catalogue(self.catalogue, self.where or (), finish, parts):
+            yield WantedLook(row.fields, partial(self._on_row, row))
+
+    def _on_row(self, row: "NamedLook", quiet: bool) -> "Look":
+        """The look of a row with what the other options change; they chose its part already."""
+        from makeup_video.pipeline.look.options import choose_look
+
+        return choose_look(replace(self.choice(), base=row.look, parts=None))
+
+    def _painted(self, base: "Look | None") -> "Look":
+        from makeup_video.pipeline.look.options import choose_look
+
+        return choose_look(replace(self.choice(), base=base))

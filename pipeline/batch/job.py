@@ -1,0 +1,132 @@
+"""One job of a batch, all looks of one input, and the function that does it in any process."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+from makeup_video.pipeline.batch.thumbnails import thumbnails
+from makeup_video.pipeline.errors import MakeupVideoError
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.offline.looks import process_looks
+from makeup_video.pipeline.offline.process import process_video
+from makeup_video.pipeline.offline.report import Report, size_in_words
+from makeup_video.pipeline.offline.settings import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class JobLook:
+    """A look of a job: its name for messages, the look, and the file to write."""
+
+    name: str
+    look: Look
+    output: str
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What to paint on one video or picture, as plain data that any process can be sent.
+
+    looks: one or more.  settings: without callbacks and `split_minutes`.
+    memory_share: of the free memory, for encoders; see process_looks.
+    """
+
+    source: str
+    looks: tuple[JobLook, ...]
+    settings: Settings
+    memory_share: float = 0.5
+
+    def only(self, outputs: set[str]) -> "Job":
+        """The same job for some of its outputs."""
+        return replace(self, looks=tuple(one for one in self.looks if one.output in outputs))
+
+
+class JobProgress(NamedTuple):
+    """How far a job is: the names of the looks that are being painted, and their frames."""
+
+    looks: tuple[str, ...]
+    frames: int
+    expected: int | None
+
+
+class Done(NamedTuple):
+    """An output that was written.
+
+    size: in bytes.  before, after: JPEG files of a small picture; None where none could be made.
+    """
+
+    output: str
+    size: int
+    frames: int
+    seconds: float
+    warnings: tuple[str, ...]
+    damaged: bool
+    before: bytes | None
+    after: bytes | None
+
+    @property
+    def size_in_words(self) -> str:
+        """How much was written: "300 frames, 1.2 MB"."""
+        size = size_in_words(self.size)
+        return size if self.frames == 1 else f"{self.frames} frames, {size}"
+
+
+class Failed(NamedTuple):
+    """An output that was not written, and why."""
+
+    output: str
+    error: MakeupVideoError
+
+
+Result = Done | Failed
+
+
+def run_job(job: Job, report: Callable[[JobProgress], None]) -> list[Result]:
+    """Paint all looks of a job; returns a result for each, in their order.
+
+    report: called a few times a second while a video is painted.
+    An error of the input is that of every look. Raises only what is no MakeupVideoError.
+    """
+    try:
+        outcomes = _paint(job, report)
+    except MakeupVideoError as error:
+        return [Failed(one.output, error) for one in job.looks]
+    return [_result(job, one, outcomes[one.output]) for one in job.looks]
+
+
+def _paint(job: Job, report: Callable[[JobProgress], None]) -> dict[str, Report | MakeupVideoError]:
+    names = {Path(one.output): one.name for one in job.looks}
+    if len(job.looks) == 1:
+        (only,) = job.looks
+
+        def tick(done: int, expected: int | None, rate: Fraction) -> None:
+            report(JobProgress((only.name,), done, expected))
+
+        painted = process_video(job.source, only.output, only.look, job.settings, tick)
+        return {only.output: painted}
+
+    def tick_all(outputs: Sequence[Path], done: int, expected: int | None, rate: Fraction) -> None:
+        report(JobProgress(tuple(names[one] for one in outputs), done, expected))
+
+    looks = {Path(one.output): one.look for one in job.looks}
+    outcomes = process_looks(job.source, looks, job.settings, tick_all, job.memory_share)
+    return {one.output: outcomes[Path(one.output)] for one in job.looks}
+
+
+def _result(job: Job, look: JobLook, outcome: Report | MakeupVideoError) -> Result:
+    if isinstance(outcome, MakeupVideoError):
+        return Failed(look.output, outcome)
+    start = float(job.settings.start_seconds or 0)
+    before, after = thumbnails(job.source, look.output, start)
+    return Done(
+        look.output,
+        os.stat(look.output).st_size,
+        outcome.frames_out,
+        outcome.seconds,
+        tuple(outcome.warnings()),
+        outcome.damaged,
+        before,
+        after,
+    )

@@ -1,0 +1,206 @@
+"""The journal of a batch: what was begun, done and failed, in a file that survives a kill.
+
+One JSON object a line, only ever appended, and on the disk before the batch goes on:
+
+    {"event": "begun", "output": "talk-nude.mp4", "key": "5d0e...", "was": null}
+    {"event": "done", "output": "talk-nude.mp4", "key": "5d0e...", "size": 1234567, ...}
+    {"event": "failed", "output": "talk-plum.mp4", "key": "81c2...", "kind": "OutputError", ...}
+
+The last line of an output counts. A line that a kill cut short is removed when the file is opened.
+"""
+
+import base64
+import hashlib
+import json
+import os
+from dataclasses import fields
+from pathlib import Path
+from typing import IO, Any, Self
+
+from makeup_video.pipeline import errors
+from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
+from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
+from makeup_video.pipeline.files.output_file import write_errors
+from makeup_video.pipeline.files.part_file import lock_file
+
+_BEGINS = b'{"event": "'
+_EVENTS = ("begun", "done", "failed")
+_NOT_OF_THE_RESULT = ("overwrite", "observe", "on_whole")  # settings that change no output
+Entry = dict[str, Any]
+
+
+class Journal:
+    """The journal file of a batch, locked while it is open.
+
+    Raises UsageError when another batch has it open, or when it is no journal; OutputError when it
+    cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with write_errors(path):
+            self._file: IO[bytes] = path.open("a+b")
+            if not lock_file(self._file.fileno()):
+                self._file.close()
+                raise UsageError(f"another batch is writing {path}: wait for it to end")
+        self._entries: dict[str, Entry] = {}
+        try:
+            self._read()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let another batch open the journal. One without a line is removed."""
+        if not os.fstat(self._file.fileno()).st_size:
+            self.path.unlink(missing_ok=True)
+        self._file.close()
+
+    def entry(self, output: str, key: str) -> Entry | None:
+        """The last line about an output, unless it is about another look or another input."""
+        entry = self._entries.get(self._name(output))
+        return entry if entry is not None and entry["key"] == key else None
+
+    @property
+    def outputs(self) -> list[Path]:
+        """Every file that the batch has begun to write."""
+        return [self.path.parent / name for name in self._entries]
+
+    def begin(self, job: Job) -> None:
+        """Note that the outputs of a job are begun, and which files have their names now."""
+        lines = [
+            {"event": "begun", "output": self._name(one.output), "key": key_of(job, one),
+             "was": identity(one.output)}
+            for one in job.looks
+        ]  # fmt: skip
+        self._append(lines)
+
+    def end(self, job: Job, results: list[Done | Failed]) -> None:
+        """Note what became of the outputs of a job; the files are on the disk before."""
+        keys = {one.output: key_of(job, one) for one in job.looks}
+        for result in results:
+            if isinstance(result, Done):
+                _to_disk(Path(result.output))
+        lines = [{**_values(one), "key": keys[one.output]} for one in results]
+        self._append([{**line, "output": self._name(line["output"])} for line in lines])
+
+    def _name(self, output: str) -> str:
+        """An output as lines name it: relative to the journal, so that a folder can be moved."""
+        return Path(
+            os.path.relpath(os.path.abspath(output), self.path.absolute().parent)
+        ).as_posix()
+
+    def _append(self, lines: list[Entry]) -> None:
+        text = "".join(json.dumps(line) + "\n" for line in lines)
+        with write_errors(self.path):
+            self._file.write(text.encode())
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        for line in lines:
+            self._entries[line["output"]] = line
+
+    def _read(self) -> None:
+        self._file.seek(0)
+        data = self._file.read()
+        whole = data.rfind(b"\n") + 1
+        for number, line in enumerate(data[:whole].splitlines(), 1):
+            entry = _entry(line)
+            if entry is None:
+                raise self._is_no_journal(number)
+            self._entries[entry["output"]] = entry
+        rest = data[whole:]
+        if rest:
+            if not rest.startswith(_BEGINS[: len(rest)]):  # another file, which stays as it is
+                raise self._is_no_journal(data.count(b"\n") + 1)
+            with write_errors(self.path):
+                self._file.truncate(whole)
+
+    def _is_no_journal(self, line: int) -> UsageError:
+        return UsageError(
+            f"{self.path}, line {line}, is no line of a batch's journal: give "
+            f"{option('journal')} another name"
+        )
+
+
+def key_of(job: Job, look: JobLook) -> str:
+    """A number for all that an output depends on: the input, the look, the settings."""
+    try:
+        status = os.stat(job.source)
+        source = [os.path.abspath(job.source), status.st_size, status.st_mtime_ns]
+    except OSError:
+        source = [os.path.abspath(job.source)]
+    settings = {
+        field.name: str(getattr(job.settings, field.name))
+        for field in fields(job.settings)
+        if field.name not in _NOT_OF_THE_RESULT
+    }
+    text = json.dumps([source, look.look.to_dict(), settings], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def identity(path: str) -> list[int] | None:
+    """Numbers by which a file differs from another one of its name; None where there is none."""
+    try:
+        status = os.stat(path)
+    except OSError:
+        return None
+    return [status.st_ino, status.st_size, status.st_mtime_ns]
+
+
+def result_of(output: str, entry: Entry) -> Done | Failed:
+    """The result that a line of `end` was made from; output: its path now."""
+    if entry["event"] == "failed":
+        kind = getattr(errors, str(entry["kind"]), MakeupVideoError)
+        return Failed(output, kind(entry["error"]))
+    before, after = (_bytes(entry[name]) for name in ("before", "after"))
+    size, frames, seconds = entry["size"], entry["frames"], entry["seconds"]
+    return Done(
+        output, size, frames, seconds, tuple(entry["warnings"]), entry["damaged"], before, after
+    )
+
+
+def _values(result: Done | Failed) -> Entry:
+    """What a line of `end` holds of a result."""
+    if isinstance(result, Failed):
+        kind, text = type(result.error).__name__, result.error.marked
+        return {"event": "failed", "output": result.output, "kind": kind, "error": text}
+    values = result._asdict()
+    values["before"], values["after"] = map(_text, (result.before, result.after))
+    return {"event": "done", **values}
+
+
+def _text(data: bytes | None) -> str | None:
+    return None if data is None else base64.b64encode(data).decode()
+
+
+def _bytes(text: str | None) -> bytes | None:
+    return None if text is None else base64.b64decode(text)
+
+
+def _entry(line: bytes) -> Entry | None:
+    """The object of a line; None for anything that no journal holds."""
+    try:
+        entry = json.loads(line)
+    except ValueError:
+        return None
+    if not isinstance(entry, dict) or entry.get("event") not in _EVENTS:
+        return None
+    named = isinstance(entry.get("output"), str) and isinstance(entry.get("key"), str)
+    return entry if named else None
+
+
+def _to_disk(path: Path) -> None:
+    """Wait until a file and its name are on the disk. Raises OutputError."""
+    with write_errors(path):
+        for place in (path,) if os.name == "nt" else (path, path.parent):
+            number = os.open(place, os.O_RDONLY)
+            try:
+                os.fsync(number)
+            finally:
+                os.close(number)

@@ -1,0 +1,147 @@
+"""What is left to do of a batch, after what its journal says was done before."""
+
+import contextlib
+import os
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, Result
+from makeup_video.pipeline.batch.journal import Entry, Journal, identity, key_of, result_of
+from makeup_video.pipeline.batch.thumbnails import thumbnails
+from makeup_video.pipeline.errors import InputError, MakeupVideoError, UsageError, option
+from makeup_video.pipeline.files.output_file import check_place, part_of, target_of
+from makeup_video.pipeline.files.part_file import remove_ended
+from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
+from makeup_video.pipeline.media.probe import declared_frames, plays
+
+_ENDS_WITHIN_SECONDS, _AGAIN_SECONDS = 10.0, 0.2
+
+
+@dataclass(slots=True)
+class Plan:
+    """todo: jobs with the looks that are left.  known: results of earlier runs, by output."""
+
+    todo: list[Job] = field(default_factory=list)
+    known: dict[str, Result] = field(default_factory=dict)
+
+
+def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite: bool) -> Plan:
+    """Compare the jobs with the journal and with the files that are there.
+
+    Work that was done is checked by its size and by reading the file. Parts that a killed run left
+    are removed. Raises UsageError, OutputError for an output whose place is not free.
+    """
+    plan = Plan()
+    for job in jobs:
+        left = set()
+        for look in job.looks:
+            entry = journal.entry(look.output, key_of(job, look))
+            result = None if entry is None else _known(job, look, entry, journal, retry=retry)
+            if isinstance(result, _Changed) and not overwrite:
+                result = Failed(look.output, result.error)
+            if isinstance(result, Done | Failed):
+                plan.known[look.output] = result
+                continue
+            if entry is not None:
+                _remove_part(part_of(target_of(Path(look.output))))
+            check_place(look.output, Path(job.source), overwrite=overwrite)
+            left.add(look.output)
+        if left:
+            plan.todo.append(job.only(left))
+    return plan
+
+
+def _remove_part(part: Path) -> None:
+    """Remove what a killed run left. Its processes may take some seconds to notice the kill.
+
+    Raises UsageError when another run writes it still.
+    """
+    for _ in range(round(_ENDS_WITHIN_SECONDS / _AGAIN_SECONDS)):
+        with contextlib.suppress(UsageError):
+            return remove_ended(part)
+        time.sleep(_AGAIN_SECONDS)
+    remove_ended(part)
+
+
+@dataclass(frozen=True, slots=True)
+class _Changed:
+    """An output that is not what the batch wrote."""
+
+    error: MakeupVideoError
+
+
+def _known(
+    job: Job, look: JobLook, entry: Entry, journal: Journal, *, retry: bool
+) -> Result | _Changed | None:
+    """The result of an earlier run; None where the work is to be done."""
+    output, now = look.output, identity(look.output)
+    if entry["event"] == "failed":
+        return None if retry else result_of(output, entry)
+    if now is None:
+        return None
+    if entry["event"] == "done":
+        done = result_of(output, entry)
+        if isinstance(done, Done) and now[1] == done.size and is_whole(output, done.frames):
+            return done
+        return _changed(output)
+    if now == entry["was"]:
+        return None
+    adopted = adopt(job, look, entry["was"])
+    if adopted is None:
+        return _changed(output)
+    journal.end(job.only({output}), [adopted])
+    return adopted
+
+
+def adopt(job: Job, look: JobLook, was: list[int] | None) -> Done | None:
+    """The result for an output that was finished by a process which could not say so any more.
+
+    An output gets its name only when it is whole, so any new file of that name is one.
+    was: the identity of the file that had the name before.
+    """
+    output, now = look.output, identity(look.output)
+    if now is None or now == was or not is_whole(output):
+        return None
+    frames = 1 if is_picture(Path(output)) else declared_frames(Path(output))
+    before, after = thumbnails(job.source, output, float(job.settings.start_seconds or 0))
+    return Done(output, now[1], frames, 0.0, (), False, before, after)
+
+
+def _changed(output: str) -> _Changed:
+    return _Changed(
+        UsageError(
+            f"{output} has changed since the batch wrote it, and is left alone: add "
+            f"{option('overwrite', True)} to write it again"
+        )
+    )
+
+
+def is_whole(output: str, frames: int | None = None) -> bool:
+    """Whether a picture can be decoded, or a video plays; frames: as for `plays`."""
+    path = Path(output)
+    try:
+        if not is_picture(path):
+            return plays(path, frames)
+        decode_picture(read_bytes(path), path)
+    except InputError:
+        return False
+    return True
+
+
+def check_inputs_apart(jobs: Sequence[Job], files: Iterable[str] = ()) -> None:
+    """Raises UsageError for an output that would replace an input of the batch.
+
+    files: further ones that the batch reads, such as look files.
+    """
+    inputs = {os.path.realpath(path): path for path in (*(job.source for job in jobs), *files)}
+    for job in jobs:
+        for look in job.looks:
+            place = target_of(Path(look.output))
+            for taken in (place, part_of(place)):
+                if (read := inputs.get(os.path.realpath(taken))) is not None:
+                    raise UsageError(
+                        f"the output {look.output} would replace {read}, which this batch reads: "
+                        "choose another name"
+                    )

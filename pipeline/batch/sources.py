@@ -1,0 +1,58 @@
+"""The inputs of a batch: files, the videos and pictures of folders, and patterns."""
+
+import glob
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from makeup_video.pipeline.errors import UsageError
+
+# What a folder's files are taken for; other files of a folder are left alone.
+_ENDS = frozenset((
+    ".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
+    ".flv", ".asf", ".wmv", ".3gp", ".ogv", ".mxf", ".gif", ".jpg", ".jpeg", ".png", ".webp",
+))  # fmt: skip
+
+
+def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
+    """The files that are meant, each once, in the order given; those of a folder by name.
+
+    A folder means its videos and pictures, not those of folders in it. A pattern such as
+    'clips/**/*.mp4' means every file that it matches.
+    written: outputs of this batch, which may lie in the same folder; they are no inputs, and
+    neither are parts of outputs. A file that is given by its name always counts, even if it does
+    not exist: its job then fails alone.
+    Raises UsageError for a folder or a pattern without any file.
+    """
+    outputs = {os.path.realpath(path) for path in written}
+    found: dict[str, str] = {}
+    for one in given:
+        files = _files_of(one)
+        if not files:
+            raise UsageError(_NOTHING_IN.format(one, _what(one)))
+        if files != [one]:
+            files = [file for file in files if _is_input(file, outputs)]
+        for file in files:
+            found.setdefault(os.path.realpath(file), file)
+    return list(found.values())
+
+
+_NOTHING_IN = "{} {}: give files, a folder with videos or pictures, or a pattern such as '*.mp4'"
+
+
+def _what(given: str) -> str:
+    return "has no videos or pictures" if os.path.isdir(given) else "matches no file"
+
+
+def _files_of(given: str) -> list[str]:
+    if os.path.isdir(given):
+        files = sorted(entry.path for entry in os.scandir(given) if entry.is_file())
+        return [file for file in files if os.path.splitext(file)[1].lower() in _ENDS]
+    if os.path.lexists(given) or not glob.has_magic(given):
+        return [given]
+    return sorted(file for file in glob.glob(given, recursive=True) if os.path.isfile(file))
+
+
+def _is_input(file: str, outputs: set[str]) -> bool:
+    is_part = os.path.splitext(os.path.splitext(file)[0])[1] == ".part"
+    return not is_part and os.path.realpath(file) not in outputs

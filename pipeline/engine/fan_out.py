@@ -1,0 +1,103 @@
+"""A sink made of several sinks, each of which may fail alone."""
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from makeup_video.pipeline.engine.channel import Channel
+from makeup_video.pipeline.engine.machine import cores
+from makeup_video.pipeline.engine.runner import Sink
+
+_CAPACITY = 2  # items that wait for a thread, as in Runner
+
+
+class FanOut:
+    """Hands a copy of every item to each of several sinks.
+
+    An error of one sink ends that sink alone, and is kept in `errors`. Once every sink has failed,
+    the first error is raised, so that nothing more is made for them.
+
+    share(item): one copy of the item for each sink, in their order.
+    sinks: in groups; the sinks of a group run in one thread, in turn. A group for each core is
+    enough, because encoders have threads of their own.
+    errors: what ended each sink, None where nothing did; an entry from elsewhere ends a sink, too.
+    """
+
+    def __init__(
+        self, groups: Sequence[Sequence[Sink]], share: Callable[[Any], Sequence[Any]]
+    ) -> None:
+        self._share = share
+        self.sinks = [sink for group in groups for sink in group]
+        self.errors: list[Exception | None] = [None] * len(self.sinks)
+        self._stopped = False
+        self._channels: list[Channel[Sequence[Any]]] = []
+        self._threads: list[threading.Thread] = []
+        self._spans: list[range] = []
+        first = 0
+        for group in groups:
+            span = range(first, first + len(group))
+            first = span.stop
+            channel: Channel[Sequence[Any]] = Channel(f"-> {span.start}..", _CAPACITY)
+            self._spans.append(span)
+            self._channels.append(channel)
+            # a daemon, so that a codec that hangs cannot keep the process from ending
+            thread = threading.Thread(
+                target=self._run, args=(channel, span), name="makeup-fan-out", daemon=True
+            )
+            self._threads.append(thread)
+
+    def __call__(self, item: Any) -> None:
+        if all(self.errors):
+            raise next(filter(None, self.errors))
+        self._start()
+        copies = self._share(item)
+        for channel, span in zip(self._channels, self._spans, strict=True):
+            channel.send(copies[span.start : span.stop])
+
+    def finish(self, stopped: bool) -> None:
+        """Let every sink that has not failed finish; returns when all have."""
+        self._start()
+        self._stopped = stopped
+        for channel in self._channels:
+            channel.close()
+        self._join()
+
+    def cancel(self) -> None:
+        """End the threads; no sink finishes that has not begun to. Harmless after `finish`."""
+        for channel in self._channels:
+            channel.cancel()
+        self._join()
+
+    def _start(self) -> None:
+        if not self._threads[0].ident:
+            for thread in self._threads:
+                thread.start()
+
+    def _join(self) -> None:
+        for thread in self._threads:
+            if thread.ident:
+                thread.join()
+
+    def _run(self, channel: Channel[Sequence[Any]], span: range) -> None:
+        for copies in channel:
+            for index, copy in zip(span, copies, strict=True):
+                self._try(index, self.sinks[index], copy)
+            del copies, copy  # a frame must not stay in memory while the next one is waited for
+        if not channel.is_cancelled:
+            for index in span:
+                self._try(index, self.sinks[index].finish, self._stopped)
+
+    def _try(self, index: int, work: Callable[[Any], None], argument: Any) -> None:
+        if self.errors[index] is not None:
+            return
+        try:
+            work(argument)
+        except Exception as error:  # noqa: BLE001  # whoever made the sinks raises it
+            self.errors[index] = self.errors[index] or error
+
+
+def in_groups(count: int) -> list[range]:
+    """Split so many sinks into groups of about equal size, at most one a core."""
+    groups = min(count, cores())
+    ends = [count * number // groups for number in range(groups + 1)]
+    return [range(ends[number], ends[number + 1]) for number in range(groups)]

@@ -1,0 +1,89 @@
+"""Names of outputs made from a template such as out/{name}-{look}.mp4."""
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from string import Formatter
+
+from makeup_video.pipeline.errors import UsageError, option
+
+# What may stand in braces, and what it becomes.
+FIELDS: Mapping[str, str] = {
+    "name": "the input's name without its extension",
+    "folder": "the name of the folder that the input lies in",
+    "ext": "the input's extension, without the dot",
+    "look": "the look's name",
+    "brand": "the brand of a catalogue's row",
+    "shade": "the shade of a catalogue's row",
+}
+OF_LOOKS = ("look", "brand", "shade")  # fields that differ from look to look
+OF_INPUTS = ("name", "folder")  # fields that differ from input to input
+# Characters that some file system does not allow in a name.
+_NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]+')
+
+
+class Template:
+    """A template of output names.
+
+    fields: the fields in it, in their order.  Raises UsageError for an unknown field, and for
+    braces that hold no field: a brace of a name is written twice.
+    """
+
+    def __init__(self, text: str) -> None:
+        if not text:
+            raise UsageError("the name of the output is empty: give one")
+        self.text = text
+        self.fields: list[str] = []
+        for field, detail, conversion in _fields_of(text):
+            if field not in FIELDS or detail or conversion:
+                shown = field + (f"!{conversion}" if conversion else "")
+                shown += f":{detail}" if detail else ""
+                raise UsageError(f"{option('output')} has {{{shown}}}: {_KNOWN}")
+            self.fields.append(field)
+
+    def fill(self, values: Mapping[str, str]) -> Path:
+        """The name for these values of the fields; characters that no file name has become "-".
+
+        Raises UsageError for a field whose value is missing or empty.
+        """
+        clean = {name: in_name(value) for name, value in values.items()}
+        whose = clean.get("look") or clean.get("name") or "this output"
+        for field in self.fields:
+            if not clean.get(field):
+                raise UsageError(
+                    f"{option('output')} has {{{field}}}, {FIELDS[field]}, and {whose} has none"
+                )
+        return Path(self.text.format(**clean))
+
+    @property
+    def folder(self) -> Path:
+        """The folder above all outputs: the part before the first folder with a field."""
+        folder = Path(self.text).parent
+        while "{" in str(folder):
+            folder = folder.parent
+        return folder
+
+
+def _fields_of(text: str) -> list[tuple[str, str, str]]:
+    """Every field with its format and its conversion, as Python's templates have them."""
+    try:
+        parts = [
+            (field, detail, conversion) for _, field, detail, conversion in Formatter().parse(text)
+        ]
+    except ValueError:
+        raise UsageError(
+            f"{option('output')} has a brace without its partner: {text!r}; {_KNOWN}"
+        ) from None
+    return [(field, detail or "", way or "") for field, detail, way in parts if field is not None]
+
+
+def in_name(text: str) -> str:
+    """A text as part of a file name."""
+    return _NOT_IN_NAMES.sub("-", text.strip()).strip(". ")
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join("{" + name + "}" for name in names)
+
+
+_KNOWN = f"the fields are {_listed(FIELDS)}; write a brace of the name itself twice"

@@ -1,0 +1,121 @@
+"""Looks with names, as several looks for one film have them: from files, or rows of a catalogue."""
+
+import glob
+import os
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from makeup_video.pipeline.errors import CatalogueError, LookError, UsageError, option
+from makeup_video.pipeline.look.catalogue import Row, rows_of
+from makeup_video.pipeline.look.finishes import FINISHES, product
+from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.look import Layer, Look
+from makeup_video.pipeline.look.words import did_you_mean, finish_names, finish_of
+
+_LOOK_FILES = ".json"
+
+
+@dataclass(frozen=True, slots=True)
+class NamedLook:
+    """A look and what it is called in names of outputs.
+
+    brand, shade: of a catalogue's row, else empty.
+    """
+
+    name: str
+    look: Look
+    brand: str = ""
+    shade: str = ""
+
+    @property
+    def fields(self) -> dict[str, str]:
+        """The values of a template's fields."""
+        return {"look": self.name, "brand": self.brand, "shade": self.shade}
+
+
+def look_files(place: str) -> list[Path]:
+    """The look files of a folder, or those that a pattern such as looks/*.json matches, by name.
+
+    Raises LookError where there is none.
+    """
+    if os.path.isdir(place):
+        found = [path for path in Path(place).iterdir() if path.suffix.lower() == _LOOK_FILES]
+        if not found:
+            raise LookError(f"{place} has no look files: give a folder with NAME{_LOOK_FILES}")
+        return sorted(found)
+    found = [Path(path) for path in glob.glob(place, recursive=True)]
+    if not found:
+        raise LookError(f"{place} is no folder, and no look file matches it")
+    return sorted(path for path in found if not path.is_dir())
+
+
+def looks_of_catalogue(
+    path: str | os.PathLike[str],
+    where: Sequence[str] = (),
+    finish: str | None = None,
+    parts: Sequence[str] = (),
+) -> list[NamedLook]:
+    """A look for each row of a catalogue: its colour and its finish on the part that it is for.
+
+    where: conditions COLUMN=VALUE, all of which a row must meet; case does not matter.
+    finish: for all rows; None: the column `finish`, or where a row has none what suits the part.
+    parts: those to paint; empty: every row counts. A row that may be for several parts is for the
+    first of them in the order of PARTS.
+    Raises UsageError for a condition, CatalogueError naming file, line and fault.
+    """
+    conditions = [_condition(text) for text in where]
+    looks = []
+    for row in rows_of(path):
+        if all(_meets(row, name, value) for name, value in conditions):
+            fitting = [part for part in row.shade.parts if not parts or part in parts]
+            if fitting:
+                looks.append(_look_of(row, fitting[0], finish))
+    if not looks:
+        asked = [*where, *(f"{option('parts')} {part}" for part in parts)]
+        which = f" that meets {' and '.join(asked)}" if asked else ""
+        raise CatalogueError(f"{path} has no row{which}: give a catalogue with at least one")
+    return looks
+
+
+def _condition(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip():
+        raise UsageError(f"{option('where')} must be COLUMN=VALUE, as in brand=X, got {text!r}")
+    return name.strip().lower(), value.strip()
+
+
+def _meets(row: Row, name: str, value: str) -> bool:
+    if name not in row.cells:
+        raise UsageError(
+            f"{option('where')} names the column {name!r}, and the catalogue has "
+            f"{', '.join(row.cells)}{did_you_mean(name, row.cells)}"
+        )
+    return row.cells[name].casefold() == value.casefold()
+
+
+def _look_of(row: Row, part: str, finish: str | None) -> NamedLook:
+    shade, written = row.shade, row.cells.get("finish", "")
+    if finish is None and written:
+        finish = finish_of(written)
+        if finish is None:
+            raise CatalogueError(
+                f"{row.where}: finish must be one of {', '.join(FINISHES)}, or empty, got "
+                f"{written[:40]!r}{did_you_mean(written, finish_names())}; {option('finish')} "
+                "gives one to all rows"
+            )
+    kind = PARTS[part]
+    layer = Layer(kind.name, product(shade.rgb, finish or kind.first_finish, part))
+    name = "-".join(filter(None, (shade.brand, shade.shade))) or "#" + bytes(shade.rgb).hex()
+    return NamedLook(name, Look([layer]), shade.brand, shade.shade)
+
+
+def numbered(names: Sequence[str]) -> list[str]:
+    """Names of which equal ones get numbers: nude, nude-2, nude-3."""
+    seen: Counter[str] = Counter()
+    found = []
+    for name in names:
+        seen[name] += 1
+        found.append(name if seen[name] == 1 else f"{name}-{seen[name]}")
+    return found

@@ -1,0 +1,94 @@
+"""What several outputs of one film share: each gets its own copies of frames and packets."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import av
+from av.filter import Graph
+from makeup_video.pipeline.errors import MakeupVideoError
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.media.mux import Muxer
+
+
+class CopyFrames:
+    """Makes `count` frames of one, with the same time, colour tags and side data.
+
+    The frames share their memory until somebody paints on one of them: `Frame.writable_planes` then
+    copies the planes of that one.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._source: Any = None
+        self._sinks: list[Any] = []
+
+    def __call__(self, frame: Frame) -> list[Frame]:
+        if self._source is None:
+            self._open(frame)
+        self._source.push(frame.picture)
+        pictures = [sink.pull() for sink in self._sinks]
+        return [
+            Frame(picture, frame.pts, frame.time_base, frame.tags, frame.rotation_degrees)
+            for picture in pictures
+        ]
+
+    def _open(self, frame: Frame) -> None:
+        """FFmpeg's filter `split`, because PyAV itself cannot make a second frame of one memory."""
+        self._graph = Graph()
+        self._source = self._graph.add_buffer(
+            width=frame.width_px,
+            height=frame.height_px,
+            format=av.VideoFormat(frame.pix_fmt),
+            time_base=frame.time_base,
+        )
+        split = self._graph.add("split", str(self._count))
+        self._source.link_to(split)
+        for index in range(self._count):
+            sink = self._graph.add("buffersink")
+            split.link_to(sink, index, 0)
+            self._sinks.append(sink)
+        self._graph.configure()
+
+
+class CopyToAll:
+    """Takes the packets of a film's other streams to several outputs; see StreamCopier.
+
+    dropped, converted: what holds for all outputs.
+    errors: what ended each output, None where nothing did; such an output gets no more packets. An
+    output that cannot take a packet gets an entry here.
+    """
+
+    def __init__(self, muxers: Sequence[Muxer], errors: list[Exception | None]) -> None:
+        self._muxers, self._errors = muxers, errors
+        self.strict = muxers[0].strict
+        self.dropped: list[str] = []
+        self.converted: list[str] = []
+
+    def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None:
+        for muxer in self._muxers:
+            muxer.trim(start, end, shift)
+
+    def copy(self, packet: Any) -> None:
+        for index, muxer in enumerate(self._muxers):
+            if self._errors[index] is None:
+                try:
+                    muxer.copy(copy_of(packet))
+                except MakeupVideoError as error:
+                    self._errors[index] = self._errors[index] or error
+
+
+def copy_of(packet: Any) -> Any:
+    """A packet of the same stream with the same content, times, flags and side data.
+
+    Muxers change a packet's stream and its times.
+    """
+    copy = av.Packet(packet.size)  # with the padding that decoders need
+    if packet.size:
+        copy.update(packet)
+    copy.stream, copy.time_base = packet.stream, packet.time_base
+    copy.pts, copy.dts, copy.duration = packet.pts, packet.dts, packet.duration
+    copy.is_keyframe, copy.is_corrupt = packet.is_keyframe, packet.is_corrupt
+    for data in packet.iter_sidedata():
+        copy.set_sidedata(data)
+    return copy

@@ -1,0 +1,138 @@
+"""process_looks: paints several looks on one video or picture, which is read only once."""
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+
+from makeup_video.pipeline.engine.machine import (
+    FIND_FACES,
+    check_memory,
+    free_memory_bytes,
+    one_opencv_thread,
+    peak_memory_bytes,
+)
+from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
+from makeup_video.pipeline.files.output_file import check_apart, check_place
+from makeup_video.pipeline.images.picture_file import is_picture
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.media.duration import check_start
+from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
+from makeup_video.pipeline.offline.encoding import choose_encoding
+from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.run import check_picture_settings
+from makeup_video.pipeline.offline.settings import Settings
+
+Outcome = Report | MakeupVideoError
+# (outputs that are being written, frames done, frames expected or None, frames/s of the source)
+LooksProgress = Callable[[Sequence[Path], int, int | None, Fraction], None]
+# Sixteen looks leave each one a sixteenth of the shared work; more save little and start hundreds
+# of threads.
+_MOST_AT_ONCE = 16
+
+
+def process_looks(
+    src: str | os.PathLike[str],
+    looks: Mapping[str, Look] | Mapping[Path, Look],
+    settings: Settings | None = None,
+    on_progress: LooksProgress | None = None,
+    memory_share: float = 0.5,
+) -> dict[Path, Outcome]:
+    """Paint each look on every frame of src, a video or a picture, and write it to its own output.
+
+    Decoding, finding faces, smoothing and reading the scene happen once for all looks; painting and
+    encoding once for each. The files are those that process_video would write, byte for byte.
+
+    looks: by output; the names of all outputs of a video end alike.
+    settings: as in process_video, but without `split_minutes`.
+    memory_share: of the free memory, what encoders may take. Where it does not suffice for as many
+    encoders as looks, or there are more than 16 looks, the video is read several times.
+    on_progress(outputs, frames done, frames expected or None, frames per second of the source) is
+    called a few times a second while a video is painted; outputs: those of the look that are being
+    written.
+    Returns by output its report, or the error that ended this look alone, such as a full disk. The
+    seconds of a report are those of all looks that were painted at the same time.
+    Raises one of `errors` before anything is written, or for what ends all looks: an input that
+    cannot be read, Ctrl-C.
+    """
+    settings, path = settings or Settings(), local_file(src)
+    outputs = {Path(output): look for output, look in looks.items()}
+    _check_outputs(path, list(outputs), settings)
+    check_memory(FIND_FACES)
+    with one_opencv_thread():
+        if is_picture(path):
+            # late: the face nets and OpenCL take long to load
+            from makeup_video.pipeline.offline.looks_on_picture import paint_picture
+
+            check_picture_settings(src, settings)
+            return _timed(partial(paint_picture, path, outputs, settings))
+        return _on_film(path, outputs, settings, on_progress, memory_share)
+
+
+def _on_film(
+    path: Path,
+    looks: Mapping[Path, Look],
+    settings: Settings,
+    on_progress: LooksProgress | None,
+    memory_share: float,
+) -> dict[Path, Outcome]:
+    from makeup_video.pipeline.offline.looks_on_film import paint_film
+
+    if settings.split_minutes is not None:
+        raise UsageError(
+            f"several looks of one film are painted in one run: leave out {option('split_minutes')}"
+            ", or paint each look in a run of its own"
+        )
+    if len({output.suffix.lower() for output in looks}) > 1:
+        raise UsageError("the outputs of several looks of one film must have one extension")
+    done: dict[Path, Outcome] = {}
+    while rest := {output: look for output, look in looks.items() if output not in done}:
+        source = open_video(path)
+        try:
+            check_start(source, settings.start_seconds)
+            at_once = encoders_at_once(source, next(iter(rest)), settings, memory_share)
+            count = -(-len(rest) // -(-len(rest) // at_once))  # passes of about equal size
+            now = dict(list(rest.items())[:count])
+            tick = None if on_progress is None else partial(on_progress, list(now))
+            done |= _timed(partial(paint_film, source, now, settings, tick))
+        finally:
+            source.close()
+    if settings.on_whole is not None:
+        settings.on_whole()
+    return done
+
+
+def encoders_at_once(
+    source: VideoSource, output: Path, settings: Settings, memory_share: float = 0.5
+) -> int:
+    """How many looks of a film are encoded at the same time: at least 1, at most 16, and no more
+    than a share of the free memory holds."""
+    codec = choose_encoding(source, output, settings).codec
+    each_bytes = max(1, codec.memory_mb_per_mpx * source.frame_px)  # MB per Mpx is bytes per px
+    return max(1, min(_MOST_AT_ONCE, int(memory_share * free_memory_bytes() / each_bytes)))
+
+
+def _check_outputs(source: Path, outputs: Sequence[Path], settings: Settings) -> None:
+    """Refuse outputs that cannot be written, or of which one would replace another.
+
+    Raises UsageError, OutputError.
+    """
+    if not outputs:
+        raise UsageError("no look given: give at least one output with its look")
+    check_apart(outputs)
+    for output in outputs:
+        check_place(os.fspath(output), source, overwrite=settings.overwrite)
+
+
+def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:
+    """Do the work, and write its times and its memory into the reports."""
+    began, cpu_began = time.monotonic(), time.process_time()
+    done = work()
+    seconds, cpu_seconds = time.monotonic() - began, time.process_time() - cpu_began
+    for outcome in done.values():
+        if isinstance(outcome, Report):
+            outcome.seconds, outcome.cpu_seconds = seconds, cpu_seconds
+            outcome.peak_memory_bytes = peak_memory_bytes()
+    return done

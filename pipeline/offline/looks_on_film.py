@@ -1,0 +1,182 @@
+"""Paints several looks on one film in one go: decoded and searched for faces only once."""
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from makeup_video.pipeline.engine.fan_out import FanOut, in_groups
+from makeup_video.pipeline.engine.machine import PAINT_PICTURE, PAINT_VIDEO
+from makeup_video.pipeline.engine.runner import Runner, Stage, StageTimes, Stopwatch
+from makeup_video.pipeline.errors import MakeupVideoError
+from makeup_video.pipeline.files.output_file import OutputFile
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.media.encode import VideoEncoder
+from makeup_video.pipeline.media.for_each_output import CopyFrames, CopyToAll
+from makeup_video.pipeline.media.input_file import VideoSource
+from makeup_video.pipeline.media.mux import Muxer
+from makeup_video.pipeline.media.side_by_side import SideBySide
+from makeup_video.pipeline.offline.encoding import choose_encoding
+from makeup_video.pipeline.offline.film import add_times, film_report, open_decoder
+from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.settings import Settings
+from makeup_video.pipeline.offline.stages import FaceRun, Painter, Stages
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite, open_canvas
+from makeup_video.pipeline.render.scene import FrameScene
+
+Outcome = Report | MakeupVideoError
+Progress = Callable[[int, int | None, Fraction], None]
+
+
+class PaintAndEncode:
+    """The sink of one look: FrameScene -> the output's next frame.
+
+    times: as in Runner, of painting and of encoding.
+    """
+
+    def __init__(self, paint: Stage, encoder: VideoEncoder) -> None:
+        self.encoder, self._paint = encoder, paint
+        self.times = {"composite": StageTimes(), "encode": StageTimes()}
+        self._painting, self._encoding = map(Stopwatch, self.times.values())
+
+    def __call__(self, item: FrameScene) -> None:
+        with self._painting:
+            frame = self._paint(item)
+        self._painting.times.items += 1
+        with self._encoding:
+            self.encoder(frame)
+        self._encoding.times.items += 1
+
+    def finish(self, stopped: bool) -> None:
+        with self._encoding:
+            self.encoder.finish(stopped)
+
+
+def paint_film(
+    source: VideoSource,
+    looks: Mapping[Path, Look],
+    settings: Settings,
+    on_progress: Progress | None = None,
+) -> dict[Path, Outcome]:
+    """Paint every look on the film, each with an encoder of its own; see process_looks.
+
+    looks: by output, one or more, whose names end alike.
+    """
+    film = _Film(looks, settings)
+    stages = film.faces(source)
+    film.open(source)
+    runner = film.runner(source, stages)
+    expected = film.decoder.expected_frames
+    try:
+        runner.run(on_progress and (lambda done: on_progress(done, expected, source.rate)))
+    except BaseException:
+        film.fan.cancel()
+        film.remove_parts()
+        if not all(film.fan.errors):
+            raise
+    film.remove_parts()
+    return film.outcomes(source, runner)
+
+
+class _Film:
+    """The parts of one run: a painter, an encoder and an output for each look."""
+
+    def __init__(self, looks: Mapping[Path, Look], settings: Settings) -> None:
+        self._looks, self._settings = looks, settings
+        self._groups = in_groups(len(looks))
+        self._painters: list[Painter | None] = []
+        self._muxers: list[Muxer] = []
+        self.faces = FaceRun(self._scene, PAINT_VIDEO, PAINT_PICTURE)
+
+    def _scene(self) -> Stages:
+        """Called once the input is open: loads the kernels."""
+        looks, settings = list(self._looks.values()), self._settings
+        for group in self._groups:
+            canvas = open_canvas(settings.device)  # one for each thread that paints
+            for look in looks[group.start : group.stop]:
+                painter = None
+                if not look.is_bare:
+                    painter = Painter(Composite(look, canvas, settings.faces), settings.faces)
+                self._painters.append(painter)
+        return [("scene", BuildScene(settings.device))]
+
+    def open(self, source: VideoSource) -> None:
+        """Begin the outputs. Raises UsageError, OutputError; then no output is begun."""
+        settings = self._settings
+        encoding = choose_encoding(source, next(iter(self._looks)), settings)
+        try:
+            for path in self._looks:
+                target = OutputFile(path, source.path, overwrite=settings.overwrite)
+                self._muxers.append(Muxer(target, encoding.container, strict=settings.strict))
+            self.sinks = [
+                PaintAndEncode(
+                    self._paint(painter),
+                    encoding.encoder(muxer, source, settings.encoder_threads),
+                )
+                for painter, muxer in zip(self._painters, self._muxers, strict=True)
+            ]
+            copy = CopyFrames(len(self.sinks))
+
+            def share(item: FrameScene) -> list[FrameScene]:
+                return [FrameScene(one, item.coding, item.faces) for one in copy(item.frame)]
+
+            groups = [self.sinks[group.start : group.stop] for group in self._groups]
+            self.fan = FanOut(groups, share)
+            self._copier = CopyToAll(self._muxers, self.fan.errors)
+            self.decoder = open_decoder(source, encoding, self._copier, settings)
+        except BaseException:
+            self.remove_parts()
+            raise
+
+    def _paint(self, painter: Painter | None) -> Stage:
+        paint: Stage = _untouched if painter is None else painter.composite
+        return SideBySide(paint) if self._settings.compare else paint
+
+    def runner(self, source: VideoSource, stages: Stages) -> Runner:
+        settings, decode = self._settings, ("decode", self.decoder.frames())
+        return Runner(
+            decode,
+            stages,
+            ("outputs", self.fan),
+            observe=settings.observe,
+            workers=settings.stage_threads,
+        )
+
+    def remove_parts(self) -> None:
+        """Remove what was begun and is not finished. Never raises."""
+        for muxer in self._muxers:
+            if not muxer.is_finished:
+                muxer.abort()
+
+    def outcomes(self, source: VideoSource, runner: Runner) -> dict[Path, Outcome]:
+        """By output its report, or the error that ended it. Raises what is no error of ours."""
+        done: dict[Path, Outcome] = {}
+        for at, (path, error) in enumerate(zip(self._looks, self.fan.errors, strict=True)):
+            if error is None:
+                done[path] = self._report(at, path, source, runner)
+            elif isinstance(error, MakeupVideoError):
+                done[path] = error
+            else:
+                raise error
+        return done
+
+    def _report(self, at: int, path: Path, source: VideoSource, runner: Runner) -> Report:
+        sink, painter = self.sinks[at], self._painters[at]
+        times = {name: one for name, one in runner.times.items() if name != "outputs"}
+        report = film_report(source, path, self.decoder, sink.encoder, self._muxers[at])
+        add_times(report, times | sink.times, runner.channels)
+        report.dropped = self._copier.dropped + report.dropped
+        report.converted = self._copier.converted + report.converted
+        report.bytes_in = source.container.size
+        if painter is not None:
+            self.faces.count(report)
+            painter.count(report)
+        return report
+
+
+def _untouched(item: Any) -> Frame:
+    """The stage of a bare look."""
+    frame: Frame = item.frame
+    return frame

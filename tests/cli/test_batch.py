@@ -1,0 +1,203 @@
+"""`batch` from the command line: what is left out, what is refused, and what survives a kill."""
+
+import json
+import random
+import shutil
+import signal
+import sys
+import time
+from collections import Counter
+
+import av
+import pytest
+from command_line import LOOK, command, run
+from media import make_clip
+from people import SAMPLES, clip, film
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Two films, a picture and a look file, in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "clips").mkdir()
+    for name in ("a", "b"):
+        film(tmp_path / "clips" / f"{name}.mkv", clip(20))
+    (tmp_path / "red.json").write_text(json.dumps(LOOK))
+    return tmp_path
+
+
+def outputs_of(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def frames_in(path):
+    with av.open(str(path)) as box:
+        return sum(1 for _ in box.decode(video=0))
+
+
+LOOKS = ("--look", "red.json", "--look", "none", "--codec", "ffv1")
+
+
+def test_a_folder_in_several_looks(folder):
+    shutil.copy(SAMPLES / "portrait.jpg", folder / "clips")
+    done = run("batch", "clips", "--look", "red.json", "--look", "cat-eye",
+               "-o", "out/{look}/{name}.{ext}")  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+    assert outputs_of(folder / "out") == ["cat-eye", "index.html", "makeup-video.jsonl", "red"]
+    assert outputs_of(folder / "out" / "red") == ["a.mkv", "b.mkv", "portrait.jpg"]
+    assert "6 of 6 outputs done; out/index.html shows them" in done.stderr
+    page = (folder / "out" / "index.html").read_text()
+    assert page.count("<img") == 9  # of each input one before and two after
+
+
+def test_running_again_does_nothing_twice(folder):
+    words = ("batch", "clips", *LOOKS, "-o", "clips/{name}-{look}.mkv")  # among the inputs
+    assert run(*words).exit_code == 0
+    files = {path.name: path.stat() for path in (folder / "clips").glob("?-*.mkv")}
+    assert len(files) == 4
+    for more in ((), ("--resume",), ("-y",), ("--retry",)):
+        again = run(*words, *more)
+        assert again.exit_code == 0, again.stderr
+        assert "4 outputs are in the journal already; 4 in all" in again.stderr
+    now = {path.name: path.stat() for path in (folder / "clips").glob("?-*.mkv")}
+    assert now == files
+
+
+def test_a_bad_film_fails_alone_and_is_named_at_the_end(folder):
+    (folder / "clips" / "bad.mp4").write_text("no film")
+    words = ("batch", "clips", "--look", "none", "-o", "out/{name}.mp4")
+    first = run(*words)
+    assert first.exit_code == 5
+    *_, listed, last = first.stderr.strip().splitlines()
+    assert listed == "1 failed (--retry does them again):"
+    assert last.startswith("  out/bad.mp4 failed: InputError: clips/bad.mp4 is not a video")
+    assert frames_in(folder / "out" / "a.mp4") == frames_in(folder / "out" / "b.mp4") == 20
+    again = run(*words)
+    assert again.exit_code == 5 and last in again.stderr
+    make_clip(folder / "clips" / "bad.mp4")
+    assert run(*words).exit_code == 0  # another input than the one that failed
+
+
+def test_failed_work_is_done_again_on_request(folder):
+    words = ("batch", "clips/a.mkv", "--look", "none", "--codec", "ffv1", "-o", "out/{name}.mkv")
+    journal = folder / "out" / "makeup-video.jsonl"
+    assert run(*words).exit_code == 0
+    *lines, line = journal.read_text().splitlines()
+    entry = json.loads(line)
+    failed = {key: entry[key] for key in ("output", "key")}
+    failed |= {"event": "failed", "kind": "OutputError", "error": "the disk is full"}
+    journal.write_text("\n".join([*lines, json.dumps(failed)]) + "\n")
+    (folder / "out" / "a.mkv").unlink()
+    again = run(*words)
+    assert again.exit_code == 5 and "OutputError: the disk is full" in again.stderr
+    assert run(*words, "--retry").exit_code == 0
+    assert frames_in(folder / "out" / "a.mkv") == 20
+
+
+def test_a_list_gives_each_input_its_own_look(folder):
+    (folder / "jobs.csv").write_text(
+        "in,out,look,strength,end\nclips/a.mkv,,red.json,50%,0.2\nclips/b.mkv,x/{look}.mkv,,,\n"
+    )
+    done = run("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1",
+               "-o", "out/{name}-{look}.mkv")  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+    assert frames_in(folder / "out" / "a-red.mkv") == 6
+    assert frames_in(folder / "x" / "none.mkv") == 20
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["clips", *LOOKS, "-o", "out/{name}.mkv"],
+         "2 looks need a name each: put {look} in -o, got out/{name}.mkv"),
+        (["clips", "--look", "none", "-o", "out/all.mkv"], "two outputs have the name out/all.mkv"),
+        (["clips", "--look", "none", "-o", "out/{nmae}.mkv"], "--output has {nmae}: the fields are"),
+        (["clips", "--look", "none", "-o", "{folder}/{name}.mkv"], "would replace clips/a.mkv"),
+        (["clips", "--look", "none"], "-o/--output is missing"),
+        (["--look", "none", "-o", "out/{name}.mkv"], "no input given"),
+        (["clips", "-o", "out/{name}.mkv"], "no look given"),
+        (["clips", "--look", "none", "-o", "o/{name}.mkv", "--ship"], "--ship is for a cluster"),
+        (["clips/*.avi", "--look", "none", "-o", "{name}.mkv"], "clips/*.avi matches no file"),
+        (["empty", "--look", "none", "-o", "{name}.mkv"], "empty has no videos or pictures"),
+        (["clips", "--look", "none", "-o", "o/{name}.mkv", "--resume"], "there is no journal o/"),
+        (["clips", "--look", "none", "-o", "o/{name}.mkv", "--jobs", "0"], "--jobs must be at least"),
+        (["--list", "jobs.csv", "-o", "{name}.mkv"], "jobs.csv, line 2: there is no look file and"),
+        (["clips", "--look", "none", "-o", "{name}.mkv", "--journal", "red.json"],
+         "red.json, line 1, is no line of a batch's journal"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_done_is_said_in_one_line(folder, words, message):
+    (folder / "empty").mkdir()
+    (folder / "jobs.csv").write_text("in,look\nclips/a.mkv,nothing\n")
+    done = run("batch", *words)
+    assert done.exit_code == 2
+    assert message in done.stderr and len(done.stderr.strip().splitlines()) == 1
+    assert not list(folder.glob("**/*.part.*")) and len(list(folder.glob("**/*.mkv"))) == 2
+
+
+def test_without_ray_the_line_says_how_to_install_it(folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "makeup_video.pipeline.batch.on_ray", None)
+    monkeypatch.delattr("makeup_video.pipeline.batch.on_ray", raising=False)
+    done = run("batch", "clips", "--look", "none", "-o", "o/{name}.mkv", "--ray", "auto")
+    assert done.exit_code == 1
+    assert done.stderr == "InstallError: --ray needs Ray: pip install 'makeup-video[ray]'\n"
+
+
+def test_a_cluster_that_does_not_answer_is_named(folder):
+    pytest.importorskip("ray", reason="needs makeup-video[ray]")
+    words = ("batch", "clips", "--look", "none", "-o", "o/{name}.mkv", "--ray")
+    for address in ("127.0.0.1:1", "auto"):
+        done = run(*words, address)
+        assert done.exit_code == 1 and len(done.stderr.strip().splitlines()) == 1
+        assert done.stderr.startswith("WorkerError: --ray: no cluster")
+
+
+def test_nothing_is_overwritten_without_y(folder):
+    (folder / "out").mkdir()
+    (folder / "out" / "b.mkv").write_text("mine")
+    words = ("batch", "clips", "--look", "none", "--codec", "ffv1", "-o", "out/{name}.mkv")
+    refused = run(*words)
+    assert refused.exit_code == 2 and "out/b.mkv exists already: add -y" in refused.stderr
+    assert (folder / "out" / "b.mkv").read_text() == "mine"
+    assert not (folder / "out" / "a.mkv").exists()
+    assert run(*words, "-y").exit_code == 0
+    assert frames_in(folder / "out" / "b.mkv") == 20
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_batch_survives_being_killed_at_any_moment(folder, seed):
+    words = ("batch", "clips", *LOOKS, "-o", "out/{name}-{look}.mkv", "-q", "--jobs", "2")
+    names = sorted(f"{film}-{look}.mkv" for film in "ab" for look in ("red", "none"))
+    rng, seen = random.Random(seed), {}
+    for attempt in range(5):
+        process = command(*words)
+        time.sleep(rng.uniform(0.5, 2 + attempt))
+        process.send_signal(signal.SIGKILL)
+        code = process.wait()
+        for path in (folder / "out").glob("?-*.mkv") if (folder / "out").exists() else ():
+            if ".part" not in path.name:  # whoever has its name is whole, and stays as it is
+                assert frames_in(path) == 20
+                assert seen.setdefault(path.name, path.stat().st_ino) == path.stat().st_ino
+        if code == 0:
+            break
+    assert run(*words).exit_code == 0
+    assert sorted(seen | {p.name: 0 for p in (folder / "out").glob("?-*.mkv")}) == names
+    assert not list(folder.glob("**/*.part.*"))
+    lines = [json.loads(line) for line in (folder / "out" / "makeup-video.jsonl").open()]
+    done = Counter(line["output"] for line in lines if line["event"] == "done")
+    assert done == dict.fromkeys(names, 1)
+
+
+def test_ctrl_c_ends_with_130_and_the_batch_goes_on_later(folder):
+    words = ("batch", "clips", *LOOKS, "-o", "out/{name}-{look}.mkv")
+    process = command(*words)
+    while not list(folder.glob("out/*.part.mkv")):
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate()
+    assert process.returncode == 130
+    assert errors.strip().splitlines()[-1] == "stopped: the same command goes on where it stopped"
+    assert not list(folder.glob("**/*.part.*"))
+    assert run(*words, "--resume").exit_code == 0
+    assert len(list(folder.glob("out/*.mkv"))) == 4

@@ -1,0 +1,153 @@
+"""`apply` with several looks: names of outputs, warnings said once, errors of one look."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from command_line import LOOK, run
+from makeup_video.cli.looks_options import LooksOptions, WantedLook
+from makeup_video.cli.many import name_outputs, print_outcomes, some_of, titled
+from makeup_video.pipeline import Look, OutputError, Report, UsageError
+from people import SAMPLES, clip, film
+from typer import Exit
+
+TABLE = "brand,product,category,shade,hex\nA,P,lipstick,Red,#B4002E\nB,P,eyes,Dusk,#6B7475\n"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "looks").mkdir()
+    for name in ("looks/red.json", "plum.json"):
+        (tmp_path / name).write_text(json.dumps(LOOK))
+    (tmp_path / "shades.csv").write_text(TABLE)
+    shutil.copy(SAMPLES / "portrait.jpg", "in.jpg")
+    return tmp_path
+
+
+def test_looks_of_every_source_are_painted(folder):
+    done = run("in.jpg", "--look", "plum.json", "--look", "cat-eye", "--ref", SAMPLES / "look.jpg",
+               "--looks", "looks", "--catalogue", "shades.csv", "--finish", "matte",
+               "-o", "out/{name}-{look}.jpg")  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+    assert sorted(path.name for path in (folder / "out").iterdir()) == [
+        f"in-{name}.jpg" for name in ("A-Red", "B-Dusk", "cat-eye", "look", "plum", "red")
+    ]
+    assert done.stderr.splitlines()[-1].startswith("6 of 6 looks of in.jpg in ")
+
+
+def test_a_template_of_one_look_is_filled_in(folder):
+    done = run(
+        "in.jpg", "--catalogue", "shades.csv", "--where", "brand=b", "-o", "{brand}/{shade}.png"
+    )
+    assert done.exit_code == 0 and (folder / "B" / "Dusk.png").exists()
+
+
+def test_a_film_in_several_looks_has_one_report(folder):
+    film(folder / "in.mkv", clip(4))
+    done = run("in.mkv", "--look", "plum.json", "--look", "none", "-o", "{look}.mkv",
+               "--report", "report.json", "--codec", "ffv1")  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+    outputs = json.loads((folder / "report.json").read_text())["outputs"]
+    assert [(one["output"], one["painted_frames"]) for one in outputs] == [
+        ("plum.mkv", 4), ("none.mkv", None),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["-o", "out.jpg"], "2 looks need a name each: put {look} in -o, as in -o 'out-{look}.jpg'"),
+        (["-o", "{name}.jpg"], "2 looks need a name each"),
+        (["-o", "{look}{x}.jpg"], "--output has {x}: the fields are {name}, {folder}, {ext}"),
+        (["-o", "{brand}.jpg"], "--output has {brand}, the brand of a catalogue's row, and plum has"),
+        (["-o", "{look}.jpg", "--save-look", "a.json"], "--save-look writes one look"),
+        (["-o", "{look}.txt"], "the output must end in .jpg, .png or .webp"),
+        (["-o", "{look}.jpg", "--where", "brand=A"], "--where chooses rows of a catalogue"),
+        (["-o", "{look}.jpg", "--catalogue", "shades.csv", "--color", "red"], "both give the colour"),
+        (["-o", "{look}.jpg", "--report", "plum.jpg"], "is one of this run's own files"),
+        (["-o", "{look}/a.jpg", "--ref-face", "0"], "--ref-face chooses a face of the photo"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_said_before_the_work(folder, words, message):
+    done = run("in.jpg", "--look", "plum.json", "--look", "cat-eye", *words)
+    assert done.exit_code == 2 and message in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not list(folder.glob("*.part.*")) and len(list(folder.glob("*.jpg"))) == 1
+
+
+def test_an_unreadable_row_is_named_with_its_line(folder):
+    (folder / "shades.csv").write_text(TABLE + "C,P,lips,Bad,#GG0000\n")
+    done = run("in.jpg", "--catalogue", "shades.csv", "-o", "{look}.jpg")
+    assert done.exit_code == 2 and "CatalogueError: shades.csv, line 4: hex must be" in done.stderr
+
+
+def looks_named(*names):
+    return [WantedLook({"look": name}, lambda quiet: Look()) for name in names]
+
+
+@pytest.mark.parametrize(
+    ("output", "names", "found"),
+    [
+        ("out.mp4", ["a"], ["out.mp4"]),
+        ("./out//x.mp4", ["a"], ["./out//x.mp4"]),
+        ("{{a}}.mp4", ["a"], ["{a}.mp4"]),
+        ("o/{name}-{look}.{ext}", ["a", "b"], ["o/talk-a.mov", "o/talk-b.mov"]),
+        ("{folder}-{look}.mp4", ["a/b"], ["clips-a-b.mp4"]),
+    ],
+)
+def test_names_of_outputs(output, names, found):
+    assert name_outputs(output, "/films/clips/talk.MOV", looks_named(*names)) == found
+
+
+def test_looks_of_one_name_are_numbered():
+    names = [one.fields["look"] for one in LooksOptions(look=["a.json", "b/a.json"]).wanted()]
+    assert names == ["a", "a-2"]
+
+
+def test_no_look_at_all_is_refused_as_before():
+    (wanted,) = LooksOptions().wanted()
+    with pytest.raises(UsageError, match="no look given: add ref='PHOTO'"):
+        wanted.load(True)
+
+
+def report(name, **values):
+    return name, Report("in", name, "h264", frames_in=3, frames_out=3, seconds=2.0, **values)
+
+
+def test_common_warnings_are_printed_once(capsys):
+    dropped = {"dropped": ["audio #1"]}
+    print_outcomes([report("a", **dropped), report("b", converted=["x"], **dropped)], "in", False)
+    assert capsys.readouterr().err.splitlines() == [
+        "left out: audio #1", "b: changed: x", "a: 3 frames, 0.0 kB", "b: 3 frames, 0.0 kB",
+        "2 of 2 looks of in in 2.0 s",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "code"),
+    [
+        ([report("a"), ("b", OutputError("disk full"))], 5),
+        ([("a", OutputError("disk full")), ("b", OutputError("disk full"))], 4),
+        ([report("a"), report("b", damaged=True)], 5),
+    ],
+)
+def test_a_look_that_failed_shows_in_the_exit_code(outcomes, code, capsys):
+    with pytest.raises(Exit) as caught:
+        print_outcomes(outcomes, "in", True)
+    assert caught.value.exit_code == code
+    failed = [name for name, one in outcomes if isinstance(one, OutputError)]
+    assert [f"{name}: OutputError: disk full" for name in failed] == [
+        line for line in capsys.readouterr().err.splitlines() if "Error" in line
+    ]
+
+
+def test_progress_names_film_and_looks():
+    heard = []
+    names = {Path(name): name for name in "abcd"}
+    tick = titled(lambda *figures, title: heard.append((figures, title)), "x/in.mp4", names)
+    tick([Path("a"), Path("b")], 3, 9, 30)
+    assert heard == [((3, 9, 30), "in.mp4: a and b")]
+    assert some_of("abcd") == "a, b and 2 more"
+    assert titled(None, "in.mp4", names) is None

@@ -1,0 +1,135 @@
+"""The journal: only appended, read back whole after any cut, locked, strict about its lines."""
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline import Look, OutputError, Settings, UsageError, product
+from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
+from makeup_video.pipeline.batch.journal import Journal, identity, key_of, result_of
+
+RED, BLUE = (Look(lips=product(rgb, "satin")) for rgb in ((180, 0, 40), (10, 30, 140)))
+
+
+def job_in(folder, name="a", look=RED):
+    source = folder / f"{name}.mp4"
+    if not source.exists():
+        source.write_bytes(b"film")
+    return Job(str(source), (JobLook("red", look, str(folder / f"{name}-red.mp4")),), Settings())
+
+
+def done(job, size=4):
+    output = job.looks[0].output
+    return Done(output, size, 30, 1.5, ("changed: é",), False, b"\xff\xd8", None)
+
+
+def test_lines_are_read_back(tmp_path):
+    first, second, third = (job_in(tmp_path, name) for name in "abc")
+    with Journal(tmp_path / "j.jsonl") as journal:
+        for job in (first, second, third):
+            journal.begin(job)
+        Path(first.looks[0].output).write_bytes(b"done")
+        journal.end(first, [done(first)])
+        failed = Failed(second.looks[0].output, OutputError("the disk is full"))
+        journal.end(second, [failed])
+    with Journal(tmp_path / "j.jsonl") as journal:
+        entries = [journal.entry(one.looks[0].output, key_of(one, one.looks[0]))
+                   for one in (first, second, third)]  # fmt: skip
+        assert result_of(first.looks[0].output, entries[0]) == done(first)
+        again = result_of(failed.output, entries[1])
+        assert type(again.error) is OutputError and str(again.error) == "the disk is full"
+        assert entries[2]["event"] == "begun" and entries[2]["was"] is None
+        assert sorted(path.name for path in journal.outputs) == [
+            "a-red.mp4", "b-red.mp4", "c-red.mp4",
+        ]  # fmt: skip
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(st.data())
+def test_a_file_cut_anywhere_is_a_journal_of_fewer_lines(tmp_path, data):
+    path = tmp_path / "cut.jsonl"
+    path.unlink(missing_ok=True)
+    jobs = [job_in(tmp_path, name) for name in "abcd"]
+    with Journal(path) as journal:
+        for job in jobs:
+            journal.begin(job)
+    whole = path.read_bytes()
+    cut = data.draw(st.integers(0, len(whole)))
+    path.write_bytes(whole[:cut])
+    kept = whole[:cut].count(b"\n")
+    with Journal(path) as journal:
+        known = [journal.entry(job.looks[0].output, key_of(job, job.looks[0])) for job in jobs]
+        assert [entry is not None for entry in known] == [True] * kept + [False] * (4 - kept)
+        journal.begin(jobs[3])
+    lines = path.read_bytes().splitlines()
+    assert len(lines) == kept + 1 and all(json.loads(line)["event"] == "begun" for line in lines)
+
+
+def test_an_entry_of_other_work_does_not_count(tmp_path):
+    job = job_in(tmp_path)
+    (look,) = job.looks
+    with Journal(tmp_path / "j.jsonl") as journal:
+        journal.begin(job)
+        key = key_of(job, look)
+        assert journal.entry(look.output, key) is not None
+        other = job_in(tmp_path, look=BLUE)
+        assert journal.entry(look.output, key_of(other, other.looks[0])) is None
+        sharp = Job(job.source, job.looks, Settings(crf=10))
+        assert journal.entry(look.output, key_of(sharp, look)) is None
+        assert key_of(Job(job.source, job.looks, Settings(overwrite=True)), look) == key
+        (tmp_path / "a.mp4").write_bytes(b"another film")
+        assert journal.entry(look.output, key_of(job, look)) is None
+
+
+def test_a_moved_folder_keeps_its_journal(tmp_path):
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.mkdir()
+    source = tmp_path / "a.mp4"
+    source.write_bytes(b"film")
+
+    def job(folder):
+        return Job(str(source), (JobLook("red", RED, str(folder / "a.mp4")),), Settings())
+
+    with Journal(old / "j.jsonl") as journal:
+        journal.begin(job(old))
+    old.rename(new)
+    with Journal(new / "j.jsonl") as journal:
+        moved = job(new)
+        assert journal.entry(str(new / "a.mp4"), key_of(moved, moved.looks[0])) is not None
+
+
+def test_a_journal_has_one_writer(tmp_path):
+    with (
+        Journal(tmp_path / "j.jsonl"),
+        pytest.raises(UsageError, match=r"another batch is writing .*j\.jsonl"),
+    ):
+        Journal(tmp_path / "j.jsonl")
+    Journal(tmp_path / "j.jsonl").close()
+    assert not (tmp_path / "j.jsonl").exists()  # nothing was begun
+
+
+@pytest.mark.parametrize(
+    "line", ["hello", "[]", '{"event": "begun"}', '{"a": 1}', '{"event": "x"}']
+)
+@pytest.mark.parametrize("end", ["", "\n"])
+def test_another_file_is_not_taken_for_a_journal(tmp_path, line, end):
+    path = tmp_path / "notes.txt"
+    path.write_text(line + end)
+    if not end and line.startswith('{"event": "'):
+        return  # a line of a journal, as far as one can tell
+    with pytest.raises(UsageError, match=r"notes.txt, line 1, is no line of a batch's journal"):
+        Journal(path)
+    assert path.read_text() == line + end
+
+
+def test_identity_tells_files_of_one_name_apart(tmp_path):
+    path = tmp_path / "a"
+    assert identity(str(path)) is None
+    path.write_bytes(b"1")
+    first = identity(str(path))
+    assert identity(str(path)) == first
+    (tmp_path / "b").write_bytes(b"2")
+    (tmp_path / "b").replace(path)
+    assert identity(str(path)) != first

@@ -1,0 +1,155 @@
+"""Jobs on a Ray cluster of three nodes, all on this machine; needs Ray, which is an extra."""
+
+import os
+import signal
+
+import pytest
+from makeup_video.pipeline import InputError, Look, Settings, UsageError, WorkerError, product
+from makeup_video.pipeline.batch.job import Done, Job, JobLook
+from makeup_video.pipeline.batch.journal import Journal
+from makeup_video.pipeline.batch.run import run_batch
+from media import make_clip
+from people import clip, film
+
+os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+cluster_utils = pytest.importorskip("ray.cluster_utils", reason="needs makeup-video[ray]")
+from makeup_video.pipeline.batch import on_ray  # imports Ray
+
+BERRY = Look(lips=product((120, 10, 60), "satin"))
+pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.fixture(scope="module")
+def nodes():
+    """A cluster of three nodes with a CPU each; the first is its head and takes no jobs."""
+    node = {"object_store_memory": 100_000_000}
+    made = cluster_utils.Cluster(
+        initialize_head=True, head_node_args={**node, "num_cpus": 0, "include_dashboard": False}
+    )
+    for _ in range(2):
+        made.add_node(**node, num_cpus=1)
+    yield made
+    made.shutdown()
+
+
+class Heard:
+    def __init__(self, on_progress=lambda progress: None):
+        self.seen, self._on_progress = [], on_progress
+
+    def progress(self, job, progress):
+        self.seen.append(progress)
+        self._on_progress(progress)
+
+    def ended(self, job, results):
+        pass
+
+
+def job_of(source, *names, look=BERRY, **settings):
+    looks = (JobLook(name, look, str(source.with_name(f"{source.stem}-{name}{source.suffix}")))
+             for name in names)  # fmt: skip
+    return Job(str(source), tuple(looks), Settings(**settings))
+
+
+def run(nodes, folder, jobs, heard=None, **how):
+    with on_ray.cluster(nodes.address), Journal(folder / "j.jsonl") as journal:
+        return run_batch(jobs, journal, heard or Heard(), on_ray.ray_workers(**how))
+
+
+@pytest.mark.parametrize("ship", [False, True])
+def test_jobs_are_done_and_a_bad_one_fails_alone(nodes, tmp_path, ship, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # outputs are named relative to this folder
+    good, bad = film(tmp_path / "good.mkv", clip(12)), tmp_path / "bad.mkv"
+    bad.write_text("no film")
+    jobs = [job_of(path.relative_to(tmp_path), "a", "b", codec="ffv1") for path in (good, bad)]
+    heard = Heard()
+    results = run(nodes, tmp_path, jobs, heard, ship=ship)
+    for name in ("a", "b"):
+        done, failed = results[f"good-{name}.mkv"], results[f"bad-{name}.mkv"]
+        assert (done.frames, done.size) == (12, os.stat(f"good-{name}.mkv").st_size)
+        assert done.after and isinstance(failed.error, InputError)
+        assert os.path.basename(str(bad)) in str(failed.error)
+        assert "makeup-video-" not in str(failed.error)  # the folder of another machine
+    assert {one.looks for one in heard.seen} <= {("a", "b")}
+    assert not list(tmp_path.glob("*.part.*"))
+
+
+@pytest.mark.parametrize("ship", [False, True])
+def test_a_job_whose_process_is_killed_is_done_again(nodes, tmp_path, ship):
+    job = job_of(film(tmp_path / "in.mkv", clip(40)), "a", codec="ffv1")
+    killed = []
+
+    def kill(progress):
+        if not killed and progress.frames:
+            killed.append(_kill_painter())
+
+    results = run(nodes, tmp_path, [job], Heard(kill), ship=ship, count=1)
+    (result,) = results.values()
+    assert killed and isinstance(result, Done) and result.frames == 40
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in-a.mkv", "in.mkv", "j.jsonl"]
+
+
+def _kill_painter():
+    """Kill the process that runs the task now, as the kernel does when memory runs out."""
+    for entry in os.scandir("/proc"):
+        try:
+            words = open(f"/proc/{entry.name}/cmdline", "rb").read()  # noqa: SIM115
+        except (OSError, NotADirectoryError):
+            continue
+        if b"ray::_paint" in words:
+            os.kill(int(entry.name), signal.SIGKILL)
+            return int(entry.name)
+    raise AssertionError("no task runs")
+
+
+def test_a_node_that_is_lost_gives_its_job_to_another(nodes, tmp_path):
+    jobs = [job_of(film(tmp_path / f"{name}.mkv", clip(40)), "x", codec="ffv1") for name in "ab"]
+    lost = nodes.add_node(num_cpus=1, object_store_memory=100_000_000)
+    removed = []
+
+    def remove(progress):
+        if not removed and progress.frames:
+            removed.append(lost)
+            nodes.remove_node(lost, allow_graceful=False)
+
+    results = run(nodes, tmp_path, jobs, Heard(remove))
+    assert removed and all(isinstance(one, Done) for one in results.values())
+    assert not list(tmp_path.glob("*.part.*"))
+
+
+def test_an_output_finished_before_the_loss_is_not_made_again(nodes, tmp_path):
+    source = make_clip(tmp_path / "in.mp4")
+    job = job_of(source, "a", "b", look=Look())
+    first, second = (one.output for one in job.looks)
+    list(on_ray._in_shared_folder(job.only({first}), {first: None}))
+    before = os.stat(first)
+    *_, results = on_ray._in_shared_folder(job, {first: None, second: None})
+    assert [one.frames for one in results] == [12, 12]
+    assert os.stat(first).st_mtime_ns == before.st_mtime_ns
+
+
+@pytest.mark.parametrize(
+    ("address", "error", "message"),
+    [
+        ("127.0.0.1:1", WorkerError, "no cluster answers at 127.0.0.1:1"),
+        ("nobody.invalid:6379", WorkerError, "no cluster answers at nobody.invalid:6379"),
+        ("here", UsageError, "must be auto or HOST:PORT, got 'here'"),
+    ],
+)
+@pytest.mark.timeout(60)  # Ray alone tries for minutes
+def test_a_cluster_that_does_not_answer_is_named_soon(address, error, message):
+    with pytest.raises(error, match=message), on_ray.cluster(address):
+        pass
+
+
+def test_an_input_that_is_gone_fails_alone(nodes, tmp_path):
+    jobs = [job_of(tmp_path / "gone.mkv", "a"), job_of(make_clip(tmp_path / "in.mp4"), "a")]
+    gone, done = run(nodes, tmp_path, jobs, ship=True).values()
+    assert isinstance(gone.error, InputError) and isinstance(done, Done)
+
+
+def test_at_least_one_worker_is_needed(nodes):
+    with on_ray.cluster(nodes.address):
+        assert len(on_ray.ray_workers()) >= 2
+        assert len(on_ray.ray_workers(5)) == 5
+        with pytest.raises(UsageError, match="must be at least 1, got 0"):
+            on_ray.ray_workers(0)

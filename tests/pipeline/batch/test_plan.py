@@ -1,0 +1,140 @@
+"""What is left to do: done work is checked, interrupted work found, failures kept or retried."""
+
+import pytest
+from makeup_video.pipeline import Look, OutputError, Settings, UsageError, process_video, product
+from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, run_job
+from makeup_video.pipeline.batch.journal import Journal
+from makeup_video.pipeline.batch.plan import check_inputs_apart, plan_batch
+from media import make_clip
+
+BARE = Look()
+RED = Look(lips=product((180, 0, 40), "satin"))
+
+
+class Case:
+    """One film without a face, one output, one journal."""
+
+    def __init__(self, folder):
+        self.output = folder / "out.mp4"
+        self.part = folder / "out.part.mp4"
+        source = make_clip(folder / "in.mp4")
+        self.job = Job(str(source), (JobLook("none", BARE, str(self.output)),), Settings())
+        self.journal = Journal(folder / "j.jsonl")
+
+    def paint(self):
+        return run_job(self.job, lambda progress: None)
+
+    def plan(self, retry=False, overwrite=False):
+        return plan_batch([self.job], self.journal, retry=retry, overwrite=overwrite)
+
+    def known(self, **how):
+        plan = self.plan(**how)
+        assert plan.todo == []
+        (result,) = plan.known.values()
+        return result
+
+
+@pytest.fixture
+def case(tmp_path):
+    case = Case(tmp_path)
+    yield case
+    case.journal.close()
+
+
+def test_new_work_is_to_be_done(case):
+    assert case.plan().todo == [case.job]
+
+
+def test_done_work_is_checked_and_not_done_again(case):
+    case.journal.begin(case.job)
+    results = case.paint()
+    case.journal.end(case.job, results)
+    assert case.known() == results[0] and isinstance(results[0], Done)
+
+
+@pytest.mark.parametrize("begun", [False, True])
+def test_a_file_of_somebody_else_is_never_overwritten(case, begun):
+    case.output.write_text("mine")
+    if begun:
+        case.journal.begin(case.job)
+    with pytest.raises(UsageError, match="exists already"):
+        case.plan()
+    assert case.plan(overwrite=True).todo == [case.job]
+    assert case.output.read_text() == "mine"
+
+
+def test_an_output_that_is_gone_is_made_again(case):
+    case.journal.begin(case.job)
+    case.journal.end(case.job, case.paint())
+    case.output.unlink()
+    assert case.plan().todo == [case.job]
+
+
+@pytest.mark.parametrize("damage", ["cut", "garbage"])
+def test_a_changed_output_is_named_and_left_alone(case, damage):
+    case.journal.begin(case.job)
+    case.journal.end(case.job, case.paint())
+    data = case.output.read_bytes()
+    case.output.write_bytes(data[: len(data) // 2] if damage == "cut" else bytes(len(data)))
+    result = case.known()
+    assert isinstance(result, Failed) and "has changed since the batch wrote it" in str(
+        result.error
+    )
+    assert case.plan(overwrite=True).todo == [case.job]
+
+
+def test_a_kill_while_writing_leaves_a_part_that_is_removed(case):
+    case.journal.begin(case.job)
+    case.part.write_bytes(b"half a film")
+    assert case.plan().todo == [case.job]
+    assert not case.part.exists()
+
+
+def test_a_part_that_the_batch_did_not_begin_is_left_alone(case):
+    case.part.write_bytes(b"somebody's")
+    with pytest.raises(UsageError, match="perhaps from a run that was stopped"):
+        case.plan()
+    assert case.part.read_bytes() == b"somebody's"
+
+
+@pytest.mark.parametrize("before", [None, "old"])
+def test_a_kill_after_the_rename_counts_as_done(case, before):
+    if before:
+        case.output.write_text(before)
+    case.journal.begin(case.job)
+    process_video(case.job.source, case.output, None, Settings(overwrite=True))
+    result = case.known()
+    assert isinstance(result, Done) and result.frames == 12
+    assert case.known() == result  # by the journal's new line
+
+
+def test_failed_work_is_done_again_only_when_asked(case):
+    case.journal.begin(case.job)
+    error = OutputError("the disk is full")
+    case.journal.end(case.job, [Failed(str(case.output), error)])
+    result = case.known()
+    assert type(result.error) is OutputError and str(result.error) == "the disk is full"
+    assert case.plan(retry=True).todo == [case.job]
+
+
+def test_only_the_looks_that_are_left_are_painted(tmp_path):
+    source = make_clip(tmp_path / "in.mp4")
+    looks = [JobLook(name, look, str(tmp_path / f"{name}.mp4"))
+             for name, look in (("none", BARE), ("red", RED))]  # fmt: skip
+    job = Job(str(source), tuple(looks), Settings())
+    with Journal(tmp_path / "j.jsonl") as journal:
+        journal.begin(job)
+        first = job.only({looks[0].output})
+        journal.end(first, run_job(first, lambda progress: None))
+        plan = plan_batch([job], journal, retry=False, overwrite=False)
+    assert [one.looks for one in plan.todo] == [(looks[1],)]
+    assert list(plan.known) == [looks[0].output]
+
+
+def test_no_output_may_replace_an_input_of_another_job(tmp_path):
+    one, two = (make_clip(tmp_path / name) for name in ("one.mp4", "two.part.mp4"))
+    for output in (one, tmp_path / "two.mp4"):
+        jobs = [Job(str(source), (JobLook("x", BARE, str(path)),), Settings())
+                for source, path in ((one, tmp_path / "a.mp4"), (two, output))]  # fmt: skip
+        with pytest.raises(UsageError, match="which this batch reads"):
+            check_inputs_apart(jobs)

@@ -1,0 +1,120 @@
+"""Jobs in processes: a crash, a bad film or a full folder ends one job, Ctrl-C ends them all."""
+
+import os
+import signal
+from multiprocessing import active_children
+
+import pytest
+from makeup_video.pipeline import (
+    InputError,
+    Look,
+    Settings,
+    StoppedError,
+    UsageError,
+    WorkerError,
+    product,
+)
+from makeup_video.pipeline.batch.child import ChildProcess
+from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, run_job
+from makeup_video.pipeline.batch.journal import Journal
+from makeup_video.pipeline.batch.run import local_workers, run_batch
+from media import make_clip
+from people import clip, film
+
+BARE = Look()
+BERRY = Look(lips=product((120, 10, 60), "satin"))
+
+
+class Heard:
+    """What a batch told; on_progress may do something, too."""
+
+    def __init__(self, on_progress=lambda: None):
+        self.frames, self.order, self._on_progress = [], [], on_progress
+
+    def progress(self, job, progress):
+        self.frames.append((job.source, progress.looks, progress.frames))
+        self._on_progress()
+
+    def ended(self, job, results):
+        self.order.append([one.output for one in results])
+
+
+def job_of(source, *names, look=BARE):
+    folder = os.path.dirname(source)
+    end = os.path.splitext(source)[1]
+    stem = os.path.basename(source).removesuffix(end)
+    looks = (JobLook(name, look, f"{folder}/{stem}-{name}{end}") for name in names)
+    return Job(str(source), tuple(looks), Settings(preset="ultrafast"))
+
+
+@pytest.mark.parametrize("at_once", [1, 2])
+def test_every_job_is_done_and_a_bad_one_fails_alone(tmp_path, at_once):
+    sources = [make_clip(tmp_path / f"{name}.mp4") for name in "abc"]
+    (tmp_path / "b.mp4").write_text("no film")
+    jobs = [job_of(source, "one", "two") for source in map(str, sources)]
+    heard = Heard()
+    with Journal(tmp_path / "j.jsonl") as journal:
+        results = run_batch(jobs, journal, heard, local_workers(at_once))
+    assert sorted(results) == sorted(look.output for job in jobs for look in job.looks)
+    for output, result in results.items():
+        if "/b-" in output:
+            assert isinstance(result.error, InputError)
+        else:
+            assert (result.frames, result.size) == (12, os.stat(output).st_size)
+    assert sorted(heard.order) == [[look.output for look in job.looks] for job in jobs]
+    assert not active_children()
+
+
+def test_a_process_that_dies_ends_its_job_alone(tmp_path):
+    long = film(tmp_path / "long.mkv", clip(40))
+    short = make_clip(tmp_path / "short.mp4")
+    worker = ChildProcess()
+    killed = []
+
+    def kill():
+        if not killed:
+            killed.append(worker.process_id)
+            os.kill(worker.process_id, signal.SIGKILL)
+
+    jobs = [job_of(str(long), "a", look=BERRY), job_of(str(short), "b")]
+    with Journal(tmp_path / "j.jsonl") as journal:
+        results = run_batch(jobs, journal, Heard(kill), [worker])
+    dead, alive = (results[job.looks[0].output] for job in jobs)
+    assert isinstance(dead, Failed) and isinstance(dead.error, WorkerError)
+    assert "was ended by SIGKILL" in str(dead.error)
+    assert isinstance(alive, Done)
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        "j.jsonl", "long.mkv", "short-b.mp4", "short.mp4",
+    ]  # fmt: skip
+
+
+def test_ctrl_c_ends_all_jobs_and_leaves_no_part(tmp_path):
+    def interrupt():
+        raise KeyboardInterrupt
+
+    jobs = [job_of(str(film(tmp_path / f"{name}.mkv", clip(40))), "a", look=BERRY)
+            for name in "ab"]  # fmt: skip
+    with Journal(tmp_path / "j.jsonl") as journal, pytest.raises(StoppedError):
+        run_batch(jobs, journal, Heard(interrupt), local_workers(2))
+    assert not active_children()
+    assert not list(tmp_path.glob("*.part.*"))
+
+
+def test_results_in_a_process_are_those_of_run_job(tmp_path):
+    job = job_of(str(film(tmp_path / "a.mkv", clip(30))), "x", look=BERRY)
+    worker, seen = ChildProcess(), []
+    try:
+        (there,) = worker.run(job, seen.append)
+    finally:
+        worker.stop()
+    os.unlink(there.output)
+    (here,) = run_job(job, lambda progress: None)
+    assert there._replace(seconds=0, size=0) == here._replace(seconds=0, size=0)
+    assert there.frames == 30 and there.before and there.after
+    assert {one.looks for one in seen} == {("x",)}
+
+
+def test_at_least_one_worker_is_needed():
+    assert len(local_workers()) >= 1
+    with pytest.raises(UsageError, match="must be at least 1, got 0"):
+        local_workers(0)

@@ -1,0 +1,47 @@
+"""The inputs of a batch: files, folders and patterns, each file once."""
+
+import pytest
+from makeup_video.pipeline import UsageError
+from makeup_video.pipeline.batch.sources import inputs_of
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("clips/b.mp4", "clips/a.MOV", "clips/note.txt", "clips/b-red.mp4",
+                 "clips/c.part.mp4", "clips/deep/d.mkv", "clips/f.jpg", "empty/x.txt"):  # fmt: skip
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True, parents=True)
+        path.write_text("x")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("given", "files"),
+    [
+        (["clips"], ["clips/a.MOV", "clips/b-red.mp4", "clips/b.mp4", "clips/f.jpg"]),
+        (["clips/**/*.m*"], ["clips/b-red.mp4", "clips/b.mp4", "clips/deep/d.mkv"]),
+        (["clips/b.mp4", "clips", "./clips/b.mp4"],
+         ["clips/b.mp4", "clips/a.MOV", "clips/b-red.mp4", "clips/f.jpg"]),
+        (["missing.mp4"], ["missing.mp4"]),
+        (["clips/note.txt"], ["clips/note.txt"]),
+    ],
+)  # fmt: skip
+def test_files_folders_and_patterns(folder, given, files):
+    assert inputs_of(given) == files
+
+
+def test_outputs_of_the_batch_are_no_inputs(folder):
+    written = [folder / "clips" / "b-red.mp4"]
+    assert "clips/b-red.mp4" not in inputs_of(["clips"], written)
+    assert "clips/b-red.mp4" not in inputs_of(["clips/*.mp4"], written)
+    assert inputs_of(["clips/b-red.mp4"], written) == ["clips/b-red.mp4"]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [("empty", "empty has no videos or pictures: give"), ("*.avi", "matches no file: give")],
+)
+def test_nothing_found_is_an_error(folder, given, message):
+    with pytest.raises(UsageError, match=message):
+        inputs_of([given])

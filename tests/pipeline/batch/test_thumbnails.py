@@ -1,0 +1,43 @@
+"""Small pictures: upright, at the same moment of input and output, none for what is unreadable."""
+
+import cv2
+import numpy as np
+import pytest
+from makeup_video.pipeline.batch.thumbnails import thumbnail, thumbnails
+from people import clip, film
+
+
+def shown(data):
+    return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)[..., ::-1].astype(int)
+
+
+def off(data, rgb8):
+    want = cv2.resize(rgb8, (240, 135), interpolation=cv2.INTER_AREA).astype(int)
+    return np.abs(shown(data) - want).mean()
+
+
+@pytest.mark.parametrize("rotation", [0, 90, 180, 270])
+def test_a_moment_of_a_film_is_shown_upright(tmp_path, rotation):
+    src = film(tmp_path / "in.mkv", clip(40), rotation_degrees=rotation)
+    assert off(thumbnail(src), clip(40)[30]) < 4
+    assert off(thumbnail(src, 1.2), clip(40)[39]) < 4  # the last one
+
+
+def test_input_and_output_are_shown_at_the_same_moment(tmp_path):
+    src, part = film(tmp_path / "in.mkv", clip(40)), film(tmp_path / "out.mkv", clip(40)[6:])
+    before, after = thumbnails(str(src), str(part), 0.2)
+    assert np.abs(shown(before) - shown(after)).mean() < 1
+    assert off(after, clip(40)[36]) < 4
+
+
+def test_large_pictures_shrink_and_small_ones_stay(tmp_path):
+    for size, expected in (((30, 20), (30, 20)), ((2000, 500), (240, 60)), ((10, 3000), (1, 240))):
+        cv2.imwrite(str(tmp_path / "a.png"), np.full((size[1], size[0], 3), 90, np.uint8))
+        assert shown(thumbnail(tmp_path / "a.png")).shape[1::-1] == expected
+
+
+@pytest.mark.parametrize("data", [b"", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"no film at all"])
+def test_an_unreadable_file_has_no_picture(tmp_path, data):
+    (tmp_path / "a.mp4").write_bytes(data)
+    assert thumbnail(tmp_path / "a.mp4") is None
+    assert thumbnail(tmp_path / "missing.mp4") is None

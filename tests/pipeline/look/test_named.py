@@ -1,0 +1,95 @@
+"""Looks by name: of a folder, a pattern, or the rows of a catalogue."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.pipeline import CatalogueError, Look, LookError, UsageError, product
+from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.named import look_files, looks_of_catalogue, numbered
+
+TABLE = """brand,product,category,shade,hex,finish
+Rosa,Velvet,lipstick,Berry,#7C3F35,matte
+Rosa,Velvet,lip gloss,Plum,602040,glossy
+Nero,Kajal,eyeliner,Night,000,
+Nero,Pan,eye shadow,Dusk,#6B7475,glitter
+Nero,Brow,eyebrow,Oak,#503020,matte
+Rosa,Any,,Coral,#FF7F50,lustre
+"""
+
+
+@pytest.fixture
+def table(tmp_path):
+    path = tmp_path / "shades.csv"
+    path.write_text(TABLE)
+    return path
+
+
+def test_every_row_is_a_look_on_its_part(table):
+    looks = looks_of_catalogue(table, finish="satin")
+    assert [(one.name, one.look.kinds) for one in looks] == [
+        ("Rosa-Berry", ("lipstick",)), ("Rosa-Plum", ("lipstick",)),
+        ("Nero-Night", ("eyeliner",)), ("Nero-Dusk", ("eyeshadow",)),
+        ("Rosa-Coral", ("lipstick",)),
+    ]  # fmt: skip
+    assert looks[0].look == Look(lips=product((0x7C, 0x3F, 0x35), "satin"))
+    assert looks[0].fields == {"look": "Rosa-Berry", "brand": "Rosa", "shade": "Berry"}
+
+
+def test_the_finish_of_a_row_counts_unless_one_is_given(table):
+    berry, plum = looks_of_catalogue(table, ["brand=rosa", "category=lipstick"]) + (
+        looks_of_catalogue(table, ["shade=PLUM"])
+    )
+    assert berry.look == Look(lips=product((0x7C, 0x3F, 0x35), "matte"))
+    assert plum.look == Look(lips=product((0x60, 0x20, 0x40), "gloss"))
+    (night,) = looks_of_catalogue(table, ["shade=Night"])
+    kind = PARTS["liner"]
+    assert night.look.layers[0].product == product((0, 0, 0), kind.first_finish, "liner")
+
+
+@pytest.mark.parametrize(
+    ("where", "parts", "message"),
+    [
+        ((), (), r"shades.csv, line 7: finish must be one of .*, got 'lustre'.*finish gives one"),
+        (["brand=Nobody"], (), "has no row that meets brand=Nobody"),
+        (["brand=Nero"], ("lips",), "no row that meets brand=Nero and parts lips"),
+    ],
+)
+def test_unreadable_and_missing_rows_are_named(table, where, parts, message):
+    with pytest.raises(CatalogueError, match=message):
+        looks_of_catalogue(table, where, None, parts)
+
+
+@pytest.mark.parametrize(
+    ("where", "message"),
+    [
+        ("brand", "must be COLUMN=VALUE"),
+        ("=x", "must be COLUMN=VALUE"),
+        ("brnd=x", "the column 'brnd', and the catalogue has .*did you mean brand"),
+    ],
+)
+def test_a_condition_that_no_row_can_meet_is_refused(table, where, message):
+    with pytest.raises(UsageError, match=message):
+        looks_of_catalogue(table, [where], "matte")
+
+
+def test_parts_choose_among_rows(table):
+    names = [one.name for one in looks_of_catalogue(table, (), "matte", ("eyes", "liner"))]
+    assert names == ["Nero-Night", "Nero-Dusk", "Rosa-Coral"]  # Coral may be for any part
+
+
+def test_look_files_of_a_folder_or_a_pattern(tmp_path):
+    for name in ("b.json", "a.JSON", "note.txt"):
+        (tmp_path / name).write_text("{}")
+    assert [path.name for path in look_files(str(tmp_path))] == ["a.JSON", "b.json"]
+    assert [path.name for path in look_files(f"{tmp_path}/*.json")] == ["b.json"]
+    (tmp_path / "empty").mkdir()
+    for place, message in (("empty", "has no look files"), ("no/*.json", "is no folder, and no")):
+        with pytest.raises(LookError, match=message):
+            look_files(str(tmp_path / place))
+
+
+@given(st.lists(st.sampled_from(["nude", "plum", "red"])))
+def test_numbered_names_differ(names):
+    found = numbered(names)
+    assert len(set(found)) == len(found)
+    assert all(one.startswith(name) for one, name in zip(found, names, strict=True))
