@@ -9,10 +9,11 @@ from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.look import Layer
-from makeup_video.pipeline.reference.cheeks import Cheeks
+from makeup_video.pipeline.reference.cheeks import COVER, RESPONSE, Cheeks
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 
 _OPACITY = 0.5
+_LEAST_RED = 0.03  # by how much more red than green it leaves, in roots of shares of skin
 _LEAST_WEIGHT = 0.5  # about ten nodes of skin
 _KIND = KINDS["blush"]
 
@@ -37,8 +38,21 @@ def _colour(cheeks: Cheeks, shape: Mapping[str, float], most: np.ndarray) -> np.
     if weight < _LEAST_WEIGHT:
         return None
     rest = cheeks.roots - film.bare * (1 - dense * film.cover)[..., None]
-    roots: np.ndarray = np.einsum("hw,hwc->c", weights * added, rest) / weight
-    within: np.ndarray = np.clip(roots, 0, most)
+    seen: np.ndarray = np.einsum("hw,hwc->c", weights * added, rest) / weight
+    bare = np.einsum("hw,hwc->c", weights * dense, film.bare) / float((weights * dense).sum())
+    return _as_blush(seen, bare, most)
+
+
+def _as_blush(roots: np.ndarray, bare: np.ndarray, most: np.ndarray) -> np.ndarray | None:
+    """A colour that reddens and never lightens; None for one that does not redden.
+
+    Cheeks in strong light are paler than plain skin; painted as they are, they would be chalk.
+    """
+    change = RESPONSE * roots - COVER * bare
+    change = change - max(float(change.max()), 0.0)
+    if change[0] - change[1] < _LEAST_RED:
+        return None
+    within: np.ndarray = np.clip((COVER * bare + change) / RESPONSE, 0, most)
     return within
 
 
