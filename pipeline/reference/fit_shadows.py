@@ -47,9 +47,10 @@ _WORTH = 0.0002
 _LEAST_GAIN = 1e-5
 MOST_OPAQUE, LEAST_OPAQUE = 0.8, 0.3
 # A product lighter than the skin is a sheer one: on darker skin it would look like chalk.
-_LIGHT_OPAQUE = 0.5
+_LIGHT_OPAQUE = 0.35
 _CONTRAST = 0.5  # of roots between a product and skin, from which on it is as opaque as it can be
 _LIKELY = 0.5
+_NEARLY = 0.995
 _STIFF = 1e-5  # of the weights: keeps the equations solvable where layers cover the same cells
 
 _Shape = dict[str, object]
@@ -71,10 +72,9 @@ def fit_shadows(
     finish = nearest_finish(*shine, "eyes", shimmers=False)
     most = 1 / np.sqrt(neutral.skin)
     chosen = _choose(seen, most, _SHAPES if probability >= _LIKELY else _SHAPES[:-1])
+    chosen, roots = _without_white(seen, chosen, most)
     if not chosen:
         return []
-    opacities = [MOST_OPAQUE] * len(chosen)
-    _, roots = _fit(seen, chosen, opacities, most)
     opacities = [_opacity(shape, root) for shape, root in zip(chosen, roots, strict=True)]
     _, roots = _fit(seen, chosen, opacities, most)
     return [
@@ -100,6 +100,20 @@ def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape
         if error > least - _LEAST_GAIN:
             return _worn(chosen)
         least, chosen = error, best
+
+
+def _without_white(
+    seen: np.ndarray, shapes: list[_Shape], most: np.ndarray
+) -> tuple[list[_Shape], np.ndarray]:
+    """The shapes and their roots, (N, 3), without those that would have to be white: their skin is
+    in strong light, and white on other skin would be a grey veil."""
+    while True:
+        _, roots = _fit(seen, shapes, [MOST_OPAQUE] * len(shapes), most)
+        white = (roots >= _NEARLY * most).sum(1) >= 2
+        if not white.any():
+            return shapes, roots
+        first = int(white.argmax())
+        shapes = [*shapes[:first], *shapes[first + 1 :]]
 
 
 def _worn(shapes: Sequence[_Shape | None]) -> list[_Shape]:
