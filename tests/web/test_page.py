@@ -137,7 +137,7 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     wear(page, RED)
     page.drop(SAMPLES / "look.jpg")
     words = page.until(lambda: page.page.inner_text("#look-words"))
-    assert re.fullmatch(r"lips #\w{6}, .+; eyes #\w{6}, .+", words)
+    assert re.fullmatch(r"lips #\w{6}, .+; eyes #\w{6}.+", words)
     look = page.look()
     assert look.eyes is not None and look.lips.hex.lower() in words.lower()
     assert page.page.is_visible("#photo-slot img")
@@ -235,7 +235,7 @@ def test_on_a_phone_everything_fits_and_can_be_touched(kind, visit, request):
     for part in PARTS:
         page.page.click(f"#{part}-tab")
         page.page.set_checked(f"#{part}-panel [role=switch]", True)
-        for _ in range(PARTS[part].most - 1):
+        while page.page.is_visible(f"#{part}-panel .add"):  # up to the most that there may be
             page.page.click(f"#{part}-panel .add")
         page.open_groups()
         assert page.page.evaluate("() => document.documentElement.scrollWidth") == 360
