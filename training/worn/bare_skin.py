@@ -10,13 +10,13 @@ constants of the product.
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import SRGB, to_linear
 from makeup_video.pipeline.faces.face import Face, iod_px
-from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import Layer, Look
@@ -26,7 +26,7 @@ from makeup_video.pipeline.reference.fit_blush import density
 from makeup_video.pipeline.reference.neutral_face import NeutralFace, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
-from makeup_video.training.worn.prepare import rows
+from makeup_video.training.worn.prepare import labelled_faces
 
 SETS = {"portraits": 3, "wild": 4}  # every third, every fourth face
 NARROWEST_PX = 40  # IOD
@@ -49,12 +49,10 @@ _ALL_AROUND = [
 
 def bare_faces(folder: Path) -> Iterator[tuple[np.ndarray, Face]]:
     for name, step in SETS.items():
-        bare = [path for path, labels in rows(folder / name) if not any(labels)]
-        for path in bare[::step]:
-            rgb8 = np.ascontiguousarray(cv2.imread(str(path))[..., ::-1])
-            faces = find_faces(rgb8)
-            if faces and iod_px(faces[0]) >= NARROWEST_PX:
-                yield rgb8, faces[0]
+        bare = (one for one in labelled_faces(folder / name) if not any(one[2]))
+        for rgb8, face, _ in islice(bare, None, None, step):
+            if iod_px(face) >= NARROWEST_PX:
+                yield rgb8, face
 
 
 def neutral_of(rgb8: np.ndarray, face: Face) -> NeutralFace:

@@ -10,13 +10,11 @@ each number, and a constant.
 import argparse
 from pathlib import Path
 
-import cv2
 import numpy as np
-from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.reference.colours import Colours, areas, with_distances
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
-from makeup_video.training.worn.prepare import LABELS, rows
+from makeup_video.training.worn.prepare import LABELS, labelled_faces
 from makeup_video.training.worn.scores import UNKNOWN
 
 SETS = ("wild", "portraits")
@@ -31,14 +29,9 @@ def read(folder: Path) -> tuple[np.ndarray, np.ndarray]:
     """Logarithms (N, 226) and labels (N, 4) of the largest face of each picture."""
     numbers, labels = [], []
     for name in SETS:
-        for path, known in rows(folder / name):
-            bgr = cv2.imread(str(path))
-            rgb8 = None if bgr is None else np.ascontiguousarray(bgr[..., ::-1])
-            faces = [] if rgb8 is None else find_faces(rgb8)
-            if rgb8 is None or not faces:
-                continue
-            light = photo_light(rgb8, faces[0])
-            numbers.append(Colours.of(neutral_face(rgb8, faces[0], light)).logarithms())
+        for rgb8, face, known in labelled_faces(folder / name):
+            neutral = neutral_face(rgb8, face, photo_light(rgb8, face))
+            numbers.append(Colours.of(neutral).logarithms())
             labels.append(known)
         print(f"{name}: {len(numbers)} faces so far", flush=True)
     return np.array(numbers), np.array(labels)

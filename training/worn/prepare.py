@@ -61,6 +61,16 @@ def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
             yield folder / row["name"], labels
 
 
+def labelled_faces(folder: Path) -> Iterator[tuple[np.ndarray, Face, list[int]]]:
+    """The largest face of each picture of a set, (H, W, 3) uint8, with its labels as of `rows`."""
+    for path, known in rows(folder):
+        bgr = cv2.imread(str(path))
+        rgb8 = None if bgr is None else np.ascontiguousarray(bgr[..., ::-1])
+        faces = [] if rgb8 is None else find_faces(rgb8)
+        if rgb8 is not None and faces:
+            yield rgb8, faces[0], known
+
+
 def painted(
     rgb8: np.ndarray, face: Face, look: Look, paint: PaintPictures
 ) -> tuple[np.ndarray, list[int]]:
@@ -95,18 +105,13 @@ def pack(options: argparse.Namespace) -> None:
     paint = PaintPictures()
     packed: dict[str, list[np.ndarray]] = {key: [] for key in _KEYS}
     for number, name in enumerate(options.sets):
-        for count, (path, known) in enumerate(rows(options.faces / name)):
-            bgr = cv2.imread(str(path))
-            rgb8 = None if bgr is None else np.ascontiguousarray(bgr[..., ::-1])
-            faces = [] if rgb8 is None else find_faces(rgb8)
-            if rgb8 is None or not faces:
-                continue
-            light = photo_light(rgb8, faces[0])
-            colours = Colours.of(neutral_face(rgb8, faces[0], light)).log_odds()
-            made = [(makeup_input(rgb8, faces[0], light), known, None)]
+        for count, (rgb8, face, known) in enumerate(labelled_faces(options.faces / name)):
+            light = photo_light(rgb8, face)
+            colours = Colours.of(neutral_face(rgb8, face, light)).log_odds()
+            made = [(makeup_input(rgb8, face, light), known, None)]
             if not any(known):
                 looks = [draw_look(rng, shades) for _ in range(options.looks)]
-                made += [(*painted(rgb8, faces[0], look, paint), look) for look in looks]
+                made += [(*painted(rgb8, face, look, paint), look) for look in looks]
             for seen, worn, look in made:
                 values = [*_example(seen, worn, look, number), colours]
                 for key, value in zip(_KEYS, values, strict=True):
