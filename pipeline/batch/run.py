@@ -41,7 +41,7 @@ class Worker(Protocol):
 
 
 class BatchEvents(Protocol):
-    """What is told of a batch while it runs, by one thread."""
+    """What a batch reports while it runs, from one thread."""
 
     def progress(self, job: Job, progress: JobProgress) -> None: ...
     def ended(self, job: Job, results: Sequence[Result]) -> None: ...

@@ -5,7 +5,8 @@ their exact values, whatever the depth of the file: planes are compared before a
 what changed is converted back.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -70,15 +71,10 @@ def process_picture(
     Raises InputError, DecodeError, OutputError, UsageError, StrictError.
     """
     check_suffix(src, dst)
-    target = _target(src, dst, settings)
-    try:
+    with _target(src, dst, settings) as target:
         picture = open_picture(src)
         before = [plane.copy() for plane in picture.frame.planes]
         report = _write(picture, target, paint(picture.frame), before, settings)
-        target.keep()
-    except BaseException:
-        target.discard()
-        raise
     report.output = str(dst)
     return report
 
@@ -88,19 +84,22 @@ def write_picture(picture: OpenedPicture, dst: Path, painted: Frame, settings: S
 
     Raises OutputError, UsageError, StrictError.
     """
-    target = _target(picture.path, dst, settings)
-    try:
+    with _target(picture.path, dst, settings) as target:
         report = _write(picture, target, painted, picture.frame.planes, settings)
-        target.keep()
-    except BaseException:
-        target.discard()
-        raise
     report.output = str(dst)
     return report
 
 
-def _target(src: Path, dst: Path, settings: Settings) -> OutputFile:
-    return OutputFile(dst, src, overwrite=settings.overwrite, on_whole=settings.on_whole)
+@contextmanager
+def _target(src: Path, dst: Path, settings: Settings) -> Iterator[OutputFile]:
+    """An output that is kept when it is whole, and discarded after any error."""
+    target = OutputFile(dst, src, overwrite=settings.overwrite, on_whole=settings.on_whole)
+    try:
+        yield target
+        target.keep()
+    except BaseException:
+        target.discard()
+        raise
 
 
 def _write(

@@ -1,7 +1,7 @@
-"""The colours of a face beside its skin, as a list of numbers, and what they tell of makeup.
+"""The colours of a face beside its skin, as a list of numbers, and the makeup that they show.
 
-A net sees shapes, such as a line along the lashes; colours beside plain skin tell makeup from the
-shade of a brow or a flush more steadily (logistic regression on labelled photos,
+A net sees shapes, such as a line along the lashes; colours beside plain skin separate makeup from
+the shade of a brow or a flush more steadily (logistic regression on labelled photos,
 training/worn/fit_colours.py). Both together are better than either.
 """
 
@@ -73,7 +73,7 @@ def areas(logarithms: np.ndarray) -> np.ndarray:
 
 def with_distances(logarithms: np.ndarray, bare: np.ndarray) -> np.ndarray:
     """(..., 226) -> (..., 238): how far each area is from those of bare faces (Mahalanobis 1936),
-    and the square. So violet lips are told from bare ones, which may be red or brown.
+    and the square. So violet lips differ from bare ones, which may be red or brown.
 
     bare: (6, 12), of each area the mean and the inverse covariance of bare faces.
     """

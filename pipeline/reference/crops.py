@@ -29,7 +29,7 @@ def _lips_middle(face: Face) -> np.ndarray:
     return middle
 
 
-def _eyes_middle(face: Face) -> np.ndarray:
+def eyes_middle(face: Face) -> np.ndarray:
     middle: np.ndarray = face.points_px[list(EYE_CORNERS), :2].mean(0, dtype=np.float64)
     return middle
 
@@ -58,24 +58,31 @@ class _Crop:
 CROPS = {
     "lips": _Crop((128, 96), (128, 96), 0.9, _lips_middle),
     "eyes": _Crop(
-        FLAT_WH, (176, 72), 1.42, _eyes_middle, -0.01, (*EYE, *RIGHT_EYE), flatten=flat_lids
+        FLAT_WH, (176, 72), 1.42, eyes_middle, -0.01, (*EYE, *RIGHT_EYE), flatten=flat_lids
     ),
 }
 CROPPED = tuple(CROPS)
 
 
 def crop_around(face: Face, region: str) -> Crop:
-    """The crop of a picture around a region, a key of CROPS, turned with the face.
+    """The crop of a picture around a region, a key of CROPS, turned with the face."""
+    crop = CROPS[region]
+    return turned_crop(face, crop.middle(face), crop.rise, crop.span, crop.crop_wh)
+
+
+def turned_crop(
+    face: Face, middle: np.ndarray, rise: float, span: float, size_wh: tuple[int, int]
+) -> Crop:
+    """A crop whose centre lies above a point of the picture, turned with the face.
 
     Scale and turn are those of the face's lip patch, for every region.
+    middle: (2,) px of the picture.  rise, span: height above it, and width of the crop, in IOD.
     """
-    crop, patch = CROPS[region], face.lips
-    wide = patch.logits.shape[1]
-    axes = patch.to_px[:, :2] * (wide / PATCH_SPAN)  # px of the picture per IOD
-    middle = crop.middle(face) - axes @ [0, crop.rise]
-    w, h = crop.crop_wh
-    linear = axes * (crop.span / w)
-    return np.column_stack([linear, middle - linear @ [(w - 1) / 2, (h - 1) / 2]]), crop.crop_wh
+    patch, (w, h) = face.lips, size_wh
+    axes = patch.to_px[:, :2] * (patch.logits.shape[1] / PATCH_SPAN)  # px of the picture per IOD
+    linear = axes * (span / w)
+    centre = middle - axes @ [0, rise]
+    return np.column_stack([linear, centre - linear @ [(w - 1) / 2, (h - 1) / 2]]), size_wh
 
 
 def input_places(face: Face, region: str) -> np.ndarray | None:

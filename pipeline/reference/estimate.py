@@ -1,9 +1,9 @@
 """Reads a look from a photo: photo -> face -> what is worn -> layers of each kind -> Look.
 
-Which kinds are worn is told by a net that sees the whole face (read_makeup.py). Colours are
-measured on the photo, beside those of bare faces (fit_lips.py, fit_shadows.py, fit_blush.py); the
-shine of lips and lids is read by a net of each, from a crop whose light is divided out as in
-training (crops.py).
+A net that sees the whole face decides which kinds are worn (read_makeup.py). Colours are measured
+on the photo, beside those of bare faces (fit_lips.py, fit_shadows.py, fit_blush.py). The shine of
+lips and lids is read by a net of each, from a crop whose light is divided out as in training
+(crops.py).
 """
 
 import os

@@ -8,7 +8,7 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.makeup_numbers import ReadLayer
 
 _LEAST_OPAQUE = 0.85  # a thin line in a small photo looks sheerer than it is
-# Less than that is none: where the net is not sure it tells a little of both.
+# Less than that is none: a net that is not sure returns a little of both.
 _LEAST_WING, _LEAST_LOWER = 0.13, 0.32
 
 

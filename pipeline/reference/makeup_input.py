@@ -1,10 +1,9 @@
 """Input of the net that reads what is worn: eyes, face and lips of a photo, as one picture."""
 
 import numpy as np
-from makeup_video.pipeline.faces.face import PATCH_SPAN, Face
-from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
-from makeup_video.pipeline.reference.crops import divide_light
+from makeup_video.pipeline.reference.crops import divide_light, eyes_middle, turned_crop
 from makeup_video.pipeline.render.scene import SceneLight
 
 # The picture, and where each part lies in it: left, top, width, height.
@@ -28,14 +27,8 @@ def makeup_input(rgb8: np.ndarray, face: Face, light: SceneLight) -> np.ndarray:
 
 
 def _crop(face: Face, part: str) -> Crop:
-    patch, (span, below) = face.lips, _SPANS[part]
-    axes = patch.to_px[:, :2] * (patch.logits.shape[1] / PATCH_SPAN)  # px of the picture per IOD
-    eyes = face.points_px[list(EYE_CORNERS), :2].mean(0, dtype=np.float64)
-    middle = eyes + axes @ [0, below]
-    *_, wide, high = PLACES[part]
-    linear = axes * (span / wide)
-    to_px = np.column_stack([linear, middle - linear @ [(wide - 1) / 2, (high - 1) / 2]])
-    return to_px, (wide, high)
+    (span, below), (*_, wide, high) = _SPANS[part], PLACES[part]
+    return turned_crop(face, eyes_middle(face), -below, span, (wide, high))
 
 
 def mirrored(seen: np.ndarray) -> np.ndarray:

@@ -65,7 +65,7 @@ def to_vector(look: Look) -> tuple[np.ndarray, np.ndarray]:
 
 
 def from_vector(vector: np.ndarray) -> list[ReadLayer]:
-    """The layers that a vector tells, in the order of LAYERS; none is left out."""
+    """The layers that a vector describes, in the order of LAYERS; none is left out."""
     read, values = [], iter(np.clip(np.asarray(vector, np.float64), 0, 1).tolist())
     for kind, slot, dials in LAYERS:
         opacity, red, green, blue = (next(values) for _ in range(4))

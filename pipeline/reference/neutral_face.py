@@ -1,5 +1,6 @@
 """A face of a photo in neutral light, at one size: what the colours of makeup are measured on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -18,7 +19,7 @@ _DARKEST = 0.05  # least light that is divided out: below it there is only noise
 _FAINTEST = 1e-3  # linear light below which there is only noise
 # Skin that hardly anybody makes up, as closed contours of the face's points: forehead, ridge of the
 # nose, and beside the mouth, each with its mirror image.
-_SKIN = (
+PLAIN_SKIN = (
     (108, 151, 337, 338, 10, 109),
     (6, 197, 195, 5, 4, 45, 220, 196),
     (207, 214, 212, 216),
@@ -68,15 +69,28 @@ def neutral_face(rgb8: np.ndarray, face: Face, light: SceneLight) -> NeutralFace
     return NeutralFace(crop, linear, crop_face, _skin(linear, crop_face))
 
 
+def filled(
+    face: Face, contours: Sequence[Sequence[int]], hw: tuple[int, ...], *, mirrored: bool
+) -> np.ndarray:
+    """(h, w) bool: the pixels within closed contours of the face's points.
+
+    mirrored: within their mirror images on the face, too.
+    """
+    inside = np.zeros(hw[:2], np.uint8)
+    points = np.rint(face.points_px[:, :2]).astype(np.int32)
+    both = [np.array(contour) for contour in contours]
+    if mirrored:
+        mirror = read_array("mirror.npy").astype(int)
+        both += [mirror[contour] for contour in both]
+    for contour in both:
+        cv2.fillPoly(inside, [points[contour]], 1)
+    there: np.ndarray = inside > 0
+    return there
+
+
 def _skin(linear: np.ndarray, face: Face) -> np.ndarray:
     """(3,) the median of plain skin, linear."""
-    mirror = read_array("mirror.npy").astype(int)
-    inside = np.zeros(linear.shape[:2], np.uint8)
-    points = np.rint(face.points_px[:, :2]).astype(np.int32)
-    for contour in _SKIN:
-        cv2.fillPoly(inside, [points[list(contour)]], 1)
-        cv2.fillPoly(inside, [points[mirror[list(contour)]]], 1)
-    seen = linear[inside > 0]
+    seen = linear[filled(face, PLAIN_SKIN, linear.shape, mirrored=True)]
     middle = np.median(seen, axis=0) if len(seen) else np.full(3, 0.5)
     skin: np.ndarray = np.maximum(middle, _FAINTEST)
     return skin

@@ -44,7 +44,7 @@ class Makeup:
     """What a net reads from a face.
 
     worn: by kind, the probability that it is worn.
-    layers: by kind and slot, as the net tells their numbers, whether worn or not.
+    layers: by kind and slot, with the numbers that the net returns, worn or not.
     """
 
     worn: Mapping[str, float]

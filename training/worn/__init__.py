@@ -1,1 +1,1 @@
-"""Training of the net that tells what is worn in a photo."""
+"""Training of the net that reads what is worn in a photo."""

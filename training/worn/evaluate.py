@@ -1,4 +1,4 @@
-"""Measures the net that tells what is worn on real faces, and fits its calibration.
+"""Measures on real faces how well is read what is worn, and fits the calibration.
 
     python -m makeup_video.training.worn.evaluate runs/makeup.onnx runs/check.npz runs/looks.npz
 
@@ -15,10 +15,10 @@ import numpy as np
 import onnxruntime
 from makeup_video.pipeline.reference.makeup_input import mirrored
 from makeup_video.training.worn.prepare import LABELS
-from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
+from makeup_video.training.worn.scores import UNKNOWN, area_under_curve, logistic
 
 FOUND, ALARMS = 0.9, 0.15
-_STEPS, _RIDGE = 30, 1e-3
+_RIDGE = 1e-3
 
 
 def log_odds(net: Path, inputs: np.ndarray) -> np.ndarray:
@@ -42,25 +42,13 @@ def calibrated(scores: np.ndarray, is_worn: np.ndarray) -> np.ndarray:
     columns = list(range(scores.shape[1]))
     while True:
         rows = np.column_stack([scores[:, columns], np.ones(len(scores))])
-        found = _logistic(rows, is_worn)
+        found = logistic(rows, is_worn, ridge=_RIDGE)
         if (found[:-1] >= 0).all():
             break
         columns.pop(int(np.argmin(found[:-1])))
     whole = np.zeros(scores.shape[1] + 1)
     whole[[*columns, -1]] = found
     return whole
-
-
-def _logistic(rows: np.ndarray, is_worn: np.ndarray) -> np.ndarray:
-    """Logistic regression by Newton's method."""
-    weights = np.zeros(rows.shape[1])
-    for _ in range(_STEPS):
-        found = 1 / (1 + np.exp(-rows @ weights))
-        curve = rows.T @ (rows * (found * (1 - found) + 1e-6)[:, None])
-        weights -= np.linalg.solve(
-            curve + _RIDGE * np.eye(len(weights)), rows.T @ (found - is_worn)
-        )
-    return weights
 
 
 def main() -> None:

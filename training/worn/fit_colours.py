@@ -1,4 +1,4 @@
-"""Fits the logistic model that tells from the colours of a face which kinds of makeup it wears.
+"""Fits the logistic model that reads from the colours of a face which kinds of makeup it wears.
 
     python -m makeup_video.training.worn.fit_colours --faces DIR --out pipeline/weights
 
@@ -15,11 +15,10 @@ from makeup_video.pipeline.reference.colours import Colours, areas, with_distanc
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.training.worn.prepare import LABELS, labelled_faces
-from makeup_video.training.worn.scores import UNKNOWN
+from makeup_video.training.worn.scores import UNKNOWN, logistic
 
 SETS = ("wild", "portraits")
 RIDGE = 300.0  # of weights for numbers of variance 1: tried on photos between 30 and 1000
-_STEPS = 25
 # By area: the kinds without which it is bare.
 _BARE_WITHOUT = (("lips",), ("blush",), *(("shadow", "liner"),) * 4)
 _LEAST_SPREAD = 1e-3  # of logarithms
@@ -50,7 +49,7 @@ def bare_areas(logarithms: np.ndarray, labels: np.ndarray) -> np.ndarray:
 
 
 def fit(numbers: np.ndarray, is_worn: np.ndarray, ridge: float = RIDGE) -> np.ndarray:
-    """(N + 1,) weights and constant: logistic regression with a ridge, by Newton's method.
+    """(N + 1,) weights and constant: logistic regression with a ridge.
 
     Bare and made-up faces count the same in all, however many there are of each.
     """
@@ -58,12 +57,7 @@ def fit(numbers: np.ndarray, is_worn: np.ndarray, ridge: float = RIDGE) -> np.nd
     rows1 = np.column_stack([(numbers - mean) / spread, np.ones(len(numbers))])
     share = max(float(is_worn.mean()), 1e-3)
     counts = np.where(is_worn, 0.5 / share, 0.5 / max(1 - share, 1e-3))
-    weights = np.zeros(rows1.shape[1])
-    for _ in range(_STEPS):
-        found = 1 / (1 + np.exp(-rows1 @ weights))
-        curve = rows1.T @ (rows1 * (found * (1 - found) * counts + 1e-6)[:, None])
-        slope = rows1.T @ ((found - is_worn) * counts) + ridge * weights
-        weights -= np.linalg.solve(curve + ridge * np.eye(len(weights)), slope)
+    weights = logistic(rows1, is_worn, counts, ridge)
     scaled = weights[:-1] / spread
     return np.append(scaled, weights[-1] - scaled @ mean)
 

@@ -1,4 +1,4 @@
-"""Packs labelled faces, and bare ones that wear drawn looks, for the net that tells what is worn.
+"""Packs labelled faces, and bare ones that wear drawn looks, for the net that reads what is worn.
 
     python -m makeup_video.training.worn.prepare --faces DIR --sets portraits wild \
         --shades DIR --out runs/worn.npz

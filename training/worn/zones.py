@@ -10,12 +10,11 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.look.ciede2000 import lab_of
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.reference.neutral_face import PLAIN_SKIN, filled
 
 # Closed contours of the face's points; all but the lips have a mirror image.
 ZONES = {
@@ -31,11 +30,6 @@ ZONES = {
 EYES = tuple(zone for zone in ZONES if zone not in ("lips", "cheek"))
 _OPENING = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88,
             95)  # fmt: skip
-_SKIN = (
-    (108, 151, 337, 338, 10, 109),
-    (6, 197, 195, 5, 4, 45, 220, 196),
-    (207, 214, 212, 216),
-)
 _LEAST_PX = 20
 _CLEARLY = 90  # percentile of bare faces
 CANVASES = 5
@@ -58,22 +52,13 @@ def see(rgb8: np.ndarray, face: Face) -> Seen:
 
 def zones_of(rgb8: np.ndarray, face: Face) -> Zones:
     """The median of each zone less that of plain skin, CIELAB."""
-    mirror = read_array("mirror.npy").astype(int)
-    points = np.rint(face.points_px[:, :2]).astype(np.int32)
-    lab = lab_of(rgb8)
-
-    def inside(*contours: Sequence[int]) -> np.ndarray:
-        mask = np.zeros(rgb8.shape[:2], np.uint8)
-        for contour in contours:
-            cv2.fillPoly(mask, [points[np.array(contour)]], 1)
-        return mask > 0
-
-    def both(*contours: Sequence[int]) -> np.ndarray:
-        return inside(*contours, *(mirror[np.array(contour)] for contour in contours))
-
-    skin, found = np.median(lab[both(*_SKIN)], axis=0), {}
+    lab, hw = lab_of(rgb8), rgb8.shape
+    skin = np.median(lab[filled(face, PLAIN_SKIN, hw, mirrored=True)], axis=0)
+    found = {}
     for zone, contour in ZONES.items():
-        mask = inside(contour) & ~inside(_OPENING) if zone == "lips" else both(contour)
+        mask = filled(face, [contour], hw, mirrored=zone != "lips")
+        if zone == "lips":
+            mask &= ~filled(face, [_OPENING], hw, mirrored=False)
         enough = mask.sum() > _LEAST_PX
         found[zone] = np.median(lab[mask], axis=0) - skin if enough else np.full(3, np.nan)
     return found
