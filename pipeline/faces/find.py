@@ -19,7 +19,11 @@ from makeup_video.pipeline.frames.views import FramePicture, Picture, RgbPicture
 
 # Longer sides of the detector's input: for most faces, for crowds, for a face that fills the frame.
 DETECTOR_SIDES_PX = (256, 512, 128)
-TILTS_DEGREES = (-40, 40)  # how far the picture is turned when no face was found upright
+# How far the picture is turned, in this order, when no face was found upright: heads that tilt, a
+# phone laid flat, a phone on its side.
+TILTS_DEGREES = (-40, 40, 180, 90, -90)
+# The input on which a face of 60 px is found in 4K, and the least longer side that needs it.
+_FINE_SIDE_PX, _FINE_FROM_PX = 1024, 1600
 MAX_FACES = 32  # bounds the time of a frame
 _SAME_WIDTH = 0.97  # of the widest: faces this wide count as equally large
 
@@ -45,7 +49,8 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
     found: list[FaceLandmarks] = []
     tiny: list[FaceLandmarks] = []
     for tilt_degrees in (0, *TILTS_DEGREES):
-        for detection in detect(nets, picture, DETECTOR_SIDES_PX, tilt_degrees):
+        sides_px = DETECTOR_SIDES_PX if tilt_degrees else (*DETECTOR_SIDES_PX, *fine_sides(picture))
+        for detection in detect(nets, picture, sides_px, tilt_degrees):
             if len(found) >= MAX_FACES:
                 break
             if any(is_same(detection, other.pose) for other in (*found, *tiny)):
@@ -60,6 +65,12 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
     faces = _in_order([to_face(landmarks, picture, 0) for landmarks in found])
     # Numbers go by size, so they do not depend on scores, nor on how the picture is stored.
     return tuple(replace(face, track_id=index) for index, face in enumerate(faces)), len(tiny)
+
+
+def fine_sides(picture: Picture) -> tuple[int, ...]:
+    """The further side of the detector's input that small faces in a large picture need."""
+    large = max(picture.width_px, picture.height_px) >= _FINE_FROM_PX
+    return (_FINE_SIDE_PX,) if large else ()
 
 
 def largest_first(faces: list[Face]) -> tuple[Face, ...]:

@@ -25,6 +25,8 @@ MAX_DETECTIONS = 64
 # Least scores of the mesh net. 99.5 % of faces score over 0.9, masked ones too; a face that is
 # already followed may look doubtful for a moment.
 _A_FACE, _STILL_A_FACE = 0.85, 0.4
+# A face that the picture's border cuts scores less: half of those cut by a third score under 0.85.
+_A_CUT_FACE, _CUT = 0.7, 0.15  # least score, and the share of points beyond the border
 _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
 # Least scores after each pass of the mesh net from a detection, below which there is no further
 # pass. A detection may be off by half a face, so the score means nothing before the second pass.
@@ -46,7 +48,7 @@ _SAME_FACE = 0.6  # IOD between the centres of two poses of one face
 _PART_OF_FACE = 1.15, 0.7  # IOD of the larger face, and ratio of sizes: a mouth taken for a face
 # Mean distance, in IOD, between the points of a crop and of the same crop mirrored. 99 % of faces
 # stay below 0.027, masked ones too; hardly any false detection does.
-_AGREE, _AGREE_STILL = 0.035, 0.05
+_AGREE, _AGREE_STILL, _AGREE_CUT = 0.035, 0.05, 0.045
 
 
 @dataclass(slots=True)
@@ -114,7 +116,10 @@ def locate(
             return None
     mirrored = nets.read_mesh(picture, pose, mirrored=True)
     face, mouth = ((a + b) / 2 for a, b in zip(mesh.scores, mirrored.scores, strict=True))
-    if face < _A_FACE or _disagreement(mesh, mirrored, pose) > _AGREE:
+    inside = _inside(mesh.xy, picture)
+    is_cut = inside.mean() < 1 - _CUT
+    least, most = (_A_CUT_FACE, _AGREE_CUT) if is_cut else (_A_FACE, _AGREE)
+    if face < least or _disagreement(mesh, mirrored, pose, inside) > most:
         return None
     xy, z = mesh.xy, mesh.z
     if average:
@@ -268,7 +273,7 @@ def _read_mesh_again(
         return None
     if verify:
         mirrored = nets.read_mesh(picture, pose, mirrored=True)
-        if _disagreement(mesh, mirrored, pose) > _AGREE_STILL:
+        if _disagreement(mesh, mirrored, pose, _inside(mesh.xy, picture)) > _AGREE_STILL:
             return None
     return mesh, is_where_expected
 
@@ -306,9 +311,21 @@ def _around(pose: Similarity) -> list[Similarity]:
     ]
 
 
-def _disagreement(mesh: Mesh, mirrored: Mesh, pose: Similarity) -> float:
-    """Mean distance between two meshes of one face, in IOD."""
-    return float(np.abs(mesh.xy - mirrored.xy).mean()) / iod_of(pose)
+def _inside(xy: np.ndarray, picture: Picture) -> np.ndarray:
+    """(478,) bool: which points lie within the picture. At least one does: see _is_plausible."""
+    across = (xy.real > 0) & (xy.real < picture.width_px)
+    within: np.ndarray = across & (xy.imag > 0) & (xy.imag < picture.height_px)
+    return within
+
+
+def _disagreement(mesh: Mesh, mirrored: Mesh, pose: Similarity, inside: np.ndarray) -> float:
+    """Mean distance between two meshes of one face, in IOD, over the points within the picture.
+
+    Points beyond the border are guesses.
+    """
+    if not inside.any():
+        return math.inf
+    return float(np.abs(mesh.xy - mirrored.xy)[inside].mean()) / iod_of(pose)
 
 
 def _is_plausible(xy: np.ndarray, picture: Picture) -> bool:

@@ -2,7 +2,8 @@
 
 A face is followed from where it was: the crops of the nets lie where the points of the last frame
 were. The detector searches the whole picture only when no face is followed, when a face was lost,
-after a cut, and now and then for new faces: by the seconds of the film, not by frames.
+after a cut, and now and then for new faces, seldom for those that are small in a large picture: by
+the seconds of the film, not by frames.
 """
 
 import math
@@ -15,6 +16,7 @@ from makeup_video.pipeline.faces.find import (
     DETECTOR_SIDES_PX,
     MAX_FACES,
     TILTS_DEGREES,
+    fine_sides,
     largest_first,
 )
 from makeup_video.pipeline.faces.landmarks import (
@@ -41,6 +43,7 @@ BESIDE_SIDES_PX = (320,)
 STILL_WIDE_ENOUGH = 0.85  # of the least width: a followed face may be a little narrower
 DETECT_SECONDS = 0.24  # slots of time, in each of which new faces are searched once
 SEARCH_SECONDS = 0.08  # the same while no face is followed, or one was lost a moment ago
+FINE_SECONDS = 4.0  # the same for faces that are small in a large picture: 20 ms each time
 # The same two on a machine that is too slow: see FindFaces.level.
 SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
 # A face that reappears near its place within this time keeps its number, even if it is another
@@ -48,6 +51,8 @@ SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
 REMEMBER_SECONDS = 2.0
 SETTLED_SECONDS = 0.5  # how long a face must keep a new size before the track takes it over
 RETURN_REACH = 1.5  # how far off it may reappear, as of `distance`
+# While no face is followed the picture is searched upright every second time.
+_SEARCHED_DEGREES = tuple(degrees for tilt in TILTS_DEGREES for degrees in (0, tilt))
 
 
 @dataclass(slots=True)
@@ -108,6 +113,7 @@ class FindFaces:
         self._tracks: list[_Track] = []
         self._next_id = 0
         self._last_detection_seconds = -math.inf
+        self._last_fine_seconds = -math.inf
         self._detections = -1
         self._frames = 0
         self._motion = MeasureMotion()
@@ -123,8 +129,13 @@ class FindFaces:
         lost = self._follow(
             picture, seconds, verify=is_due and slot(seconds, DETECT_SECONDS) % 2 == 0
         )
-        if cut or lost:
+        if (cut or self._frames == 1) and self.level < QualityLevel.FEWER_DETECTIONS:
+            self._search_everywhere(picture, seconds)
+        elif cut or lost:
             self._detect(picture, seconds, DETECTOR_SIDES_PX)
+        elif is_due and self._fine_is_due(picture, seconds):
+            self._last_fine_seconds = seconds
+            self._detect(picture, seconds, fine_sides(picture))
         elif is_due:
             self._search(picture, seconds)
         self._tracks = [t for t in self._tracks if t.is_followed or _is_fresh(t, seconds)]
@@ -197,6 +208,19 @@ class FindFaces:
         last = self._last_detection_seconds
         return last == -math.inf or slot(seconds, wait) != slot(last, wait)
 
+    def _search_everywhere(self, picture: Picture, seconds: float) -> None:
+        """Search a new scene at every size; a new film turned, too, when no face is upright."""
+        self._last_fine_seconds = seconds
+        self._detect(picture, seconds, (*DETECTOR_SIDES_PX, *fine_sides(picture)))
+        for tilt_degrees in TILTS_DEGREES if self._frames == 1 else ():
+            if not self._followed():
+                self._detect(picture, seconds, DETECTOR_SIDES_PX, tilt_degrees)
+
+    def _fine_is_due(self, picture: Picture, seconds: float) -> bool:
+        last = self._last_fine_seconds
+        new = last == -math.inf or slot(seconds, FINE_SECONDS) != slot(last, FINE_SECONDS)
+        return new and self.level < QualityLevel.FEWER_DETECTIONS and bool(fine_sides(picture))
+
     def _search(self, picture: Picture, seconds: float) -> None:
         """Detect beside followed faces, else with the next input size and tilt."""
         self._detections += 1
@@ -204,8 +228,8 @@ class FindFaces:
             self._detect(picture, seconds, BESIDE_SIDES_PX)
             return
         side_px = DETECTOR_SIDES_PX[self._detections % len(DETECTOR_SIDES_PX)]
-        tilts = (0, 0, *TILTS_DEGREES)
-        tilt_degrees = tilts[self._detections // len(DETECTOR_SIDES_PX) % len(tilts)]
+        turn = self._detections // len(DETECTOR_SIDES_PX)
+        tilt_degrees = _SEARCHED_DEGREES[turn % len(_SEARCHED_DEGREES)]
         self._detect(picture, seconds, (side_px,), tilt_degrees)
 
     def _detect(

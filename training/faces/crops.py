@@ -8,10 +8,15 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.training.faces.augment import Occluder, harsh, photograph, restyle
+from makeup_video.training.faces.openings import Openings
 from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
 
-MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild"), 1.4  # as lip_masks.py makes them
+MASK_FOLDERS, MASK_SPAN = (
+    ("portraits", "talking", "wild", "sharp"),
+    1.4,
+)  # as lip_masks.py makes them
 MASK_CERTAINTY = 0.36  # leaves out a sixth of `wild`, and hardly any of the others
+OUTLINED = 8.0  # how often a mouth outlined by hand is drawn, against another
 HARSH = 0.45  # share of lip crops with light and colours that spoil the border
 LOWER_FACE = 0.55  # IOD below the eyes: what a medical mask may hide
 LIPS_AT = {int(point): at for at, point in enumerate(LIPS)}
@@ -38,7 +43,7 @@ SPECS = {
     "mesh": CropSpec((96, 96), 2.56, np.arange(478), None, (0.0, 0.42)),
     "lips": CropSpec(
         (112, 80), 1.15, LIPS, LIPS, jitter=(0.06, 0.06, 0.04), turn=(0.36, 0.2),
-        share={"portraits": 0.45, "wild": 0.3, "talking": 0.25, "covered": 0.0},
+        share={"portraits": 0.4, "wild": 0.28, "talking": 0.22, "sharp": 0.1, "covered": 0.0},
     ),
     "eye": CropSpec(
         (64, 48), 0.72, EYE, EYE[:16], jitter=(0.06, 0.06, 0.03),
@@ -76,6 +81,7 @@ class Faces:
         self.depth = np.concatenate(columns["depth"])
         self.rarity = self._rarity()
         self.masks: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # face -> mask, its map to px
+        self.outlined = np.zeros(len(self.pictures), bool)
         if path.with_name("lipmasks.npz").exists():
             self._read_masks(path.with_name("lipmasks.npz"), packed, validation)
 
@@ -85,6 +91,7 @@ class Faces:
             chosen = packed[f"{name}_validation"] == validation
             columns = (masks[f"{name}_{key}"][chosen] for key in ("masks", "windows", "sure"))
             faces = np.flatnonzero(self.folder == name)
+            self.outlined[faces] = masks[f"{name}_outlined"][chosen]
             for face, mask, to_px, sure in zip(faces, *columns, strict=True):
                 if sure > MASK_CERTAINTY:
                     self.masks[int(face)] = mask, to_px
@@ -101,11 +108,12 @@ class Faces:
         weight = 1 / np.maximum(np.bincount(bins, minlength=8), 1)[bins]
         return np.clip(weight / np.median(weight), 0.6, 3)
 
-    def sampling(self, share: dict[str, float]) -> np.ndarray:
-        p = np.zeros(len(self.pictures))
+    def sampling(self, share: dict[str, float], outlined: float = 1.0) -> np.ndarray:
+        """The probability of every face. outlined: how often those outlined by hand are drawn."""
+        p, weight = np.zeros(len(self.pictures)), np.where(self.outlined, outlined, self.rarity)
         for name, part in share.items():
             inside = self.folder == name
-            p[inside] = part * self.rarity[inside] / self.rarity[inside].sum()
+            p[inside] = part * weight[inside] / weight[inside].sum()
         return p / p.sum()
 
 
@@ -148,8 +156,9 @@ class Cropper:
     def __init__(self, faces: Faces, spec: CropSpec, seed: int, augment: bool = True) -> None:
         self.faces, self.spec, self.augment = faces, spec, augment
         self.rng = np.random.default_rng(seed)
-        self.p = faces.sampling(spec.share)
+        self.p = faces.sampling(spec.share, OUTLINED if spec is SPECS["lips"] else 1.0)
         self.occluder = Occluder(faces.pictures, self.rng, mouth=spec is SPECS["lips"])
+        self.openings = Openings(self.rng)
         w, h = spec.size_wh
         coarse = np.stack(np.meshgrid(np.linspace(0, w - 1, w // 8 + 1),
                                       np.linspace(0, h - 1, h // 8 + 1)), -1)  # fmt: skip
@@ -265,7 +274,7 @@ class Cropper:
                 masks[i] = self.lip_mask(face, placed["source"][i], at)
             if self.augment:
                 if masks is not None and face in self.faces.masks:
-                    crop = restyle(crop, masks[i], rng)
+                    crop = restyle(self.openings(crop, masks[i]), masks[i], rng)
                 hidden = self.occluder(crop, at, rng)
                 if hidden is not None:
                     if masks is not None:

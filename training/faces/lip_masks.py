@@ -5,7 +5,8 @@
 
 Neither the teacher's contours, nor the face's own colours, nor a net trained on such masks give the
 vermilion border reliably. lip_evidence.py turns all three into features of every pixel, and a small
-labeller, fitted to the mouths outlined by hand, weighs the features.
+labeller, fitted to the mouths outlined by hand, weighs the features. Outlined mouths that are not
+held out keep their outlines as masks, and training draws them more often.
 """
 
 import argparse
@@ -24,10 +25,9 @@ from makeup_video.training.faces.lip_evidence import MASK_SPEC, average_of, feat
 from makeup_video.training.faces.lip_outlines import Mouth, mouth_to_px, read_mouths
 from torch import Tensor, nn
 
-FOLDERS = ("portraits", "talking", "wild")
+FOLDERS = ("portraits", "talking", "wild", "sharp")
 HIDDEN, STEPS, BATCH, RATE = 32, 300, 4096, 5e-3  # larger values change nothing
 JITTER = 0.15  # noise on the features, in deviations: else so few mouths are memorised
-OPENING_WEIGHT = 3.0  # taking teeth for lips is worse than taking lips for teeth
 BESIDE = -4.0  # of the first feature: further out there is no lip
 # A face: picture, points (478, 3) px, pose (2, 3)
 Face = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -83,11 +83,7 @@ def fit(seen: list[np.ndarray], mouths: list[Mouth]) -> Labeller:
         for group in optimizer.param_groups:
             group["lr"] = RATE * (1 - step / STEPS) + 1e-5
         chosen = torch.randint(len(x), (BATCH,))
-        weight = torch.ones(BATCH, 2)
-        weight[:, 1] += (OPENING_WEIGHT - 1) * target[chosen, 1]
-        loss = nn.functional.binary_cross_entropy_with_logits(
-            labeller(x[chosen]), target[chosen], weight
-        )
+        loss = nn.functional.binary_cross_entropy_with_logits(labeller(x[chosen]), target[chosen])
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
@@ -116,12 +112,24 @@ def read_faces(data: Path, name: str) -> list[Face]:
 
 def cross_validated(seen: list, mouths: list[Mouth], folds: int = 6) -> list[Labeller]:
     """A labeller for each mouth that was fitted to other mouths."""
-    fold = np.random.default_rng(0).permutation(len(mouths)) % folds
+    faces = sorted({(mouth.folder, mouth.index) for mouth in mouths})
+    places = np.random.default_rng(0).permutation(len(faces)) % folds
+    fold_of = dict(zip(faces, places, strict=True))
+    fold = np.array([fold_of[mouth.folder, mouth.index] for mouth in mouths])
     fitted = []
     for index in range(folds):
         others = np.flatnonzero(fold != index)
         fitted.append(fit([seen[i] for i in others], [mouths[i] for i in others]))
     return [fitted[index] for index in fold]
+
+
+def outlined_masks(mouths: list[Mouth]) -> dict[tuple[str, int], np.ndarray]:
+    """(folder, index) -> whole mouth and opening (144, 192, 2) uint8, the mean of all passes."""
+    drawn: dict[tuple[str, int], list[np.ndarray]] = {}
+    for mouth in mouths:
+        both = np.dstack([np.minimum(mouth.lips + mouth.interior, 1), mouth.interior])
+        drawn.setdefault((mouth.folder, mouth.index), []).append(both)
+    return {face: np.rint(np.mean(m, 0) * 255).astype(np.uint8) for face, m in drawn.items()}
 
 
 def label_part(job: tuple[Labeller, Path | None, list[Face], int]) -> tuple[list, ...]:
@@ -155,10 +163,18 @@ def main() -> None:
             out |= {f"{name}_masks": np.stack(masks), f"{name}_windows": np.stack(windows),
                     f"{name}_sure": np.array(sure)}  # fmt: skip
             print(name, len(masks), "masks, mean certainty", np.mean(sure), flush=True)
-    # The outlined mouths get masks from labellers fitted to others, so that evaluate_lip_mask.py
-    # can evaluate them.
+    packed = np.load(options.data)
+    held_out = {name: packed[f"{name}_validation"] for name in FOLDERS}
+    # Held-out mouths get masks from labellers fitted to others, so that evaluate_lip_mask.py can
+    # evaluate them.
     for i, (mouth, blind) in enumerate(zip(mouths, cross_validated(seen, mouths), strict=True)):
-        out[f"{mouth.folder}_masks"][mouth.index] = label(blind, seen[i], crops[i])[0]
+        if held_out[mouth.folder][mouth.index]:
+            out[f"{mouth.folder}_masks"][mouth.index] = label(blind, seen[i], crops[i])[0]
+    out |= {f"{name}_outlined": np.zeros(len(faces[name]), bool) for name in FOLDERS}
+    for (name, index), mask in outlined_masks(mouths).items():
+        if not held_out[name][index]:
+            out[f"{name}_masks"][index] = mask
+            out[f"{name}_sure"][index], out[f"{name}_outlined"][index] = 1, True
     np.savez(options.out, **out)
 
 

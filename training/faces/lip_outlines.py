@@ -1,8 +1,9 @@
-"""Mouths of held-out faces, outlined by hand.
+"""Mouths outlined by hand.
 
 lip_contours.json holds for each mouth the folder and the index among its packed faces, and closed
-curves: the outer border of the lips, the opening between them, and what covers them. The curves are
-in IOD from the centre of the teacher's lips, along the axes of the face's pose.
+curves: the outer border of the lips, the opening between them, and what covers them; of most also
+the teeth, roughly. The curves are in IOD from the centre of the teacher's lips, along the axes of
+the face's pose. Most mouths were outlined twice, each pass without a look at the other.
 """
 
 import json

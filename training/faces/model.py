@@ -8,7 +8,7 @@ from torch import Tensor, nn
 # Log-odds by which a px must lie outside the mouth opening to be painted. Chosen on the mouths
 # outlined by hand: of 0, 0.5 and 1, this margin halves the painted part of the teeth and takes
 # little of the lips.
-OPENING_MARGIN = 0.5
+OPENING_MARGIN = 0.0
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
 # fast as depthwise ones, and they train in bfloat16 where depthwise ones do not.

@@ -2,7 +2,7 @@
 
     python -m makeup_video.training.faces.prepare --faces DIR --out runs/faces.npz
 
-DIR holds portraits/, wild/, talking/ and covered/, each with pictures and labels.npz
+DIR holds portraits/, wild/, talking/, sharp/ and covered/, each with pictures and labels.npz
 (docs/models.md describes them). Every face gets a pose: the similarity that lays the
 mean face, whose outer eye corners are 1 apart, over the face. All geometry of the
 training is in the face's own coordinates before its pose, so every error is in IOD. The
@@ -18,7 +18,7 @@ from makeup_video.pipeline.faces.topology import EYE_CORNERS
 from makeup_video.training.faces.similarity_fit import fit_similarity
 from makeup_video.training.faces.topology68 import mirror_permutation
 
-FOLDERS = ("portraits", "wild", "talking", "covered")
+FOLDERS = ("portraits", "wild", "talking", "sharp", "covered")
 MAX_SPREAD = 2.0  # % of IOD by which the three labelling passes may disagree
 VALIDATION_SHARE = 0.08  # of each source, the last pictures: neighbours stay together
 DEPTH_CELLS, DEPTH_REACH = 33, 1.6  # depth grid over [-reach, reach] IOD

@@ -21,7 +21,6 @@ from torch.utils.data import DataLoader, IterableDataset
 BATCH = 128
 WARM_UP = 500  # steps
 AVERAGE = 0.9995  # of the weights, per step
-PAINTED_TEETH = 1.0  # extra weight of the opening's px
 
 
 class Stream(IterableDataset):
@@ -46,9 +45,7 @@ def mask_loss(logits: Tensor, mask: Tensor) -> Tensor:
     whole, opening, known = (mask.float() / 255).unbind(-1)
     cross_entropy = nn.functional.binary_cross_entropy_with_logits
     wrong = cross_entropy(logits[:, 0], whole, reduction="none")
-    # Painted teeth are a worse error than a gap in the paint.
-    wrong = wrong + cross_entropy(logits[:, 1], opening, 1 + PAINTED_TEETH * opening,
-                                  reduction="none")  # fmt: skip
+    wrong = wrong + cross_entropy(logits[:, 1], opening, reduction="none")
     cross = (wrong * known).sum() / known.sum().clamp(min=1)
     painted = logits[:, 0].sigmoid() * (-logits[:, 1]).sigmoid() * known
     target = whole * (1 - opening)

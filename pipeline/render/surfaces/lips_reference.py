@@ -52,7 +52,7 @@ def lips_surface(face: Face) -> LipsSurface | None:
     odds += np.float32(CONTOUR_SHARE) * np.clip(inside, -CONTOUR_MOST, CONTOUR_MOST)
     odds += np.float32(WIDER) * (opening <= 0)
     np.minimum(odds, LIMIT_STEEPNESS * (inside + reach), out=odds)
-    rim = np.maximum(opening, OVER_SEAM * opening)
+    rim = OVER_SEAM * np.minimum(opening, np.float32(0))
     grid = Grid.at(place.to_px, upper.shape)
     return LipsSurface(face, grid, odds, rim, normals, upper)
 

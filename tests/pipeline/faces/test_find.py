@@ -91,10 +91,26 @@ def test_half_a_face_at_the_border_is_sound_or_not_found(x):
         assert np.isfinite(lip_mask(picture, face)).all()
 
 
-def test_an_upside_down_face_is_found_only_by_its_rotation():
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_face_on_its_side_or_upside_down_is_found(quarters):
     picture = portrait()[60:500, 40:480]
-    turned = np.ascontiguousarray(np.rot90(picture, 2))
-    assert_sound(find_faces(turned), (440, 440))
+    (upright,) = find_faces(picture)
+    (face,) = find_faces(np.ascontiguousarray(np.rot90(picture, quarters)))
+    x, y = upright.points_px[:, :2].T
+    want = {1: (y, 439 - x), 2: (439 - x, 439 - y), 3: (439 - y, x)}[quarters]
+    off = np.linalg.norm(face.points_px[:, :2] - np.column_stack(want), axis=1).mean()
+    assert off < 0.03 * inter_ocular(upright.points_px)
+
+
+def test_a_face_of_sixty_pixels_is_found_in_4k():
+    ground = cv2.resize(wall(), (3840, 2160))
+    (face,) = find_faces(put(ground, face_of(60), 2900, 300))
+    assert 50 < np.ptp(face.points_px[:, 0]) < 75
+    assert 2900 < middle(face)[0] < 3030
+
+
+def test_a_rotated_frame_is_found_in_stored_pixels():
+    picture = portrait()[60:500, 40:480]
     (face,) = find_faces_in_frame(frame_of(picture, rotation_degrees=180))[0].faces
     (upright,) = find_faces(picture)
     mirrored = 439 - face.points_px[:, :2]  # both axes of the stored picture run backwards

@@ -80,6 +80,22 @@ def test_a_new_face_is_picked_up_within_half_a_second(rate):
     assert first / rate <= 0.5
 
 
+def test_a_small_face_is_picked_up_in_a_large_film():
+    ground = cv2.resize(wall(), (3840, 2160))
+    finder = FindFaces()
+    empty = finder(frame_of(ground, 0))
+    assert not empty.faces
+    there = put(ground, face_of(60), 2900, 300)
+    seen = [bool(finder(frame_of(there, pts)).faces) for pts in range(5, 125, 5)]
+    assert any(seen)
+
+
+@pytest.mark.parametrize("rotation", [90, 180, 270])
+def test_a_phone_held_another_way_is_followed_at_once(rotation):
+    turned = [np.ascontiguousarray(np.rot90(picture, rotation // 90)) for picture in clip()[:4]]
+    assert all(len(item.faces) == 1 for item in run(turned))
+
+
 def test_a_face_that_leaves_and_returns_keeps_its_number():
     away = wall()
     here = put(away, face_of(120), 200, 50)
