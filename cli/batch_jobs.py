@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,12 +9,11 @@ from typing import Any
 from makeup_video.cli.looks_options import LooksOptions
 from makeup_video.cli.many import fields_of, make_folders
 from makeup_video.cli.output_options import OutputOptions
-from makeup_video.pipeline import InstallError, Look, MakeupVideoError, UsageError
+from makeup_video.pipeline import Look, MakeupVideoError, UsageError
 from makeup_video.pipeline.batch.job import Job, JobLook
 from makeup_video.pipeline.batch.job_list import read_jobs
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import check_inputs_apart
-from makeup_video.pipeline.batch.run import Worker, local_workers
 from makeup_video.pipeline.batch.sources import inputs_of
 from makeup_video.pipeline.files.output_file import check_apart
 from makeup_video.pipeline.files.template import OF_LOOKS, Template
@@ -95,27 +93,6 @@ def open_batch(
         opened.close()
         raise
     return BatchJobs(jobs, opened, folder / _PAGE)
-
-
-@contextmanager
-def open_workers(
-    count: int | None, address: str | None, *, ship: bool
-) -> Iterator[Sequence[Worker]]:
-    """Processes of this machine, or those of a Ray cluster while the block lasts.
-
-    Raises UsageError, InstallError without Ray, WorkerError without a cluster.
-    """
-    if address is None:
-        if ship:
-            raise UsageError("--ship is for a cluster: add --ray ADDRESS, or leave it out")
-        yield local_workers(count)
-        return
-    try:
-        from makeup_video.pipeline.batch import on_ray
-    except ImportError as error:
-        raise InstallError("--ray needs Ray: pip install 'makeup-video[ray]'") from error
-    with on_ray.cluster(address):
-        yield on_ray.ray_workers(count, ship=ship)
 
 
 def _listed(
