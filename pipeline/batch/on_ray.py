@@ -30,6 +30,7 @@ from ray.exceptions import RayError, RayTaskError
 _CPUS = 2  # one film keeps two cores busy
 _ATTEMPTS = 3  # a job whose machine is lost is tried twice more
 _CONNECT_SECONDS = 10.0
+_PREFACE, _SETTINGS = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"\0\0\0\4\0\0\0\0\0"
 _PIECE_BYTES = 16_000_000  # of a file that is shipped
 
 
@@ -88,18 +89,34 @@ def cluster(address: str) -> Iterator[None]:
 
 def _check_reachable(address: str) -> None:
     """Ray itself would try for minutes. Raises UsageError, WorkerError."""
-    if address == "auto":
-        return
+    if address == "auto" and (address := os.environ.get("RAY_ADDRESS", "auto")) == "auto":
+        return  # Ray looks for processes of a cluster on this machine
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not (colon and host and port.isdecimal()):
         raise UsageError(f"{option('ray')} must be auto or HOST:PORT, got {address!r}")
     try:
-        socket.create_connection((host, int(port)), _CONNECT_SECONDS).close()
+        answer = _greet(host, int(port))
     except (OSError, OverflowError) as error:
         raise WorkerError(
             f"{option('ray')}: no cluster answers at {address} ({error}): check the address, or "
             "start one with `ray start --head`"
         ) from error
+    if answer != _SETTINGS[3:4]:
+        raise WorkerError(
+            f"{option('ray')}: what answers at {address} is no Ray cluster: give the address that "
+            "`ray start --head` printed"
+        )
+
+
+def _greet(host: str, port: int) -> bytes:
+    """The type of the first frame with which a server answers; Ray's speak HTTP/2 (RFC 9113)."""
+    with socket.create_connection((host, port), _CONNECT_SECONDS / 2) as connection:
+        connection.settimeout(_CONNECT_SECONDS / 2)
+        connection.sendall(_PREFACE + _SETTINGS)
+        answer = b""
+        while len(answer) < len(_SETTINGS) and (more := connection.recv(len(_SETTINGS))):
+            answer += more
+        return answer[3:4]
 
 
 def _connect(address: str) -> None:
