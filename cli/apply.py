@@ -88,11 +88,11 @@ def apply(
     """Paint the makeup of a look on every frame of a video; everything else stays as it was."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
-    from makeup_video.cli.many import make_folders, name_outputs, print_outcomes
+    from makeup_video.cli.many import NewFolders, name_outputs, print_outcomes
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.files.output_file import check_apart
 
-    with report_errors("apply", output, debug):
+    with report_errors("apply", output, debug), NewFolders() as folders:
         settings = how.settings(
             look, overwrite=overwrite, split=split, jobs=jobs, on_whole=mark_output_whole
         )
@@ -105,7 +105,7 @@ def apply(
         outputs = name_outputs(output, source, wanted)
         if outputs != [output]:  # of a template
             check_apart(list(map(Path, outputs)))
-            make_folders(outputs)
+            folders.make(outputs)
         if len(outputs) == 1:
             done = _paint_one(run, outputs[0], wanted[0], settings, cluster)
         else:

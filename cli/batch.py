@@ -105,11 +105,14 @@ def batch(
     """Paint many videos and pictures; what is done is never done twice, and a failure stops
     nothing else. At the end index.html, beside the outputs, shows every input before and after."""
     from makeup_video.cli.batch_jobs import open_batch
+    from makeup_video.cli.many import NewFolders
     from makeup_video.pipeline.batch.run import local_workers
 
-    with report_errors("batch", debug=debug):
+    with report_errors("batch", debug=debug), NewFolders() as folders:
         settings = how.settings(look, overwrite=overwrite)
-        work = open_batch(inputs or [], listed, look, how, output, journal, overwrite, resume)
+        work = open_batch(
+            inputs or [], listed, look, how, output, journal, overwrite, resume, folders
+        )
         with work.journal, cluster.workers(jobs, local_workers) as workers:
             results = _run(work, settings.overwrite, retry, workers, quiet)
     _print_end(work, results, quiet)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from makeup_video.cli.looks_options import LooksOptions
-from makeup_video.cli.many import fields_of, make_folders
+from makeup_video.cli.many import NewFolders, fields_of
 from makeup_video.cli.output_options import OutputOptions
 from makeup_video.pipeline import Look, MakeupVideoError, UsageError
 from makeup_video.pipeline.batch.job import Job, JobLook
@@ -69,6 +69,7 @@ def open_batch(
     journal: str | None,
     overwrite: bool,
     resume: bool,
+    folders: NewFolders,
 ) -> BatchJobs:
     """Check everything that can be checked before the work, and open the journal.
 
@@ -83,12 +84,13 @@ def open_batch(
     place = folder / _JOURNAL if journal is None else Path(journal)
     if resume and not place.is_file():
         raise UsageError(f"there is no journal {place} to go on with: leave --resume out")
-    make_folders([os.fspath(place), os.fspath(folder / _PAGE)])
+    folders.make([os.fspath(place), os.fspath(folder / _PAGE)])
     opened = Journal(place)
     try:
         sources = inputs_of(inputs, opened.outputs) if inputs else []
         wanted = [_Wanted(one, output or "", look, how) for one in sources] + rows
         jobs = _jobs(wanted, overwrite)
+        folders.make([look.output for job in jobs for look in job.looks])
     except BaseException:
         opened.close()
         raise
@@ -133,7 +135,6 @@ def _jobs(wanted: Sequence[_Wanted], overwrite: bool) -> list[Job]:
     outputs = [look.output for job in jobs for look in job.looks]
     check_apart(list(map(Path, outputs)))
     check_inputs_apart(jobs, files)
-    make_folders(outputs)
     return jobs
 
 

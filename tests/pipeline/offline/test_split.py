@@ -22,13 +22,13 @@ from split_films import FILMS, GROUP, differences, rich
 SECOND = Fraction(1, 60)  # in minutes
 
 
-def both(src, folder, end, minutes=SECOND, **settings):
+def both(src, folder, end, minutes=SECOND, trimmed=False, **settings):
     """(the film of one run, the film in segments, the report of the second)."""
     whole, split = folder / f"whole{end}", folder / f"split{end}"
     process_video(src, whole, None, Settings(**settings))
     report = process_video(src, split, None, Settings(**settings, split_minutes=minutes))
     assert sorted(path.name for path in folder.glob("*split*")) == [split.name]
-    assert film_faults(src, split, report.to_dict(), trimmed=False) == []
+    assert film_faults(src, split, report.to_dict(), trimmed=trimmed) == []
     return whole, split, report
 
 
@@ -83,6 +83,27 @@ def test_a_film_that_cannot_be_split_is_painted_whole(tmp_path, name, frames, op
     whole, split, report = both(src, tmp_path, ".mp4")
     assert report.segments == 1 and differences(whole, split) == []
     assert [line for line in report.warnings() if "split" in line] == ([why] if why else [])
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [(Fraction(1, 2), None), (None, Fraction(5, 2)), (Fraction(1), Fraction(16, 5))],
+)
+@pytest.mark.parametrize("end_of_name", [".mp4", ".mkv"])
+def test_a_part_of_a_film_in_segments_is_that_of_one_run(tmp_path, start, end, end_of_name):
+    src = rich(tmp_path / "in.mkv")
+    part = {"start_seconds": start, "end_seconds": end}
+    whole, split, report = both(src, tmp_path, end_of_name, SECOND / 2, trimmed=True, **part)
+    assert report.segments > 1 and differences(whole, split) == []
+
+
+def test_a_part_that_begins_with_a_still_is_painted_whole(tmp_path):
+    times = [0, 1, 2, *range(60, 150)]  # the third picture is on screen for two seconds
+    src = make_clip(tmp_path / "in.mkv", frames=len(times), pts=times, options=GROUP)
+    part = {"start_seconds": Fraction(1)}
+    whole, split, report = both(src, tmp_path, ".mkv", trimmed=True, **part)
+    assert report.why_whole.startswith("its first picture was on screen before the start")
+    assert differences(whole, split) == []
 
 
 def test_damage_is_counted_once(tmp_path):
