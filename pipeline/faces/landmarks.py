@@ -42,7 +42,7 @@ _STRAYED = 0.2
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
 _SHRUNK = 0.3  # log scale in MESH_SECONDS: more than any face changes
 _CORRECTION = 0.3  # share of the way to the mesh net's pose; a full step would jolt the crops
-_ROUGHLY = 16  # steps to an IOD of the grid on which a face lies that is read anew
+_ROUGHLY = 8  # steps to an IOD of the grid on which a face lies that is read anew
 _SAME_FACE = 0.6  # IOD between the centres of two poses of one face
 _PART_OF_FACE = 1.15, 0.7  # IOD of the larger face, and ratio of sizes: a mouth taken for a face
 # Mean distance, in IOD, between the points of a crop and of the same crop mirrored. 99 % of faces
@@ -289,7 +289,7 @@ def _read_mesh_again(
     mesh = nets.read_mesh(picture, expected)
     pose = nets.fit_pose(mesh.xy)
     is_where_expected = distance(expected, pose) < _MOVED_FAR
-    if not is_where_expected:
+    if verify or not is_where_expected:
         mesh = nets.read_mesh(picture, pose)
         pose = nets.fit_pose(mesh.xy)
     resized = abs(math.log(max(iod_of(pose), 1e-6) / iod_of(expected)))

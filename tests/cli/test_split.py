@@ -1,5 +1,6 @@
 """`--split` as it is typed: its report, Ctrl-C and a killed process, and what they leave."""
 
+import contextlib
 import json
 import os
 import signal
@@ -21,8 +22,12 @@ def src(tmp_path, monkeypatch):
 
 
 def children_of(process):
-    task = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    return [int(number) for number in task.read_text().split()] if task.exists() else []
+    """Of all threads: each worker is started by one of its own."""
+    found = []
+    for task in Path(f"/proc/{process.pid}/task").glob("*/children"):
+        with contextlib.suppress(OSError):  # the thread has ended
+            found += map(int, task.read_text().split())
+    return found
 
 
 def workers_of(process):
