@@ -147,7 +147,7 @@ def test_a_crop_that_moves_far_takes_the_old_patches_along():
     np.testing.assert_allclose(patch.to_px, to_px, atol=1e-3)
 
 
-def test_the_same_faces_give_the_same_readings_wherever_a_track_begins():
+def test_readings_do_not_depend_on_where_a_track_begins():
     """From the next slot of time on, crop and shape do not depend on the first face."""
     rng = np.random.default_rng(5)
     points = HEAD_PX[:40] + rng.normal(0, 0.4, (40, *HEAD_PX.shape[1:]))
