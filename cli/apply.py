@@ -11,6 +11,7 @@ from makeup_video.cli.looks_options import LooksOptions, WantedLook
 from makeup_video.cli.options import (
     OUTPUT,
     RUN,
+    ClusterOptions,
     Debug,
     Overwrite,
     Quiet,
@@ -56,7 +57,7 @@ def apply(
         float | None,
         typer.Option(
             metavar="MINUTES",
-            help="Paint segments of this length, each in its own process.",
+            help="Paint segments of this length, each in its own process, and join them.",
             rich_help_panel=RUN,
         ),
     ] = None,
@@ -64,10 +65,11 @@ def apply(
         int | None,
         typer.Option(
             metavar="N",
-            help="Segments painted at once; default: half the cores.",
+            help="Segments painted at once; default: half the cores, or all of a cluster.",
             rich_help_panel=RUN,
         ),
     ] = None,
+    cluster: ClusterOptions,
     save_look: Annotated[
         str | None,
         typer.Option(
@@ -86,21 +88,26 @@ def apply(
     """Paint the makeup of a look on every frame of a video; everything else stays as it was."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
-    from makeup_video.cli.many import make_folders, name_outputs, print_outcomes
+    from makeup_video.cli.many import NewFolders, name_outputs, print_outcomes
+    from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.files.output_file import check_apart
 
-    with report_errors("apply", output, debug):
+    with report_errors("apply", output, debug), NewFolders() as folders:
         settings = how.settings(
             look, overwrite=overwrite, split=split, jobs=jobs, on_whole=mark_output_whole
         )
+        if cluster.ray is not None and split is None:
+            raise UsageError(
+                "--ray paints the segments of --split MINUTES: add it, or use makeup-video batch"
+            )
         wanted = look.wanted()
         run = _Run(source, look.files, report, save_look, quiet)
         outputs = name_outputs(output, source, wanted)
         if outputs != [output]:  # of a template
             check_apart(list(map(Path, outputs)))
-            make_folders(outputs)
+            folders.make(outputs)
         if len(outputs) == 1:
-            done = _paint_one(run, outputs[0], wanted[0], settings)
+            done = _paint_one(run, outputs[0], wanted[0], settings, cluster)
         else:
             outcomes = _paint_several(run, outputs, wanted, settings)
     if len(outputs) == 1:
@@ -123,14 +130,19 @@ class _Run:
     quiet: bool
 
 
-def _paint_one(run: _Run, output: str, look: WantedLook, settings: "Settings") -> "Report":
+def _paint_one(
+    run: _Run, output: str, look: WantedLook, settings: "Settings", cluster: ClusterOptions
+) -> "Report":
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import process_video
 
     with _sidecars(run, [output], settings.overwrite) as files:
         painted = look.load(run.quiet)
-        with show_progress(run.quiet) as on_progress:
-            done = process_video(run.source, output, painted, settings, on_progress)
+        with (
+            cluster.workers(settings.jobs, lambda count: None) as workers,
+            show_progress(run.quiet) as on_progress,
+        ):
+            done = process_video(run.source, output, painted, settings, on_progress, workers)
         for file, values in zip(files, (done.to_dict(), painted.to_dict()), strict=True):
             if file is not None:
                 file.write(values)

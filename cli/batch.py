@@ -5,7 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from makeup_video.cli.console import log
 from makeup_video.cli.looks_options import LooksOptions
-from makeup_video.cli.options import OUTPUT, RUN, Debug, Overwrite, Quiet, with_options
+from makeup_video.cli.options import (
+    OUTPUT,
+    RUN,
+    ClusterOptions,
+    Debug,
+    Overwrite,
+    Quiet,
+    with_options,
+)
 from makeup_video.cli.outcome import error_text, report_errors
 from makeup_video.cli.output_options import OutputOptions
 
@@ -14,7 +22,7 @@ if TYPE_CHECKING:
 
     from makeup_video.cli.batch_jobs import BatchJobs
     from makeup_video.pipeline.batch.job import Job, JobProgress, Result
-    from makeup_video.pipeline.batch.run import Worker
+    from makeup_video.pipeline.engine.jobs import Worker
 
 EXAMPLES = (
     "makeup-video batch clips --look cat-eye -o 'out/{name}.mp4'",
@@ -90,41 +98,28 @@ def batch(
             rich_help_panel=RUN,
         ),
     ] = None,
-    on_ray: Annotated[
-        str | None,
-        typer.Option(
-            "--ray",
-            metavar="ADDRESS",
-            help="Work on a Ray cluster: HOST:PORT of its head, or auto for the one that this "
-            "machine belongs to. Needs makeup-video[ray].",
-            rich_help_panel=RUN,
-        ),
-    ] = None,
-    ship: Annotated[
-        bool,
-        typer.Option(
-            "--ship",
-            help="Send inputs and outputs through the cluster, whose machines share no folder.",
-            rich_help_panel=RUN,
-        ),
-    ] = False,
+    cluster: ClusterOptions,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Paint many videos and pictures; what is done is never done twice, and a failure stops
     nothing else. At the end index.html, beside the outputs, shows every input before and after."""
-    from makeup_video.cli.batch_jobs import open_batch, open_workers
+    from makeup_video.cli.batch_jobs import open_batch
+    from makeup_video.cli.many import NewFolders
+    from makeup_video.pipeline.batch.run import local_workers
 
-    with report_errors("batch", debug=debug):
+    with report_errors("batch", debug=debug), NewFolders() as folders:
         settings = how.settings(look, overwrite=overwrite)
-        work = open_batch(inputs or [], listed, look, how, output, journal, overwrite, resume)
-        with work.journal, open_workers(jobs, on_ray, ship=ship) as workers:
+        work = open_batch(
+            inputs or [], listed, look, how, output, journal, overwrite, resume, folders
+        )
+        with work.journal, cluster.workers(jobs, local_workers) as workers:
             results = _run(work, settings.overwrite, retry, workers, quiet)
     _print_end(work, results, quiet)
 
 
 def _run(
-    work: "BatchJobs", overwrite: bool, retry: bool, workers: "Sequence[Worker]", quiet: bool
+    work: "BatchJobs", overwrite: bool, retry: bool, workers: "Sequence[Worker] | None", quiet: bool
 ) -> "dict[str, Result]":
     """Do what is left, and write the page. Ctrl-C ends with exit code 130."""
     from makeup_video.cli.progress import show_batch
@@ -133,6 +128,7 @@ def _run(
     from makeup_video.pipeline.batch.plan import plan_batch
     from makeup_video.pipeline.batch.run import run_batch
 
+    assert workers is not None
     check_page(work.page, overwrite=overwrite)
     plan = plan_batch(work.jobs, work.journal, retry=retry, overwrite=overwrite)
     if plan.known and not quiet:

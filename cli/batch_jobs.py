@@ -2,20 +2,18 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from makeup_video.cli.looks_options import LooksOptions
-from makeup_video.cli.many import fields_of, make_folders
+from makeup_video.cli.many import NewFolders, fields_of
 from makeup_video.cli.output_options import OutputOptions
-from makeup_video.pipeline import InstallError, Look, MakeupVideoError, UsageError
+from makeup_video.pipeline import Look, MakeupVideoError, UsageError
 from makeup_video.pipeline.batch.job import Job, JobLook
 from makeup_video.pipeline.batch.job_list import read_jobs
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import check_inputs_apart
-from makeup_video.pipeline.batch.run import Worker, local_workers
 from makeup_video.pipeline.batch.sources import inputs_of
 from makeup_video.pipeline.files.output_file import check_apart
 from makeup_video.pipeline.files.template import OF_LOOKS, Template
@@ -71,6 +69,7 @@ def open_batch(
     journal: str | None,
     overwrite: bool,
     resume: bool,
+    folders: NewFolders,
 ) -> BatchJobs:
     """Check everything that can be checked before the work, and open the journal.
 
@@ -85,37 +84,17 @@ def open_batch(
     place = folder / _JOURNAL if journal is None else Path(journal)
     if resume and not place.is_file():
         raise UsageError(f"there is no journal {place} to go on with: leave --resume out")
-    make_folders([os.fspath(place), os.fspath(folder / _PAGE)])
+    folders.make([os.fspath(place), os.fspath(folder / _PAGE)])
     opened = Journal(place)
     try:
         sources = inputs_of(inputs, opened.outputs) if inputs else []
         wanted = [_Wanted(one, output or "", look, how) for one in sources] + rows
         jobs = _jobs(wanted, overwrite)
+        folders.make([look.output for job in jobs for look in job.looks])
     except BaseException:
         opened.close()
         raise
     return BatchJobs(jobs, opened, folder / _PAGE)
-
-
-@contextmanager
-def open_workers(
-    count: int | None, address: str | None, *, ship: bool
-) -> Iterator[Sequence[Worker]]:
-    """Processes of this machine, or those of a Ray cluster while the block lasts.
-
-    Raises UsageError, InstallError without Ray, WorkerError without a cluster.
-    """
-    if address is None:
-        if ship:
-            raise UsageError("--ship is for a cluster: add --ray ADDRESS, or leave it out")
-        yield local_workers(count)
-        return
-    try:
-        from makeup_video.pipeline.batch import on_ray
-    except ImportError as error:
-        raise InstallError("--ray needs Ray: pip install 'makeup-video[ray]'") from error
-    with on_ray.cluster(address):
-        yield on_ray.ray_workers(count, ship=ship)
 
 
 def _listed(
@@ -156,7 +135,6 @@ def _jobs(wanted: Sequence[_Wanted], overwrite: bool) -> list[Job]:
     outputs = [look.output for job in jobs for look in job.looks]
     check_apart(list(map(Path, outputs)))
     check_inputs_apart(jobs, files)
-    make_folders(outputs)
     return jobs
 
 

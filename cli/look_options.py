@@ -14,6 +14,12 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.look.options import Choice
 
 
+LOOK_HELP = (
+    "A look file (JSON), a ready look where no such file exists (`makeup-video looks` lists them), "
+    "or 'none' to paint nothing"
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class _WholeLook:
     """A look that other options change."""
@@ -23,8 +29,7 @@ class _WholeLook:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="A look file (JSON), a ready look where no such file exists (`makeup-video looks` "
-            "lists them), or 'none' to paint nothing.",
+            help=f"{LOOK_HELP}.",
             rich_help_panel=LOOK,
         ),
     ] = None

@@ -1,9 +1,10 @@
 """Several looks of one film: names of outputs, progress, and what is said at the end."""
 
+import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import typer
 from makeup_video.cli.console import log
@@ -49,13 +50,33 @@ def _with_look(output: str) -> str:
     return os.fspath(path.with_name(f"{path.stem}-{{look}}{path.suffix}")) if path.name else output
 
 
-def make_folders(outputs: Sequence[str]) -> None:
-    """Make the folders of outputs whose names come from a template. Raises OutputError."""
-    from makeup_video.pipeline.files.output_file import write_errors
+class NewFolders:
+    """Makes folders of outputs whose names come from a template.
 
-    for folder in {Path(output).parent for output in outputs}:
-        with write_errors(folder):
-            folder.mkdir(parents=True, exist_ok=True)
+    Those that are empty when the block ends with an error are removed again.
+    """
+
+    def __init__(self) -> None:
+        self._made: list[Path] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, *exc: object) -> None:
+        if kind is not None:
+            for folder in reversed(self._made):
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
+
+    def make(self, outputs: Sequence[str]) -> None:
+        """Make the folders of outputs. Raises OutputError."""
+        from makeup_video.pipeline.files.output_file import write_errors
+
+        for folder in dict.fromkeys(Path(output).parent for output in outputs):
+            with write_errors(folder):
+                missing = [one for one in (folder, *folder.parents) if not one.exists()]
+                folder.mkdir(parents=True, exist_ok=True)
+                self._made += reversed(missing)
 
 
 def titled(on_progress: Any, source: str, names: Mapping[Path, str]) -> "LooksProgress | None":

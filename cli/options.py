@@ -1,7 +1,8 @@
 """Options that several commands share, each defined once, and the groups of the help."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
@@ -11,6 +12,8 @@ import typer
 
 if TYPE_CHECKING:
     from fractions import Fraction
+
+    from makeup_video.pipeline.engine.jobs import Worker
 
 PROGRAM, DEFAULT = "makeup-video", "apply"  # the default command needs no name
 
@@ -74,6 +77,52 @@ class PageOptions:
     browser: Annotated[
         bool, typer.Option(help="Open the page in a browser.", rich_help_panel=PAGE)
     ] = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClusterOptions:
+    """Which machines do the work."""
+
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            "--ray",
+            metavar="ADDRESS",
+            help="Work on a Ray cluster: HOST:PORT of its head, or auto for the one that this "
+            "machine belongs to. Needs makeup-video[ray].",
+            rich_help_panel=RUN,
+        ),
+    ] = None
+    ship: Annotated[
+        bool,
+        typer.Option(
+            "--ship",
+            help="Send inputs and outputs through the cluster, whose machines share no folder.",
+            rich_help_panel=RUN,
+        ),
+    ] = False
+
+    @contextmanager
+    def workers(
+        self, count: int | None, here: "Callable[[int | None], Sequence[Worker] | None]"
+    ) -> "Iterator[Sequence[Worker] | None]":
+        """So many workers of the cluster while the block lasts, or here(count), of this machine.
+
+        Raises UsageError, InstallError without Ray, WorkerError without a cluster.
+        """
+        from makeup_video.pipeline import InstallError, UsageError
+
+        if self.ray is None:
+            if self.ship:
+                raise UsageError("--ship is for a cluster: add --ray ADDRESS, or leave it out")
+            yield here(count)
+            return
+        try:
+            from makeup_video.pipeline.batch import on_ray
+        except ImportError as error:
+            raise InstallError("--ray needs Ray: pip install 'makeup-video[ray]'") from error
+        with on_ray.cluster(self.ray):
+            yield on_ray.ray_workers(count, ship=self.ship)
 
 
 def with_options(command: Callable[..., None]) -> Callable[..., None]:

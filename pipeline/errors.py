@@ -56,6 +56,10 @@ class MakeupVideoError(Exception):
         """Add text to the message, such as the name of the file that the error is about."""
         self._set_message(before + self._message + after)
 
+    def replace(self, old: str, new: str) -> None:
+        """Replace part of the message, such as the path of a temporary file."""
+        self._set_message(self._message.replace(old, new))
+
     def _set_message(self, message: str) -> None:
         self._message = message
         self.args = (_OPTION.sub(lambda found: _in_python(found[1], found[2]), message),)

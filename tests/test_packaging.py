@@ -46,10 +46,9 @@ def test_only_the_listed_modules_use_threads():
         if "threading" in set(imported(path))
     }
     assert users == {
-        "batch/child.py",  # ends with the process that started it
-        "batch/on_ray.py",  # reports while it paints
+        "batch/on_ray.py",  # reports while it paints; a lock of files that were sent
         "engine/fan_out.py",
-        "engine/processes.py",  # ends a worker whose main process is gone
+        "engine/processes.py",  # ends with the process that started it
         "engine/runner.py",
         "engine/signals.py",  # only the main thread may set handlers
         "engine/channel.py",  # its lock

@@ -15,6 +15,9 @@ from makeup_video.pipeline.offline.process import process_video
 from makeup_video.pipeline.offline.report import Report, size_in_words
 from makeup_video.pipeline.offline.settings import Settings
 
+# Inode, size and time of change: by these a file differs from another one of its name.
+Identity = tuple[int, int, int]
+
 
 @dataclass(frozen=True, slots=True)
 class JobLook:
@@ -31,16 +34,50 @@ class Job:
 
     looks: one or more.  settings: without callbacks and `split_minutes`.
     memory_share: of the free memory, for encoders; see process_looks.
+    was: the files that had the outputs' names when the job began, None where there was none.
+    attempt: 1, and one more whenever the machine that did the job was lost.
     """
 
     source: str
     looks: tuple[JobLook, ...]
     settings: Settings
     memory_share: float = 0.5
+    was: tuple[Identity | None, ...] = ()
+    attempt: int = 1
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        return tuple(one.output for one in self.looks)
 
     def only(self, outputs: set[str]) -> "Job":
         """The same job for some of its outputs."""
-        return replace(self, looks=tuple(one for one in self.looks if one.output in outputs))
+        kept = [at for at, one in enumerate(self.looks) if one.output in outputs]
+        looks = tuple(self.looks[at] for at in kept)
+        return replace(self, looks=looks, was=tuple(self.was[at] for at in kept if self.was))
+
+    def at_full_paths(self) -> "Job":
+        """The same job for a process in another folder."""
+        outputs = (replace(one, output=os.path.abspath(one.output)) for one in self.looks)
+        return replace(self, source=os.path.abspath(self.source), looks=tuple(outputs))
+
+    def again(self) -> "Job":
+        """The same job for another machine, which keeps what the lost one has finished."""
+        return replace(self, attempt=self.attempt + 1)
+
+    def moved(self, source: str, outputs: Sequence[str]) -> "Job":
+        """The same job on other files, none of which is there yet but the source."""
+        looks = zip(self.looks, outputs, strict=True)
+        return replace(
+            self,
+            source=source,
+            looks=tuple(replace(one, output=output) for one, output in looks),
+            was=(None,) * len(self.looks),
+            attempt=1,
+        )
+
+    def brought_back(self, results: "list[Result]") -> "tuple[list[Result], list[int]]":
+        """The results of this job as `moved`, and the places of whole outputs."""
+        return results, [at for at, one in enumerate(results) if isinstance(one, Done)]
 
 
 class JobProgress(NamedTuple):

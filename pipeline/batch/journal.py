@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Any, Self
 
 from makeup_video.pipeline import errors
-from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
+from makeup_video.pipeline.batch.job import Done, Failed, Identity, Job, JobLook
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
 from makeup_video.pipeline.files.output_file import write_errors
 from makeup_video.pipeline.files.part_file import lock_file
@@ -144,13 +144,13 @@ def key_of(job: Job, look: JobLook) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def identity(path: str) -> list[int] | None:
-    """Numbers by which a file differs from another one of its name; None where there is none."""
+def identity(path: str) -> Identity | None:
+    """Of a file; None where there is none."""
     try:
         status = os.stat(path)
     except OSError:
         return None
-    return [status.st_ino, status.st_size, status.st_mtime_ns]
+    return status.st_ino, status.st_size, status.st_mtime_ns
 
 
 def result_of(output: str, entry: Entry) -> Done | Failed:

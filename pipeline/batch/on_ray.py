@@ -1,7 +1,8 @@
-"""Jobs of a batch on the machines of a Ray cluster. Needs the extra `ray`.
+"""Jobs on the machines of a Ray cluster: those of a batch, or the segments of a film. Needs the
+extra `ray`.
 
-A job is a task with its CPUs declared. What a task reports comes back as the items of its
-generator: progress, with `ship` the pieces of its files, and in the end the results.
+A job is a Ray task with its CPUs declared. What it reports comes back as the items of its
+generator: progress, with `ship` the pieces of its files, and in the end the result.
 """
 
 import os
@@ -9,40 +10,65 @@ import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, Self
 
 # Ray's own clusters report their use to its makers unless this is set before it is imported.
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
 import ray
-from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, JobProgress, Result, run_job
-from makeup_video.pipeline.batch.journal import identity
-from makeup_video.pipeline.batch.plan import adopt
+from makeup_video.pipeline.engine.jobs import Progress, Result, Task
+from makeup_video.pipeline.engine.processes import Ended, InProgress, perform
 from makeup_video.pipeline.errors import StoppedError, UsageError, WorkerError, option
-from makeup_video.pipeline.files.output_file import (
-    OutputFile,
-    part_of,
-    target_of,
-    write_errors,
-)
-from makeup_video.pipeline.files.part_file import remove_ended
+from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.media.input_file import local_file
+from makeup_video.pipeline.offline.settings import Settings
 from ray.exceptions import RayError, RayTaskError
 
 _CPUS = 2  # one film keeps two cores busy
 _ATTEMPTS = 3  # a job whose machine is lost is tried twice more
 _CONNECT_SECONDS = 10.0
+_PREFACE, _SETTINGS = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"\0\0\0\4\0\0\0\0\0"
 _PIECE_BYTES = 16_000_000  # of a file that is shipped
 
 
-class _Piece(NamedTuple):
-    """A piece of the output of the look at this place in the job; the pieces come in order."""
+class RemoteJob(Protocol):
+    """A job that another machine can do.
 
-    look: int
+    source: the file that it reads.  outputs: those that it writes.
+    """
+
+    settings: Settings
+
+    @property
+    def source(self) -> Any: ...
+
+    @property
+    def outputs(self) -> Sequence[str]: ...
+
+    def at_full_paths(self) -> Self:
+        """The same job for a process in another folder."""
+        ...
+
+    def again(self) -> Self:
+        """The same job for another machine, once the one that did it is lost."""
+        ...
+
+    def moved(self, source: str, outputs: Sequence[str]) -> Self:
+        """The same job on other files."""
+        ...
+
+    def brought_back(self, result: Any) -> tuple[Any, list[int]]:
+        """The result of this job as `moved`, as if on its own files; places of whole outputs."""
+        ...
+
+
+class _Piece(NamedTuple):
+    """A piece of the output at this place in the job; the pieces come in order."""
+
+    output: int
     data: bytes
 
 
@@ -51,17 +77,10 @@ def cluster(address: str) -> Iterator[None]:
     """Connect to a cluster within the block.
 
     address: host:port of its head, or `auto` for the one that this machine belongs to.
-    Raises WorkerError within some ten seconds where there is none.
+    Raises UsageError, and WorkerError within some ten seconds where there is none.
     """
     _check_reachable(address)
-    try:
-        ray.init(address=address, log_to_driver=False, logging_level="error")
-    except (ConnectionError, RuntimeError, ValueError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise WorkerError(
-            f"{option('ray')}: no cluster at {address} ({reason}): start one with "
-            "`ray start --head`"
-        ) from error
+    _connect(address)
     try:
         yield
     finally:
@@ -70,17 +89,45 @@ def cluster(address: str) -> Iterator[None]:
 
 def _check_reachable(address: str) -> None:
     """Ray itself would try for minutes. Raises UsageError, WorkerError."""
-    if address == "auto":
-        return
+    if address == "auto" and (address := os.environ.get("RAY_ADDRESS", "auto")) == "auto":
+        return  # Ray looks for processes of a cluster on this machine
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not (colon and host and port.isdecimal()):
         raise UsageError(f"{option('ray')} must be auto or HOST:PORT, got {address!r}")
     try:
-        socket.create_connection((host, int(port)), _CONNECT_SECONDS).close()
+        answer = _greet(host, int(port))
     except (OSError, OverflowError) as error:
         raise WorkerError(
             f"{option('ray')}: no cluster answers at {address} ({error}): check the address, or "
             "start one with `ray start --head`"
+        ) from error
+    if answer != _SETTINGS[3:4]:
+        raise WorkerError(
+            f"{option('ray')}: what answers at {address} is no Ray cluster: give the address that "
+            "`ray start --head` printed"
+        )
+
+
+def _greet(host: str, port: int) -> bytes:
+    """The type of the first frame with which a server answers; Ray's speak HTTP/2 (RFC 9113)."""
+    with socket.create_connection((host, port), _CONNECT_SECONDS / 2) as connection:
+        connection.settimeout(_CONNECT_SECONDS / 2)
+        connection.sendall(_PREFACE + _SETTINGS)
+        answer = b""
+        while len(answer) < len(_SETTINGS) and (more := connection.recv(len(_SETTINGS))):
+            answer += more
+        return answer[3:4]
+
+
+def _connect(address: str) -> None:
+    """Raises WorkerError."""
+    try:
+        ray.init(address=address, log_to_driver=False, logging_level="error")
+    except (ConnectionError, RuntimeError, ValueError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise WorkerError(
+            f"{option('ray')}: no cluster at {address} ({reason}): start one with "
+            "`ray start --head`"
         ) from error
 
 
@@ -95,34 +142,41 @@ def ray_workers(count: int | None = None, *, ship: bool = False) -> "list[RayWor
         count = max(1, sum(size // cpus for size in sizes))
     if count < 1:
         raise UsageError(f"{option('jobs')} must be at least 1, got {count}")
-    return [RayWorker(cpus, ship=ship) for _ in range(count)]
+    files = _SentFiles() if ship else None
+    return [RayWorker(cpus, files) for _ in range(count)]
 
 
 class RayWorker:
-    """Does one job at a time on some machine of the cluster; see Worker.
+    """Does one job at a time on some machine of the cluster; see Worker. The job is a RemoteJob.
 
     A job whose process or machine is lost is tried again elsewhere, up to twice.
+    files: where the machines share no folder.
     """
 
-    def __init__(self, cpus: int, *, ship: bool = False) -> None:
-        self._cpus, self._ship = cpus, ship
+    def __init__(self, cpus: int, files: "_SentFiles | None" = None) -> None:
+        self._cpus, self._files = cpus, files
         self._task: Any = None
         self._stopped = False
 
-    def run(self, job: Job, report: Callable[[JobProgress], None]) -> list[Result]:
-        was = {one.output: identity(one.output) for one in _absolute(job).looks}
-        reason = ""
+    def run(
+        self, task: Task[Any, Progress, Result], job: Any, report: Callable[[Progress], None]
+    ) -> Result:
+        """See Worker."""
+        reason, job = "", job.at_full_paths()
         for _ in range(_ATTEMPTS):
+            if self._stopped:
+                raise StoppedError("stopped by the user")
             try:
-                return self._once(job, was, report)
-            except RayTaskError as error:  # the task's own error, the same on every machine
+                return self._once(task, job, report).value()  # type: ignore[no-any-return]
+            except RayTaskError as error:  # of the task itself, the same on every machine
                 cause = error.cause or error
-                return _failed(job, f"{type(cause).__name__}: {cause}".splitlines()[0])
+                reason = f"{type(cause).__name__}: {cause}".splitlines()[0]
+                raise WorkerError(f"the cluster could not paint it: {reason}") from error
             except RayError as error:
                 if self._stopped:
                     raise StoppedError("stopped by the user") from None
-                reason = type(error).__name__
-        return _failed(job, f"its machine was lost {_ATTEMPTS} times ({reason})")
+                reason, job = type(error).__name__, job.again()
+        raise WorkerError(f"its machine was lost {_ATTEMPTS} times ({reason})")
 
     def stop(self) -> None:
         """End the task at once. Any thread may call this."""
@@ -131,43 +185,56 @@ class RayWorker:
             with suppress(RayError, ValueError):
                 ray.cancel(task, force=True)
 
-    def _once(
-        self, job: Job, was: dict[str, list[int] | None], report: Callable[[JobProgress], None]
-    ) -> list[Result]:
-        pieces = _put_file(job.source) if self._ship else None
-        task = _TASK.options(num_cpus=self._cpus).remote(_absolute(job), was, pieces)
-        self._task = task
+    def _once(self, task: Any, job: RemoteJob, report: Callable[[Any], None]) -> Ended:
+        pieces = None if self._files is None else self._files.pieces_of(str(job.source))
+        self._task = _TASK.options(num_cpus=self._cpus).remote(task, job, pieces)
         with ExitStack() as stack:
-            outputs = [_Arriving(job, one, stack) for one in job.looks] if self._ship else []
-            for item in task:
+            outputs = [] if pieces is None else _arriving(job, stack)
+            for item in self._task:
                 message = ray.get(item)
-                if isinstance(message, JobProgress):
-                    report(message)
+                if isinstance(message, InProgress):
+                    report(message.progress)
                 elif isinstance(message, _Piece):
-                    outputs[message.look].append(message.data)
-                else:
-                    results = [one._replace(output=look.output)
-                               for one, look in zip(message, job.looks, strict=True)]  # fmt: skip
-                    for output, result in zip(outputs, results, strict=False):
-                        if isinstance(result, Done):
-                            output.keep()
-                    return results
-        raise RayError("the task ended without results")
+                    outputs[message.output].append(message.data)
+                elif isinstance(message, Ended):
+                    return _kept(message, job, outputs)
+        raise RayError("the task ended without a result")
 
 
-def _failed(job: Job, reason: str) -> list[Result]:
-    error = WorkerError(f"the cluster could not paint it: {reason}")
-    return [Failed(one.output, error) for one in job.looks]
+def _kept(ended: Ended, job: RemoteJob, outputs: "Sequence[_Arriving]") -> Ended:
+    """What a task ended with, under the job's own names; whole outputs that arrived are kept."""
+    if ended.error is not None or not outputs:
+        return ended
+    result, whole = job.brought_back(ended.result)
+    for at in whole:
+        outputs[at].keep()
+    return Ended(result)
+
+
+class _SentFiles:
+    """Files in the cluster's object store; the last one stays there, for its other jobs."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._last: tuple[str, list[Any]] = "", []
+
+    def pieces_of(self, path: str) -> list[Any]:
+        """References to the pieces of a file. Raises InputError."""
+        with self._lock:
+            if self._last[0] != path:
+                with local_file(path).open("rb") as file:
+                    self._last = path, [ray.put(data) for data in _pieces(file)]
+            return self._last[1]
 
 
 class _Arriving:
     """An output whose pieces arrive from another machine; removed when it is not kept."""
 
-    def __init__(self, job: Job, look: JobLook, stack: ExitStack) -> None:
-        source, overwrite = Path(job.source), job.settings.overwrite
-        self._target = OutputFile(Path(look.output), source, overwrite=overwrite)
+    def __init__(self, output: str, job: RemoteJob, stack: ExitStack) -> None:
+        self._path = Path(output)
+        overwrite = job.settings.overwrite
+        self._target = OutputFile(self._path, Path(job.source), overwrite=overwrite)
         stack.callback(self._target.discard)
-        self._path = Path(look.output)
 
     def append(self, data: bytes) -> None:
         with write_errors(self._path), self._target.own_path.open("ab") as file:
@@ -177,16 +244,8 @@ class _Arriving:
         self._target.keep()
 
 
-def _absolute(job: Job) -> Job:
-    """The same job for a process in another folder."""
-    looks = (replace(one, output=os.path.abspath(one.output)) for one in job.looks)
-    return replace(job, source=os.path.abspath(job.source), looks=tuple(looks))
-
-
-def _put_file(path: str) -> list[Any]:
-    """Put a file into the object store, in pieces. Raises InputError."""
-    with local_file(path).open("rb") as file:
-        return [ray.put(data) for data in _pieces(file)]
+def _arriving(job: RemoteJob, stack: ExitStack) -> list[_Arriving]:
+    return [_Arriving(output, job, stack) for output in job.outputs]
 
 
 def _pieces(file: Any) -> Iterator[bytes]:
@@ -194,87 +253,60 @@ def _pieces(file: Any) -> Iterator[bytes]:
         yield data
 
 
-def _paint(
-    job: Job, was: dict[str, list[int] | None], pieces: Sequence[Any] | None
-) -> Iterator[Any]:
-    """Runs on a machine of the cluster: yields progress, pieces of files, and the results."""
+def _on_machine(task: Any, job: RemoteJob, pieces: Sequence[Any] | None) -> Iterator[Any]:
+    """Runs on a machine of the cluster: yields progress, pieces of files, and the end."""
     if pieces is None:
-        yield from _in_shared_folder(job, was)
+        yield from _performed(task, job)
         return
     with TemporaryDirectory(prefix="makeup-video-") as folder:
         here = _received(job, Path(folder), pieces)
-        results: list[Result] = []
-        for message in _with_progress(here):
-            if isinstance(message, JobProgress):
-                yield message
-            else:
-                results = message
-        for number, result in enumerate(results):
-            if isinstance(result, Done):
-                with open(result.output, "rb") as file:
-                    yield from (_Piece(number, data) for data in _pieces(file))
-        yield [_with_name(one, here.source, job.source) for one in results]
+        for message in _performed(task, here):
+            if isinstance(message, Ended):
+                if message.error is None:
+                    _, whole = job.brought_back(message.result)
+                    for at in whole:
+                        with open(here.outputs[at], "rb") as file:
+                            yield from (_Piece(at, data) for data in _pieces(file))
+                _name_inputs(message, str(here.source), str(job.source))
+            yield message
 
 
 # Ray's own retries would repeat the progress that was reported already.
 _TASK: Any = ray.remote(
     max_retries=0, scheduling_strategy="SPREAD", _generator_backpressure_num_objects=16
-)(_paint)
+)(_on_machine)
 
 
-def _in_shared_folder(job: Job, was: dict[str, list[int] | None]) -> Iterator[Any]:
-    """Paint what an earlier attempt on a lost machine has not finished."""
-    known: dict[str, Result] = {}
-    for look in job.looks:
-        remove_ended(part_of(target_of(Path(look.output))))
-        if (done := adopt(job, look, was[look.output])) is not None:
-            known[look.output] = done
-    left = job.only({one.output for one in job.looks} - set(known))
-    for message in _with_progress(left) if left.looks else iter([[]]):
-        if isinstance(message, JobProgress):
-            yield message
-        else:
-            known |= {one.output: one for one in message}
-            yield [known[one.output] for one in job.looks]
-
-
-def _received(job: Job, folder: Path, pieces: Sequence[Any]) -> Job:
+def _received(job: RemoteJob, folder: Path, pieces: Sequence[Any]) -> RemoteJob:
     """The same job on files of a folder of this machine, once the input has arrived."""
     source = folder / Path(job.source).name
     with source.open("wb") as file:
         for piece in pieces:
             file.write(ray.get(piece))
-    looks = []
-    for number, one in enumerate(job.looks):
-        place = folder / str(number) / Path(one.output).name
+    outputs = []
+    for number, output in enumerate(job.outputs):
+        place = folder / str(number) / Path(output).name
         place.parent.mkdir()
-        looks.append(replace(one, output=str(place)))
-    return replace(job, source=str(source), looks=tuple(looks))
+        outputs.append(str(place))
+    return job.moved(str(source), outputs)
 
 
-def _with_name(result: Result, here: str, source: str) -> Result:
-    """A result whose error names the input where the user has it."""
-    if isinstance(result, Done):
-        return result
-    error = result.error
-    return Failed(result.output, type(error)(error.marked.replace(here, source)))
+def _name_inputs(ended: Ended, here: str, source: str) -> None:
+    """Let errors name the input where the user has it."""
+    results = ended.result if isinstance(ended.result, list) else []
+    for error in (ended.error, *(getattr(one, "error", None) for one in results)):
+        if error is not None:
+            error.replace(here, source)
 
 
-def _with_progress(job: Job) -> Iterator[Any]:
-    """What run_job reports while it runs in another thread, then the results."""
+def _performed(task: Any, job: Any) -> Iterator[Any]:
+    """What the task reports while it does the job in another thread, then what it ended with."""
     messages: SimpleQueue[Any] = SimpleQueue()
-
-    def work() -> None:
-        try:
-            messages.put(run_job(job, messages.put))
-        except BaseException as error:  # noqa: BLE001  # raised again by the generator
-            messages.put(error)
-
-    threading.Thread(target=work, daemon=True).start()
+    threading.Thread(
+        target=lambda: messages.put(perform(task, job, messages.put)), daemon=True
+    ).start()
     while True:
         message = messages.get()
-        if isinstance(message, BaseException):
-            raise message
         yield message
-        if isinstance(message, list):
+        if isinstance(message, Ended):
             return

@@ -4,7 +4,7 @@ import contextlib
 import os
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, Result
@@ -86,22 +86,24 @@ def _known(
         if isinstance(done, Done) and now[1] == done.size and is_whole(output, done.frames):
             return done
         return _changed(output)
-    if now == entry["was"]:
+    was = None if entry["was"] is None else tuple(entry["was"])
+    if now == was:
         return None
-    adopted = adopt(job, look, entry["was"])
+    adopted = adopt(replace(job.only({output}), was=(was,)), 0)
     if adopted is None:
         return _changed(output)
     journal.end(job.only({output}), [adopted])
     return adopted
 
 
-def adopt(job: Job, look: JobLook, was: list[int] | None) -> Done | None:
+def adopt(job: Job, at: int) -> Done | None:
     """The result for an output that was finished by a process which could not say so any more.
 
     An output gets its name only when it is whole, so any new file of that name is one.
-    was: the identity of the file that had the name before.
+    at: of the output in the job.
     """
-    output, now = look.output, identity(look.output)
+    output, was = job.looks[at].output, job.was[at]
+    now = identity(output)
     if now is None or now == was or not is_whole(output):
         return None
     frames = 1 if is_picture(Path(output)) else declared_frames(Path(output))

@@ -8,7 +8,7 @@ from makeup_video.pipeline.engine.channel import Channel
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.engine.runner import Sink
 
-_CAPACITY = 2  # items that wait for a thread, as in Runner
+_CAPACITY = 1  # items that wait for a thread: frames are large
 
 
 class FanOut:
@@ -30,14 +30,14 @@ class FanOut:
         self.sinks = [sink for group in groups for sink in group]
         self.errors: list[Exception | None] = [None] * len(self.sinks)
         self._stopped = False
-        self._channels: list[Channel[Sequence[Any]]] = []
+        self._channels: list[Channel[list[Any]]] = []
         self._threads: list[threading.Thread] = []
         self._spans: list[range] = []
         first = 0
         for group in groups:
             span = range(first, first + len(group))
             first = span.stop
-            channel: Channel[Sequence[Any]] = Channel(f"-> {span.start}..", _CAPACITY)
+            channel: Channel[list[Any]] = Channel(f"-> {span.start}..", _CAPACITY)
             self._spans.append(span)
             self._channels.append(channel)
             # a daemon, so that a codec that hangs cannot keep the process from ending
@@ -51,8 +51,10 @@ class FanOut:
             raise next(filter(None, self.errors))
         self._start()
         copies = self._share(item)
-        for channel, span in zip(self._channels, self._spans, strict=True):
-            channel.send(copies[span.start : span.stop])
+        groups = [list(copies[span.start : span.stop]) for span in self._spans]
+        del copies  # no copy must stay in memory once its sink has taken it
+        for channel in self._channels:
+            channel.send(groups.pop(0))
 
     def finish(self, stopped: bool) -> None:
         """Let every sink that has not failed finish; returns when all have."""
@@ -78,11 +80,11 @@ class FanOut:
             if thread.ident:
                 thread.join()
 
-    def _run(self, channel: Channel[Sequence[Any]], span: range) -> None:
+    def _run(self, channel: Channel[list[Any]], span: range) -> None:
         for copies in channel:
-            for index, copy in zip(span, copies, strict=True):
-                self._try(index, self.sinks[index], copy)
-            del copies, copy  # a frame must not stay in memory while the next one is waited for
+            for index in span:
+                self._try(index, self.sinks[index], copies.pop(0))
+            del copies
         if not channel.is_cancelled:
             for index in span:
                 self._try(index, self.sinks[index].finish, self._stopped)

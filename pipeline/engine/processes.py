@@ -1,118 +1,150 @@
-"""Runs jobs in processes of their own, a few at a time.
-
-A job is a plain value and a task is a function of a module, so that another engine can run the same
-jobs on other machines.
-"""
+"""Processes of our own that do jobs, one after the other."""
 
 import multiprocessing
 import os
 import signal
 import threading
-from collections import deque
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from typing import Any, Generic, TypeVar
+import traceback
+from collections.abc import Callable
+from multiprocessing.connection import Connection, wait
+from typing import Any, NamedTuple
 
-from makeup_video.pipeline.engine.signals import interrupted_later, stop_signals, undisturbed
-from makeup_video.pipeline.errors import StoppedError, WorkerError
+from makeup_video.pipeline.engine.jobs import Job, Progress, Result, Task
+from makeup_video.pipeline.engine.signals import stop_signals
+from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, WorkerError
 
-Job = TypeVar("Job")
-Result = TypeVar("Result")
-# task(job, tick): the task calls tick(items done so far) a few times a second
-Task = Callable[[Job, Callable[[int], None]], Result]
-
-_TICK_SECONDS = 0.2
-_shared: Any = None  # in a worker: the items done of each job, and whether all shall stop
+# a fork would copy locks of threads and of OpenCL
+_START = multiprocessing.get_context("spawn")
+_SOON_SECONDS = 5.0
 
 
-class Processes(Generic[Job, Result]):
-    """Runs a task on each job.
+class InProgress(NamedTuple):
+    """What a task reports while it does a job."""
 
-    workers: how many at once.
-    follow: makes a job ready once the result of the job before it is known, so that jobs run one
-    after another; None: they do not depend on each other.
+    progress: Any
+
+
+class Ended(NamedTuple):
+    """The result of a task, or the error that ended it."""
+
+    result: Any = None
+    error: MakeupVideoError | None = None
+    trace: str = ""  # of an error that is none of ours
+
+    def value(self) -> Any:
+        """The result. Raises the error."""
+        if self.error is None:
+            return self.result
+        if self.trace:
+            self.error.add_note(self.trace)
+        raise self.error
+
+
+class _Died(Exception):
+    """The process ended before its job."""
+
+
+class ChildProcess:
+    """A worker that does jobs in a process of its own, so that a crash ends one job alone.
+
+    The process starts with the first job, and again after a crash.
+    attempts: how often a job is begun whose process dies.
     """
 
-    def __init__(
-        self,
-        task: Task[Job, Result],
-        workers: int,
-        follow: Callable[[Job, Result], Job] | None = None,
-    ) -> None:
-        self._task, self._follow = task, follow
-        self._workers = 1 if follow else workers
+    def __init__(self, attempts: int = 1) -> None:
+        self._attempts = attempts
+        self._process: Any = None
+        self._pipe: Any = None
+        self._stopped = False
 
-    def run(self, jobs: Sequence[Job], on_tick: Callable[[int], None]) -> list[Result]:
-        """The results, in the order of the jobs. on_tick(items done by all jobs) is called often.
+    @property
+    def process_id(self) -> int | None:
+        """The system's number of the process; None while there is none."""
+        return None if self._process is None else self._process.pid
 
-        Raises the first error of any job, WorkerError when a process was killed, StoppedError after
-        Ctrl-C. All other jobs are stopped then.
-        """
-        # the children must neither inherit threads nor OpenCL and nets, so they are not forked
-        context = multiprocessing.get_context("spawn")
-        shared = context.RawArray("q", len(jobs) + 1)
-        workers = min(self._workers, len(jobs))
-        pool = ProcessPoolExecutor(workers, context, _begin_worker, (shared,))
+    def run(
+        self, task: Task[Job, Progress, Result], job: Job, report: Callable[[Progress], None]
+    ) -> Result:
+        """See Worker."""
+        died: WorkerError | None = None
+        for _ in range(self._attempts):
+            if self._process is None:
+                self._start()
+            try:
+                result: Result = self._once(task, job, report).value()
+                return result
+            except _Died as error:
+                if self._stopped:
+                    raise StoppedError("stopped by the user") from None
+                died = WorkerError(str(error))
+        assert died is not None
+        raise died
+
+    def _once(self, task: Any, job: Any, report: Callable[[Any], None]) -> Ended:
         try:
-            return self._results(pool, workers, jobs, lambda: on_tick(sum(shared[:-1])))
-        except BrokenProcessPool as error:
-            raise WorkerError(
-                "a process that painted a segment was killed, perhaps since memory ran out: run "
-                "again, with fewer at once"
-            ) from error
-        except KeyboardInterrupt:
-            raise StoppedError("stopped by the user") from None
-        finally:
-            shared[-1] = True
-            with undisturbed():
-                pool.shutdown(cancel_futures=True)
+            self._pipe.send((task, job))
+            while isinstance(message := self._pipe.recv(), InProgress):
+                report(message.progress)
+        except (EOFError, OSError):
+            raise _Died(self._why_it_died()) from None
+        ended: Ended = message
+        return ended
 
-    def _results(
-        self,
-        pool: ProcessPoolExecutor,
-        workers: int,
-        jobs: Sequence[Job],
-        tick: Callable[[], None],
-    ) -> list[Result]:
-        waiting = deque(enumerate(jobs))
-        running: dict[Future[Result], int] = {}
-        results: dict[int, Result] = {}
-        while waiting or running:
-            while waiting and len(running) < workers:
-                index, job = waiting.popleft()
-                if self._follow and index:
-                    job = self._follow(job, results[index - 1])
-                with interrupted_later():
-                    running[pool.submit(_work, self._task, index, job)] = index
-            for future in wait(running, _TICK_SECONDS, FIRST_COMPLETED).done:
-                results[running.pop(future)] = future.result()
-            tick()
-        return [results[index] for index in range(len(jobs))]
+    def stop(self) -> None:
+        """End the process at once. Any thread may call this."""
+        self._stopped = True
+        if (process := self._process) is not None:
+            process.kill()
+            process.join(_SOON_SECONDS)
+
+    def _start(self) -> None:
+        self._pipe, other = _START.Pipe()
+        process = _START.Process(target=_serve, args=(other,), daemon=True)
+        process.start()
+        self._process = process
+        other.close()  # else the end of the process would not show
+        if self._stopped:  # meanwhile, by another thread
+            process.kill()
+
+    def _why_it_died(self) -> str:
+        process, self._process = self._process, None
+        process.join(_SOON_SECONDS)
+        code = process.exitcode
+        times = f" {self._attempts} times" if self._attempts > 1 else ""
+        if code is not None and code < 0:
+            name = signal.Signals(-code).name
+            memory = ", perhaps because memory ran out" if name == "SIGKILL" else ""
+            return f"the process that painted it was ended by {name}{times}{memory}"
+        return f"the process that painted it ended with exit code {code}{times}"
 
 
-def _begin_worker(shared: Any) -> None:
-    global _shared
-    _shared = shared
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], None]) -> Ended:
+    """Do a job in this process. An error that is none of ours becomes a WorkerError."""
+    try:
+        return Ended(task(job, lambda progress: send(InProgress(progress))))
+    except MakeupVideoError as error:
+        return Ended(None, error)
+    except Exception as error:  # noqa: BLE001  # one line for whoever waits for the result
+        text = f"internal error: {type(error).__name__}: {error}; run this job alone with --debug"
+        return Ended(None, WorkerError(text), traceback.format_exc())
+
+
+def _serve(pipe: Connection) -> None:
+    """Do every job that comes through the pipe; ends with the process that started this one."""
     for number in stop_signals():  # of the terminal's whole group: the main process decides
         signal.signal(number, signal.SIG_IGN)
-
-
-def _end_with_parent() -> None:
-    """End this process when the main one is gone: it would wait for its next job for ever."""
     parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    assert parent is not None
+    threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+    while True:
+        try:
+            task, job = pipe.recv()
+        except EOFError:
+            return
+        pipe.send(perform(task, job, pipe.send))
 
 
-def _work(task: Task[Job, Result], index: int, job: Job) -> Result:
-    return task(job, lambda done: _tick(index, done))
-
-
-def _tick(index: int, done: int) -> None:
-    """Count the items done. Raises StoppedError when the run is over."""
-    if _shared[-1]:
-        raise StoppedError("stopped by the user")
-    _shared[index] = done
+def _end_with(sentinel: int) -> None:
+    """End this process when the one that started it is gone: another run may take its work."""
+    wait([sentinel])
+    os._exit(1)

@@ -22,7 +22,8 @@ def slot(seconds: float, length_seconds: float) -> int:
 
 
 class MediaClock:
-    """Seconds since the first frame; they always advance, whatever the frames' timestamps do."""
+    """Seconds of the film, from the first frame's on; they always advance, whatever the frames'
+    timestamps do."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -32,7 +33,9 @@ class MediaClock:
     def tick(self, frame: Frame) -> float:
         """The time of this frame. A repeated or earlier timestamp counts as one usual step."""
         now = frame.seconds
-        if self._last is not None:
+        if self._last is None:
+            self.seconds = now
+        else:
             step = now - self._last
             if step > 0:
                 self._usual_step = min(step, GAP_SECONDS)

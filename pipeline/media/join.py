@@ -86,6 +86,8 @@ class Join:
         packet = next(painted, None)
         if packet is not None:
             self._muxer.write(packet)
+        else:  # of a part of a film: what is left of the file need not be read
+            self._decoder.trim.is_past_end = self._decoder.trim.end is not None
 
 
 def _timed_packets(files: Sequence[SegmentFile]) -> Iterator[Any]:

@@ -18,7 +18,7 @@ class SegmentTrim(Trim[av.VideoFrame]):
         start, end = (None if pts is None else pts * tick for pts in (segment.run_up, segment.end))
         super().__init__(start, end, tick)
         self.shift = self._shift = segment.shift * tick
-        self._segment, self._left = segment, after_frames
+        self._segment, self._left = segment, 0 if segment.is_last else after_frames
 
     def __call__(
         self, picture: av.VideoFrame, seconds: Fraction, duration: Fraction

@@ -5,12 +5,13 @@ the film over time has settled when the segment begins.
 """
 
 from bisect import bisect_left
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import av
 from makeup_video.pipeline.media.frame_times import has_guessed_times
 from makeup_video.pipeline.media.input_file import VideoSource, packets_of
+from makeup_video.pipeline.media.trim import STILL_SECONDS
 
 RUN_UP_SECONDS = 2
 _RUN_UP_FRAMES = 8  # at least, for films of few frames a second
@@ -27,13 +28,15 @@ class Segment:
 
     first: time of the first frame.  end: of the first frame after it, None at the end of the film.
     run_up: time from which frames are decoded; None: from the beginning of the film.
-    shift: subtracted from every time, so that the film does not begin before 0.
+    shift: subtracted from every time, so that the film begins at 0, or not before it.
+    is_last: no further segment follows, so that no frame behind `end` is seen.
     """
 
     first: int
     end: int | None
     run_up: int | None
     shift: int
+    is_last: bool = False
 
     def holds(self, pts: int) -> bool:
         """True for the time of a frame of this segment, and neither before nor after it.
@@ -63,7 +66,13 @@ class Plan:
     obstacle: str = ""
 
 
-def plan_segments(source: VideoSource, seconds: Fraction, *, run_up: bool = True) -> Plan:
+# Start and end of the part of a film that is kept, in seconds from where it begins.
+Part = tuple[Fraction | None, Fraction | None]
+
+
+def plan_segments(
+    source: VideoSource, seconds: Fraction, part: Part = (None, None), *, run_up: bool = True
+) -> Plan:
     """Read the packets of a film, without decoding them, and choose where to split it.
 
     seconds: the length of a segment; the next key frame ends it.  run_up: False where nothing
@@ -84,17 +93,48 @@ def plan_segments(source: VideoSource, seconds: Fraction, *, run_up: bool = True
     times.sort()
     if not times:
         return _whole("")
+    kept = _Kept(source, times, part)
+    if kept.begins_with_a_still:
+        return _whole("its first picture was on screen before the start already")
+    if not (times := kept.times):
+        return _whole("")
     keys = [key for key in sorted(keys) if _is_apart(times, key, source.time_base)]
     starts = _starts(times, keys, seconds / source.time_base)
     is_long = (times[-1] - times[0]) * source.time_base > 2 * seconds
     if len(starts) == 1:
         return _whole("it has no key frame to split it at" if is_long else "")
-    run_ups: list[int | None] = [None, *(_run_up(times, start, source) for start in starts[1:])]
-    if not run_up:
-        run_ups = [None, *starts[1:]]
-    shift = min(0, times[0])
-    spans = zip(starts, [*starts[1:], None], run_ups, strict=True)
-    return Plan(tuple(Segment(first, end, before, shift) for first, end, before in spans))
+    run_ups: list[int | None] = [kept.begins_at]
+    run_ups += [_run_up(times, start, source) if run_up else start for start in starts[1:]]
+    spans = zip(starts, [*starts[1:], kept.ends_at], run_ups, strict=True)
+    segments = [Segment(first, end, before, kept.shift) for first, end, before in spans]
+    segments[-1] = replace(segments[-1], is_last=True)
+    return Plan(tuple(segments))
+
+
+class _Kept:
+    """The frames that a part of a film keeps, as Trim keeps them.
+
+    times: of the frames, in order.  begins_at, ends_at: of the first frame, and of the first one
+    behind the part; None where the film begins and ends.
+    """
+
+    def __init__(self, source: VideoSource, times: list[int], part: Part) -> None:
+        tick, origin = source.time_base, source.start_seconds
+        start, end = (None if one is None else one + origin for one in part)
+        # a start of 0 keeps what lies before the first sound, as in a run without segments
+        first = 0 if not part[0] or start is None else bisect_left(times, start / tick)
+        last = len(times) if end is None else bisect_left(times, end / tick)
+        self.times = times[first:last]
+        is_cut = bool(part[0])
+        self.begins_at = self.times[0] if is_cut and self.times else None
+        self.ends_at = times[last] if last < len(times) else None
+        self.shift = 0
+        self.begins_with_a_still = False
+        if self.times:
+            self.shift = self.times[0] if is_cut else min(0, self.times[0])
+            self.begins_with_a_still = (
+                is_cut and start is not None and self.times[0] * tick - start > STILL_SECONDS
+            )
 
 
 def _whole(obstacle: str) -> Plan:

@@ -7,7 +7,7 @@ T = TypeVar("T")
 
 # A picture that stays on screen for longer than this after the start belongs to the clip: a screen
 # recording may show one for seconds. At ordinary frame rates the clip begins with the next picture.
-_STILL_SECONDS = Fraction(1, 10)
+STILL_SECONDS = Fraction(1, 10)
 
 
 class Trim(Generic[T]):
@@ -42,7 +42,7 @@ class Trim(Generic[T]):
             # players do not show what lies before 0
             self.shift = min(Fraction(0), seconds)
             return [(picture, seconds - self.shift)]
-        if seconds - self.start <= _STILL_SECONDS:
+        if seconds - self.start <= STILL_SECONDS:
             self.shift = seconds
             return [(picture, Fraction(0))]
         return [*self.finish(), (picture, seconds - self._begin())]

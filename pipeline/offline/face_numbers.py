@@ -5,7 +5,7 @@ face of one is the face of the other that is at its place in most of these frame
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 from makeup_video.pipeline.faces.face import FrameFaces
@@ -35,23 +35,52 @@ def sightings_in(item: FrameFaces) -> tuple[Sighting, ...]:
     return tuple(found)
 
 
-class FaceNumbers:
-    """The numbers in the film of one segment's faces.
+class KnownFaces(NamedTuple):
+    """What is known of a segment's faces once the segments before it are painted.
 
-    known: what the segment before saw at the end, with the film's numbers.
-    next_number: of the film's next new face.
+    numbers: the film's number of each face, by the segment's own.
+    largest_id: the face, with the film's number, that was painted last as the largest; -1: none.
     """
 
-    def __init__(self, known: Sightings | None = None, next_number: int = 0) -> None:
-        self.next_number = next_number
-        self._known = known or {}
-        self._numbers: dict[int, int] = {}
+    numbers: Mapping[int, int]
+    largest_id: int
 
-    def match(self, before: Sightings) -> None:
-        """Recognise faces by the frames that the segment before saw, too.
 
-        before: what this segment saw in its run-up, with its own numbers.
+class FilmNumbers:
+    """Numbers the faces of one segment after the other. count: how many faces there are so far."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._known: Sightings = {}
+
+    def next(self, before: Sightings, after: Sightings, own: Iterable[int]) -> dict[int, int]:
+        """The film's numbers of the next segment's faces, by its own.
+
+        before, after: what it saw in its run-up, and what the segment behind it sees as well.
+        own: its faces in order of appearance.
         """
+        numbers = self._recognised(before)
+        for number in own:
+            if number not in numbers:
+                numbers[number] = self.count
+                self.count += 1
+        seen = {
+            pts: tuple(
+                face._replace(number=numbers[face.number])
+                for face in faces
+                if face.number in numbers
+            )
+            for pts, faces in after.items()
+        }
+        self._known = {**self._known, **seen}
+        return numbers
+
+    def forget_before(self, is_unseen: Callable[[int], bool]) -> None:
+        """Forget what no further segment sees again; is_unseen(pts): True for such a frame."""
+        self._known = {pts: faces for pts, faces in self._known.items() if not is_unseen(pts)}
+
+    def _recognised(self, before: Sightings) -> dict[int, int]:
+        """Faces by the frames that the segments before saw, too."""
         votes: Counter[tuple[int, int]] = Counter()
         for pts, faces in before.items():
             for face in faces:
@@ -60,28 +89,11 @@ class FaceNumbers:
                 )
                 if near is not None and _apart(face, near) < _SAME_PLACE:
                     votes[face.number, near.number] += 1
+        numbers: dict[int, int] = {}
         for (own, number), _ in votes.most_common():
-            if own not in self._numbers and number not in self._numbers.values():
-                self._numbers[own] = number
-
-    def __getitem__(self, own: int) -> int:
-        """The number in the film; a face that was not seen before gets the next one."""
-        if own not in self._numbers:
-            self._numbers[own] = self.next_number
-            self.next_number += 1
-        return self._numbers[own]
-
-    def of(self, sightings: Sightings) -> Sightings:
-        """The same sightings with the film's numbers."""
-        return {
-            pts: tuple(face._replace(number=self[face.number]) for face in faces)
-            for pts, faces in sightings.items()
-        }
-
-    def take(self, own: Iterable[int]) -> None:
-        """Number these faces in order."""
-        for number in own:
-            _ = self[number]
+            if own not in numbers and number not in numbers.values():
+                numbers[own] = number
+        return numbers
 
 
 def _apart(one: Sighting, other: Sighting) -> float:

@@ -1,19 +1,76 @@
 """What every run over a film needs: its decoder and its report."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Generator, Iterable, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from makeup_video.pipeline.engine.channel import Channel
 from makeup_video.pipeline.engine.runner import StageTimes
+from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.media.decode import Decoder, StreamCopier
 from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.media.mux import Muxer
-from makeup_video.pipeline.offline.encoding import Encoding, decoder_threads
+from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, decoder_threads
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
+
+# (frames done, frames expected or None, frames per second of the source)
+Progress = Callable[[int, int | None, Fraction], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Film:
+    """A film that becomes one output.  bytes_in: size of the input, which may be renamed later."""
+
+    source: VideoSource
+    output: Path
+    bytes_in: int
+    muxer: Muxer
+    decoder: Decoder
+    encoder: VideoEncoder
+
+    def report(self) -> Report:
+        """As film_report."""
+        report = film_report(self.source, self.output, self.decoder, self.encoder, self.muxer)
+        report.bytes_in = self.bytes_in
+        return report
+
+
+@contextmanager
+def begin_film(
+    source: VideoSource, output: Path, settings: Settings
+) -> Generator[Film, None, None]:
+    """Begin the output of a film; an error within the block removes what was begun.
+
+    Raises UsageError, OutputError.
+    """
+    encoding = choose_encoding(source, output, settings)
+    bytes_in = source.container.size
+    muxer = open_muxer(source, output, encoding, settings, settings.on_whole)
+    try:
+        decoder = open_decoder(source, encoding, muxer, settings)
+        encoder = encoding.encoder(muxer, source, settings.encoder_threads)
+        yield Film(source, output, bytes_in, muxer, decoder, encoder)
+    except BaseException:
+        if not muxer.is_finished:
+            muxer.abort()
+        raise
+
+
+def open_muxer(
+    source: VideoSource,
+    output: Path,
+    encoding: Encoding,
+    settings: Settings,
+    on_whole: Callable[[], None] | None = None,
+) -> Muxer:
+    """The muxer of one output of a film. Raises UsageError, OutputError."""
+    target = OutputFile(output, source.path, overwrite=settings.overwrite, on_whole=on_whole)
+    return Muxer(target, encoding.container, strict=settings.strict)
 
 
 def open_decoder(

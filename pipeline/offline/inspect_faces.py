@@ -4,10 +4,11 @@ import contextlib
 import os
 
 from makeup_video.pipeline.engine.machine import one_opencv_thread
+from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.overlay import DrawFaces
 from makeup_video.pipeline.offline.points_file import PointsFile
 from makeup_video.pipeline.offline.report import Report
-from makeup_video.pipeline.offline.run import Progress, run_stages
+from makeup_video.pipeline.offline.run import run_stages
 from makeup_video.pipeline.offline.settings import Settings
 from makeup_video.pipeline.offline.stages import FaceRun
 

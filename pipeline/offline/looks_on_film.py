@@ -1,7 +1,6 @@
 """Paints several looks on one film in one go: decoded and searched for faces only once."""
 
-from collections.abc import Callable, Mapping
-from fractions import Fraction
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,6 @@ from makeup_video.pipeline.engine.fan_out import FanOut, in_groups
 from makeup_video.pipeline.engine.machine import PAINT_PICTURE, PAINT_VIDEO
 from makeup_video.pipeline.engine.runner import Runner, Stage, StageTimes, Stopwatch
 from makeup_video.pipeline.errors import MakeupVideoError
-from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.encode import VideoEncoder
@@ -18,7 +16,13 @@ from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.media.mux import Muxer
 from makeup_video.pipeline.media.side_by_side import SideBySide
 from makeup_video.pipeline.offline.encoding import choose_encoding
-from makeup_video.pipeline.offline.film import add_times, film_report, open_decoder
+from makeup_video.pipeline.offline.film import (
+    Progress,
+    add_times,
+    film_report,
+    open_decoder,
+    open_muxer,
+)
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 from makeup_video.pipeline.offline.stages import FaceRun, Painter, Stages
@@ -27,7 +31,6 @@ from makeup_video.pipeline.render.composite import Composite, open_canvas
 from makeup_video.pipeline.render.scene import FrameScene
 
 Outcome = Report | MakeupVideoError
-Progress = Callable[[int, int | None, Fraction], None]
 
 
 class PaintAndEncode:
@@ -108,8 +111,7 @@ class _Film:
         encoding = choose_encoding(source, next(iter(self._looks)), settings)
         try:
             for path in self._looks:
-                target = OutputFile(path, source.path, overwrite=settings.overwrite)
-                self._muxers.append(Muxer(target, encoding.container, strict=settings.strict))
+                self._muxers.append(open_muxer(source, path, encoding, settings))
             self.sinks = [
                 PaintAndEncode(
                     self._paint(painter),

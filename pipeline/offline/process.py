@@ -1,16 +1,19 @@
 """process_video: paints a look on a video or a picture."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from makeup_video.pipeline.engine.jobs import Worker
 from makeup_video.pipeline.engine.machine import COPY_VIDEO, FIND_FACES, check_memory
 from makeup_video.pipeline.engine.runner import Stage
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.input_file import VideoSource, local_file
+from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.report import Report
-from makeup_video.pipeline.offline.run import Progress, check_name, run_stages
+from makeup_video.pipeline.offline.run import check_name, run_stages
 from makeup_video.pipeline.offline.settings import Settings
 
 
@@ -20,17 +23,21 @@ def process_video(
     look: Look | None = None,
     settings: Settings | None = None,
     on_progress: Progress | None = None,
+    workers: Sequence[Worker] | None = None,
 ) -> Report:
     """Paint `look` (None: nothing) on every frame of src, a video or a picture, and write dst.
 
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
-    few times a second.  Raises one of `errors`; dst is then unchanged, or still does not exist.
+    few times a second.
+    workers: what paints the segments of `split_minutes`; None: processes of this machine. They are
+    stopped in the end.
+    Raises one of `errors`; dst is then unchanged, or still does not exist.
     A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the
     processes of the segments import it.
     """
     look, settings = look or Look(), settings or Settings()
     if settings.split_minutes is not None and not is_picture(local_file(src)):
-        return _in_segments(src, dst, look, settings, settings.split_minutes, on_progress)
+        return _in_segments(src, dst, look, settings, settings.split_minutes, on_progress, workers)
     if look.is_bare:
         return run_stages(src, dst, _copy, settings, on_progress)
     check_memory(FIND_FACES)
@@ -52,14 +59,15 @@ def _in_segments(
     settings: Settings,
     minutes: Fraction,
     on_progress: Progress | None,
+    workers: Sequence[Worker] | None,
 ) -> Report:
     """Paint the film in segments, or in one run where it cannot be split."""
     from makeup_video.pipeline.offline.split import plan_of, process_in_segments
 
     check_name(dst)
-    plan = plan_of(src, look, minutes)
+    plan = plan_of(src, look, minutes, settings)
     if len(plan.segments) > 1:
-        return process_in_segments(src, dst, plan, look, settings, on_progress)
+        return process_in_segments(src, dst, plan, look, settings, on_progress, workers)
     whole = replace(settings, split_minutes=None, jobs=None)
     report = process_video(src, dst, look, whole, on_progress)
     report.why_whole = plan.obstacle

@@ -3,7 +3,6 @@
 import os
 import time
 from collections.abc import Callable
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -11,20 +10,15 @@ from typing import Any, cast
 from makeup_video.pipeline.engine.machine import peak_memory_bytes
 from makeup_video.pipeline.engine.runner import Runner, Stage
 from makeup_video.pipeline.errors import UsageError, option
-from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
-from makeup_video.pipeline.media.mux import Muxer
 from makeup_video.pipeline.media.side_by_side import SideBySide
-from makeup_video.pipeline.offline.encoding import choose_encoding
-from makeup_video.pipeline.offline.film import add_times, film_report, open_decoder
+from makeup_video.pipeline.offline.film import Progress, add_times, begin_film
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
-
-Progress = Callable[[int, int | None, Fraction], None]
 
 
 def run_stages(
@@ -91,32 +85,19 @@ def _run(
     settings: Settings,
     on_progress: Progress | None,
 ) -> Report:
-    encoding = choose_encoding(source, output, settings)
-    bytes_in = source.container.size  # of the open file: its name may be another file's at the end
-    target = OutputFile(
-        output, source.path, overwrite=settings.overwrite, on_whole=settings.on_whole
-    )
-    muxer = Muxer(target, encoding.container, strict=settings.strict)
-    try:
-        decoder = open_decoder(source, encoding, muxer, settings)
-        encoder = encoding.encoder(muxer, source, settings.encoder_threads)
+    with begin_film(source, output, settings) as film:
         runner = Runner(
-            ("decode", decoder.frames()),
+            ("decode", film.decoder.frames()),
             stages,
-            ("encode", encoder),
+            ("encode", film.encoder),
             observe=settings.observe,
             workers=settings.stage_threads,
         )
         tick = on_progress
-        expected = decoder.expected_frames
+        expected = film.decoder.expected_frames
         runner.run(tick and (lambda done: tick(done, expected, source.rate)))
-    except BaseException:
-        if not muxer.is_finished:
-            muxer.abort()
-        raise
-    report = film_report(source, output, decoder, encoder, muxer)
+    report = film.report()
     add_times(report, runner.times, runner.channels)
-    report.bytes_in = bytes_in
     return report
 
 

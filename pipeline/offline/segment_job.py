@@ -1,8 +1,8 @@
 """Paints one segment of a film: a job that any process on any machine can do."""
 
 import time
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,7 +22,8 @@ from makeup_video.pipeline.media.segment_file import SegmentFile, SegmentWriter
 from makeup_video.pipeline.media.segment_trim import SegmentTrim
 from makeup_video.pipeline.media.segments import Segment
 from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, decoder_threads
-from makeup_video.pipeline.offline.face_numbers import FaceNumbers, Sightings
+from makeup_video.pipeline.offline.face_numbers import KnownFaces, Sightings
+from makeup_video.pipeline.offline.film import open_decoder
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import compared
 from makeup_video.pipeline.offline.settings import Settings
@@ -36,8 +37,7 @@ class SegmentJob:
     path: where to write the painted segment.
     settings: of the whole run, without functions.
     seen_again_from: time, in ticks of the source, from which the next segment sees the frames, too.
-    numbers, largest_id: what the segment before knows of its faces; None where all faces are
-    painted, so that nobody needs to know.
+    known: what the segments before tell of its faces; None: the segment's own numbers serve.
     """
 
     source: Path
@@ -47,8 +47,29 @@ class SegmentJob:
     settings: Settings
     segment: Segment
     seen_again_from: int | None = None
-    numbers: FaceNumbers | None = None
-    largest_id: int = -1
+    known: KnownFaces | None = None
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The one file that is written, by a name that every process knows."""
+        return (str(self.path),)
+
+    def at_full_paths(self) -> "SegmentJob":
+        return self
+
+    def again(self) -> "SegmentJob":
+        """The same job for another machine: into another file, since the lost machine may still
+        write."""
+        return replace(self, path=self.path.with_name(f"{self.path.name}-again"))
+
+    def moved(self, source: str, outputs: Sequence[str]) -> "SegmentJob":
+        """The same job on other files."""
+        (path,) = outputs
+        return replace(self, source=Path(source), path=Path(path))
+
+    def brought_back(self, result: "SegmentResult") -> "tuple[SegmentResult, list[int]]":
+        """The result of this job as `moved`, as if on its own files; places of whole outputs."""
+        return replace(result, file=replace(result.file, path=self.path)), [0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +77,10 @@ class SegmentResult:
     """A painted segment, and what was counted; it can be pickled.
 
     before, after, numbers: as in SegmentFaces.  chosen_frames, shown_numbers: as in Composite.
-    largest_id: the face painted last as the largest.
+    largest_first, largest_id: the largest face when the segment began, and the one that was painted
+    last as the largest.
+    Faces have the segment's own numbers, but in `shown_numbers` and those of the largest the film's
+    where the job knew them.
     """
 
     file: SegmentFile
@@ -66,6 +90,7 @@ class SegmentResult:
     numbers: tuple[int, ...] = ()
     chosen_frames: int = 0
     shown_numbers: frozenset[int] = frozenset()
+    largest_first: int = -1
     largest_id: int = -1
 
 
@@ -107,7 +132,7 @@ def _painted(
     opening = open_video(job.source)
     try:
         encoder = encoding.encoder(writer, opening, job.settings.encoder_threads)
-        begin = Decoder(opening, convert, writer, threads=threads)
+        begin = open_decoder(opening, encoding, writer, job.settings)
         encoder.open(first_frame(begin, compare=job.settings.compare))
     finally:
         opening.close()
@@ -168,14 +193,14 @@ class _Painting:
         find, smooth, scene, _ = (cast(Any, stage) for _, stage in steps)
         painter = (compared(steps) if job.settings.compare else steps)[-1][1]
         self._composite = run.painter.composite
-        self._composite.largest_id = job.largest_id
+        self._painter = FromBeginning(job.segment, self._composite, painter, job.known)
         self._faces = SegmentFaces(find, job.segment, job.seen_again_from)
         self.ahead_frames = smooth.ahead_frames
         self.stages = [
             ("faces", self._faces),
             ("smooth", smooth),
             ("scene", UntilEnd(job.segment, scene)),
-            ("composite", FromBeginning(job.segment, painter, self._faces, job.numbers)),
+            ("composite", self._painter),
         ]
 
     def result(self, file: SegmentFile, report: Report) -> SegmentResult:
@@ -194,5 +219,6 @@ class _Painting:
             tuple(faces.numbers),
             composite.chosen_frames,
             frozenset(composite.numbers),
+            -1 if self._painter.largest_first is None else self._painter.largest_first,
             composite.largest_id,
         )

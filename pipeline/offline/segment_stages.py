@@ -1,5 +1,6 @@
 """The stages of one segment: its run-up settles them, and only its own frames leave the last."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -8,8 +9,11 @@ from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.segments import Segment
-from makeup_video.pipeline.offline.face_numbers import FaceNumbers, Sighting, sightings_in
-from makeup_video.pipeline.render.scene import FrameScene
+from makeup_video.pipeline.offline.face_numbers import KnownFaces, Sighting, sightings_in
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.scene import FaceScene, FrameScene
+
+_SETTLE_SECONDS = 0.2  # longer than painting keeps a surface: see regions' `kept`
 
 
 class SegmentFaces:
@@ -56,41 +60,54 @@ class UntilEnd:
 
 
 class FromBeginning:
-    """Passes on the segment's own frames; those of the run-up are not painted.
+    """Passes on the segment's own frames. Those of the run-up are not painted, but what painting
+    keeps from frame to frame settles.
 
-    numbers: of the faces in the film; None where the numbers do not matter.
+    composite: the stage that paints.  paint: the same, or what shows a frame before and after it.
+    known: of the faces; None where the segment's own numbers serve.
+    largest_first: the face that was the largest when the segment began; -1 for none.
     """
 
     def __init__(
         self,
         segment: Segment,
-        stage: Stage,
-        faces: SegmentFaces,
-        numbers: FaceNumbers | None = None,
+        composite: Composite,
+        paint: Stage,
+        known: KnownFaces | None = None,
     ) -> None:
-        self._segment, self._stage = segment, stage
-        self._faces, self._numbers = faces, numbers
-        self._has_begun = False
+        self._segment, self._composite, self._paint = segment, composite, paint
+        self._known = known
+        self.largest_first: int | None = None
 
     def __call__(self, item: FrameScene) -> Frame | None:
-        if self._segment.is_before(item.frame.pts):
-            return None
-        if self._numbers is not None:
-            if not self._has_begun:
-                self._numbers.match(self._faces.before)
-            item = _numbered(item, self._numbers)
-        self._has_begun = True
-        painted: Frame = self._stage(item)
-        return painted
+        if self._known is not None:
+            item = _numbered(item, self._known.numbers)
+        is_before = self._segment.is_before(item.frame.pts)
+        if self.largest_first is None:
+            if self._known is not None:
+                self._composite.largest_id = self._known.largest_id
+            if not is_before:
+                self.largest_first = self._composite.largest_id
+        if not is_before:
+            painted: Frame = self._paint(item)
+            return painted
+        ticks_left = self._segment.first - self._segment.shift - item.frame.pts
+        self._composite.settle(item, read=ticks_left * item.frame.time_base < _SETTLE_SECONDS)
+        return None
 
 
-def _numbered(item: FrameScene, numbers: FaceNumbers) -> FrameScene:
+def _numbered(item: FrameScene, numbers: Mapping[int, int]) -> FrameScene:
     """The same scene with the film's numbers of its faces."""
-    numbers.take(sorted(scene.face.track_id for scene in item.faces))
     return replace(
         item,
         faces=tuple(
-            replace(scene, face=replace(scene.face, track_id=numbers[scene.face.track_id]))
+            replace(scene, face=replace(scene.face, track_id=_in_film(scene, numbers)))
             for scene in item.faces
         ),
     )
+
+
+def _in_film(scene: FaceScene, numbers: Mapping[int, int]) -> int:
+    """The film's number of a face; a negative one for a face of the run-up alone."""
+    own = scene.face.track_id
+    return numbers.get(own, -2 - own)

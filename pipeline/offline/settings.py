@@ -104,11 +104,6 @@ class Settings:
             )
         if jobs is not None and jobs < 1:
             raise UsageError(f"{option('jobs')} must be at least 1, got {jobs}")
-        if self.start_seconds is not None or self.end_seconds is not None:
-            raise UsageError(
-                f"{option('split_minutes')} splits whole films: leave out "
-                f"{option('start_seconds')} and {option('end_seconds')}"
-            )
 
     def of_videos(self) -> list[str]:
         """Names of the settings that are given and apply to videos only."""

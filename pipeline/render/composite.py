@@ -76,6 +76,13 @@ class Composite:
         self.painted_frames += self._paint_faces(item, chosen, self._groups)
         return item.frame
 
+    def settle(self, item: FrameScene, *, read: bool) -> None:
+        """Choose the faces of a frame, and paint nothing: the next frame is then painted as if this
+        one had been. read: also read the surfaces that painting keeps from frame to frame."""
+        chosen = self._chosen(item.faces)
+        if read:
+            self._jobs(item, chosen, self._groups)
+
     def rehearse(self, item: FrameScene, look: Look) -> None:
         """Paint once off screen, so that kernels are ready before the first frame: loading them
         takes 30 ms, and compiling them 300."""
@@ -88,12 +95,7 @@ class Composite:
         """Paint the layers of a look on some faces; False when there was nothing to paint."""
         if not groups or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return False
-        # all surfaces are read before anything is painted
-        kept = self._reader.kept
-        if item.cut:
-            kept.clear()
-        jobs = [job for scene in faces for job in jobs_of(item, scene, groups, self._reader)]
-        kept.forget(item.frame.seconds)
+        jobs = self._jobs(item, faces, groups)
         if not jobs:
             return False
         planes = item.frame.writable_planes()
@@ -115,6 +117,17 @@ class Composite:
             for together in _apart(placed):
                 self._paint(item, planes, together)
         return True
+
+    def _jobs(
+        self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]
+    ) -> list[Job]:
+        """What there is to paint: all surfaces are read before anything is painted."""
+        kept = self._reader.kept
+        if item.cut:
+            kept.clear()
+        jobs = [job for scene in faces for job in jobs_of(item, scene, groups, self._reader)]
+        kept.forget(item.frame.seconds)
+        return jobs
 
     def _chosen(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
         if self._faces == "all":

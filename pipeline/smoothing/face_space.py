@@ -9,8 +9,10 @@ import math
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import POINTS, Face, LipPatch
+from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import Affine
+from makeup_video.pipeline.frames.clock import slot
 
 # Points that speech and blinks move least: eye corners, the bridge and wings of the nose, brows,
 # and the upper half of the oval. There are many, so that their own noise averages out.
@@ -38,6 +40,22 @@ _EVERY = 8  # px between samples of the patch along each side; its logits are sm
 # A crop that is off the track's crop by more than this share of its size becomes the track's crop.
 _MOST_OFF = 0.08
 _SAME_PX = 0.01  # a crop less off than this counts as the track's crop: no interpolation
+# Once in a slot of this length the crop of a frame becomes the track's, so that it does not depend
+# on where a run begins in the film.
+_CROP_SECONDS = 0.5
+
+
+def _to_factor() -> np.ndarray:
+    """Weights of the stable points, about their mean, whose sum is the scale and turn of a face.
+
+    Those of the mean face, and not of a track's first face: so the same frames give the same
+    readings, wherever a run begins in the film.
+    """
+    stable = as_complex(read_array("mean_face.npy").astype(np.float64)[STABLE])
+    stable -= stable.mean()
+    stable /= math.sqrt((stable * stable.conj()).real.mean())
+    weights: np.ndarray = stable.conj() / len(stable)
+    return weights
 
 
 class Readings:
@@ -49,11 +67,11 @@ class Readings:
     patches: (N, H, W) float32, the logits in the track's crop.
     keys: (N, K) float64, what moments are compared by.
     apart: (regions, N, N) float64, mean squared distances between moments: of points; for the pose,
-    of the stable points; for the patch, of its samples.
+    of the stable points, in units of the later one; for the patch, of its samples.
 
-    The unit of length is the rms distance of the stable points from their mean when the track began
-    (0.55 of the distance of the outer eye corners). Scale and turn count by what they do to the
-    stable points.
+    The unit of length is the rms distance of the mean face's stable points from their mean, laid
+    over the face that began the track (0.55 of the distance of the outer eye corners). Scale and
+    turn count by what they do to the stable points.
     """
 
     def __init__(self, space: "FaceSpace", count: int) -> None:
@@ -70,13 +88,11 @@ class FaceSpace:
     def __init__(self, face: Face) -> None:
         stable = as_complex(face.points_px.take(STABLE, 0))
         self._origin = complex(stable.mean())
-        stable -= self._origin
         # A face of no extent still gets finite readings.
-        self._unit = max(math.sqrt((stable * stable.conj()).real.mean()), 1e-3)
-        stable /= self._unit
-        self._fit = stable.conj() / max((stable * stable.conj()).real.sum(), 1e-12)
+        self._unit = max(abs(complex(_TO_FACTOR @ (stable - self._origin))), 1e-3)
         self._turn = 0.0
         self._crop: Affine | None = None  # the track's crop: patch px -> lip coordinates
+        self._crop_slot = 0
         self.patch_hw = face.lips.logits.shape
         sample = -(-self.patch_hw[0] // _EVERY) * -(-self.patch_hw[1] // _EVERY)
         # Where the regions' key columns begin and end, and what the sum of their squares is divided
@@ -87,12 +103,12 @@ class FaceSpace:
         regions = np.repeat(np.arange(len(PARTS)), np.diff(self.key_ends, prepend=0))
         self._shares = np.eye(len(PARTS))[regions] / self.key_counts  # (K, regions)
 
-    def split(self, face: Face, readings: Readings, index: int) -> None:
-        """Write the face to `index` of readings of the same track."""
+    def split(self, face: Face, readings: Readings, index: int, seconds: float) -> None:
+        """Write the face, of that time of the film, to `index` of readings of the same track."""
         points = as_complex(face.points_px)
         stable = points.take(STABLE)
         middle = complex(stable.sum()) / len(STABLE)
-        factor = complex(self._fit @ (stable - middle))
+        factor = complex(_TO_FACTOR @ (stable - middle))
         scale = max(abs(factor), 1e-6 * self._unit)
         # Turns add up, so that a face turning past 180 degrees does not jump.
         self._turn += math.remainder(cmath.phase(factor) - self._turn, 2 * math.pi)
@@ -104,7 +120,8 @@ class FaceSpace:
         moved = (middle - self._origin) / self._unit
         pose = [moved.real, moved.imag, math.log(scale / self._unit), self._turn]
         readings.pose[index] = pose
-        self._write_patch(face.lips, readings, index, self._lips_to_px(xy, pose))
+        own_slot = slot(seconds, _CROP_SECONDS)
+        self._write_patch(face.lips, readings, index, self._lips_to_px(xy, pose), own_slot)
         self._compare(readings, index)
 
     def join(
@@ -135,6 +152,8 @@ class FaceSpace:
         # Cheaper than the logistic function, and as good at telling patches apart.
         keys[len(_KEYS) + 4 :] = sample / (1 + np.abs(sample))
         off = readings.keys - keys
+        # shifts count by the size that the face has now, not by that of the track's first face
+        off[:, len(_KEYS) : len(_KEYS) + 2] *= math.exp(-readings.pose[index, 2])
         off *= off
         apart = (off @ self._shares).T
         readings.apart[:, index], readings.apart[:, :, index] = apart, apart
@@ -152,7 +171,7 @@ class FaceSpace:
         return Affine(factor.real, -factor.imag, middle.real, factor.imag, factor.real, middle.imag)
 
     def _write_patch(
-        self, patch: LipPatch, readings: Readings, index: int, lips_to_px: Affine
+        self, patch: LipPatch, readings: Readings, index: int, lips_to_px: Affine, own_slot: int
     ) -> None:
         """Write the patch as the track's crop would show it.
 
@@ -160,19 +179,29 @@ class FaceSpace:
         interpolation, on arrival, lets all patches of the track be averaged pixel by pixel.
         """
         to_px = Affine.from_array(patch.to_px)
-        if self._crop is None:
-            self._crop = lips_to_px.inverse().after(to_px)
+        if self._crop is None or own_slot != self._crop_slot:
+            self._take_crop(lips_to_px.inverse().after(to_px), readings)
+            self._crop_slot = own_slot
+        assert self._crop is not None
         to_patch = to_px.inverse().after(lips_to_px.after(self._crop))
         off_px = self._off_px(to_patch)
         if off_px > _MOST_OFF * max(self.patch_hw):
-            crop = lips_to_px.inverse().after(to_px)
-            to_old = self._crop.inverse().after(crop)
-            for earlier in readings.patches:
-                earlier[:] = _warp(earlier, to_old)
-            self._crop, off_px = crop, 0.0
+            self._take_crop(lips_to_px.inverse().after(to_px), readings)
+            to_patch = to_px.inverse().after(lips_to_px.after(self._crop))
+            off_px = self._off_px(to_patch)
         readings.patches[index] = (
             patch.logits if off_px < _SAME_PX else _warp(patch.logits, to_patch)
         )
+
+    def _take_crop(self, crop: Affine, readings: Readings) -> None:
+        """Make a frame's crop that of the track; the other patches move to it."""
+        if self._crop is not None:
+            to_old = self._crop.inverse().after(crop)
+            if self._off_px(to_old) < _SAME_PX:
+                return
+            for earlier in readings.patches:
+                earlier[:] = _warp(earlier, to_old)
+        self._crop = crop
 
     def _off_px(self, to_patch: Affine) -> float:
         """How far a map moves the corners of the patch, at most."""
@@ -205,3 +234,6 @@ def _warp(logits: np.ndarray, to_source: Affine) -> np.ndarray:
     return cv2.warpAffine(
         logits, to_source.array(), size_wh, flags=flags, borderMode=cv2.BORDER_REPLICATE
     )
+
+
+_TO_FACTOR = _to_factor()

@@ -99,7 +99,7 @@ class _TimeWindow:
         """Add the newest face; returns its index in the ring."""
         index = self._count % self._size
         self._count += 1
-        self.space.split(face, self._readings, index)
+        self.space.split(face, self._readings, index, now)
         self._seconds[index] = self.last_seconds = now
         self._scores[index] = face.score, face.mouth_visible
         count = min(self._count, self._size, NOISE_MOMENTS)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.smoothing.face_space import LIPS_PART, POSE_PART
 
 # Variances per region of face_space.PARTS, in its units. _USUAL is taken before there is any
@@ -18,7 +19,8 @@ _MOST = np.array([1.2e-2, 1.2e-2, 1.2e-2, 1.2e-2, 8e-3, 0.06]) ** 2
 _LIPS_TO_OTHERS = 2.5
 NOISE_MOMENTS = 5
 _MOST_SECONDS = 0.3  # moments that span more time show motion rather than noise
-_KEPT = 24  # estimates, one for every second moment: 1.6 s at 30 fps
+# Estimates that are kept, and the slots of time in each of which there is one: 1.5 s in all.
+_KEPT, _SLOT_SECONDS = 22, 1 / 15
 
 
 class NoiseLevel:
@@ -34,17 +36,20 @@ class NoiseLevel:
         self._estimates[0] = _USUAL
         self._count = 1
         self._variance = _USUAL
-        self._moments = 0
+        self._moments, self._slot = 0, 0
 
     def update(self, apart: np.ndarray, indices: Sequence[int], seconds: Sequence[float]) -> None:
         """Estimate the noise of the last moments.
 
-        apart: (regions, N, N), see Readings. indices, seconds: of the last moments, all different.
+        apart: (regions, N, N), see Readings. indices, seconds: of the last moments, all different;
+        seconds of the film.
         """
-        # A new estimate shares four moments of five with the one before, so every other is enough
+        # A new estimate shares four moments of five with the one before, so one in a slot is enough
         # once there are some.
         self._moments += 1
-        skipped = self._moments > 2 * NOISE_MOMENTS and self._moments % 2
+        own_slot = slot(max(seconds), _SLOT_SECONDS)
+        skipped = self._moments > 2 * NOISE_MOMENTS and own_slot == self._slot
+        self._slot = own_slot
         if skipped or len(seconds) < 3 or max(seconds) - min(seconds) > _MOST_SECONDS:
             return
         # Newton's divided difference: 0 for every polynomial of degree N - 2, whatever the times.

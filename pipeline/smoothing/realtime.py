@@ -77,12 +77,14 @@ class _Filter:
         """The smoothed face."""
         readings, index = self._readings, self._count % NOISE_MOMENTS
         self._count += 1
-        self.space.split(face, readings, index)
+        self.space.split(face, readings, index, now)
         step = now - self.last_seconds  # infinite at first, so that nothing before counts
         self._seconds[index] = self.last_seconds = now
         last = range(min(self._count, NOISE_MOMENTS))
         self._noise.update(readings.apart, last, self._seconds[: len(last)])
-        shares = self._filter(readings.keys[index], step, self._noise.variance())
+        variance = self._noise.variance().copy()
+        variance[POSE_PART] *= math.exp(2 * readings.pose[index, 2])  # in the unit of the keys
+        shares = self._filter(readings.keys[index], step, variance)
         values, pose, patch = readings.values[-1], readings.pose[-1], readings.patches[-1]
         values += shares.astype(np.float32)[PART_OF_COLUMN] * (readings.values[index] - values)
         pose += shares[POSE_PART] * (readings.pose[index] - pose)

@@ -1,5 +1,6 @@
 """`--split` as it is typed: its report, Ctrl-C and a killed process, and what they leave."""
 
+import contextlib
 import json
 import os
 import signal
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 from command_line import command, run
 from media import decoded, make_clip
-from split_films import GROUP
+from split_films import GROUP, differences
 
 ARGUMENTS = ("--look", "none", "-o", "out.mp4", "--split", "0.017")
 
@@ -21,8 +22,12 @@ def src(tmp_path, monkeypatch):
 
 
 def children_of(process):
-    task = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    return [int(number) for number in task.read_text().split()] if task.exists() else []
+    """Of all threads: each worker is started by one of its own."""
+    found = []
+    for task in Path(f"/proc/{process.pid}/task").glob("*/children"):
+        with contextlib.suppress(OSError):  # the thread has ended
+            found += map(int, task.read_text().split())
+    return found
 
 
 def workers_of(process):
@@ -60,14 +65,22 @@ def test_a_stop_leaves_nothing(tmp_path, src, name):
     assert workers and not any(Path(f"/proc/{number}").exists() for number in workers)
 
 
-def test_a_killed_worker_ends_the_run_with_one_line(tmp_path, src):
+def test_a_segment_whose_process_is_killed_is_painted_again(tmp_path, src):
     process = command(src, *ARGUMENTS, "-q")
     worker, *_ = begun(tmp_path, process)
     os.kill(worker, signal.SIGKILL)
     _, stderr = process.communicate(timeout=60)
-    assert process.returncode == 1 and len(stderr.splitlines()) == 1
-    assert stderr.startswith("WorkerError: a process that painted a segment was killed")
-    assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
+    assert (process.returncode, stderr) == (0, "")
+    assert len(decoded(tmp_path / "out.mp4")) == 600
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.mp4", "out.mp4"]
+
+
+def test_a_part_of_a_film_is_painted_in_segments(tmp_path, src):
+    part = ("--start", "3.21", "--end", "9.5")
+    assert run(src, *ARGUMENTS, *part, "--report", "r.json").exit_code == 0
+    assert run(src, "--look", "none", "-o", "whole.mp4", *part).exit_code == 0
+    assert json.loads((tmp_path / "r.json").read_text())["segments"] > 1
+    assert differences(tmp_path / "whole.mp4", tmp_path / "out.mp4") == []
 
 
 @pytest.mark.parametrize(
@@ -76,7 +89,9 @@ def test_a_killed_worker_ends_the_run_with_one_line(tmp_path, src):
         (["--split", "0"], "--split must be more than 0, got 0"),
         (["--split", "nan"], "--split must be a number of minutes, got nan"),
         (["--jobs", "2"], "--jobs needs --split"),
-        (["--split", "1", "--start", "1"], "--split splits whole films: leave out --start and"),
+        (["--split", "1", "--start", "99"], "--start 99 s is beyond the end"),
+        (["--ray", "auto"], "--ray paints the segments of --split MINUTES: add it"),
+        (["--split", "1", "--ship"], "--ship is for a cluster: add --ray ADDRESS"),
         (
             ["--look", "glam", "-o", "{look}.mp4", "--split", "1"],
             "leave out --split, or paint each",

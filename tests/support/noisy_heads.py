@@ -17,7 +17,7 @@ def measure_noise(points, seconds=None):
     space, level = FaceSpace(face(points[0], logits=SMALL)), NoiseLevel()
     readings = Readings(space, len(points))
     for index, points_px in enumerate(points):
-        space.split(face(points_px, logits=SMALL), readings, index)
+        space.split(face(points_px, logits=SMALL), readings, index, seconds[index])
         last = range(max(0, index + 1 - NOISE_MOMENTS), index + 1)
         level.update(readings.apart, last, seconds[last].tolist())
     return space, readings, level

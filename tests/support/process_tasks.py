@@ -18,9 +18,27 @@ def die(job, tick):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def refuse(job, tick):
-    if job == 1:
+def die_twice(folder, tick):
+    """Dies in the first two attempts; returns the number of attempts."""
+    note = folder / "attempts"
+    count = len(note.read_text()) + 1 if note.exists() else 1
+    note.write_text("x" * count)
+    if count < 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return count
+
+
+def divide(job, tick):
+    return 1 / job
+
+
+def refuse_odd(job, tick):
+    if job % 2:
         raise OutputError("no room")
+    return job
+
+
+def go_on(job, tick):
     while True:
         tick(0)
         time.sleep(0.01)

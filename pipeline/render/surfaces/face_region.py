@@ -1,5 +1,5 @@
 """The whole face as a region. It is read only for looks that paint it, and while the face rests in
-the same light its surface is used for up to three frames."""
+the same light its surface is used for up to three frames of one slot of time."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.face import (
@@ -19,8 +20,8 @@ from makeup_video.pipeline.render.surfaces.face import (
 from makeup_video.pipeline.render.surfaces.face_points import fit_points
 from makeup_video.pipeline.render.surfaces.region import Reader
 
-# A surface is used again for so many frames, and so long, after it was made.
-_MOST_USES, _LONGEST_SECONDS = 2, 0.1
+# A surface is used again for so many frames, all in the slot of time in which it was made.
+_MOST_USES, SLOT_SECONDS = 2, 0.1
 # How far it holds: points moved by so many px of the grid (1.6 % of the eyes' distance), luma
 # of a quarter of the face by such a share of its range, and the mouth hidden by so much more.
 _MOVED_PX, _LIT_ANEW, _HIDDEN = 0.4, 4 / 255, 0.05
@@ -49,7 +50,8 @@ class KeptFace:
         """True when a surface of this face, made now, would hardly differ."""
         return (
             self.uses < _MOST_USES
-            and self.last_seconds < seconds <= self.made_seconds + _LONGEST_SECONDS
+            and self.last_seconds < seconds
+            and slot(seconds, SLOT_SECONDS) == slot(self.made_seconds, SLOT_SECONDS)
             and abs(face.mouth_weight - self.mouth_weight) <= _HIDDEN
             and bool(np.abs(luma - self.luma).max() <= _LIT_ANEW)
             and bool(np.abs(at.points - self.points).max() <= _MOVED_PX)

@@ -2,13 +2,27 @@
 
 import os
 import signal
+import socket
+import threading
+from dataclasses import replace
+from fractions import Fraction
 
+import numpy as np
 import pytest
-from makeup_video.pipeline import InputError, Look, Settings, UsageError, WorkerError, product
+from makeup_video.pipeline import (
+    InputError,
+    Look,
+    Settings,
+    UsageError,
+    WorkerError,
+    process_video,
+    product,
+)
 from makeup_video.pipeline.batch.job import Done, Job, JobLook
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.run import run_batch
-from media import make_clip
+from makeup_video.pipeline.batch.task import do_job
+from media import decoded, make_clip
 from people import clip, film
 
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
@@ -95,7 +109,7 @@ def _kill_painter():
             words = open(f"/proc/{entry.name}/cmdline", "rb").read()  # noqa: SIM115
         except (OSError, NotADirectoryError):
             continue
-        if b"ray::_paint" in words:
+        if b"ray::_on_machine" in words:
             os.kill(int(entry.name), signal.SIGKILL)
             return int(entry.name)
     raise AssertionError("no task runs")
@@ -116,15 +130,14 @@ def test_a_node_that_is_lost_gives_its_job_to_another(nodes, tmp_path):
     assert not list(tmp_path.glob("*.part.*"))
 
 
-def test_an_output_finished_before_the_loss_is_not_made_again(nodes, tmp_path):
+def test_an_output_finished_before_the_loss_is_not_made_again(tmp_path):
     source = make_clip(tmp_path / "in.mp4")
-    job = job_of(source, "a", "b", look=Look())
-    first, second = (one.output for one in job.looks)
-    list(on_ray._in_shared_folder(job.only({first}), {first: None}))
-    before = os.stat(first)
-    *_, results = on_ray._in_shared_folder(job, {first: None, second: None})
+    job = replace(job_of(source, "a", "b", look=Look()), was=(None, None))
+    do_job(job.only(set(job.outputs[:1])), lambda progress: None)
+    before = os.stat(job.outputs[0])
+    results = do_job(job.again(), lambda progress: None)
     assert [one.frames for one in results] == [12, 12]
-    assert os.stat(first).st_mtime_ns == before.st_mtime_ns
+    assert os.stat(job.outputs[0]).st_mtime_ns == before.st_mtime_ns
 
 
 @pytest.mark.parametrize(
@@ -141,10 +154,52 @@ def test_a_cluster_that_does_not_answer_is_named_soon(address, error, message):
         pass
 
 
+@pytest.mark.parametrize("says", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
+@pytest.mark.timeout(60)
+def test_what_is_no_cluster_is_named_soon(says):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        kept = []
+
+        def answer():
+            kept.append(server.accept()[0])
+            kept[0].sendall(says)
+
+        threading.Thread(target=answer, daemon=True).start()
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(WorkerError, match=address), on_ray.cluster(address):
+            pass
+        kept[0].close()
+
+
 def test_an_input_that_is_gone_fails_alone(nodes, tmp_path):
     jobs = [job_of(tmp_path / "gone.mkv", "a"), job_of(make_clip(tmp_path / "in.mp4"), "a")]
     gone, done = run(nodes, tmp_path, jobs, ship=True).values()
     assert isinstance(gone.error, InputError) and isinstance(done, Done)
+
+
+@pytest.mark.parametrize("ship", [False, True])
+def test_segments_of_a_film_are_painted_on_the_cluster(nodes, tmp_path, ship):
+    """The worker of one segment is killed; the film is that of processes of this machine."""
+    src = film(tmp_path / "in.mkv", clip(90))  # every frame is a key frame
+    settings = Settings(codec="ffv1", split_minutes=Fraction(1, 60))
+    killed, counts = [], []
+
+    def tick(done, expected, rate):
+        counts.append(done)
+        if not killed and done:
+            killed.append(_kill_painter())
+
+    with on_ray.cluster(nodes.address):
+        workers = on_ray.ray_workers(ship=ship)
+        report = process_video(src, tmp_path / "ray.mkv", BERRY, settings, tick, workers)
+    assert killed and report.segments == 3 and report.painted_frames == 90
+    assert counts == sorted(counts) and counts[-1] == 90
+    process_video(src, tmp_path / "here.mkv", BERRY, settings)
+    for one, other in zip(decoded(tmp_path / "ray.mkv"), decoded(tmp_path / "here.mkv"),
+                          strict=True):  # fmt: skip
+        np.testing.assert_array_equal(one.to_ndarray(), other.to_ndarray())
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["here.mkv", "in.mkv", "ray.mkv"]
 
 
 def test_at_least_one_worker_is_needed(nodes):

@@ -14,10 +14,10 @@ from makeup_video.pipeline import (
     WorkerError,
     product,
 )
-from makeup_video.pipeline.batch.child import ChildProcess
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, run_job
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.run import local_workers, run_batch
+from makeup_video.pipeline.engine.processes import ChildProcess
 from media import make_clip
 from people import clip, film
 
@@ -104,7 +104,7 @@ def test_results_in_a_process_are_those_of_run_job(tmp_path):
     job = job_of(str(film(tmp_path / "a.mkv", clip(30))), "x", look=BERRY)
     worker, seen = ChildProcess(), []
     try:
-        (there,) = worker.run(job, seen.append)
+        (there,) = worker.run(run_job, job, seen.append)
     finally:
         worker.stop()
     os.unlink(there.output)

@@ -1,4 +1,4 @@
-"""Jobs in processes of their own: results in order, the first error, a killed process, a stop."""
+"""Jobs in processes of their own: results, the first error, a killed process, a stop."""
 
 import os
 import signal
@@ -8,43 +8,100 @@ from pathlib import Path
 import process_tasks
 import pytest
 from makeup_video.pipeline import OutputError, StoppedError, WorkerError
-from makeup_video.pipeline.engine.processes import Processes
+from makeup_video.pipeline.engine.jobs import run_jobs
+from makeup_video.pipeline.engine.processes import ChildProcess
 
 
-def test_results_come_in_the_order_of_the_jobs():
-    ticks = []
-    results = Processes(process_tasks.square, 2).run(range(5), ticks.append)
-    assert [value for value, _ in results] == [0, 1, 4, 9, 16]
-    assert ticks == sorted(ticks) and ticks[-1] == 10
-    assert os.getpid() not in {process for _, process in results}
+def results_of(task, jobs, count=1, attempts=1, on_progress=lambda job, value: None):
+    """By job its result or its error."""
+    ended, workers = {}, [ChildProcess(attempts) for _ in range(count)]
+    try:
+        run_jobs(task, jobs, workers, on_progress, ended.__setitem__)
+    finally:
+        for worker in workers:
+            worker.stop()
+    return ended
 
 
-def test_a_job_can_wait_for_the_result_before_it():
-    follow = Processes(process_tasks.square, 4, lambda job, before: job + before[0])
-    assert [value for value, _ in follow.run([2, 1, 1], lambda _: None)] == [4, 25, 676]
+def test_every_job_has_its_result():
+    heard = []
+    results = results_of(process_tasks.square, range(5), 2, on_progress=lambda *x: heard.append(x))
+    assert {job: value for job, (value, _) in results.items()} == {n: n * n for n in range(5)}
+    assert sorted(heard) == [(n, n) for n in range(5)]
+    assert os.getpid() not in {process for _, process in results.values()}
 
 
-def test_the_first_error_ends_all_jobs():
+def test_a_job_is_taken_when_a_worker_is_free():
+    taken = []
+
+    def jobs():
+        for number in range(4):
+            taken.append((number, len(ended)))
+            yield number
+
+    ended, worker = {}, ChildProcess()
+    run_jobs(process_tasks.square, jobs(), [worker], lambda *_: None, ended.__setitem__)
+    worker.stop()
+    assert taken == [(number, number) for number in range(4)]
+
+
+def test_an_error_ends_its_job_alone():
+    results = results_of(process_tasks.refuse_odd, range(3), 2)
+    assert isinstance(results[1], OutputError) and "no room" in str(results[1])
+    assert [results[0], results[2]] == [0, 2]
+
+
+def test_an_error_that_is_not_ours_is_one_line():
+    (error,) = results_of(process_tasks.divide, [0]).values()
+    assert isinstance(error, WorkerError)
+    assert str(error).startswith("internal error: ZeroDivisionError: ")
+    assert "in divide" in error.__notes__[0]
+
+
+def test_what_listens_may_end_all_jobs():
+    worker = ChildProcess()
+
+    def refuse(job, outcome):
+        raise outcome
+
     with pytest.raises(OutputError, match="no room"):
-        Processes(process_tasks.refuse, 2).run([0, 1], lambda _: None)
+        run_jobs(process_tasks.refuse_odd, [1, 2], [worker], lambda *_: None, refuse)
+    assert not Path(f"/proc/{worker.process_id}").exists()
 
 
 def test_a_killed_process_is_one_line():
-    with pytest.raises(WorkerError, match="was killed") as caught:
-        Processes(process_tasks.die, 1).run([0], lambda _: None)
-    assert len(str(caught.value).splitlines()) == 1
+    (error,) = results_of(process_tasks.die, [0]).values()
+    assert isinstance(error, WorkerError) and "was ended by SIGKILL, perhaps" in str(error)
+    assert len(str(error).splitlines()) == 1
+
+
+def test_a_job_whose_process_is_killed_is_tried_again(tmp_path):
+    (result,) = results_of(process_tasks.die_twice, [tmp_path], attempts=3).values()
+    assert result == 3
+    (tmp_path / "attempts").unlink()
+    (error,) = results_of(process_tasks.die_twice, [tmp_path], attempts=2).values()
+    assert "was ended by SIGKILL 2 times" in str(error)
 
 
 def test_ctrl_c_stops_all_jobs():
-    def interrupt(_):
+    def interrupt(*_):
         raise KeyboardInterrupt
 
     with pytest.raises(StoppedError):
-        Processes(process_tasks.refuse, 2).run([0, 2], interrupt)
+        results_of(process_tasks.go_on, [0, 2], 2, on_progress=interrupt)
+
+
+def test_a_stopped_worker_does_no_job():
+    worker = ChildProcess(3)
+    worker.stop()
+    with pytest.raises(StoppedError):
+        worker.run(process_tasks.square, 1, lambda value: None)
+    worker.stop()
+    assert worker.process_id is None
 
 
 def test_workers_leave_stop_signals_to_the_main_process():
-    assert Processes(process_tasks.ignore_stop_signals, 1).run([0], lambda _: None) == ["alive"]
+    assert results_of(process_tasks.ignore_stop_signals, [0]) == {0: "alive"}
 
 
 def test_no_worker_outlives_the_main_process(tmp_path):
@@ -52,7 +109,7 @@ def test_no_worker_outlives_the_main_process(tmp_path):
     note = tmp_path / "worker"
     if os.fork() == 0:
         try:
-            Processes(process_tasks.wait_for_ever, 1).run([note], lambda _: None)
+            results_of(process_tasks.wait_for_ever, [note])
         finally:
             os._exit(1)
     deadline = time.monotonic() + 60

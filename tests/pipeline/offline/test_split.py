@@ -14,7 +14,7 @@ from makeup_video.pipeline import (
     WorkerError,
     process_video,
 )
-from makeup_video.pipeline.engine import processes
+from makeup_video.pipeline.offline import split as split_module
 from media import damage, decoded, make_clip
 from people import SAMPLES
 from split_films import FILMS, GROUP, differences, rich
@@ -22,13 +22,13 @@ from split_films import FILMS, GROUP, differences, rich
 SECOND = Fraction(1, 60)  # in minutes
 
 
-def both(src, folder, end, minutes=SECOND, **settings):
+def both(src, folder, end, minutes=SECOND, trimmed=False, **settings):
     """(the film of one run, the film in segments, the report of the second)."""
     whole, split = folder / f"whole{end}", folder / f"split{end}"
     process_video(src, whole, None, Settings(**settings))
     report = process_video(src, split, None, Settings(**settings, split_minutes=minutes))
     assert sorted(path.name for path in folder.glob("*split*")) == [split.name]
-    assert film_faults(src, split, report.to_dict(), trimmed=False) == []
+    assert film_faults(src, split, report.to_dict(), trimmed=trimmed) == []
     return whole, split, report
 
 
@@ -85,6 +85,27 @@ def test_a_film_that_cannot_be_split_is_painted_whole(tmp_path, name, frames, op
     assert [line for line in report.warnings() if "split" in line] == ([why] if why else [])
 
 
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [(Fraction(1, 2), None), (None, Fraction(5, 2)), (Fraction(1), Fraction(16, 5))],
+)
+@pytest.mark.parametrize("end_of_name", [".mp4", ".mkv"])
+def test_a_part_of_a_film_in_segments_is_that_of_one_run(tmp_path, start, end, end_of_name):
+    src = rich(tmp_path / "in.mkv")
+    part = {"start_seconds": start, "end_seconds": end}
+    whole, split, report = both(src, tmp_path, end_of_name, SECOND / 2, trimmed=True, **part)
+    assert report.segments > 1 and differences(whole, split) == []
+
+
+def test_a_part_that_begins_with_a_still_is_painted_whole(tmp_path):
+    times = [0, 1, 2, *range(60, 150)]  # the third picture is on screen for two seconds
+    src = make_clip(tmp_path / "in.mkv", frames=len(times), pts=times, options=GROUP)
+    part = {"start_seconds": Fraction(1)}
+    whole, split, report = both(src, tmp_path, ".mkv", trimmed=True, **part)
+    assert report.why_whole.startswith("its first picture was on screen before the start")
+    assert differences(whole, split) == []
+
+
 def test_damage_is_counted_once(tmp_path):
     src = make_clip(tmp_path / "in.mp4", frames=96, options=GROUP)
     damage(src)
@@ -103,7 +124,7 @@ def test_before_and_after_works_in_segments(tmp_path):
 
 def test_losses_are_refused_before_anything_is_painted(tmp_path, monkeypatch):
     src = rich(tmp_path / "in.mkv")
-    monkeypatch.setattr(processes.Processes, "run", None)
+    monkeypatch.setattr(split_module, "paint_segments", None)
     with pytest.raises(StrictError, match="attachment"):
         process_video(src, tmp_path / "out.mp4", None, Settings(strict=True, split_minutes=SECOND))
     assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
@@ -153,7 +174,6 @@ def test_progress_counts_the_frames_of_all_segments(tmp_path):
         ({"split_minutes": Fraction(0)}, "split_minutes must be more than 0, got 0"),
         ({"split_minutes": Fraction(1), "jobs": 0}, "jobs must be at least 1, got 0"),
         ({"jobs": 2}, "jobs needs split_minutes"),
-        ({"split_minutes": Fraction(1), "end_seconds": Fraction(1)}, "leave out start_seconds"),
     ],
 )
 def test_settings_that_do_not_fit_are_refused(settings, text):

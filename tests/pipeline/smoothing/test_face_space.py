@@ -8,6 +8,7 @@ from makeup_video.pipeline.faces.topology import EYE, LIPS
 from makeup_video.pipeline.smoothing.face_space import (
     PART_OF_COLUMN,
     PARTS,
+    POSE_PART,
     RIGHT_EYE,
     STABLE,
     FaceSpace,
@@ -85,7 +86,7 @@ def test_what_is_split_is_joined_again(size):
     space = FaceSpace(faces[0])
     readings = Readings(space, 3)
     for index, original in enumerate(faces):
-        space.split(original, readings, index)
+        space.split(original, readings, index, index / 30)
     for index, original in enumerate(faces):
         points, patch = space.join(
             readings.values[index], readings.pose[index], readings.patches[index]
@@ -98,8 +99,13 @@ def test_moments_differ_by_the_mean_square_of_their_keys():
     space = FaceSpace(face(HEAD_PX[0]))
     readings = Readings(space, 3)
     for moment, frame_index in enumerate((0, 90, 195, 20)):  # the last replaces the first
-        space.split(face(HEAD_PX[frame_index]), readings, moment % 3)
+        space.split(face(HEAD_PX[frame_index]), readings, moment % 3, moment / 30)
     off = readings.keys[:, None] - readings.keys
+    # shifts are in units of the size at the later moment; 0 is the last one
+    order = [2, 0, 1]  # of the moments 0, 1 and 2
+    later = np.where(np.greater.outer(order, order), *np.ix_(range(3), range(3)))
+    column = space.key_starts[POSE_PART]
+    off[..., column : column + 2] *= np.exp(-readings.pose[later, 2])[..., None]
     want = np.add.reduceat(off * off, space.key_starts, 2) / space.key_counts
     np.testing.assert_allclose(readings.apart, np.moveaxis(want, 2, 0), atol=1e-12)
 
@@ -107,11 +113,11 @@ def test_moments_differ_by_the_mean_square_of_their_keys():
 def test_a_face_moved_as_a_whole_keeps_its_shape():
     space = FaceSpace(face(HEAD_PX[0]))
     readings = Readings(space, 2)
-    space.split(face(HEAD_PX[0]), readings, 0)
+    space.split(face(HEAD_PX[0]), readings, 0, 0.0)
     where = similarity(1.7, 0.6, 300, -40)
     moved_face = face(moved(HEAD_PX[0], where))
     moved_face.points_px[:, 2] = 1.7 * face(HEAD_PX[0]).points_px[:, 2]
-    space.split(moved_face, readings, 1)
+    space.split(moved_face, readings, 1, 0.0)
     np.testing.assert_allclose(readings.values[1], readings.values[0], atol=2e-5)
     log_scale, turn = readings.pose[1, 2:] - readings.pose[0, 2:]
     assert log_scale == pytest.approx(np.log(1.7), abs=1e-5)
@@ -122,7 +128,8 @@ def test_a_turning_face_does_not_jump_at_180_degrees():
     space = FaceSpace(face(HEAD_PX[0]))
     readings = Readings(space, 40)
     for index in range(40):
-        space.split(face(moved(HEAD_PX[0], similarity(1, 0.3 * index, 0, 0))), readings, index)
+        turned = face(moved(HEAD_PX[0], similarity(1, 0.3 * index, 0, 0)))
+        space.split(turned, readings, index, index / 30)
     np.testing.assert_allclose(np.diff(readings.pose[:, 3]), 0.3, atol=1e-5)
 
 
@@ -133,8 +140,25 @@ def test_a_crop_that_moves_far_takes_the_old_patches_along():
     to_px[:, 2] += 20 * to_px[:, 0]  # the crop moves right by 20 of its own pixels
     space = FaceSpace(first)
     readings = Readings(space, 2)
-    space.split(first, readings, 0)
-    space.split(face(HEAD_PX[0], logits=x - 20, to_px=to_px), readings, 1)
+    space.split(first, readings, 0, 0.0)
+    space.split(face(HEAD_PX[0], logits=x - 20, to_px=to_px), readings, 1, 0.0)
     np.testing.assert_allclose(readings.patches[0][:, :90], readings.patches[1][:, :90], atol=1e-3)
     _, patch = space.join(readings.values[1], readings.pose[1], readings.patches[1])
     np.testing.assert_allclose(patch.to_px, to_px, atol=1e-3)
+
+
+def test_readings_do_not_depend_on_where_a_track_begins():
+    """From the next slot of time on, crop and shape do not depend on the first face."""
+    rng = np.random.default_rng(5)
+    points = HEAD_PX[:40] + rng.normal(0, 0.4, (40, *HEAD_PX.shape[1:]))
+    faces = [face(one, logits=rng.normal(0, 3, (80, 112))) for one in points]
+    patches, values = [], []
+    for first in (0, 13):
+        space = FaceSpace(faces[first])
+        readings = Readings(space, 1)
+        for index in range(first, 20):
+            space.split(faces[index], readings, 0, index / 30)
+        patches.append(readings.patches.copy())
+        values.append(readings.values.copy())
+    np.testing.assert_allclose(patches[1], patches[0], atol=1e-3)
+    np.testing.assert_allclose(values[1], values[0], atol=1e-5)

@@ -52,7 +52,7 @@ def test_moments_far_apart_do_not_change_the_noise_level():
 
 
 @pytest.mark.parametrize("share_of_iod", [0.001, 0.004])
-@pytest.mark.parametrize(("stage", "times"), [(SmoothAhead, 2.5), (SmoothLive, 2.2)])
+@pytest.mark.parametrize(("stage", "times"), [(SmoothAhead, 2.4), (SmoothLive, 2.2)])
 def test_jitter_of_a_still_face_falls(stage, times, share_of_iod):
     noise = noise_px(150, share_of_iod)
     got = xy_px(run_stage(stage(), film([face(HEAD_PX[0] + n) for n in noise])))

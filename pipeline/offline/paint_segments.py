@@ -1,0 +1,145 @@
+"""Paints all segments of a film, and tells the film's faces apart in all of them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from makeup_video.pipeline.engine.jobs import Worker, run_jobs
+from makeup_video.pipeline.engine.machine import cores
+from makeup_video.pipeline.engine.processes import ChildProcess
+from makeup_video.pipeline.errors import MakeupVideoError, WorkerError
+from makeup_video.pipeline.offline.face_numbers import FilmNumbers, KnownFaces
+from makeup_video.pipeline.offline.segment_job import SegmentJob, SegmentResult, paint_segment
+from makeup_video.pipeline.offline.settings import Settings
+
+_ATTEMPTS = 3  # a segment whose process dies is tried twice more
+_NONE = -1  # no face
+
+
+@dataclass(slots=True)
+class PaintedSegments:
+    """The segments of a film.
+
+    numbers: of each segment, the film's numbers of its faces by its own.
+    faces: how many there are in the film.
+    known: what each segment was told; None where it painted by its own numbers.
+    cpu_seconds: of all processes, with segments that were painted twice.
+    """
+
+    results: list[SegmentResult] = field(default_factory=list)
+    numbers: list[dict[int, int]] = field(default_factory=list)
+    faces: int = 0
+    known: list[KnownFaces | None] = field(default_factory=list)
+    cpu_seconds: float = 0.0
+
+    @property
+    def shown_numbers(self) -> set[int]:
+        """The film's numbers of all faces in it."""
+        return {number for one in self.numbers for number in one.values()}
+
+    def in_film(self, at: int, own: int) -> int:
+        """The film's number of a face, as the segment at this place names it."""
+        return own if own == _NONE or self.known[at] is not None else self.numbers[at][own]
+
+    def largest_before(self, at: int) -> int:
+        """The face that was painted last as the largest before the segment at this place."""
+        for before in reversed(range(at)):
+            if (own := self.results[before].largest_id) != _NONE:
+                return self.in_film(before, own)
+        return _NONE
+
+
+def paint_segments(
+    jobs: Sequence[SegmentJob],
+    settings: Settings,
+    on_tick: Callable[[int], None],
+    workers: Sequence[Worker] | None = None,
+) -> PaintedSegments:
+    """Paint all segments, as many at once as there are workers; None: processes of this machine.
+
+    A segment alone knows neither the film's numbers of its faces nor which face was the largest
+    before. So each one is painted with what its run-up shows, and those for which this turns out
+    to be wrong are painted again.
+    on_tick(frames done by all jobs) is called often.  Raises the first error of any job.
+    """
+    if workers is None:
+        count = min(settings.jobs or max(1, cores() // 2), len(jobs))
+        workers = [ChildProcess(_ATTEMPTS) for _ in range(count)]
+    run = _Run(workers, on_tick)
+    painted = PaintedSegments(known=[None] * len(jobs))
+    try:
+        painted.results = run(jobs)
+        painted.faces = _number_faces(jobs, painted)
+        while wrong := _guessed_wrong(painted, settings.faces):
+            again = [replace(jobs[at], known=known) for at, known in wrong.items()]
+            for (at, known), result in zip(wrong.items(), run(again), strict=True):
+                painted.results[at], painted.known[at] = result, known
+    finally:
+        for worker in workers:
+            worker.stop()
+    painted.cpu_seconds = run.cpu_seconds
+    return painted
+
+
+class _Run:
+    """Paints lists of segments.  cpu_seconds: of all of them."""
+
+    def __init__(self, workers: Sequence[Worker], on_tick: Callable[[int], None]) -> None:
+        self.cpu_seconds = 0.0
+        self._workers, self._on_tick = workers, on_tick
+        self._frames: dict[Path, int] = {}
+        self._results: dict[Path, SegmentResult] = {}
+
+    def __call__(self, jobs: Sequence[SegmentJob]) -> list[SegmentResult]:
+        run_jobs(paint_segment, jobs, self._workers, self._progress, self._end)
+        return [self._results[job.path] for job in jobs]
+
+    def _progress(self, job: SegmentJob, frames: int) -> None:
+        # a segment that is tried again counts from 0, but what is shown never falls
+        self._frames[job.path] = max(self._frames.get(job.path, 0), frames)
+        self._on_tick(sum(self._frames.values()))
+
+    def _end(self, job: SegmentJob, outcome: SegmentResult | MakeupVideoError) -> None:
+        if isinstance(outcome, MakeupVideoError):
+            if isinstance(outcome, WorkerError):
+                outcome.extend(before=f"{job.path.name} of {job.source}: ")
+            raise outcome
+        self.cpu_seconds += outcome.report.cpu_seconds
+        self._results[job.path] = outcome
+        self._progress(job, outcome.report.frames_in)
+
+
+def _number_faces(jobs: Sequence[SegmentJob], painted: PaintedSegments) -> int:
+    """Number the faces of all segments in order; returns how many there are."""
+    film = FilmNumbers()
+    for job, result in zip(jobs, painted.results, strict=True):
+        film.forget_before(job.segment.is_unseen)
+        painted.numbers.append(film.next(result.before, result.after, result.numbers))
+    return film.count
+
+
+def _guessed_wrong(painted: PaintedSegments, faces: str) -> dict[int, KnownFaces]:
+    """By place the segments in which other faces are painted than in the film, and what tells
+    them better."""
+    wrong = {}
+    for at, numbers in enumerate(painted.numbers):
+        largest = painted.largest_before(at)
+        if (faces == "largest" and _differs(painted, at, largest)) or (
+            faces.isdigit() and painted.known[at] is None and _is_other(numbers, int(faces))
+        ):
+            wrong[at] = KnownFaces(numbers, largest)
+    return wrong
+
+
+def _differs(painted: PaintedSegments, at: int, largest: int) -> bool:
+    """True when a segment began with another largest face, which may matter."""
+    own = painted.results[at].largest_first
+    if own == _NONE:  # there was no face yet: the one before matters only if it comes back
+        return largest != _NONE and largest in painted.numbers[at].values()
+    return painted.in_film(at, own) != largest
+
+
+def _is_other(numbers: Mapping[int, int], chosen: int) -> bool:
+    """True when the face of this number in the film is another one in the segment."""
+    own = {number for number in numbers if numbers[number] == chosen}
+    return own != {chosen} & set(numbers)
