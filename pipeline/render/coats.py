@@ -256,15 +256,12 @@ def _found(
 ) -> tuple[Sequence[Surface], np.ndarray]:
     """The sides of surfaces on which coats lie, and (coats, N, H, W): their densities on the
     charts, at the places of all N surfaces."""
-    founds = [
-        None if chart is None else _looked_up(chart[..., coats], side)
-        for chart, side in zip(charts, surfaces[0].sides(), strict=True)
-    ]
-    there = [at for at, found in enumerate(founds) if found is not None]
-    if len(founds) > 1 and len(there) == len(founds):
-        joined = [surface.joined() for surface in surfaces]
-        return joined, joined[0].join(founds)
-    return [surface.sides()[there[0]] for surface in surfaces], founds[there[0]]
+    on_sides = list(zip(surfaces[0].sides(), charts, strict=True))
+    there = [at for at, chart in enumerate(charts) if chart is not None]
+    found = [_looked_up(chart[..., coats], side) for side, chart in on_sides if chart is not None]
+    if len(found) > 1:
+        return [surface.joined() for surface in surfaces], surfaces[0].join(found)
+    return [surface.sides()[there[0]] for surface in surfaces], found[0]
 
 
 def _looked_up(densities: np.ndarray, surface: Surface) -> np.ndarray:

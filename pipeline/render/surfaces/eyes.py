@@ -223,7 +223,8 @@ class BothEyes:
         meet there leave no bare line."""
         beyond = (self._lash_px - self._below_px) * (np.float32(0.5 / LID_STEP) / self._wide)
         above: np.ndarray = upper * np.minimum(np.maximum(1 + beyond, 0), 1)
-        return np.maximum(above, lower * np.minimum(np.maximum(1 - beyond, 0), 1), out=above)
+        np.maximum(above, lower * np.minimum(np.maximum(1 - beyond, 0), 1), out=above)
+        return above
 
     def _lid_rise(self) -> np.ndarray:
         """(2, 1, 1): how far the upper lash line rises at LID_RISE_AT, in widths of the eye."""
