@@ -84,7 +84,7 @@ def test_one_layer_has_no_line_beside_the_corners(state, shape):
     assert seen > 0.5
 
 
-def test_what_lies_below_the_eye_ends_softly_beside_the_corner():
+def test_shadow_below_the_eye_ends_softly_beside_the_corner():
     """Beyond the corner there is no lash line at which its colour would end."""
     points, side, made = eye_jobs(0.0, [shadow(slot="under")])
     weights = coverages(made, side)
