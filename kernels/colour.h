@@ -37,11 +37,10 @@ typedef struct {
 
 static inline float colour_abs(float x) { return as_float(as_int(x) & 0x7fffffff); }
 
-/* max(x, 0), min(x, y), and x clamped to 0..top, without a comparison: LLVM packs equal comparisons
- * of two channels or coordinates into vectors of two and then no longer vectorises over pixels. */
-static inline float colour_positive(float x) { return 0.5f * (x + colour_abs(x)); }
+/* max(x, 0), min(x, y), and x clamped to 0..top. */
+static inline float colour_positive(float x) { return x > 0.0f ? x : 0.0f; }
 
-static inline float colour_min(float x, float y) { return 0.5f * (x + y - colour_abs(x - y)); }
+static inline float colour_min(float x, float y) { return x < y ? x : y; }
 
 static inline float colour_clamp(float x, float top) { return colour_min(colour_positive(x), top); }
 

@@ -15,15 +15,20 @@ typedef struct {
     float shade;     /* the same relative to the mean of the region */
     float nx, ny;    /* unit normal; z is towards the viewer */
     float lobe;      /* synthetic highlight, 1 at its peak */
-    float mirror;    /* share of the reflection */
-    colour_rgb room; /* what the reflection shows */
+    float mirror;    /* share of the reflection, times the step of room */
+    colour_rgb room; /* what the reflection shows, in steps */
 } material_surface;
 
-/* The environment, (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index
- * `environment` of maps. */
+/* The lowest MATERIAL_ROOM_BITS of a word. */
+MATERIAL_INLINE float material_part(uint word) {
+    return (float)(int)(word & ((1u << MATERIAL_ROOM_BITS) - 1u));
+}
+
+/* The environment, (MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index
+ * `environment` of maps: words of three channels, in steps of room_step. */
 MATERIAL_INLINE material_surface material_at(
     float coarse, float mean, float nx, float ny, __global const float *maps, int environment,
-    const material *m) {
+    float room_step, const material *m) {
     float sum = nx * nx + ny * ny;
     float shrink =
         MATERIAL_STEEPEST / (MATERIAL_STEEPEST + colour_positive(sum - MATERIAL_STEEPEST));
@@ -44,7 +49,7 @@ MATERIAL_INLINE material_surface material_at(
     lobe = colour_positive(lobe * lobe - MATERIAL_LOBE_TAIL);
     s.lobe = lobe * (1.0f / (1.0f - MATERIAL_LOBE_TAIL));
     float rim = 1.0f - nz;
-    s.mirror = m->reflection * (m->fresnel_front + m->fresnel_rim * rim * rim * rim);
+    s.mirror = room_step * m->reflection * (m->fresnel_front + m->fresnel_rim * rim * rim * rim);
     /* the reflected ray's x and y, from the middle of the environment's texels */
     float rx = 2.0f * nz * nx, ry = 2.0f * nz * ny;
     float ex = MATERIAL_MIDDLE + m->room[0] * rx + m->room[1] * ry;
@@ -53,16 +58,18 @@ MATERIAL_INLINE material_surface material_at(
     ey = MATERIAL_LAST - colour_clamp(MATERIAL_LAST - ey, MATERIAL_LAST);
     int ix = (int)ex, iy = (int)ey;
     float fx = ex - (float)ix, fy = ey - (float)iy;
-    /* PoCL gathers eight floats at once only from a single buffer with an index of 32 bits */
+    /* PoCL reads floats at eight places one by one, so that one word holds all three channels */
     int k = environment + MATERIAL_ROW * iy + ix;
     float a = (1.0f - fx) * (1.0f - fy), b = fx * (1.0f - fy), c = (1.0f - fx) * fy, d = fx * fy;
-#define TEXEL(at)                                                        \
-    (a * maps[at] + b * maps[(at) + 1] + c * maps[(at) + MATERIAL_ROW] + \
-     d * maps[(at) + MATERIAL_ROW + 1])
-    s.room.red = TEXEL(k);
-    s.room.green = TEXEL(k + MATERIAL_LAYER);
-    s.room.blue = TEXEL(k + 2 * MATERIAL_LAYER);
-#undef TEXEL
+    uint at = as_uint(maps[k]), beside = as_uint(maps[k + 1]);
+    uint under = as_uint(maps[k + MATERIAL_ROW]), opposite = as_uint(maps[k + MATERIAL_ROW + 1]);
+#define MIXED(shift)                                                               \
+    (a * material_part(at >> (shift)) + b * material_part(beside >> (shift)) +     \
+     c * material_part(under >> (shift)) + d * material_part(opposite >> (shift)))
+    s.room.red = MIXED(0);
+    s.room.green = MIXED(MATERIAL_ROOM_BITS);
+    s.room.blue = MIXED(2 * MATERIAL_ROOM_BITS);
+#undef MIXED
     return s;
 }
 

@@ -12,6 +12,7 @@ import numpy as np
 from makeup_video.kernels.definitions import Definitions
 
 ENVIRONMENT_PX = 16  # side of an environment image
+_ROOM_BITS = 10  # of each channel of an environment in the kernel: three in one word
 _MIDDLE, _LAST = (ENVIRONMENT_PX - 1) / 2, ENVIRONMENT_PX - 1.001  # texels that a ray may reach
 _FINEST = 1.25  # times the broad light: brighter light is a highlight, not texture
 _BRIGHTEST = 6.0  # times the broad light
@@ -56,6 +57,7 @@ MATERIAL = np.dtype([
 DEFINITIONS = Definitions(
     {
         "MATERIAL_ENVIRONMENT_PX": ENVIRONMENT_PX,
+        "MATERIAL_ROOM_BITS": _ROOM_BITS,
         "MATERIAL_MIDDLE": _MIDDLE,
         "MATERIAL_LAST": _LAST,
         "MATERIAL_FINEST": _FINEST,
@@ -138,6 +140,38 @@ class Material:
 
 
 _of_record = attrgetter(*(MATERIAL.names or ()))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Environment:
+    """What glossy makeup mirrors, as the kernel takes it.
+
+    words: (16, 16) uint32, three channels of linear light each, red in the lowest bits.  step: of a
+    channel.
+    """
+
+    words: np.ndarray
+    step: float
+
+    @classmethod
+    def of(cls, linear: np.ndarray) -> "Environment":
+        """linear: (3, 16, 16) float32, 0 or more."""
+        most = 2**_ROOM_BITS - 1
+        step = float(linear.max()) / most
+        if step <= 0:
+            return cls(np.zeros(linear.shape[1:], np.uint32), 0.0)
+        red, green, blue = (linear * np.float32(1 / step) + np.float32(0.5)).astype(np.uint32)
+        green <<= _ROOM_BITS
+        blue <<= 2 * _ROOM_BITS
+        red |= green
+        red |= blue
+        return cls(red, step)
+
+    def linear(self) -> np.ndarray:
+        """(3, 16, 16) float64."""
+        shifts = _ROOM_BITS * np.arange(3, dtype=np.uint32)[:, None, None]
+        channels: np.ndarray = (self.words >> shifts) & np.uint32(2**_ROOM_BITS - 1)
+        return channels * self.step
 
 
 @dataclass(slots=True)

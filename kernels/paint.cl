@@ -1,5 +1,5 @@
-/* Paints products on regions of a frame, in linear light. Numpy twin: paint.py, which also defines
- * the struct paint_region, PAINT_INSIDE and RUN.
+/* Paints products on regions of a frame, in linear light. Numpy twin: paint_twin.py. Host side:
+ * paint.py, which defines the struct paint_region, PAINT_* and RUN.
  *
  * The rectangles of all regions lie below each other in one picture, the canvas, `stride` pixels
  * wide; each begins at a whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their
@@ -10,9 +10,9 @@
  * - change: f32, how much Cb and Cr change there.
  * - weights: of the product, 0 to 1, for each pixel.
  * - maps: one region after another: luminance of the bare skin without its fine texture, x and y of
- *   the unit normal (z is towards the viewer), each (grid_high, grid_wide); and the environment,
- *   (3, MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), linear light. With PAINT_MAPPED then
- *   the layers of PaintedRegion, (8, grid_high, grid_wide).
+ *   the unit normal (z is towards the viewer), each (grid_high, grid_wide); and the environment, as
+ *   material.h takes it. With PAINT_LAYERED then the shares of Layers, (count, grid_high,
+ *   grid_wide).
  * - rows: the region of each row of blocks.
  * - runs: the run that each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; runs
  *   without weight are left out.
@@ -64,19 +64,35 @@ MATERIAL_INLINE float paint_between(
     return a * maps[k] + b * maps[k + 1] + c * maps[k + wide] + d * maps[k + wide + 1];
 }
 
-#ifdef PAINT_MAPPED
-/* Puts the numbers that vary over a region in the place of the material's own. k: of the first
- * layer's neighbour at the top left. */
-MATERIAL_INLINE void paint_vary(
-    material *m, __global const float *maps, int k, int wide, int layer, float fx, float fy) {
-    m->product[0] = paint_between(maps, k, wide, fx, fy);
-    m->product[1] = paint_between(maps, k + layer, wide, fx, fy);
-    m->product[2] = paint_between(maps, k + 2 * layer, wide, fx, fy);
-    m->opacity = paint_between(maps, k + 3 * layer, wide, fx, fy);
-    m->glint[0] = paint_between(maps, k + 4 * layer, wide, fx, fy);
-    m->glint[1] = paint_between(maps, k + 5 * layer, wide, fx, fy);
-    m->glint[2] = paint_between(maps, k + 6 * layer, wide, fx, fy);
-    float shine = paint_between(maps, k + 7 * layer, wide, fx, fy);
+#ifdef PAINT_LAYERED
+/* The sum of a number of each layer, by how much the layer shows. */
+#define PAINT_SUM(at)                                         \
+    (share[0] * rows[at] + share[1] * rows[PAINT_ROW + (at)] + \
+     share[2] * rows[2 * PAINT_ROW + (at)] + share[3] * rows[3 * PAINT_ROW + (at)])
+
+/* Puts the product that the layers make together at a pixel in the place of the material's own.
+ * k: of the first share's neighbour at the top left.  layer: numbers of a map. */
+MATERIAL_INLINE void paint_compose(
+    material *m, __global const paint_region *region, __global const float *maps, int k, int wide,
+    int layer, float fx, float fy) {
+    __global const float *rows = region->layers;
+    int last = region->layer_count - 1;
+    float share[PAINT_LAYERS];
+#pragma unroll
+    for (int i = 0; i < PAINT_LAYERS; ++i)
+        share[i] = paint_between(maps, k + (i < last ? i : last) * layer, wide, fx, fy);
+    float opacity = PAINT_SUM(3), per_opacity = 1.0f / (opacity + PAINT_FAINT);
+    float red = (PAINT_SUM(0) + region->mean_root[0]) * per_opacity;
+    float green = (PAINT_SUM(1) + region->mean_root[1]) * per_opacity;
+    float blue = (PAINT_SUM(2) + region->mean_root[2]) * per_opacity;
+    m->product[0] = red * red;
+    m->product[1] = green * green;
+    m->product[2] = blue * blue;
+    m->opacity = opacity;
+    m->glint[0] = PAINT_SUM(4);
+    m->glint[1] = PAINT_SUM(5);
+    m->glint[2] = PAINT_SUM(6);
+    float shine = PAINT_SUM(7);
     m->sparkle[0] *= shine;
     m->sparkle[1] *= shine;
     m->sparkle[2] *= shine;
@@ -95,7 +111,7 @@ __kernel void paint(
     int column = (run - block_row * in_row) * RUN + (int)get_local_id(0);
     int row = block_row * BLOCK_DOWN + (int)get_local_id(1), at = row * stride + column;
     __global const paint_region *region = regions + rows[block_row];
-#ifdef PAINT_MAPPED
+#ifdef PAINT_LAYERED
     material product = region->product;
 #else
     const material product = region->product;
@@ -116,11 +132,12 @@ __kernel void paint(
     float coarse = paint_between(maps, k, wide, fx, fy);
     float nx = paint_between(maps, k + layer, wide, fx, fy);
     float ny = paint_between(maps, k + 2 * layer, wide, fx, fy);
-#ifdef PAINT_MAPPED
-    paint_vary(&product, maps, k + 3 * layer + 3 * MATERIAL_LAYER, wide, layer, fx, fy);
+#ifdef PAINT_LAYERED
+    paint_compose(
+        &product, region, maps, k + 3 * layer + MATERIAL_LAYER, wide, layer, fx, fy);
 #endif
-    material_surface skin =
-        material_at(coarse, region->mean, nx, ny, maps, region->grid + 3 * layer, &product);
+    material_surface skin = material_at(
+        coarse, region->mean, nx, ny, maps, region->grid + 3 * layer, region->room_step, &product);
     float u = region->to_patch[0] * x + region->to_patch[1] * y + region->to_patch[2];
     float v = region->to_patch[3] * x + region->to_patch[4] * y + region->to_patch[5];
     colour_rgb bare = colour_decode(old_luma, old_cb, old_cr, &coding);

@@ -1,4 +1,4 @@
-"""Host side of paint.cl, and its numpy twin."""
+"""Host side of paint.cl. Its numpy twin is paint_twin.py."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,18 +7,10 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 from makeup_video.kernels import colour, material
-from makeup_video.kernels.colour import Coding, coding_argument, decode, encode, rounded
+from makeup_video.kernels.colour import Coding, coding_argument
 from makeup_video.kernels.definitions import Definitions
-from makeup_video.kernels.material import (
-    ENVIRONMENT_PX,
-    MATERIAL,
-    Material,
-    Varying,
-    bilinear,
-    made_up,
-    skin_at,
-)
-from makeup_video.kernels.planes import Rect, fold, spread
+from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL, Environment, Material
+from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device, Memory
 
 # Pixels of a row that a work-group paints. PoCL works on eight at once, and longer runs hold more
@@ -27,8 +19,13 @@ RUN = 8
 _STEP = 64  # rows and columns of a canvas are multiples, so that its pixels are whole pieces
 _PIECE = 256  # runs: OpenBLAS sums so few in one thread
 _ONES = np.ones(RUN, np.float32)
-_ROOM = 3 * ENVIRONMENT_PX**2  # numbers of an environment
-_INSIDE = 1.001  # px before the end of a grid: the last place with a neighbour on each side
+_ROOM = ENVIRONMENT_PX**2  # words of an environment
+LAYERS = 4  # the most on one region
+_ROW = 8  # numbers of a layer
+# Opacity below which the colour goes over into the mean of all layers: at a fifth of it, a rounding
+# of shares would change the colour of a place, and of the steep border beside it.
+FAINT = 5e-4
+INSIDE = 1.001  # px before the end of a grid: the last place with a neighbour on each side
 
 # The struct of paint.cl.
 PAINT_REGION = np.dtype([
@@ -41,16 +38,46 @@ PAINT_REGION = np.dtype([
     ("mean", np.float32),  # luminance of the bare region
     ("to_patch", np.float32, 6),  # px of the rectangle -> coordinates that stick to the skin
     ("to_grid", np.float32, 6),  # px of the rectangle -> px of the grid
+    ("room_step", np.float32),  # of the words of the environment
     ("product", MATERIAL),
+    ("layer_count", np.int32),
+    ("layers", np.float32, (LAYERS, _ROW)),  # numbers of Layers; 0 beyond the last one
+    ("mean_root", np.float32, 3),  # of Layers, times FAINT
 ])  # fmt: skip
 DEFINITIONS = (
     colour.DEFINITIONS
     + material.DEFINITIONS
-    + Definitions({"RUN": RUN, "PAINT_INSIDE": _INSIDE}, {"paint_region": PAINT_REGION})
+    + Definitions(
+        {
+            "RUN": RUN,
+            "PAINT_INSIDE": INSIDE,
+            "PAINT_LAYERS": LAYERS,
+            "PAINT_ROW": _ROW,
+            "PAINT_FAINT": FAINT,
+        },
+        {"paint_region": PAINT_REGION},
+    )
 )
 # The variant of paint.cl for regions with layers.
-_MAPPED = DEFINITIONS + Definitions({"PAINT_MAPPED": 1})
-LAYERS = 8  # of a PaintedRegion
+_LAYERED = DEFINITIONS + Definitions({"PAINT_LAYERED": 1})
+_OF_LAYERS = ["layer_count", "layers", "mean_root"]  # fields of PAINT_REGION
+_PLAIN = [name for name in PAINT_REGION.names or () if name not in _OF_LAYERS]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layers:
+    """Products that lie over each other on a region, composed at each pixel.
+
+    shares: (N, H, W) float32 on the region's grid, N at most LAYERS: how much of each shows, 0..1.
+    numbers: of each its root of the product's light times its opacity, three channels; its opacity;
+    its glint, three channels; its shine, a factor of the material's sparkle, own_highlights and
+    reflection.
+    mean_root: the first three, summed by share over the grid, for an opacity of 1.
+    """
+
+    shares: np.ndarray
+    numbers: Sequence[Sequence[float]]
+    mean_root: Sequence[float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,10 +94,7 @@ class PaintedRegion:
     mean: luminance of the bare region.
     to_patch: (2, 3) by rows, from px of the rectangle to coordinates that stick to the skin, which
     lie at -4096 cells or more and below 2^23.
-    environment: (3, 16, 16) float32, linear.
-    layers: what of the material varies, (8, H, W) float32 on the grid; None for nothing. 0..2: the
-    product's colour, lit.  3: opacity.  4..6: glint.  These are in place of the material's own.  7:
-    shine, a factor of its sparkle, own_highlights and reflection.
+    layers: in place of the material's product, opacity and glint; None for one product.
     """
 
     rect: Rect
@@ -80,9 +104,9 @@ class PaintedRegion:
     to_grid: Sequence[float]
     mean: float
     to_patch: Sequence[float]
-    environment: np.ndarray
+    environment: Environment
     material: Material
-    layers: np.ndarray | None = None
+    layers: Layers | None = None
 
 
 class Canvas:
@@ -136,8 +160,8 @@ class Canvas:
         self._rows = self.device.memory((rows // down,), np.int32)
         self._runs = self.device.memory((rows // down * stride // RUN,), np.int32)
         self._maps = self.device.memory((1,), np.float32)
-        self._records = self.device.memory((1,), PAINT_REGION)
-        self._mapped_runs = self.device.memory((1,), np.int32)
+        self._make_records(1)
+        self._layered_runs = self.device.memory((1,), np.int32)
         self._coding = None
 
     def paint(
@@ -148,10 +172,10 @@ class Canvas:
         if not len(runs):
             return
         self._describe(regions)
-        mapped = self._list_runs(runs, regions)
+        layered = self._list_runs(runs, regions)
         self._copy(planes, regions, back=False)
-        self._set_arguments(coding, mapped)
-        self._launch(len(runs), mapped)
+        self._set_arguments(coding, layered)
+        self._launch(len(runs), layered)
         self._copy(planes, regions, back=True)
 
     def _find_runs(self, down: int) -> np.ndarray:
@@ -168,25 +192,25 @@ class Canvas:
 
         Returns the number of the latter. They come last among all, too.
         """
-        are_mapped = [region.layers is not None for region in regions]
-        if not any(are_mapped):
+        have_layers = [region.layers is not None for region in regions]
+        if not any(have_layers):
             self._runs.array[: len(runs)] = runs
             return 0
         of_row = self._rows.array[runs // (self._size[1] // RUN)]
-        is_mapped = np.array(are_mapped)[of_row]
-        mapped = runs[is_mapped]
-        self._runs.array[: len(runs)] = np.concatenate([runs[~is_mapped], mapped])
-        if len(self._mapped_runs.array) < len(mapped):
-            self._mapped_runs = self.device.memory((len(self._runs.array),), np.int32)
+        has_layers = np.array(have_layers)[of_row]
+        layered = runs[has_layers]
+        self._runs.array[: len(runs)] = np.concatenate([runs[~has_layers], layered])
+        if len(self._layered_runs.array) < len(layered):
+            self._layered_runs = self.device.memory((len(self._runs.array),), np.int32)
             self._coding = None
-        self._mapped_runs.array[: len(mapped)] = mapped
-        return len(mapped)
+        self._layered_runs.array[: len(layered)] = layered
+        return len(layered)
 
     def _describe(self, regions: Sequence[PaintedRegion]) -> None:
         count = sum(_map_size(region) for region in regions)
         if count > self._maps.array.size or len(regions) > len(self._records.array):
             self._maps = self.device.memory((2 * count,), np.float32)
-            self._records = self.device.memory((2 * len(regions),), PAINT_REGION)
+            self._make_records(2 * len(regions))
             self._coding = None
         maps, rows, (_, down) = self._maps.array, self._rows.array, self._kind[0]
         begin = 0
@@ -195,12 +219,19 @@ class Canvas:
             maps[begin : begin + layer] = region.shading.ravel()
             maps[begin + layer : begin + 3 * layer] = region.normals.ravel()
             end = begin + 3 * layer + _ROOM
-            maps[begin + 3 * layer : end] = region.environment.ravel()
+            maps[begin + 3 * layer : end] = region.environment.words.view(np.float32).ravel()
+            self._plain_records[number] = _record(region, first_row, begin)
             if region.layers is not None:
-                maps[end : end + LAYERS * layer] = region.layers.ravel()
-            self._records.array[number] = _record(region, first_row, begin)
+                shares = region.layers.shares
+                maps[end : end + shares.size] = shares.ravel()
+                self._layer_records[number] = _layer_record(region.layers)
             rows[first_row // down :] = number
             begin += _map_size(region)
+
+    def _make_records(self, count: int) -> None:
+        self._records = self.device.memory((count,), PAINT_REGION)
+        self._plain_records = self._records.array[_PLAIN]
+        self._layer_records = self._records.array[_OF_LAYERS]
 
     def _copy(
         self, planes: tuple[np.ndarray, ...], regions: Sequence[PaintedRegion], back: bool
@@ -217,7 +248,7 @@ class Canvas:
                 else:
                     canvas[:high, :wide] = plane
 
-    def _set_arguments(self, coding: Coding, mapped: int) -> None:
+    def _set_arguments(self, coding: Coding, layered: int) -> None:
         """Give the kernels their arguments, where these have changed."""
         if self._coding != coding:
             size, chroma_size = np.int32(self._luma.array.size), self._chroma.array[0].size
@@ -234,9 +265,9 @@ class Canvas:
             self._paint = self._paint_kernel(coding, DEFINITIONS, self._runs)
             self._fold = self._kernel("paint_fold", coding)
             self._fold.set_args(chroma, change, records, of_row, runs, *sizes, coded)
-            self._coding, self._paint_mapped = coding, None
-        if mapped and self._paint_mapped is None:
-            self._paint_mapped = self._paint_kernel(coding, _MAPPED, self._mapped_runs)
+            self._coding, self._paint_layered = coding, None
+        if layered and self._paint_layered is None:
+            self._paint_layered = self._paint_kernel(coding, _LAYERED, self._layered_runs)
 
     def _kernel(self, name: str, coding: Coding, definitions: Definitions = DEFINITIONS) -> Any:
         block, sample = self._kind
@@ -254,18 +285,18 @@ class Canvas:
         kernel.set_args(*buffers, wide, size, coding_argument(coding))
         return kernel
 
-    def _launch(self, runs: int, mapped: int) -> None:
+    def _launch(self, runs: int, layered: int) -> None:
         across, down = self._kind[0]
         for memory in (self._luma, self._chroma, self._weights, self._maps, self._records,
                        self._rows, self._runs):  # fmt: skip
             memory.send()
-        if mapped:
-            self._mapped_runs.send()
+        if layered:
+            self._layered_runs.send()
         pixels, samples = (RUN, down), (RUN // across, 1)
         for kernel, group, count in (
             (self._spread, samples, runs),
-            (self._paint, pixels, runs - mapped),
-            (self._paint_mapped, pixels, mapped),
+            (self._paint, pixels, runs - layered),
+            (self._paint_layered, pixels, layered),
             (self._fold, samples, runs),
         ):
             if count:
@@ -275,51 +306,25 @@ class Canvas:
         self.device.finish()
 
 
-def paint_twin(
-    planes: tuple[np.ndarray, ...],
-    regions: Sequence[PaintedRegion],
-    coding: Coding,
-    block: tuple[int, int],
-) -> tuple[np.ndarray, ...]:
-    """Paint as `Canvas.paint` does, in float64, and return the new planes."""
-    new = tuple(plane.copy() for plane in planes)
-    for region in regions:
-        luma, chroma = region.rect.luma(new), region.rect.chroma(new, block)
-        codes = spread(chroma, block, luma.shape)
-        luma[:], change = region_twin(luma, codes, region, coding)
-        fold(chroma, change, block, coding.max_code)
-    return new
-
-
-def region_twin(
-    luma: np.ndarray, chroma: np.ndarray, region: PaintedRegion, coding: Coding
-) -> tuple[np.ndarray, np.ndarray]:
-    """Paint one region: luma (h, w) and the chroma of each luma pixel (2, h, w), both codes.
-
-    Returns the new luma codes, and the change of chroma (2, h, w).
-    """
-    codes = np.stack([luma, *chroma], axis=-1).astype(np.float64)
-    coarse, nx, ny = on_pixels(region)
-    environment = region.environment.astype(np.float64)
-    skin = skin_at(coarse, region.mean, nx, ny, environment, region.material)
-    weight = region.weight.astype(np.float64)
-    u, v = _mapped(region.to_patch, luma.shape)
-    varying = None if region.layers is None else varying_on_pixels(region, region.layers)
-    light = made_up(decode(codes, coding), weight, u, v, skin, region.material, varying)
-    new = np.where(weight[..., None] > 0, encode(light, coding), codes)
-    changed = np.moveaxis((new - codes)[..., 1:], -1, 0)
-    return rounded(new[..., 0], coding).astype(luma.dtype), changed
-
-
 def _record(
     region: PaintedRegion, first_row: int, grid: int
 ) -> tuple[int | float | Sequence[Any], ...]:
-    """Return the fields of a PAINT_REGION.  first_row: on the canvas.  grid: its index in maps."""
+    """Return the fields of a PAINT_REGION but those of its layers.
+
+    first_row: on the canvas.  grid: its index in maps.
+    """
     high, wide = region.shading.shape
     return (
-        first_row, region.rect.width, region.rect.height, grid, wide, high,
-        region.mean, region.to_patch, region.to_grid, region.material.record(),
+        first_row, region.rect.width, region.rect.height, grid, wide, high, region.mean,
+        region.to_patch, region.to_grid, region.environment.step, region.material.record(),
     )  # fmt: skip
+
+
+def _layer_record(layers: Layers) -> tuple[Any, ...]:
+    """Return the fields of a PAINT_REGION that describe its layers."""
+    numbers = np.zeros((LAYERS, _ROW), np.float32)
+    numbers[: len(layers.numbers)] = layers.numbers
+    return len(layers.numbers), numbers, [FAINT * part for part in layers.mean_root]
 
 
 def _whole(length: int) -> int:
@@ -327,33 +332,7 @@ def _whole(length: int) -> int:
     return -(-length // _STEP) * _STEP
 
 
-def on_pixels(region: PaintedRegion) -> np.ndarray:
-    """Sample shading and normals at each pixel of the rectangle: (3, h, w)."""
-    return _sampled(np.concatenate([region.shading[None], region.normals]), region)
-
-
-def varying_on_pixels(region: PaintedRegion, layers: np.ndarray) -> Varying:
-    """Sample the layers of a region, (8, H, W), at each pixel of the rectangle."""
-    maps = np.moveaxis(_sampled(layers, region), 0, -1)
-    return Varying(maps[..., :3], maps[..., 3], maps[..., 4:7], maps[..., 7])
-
-
-def _sampled(grid: np.ndarray, region: PaintedRegion) -> np.ndarray:
-    """Sample (C, H, W) on the region's grid at each pixel of the rectangle: (C, h, w)."""
-    x, y = _mapped(region.to_grid, region.weight.shape)
-    high, wide = grid.shape[1:]
-    x, y = np.clip(x, 0, wide - _INSIDE), np.clip(y, 0, high - _INSIDE)
-    return np.moveaxis(bilinear(grid.astype(np.float64), x, y), -1, 0)
-
-
 def _map_size(region: PaintedRegion) -> int:
     """How many floats of maps a region takes."""
-    grids = 3 if region.layers is None else 3 + LAYERS
+    grids = 3 if region.layers is None else 3 + len(region.layers.shares)
     return grids * region.shading.size + _ROOM
-
-
-def _mapped(to: Sequence[float], hw: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Map each pixel by a (2, 3) map, given by rows: x and y, (h, w) float32."""
-    y, x = np.mgrid[: hw[0], : hw[1]].astype(np.float32)
-    a, b, c, d, e, f = np.array(to, np.float32)
-    return a * x + b * y + c, d * x + e * y + f

@@ -1,4 +1,4 @@
-"""Several products that lie over each other on one surface -> one product that varies over it.
+"""Several products that lie over each other on one surface -> layers that the kernel composes.
 
 The kernel lays a film by mixing square roots of light, so films over each other are one film again:
 its share of opacity and its root of light are found by "over", as for pictures with transparency.
@@ -11,12 +11,9 @@ from typing import Any
 
 import numpy as np
 from makeup_video.kernels.material import Material
-from makeup_video.kernels.paint import LAYERS
+from makeup_video.kernels.paint import Layers
 
 _NONE = 1e-6  # what shows so little has no colour of its own
-# Opacity below which the colour goes over into the mean of all: at a fifth of it, a rounding of
-# densities would change the colour of a place, and of the steep border beside it.
-_FAINT = 5e-4
 
 # By what a layer counts for the numbers that are the same all over the surface: the opacity, the
 # synthetic highlight, the shine of the layer that shows. Numbers that are not named here come from
@@ -26,51 +23,53 @@ _BY_REFLECTION = "fresnel_front", "fresnel_rim"
 _opacities, _reflections = attrgetter(*_BY_OPACITY), attrgetter(*_BY_REFLECTION)
 
 
-def blend(densities: np.ndarray, materials: Sequence[Material]) -> tuple[np.ndarray, Material]:
+def shares_of(densities: np.ndarray, opacities: Sequence[float]) -> np.ndarray:
+    """How much each layer shows: its density times what the layers above it let through.
+
+    densities: (layers, ...) float32, 0..1, the lowest first.  opacities: of the products, 0..1.
+    Returns the same shape, float32.
+    """
+    shares: np.ndarray = densities.copy()
+    through = 1 - np.float32(opacities[-1]) * shares[-1]
+    for one, opacity in zip(shares[-2::-1], opacities[-2::-1], strict=True):
+        one *= through
+        through -= np.float32(opacity) * one
+    return shares
+
+
+def blend(shares: np.ndarray, materials: Sequence[Material]) -> tuple[Layers, Material]:
     """Compose layers, the lowest first, as if each were painted on the ones before it.
 
-    densities: (layers, H, W) float32, 0..1, how dense each product lies on the surface's grid.
+    shares: (layers, H, W) float32, of `shares_of`, on the surface's grid.
     materials: at least one; the products, all under the light of one scene.
-    Returns (8, H, W) float32, the `layers` of a PaintedRegion, and its material. Where all
-    densities are 0, opacity, glint and shine are 0. Highlights are covered by the opacity of what
-    lies over them. Painting one after another would mix their roots of light, too, so a highlight
-    that is seen through another film is an approximation.
-    Raises ValueError for no layers, or another number of densities.
+    Returns the layers and the material of a PaintedRegion. Where all shares are 0, opacity, glint
+    and shine are 0. Highlights are covered by the opacity of what lies over them. Painting one
+    after another would mix their roots of light, too, so a highlight that is seen through another
+    film is an approximation.
+    Raises ValueError for no layers, or another number of shares.
     """
-    if not materials or len(densities) != len(materials):
+    if not materials or len(shares) != len(materials):
         raise ValueError(
-            f"layers must be at least one, each with its density; got {len(materials)} products "
-            f"and {len(densities)} densities"
+            f"layers must be at least one, each with its shares; got {len(materials)} products "
+            f"and {len(shares)} shares"
         )
     shines = _shines(materials)
-    seen = _seen(densities, materials)
-    parts = [
-        [*_scaled_root(m), m.opacity, *m.glint, shine]
+    numbers = [
+        (*_scaled_root(m), m.opacity, *m.glint, shine)
         for m, shine in zip(materials, shines, strict=True)
     ]
-    maps = np.array(parts, np.float32).T @ seen
-    mean = maps[:4].sum(1)
-    opacity = maps[3] + _FAINT
-    maps[:3] += (_FAINT / max(float(mean[3]), _NONE)) * mean[:3, None]
-    maps[:3] /= opacity
-    maps[:3] *= maps[:3]
-    material = _common(materials, shines, seen.sum(1).tolist())
-    return maps.reshape(LAYERS, *densities.shape[1:]), material
+    seen = shares.reshape(len(shares), -1).sum(1).tolist()
+    red, green, blue, opacity, *_ = (
+        sum(map(mul, column, seen)) for column in zip(*numbers, strict=True)
+    )
+    opacity = max(opacity, _NONE)
+    mean_root = red / opacity, green / opacity, blue / opacity
+    return Layers(shares, numbers, mean_root), _common(materials, shines, seen)
 
 
-def _seen(densities: np.ndarray, materials: Sequence[Material]) -> np.ndarray:
-    """Density of each layer times what the layers above it let through: (N, H * W) float32."""
-    seen: np.ndarray = np.array(densities, order="C").reshape(len(materials), -1)
-    through = 1 - np.float32(materials[-1].opacity) * seen[-1]
-    for one, material in zip(seen[-2::-1], materials[-2::-1], strict=True):
-        one *= through
-        through -= np.float32(material.opacity) * one
-    return seen
-
-
-def _scaled_root(m: Material) -> list[float]:
+def _scaled_root(m: Material) -> tuple[float, ...]:
     """The square root of the product's light, times its opacity."""
-    return [m.opacity * max(part, 0.0) ** 0.5 for part in m.product]
+    return tuple([m.opacity * max(part, 0.0) ** 0.5 for part in m.product])
 
 
 def _shines(materials: Sequence[Material]) -> list[float]:

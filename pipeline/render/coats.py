@@ -6,11 +6,12 @@ looked up at the places of its surfaces. Lines are drawn for every frame.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import groupby
+from itertools import groupby, zip_longest
 from typing import Any
 
 import cv2
 import numpy as np
+from makeup_video.kernels.paint import LAYERS
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
@@ -18,6 +19,7 @@ from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Coat, Kind, Stroke
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.render.blend_layers import shares_of
 from makeup_video.pipeline.render.draw_strokes import box_of_strokes, draw_strokes
 from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
@@ -39,32 +41,34 @@ class WornCoat:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """Coats on a chart.
+    """Coats on the charts of a region.
 
-    densities: (h, w, coats) float32, 0..1; None for one that is 1 all over.
+    charts: on each (h, w, coats) float32 densities, 0..1; None where none of them lies.
+    is_even: True for one coat with a density of 1 all over.
     """
 
     coats: tuple[WornCoat, ...]
-    densities: np.ndarray | None
+    charts: tuple[np.ndarray | None, ...]
+    is_even: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
     """Layers that are painted in one go: all on one region, but each line alone.
 
-    region: a key of REGIONS.  drawn: what `on` has drawn, by chart.
+    region: a key of REGIONS.  drawn: what `on` has drawn.
     """
 
     region: str
     layers: tuple[Layer, ...]
     is_line: bool
-    drawn: dict[Any, Drawn] = field(default_factory=dict, repr=False)
+    drawn: list[Drawn] = field(default_factory=list, repr=False)
 
-    def on(self, chart: Any) -> Drawn:
-        """The coats of the layers on a chart of the region."""
-        if chart not in self.drawn:
-            self.drawn[chart] = _draw(chart, self.layers)
-        return self.drawn[chart]
+    def on(self, surface: Surface) -> Drawn:
+        """The coats of the layers on the charts of all sides of such a surface."""
+        if not self.drawn:
+            self.drawn.append(_draw([side.chart for side in surface.sides()], self.layers))
+        return self.drawn[0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +77,7 @@ class Part:
 
     coats: one or more, in the order of painting.
     densities: (coats, H, W) float32 on the surface's grid, 0..1; None for one that is 1 everywhere.
+    shares: the same shape, how much of each shows; None for a single coat.
     density: (H, W); of one coat its own, of several 1 where there is any of them, of strokes True
     where they may be seen; None for 1 everywhere.
     strokes: (H, W) each, drawn in place of the densities, and faded over blur_px of the frame.
@@ -82,6 +87,7 @@ class Part:
     surface: Surface
     coats: tuple[WornCoat, ...]
     densities: np.ndarray | None = None
+    shares: np.ndarray | None = None
     density: np.ndarray | None = None
     strokes: tuple[Stroke, ...] = ()
     blur_px: float = 1.0
@@ -162,24 +168,38 @@ def _together(layer: Layer) -> tuple[str, str]:
     return kind.surface, kind.name if kind.is_line else ""
 
 
-def _draw(chart: Any, layers: Sequence[Layer]) -> Drawn:
-    """Only those coats that lie anywhere on the chart."""
+def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> Drawn:
+    """Only those coats that lie anywhere on the charts."""
     made = [
-        (layer, coat)
+        (layer, each)
         for layer in layers
-        for coat in _coats(chart, layer)
-        if coat.density is None or coat.density.max() > _FAINTEST
+        for each in zip_longest(*(_coats(chart, layer) for chart in charts))
+        if any(map(_lies, each))
     ]
-    coats = tuple(_worn(layer, coat) for layer, coat in made)
-    densities = [coat.density for _, coat in made]
-    if not densities or (len(densities) == 1 and densities[0] is None):
-        return Drawn(coats, None)
-    shape = next(one.shape for one in densities if one is not None)
-    whole = np.ones(shape, np.float32)
-    return Drawn(
-        coats,
-        np.concatenate([whole if d is None else d for d in densities]).transpose(1, 2, 0).copy(),
-    )
+    coats = tuple([_worn(layer, next(filter(None, each))) for layer, each in made])
+    on_charts = [_stacked(on_chart) for on_chart in zip(*(each for _, each in made), strict=True)]
+    is_even = len(made) == len(charts) == 1 and made[0][1][0].density is None
+    return Drawn(coats, tuple(on_charts), is_even)
+
+
+def _lies(coat: Coat | None) -> bool:
+    """True for a coat that lies anywhere on its chart."""
+    return coat is not None and (coat.density is None or coat.density.max() > _FAINTEST)
+
+
+def _stacked(coats: Sequence[Coat | None]) -> np.ndarray | None:
+    """(h, w, coats): the densities of coats on a chart; None where no coat lies."""
+    if not any(map(_lies, coats)):
+        return None
+    densities = [None if coat is None else coat.density for coat in coats]
+    shapes = [one.shape[1:] for one in densities if one is not None]
+    stacked = np.ones((*(shapes or [(1, 1)])[0], len(coats)), np.float32)
+    for at, (coat, density) in enumerate(zip(coats, densities, strict=True)):
+        if coat is None:
+            stacked[..., at] = 0
+        elif density is not None:
+            stacked[..., at] = density[0]
+    return stacked
 
 
 def _coats(at: Any, layer: Layer) -> list[Coat]:
@@ -204,33 +224,47 @@ def jobs_of(
         amount, lits = region.amount(scene.face), region.lit(item, scene, reader)
         if amount <= 0 or not lits:
             continue
-        for part in (_lines if group.is_line else _areas)(lits, group):
+        parts = _lines(lits, group) if group.is_line else _areas(lits, group, amount)
+        for part in parts:
             shade = region.shade(scene.light, part.lit.mean)
             yield Job(part, scene.light, amount, shade, skin_px)
 
 
-def _areas(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
-    """The coats of some layers on each side of each surface of a region, where there are any."""
-    for surfaces in zip(*(lit.surface.sides() for lit in lits), strict=True):
-        drawn = group.on(surfaces[0].chart)
-        if drawn.densities is None:
-            for lit, surface in zip(lits, surfaces, strict=True):
-                if drawn.coats:
-                    yield Part(lit, surface, drawn.coats)
-            continue
-        found = _found(drawn.densities, surfaces[0])
-        most = found.max((2, 3)).T.tolist()
+def _areas(lits: Sequence[Lit], group: Group, amount: float) -> Iterator[Part]:
+    """The coats of some layers on each surface of a region, on the sides where there are any."""
+    drawn = group.on(lits[0].surface)
+    if drawn.is_even:
+        for lit in lits:
+            yield Part(lit, lit.surface, drawn.coats)
+        return
+    for first in range(0, len(drawn.coats), LAYERS):
+        these = slice(first, first + LAYERS)
+        surfaces, found = _found([lit.surface for lit in lits], drawn.charts, these)
+        coats, there = drawn.coats[these], _any_of(found)
+        shares = None
+        if len(coats) > 1:
+            opacities = [coat.product.opacity * coat.strength * amount for coat in coats]
+            shares = shares_of(found, opacities)
         for lit, surface in zip(lits, surfaces, strict=True):
-            here = [at for at, much in enumerate(most[surface.number]) if much > _FAINTEST]
-            if here:
-                coats = tuple([drawn.coats[at] for at in here])
-                densities = found[:, surface.number]
-                if len(here) < len(drawn.coats):
-                    densities = densities[here]
-                yield Part(lit, surface, coats, densities, _any_of(densities))
+            at = surface.number
+            seen = None if shares is None else shares[:, at]
+            yield Part(lit, surface, coats, found[:, at], seen, there[at])
 
 
-def _found(densities: np.ndarray, surface: Surface) -> np.ndarray:
+def _found(
+    surfaces: Sequence[Surface], charts: Sequence[np.ndarray | None], coats: slice
+) -> tuple[Sequence[Surface], np.ndarray]:
+    """The sides of surfaces on which coats lie, and (coats, N, H, W): their densities on the
+    charts, at the places of all N surfaces."""
+    on_sides = list(zip(surfaces[0].sides(), charts, strict=True))
+    there = [at for at, chart in enumerate(charts) if chart is not None]
+    found = [_looked_up(chart[..., coats], side) for side, chart in on_sides if chart is not None]
+    if len(found) > 1:
+        return [surface.joined() for surface in surfaces], surfaces[0].join(found)
+    return [surface.sides()[there[0]] for surface in surfaces], found[0]
+
+
+def _looked_up(densities: np.ndarray, surface: Surface) -> np.ndarray:
     """(coats, N, H, W): densities on a chart (h, w, coats), at the places of all N surfaces."""
     x, y = surface.on_chart()
     found = cv2.remap(densities, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -239,12 +273,13 @@ def _found(densities: np.ndarray, surface: Surface) -> np.ndarray:
 
 
 def _any_of(densities: np.ndarray) -> np.ndarray:
-    """Of one coat its density; of several, 1 where there is any of them."""
+    """(N, H, W): of one coat its density; of several, 1 where there is any of them."""
     if len(densities) == 1:
         first: np.ndarray = densities[0]
         return first
-    _, there = cv2.threshold(densities.max(0), _FAINTEST, 1.0, cv2.THRESH_BINARY)
-    any_of_them: np.ndarray = there
+    most = densities.max(0)
+    _, there = cv2.threshold(most.reshape(-1, most.shape[-1]), _FAINTEST, 1.0, cv2.THRESH_BINARY)
+    any_of_them: np.ndarray = there.reshape(most.shape)
     return any_of_them
 
 
@@ -256,4 +291,4 @@ def _lines(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
             for lit in lits:
                 at = lit.surface.number
                 strokes = tuple([Stroke(one.above[at], one.below[at]) for one in coat.strokes])
-                yield Part(lit, lit.surface, worn, None, seen[at], strokes, coat.blur_px)
+                yield Part(lit, lit.surface, worn, None, None, seen[at], strokes, coat.blur_px)

@@ -217,8 +217,8 @@ def _region(job: Job, rect: Rect, weight: np.ndarray, coding: Coding) -> Painted
 
     lit, materials, layers = job.part.lit, [made(coat) for coat in job.coats], None
     product = materials[0]
-    if len(materials) > 1 and job.part.densities is not None:
-        layers, product = blend(job.part.densities, materials)
+    if job.part.shares is not None:
+        layers, product = blend(job.part.shares, materials)
     mirrors = max(job.coats, key=lambda coat: coat.product.reflection)
     return PaintedRegion(
         rect, weight, lit.shading, job.surface.normals, to_grid, lit.mean, to_skin,

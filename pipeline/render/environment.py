@@ -6,19 +6,19 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.material import ENVIRONMENT_PX
+from makeup_video.kernels.material import ENVIRONMENT_PX, Environment
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.product_material import film_matrices
 from makeup_video.pipeline.render.scene import SceneLight
 
 _ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
 _VEIL = 0.7  # of the room's mean light: what a reflection does not show
-_NO_ROOM = np.zeros((3, ENVIRONMENT_PX, ENVIRONMENT_PX), np.float32)
+_NO_ROOM = Environment.of(np.zeros((3, ENVIRONMENT_PX, ENVIRONMENT_PX), np.float32))
 _EVEN = np.full(ENVIRONMENT_PX, 1 / ENVIRONMENT_PX, np.float32)
 
 
-def environment_of(light: SceneLight, params: GraphicsParams, coding: Coding) -> np.ndarray:
-    """(3, 16, 16) float32: what the product mirrors, blurred as its parameters say.
+def environment_of(light: SceneLight, params: GraphicsParams, coding: Coding) -> Environment:
+    """What the product mirrors, blurred as its parameters say.
 
     The room's own average is taken off: gloss shows windows and lamps, and an even room would only
     lay a veil over the colour.
@@ -29,13 +29,13 @@ def environment_of(light: SceneLight, params: GraphicsParams, coding: Coding) ->
 
 
 @lru_cache(maxsize=16)  # both eyes mirror the same
-def _mirrored(light: SceneLight, sigma: float, primaries: int) -> np.ndarray:
+def _mirrored(light: SceneLight, sigma: float, primaries: int) -> Environment:
     blur = _blur(sigma)
     columns, means = _room_columns(sigma, primaries)
     blurred = blur @ (light.environment.reshape(ENVIRONMENT_PX, -1) @ columns)
     blurred -= (_EVEN @ blurred) @ means
     bright: np.ndarray = np.maximum(blurred, 0, out=blurred)
-    return bright.reshape(ENVIRONMENT_PX, 3, ENVIRONMENT_PX).swapaxes(0, 1)
+    return Environment.of(bright.reshape(ENVIRONMENT_PX, 3, ENVIRONMENT_PX).swapaxes(0, 1))
 
 
 @lru_cache

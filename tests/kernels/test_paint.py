@@ -23,7 +23,8 @@ from makeup import (
 )
 from makeup_video.kernels.colour import HLG, PQ, SRGB, Coding, decode, matrices, to_xyz
 from makeup_video.kernels.material import made_up, skin_at
-from makeup_video.kernels.paint import Canvas, on_pixels, paint_twin, region_twin
+from makeup_video.kernels.paint import Canvas
+from makeup_video.kernels.paint_twin import on_pixels, paint_twin, region_twin
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
@@ -299,7 +300,7 @@ def laid_light(luma, chroma, surface, lit, coding):
     """The linear light that the twin paints, before encoding."""
     codes = np.stack([luma, *chroma], axis=-1).astype(float)
     coarse, nx, ny = on_pixels(surface)
-    skin = skin_at(coarse, surface.mean, nx, ny, surface.environment.astype(float), lit)
+    skin = skin_at(coarse, surface.mean, nx, ny, surface.environment.linear(), lit)
     y, x = np.mgrid[: luma.shape[0], : luma.shape[1]]
     weight = surface.weight.astype(float)
     return made_up(decode(codes, coding), weight, x * 0.01, y * 0.01, skin, lit)

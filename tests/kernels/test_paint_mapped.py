@@ -19,7 +19,8 @@ from makeup import (
     white_light,
 )
 from makeup_video.kernels.colour import PQ, SRGB, Coding
-from makeup_video.kernels.paint import paint_twin, region_twin
+from makeup_video.kernels.paint import LAYERS, Layers
+from makeup_video.kernels.paint_twin import paint_twin, region_twin
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.render.product_material import SkinAxes, material
@@ -30,16 +31,22 @@ SIDE = Rect(0, 0, 40, 12)
 
 
 def any_layers(seed, hw, m):
-    """Layers that vary wildly from one px of the grid to the next, up to twice the material's."""
+    """Layers whose shares vary wildly from one px of the grid to the next, with glints of up to
+    twice the material's."""
     rng = np.random.default_rng(seed)
-    maps = rng.uniform(0, 1, (8, *hw))
-    maps[4:7] *= 2 * np.reshape(m.glint, (3, 1, 1))
-    return maps.astype(np.float32)
+    count = rng.integers(1, LAYERS + 1)
+    numbers = rng.uniform(0, 1, (count, 8))
+    numbers[:, :3] *= numbers[:, 3:4]
+    numbers[:, 4:7] *= 2 * np.array(m.glint)
+    shares = rng.uniform(0, 1, (count, *hw))
+    shares /= np.maximum(shares.sum(0), 1)
+    return Layers(shares.astype(np.float32), numbers.tolist(), rng.uniform(0, 1, 3).tolist())
 
 
 def even_layers(hw, m):
-    numbers = [*m.product, m.opacity, *m.glint, 1.0]
-    return np.tile(np.reshape(np.float32(numbers), (8, 1, 1)), (1, *hw))
+    root = np.sqrt(np.maximum(m.product, 0))
+    numbers = [*(m.opacity * root), m.opacity, *m.glint, 1.0]
+    return Layers(np.ones((1, *hw), np.float32), [numbers], root.tolist())
 
 
 @settings(max_examples=200, deadline=None)
@@ -82,7 +89,7 @@ def test_shine_dims_everything_that_shines():
     )  # fmt: skip
     dull = replace(shiny, own_highlights=0.0, reflection=0.0, shimmer=0.0)
     none = even_layers(surface.shading.shape, shiny)
-    none[7] = 0
+    none.numbers[0][7] = 0
     got = paint_codes(luma, chroma, replace(surface, layers=none), shiny, Coding())
     want = paint_codes(luma, chroma, surface, dull, Coding())
     assert np.abs(got - want).max() <= 1

@@ -10,7 +10,7 @@ import heads
 import numpy as np
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, SRGB, Coding
-from makeup_video.kernels.material import ENVIRONMENT_PX, Material
+from makeup_video.kernels.material import ENVIRONMENT_PX, Environment, Material
 from makeup_video.kernels.paint import Canvas, PaintedRegion
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
@@ -133,7 +133,7 @@ def any_surface(
     room = rng.uniform(0, brightest, (3, 16, 16)).astype(np.float32)
     return PaintedRegion(
         Rect(0, 0, w, h), weight.astype(np.float32), coarse.astype(np.float32), normals,
-        to_grid, mean, to_patch.ravel().tolist(), room, NOTHING,
+        to_grid, mean, to_patch.ravel().tolist(), Environment.of(room), NOTHING,
     )  # fmt: skip
 
 
@@ -145,7 +145,7 @@ def flat_surface(size_wh: tuple[int, int], luminance: float, weight: float = 1.0
     return PaintedRegion(
         Rect(0, 0, w, h), np.full((h, w), weight, np.float32), grid[0], grid[1:],
         (0.01, 0, 0, 0, 0.01, 0), luminance, (0.01, 0, 0, 0, 0.01, 0),
-        np.zeros((3, 16, 16), np.float32), NOTHING,
+        Environment.of(np.zeros((3, 16, 16), np.float32)), NOTHING,
     )  # fmt: skip
 
 

@@ -39,31 +39,45 @@ _SLIM = 0.45  # height under the inner corner, of that under the outer one
 
 
 def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
-    """One coat, with soft borders that product and shape widen together."""
+    """One coat, with soft borders that product and shape widen together.
+
+    Beside the eye no lash line lies between what is above it and what is below it. There all
+    borders go on from one side to the other.
+    """
     import numpy as np
 
     low, high = shape["low"], shape["high"]
-    if (high if at.is_upper else -low) <= 0:
+    if not (low < 0 or (at.is_upper and high > 0)):
         return []
     wide = 2 * shape["softness"] * (0.5 + product.edge_softness)
     density = rise(at.across, shape["inner"], 0.38 * wide)
     density = density * fall(at.across, shape["outer"], 0.30 * wide)
-    height, beyond = at.height, np.maximum(at.across - 1, 0)
-    if at.is_upper or high < 0:
-        top = height + _rounded(at, shape) - _lifted(at, shape)
+    if high:  # at 0 the lash line is the border
+        own = at.height if at.is_upper or high < 0 else np.float32(0)
+        top = own + _rounded(at, shape) - _lifted(at, shape)
         density = density * fall(top, high, 0.95 * wide * _room(shape))
-    if shape["lift"]:
-        height = height - np.float32(shape["lift"] / LID) * beyond
-    if low > 0 or not at.is_upper:
-        under = 1 if at.is_upper else 1 / (_SLIM + (1 - _SLIM) * np.clip(at.across, 0, 1))
-        room = _room(shape) if at.is_upper else 1
-        density = density * rise(height * under, low, 0.90 * wide * room)
-    else:
-        # beyond the corner no lash line ends the colour: it fades the more the further out, but for
-        # a layer that goes on below the eye
-        over = height + np.float32(_SHARP - _FADE * low)
-        density = density * smooth(over / (_SHARP + _FADE * wide * beyond))
+    height = at.height - np.float32(shape["lift"] / LID) * np.maximum(at.across - 1, 0)
+    if low > 0:
+        density = density * rise(height, low, 0.90 * wide * _room(shape))
+    elif low < 0:
+        slim = 1 if at.is_upper else 1 / (_SLIM + (1 - _SLIM) * np.clip(at.across, 0, 1))
+        # full strength at the lash line, however near the border is
+        density = density * rise(height * slim, low, min(0.90 * wide, -2 * low))
+    if at.is_upper and low == 0:
+        density = density * _lash_line(at, height, wide)
+    if at.is_upper and high <= 0:
+        density = density * (1 - _lash_line(at, 0.5 * height, wide))
     return [Coat(product, density)]
+
+
+def _lash_line(at: EyePlaces, height: "np.ndarray", wide: float) -> "np.ndarray":
+    """The end of a colour at the lash line: 0 below it, 1 above it. Beyond the corners, where there
+    is no lash line, it fades the more the further out."""
+    import numpy as np
+
+    beyond = np.maximum(np.maximum(at.across - 1, -at.across), 0)
+    ended: np.ndarray = smooth((height + np.float32(_SHARP)) / (_SHARP + _FADE * wide * beyond))
+    return ended
 
 
 def _rounded(at: EyePlaces, shape: Shape) -> "np.ndarray":

@@ -11,7 +11,7 @@ with it, as lids do.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, reduce
 from typing import ClassVar
 
 import cv2
@@ -69,6 +69,8 @@ for _ring, _curve in zip(LID_RINGS, (curve for eye in EYE_CURVES for curve in ey
 COLUMNS = np.arange(SIZE_WH[0])
 OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
 _ACROSS = (OUTWARDS + 0.5).astype(np.float32)
+# 0 between the corners of the eye, 1 from a column beyond them on.
+_BEYOND = np.clip((np.abs(OUTWARDS) - 0.5) / LID_STEP, 0, 1).astype(np.float32)
 _AT_LID_RISE = round((LID_RISE_AT - 0.5 - LID_LEFT) / LID_STEP)
 # Charts: columns as on the grid, and so many rows for a height of 1, from the lash line to the
 # height of the brow and more.
@@ -87,7 +89,7 @@ class LidSurface:
     below the lower lash line; the eyeball is where both are negative.
     normals: (2, H, W).  width_px: of the eye.
     both: the heights of both eyes of the face.  number: which of them it is.
-    is_upper: True for the skin above the eye.
+    is_upper, is_lower: True for the skin above the eye, and for that below it.
     """
 
     grid: Grid
@@ -99,15 +101,22 @@ class LidSurface:
     both: "BothEyes"
     number: int
     is_upper: bool = True
+    is_lower: bool = False
     is_broad: ClassVar[bool] = False
 
-    @property
-    def _away_px(self) -> np.ndarray:
-        """From the lash line of this side, negative on the eyeball."""
-        return self.lash_px if self.is_upper else self.below_px
+    def _away_px(self) -> list[np.ndarray]:
+        """From the lash lines of this surface, negative on the eyeball."""
+        sides = (self.is_upper, self.lash_px), (self.is_lower, self.below_px)
+        return [away_px for is_here, away_px in sides if is_here]
 
     def sides(self) -> "list[LidSurface]":
-        return [self, replace(self, is_upper=False)]
+        return [self, replace(self, is_upper=False, is_lower=True)]
+
+    def joined(self) -> "LidSurface":
+        return replace(self, is_upper=True, is_lower=True)
+
+    def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
+        return self.both.joined(*on_sides)
 
     def fields(self) -> EyeFields:
         return self.both.upper if self.is_upper else self.both.lower
@@ -122,7 +131,7 @@ class LidSurface:
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
         # a pixel of skin is interpolated from places up to the diagonal of a step away
-        inside = self._away_px > -1.5 * self.grid.step_px()
+        inside = reduce(np.maximum, self._away_px()) > -1.5 * self.grid.step_px()
         if density is not None:
             inside &= density > 0
         return self.grid.box_px(box_of(inside), more=1)  # weights are interpolated
@@ -137,22 +146,34 @@ class LidSurface:
         """Fill (h, w) float32 with the weight of makeup on the frame's pixels from origin_xy on:
         on skin, and feathered at the lash line."""
         feather_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
-        lashes = self._away_px * np.float32(1 / feather_px)
-        lashes += np.float32(self._shut())
+        covers = self._covered(feather_px)
+        lashes = [away_px * np.float32(1 / feather_px) + covers for away_px in self._away_px()]
         if density is None:
-            density = np.ones(lashes.shape, np.float32)
-        there = self.grid.warped(lashes, origin_xy, out.shape, -1e3)
+            density = np.ones(self.up.shape, np.float32)
+        # each side alone, or a nearly shut eye would be closed between two places of the grid
+        there = reduce(
+            np.maximum, [self.grid.warped(one, origin_xy, out.shape, -1e3) for one in lashes]
+        )
         dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
         cv2.multiply(np.minimum(there, 1, out=there), dense, dst=out)
         # also removes what lies beyond the lashes
         cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
-    def _shut(self) -> float:
-        """1 for a shut eye, whose lids hide the eyeball that else must be spared; 0 for an open
-        one."""
+    def _covered(self, feather_px: float) -> np.ndarray:
+        """(48,) float32: what is added to the weight between the lash lines, in every column.
+
+        A shut eye has no eyeball that must be spared. Beyond the corners there is none either, so
+        that a joined surface has no bare line there, nor along the lashes of an eye that is nearly
+        shut.
+        """
         open_px = -float((self.lash_px + self.below_px).min())
         most, least = _OPEN
-        return min(max((most - open_px / self.width_px) / (most - least), 0.0), 1.0)
+        shut = min(max((most - open_px / self.width_px) / (most - least), 0.0), 1.0)
+        if not (self.is_upper and self.is_lower):
+            return np.full(SIZE_WH[0], shut, np.float32)
+        deepest = max(0.5 * open_px / feather_px, 0.0)
+        covered: np.ndarray = np.maximum(_BEYOND, np.float32(shut * (1 + deepest)))
+        return covered
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light on the grid, and its mean over the lid.
@@ -181,7 +202,7 @@ class BothEyes:
     ) -> None:
         """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0."""
         self._up, self._lash_px, self._below_px = up, lash_px, below_px
-        wide = np.array(widths_px, np.float32)[:, None, None]
+        wide = self._wide = np.array(widths_px, np.float32)[:, None, None]
         self.upper, self.lower = (
             EyeFields(is_upper, _ACROSS, _RISE, (up, lash_px, below_px), wide, self._lid_rise)
             for is_upper in (True, False)
@@ -192,9 +213,18 @@ class BothEyes:
         if is_upper:
             rows: np.ndarray = self._up * np.float32(_CHART_ROWS)
         else:
-            rows = self._below_px * (np.float32(_CHART_ROWS / LID) / self.lower.width_px)
+            rows = self._below_px * (np.float32(_CHART_ROWS / LID) / self._wide)
         y = rows.reshape(-1, SIZE_WH[0])
         return _columns(len(y)), y
+
+    def joined(self, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
+        """Densities above the eyes and below them, (coats, 2, 32, 48) -> both in one. Each fades
+        over a step of the grid beyond the middle between the lash lines, so that two colours that
+        meet there leave no bare line."""
+        beyond = (self._lash_px - self._below_px) * (np.float32(0.5 / LID_STEP) / self._wide)
+        above: np.ndarray = upper * np.minimum(np.maximum(1 + beyond, 0), 1)
+        np.maximum(above, lower * np.minimum(np.maximum(1 - beyond, 0), 1), out=above)
+        return above
 
     def _lid_rise(self) -> np.ndarray:
         """(2, 1, 1): how far the upper lash line rises at LID_RISE_AT, in widths of the eye."""

@@ -6,6 +6,7 @@ face; how they are turned; whether the face is seen there; and whether it is bar
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
@@ -100,6 +101,12 @@ class FaceSurface:
 
     def sides(self) -> "list[FaceSurface]":
         return [self]
+
+    def joined(self) -> "FaceSurface":
+        return self
+
+    def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
+        return on_sides[0]
 
     def fields(self) -> FaceFields:
         return FaceFields(self.across[None], self.down[None])

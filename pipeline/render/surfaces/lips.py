@@ -66,6 +66,12 @@ class LipsSurface:
     def sides(self) -> "list[LipsSurface]":
         return [self]
 
+    def joined(self) -> "LipsSurface":
+        return self
+
+    def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
+        return on_sides[0]
+
     def fields(self) -> LipsFields:
         return LipsFields(lambda: _inward(self.face, self.grid)[None])
 

@@ -29,6 +29,15 @@ class Surface(Protocol):
         """The parts of the surface that are painted one by one: skin above an eye, and below it."""
         ...
 
+    def joined(self) -> "Surface":
+        """All sides as one surface."""
+        ...
+
+    def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
+        """Densities on the sides, in their order, (coats, N, H, W) each at the places of all
+        surfaces of the region -> on the joined surface."""
+        ...
+
     def fields(self) -> Any:
         """What kinds of makeup know of the grid's places: an object of look/kinds/fields.py with
         arrays of all surfaces of the region, so that (N, H, W) is made at once."""

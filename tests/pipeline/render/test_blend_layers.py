@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import FLAT, any_codes, flat_surface, lights, paint_codes, params, product, white_light
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.material import Varying, made_up, skin_at
+from makeup_video.kernels.material import made_up, skin_at
+from makeup_video.kernels.paint_twin import composed
 from makeup_video.pipeline.look.finishes import product as finished
-from makeup_video.pipeline.render.blend_layers import blend
+from makeup_video.pipeline.render.blend_layers import blend, shares_of
 from makeup_video.pipeline.render.product_material import SkinAxes, material
 
 FACING = SkinAxes(np.eye(2), 700.0)
@@ -32,14 +33,11 @@ def whole(value=1.0):
     return np.full(HW, value, np.float32)
 
 
-def on(light, weight, m, maps=None, shade=1.0):
+def on(light, weight, m, varying=None, shade=1.0):
     """Put a product on light (H, W, 3) that has no texture of its own."""
     coarse = light @ np.array(m.luminance)
     skin = skin_at(coarse, 0.2, 0 * coarse, 0 * coarse, DARK_ROOM, m)
     skin.shade = np.full(HW, shade)
-    varying = None
-    if maps is not None:
-        varying = Varying(np.moveaxis(maps[:3], 0, -1), maps[3], np.moveaxis(maps[4:7], 0, -1), maps[7])  # fmt: skip
     return made_up(light, weight, U, V, skin, m, varying)
 
 
@@ -50,13 +48,21 @@ def one_after_another(layers, shade=1.0):
     return light
 
 
+def films(layers):
+    materials = [m for _, m in layers]
+    densities = np.stack([density for density, _ in layers])
+    return blend(shares_of(densities, [m.opacity for m in materials]), materials)
+
+
 def blended(layers):
-    return blend(np.stack([density for density, _ in layers]), [m for _, m in layers])
+    """What varies, at every place, and the material."""
+    made, m = films(layers)
+    return composed(made, made.shares), m
 
 
 def at_once(layers, shade=1.0):
-    maps, m = blended(layers)
-    return on(np.broadcast_to(SKIN, (*HW, 3)), whole(), m, maps.astype(float), shade)
+    varying, m = blended(layers)
+    return on(np.broadcast_to(SKIN, (*HW, 3)), whole(), m, varying, shade)
 
 
 @settings(max_examples=100, deadline=None)
@@ -91,7 +97,7 @@ def test_finishes_at_once_look_as_one_after_another(finish, region):
 def test_one_layer_is_painted_as_its_product_alone(p, seed):
     luma, chroma = any_codes(seed, (9, 6), Coding())
     surface, m = flat_surface((9, 6), 0.2), lit(p)
-    maps, common = blended([(np.ones((2, 2), np.float32), m)])
+    maps, common = films([(np.ones((2, 2), np.float32), m)])
     alone = paint_codes(luma, chroma, surface, m, Coding())
     layers = paint_codes(luma, chroma, replace(surface, layers=maps), common, Coding())
     assert np.abs(alone - layers).max() <= 1  # the square of a float32 root is not the number
@@ -101,11 +107,11 @@ def test_one_layer_is_painted_as_its_product_alone(p, seed):
 @given(layered, lights())
 def test_maps_and_material_are_finite_and_in_range(given_layers, light):
     layers = [(density, lit(p, light)) for density, p in given_layers]
-    maps, m = blended(layers)
-    assert maps.shape == (8, *HW) and maps.dtype == np.float32
-    assert np.isfinite(maps).all() and np.isfinite(np.hstack(m.record())).all()
-    assert maps.min() >= 0
-    assert maps[3].max() <= 1 + 1e-6 and maps[7].max() <= len(layers)
+    varying, m = blended(layers)
+    assert np.isfinite(np.hstack(m.record())).all()
+    for numbers in (varying.product, varying.opacity, varying.glint, varying.shine):
+        assert np.isfinite(numbers).all() and numbers.min() >= 0
+    assert varying.opacity.max() <= 1 + 1e-6 and varying.shine.max() <= len(layers)
     assert np.isfinite(at_once(layers)).all()
     for share in (m.opacity, m.texture, m.undertone, m.reflection, m.shimmer):
         assert 0 <= share <= 1 + 1e-9
@@ -115,8 +121,8 @@ def test_maps_and_material_are_finite_and_in_range(given_layers, light):
 @given(layered)
 def test_layers_without_density_change_nothing(given_layers):
     layers = [(0 * density, lit(p)) for density, p in given_layers]
-    maps, _ = blended(layers)
-    assert not maps[3:].any()
+    varying, _ = blended(layers)
+    assert not (varying.opacity.any() or varying.glint.any() or varying.shine.any())
     np.testing.assert_allclose(at_once(layers), np.broadcast_to(SKIN, (*HW, 3)), atol=1e-9)
 
 
@@ -126,10 +132,9 @@ def test_a_layer_without_density_leaves_the_others_alone(given_layers, empty):
     layers = [(density, lit(p)) for density, p in given_layers]
     nothing = 0 * empty[0], lit(empty[1])
     for more in ([nothing, *layers], [*layers, nothing]):
-        np.testing.assert_allclose(blended(more)[0][3], blended(layers)[0][3], rtol=1e-5)
-        np.testing.assert_allclose(
-            blended(more)[0][:3], blended(layers)[0][:3], rtol=1e-3, atol=1e-5
-        )
+        got, want = blended(more)[0], blended(layers)[0]
+        np.testing.assert_allclose(got.opacity, want.opacity, rtol=1e-5)
+        np.testing.assert_allclose(got.product, want.product, rtol=1e-3, atol=1e-5)
 
 
 @settings(max_examples=60, deadline=None)
@@ -139,7 +144,7 @@ def test_a_denser_layer_covers_more(given_layers, number):
     number %= len(layers)
     density, m = layers[number]
     denser = [*layers[:number], (np.minimum(density + 0.2, 1), m), *layers[number + 1 :]]
-    assert (blended(denser)[0][3] >= blended(layers)[0][3] - 1e-6).all()
+    assert (blended(denser)[0].opacity >= blended(layers)[0].opacity - 1e-6).all()
 
 
 @pytest.mark.parametrize("faint", [1e-4, 3e-4])
@@ -148,8 +153,8 @@ def test_a_faint_layer_hardly_colours_the_border_beside_it(faint):
     white, black = lit(product(red=255, green=255, blue=255)), lit(product(red=0, blue=0))
     colours = []
     for density in (0.0, faint):
-        densities = np.array([[[0.0, density]], [[0.8, 0.0]]], np.float32)
-        colours.append(blend(densities, [white, black])[0][:3, 0, 1])
+        layers = [(np.float32([[0.0, density]]), white), (np.float32([[0.8, 0.0]]), black)]
+        colours.append(blended(layers)[0].product[0, 1])
     change = np.abs(colours[1] - colours[0]).max()
     assert 0 < change < 0.4 * np.abs(np.array(white.product) - black.product).max()
 
@@ -157,18 +162,18 @@ def test_a_faint_layer_hardly_colours_the_border_beside_it(faint):
 def test_an_opaque_matte_layer_hides_the_shine_below():
     shiny = lit(finished((200, 120, 90), "shimmer", "eyes"))
     matte = lit(product(opacity=1.0))
-    maps, m = blended([(whole(), shiny), (whole(), matte)])
-    assert maps[4:].max() < 1e-6 and m.reflection < 1e-6 and m.own_highlights < 1e-6
-    np.testing.assert_allclose(maps[:3, 0, 0], matte.product, atol=1e-5)
+    varying, m = blended([(whole(), shiny), (whole(), matte)])
+    assert max(varying.glint.max(), varying.shine.max(), m.reflection, m.own_highlights) < 1e-6
+    np.testing.assert_allclose(varying.product[0, 0], matte.product, atol=1e-5)
 
 
 def test_clear_gloss_lets_the_colour_below_shine():
     colour = lit(product())
     clear = lit(product(opacity=0.0, gloss=1.0, reflection=0.5))
-    maps, m = blended([(whole(), colour), (whole(), clear)])
-    np.testing.assert_allclose(maps[:3, 0, 0], colour.product, atol=1e-5)
-    np.testing.assert_allclose(maps[4:7, 0, 0], clear.glint, rtol=1e-5)
-    shine = maps[7, 0, 0]
+    varying, m = blended([(whole(), colour), (whole(), clear)])
+    np.testing.assert_allclose(varying.product[0, 0], colour.product, atol=1e-5)
+    np.testing.assert_allclose(varying.glint[0, 0], clear.glint, rtol=1e-5)
+    shine = varying.shine[0, 0]
     assert shine * m.own_highlights == pytest.approx(clear.own_highlights, rel=1e-4)
     assert shine * m.reflection == pytest.approx(clear.reflection, rel=1e-4)
     assert m.lobe == pytest.approx(clear.lobe)
@@ -184,7 +189,7 @@ def test_sparkles_are_those_of_the_layer_that_shimmers_most():
     )
 
 
-def test_each_layer_must_have_its_density():
-    for densities, materials in ((np.empty((0, *HW)), []), (whole()[None], [lit(product())] * 2)):
-        with pytest.raises(ValueError, match="layers must be at least one, each with its density"):
-            blend(densities, materials)
+def test_each_layer_must_have_its_shares():
+    for shares, materials in ((np.empty((0, *HW)), []), (whole()[None], [lit(product())] * 2)):
+        with pytest.raises(ValueError, match="layers must be at least one, each with its shares"):
+            blend(shares, materials)

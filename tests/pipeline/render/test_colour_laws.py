@@ -42,7 +42,7 @@ from makeup_video.kernels.colour import (
     to_xyz,
 )
 from makeup_video.kernels.material import made_up, skin_at
-from makeup_video.kernels.paint import on_pixels
+from makeup_video.kernels.paint_twin import on_pixels
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Look
@@ -214,7 +214,7 @@ def test_the_same_picture_looks_the_same_in_every_coding(p, seed, brightest):
 def painted_without_rounding(codes, lit, coding):
     """Paint codes in floating point, without any rounding."""
     coarse, nx, ny = on_pixels(SURFACE)
-    skin = skin_at(coarse, SURFACE.mean, nx, ny, SURFACE.environment, lit)
+    skin = skin_at(coarse, SURFACE.mean, nx, ny, SURFACE.environment.linear(), lit)
     return encode(made_up(decode(codes, coding), SURFACE.weight, coarse, coarse, skin, lit), coding)
 
 

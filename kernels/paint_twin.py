@@ -1,0 +1,75 @@
+"""The numpy twin of paint.cl, in float64."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from makeup_video.kernels.colour import Coding, decode, encode, rounded
+from makeup_video.kernels.material import Varying, bilinear, made_up, skin_at
+from makeup_video.kernels.paint import FAINT, INSIDE, Layers, PaintedRegion
+from makeup_video.kernels.planes import fold, spread
+
+
+def paint_twin(
+    planes: tuple[np.ndarray, ...],
+    regions: Sequence[PaintedRegion],
+    coding: Coding,
+    block: tuple[int, int],
+) -> tuple[np.ndarray, ...]:
+    """Paint as `Canvas.paint` does, in float64, and return the new planes."""
+    new = tuple(plane.copy() for plane in planes)
+    for region in regions:
+        luma, chroma = region.rect.luma(new), region.rect.chroma(new, block)
+        codes = spread(chroma, block, luma.shape)
+        luma[:], change = region_twin(luma, codes, region, coding)
+        fold(chroma, change, block, coding.max_code)
+    return new
+
+
+def region_twin(
+    luma: np.ndarray, chroma: np.ndarray, region: PaintedRegion, coding: Coding
+) -> tuple[np.ndarray, np.ndarray]:
+    """Paint one region: luma (h, w) and the chroma of each luma pixel (2, h, w), both codes.
+
+    Returns the new luma codes, and the change of chroma (2, h, w).
+    """
+    codes = np.stack([luma, *chroma], axis=-1).astype(np.float64)
+    coarse, nx, ny = on_pixels(region)
+    environment = region.environment.linear()
+    skin = skin_at(coarse, region.mean, nx, ny, environment, region.material)
+    weight = region.weight.astype(np.float64)
+    u, v = _mapped(region.to_patch, luma.shape)
+    layers = region.layers
+    varying = None if layers is None else composed(layers, _sampled(layers.shares, region))
+    light = made_up(decode(codes, coding), weight, u, v, skin, region.material, varying)
+    new = np.where(weight[..., None] > 0, encode(light, coding), codes)
+    changed = np.moveaxis((new - codes)[..., 1:], -1, 0)
+    return rounded(new[..., 0], coding).astype(luma.dtype), changed
+
+
+def composed(layers: Layers, shares: np.ndarray) -> Varying:
+    """Compose layers: the twin of paint_compose.  shares: (N, ...) at any places."""
+    sums = np.einsum("n...,nk->...k", shares, np.array(layers.numbers, np.float64))
+    opacity = sums[..., 3]
+    root = sums[..., :3] + FAINT * np.array(layers.mean_root)
+    root /= (opacity + FAINT)[..., None]
+    return Varying(root * root, opacity, sums[..., 4:7], sums[..., 7])
+
+
+def on_pixels(region: PaintedRegion) -> np.ndarray:
+    """Sample shading and normals at each pixel of the rectangle: (3, h, w)."""
+    return _sampled(np.concatenate([region.shading[None], region.normals]), region)
+
+
+def _sampled(grid: np.ndarray, region: PaintedRegion) -> np.ndarray:
+    """Sample (C, H, W) on the region's grid at each pixel of the rectangle: (C, h, w)."""
+    x, y = _mapped(region.to_grid, region.weight.shape)
+    high, wide = grid.shape[1:]
+    x, y = np.clip(x, 0, wide - INSIDE), np.clip(y, 0, high - INSIDE)
+    return np.moveaxis(bilinear(grid.astype(np.float64), x, y), -1, 0)
+
+
+def _mapped(to: Sequence[float], hw: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Map each pixel by a (2, 3) map, given by rows: x and y, (h, w) float32."""
+    y, x = np.mgrid[: hw[0], : hw[1]].astype(np.float32)
+    a, b, c, d, e, f = np.array(to, np.float32)
+    return a * x + b * y + c, d * x + e * y + f
