@@ -140,13 +140,14 @@ _LATER_WITH_NETS = {
     "look_from_photo": "reference.estimate",
 }
 
+if not TYPE_CHECKING:  # type checkers would take any name for one of the module's
 
-def __getattr__(name: str) -> Any:
-    module = {**_LATER, **_LATER_WITH_NETS}.get(name)
-    if module is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from makeup_video.pipeline.engine.machine import FIND_FACES, LOAD, check_memory
+    def __getattr__(name: str) -> Any:
+        module = {**_LATER, **_LATER_WITH_NETS}.get(name)
+        if module is None:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from makeup_video.pipeline.engine.machine import FIND_FACES, LOAD, check_memory
 
-    # with less, their libraries end the process while they are loaded, and say nothing
-    check_memory(FIND_FACES if name in _LATER_WITH_NETS else LOAD)
-    return getattr(import_module(f"{__name__}.{module}"), name)
+        # with less, their libraries end the process while they are loaded, and say nothing
+        check_memory(FIND_FACES if name in _LATER_WITH_NETS else LOAD)
+        return getattr(import_module(f"{__name__}.{module}"), name)
