@@ -8,10 +8,31 @@ from makeup_video.cli.console import log
 from makeup_video.cli.options import COLOUR, FACES, LOOK, RUN, RefPhoto
 from makeup_video.pipeline.look.kinds import PARTS
 
+_FACES = {
+    word: name
+    for name, words in {
+        "all": ("all", "any", "both", "every", "everybody", "everyone"),
+        "largest": ("largest", "biggest", "closest", "main", "nearest"),
+    }.items()
+    for word in words
+}
+
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
     from makeup_video.pipeline.look.kinds.kind import Kind
     from makeup_video.pipeline.look.options import Choice
+
+
+def faces_meant(value: str | None) -> str | None:
+    """What a word for faces means: "biggest" is "largest"; other words stay as they are."""
+    return None if value is None else _FACES.get(value.strip().lower(), value)
+
+
+def ready_names(incomplete: str) -> list[str]:
+    """The ready looks that begin so, for a shell that completes a line."""
+    from makeup_video.pipeline import ready_looks
+
+    return [one.name for one in ready_looks() if one.name.startswith(incomplete)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +46,7 @@ class _WholeLook:
             metavar="NAME",
             help="A look file (JSON), a ready look where no such file exists (`makeup-video looks` "
             "lists them), or 'none' to paint nothing.",
+            autocompletion=ready_names,
             rich_help_panel=LOOK,
         ),
     ] = None
@@ -108,6 +130,7 @@ class Changes:
         typer.Option(
             metavar="FACE",
             help="Whom to paint: all, largest, or a face's number as inspect shows it.",
+            callback=faces_meant,
             rich_help_panel=FACES,
         ),
     ] = "all"
@@ -116,6 +139,7 @@ class Changes:
         typer.Option(
             metavar="FACE",
             help="Whose makeup in PHOTO: largest, or a number as inspect shows it.",
+            callback=faces_meant,
             rich_help_panel=FACES,
         ),
     ] = None

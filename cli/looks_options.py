@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.look_options import Changes, look_of_photo, with_parts
+from makeup_video.cli.look_options import Changes, look_of_photo, ready_names, with_parts
 from makeup_video.cli.options import LOOK
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ class _WholeLooks:
             metavar="NAME",
             help="A look file (JSON), a ready look where no such file exists (`makeup-video looks` "
             "lists them), or 'none' to paint nothing; may be given several times.",
+            autocompletion=ready_names,
             rich_help_panel=LOOK,
         ),
     ] = None
