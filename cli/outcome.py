@@ -1,6 +1,5 @@
 """How every command ends: its lines on stderr and the documented exit code."""
 
-import shlex
 import traceback
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
@@ -92,6 +91,8 @@ def option_of_command(name: str, value: str | None) -> str:
 
 def _choice_of(error: "SeveralFacesError") -> str:
     """The advice to choose one of several faces in a photo, and how to see their numbers."""
+    import shlex
+
     from makeup_video.pipeline.reference.checks import face_list
 
     advice = (

@@ -23,6 +23,7 @@ def test_the_notebook_is_what_the_page_says(notebook):
     assert notebook.NOTEBOOK.read_text(encoding="utf-8") == notebook.text(), again
 
 
+@pytest.mark.timeout(600)
 def test_the_cells_run_from_top_to_bottom(notebook, tmp_path, monkeypatch):
     shutil.copytree(ROOT / "samples", tmp_path / "samples")
     monkeypatch.chdir(tmp_path)
