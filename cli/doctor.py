@@ -7,7 +7,7 @@ import typer
 from makeup_video.cli.console import print_result
 from makeup_video.cli.options import RUN, PrintJson
 
-EXAMPLES = ("makeup-video doctor", "makeup-video doctor --json > report.json")
+EXAMPLES = ("makeup-video doctor", "makeup-video doctor --json")
 
 
 def doctor(
