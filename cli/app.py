@@ -5,7 +5,18 @@ from difflib import get_close_matches
 from typing import Annotated, Any
 
 import typer
-from makeup_video.cli import apply, batch, bench, demo, estimate, inspect, live, looks
+from makeup_video.cli import (
+    apply,
+    batch,
+    bench,
+    demo,
+    devices,
+    doctor,
+    estimate,
+    inspect,
+    live,
+    looks,
+)
 from makeup_video.cli.help_page import Command, Group
 from makeup_video.cli.options import DEFAULT, PROGRAM, RUN
 
@@ -20,9 +31,19 @@ class DefaultGroup(Group):
         own = {name for param in self.params for name in (*param.opts, *param.secondary_opts)}
         own |= set(self.get_help_option_names(ctx))
         if args and args[0] not in own and args[0] not in self.commands:
-            self._check_first_word(ctx, args)
+            if not ctx.resilient_parsing:  # of a shell that completes a line
+                self._check_first_word(ctx, args)
             args = [DEFAULT, *args]
         return super().parse_args(ctx, args)
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
+        """Commands, own options, and the options of the command that needs no name."""
+        default = self.commands[DEFAULT]
+        inner = default.make_context(DEFAULT, [], parent=ctx, resilient_parsing=True)
+        return [
+            *super().shell_complete(ctx, incomplete),
+            *default.shell_complete(inner, incomplete),
+        ]
 
     def _check_first_word(self, ctx: Any, args: list[str]) -> None:
         """Raise a usage error for "help", a mistyped command, or a lone word, unless it is a file.
@@ -43,12 +64,13 @@ app = typer.Typer(
     name=PROGRAM,
     cls=DefaultGroup,
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for module in (apply, batch, looks, estimate, inspect, live, demo, bench):
+_MODULES = (apply, batch, looks, estimate, inspect, live, demo, devices, doctor, bench)
+for module in _MODULES:
     name = module.__name__.rpartition(".")[2]
     app.command(name, cls=Command, epilog="\n".join(module.EXAMPLES))(getattr(module, name))
 

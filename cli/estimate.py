@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from makeup_video.cli.console import log, print_result, printable
+from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.options import FACES, OUTPUT, Debug, Overwrite, PrintJson
 from makeup_video.cli.outcome import report_errors
 
@@ -32,6 +33,7 @@ def estimate(
         typer.Option(
             metavar="FACE",
             help="Whose makeup: largest, or a face's number as inspect shows it.",
+            callback=faces_meant,
             rich_help_panel=FACES,
         ),
     ] = "",

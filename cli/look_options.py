@@ -8,6 +8,15 @@ from makeup_video.cli.console import log
 from makeup_video.cli.options import COLOUR, FACES, LOOK, RUN, RefPhoto
 from makeup_video.pipeline.look.kinds import PARTS
 
+_FACES = {
+    word: name
+    for name, words in {
+        "all": ("all", "any", "both", "every", "everybody", "everyone"),
+        "largest": ("largest", "biggest", "closest", "main", "nearest"),
+    }.items()
+    for word in words
+}
+
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
     from makeup_video.pipeline.look.kinds.kind import Kind
@@ -20,6 +29,18 @@ LOOK_HELP = (
 )
 
 
+def faces_meant(value: str | None) -> str | None:
+    """What a word for faces means: "biggest" is "largest"; other words stay as they are."""
+    return None if value is None else _FACES.get(value.strip().lower(), value)
+
+
+def ready_names(incomplete: str) -> list[str]:
+    """The ready looks that begin so, for a shell that completes a line."""
+    from makeup_video.pipeline import ready_looks
+
+    return [one.name for one in ready_looks() if one.name.startswith(incomplete)]
+
+
 @dataclass(frozen=True, kw_only=True)
 class _WholeLook:
     """A look that other options change."""
@@ -30,6 +51,7 @@ class _WholeLook:
         typer.Option(
             metavar="NAME",
             help=f"{LOOK_HELP}.",
+            autocompletion=ready_names,
             rich_help_panel=LOOK,
         ),
     ] = None
@@ -113,6 +135,7 @@ class Changes:
         typer.Option(
             metavar="FACE",
             help="Whom to paint: all, largest, or a face's number as inspect shows it.",
+            callback=faces_meant,
             rich_help_panel=FACES,
         ),
     ] = "all"
@@ -121,6 +144,7 @@ class Changes:
         typer.Option(
             metavar="FACE",
             help="Whose makeup in PHOTO: largest, or a number as inspect shows it.",
+            callback=faces_meant,
             rich_help_panel=FACES,
         ),
     ] = None

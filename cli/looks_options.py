@@ -7,7 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.look_options import LOOK_HELP, Changes, look_of_photo, with_parts
+from makeup_video.cli.look_options import (
+    LOOK_HELP,
+    Changes,
+    look_of_photo,
+    ready_names,
+    with_parts,
+)
 from makeup_video.cli.options import LOOK
 
 if TYPE_CHECKING:
@@ -32,6 +38,7 @@ class _WholeLooks:
         typer.Option(
             metavar="NAME",
             help=f"{LOOK_HELP}; may be given several times.",
+            autocompletion=ready_names,
             rich_help_panel=LOOK,
         ),
     ] = None

@@ -42,7 +42,13 @@ def name_outputs(output: str, source: str, looks: Sequence[WantedLook]) -> list[
 def fields_of(path: Path) -> dict[str, str]:
     """What a template of outputs may hold of an input."""
     folder = path.absolute().parent.name
-    return {"name": path.stem, "folder": folder, "ext": path.suffix.lower().removeprefix(".")}
+    return {"name": path.stem, "folder": folder, "ext": _written_as(path)}
+
+
+def _written_as(path: Path) -> str:
+    """The extension of the output for an input: HEIC is read, and never written."""
+    end = path.suffix.lower().removeprefix(".")
+    return "jpg" if end in ("heic", "heif") else end
 
 
 def _with_look(output: str) -> str:

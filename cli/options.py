@@ -55,6 +55,13 @@ Quiet = Annotated[
 ]
 Debug = Annotated[bool, typer.Option("--debug", help="Show tracebacks.", rich_help_panel=RUN)]
 
+# "1h 2m 3.5s", "90s", "2 min": at least one unit
+_SPOKEN_TIME = re.compile(
+    r"(?=.*[a-z])(?:(\d{1,9})\s*h(?:ours?|rs?)?)?\s*(?:(\d{1,9})\s*m(?:in(?:ute)?s?)?)?\s*"
+    r"(?:(\d{1,9}(?:\.\d{1,9})?)\s*s(?:ec(?:ond)?s?)?)?",
+    re.ASCII,
+)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageOptions:
@@ -155,13 +162,19 @@ def _parameter(name: str, annotation: Any, default: Any) -> Parameter:
 
 
 def parse_time(text: str | None, option: str) -> "Fraction | None":
-    """Exact seconds from "12.5", "1:02.5" or "0:01:02.5"; None stays None. Raises UsageError."""
+    """Exact seconds from "12.5", "12.5s", "1m 2.5s", "1:02.5" or "0:01:02.5"; None stays None.
+
+    Raises UsageError.
+    """
     if text is None:
         return None
     from fractions import Fraction
 
     from makeup_video.pipeline import UsageError
 
+    if spoken := _SPOKEN_TIME.fullmatch(text.strip().lower()):
+        hours, minutes, seconds = (Fraction(part or 0) for part in spoken.groups())
+        return 3600 * hours + 60 * minutes + seconds
     if not re.fullmatch(r"(\d{1,9}:){0,2}\d{1,9}(\.\d{1,9})?", text, re.ASCII):
         raise UsageError(f"{option} must be seconds or [hh:]mm:ss[.fraction], got {text!r}")
     values = [Fraction(part) for part in text.split(":")]

@@ -11,7 +11,7 @@ from makeup_video.cli.console import log
 from makeup_video.cli.options import DEFAULT, PROGRAM
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline import Face, MakeupVideoError, Report
+    from makeup_video.pipeline import MakeupVideoError, Report, SeveralFacesError
 
 # Options whose names differ from those of Python by more than a hyphen.
 _NAMES = {
@@ -48,7 +48,7 @@ def report_errors(
         if debug:
             traceback.print_exc()
         if isinstance(error, SeveralFacesError):
-            error.extend(after=_choice_of(error.faces))
+            error.extend(after=_choice_of(error))
         log(error_line(error, command))
         raise typer.Exit(error.exit_code) from None
 
@@ -89,13 +89,30 @@ def option_of_command(name: str, value: str | None) -> str:
     return flag if value in (None, "True") else f"{flag} {value}"
 
 
-def _choice_of(faces: "Sequence[Face]") -> str:
-    """The advice to choose one of several faces in a photo."""
+def _choice_of(error: "SeveralFacesError") -> str:
+    """The advice to choose one of several faces in a photo, and how to see their numbers."""
+    import shlex
+
     from makeup_video.pipeline.reference.checks import face_list
 
-    return (
-        f", or choose it with --ref-face NUMBER or --ref-face largest; there are {face_list(faces)}"
+    advice = (
+        ", or choose it with --ref-face NUMBER or --ref-face largest; there are "
+        f"{face_list(error.faces)}"
     )
+    if error.photo is not None and _can_inspect(Path(error.photo)):
+        advice += f"; to see them: {PROGRAM} inspect {shlex.quote(error.photo)} -o seen.png"
+    return advice
+
+
+def _can_inspect(photo: Path) -> bool:
+    """False for the kinds of photos that only `--ref` reads, such as AVIF."""
+    from makeup_video.pipeline.errors import InputError
+    from makeup_video.pipeline.images.picture_file import is_picture
+
+    try:
+        return is_picture(photo)
+    except InputError:
+        return False
 
 
 def print_summary(report: "Report", quiet: bool, more: str = "") -> None:

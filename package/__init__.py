@@ -8,21 +8,21 @@ if TYPE_CHECKING:
     from makeup_video.pipeline import *
 
     __version__: str
+else:  # hidden from type checkers, which would take any name for one of the module's
 
+    def __getattr__(name: str) -> object:
+        # Both modules are imported late, or every start of the command would wait for them.
+        if name == "__version__":
+            from importlib.metadata import version
 
-def __getattr__(name: str) -> object:
-    # Both modules are imported late, or every start of the command would wait for them.
-    if name == "__version__":
-        from importlib.metadata import version
+            return version("makeup-video")
+        if name == "__all__" or not name.startswith("_"):
+            from importlib import import_module
 
-        return version("makeup-video")
-    if name == "__all__" or not name.startswith("_"):
-        from importlib import import_module
-
-        public = import_module("makeup_video.pipeline")
-        if name in ("__all__", *public.__all__):
-            return getattr(public, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+            public = import_module("makeup_video.pipeline")
+            if name in ("__all__", *public.__all__):
+                return getattr(public, name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -2,11 +2,12 @@
 
 from makeup_video.pipeline import Look, apply_look, find_faces, lip_mask, process_video
 from makeup_video.pipeline import product, ready_look
-look = Look(lips=product((180, 0, 46), "gloss"))  # or Look.load("look.json")
+look = Look(lips=product("#B4002E", "gloss"))  # or Look.load("look.json")
 look = ready_look("cat-eye").look
 report = process_video("in.mp4", "out.mp4", look)
 done = process_looks("in.mp4", {"a.mp4": look, "b.mp4": other})  # read once
 painted = apply_look(rgb8, look)  # one picture
+for painted in paint_frames(frames, look): ...  # the frames of a video, tracked and smoothed
 look = estimate_look(rgb8)  # or look_from_photo("look.jpg"): the makeup in a photo
 faces = find_faces(rgb8)  # largest first
 weight = lip_mask(rgb8, faces[0])
@@ -58,6 +59,7 @@ __all__ = [
     "LookError",
     "MakeupVideoError",
     "OutputError",
+    "Painter",
     "PhotoError",
     "ReadyLook",
     "Report",
@@ -74,6 +76,8 @@ __all__ = [
     "inspect_video",
     "lip_mask",
     "look_from_photo",
+    "paint_frames",
+    "paint_pictures",
     "process_looks",
     "process_video",
     "product",
@@ -95,6 +99,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.look.ready import ReadyLook, ready_look, ready_looks
     from makeup_video.pipeline.offline.inspect_faces import inspect_video
     from makeup_video.pipeline.offline.looks import process_looks
+    from makeup_video.pipeline.offline.painter import Painter, paint_frames, paint_pictures
     from makeup_video.pipeline.offline.process import process_video
     from makeup_video.pipeline.offline.report import Report
     from makeup_video.pipeline.offline.settings import Settings
@@ -127,18 +132,22 @@ _LATER_WITH_NETS = {
     "find_faces": "faces.find",
     "lip_mask": "faces.lip_mask",
     "inspect_video": "offline.inspect_faces",
+    "Painter": "offline.painter",
+    "paint_frames": "offline.painter",
+    "paint_pictures": "offline.painter",
     "apply_look": "render.apply_look",
     "estimate_look": "reference.estimate",
     "look_from_photo": "reference.estimate",
 }
 
+if not TYPE_CHECKING:  # type checkers would take any name for one of the module's
 
-def __getattr__(name: str) -> Any:
-    module = {**_LATER, **_LATER_WITH_NETS}.get(name)
-    if module is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from makeup_video.pipeline.engine.machine import FIND_FACES, LOAD, check_memory
+    def __getattr__(name: str) -> Any:
+        module = {**_LATER, **_LATER_WITH_NETS}.get(name)
+        if module is None:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from makeup_video.pipeline.engine.machine import FIND_FACES, LOAD, check_memory
 
-    # with less, their libraries end the process while they are loaded, and say nothing
-    check_memory(FIND_FACES if name in _LATER_WITH_NETS else LOAD)
-    return getattr(import_module(f"{__name__}.{module}"), name)
+        # with less, their libraries end the process while they are loaded, and say nothing
+        check_memory(FIND_FACES if name in _LATER_WITH_NETS else LOAD)
+        return getattr(import_module(f"{__name__}.{module}"), name)

@@ -117,14 +117,20 @@ class PhotoError(InputError):
 
 
 class SeveralFacesError(PhotoError):
-    """faces: those to choose from, as `find_faces` returns them, the largest first."""
+    """faces: those to choose from, as `find_faces` returns them, the largest first.
 
-    def __init__(self, message: str = "", faces: Sequence[Any] = ()) -> None:
+    photo: the file that shows them, None for a photo in memory.
+    """
+
+    def __init__(
+        self, message: str = "", faces: Sequence[Any] = (), photo: str | None = None
+    ) -> None:
         super().__init__(message)
         self.faces = tuple(faces)
+        self.photo = photo
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self._message, self.faces)
+        return type(self), (self._message, self.faces, self.photo)
 
 
 class OutputError(MakeupVideoError, OSError):

@@ -34,6 +34,7 @@ ONLY_IN = {
     ),
     "PIL": ("pipeline/images", "pipeline/look/words.py", "web/photo_child.py", "training"),
     "simplejpeg": ("pipeline/images",),
+    "pi_heif": ("pipeline/images/heif.py",),
     "typer": ("cli",),
     "rich": ("cli", "benchmark"),
     "starlette": ("web",),

@@ -64,7 +64,7 @@ def test_only_the_promised_libraries_are_required():
               if "extra ==" not in text}  # fmt: skip
     assert needed == {
         "av", "numpy", "opencv-contrib-python-headless", "onnxruntime", "pillow", "pyopencl",
-        "pocl-binary-distribution", "rich", "simplejpeg", "starlette", "typer", "uvicorn", "websockets",
+        "pocl-binary-distribution", "rich", "simplejpeg", "pi-heif", "starlette", "typer", "uvicorn", "websockets",
     }  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from makeup_video.pipeline.errors import UsageError
 _ENDS = frozenset((
     ".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
     ".flv", ".asf", ".wmv", ".3gp", ".ogv", ".mxf", ".gif", ".jpg", ".jpeg", ".png", ".webp",
+    ".heic", ".heif",
 ))  # fmt: skip
 
 

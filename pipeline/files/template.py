@@ -11,7 +11,7 @@ from makeup_video.pipeline.errors import UsageError, option
 FIELDS: Mapping[str, str] = {
     "name": "the input's name without its extension",
     "folder": "the name of the folder that the input lies in",
-    "ext": "the input's extension, without the dot",
+    "ext": "the input's extension without the dot, jpg for a HEIC photo",
     "look": "the look's name",
     "brand": "the brand of a catalogue's row",
     "shade": "the shade of a catalogue's row",

@@ -1,6 +1,7 @@
 """Reads photo files as upright sRGB pixels.
 
-Pillow reads them: it knows ICC profiles, CMYK and AVIF, which OpenCV's reader does not.
+Pillow reads them: it knows ICC profiles, CMYK and AVIF, which OpenCV's reader does not. HEIC is
+decoded by pi-heif, as a format of Pillow.
 """
 
 import io
@@ -17,17 +18,18 @@ import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
 from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
+from makeup_video.pipeline.images.heif import HEAD_BYTES, is_heif, register_with_pillow, to_srgb
 from makeup_video.pipeline.images.picture_size import MOST_PX
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
 # Formats of photos only: some others of Pillow's run programs (EPS) or open more files.
 _FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
-_KINDS = "JPEG, PNG, WebP, AVIF, TIFF or BMP"
+_KINDS = "JPEG, PNG, WebP, HEIC, AVIF, TIFF or BMP"
 # Photos with a longer side than this are averaged down: a face still has far more pixels than
 # needed.
 LARGE_PX = 4096
-_HEIC = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1")
+_SEQUENCES = (b"hevc", b"hevx", b"msf1")
 _AVIF = (b"avif", b"avis")
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _BEGINNINGS = (b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF8", b"BM")  # of JPEG, PNG, GIF, BMP
@@ -93,11 +95,14 @@ def read_photo(
     Colours are converted from the file's ICC profile; without one they count as sRGB. Transparent
     pixels are laid on middle grey. A photo with more than 4096 px on its longer side is averaged
     down by a whole factor. Raises InputError when the file cannot be opened, PhotoError when no
-    colours can be read from it: another kind of file, moving, grey, damaged, too large.
+    colours can be read from it: another kind of file, moving, grey, damaged, too large. Raises
+    InstallError for a HEIC photo without pi-heif.
     """
     file = _opened(photo, name)
     Image.init()
     formats = [name for name in _FORMATS if name in Image.OPEN]
+    if is_heif(file.begins(HEAD_BYTES)):
+        formats = [register_with_pillow(file)]
     try:
         with file.data, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pillow's: our one line says what is wrong
@@ -150,8 +155,9 @@ def _is_moving(picture: Image.Image) -> bool:
 
     The pages are not counted: a hostile file may have a million of them.
     """
-    # an MPO is a JPEG followed by more pictures (depth, the other eye); the first is the photo
-    return getattr(picture, "is_animated", False) and picture.format != "MPO"
+    # An MPO is a JPEG followed by more pictures (depth, the other eye); the first is the photo. A
+    # HEIF file names its main picture.
+    return getattr(picture, "is_animated", False) and picture.format not in ("MPO", "HEIF")
 
 
 def _refuse(picture: Image.Image, moves: bool, file: _Photo, most_px: int) -> None:
@@ -179,7 +185,7 @@ def _pixels(picture: Image.Image) -> np.ndarray:
     A PNG may have metadata behind its pixels, which is known only once it is loaded.
     """
     orientation = _orientation(picture)
-    profile = picture.info.get("icc_profile")
+    profile, nclx = picture.info.get("icc_profile"), picture.info.get("nclx_profile")
     many = -(-max(picture.size) // LARGE_PX)
     image: Image.Image = picture
     if image.mode == "P":
@@ -191,6 +197,8 @@ def _pixels(picture: Image.Image) -> np.ndarray:
         ground = Image.new("RGBA", image.size, _BEHIND)
         image = Image.alpha_composite(ground, image)
     image = _in_srgb(image, profile)
+    if nclx and not profile:  # of a HEIF file
+        image = Image.fromarray(to_srgb(np.asarray(image), nclx))
     if orientation.transposition:
         image = image.transpose(Image.Transpose[orientation.transposition])
     return np.array(image)
@@ -237,15 +245,20 @@ def _unknown(file: _Photo) -> str:
     """Why Pillow does not know the file."""
     head = file.begins(12)
     brand = head[8:] if head[4:8] == b"ftyp" else b""
-    if brand in _HEIC:
-        return f"{file} is a HEIC photo, which cannot be read here: save it as JPEG or PNG"
+    if brand in _SEQUENCES:
+        return f"{file} holds several pictures: save the one that shows the makeup"
     if brand in _AVIF and not features.check("avif"):
         return f"{file} is an AVIF photo, which cannot be read here: save it as JPEG or PNG"
     if head.startswith(_TIFF):
         return (
             f"{file} is damaged, or a kind of TIFF that cannot be read here: save it as JPEG or PNG"
         )
-    if brand in _AVIF or head.startswith(_BEGINNINGS) or head[8:] == b"WEBP":
+    if (
+        is_heif(file.begins(HEAD_BYTES))
+        or brand in _AVIF
+        or head.startswith(_BEGINNINGS)
+        or head[8:] == b"WEBP"
+    ):
         return _damaged(file)
     if not _is_video(file, head):
         return f"{file} is no photo that can be read: give a {_KINDS} file"

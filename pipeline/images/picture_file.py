@@ -1,22 +1,27 @@
-"""Reads and writes picture files with their metadata: JPEG, PNG and WebP, by OpenCV."""
+"""Reads and writes picture files with their metadata: JPEG, PNG and WebP by OpenCV.
+
+HEIC is read by pi-heif, and written as none of them.
+"""
 
 from pathlib import Path
 
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
+from makeup_video.pipeline.images.heif import DamagedHeifError, decode, is_heif
 from makeup_video.pipeline.images.picture_size import check_size
 
 # The extensions of pictures that we write.
 WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
 # APP1 segments of a JPEG begin with what they hold (XMP specification part 3, section 1.1.3)
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
+_EXIF_IN_HEIF = b"Exif\0\0"
 _MOST_BYTES = 1_000_000_000  # the largest picture has no more, even uncompressed
 _NO_MEMORY = -4  # cv2.Error.StsNoMem
 
 
 def is_picture(path: Path) -> bool:
-    """True when the file begins as a still JPEG, PNG or WebP.
+    """True when the file begins as a still JPEG, PNG, WebP or HEIC.
 
     Motion JPEG without a container begins as a JPEG, too, and is known by its extension. Raises
     DecodeError for an animated WebP, which neither OpenCV nor FFmpeg reads as a whole, InputError
@@ -33,6 +38,8 @@ def is_picture(path: Path) -> bool:
         return True
     if head.startswith(b"\x89PNG\r\n\x1a\n"):
         return b"acTL" not in head  # the mark of an animated PNG, which is read as a video
+    if is_heif(head):
+        return True
     return head.startswith(b"\xff\xd8\xff") and path.suffix.lower() not in (".mjpeg", ".mjpg")
 
 
@@ -54,6 +61,8 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.nd
     """
     import cv2
 
+    if is_heif(data):
+        return _decode_heif(data, path)
     # our one line says what is wrong: OpenCV must not print its own warnings
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
@@ -76,6 +85,27 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.nd
         plain = plain[: plain.rfind(b">") + 1]  # OpenCV 5.0 reads a few bytes too many from a PNG
         metadata[int(cv2.IMAGE_METADATA_XMP)] = np.frombuffer(plain, np.uint8)
     return pixels, metadata
+
+
+def _decode_heif(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Decode as `decode_picture` does; the pixels of a HEIC photo come upright.
+
+    Raises DecodeError, InstallError.
+    """
+    import cv2
+
+    try:
+        pixels, info = decode(data, path)
+    except DamagedHeifError as error:
+        raise DecodeError(f"{path} is damaged or cut short: no picture could be decoded") from error
+    if pixels.shape[2] >= 3:
+        pixels = np.ascontiguousarray(pixels[..., [2, 1, 0, 3][: pixels.shape[2]]])
+    kinds = {
+        cv2.IMAGE_METADATA_EXIF: (info.get("exif") or b"").removeprefix(_EXIF_IN_HEIF),
+        cv2.IMAGE_METADATA_XMP: info.get("xmp") or b"",
+        cv2.IMAGE_METADATA_ICCP: info.get("icc_profile") or b"",
+    }
+    return pixels, {int(k): np.frombuffer(blob, np.uint8) for k, blob in kinds.items() if blob}
 
 
 def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarray]) -> bytes:

@@ -4,6 +4,7 @@ import io
 from pathlib import Path
 
 from makeup_video.pipeline.errors import DecodeError
+from makeup_video.pipeline.images.heif import DamagedHeifError, is_heif, size_wh
 
 # The largest phone camera in wide use has 108 Mpx.
 MOST_PX = 120_000_000
@@ -11,21 +12,26 @@ _LONGEST_PX = 1_000_000  # libpng's limit for a row or a column
 
 
 def check_size(data: bytes, path: Path) -> None:
-    """Raises DecodeError when a JPEG, PNG or WebP declares more pixels than can be painted.
+    """Raises DecodeError when a JPEG, PNG, WebP or HEIC declares more pixels than can be painted.
 
     A damaged header passes: the decoder reports what is wrong with it.
     """
-    size = _size_wh(data)
+    size = _size_wh(data, path)
     if size is not None and max(size) > _LONGEST_PX:
         raise _too_large(path, size, f"{_LONGEST_PX} px in a row or column")
     if size is not None and size[0] * size[1] > MOST_PX:
         raise _too_large(path, size, f"{MOST_PX / 1e6:.0f} million px")
 
 
-def _size_wh(data: bytes) -> tuple[int, int] | None:
+def _size_wh(data: bytes, path: Path) -> tuple[int, int] | None:
     """(width, height) in the header; None when it is damaged."""
     if data.startswith(b"RIFF"):
         return _webp_size_wh(data)
+    if is_heif(data):
+        try:
+            return size_wh(data, path)
+        except DamagedHeifError:
+            return None
     from PIL.JpegImagePlugin import JpegImageFile
     from PIL.PngImagePlugin import PngImageFile
 

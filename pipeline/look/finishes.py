@@ -7,6 +7,13 @@ from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.look.kinds import KINDS, PARTS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.look.words import (
+    did_you_mean,
+    finish_names,
+    finish_of,
+    like_a_colour,
+    rgb_of,
+)
 
 # What a finish and an opacity are called where a look is put into words. Every kind of makeup has
 # all finishes.
@@ -87,18 +94,29 @@ def place_in_words(layer: Layer, with_place: bool = False) -> str:
     return ", ".join(filter(None, (place, share)))
 
 
-def product(rgb: Sequence[float], finish: str, part: str = "lips") -> GraphicsParams:
+def product(colour: Sequence[float] | str, finish: str, part: str = "lips") -> GraphicsParams:
     """A product of a colour and a finish, for a part of a look: a key of PARTS, such as "lips".
 
-    rgb: red, green, blue as sRGB-encoded code values 0..255, the product's colour as under neutral
-    light. finish: a name of FINISHES.  Raises UsageError for an unknown name, LookError for a
-    number out of its range.
+    colour: as under neutral light: "#B4002E", a name of CSS, or red, green and blue as sRGB-encoded
+    code values 0..255.  finish: a name of FINISHES, or another word for one, such as "glossy".
+    Raises UsageError for an unknown name, LookError for a number out of its range.
     """
-    if finish not in FINISHES:
-        raise UsageError(f"{option('finish')} must be one of {', '.join(FINISHES)}, got {finish!r}")
+    known = finish_of(finish)
+    if known is None:
+        raise UsageError(
+            f"{option('finish')} must be one of {', '.join(FINISHES)}, got {finish!r}"
+            f"{did_you_mean(finish, finish_names())}"
+        )
     if part not in PARTS:
         raise UsageError(f"a part is one of {', '.join(PARTS)}, got {part!r}")
+    rgb = rgb_of(colour) if isinstance(colour, str) else colour
+    if rgb is None:
+        raise UsageError(
+            f"a colour is '#B4002E', a name such as 'darkred', or red, green and blue, got "
+            f"{colour!r}{like_a_colour(str(colour))}"
+        )
     if len(rgb) != 3:
         raise UsageError(f"a colour is red, green and blue, got {len(rgb)} numbers")
-    red, green, blue = rgb
-    return GraphicsParams(red=red, green=green, blue=blue, **FINISHES[finish][part])
+    # numpy's numbers are no numbers to JSON
+    red, green, blue = (code.item() if hasattr(code, "item") else code for code in rgb)
+    return GraphicsParams(red=red, green=green, blue=blue, **FINISHES[known][part])

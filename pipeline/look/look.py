@@ -48,6 +48,12 @@ class Layer:
 
     def __post_init__(self) -> None:
         kind = _kind(self.kind, "kind")
+        if not isinstance(self.product, GraphicsParams):
+            raise TypeError(
+                f"the product of a layer must be GraphicsParams, got "
+                f"{type(self.product).__name__}: product('#B4002E', 'gloss', {kind.part!r}) makes "
+                "them"
+            )
         kind.check_shape(self.shape, "shape")
         check_number("strength", self.strength, 0, 1)
 
@@ -227,6 +233,20 @@ class Look:
     def save(self, path: str | Path) -> None:
         """Write the look as indented UTF-8 JSON."""
         Path(path).write_text(written(self.to_dict()), encoding="utf-8")
+
+
+def check_look(look: object) -> None:
+    """Raises TypeError, which says how to make a look, for what is none."""
+    if isinstance(look, Look):
+        return
+    how = "Look(lips=product('#B4002E', 'gloss')) makes one"
+    if isinstance(look, Mapping):
+        how = "Look.from_dict(...) makes one of the object of a look file"
+    elif isinstance(look, str | Path):
+        how = "Look.load('look.json') reads a file, ready_look('cat-eye').look is a ready one"
+    elif hasattr(look, "look"):
+        how = "give its attribute look"
+    raise TypeError(f"a look must be a Look, got {type(look).__name__}: {how}")
 
 
 def check_count(kinds: list[Any]) -> None:

@@ -17,7 +17,7 @@ from makeup_video.pipeline.engine.machine import (
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
 from makeup_video.pipeline.files.output_file import check_apart, check_place
 from makeup_video.pipeline.images.picture_file import is_picture
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.offline.encoding import choose_encoding
@@ -54,9 +54,11 @@ def process_looks(
     written.
     Returns by output its report, or the error that ended this look alone, such as a full disk. The
     seconds of a report are those of all looks that were painted at the same time.
-    Raises one of `errors` before anything is written, or for what ends all looks: an input that
-    cannot be read, Ctrl-C.
+    Raises TypeError for a look of another type; one of `errors` before anything is written, or for
+    what ends all looks: an input that cannot be read, Ctrl-C.
     """
+    for look in looks.values():
+        check_look(look)
     settings, path = settings or Settings(), local_file(src)
     outputs = {Path(output): look for output, look in looks.items()}
     _check_outputs(path, list(outputs), settings)

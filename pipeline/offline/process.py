@@ -9,7 +9,7 @@ from makeup_video.pipeline.engine.jobs import Worker
 from makeup_video.pipeline.engine.machine import COPY_VIDEO, FIND_FACES, check_memory
 from makeup_video.pipeline.engine.runner import Stage
 from makeup_video.pipeline.images.picture_file import is_picture
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.input_file import VideoSource, local_file
 from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.report import Report
@@ -31,11 +31,13 @@ def process_video(
     few times a second.
     workers: what paints the segments of `split_minutes`; None: processes of this machine. They are
     stopped in the end.
-    Raises one of `errors`; dst is then unchanged, or still does not exist.
+    Raises TypeError for a look of another type, else one of `errors`; dst is then unchanged, or
+    still does not exist.
     A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the
     processes of the segments import it.
     """
-    look, settings = look or Look(), settings or Settings()
+    look, settings = Look() if look is None else look, settings or Settings()
+    check_look(look)
     if settings.split_minutes is not None and not is_picture(local_file(src)):
         return _in_segments(src, dst, look, settings, settings.split_minutes, on_progress, workers)
     if look.is_bare:

@@ -72,11 +72,7 @@ class Settings:
     on_whole: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
-        if not re.fullmatch(r"all|largest|[0-9]{1,9}", self.faces):
-            raise UsageError(
-                f"{option('faces')} must be all, largest, or the number of a face, got "
-                f"{self.faces!r}"
-            )
+        check_faces(self.faces)
         if self.bit_depth not in (None, *BIT_DEPTHS):
             raise UsageError(
                 f"{option('bit_depth')} must be one of {', '.join(map(str, BIT_DEPTHS))}, got "
@@ -109,3 +105,11 @@ class Settings:
         """Names of the settings that are given and apply to videos only."""
         default = Settings()
         return [name for name in _OF_VIDEOS if getattr(self, name) != getattr(default, name)]
+
+
+def check_faces(faces: str) -> None:
+    """Raises UsageError unless it says whom to paint."""
+    if not re.fullmatch(r"all|largest|[0-9]{1,9}", faces):
+        raise UsageError(
+            f"{option('faces')} must be all, largest, or the number of a face, got {faces!r}"
+        )

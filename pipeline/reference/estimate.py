@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 from makeup_video.pipeline.engine.machine import READ_PHOTO, check_memory, give_back_memory
-from makeup_video.pipeline.errors import PhotoError, UsageError, option
+from makeup_video.pipeline.errors import PhotoError, SeveralFacesError, UsageError, option
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.net import Net
@@ -137,6 +137,8 @@ def estimate_photo(
     try:
         return estimate(rgb8, choose_face(find_faces(rgb8), chosen))
     except PhotoError as error:
+        if isinstance(error, SeveralFacesError) and not isinstance(photo, bytes):
+            error.photo = os.fspath(photo)
         error.extend(before=f"{name if isinstance(photo, bytes) else photo}: ")
         raise
     finally:

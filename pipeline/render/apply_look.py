@@ -7,7 +7,7 @@ from makeup_video.pipeline.faces.face import Face, FrameFaces, sound_faces
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.frames.rgb import merge, to_frame
 from makeup_video.pipeline.frames.views import check_rgb8
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 
@@ -19,8 +19,8 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
     faces: those to paint, as `find_faces` found them in this very picture; None: all there are;
     those with numbers that are not finite are left alone.
     Returns a new (H, W, 3) uint8 array, encoded like rgb8; a plain copy when there is no face or
-    the look is bare.  Raises ValueError for another shape or dtype, InstallError when the face nets
-    or OpenCL are missing.
+    the look is bare.  Raises ValueError for another shape or dtype, TypeError for a look of another
+    type, InstallError when the face nets or OpenCL are missing.
     """
     return PaintPictures()(rgb8, look, faces)
 
@@ -40,6 +40,7 @@ class PaintPictures:
     ) -> np.ndarray:
         """Paint a look on a picture; arguments, result and errors are those of `apply_look`."""
         check_rgb8(rgb8)
+        check_look(look)
         if look.is_bare:
             return rgb8.copy()
         stored = np.ascontiguousarray(rgb8[..., ::-1])

@@ -27,3 +27,19 @@ def open_device(choice: str = "") -> "Device":
         raise UsageError(f"{option('device')}: {error}") from error
     except NoRoomError as error:
         raise OutputError(str(error)) from error
+
+
+def devices_found() -> list[str]:
+    """The OpenCL devices of this machine by their names, in the order of their numbers.
+
+    Raises as open_device does.
+    """
+    from makeup_video.kernels.cache import NoRoomError
+    from makeup_video.kernels.program import NoDeviceError, devices
+
+    try:
+        return [f"{one.name.strip()} ({one.platform.name}, {one.version})" for one in devices()]
+    except NoDeviceError as error:
+        raise InstallError(str(error)) from error
+    except NoRoomError as error:
+        raise OutputError(str(error)) from error

@@ -178,6 +178,7 @@ def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, col
         (["empty.png"], 3, "PhotoError: empty.png: no face was found"),
         (["two.png"], 3, "SeveralFacesError: two.png: one face was expected, 2 were found"),
         (["two.png"], 3, "or --ref-face largest; there are 0 at ("),
+        (["two.png"], 3, "; to see them: makeup-video inspect two.png -o seen.png"),
         (["two.png", "--ref-face", "2"], 3, "there is no face 2; there are 0 at"),
         (["two.png", "--ref-face", "left"], 2, "UsageError: --ref-face must be largest"),
         (["two.png", "--catalogue", "none.csv"], 2, "CatalogueError: none.csv"),

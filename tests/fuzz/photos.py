@@ -8,6 +8,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from heif_files import heic
 from PIL import ExifTags, Image, ImageCms, PngImagePlugin
 
 _LOOK = Path(__file__).parents[2] / "samples" / "look.jpg"
@@ -74,6 +75,14 @@ def _save_mpo(path: Path) -> None:
     path.write_bytes(data.getvalue())
 
 
+def _save_heic(path: Path) -> None:
+    """A phone's HDR photo: tiles, a rotation, EXIF, a gain map."""
+    rgb8, small = np.asarray(_face()), np.asarray(_face().resize((64, 64)))
+    turned = np.ascontiguousarray(np.rot90(rgb8, -1))
+    exif = _exif(1).removeprefix(b"Exif\0\0")
+    path.write_bytes(heic(turned, tile_px=128, rotation_degrees=90, exif=exif, gain_map=small))
+
+
 WRITERS: dict[str, Callable[[Path], None]] = {
     "plain.jpg": partial(_save, quality=85),
     "progressive.jpg": partial(_save, quality=85, progressive=True),
@@ -92,6 +101,7 @@ WRITERS: dict[str, Callable[[Path], None]] = {
     "moving.webp": partial(_save, pages=3, duration=100),
     "plain.avif": lambda path: _save(path, quality=60, speed=10, max_threads=1, exif=_exif(6)),
     "alpha.avif": partial(_save, mode="RGBA", quality=60, speed=10, max_threads=1),
+    "tiles.heic": _save_heic,
     "raw.tiff": lambda path: _save(path, icc_profile=_profile(), exif=_exif(5)),
     "lzw.tiff": partial(_save, compression="tiff_lzw"),
     "deflate_alpha.tiff": partial(_save, mode="RGBA", compression="tiff_adobe_deflate"),

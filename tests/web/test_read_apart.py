@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 import cv2
+import heif_files
 import numpy as np
 import pytest
 from makeup_video.pipeline import PhotoError
@@ -29,6 +30,12 @@ def test_the_pixels_are_those_that_a_file_has(kind):
     Image.open(io.BytesIO(LOOK)).resize((333, 411)).save(file, kind)
     want = read_photo(file.getvalue())
     np.testing.assert_array_equal(read_apart.read_apart(file.getvalue(), "x"), want)
+
+
+def test_a_phones_photo_is_decoded_within_the_limits():
+    height, width = 5712, 4284  # of 24 megapixels
+    data = heif_files.heic(cv2.resize(read_photo(LOOK), (width, height)), tile_px=512)
+    np.testing.assert_array_equal(read_apart.read_apart(data, "x"), read_photo(data))
 
 
 @pytest.mark.parametrize("name", ["ä\u2028\n.jpg", '"', "x" * 500, "{}"])

@@ -39,7 +39,7 @@ class Slot {
     this.text = el("b", {}, empty);
     const input = el("input", {
       type: "file",
-      accept: "image/*",
+      accept: "image/*,.heic,.heif",
       "aria-label": `${title}: choose a photo`,
     });
     input.addEventListener("change", () => {

@@ -58,6 +58,20 @@ def devices_found() -> list[str]:
     return [device.name for device in found if "video" in device.media_types]
 
 
+def cameras_by_name() -> dict[str, str]:
+    """The cameras as `devices_found` names them, with what the system calls them."""
+    return {name: _called(name) for name in devices_found()}
+
+
+def _called(camera: str) -> str:
+    """What Linux calls a camera, such as "Integrated Camera"; "" elsewhere, or where unknown."""
+    name = Path("/sys/class/video4linux") / Path(camera).name / "name"
+    try:
+        return name.read_text(encoding="utf-8", errors="replace").strip()
+    except OSError:
+        return ""
+
+
 def attempts(request: CameraRequest, system: str) -> list[dict[str, str]]:
     """List options for opening a camera, the best first; the last attempt requests nothing.
 

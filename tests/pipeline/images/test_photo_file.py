@@ -217,7 +217,9 @@ BAD = {
     "pages.tif": (lambda: animated("TIFF"), "holds several pictures"),
     "passes.jpg": (many_passes, "is stored in far too many passes"),
     "phone.heic": (lambda: b"\0\0\0\x18ftypheic\0\0\0\0mif1heic" + bytes(80),
-                   "save it as JPEG or PNG"),
+                   "damaged or cut short"),
+    "burst.heics": (lambda: b"\0\0\0\x18ftyphevc\0\0\0\0msf1hevc" + bytes(80),
+                    "holds several pictures"),
     "words.jpg": (lambda: b"no photo at all", "is no photo that can be read: give a JPEG"),
     "nothing.jpg": (lambda: b"", "is empty (0 bytes): give a photo file"),
 }  # fmt: skip

@@ -1,0 +1,62 @@
+"""Measures what frames in memory cost: the table of docs/python.md.
+
+    python docs/make/measure_frames.py [FILM] [ROUNDS]
+
+CPU time of this process, all its threads, in ms a frame; the ways are measured in turn.
+"""
+
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import median
+
+import av
+import numpy as np
+from makeup_video import Painter, Settings, apply_look, paint_frames, process_video, ready_look
+from makeup_video.pipeline.frames.rgb import RgbFrame
+
+_FRAMES, _ALONE, _FIRST = 120, 20, 10  # frames; of apply_look; not counted at the start
+_STAGES = ("faces", "smooth", "scene", "composite")
+
+
+def cpu_ms(painted: Iterator[object]) -> float:
+    """CPU ms of each item, without those of the start."""
+    for _ in range(_FIRST):
+        next(painted)
+    began = time.process_time()
+    count = sum(1 for _ in painted)
+    return 1000 * (time.process_time() - began) / count
+
+
+def stages_ms(film: str, look: object) -> float:
+    """CPU ms a frame of the stages that do what paint_frames does, within process_video."""
+    cost: dict[str, list[float]] = defaultdict(list)
+    settings = Settings(observe=lambda name, wall, cpu: cost[name].append(cpu), overwrite=True)
+    with tempfile.TemporaryDirectory() as folder:
+        process_video(film, Path(folder) / "out.mp4", look, settings)
+    return 1000 * sum(float(np.mean(cost[name][_FIRST:])) for name in _STAGES)
+
+
+def main(film: str = "samples/in.mp4", rounds: str = "3") -> None:
+    look = ready_look("smoky-brown").look
+    with av.open(film) as source:
+        decoded = zip(source.decode(video=0), range(_FRAMES), strict=False)
+        frames = [frame.to_ndarray(format="rgb24") for frame, _ in decoded]
+    found = defaultdict(list)
+    for _ in range(int(rounds)):
+        painter = Painter(look)
+        found["stages of process_video"].append(stages_ms(film, look))
+        found["paint_frames"].append(cpu_ms(paint_frames(frames, look)))
+        found["Painter"].append(cpu_ms(painter(one, at / 30) for at, one in enumerate(frames)))
+        found["conversion"].append(cpu_ms(RgbFrame(one, 0).painted() for one in frames))
+        alone = frames[: _FIRST + _ALONE]
+        found["apply_look"].append(cpu_ms(apply_look(one, look) for one in alone))
+    for name, values in found.items():
+        print(f"{name}: {median(values):.1f} ms ({min(values):.1f} to {max(values):.1f})")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

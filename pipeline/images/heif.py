@@ -1,0 +1,125 @@
+"""Reads HEIF photos, such as the HEIC files of phones, by pi-heif.
+
+The primary picture of the file is read, upright, tiles joined. Thumbnails, depth and the gain map
+of HDR photos are left out: without the gain map a photo is what an ordinary screen shows.
+"""
+
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from makeup_video.pipeline.errors import InstallError
+
+# Brands of ISO/IEC 23008-12, annex B: HEVC pictures. "mif1" says only that there is a picture.
+_STILLS = {b"heic", b"heix", b"heim", b"heis"}
+_ANY = {b"mif1"}
+_OTHERS = {b"avif", b"avis"}
+HEAD_BYTES = 64  # of the file: enough for the brands that cameras write
+_BANDS_PX = 1_000_000  # colours are converted in bands of this many pixels, which bounds the memory
+# ITU-T H.273. Other primaries of SDR photos are close to sRGB's, or unspecified.
+_WIDE_PRIMARIES = (9, 12)
+_HDR_TRANSFERS = (16, 18)
+
+# What pi-heif raises for damaged files.
+_DAMAGE = (OSError, ValueError, SyntaxError, RuntimeError, EOFError, IndexError)
+
+
+class DamagedHeifError(Exception):
+    """The file is damaged, cut short, or of a kind that pi-heif does not decode."""
+
+
+def is_heif(head: bytes) -> bool:
+    """True when a file that begins with these bytes holds a HEVC picture."""
+    if head[4:8] != b"ftyp":
+        return False
+    end = min(int.from_bytes(head[:4], "big"), HEAD_BYTES, len(head))
+    brands = {head[at : at + 4] for at in (8, *range(16, end - 3, 4)) if at + 4 <= end}
+    return bool(brands & (_STILLS | _ANY)) and not brands & _OTHERS
+
+
+def _library(name: object) -> Any:
+    """pi-heif, told to leave out everything but the pictures.
+
+    name: the photo, for the message. Raises InstallError when pi-heif is missing.
+    """
+    try:
+        import pi_heif
+    except ImportError as error:
+        raise InstallError(
+            f"{name} is a HEIC photo, and pi-heif, which reads them, is not installed: run "
+            "pip install pi-heif, or save the photo as JPEG or PNG"
+        ) from error
+    pi_heif.options.THUMBNAILS = False
+    pi_heif.options.DEPTH_IMAGES = False
+    pi_heif.options.AUX_IMAGES = False
+    pi_heif.options.DECODE_THREADS = 2  # as many as the AVIF decoder has for a visitor's photo
+    return pi_heif
+
+
+def register_with_pillow(name: object) -> str:
+    """Let Pillow open HEIF files; returns Pillow's name of the format. Raises InstallError."""
+    _library(name).register_heif_opener()
+    return "HEIF"
+
+
+def size_wh(data: bytes, name: object) -> tuple[int, int]:
+    """(width, height) of the upright picture, from the header.
+
+    Raises DamagedHeifError, InstallError.
+    """
+    pi_heif = _library(name)
+    try:
+        width_px, height_px = pi_heif.open_heif(BytesIO(data)).size
+    except _DAMAGE as error:
+        raise DamagedHeifError(str(error)) from error
+    return width_px, height_px
+
+
+def decode(data: bytes, name: object) -> tuple[np.ndarray, dict[str, Any]]:
+    """Decode to ((H, W, 1, 3 or 4) uint8, or uint16 for deeper files, RGB(A); pi-heif's info).
+
+    Colours without an ICC profile are converted to sRGB by `to_srgb`. The EXIF block in the info
+    says "upright", which the picture is. Raises DamagedHeifError, InstallError.
+    """
+    pi_heif = _library(name)
+    try:
+        file = pi_heif.open_heif(BytesIO(data), convert_hdr_to_8bit=False)
+        picture = file[file.primary_index]
+        pixels = np.array(picture)  # a copy: the memory is freed with the file
+    except _DAMAGE as error:
+        raise DamagedHeifError(str(error)) from error
+    # a monochrome picture has no axis of channels
+    pixels = pixels[..., None] if pixels.ndim == 2 else pixels
+    info = dict(picture.info)
+    pi_heif.set_orientation(info)
+    if pixels.shape[2] >= 3 and not info.get("icc_profile"):
+        pixels = to_srgb(pixels, info.get("nclx_profile"))
+    return pixels, info
+
+
+def to_srgb(pixels: np.ndarray, nclx: dict[str, Any] | None) -> np.ndarray:
+    """Convert wide-gamut and HDR colours to sRGB, highlights rolled off.
+
+    pixels: (H, W, 3 or 4) uint8 or uint16, encoded; alpha stays. nclx: pi-heif's numbers of ITU-T
+    H.273; None counts as sRGB. The very same array when it is sRGB already.
+    """
+    primaries = int((nclx or {}).get("color_primaries", 1))
+    transfer = int((nclx or {}).get("transfer_characteristics", 13))
+    if primaries not in _WIDE_PRIMARIES and transfer not in _HDR_TRANSFERS:
+        return pixels
+    from makeup_video.kernels.colour import SRGB, from_srgb_primaries, to_encoded, to_linear
+    from makeup_video.pipeline.images.hdr_preview import rolled_off
+
+    is_hdr = transfer in _HDR_TRANSFERS
+    to_primaries = np.linalg.inv(
+        from_srgb_primaries(primaries if primaries in _WIDE_PRIMARIES else 1)
+    )
+    most = np.iinfo(pixels.dtype).max
+    out = pixels.copy()
+    rows = max(1, _BANDS_PX // pixels.shape[1])
+    for top in range(0, len(out), rows):
+        band = out[top : top + rows, :, :3]
+        light = to_linear(band / np.float32(most), transfer if is_hdr else SRGB) @ to_primaries.T
+        light = rolled_off(np.maximum(light, 0)) if is_hdr else np.clip(light, 0, 1)
+        band[:] = (to_encoded(light, SRGB) * most + 0.5).astype(pixels.dtype)
+    return out

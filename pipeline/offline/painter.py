@@ -1,0 +1,184 @@
+"""Paints RGB frames that come one after the other, with the tracking and smoothing of a video."""
+
+import math
+from collections import deque
+from collections.abc import Iterable, Iterator
+from typing import NoReturn
+
+import numpy as np
+from makeup_video.pipeline.engine.machine import one_opencv_thread
+from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.tracker import FindFaces
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.rgb import RgbFrame
+from makeup_video.pipeline.frames.views import check_rgb8
+from makeup_video.pipeline.look.look import Look, check_look
+from makeup_video.pipeline.offline.settings import check_faces
+from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.pipeline.render.build_scene import BuildScene
+from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
+from makeup_video.pipeline.smoothing.realtime import SmoothLive
+
+_FPS = 30.0
+
+
+class Painter:
+    """Paints a look on the frames of one video, each at once.
+
+    look: may be changed between two frames.  faces: "all", "largest", or the number of a face.
+    device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
+    painted_frames: how many frames had a face that was painted.
+
+    Faces are followed from frame to frame and smoothed without delay, as `makeup-video live` does.
+    Only one thread at a time may use a painter.  Raises TypeError for a look of another type,
+    UsageError, and InstallError when the face nets or OpenCL are missing.
+    """
+
+    def __init__(self, look: Look, *, faces: str = "all", device: str = "") -> None:
+        check_look(look)
+        check_faces(faces)
+        self._composite = Composite(look, device, faces)
+        self._device = device
+        self._size_wh = (0, 0)
+        self._last_seconds = math.inf
+        self._begin()
+
+    def _begin(self) -> None:
+        """Forget every face."""
+        self._find, self._smooth = FindFaces(), SmoothLive()
+        self._scene = BuildScene(self._device)
+
+    @property
+    def look(self) -> Look:
+        return self._composite.look
+
+    @look.setter
+    def look(self, look: Look) -> None:
+        check_look(look)
+        self._composite.set_look(look)
+
+    @property
+    def painted_frames(self) -> int:
+        return self._composite.painted_frames
+
+    def __call__(self, rgb8: np.ndarray, seconds: float) -> np.ndarray:
+        """The frame with the look painted on its faces; other pixels keep their values.
+
+        rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it; it is not changed.
+        seconds: the frame's time, later than that of the frame before. An earlier or equal time and
+        another size begin a new video, in which faces are found anew.
+        Returns a new (H, W, 3) uint8 array, encoded like rgb8.  Raises ValueError for another
+        shape or dtype, and for a time that is not finite.
+        """
+        check_frame(rgb8, seconds)
+        size_wh = rgb8.shape[1], rgb8.shape[0]
+        if seconds <= self._last_seconds or size_wh != self._size_wh:
+            self._begin()
+        self._last_seconds, self._size_wh = seconds, size_wh
+        if self.look.is_bare:
+            return rgb8.copy()
+        with one_opencv_thread():
+            opened = RgbFrame(rgb8, seconds)
+            self._composite(self._scene(self._smooth(self._find(opened.frame))))
+            return opened.painted()
+
+
+def paint_frames(
+    frames: Iterable[np.ndarray] | Iterable[tuple[np.ndarray, float]],
+    look: Look,
+    *,
+    fps: float = _FPS,
+    faces: str = "all",
+    device: str = "",
+) -> Iterator[np.ndarray]:
+    """Paint the frames of a video; yields one painted frame for each, in order.
+
+    frames: (H, W, 3) uint8 arrays, upright, R'G'B' as sRGB encodes it, all of one size, fps of them
+    a second; or pairs of such an array and its time in seconds, which rises.  They are read a few
+    frames ahead, so that faces are smoothed without lag, as in `process_video`; each array may be
+    used again as soon as the next one is asked for.
+    faces, device: as for Painter.
+    Yields new arrays, encoded alike.  Raises TypeError and UsageError at once; while frames are
+    read, ValueError for another shape, dtype, size or order of times, and InstallError.
+    """
+    check_look(look)
+    check_faces(faces)
+    if not (math.isfinite(fps) and fps > 0):
+        raise ValueError(f"fps must be more than 0, got {fps}")
+    if isinstance(frames, np.ndarray) and frames.ndim == 3:
+        raise ValueError(
+            f"frames must be several pictures, got one of shape {frames.shape}: apply_look paints "
+            "one"
+        )
+    return _painted(_timed(frames, fps), look, faces, device)
+
+
+def paint_pictures(pictures: Iterable[np.ndarray], look: Look) -> Iterator[np.ndarray]:
+    """Paint pictures that have nothing to do with each other; yields one for each, in order.
+
+    pictures: as for `apply_look`, which this is for many, without loading the kernels each time.
+    Raises TypeError at once, and ValueError or InstallError while pictures are read.
+    """
+    check_look(look)
+    paint = PaintPictures()
+    return (paint(rgb8, look) for rgb8 in pictures)
+
+
+def check_frame(rgb8: np.ndarray, seconds: float) -> None:
+    """Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture and the time is finite."""
+    check_rgb8(rgb8)
+    if not math.isfinite(seconds):
+        raise ValueError(f"the time of a frame must be a finite number of seconds, got {seconds}")
+
+
+def _timed(
+    frames: Iterable[np.ndarray] | Iterable[tuple[np.ndarray, float]], fps: float
+) -> Iterator[tuple[np.ndarray, float]]:
+    """Every frame with its time. Raises ValueError."""
+    size: tuple[int, ...] = ()
+    last = -math.inf
+    for number, item in enumerate(frames):
+        rgb8, seconds = item if isinstance(item, tuple) else (item, number / fps)
+        check_frame(rgb8, seconds)
+        if seconds <= last:
+            _refuse(number, f"its time must be later than {last:g} s, got {seconds:g} s")
+        if size and rgb8.shape != size:
+            _refuse(number, f"its shape must be that of the first, {size}, got {rgb8.shape}")
+        last, size = seconds, rgb8.shape
+        yield rgb8, seconds
+
+
+def _refuse(number: int, reason: str) -> NoReturn:
+    raise ValueError(f"frame {number}: {reason}")
+
+
+def _painted(
+    frames: Iterator[tuple[np.ndarray, float]], look: Look, faces: str, device: str
+) -> Iterator[np.ndarray]:
+    if look.is_bare:
+        yield from (rgb8.copy() for rgb8, _ in frames)
+        return
+    find, smooth, scene = FindFaces(), SmoothAhead(), BuildScene(device)
+    composite = Composite(look, device, faces)
+    held: deque[RgbFrame] = deque()  # those whose faces `smooth` holds
+
+    def painted(item: FrameFaces) -> np.ndarray:
+        composite(scene(item))
+        return held.popleft().painted()
+
+    def follow(frame: Frame) -> np.ndarray | None:
+        item = smooth(find(frame))
+        return None if item is None else painted(item)
+
+    for rgb8, seconds in frames:
+        # not around `yield`: whoever reads the frames has OpenCV's threads to themselves
+        with one_opencv_thread():
+            held.append(RgbFrame(rgb8, seconds))
+            done = follow(held[-1].frame)
+        if done is not None:
+            yield done
+    for item in smooth.drain():
+        with one_opencv_thread():
+            done = painted(item)
+        yield done
