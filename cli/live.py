@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, closing
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -106,10 +105,9 @@ def live(
     from makeup_video.pipeline.images.jpeg import PreviewJpeg
     from makeup_video.pipeline.live.run import LiveRun
     from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
-    from makeup_video.pipeline.look.finishes import look_in_words
     from makeup_video.web.live_session import LiveShow
     from makeup_video.web.preview_sink import PreviewSink
-    from makeup_video.web.session import PhotoLook
+    from makeup_video.web.read_look import look_of_file
     from makeup_video.web.worker import Worker
 
     with report_errors("live", None, debug), ExitStack() as stack:
@@ -130,9 +128,7 @@ def live(
             log=log_line,
         )
         if shown:
-            photo = (
-                PhotoLook(Path(look.ref).name, first, look_in_words(first)) if look.ref else None
-            )
+            photo = look_of_file(look.ref, first) if look.ref else None
             show = LiveShow(run, shown, photo)
             stack.enter_context(serve_page(show, Worker(), page, log_line))
         _run_until_it_ends(run, quiet)

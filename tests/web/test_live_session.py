@@ -7,13 +7,14 @@ import cv2
 import httpx
 import numpy as np
 import pytest
-from makeup_video.pipeline import UsageError
+from makeup_video.pipeline import InputError, UsageError
 from makeup_video.pipeline.images.jpeg import PreviewJpeg
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
+from makeup_video.web import live_session
 from makeup_video.web.live_session import LiveShow
 from makeup_video.web.portrait import own_portrait
 from makeup_video.web.preview_sink import PreviewSink
-from people import clip, frame_of
+from people import clip, frame_of, portrait
 from shows import BLUE, RED, Page, serving
 
 
@@ -130,11 +131,39 @@ def test_before_the_first_frame_there_is_no_picture(parts):
 
 def test_a_camera_takes_no_portrait(parts):
     with pytest.raises(UsageError, match="makeup-video demo"):
-        parts[3].enter("").take_portrait(b"", "me.jpg")
+        parts[3].enter("").take_portrait(b"x", "me.jpg")
 
 
 def test_thumbnails_show_our_portrait(parts):
     assert parts[-1].enter("").thumbnail(RED) == own_portrait().thumbnail(RED)
+
+
+def test_the_looks_are_shown_on_whom_the_camera_sees(parts):
+    run, _, sink, show = parts
+    session = show.enter("")
+    ours = session.portrait_thumbnail()
+    frame = frame_of(portrait(), 5, time_base=LIVE_TIME_BASE)
+    sink(LivePicture(frame, tuple(plane.copy() for plane in frame.planes)))
+    session.take_portrait(b"", "the camera")
+    assert session.portrait_thumbnail() != ours and session.thumbnail(RED) != ours
+    assert not run.compare  # as before
+
+
+def test_without_a_picture_the_camera_gives_no_portrait(parts, monkeypatch):
+    monkeypatch.setattr(live_session, "_BARE_SECONDS", 0.05)
+    with pytest.raises(InputError, match="the camera gives no picture now"):
+        parts[3].enter("").take_portrait(b"", "")
+    with pytest.raises(InputError, match="the camera gives no picture now"):
+        parts[3].enter("").whole_picture(True)
+
+
+def test_both_are_the_camera_s_picture_beside_the_painted_one(parts):
+    _, _, sink, show = parts
+    sink(picture(before=True, rotation_degrees=90))
+    rgb8 = show.enter("").whole_picture(True).astype(int)
+    bare, painted = np.hsplit(rgb8, 2)
+    assert np.abs(painted - show.enter("").whole_picture(False)).max() == 0
+    assert bare.mean() < 0.6 * painted.mean()  # the test's camera is darker
 
 
 def test_both_numbers_of_the_same_matrix_look_alike(parts):
@@ -143,5 +172,5 @@ def test_both_numbers_of_the_same_matrix_look_alike(parts):
         shown = picture(matrix=5)
         shown.frame.tags = replace(shown.frame.tags, matrix=matrix)
         sink(shown)
-        rgb8 = show.enter("").whole_picture()
+        rgb8 = show.enter("").whole_picture(False)
         assert np.abs(rgb8.astype(int) - clip(1)[0]).mean() < 3

@@ -10,6 +10,8 @@ const notice = document.getElementById("notice");
 const veil = document.getElementById("veil");
 let lastNotice = ""; // about a slow machine
 let showUntil = 0;
+const noticeText = notice.querySelector("span");
+let closed = ""; // the notice that the visitor has closed
 
 /** Show the figures below the picture, and over it what needs the visitor's attention. */
 export function showFigures(values) {
@@ -38,9 +40,15 @@ function recent(text) {
 }
 
 function showNotice(text) {
-  if (notice.textContent !== text) notice.textContent = text;
-  notice.hidden = text === "";
+  if (text === "") closed = "";
+  if (noticeText.textContent !== text) noticeText.textContent = text;
+  notice.hidden = text === "" || text === closed;
 }
+
+notice.querySelector("button").onclick = () => {
+  closed = noticeText.textContent; // another notice is shown
+  notice.hidden = true;
+};
 
 export function hideFigures() {
   figures.hidden = true;
