@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline import Look
     from makeup_video.pipeline.live.interfaces import LiveSink
     from makeup_video.pipeline.live.run import LiveRun
+    from makeup_video.pipeline.live.sound import LiveSound
     from makeup_video.pipeline.live.sources.camera import Camera
     from makeup_video.pipeline.look.options import Choice
 
@@ -70,6 +71,15 @@ def live(
         bool,
         typer.Option("--loop", help="Begin a video anew at its end.", rich_help_panel=CAMERA),
     ] = False,
+    audio: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="A microphone, file (the video's sound) or none; default: the video's sound, or "
+            "the first microphone.",
+            rich_help_panel=CAMERA,
+        ),
+    ] = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -115,7 +125,11 @@ def live(
         settings = CameraSettings(name=camera, size=size, rate=fps, pixels=pixels, loop=loop)
         first = _first_look(look.choice(), look.base_look(quiet), preview)
         source = stack.enter_context(closing(Camera(settings, log_line)))
-        sinks = _outputs(source, output, stream or [], virtual_camera, overwrite, log_line)
+        has_sound = output is not None or bool(stream)
+        sound = _sound(source, audio, log_line) if has_sound else None
+        if sound is not None:
+            stack.enter_context(closing(sound))
+        sinks = _outputs(source, output, stream or [], virtual_camera, overwrite, log_line, sound)
         if not (sinks or preview):
             raise UsageError(_NO_OUTPUT)
         shown = PreviewSink(PreviewJpeg()) if preview else None
@@ -158,6 +172,7 @@ def _outputs(
     virtual_camera: bool,
     overwrite: bool,
     log_line: Callable[[str], None],
+    sound: "LiveSound | None",
 ) -> "list[LiveSink]":
     """Every output but the page, checked before the first frame arrives."""
     from makeup_video.pipeline.live.sinks.recording import Recording
@@ -166,11 +181,51 @@ def _outputs(
 
     sinks: list[LiveSink] = []
     if output is not None:
-        sinks.append(Recording(output, overwrite=overwrite, rate=camera.rate, source=camera.path))
-    sinks += [Stream(url, log=log_line, rate=camera.rate) for url in urls]
+        tap = sound and sound.tap()
+        sinks.append(
+            Recording(output, overwrite=overwrite, rate=camera.rate, source=camera.path, sound=tap)
+        )
+    sinks += [
+        Stream(url, log=log_line, rate=camera.rate, sound=sound and sound.tap()) for url in urls
+    ]
     if virtual_camera:
         sinks.append(VirtualCamera(rate=camera.rate))
     return sinks
+
+
+def _sound(
+    camera: "Camera", name: str | None, log_line: Callable[[str], None]
+) -> "LiveSound | None":
+    """The sound for the outputs; None for none. Raises InputError, UsageError.
+
+    Without a name, a machine without a microphone gives no sound, and a line says so.
+    """
+    from makeup_video.pipeline import InputError, UsageError
+    from makeup_video.pipeline.live.sound import LiveSound, SoundSource
+    from makeup_video.pipeline.live.sources.microphone import Microphone
+
+    if name == "none":
+        return None
+    source: SoundSource | None
+    if name == "file" or (name is None and camera.path is not None):
+        source = camera.file_sound()
+        if source is None:
+            if name == "file":
+                raise UsageError("--audio file needs a video with sound as --camera")
+            log_line(f"{camera.name} has no sound: the outputs have none")
+            return None
+    else:
+        try:
+            source = Microphone(name, log_line)
+        except InputError as error:
+            if name is not None:
+                raise
+            log_line(f"{error}; the outputs have no sound")
+            return None
+        log_line(f"the sound is that of the microphone {source.name}; --audio none leaves it out")
+    sound = LiveSound(source, log_line)
+    sound.start()
+    return sound
 
 
 def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:

@@ -12,6 +12,7 @@ from makeup_video.pipeline.errors import (
     InstallError,
     LookError,
     MakeupVideoError,
+    StoppedError,
     UsageError,
 )
 from makeup_video.pipeline.look.ready import ready_looks
@@ -248,6 +249,7 @@ async def _expected_error(_request: Request, error: Exception) -> Response:
         LookError: 400,
         UsageError: 400,
         InstallError: 500,
+        StoppedError: 503,
     }
     codes = [code for kind, code in status.items() if isinstance(error, kind)]
     return _error(codes[0] if codes else 500, str(error))

@@ -18,6 +18,7 @@ class PreviewSink:
 
     name = "preview"
     waiting = 1
+    state = ""
     notice = ""  # pages show their own state
 
     def __init__(self, make_jpeg: MakeJpeg) -> None:

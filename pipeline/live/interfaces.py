@@ -62,6 +62,11 @@ class LiveSink(Protocol):
         ...
 
     @property
+    def state(self) -> str:
+        """What the closing line adds to the number of pictures, such as ", 12.0 s"; or ""."""
+        ...
+
+    @property
     def sent(self) -> int:
         """Number of pictures written, sent or shown; none while nobody is connected."""
         ...

@@ -35,12 +35,13 @@ _ALL_IS_WELL = "fast enough again: nothing is left out"
 class SinkFigures:
     """How a sink of a live run is doing, counted since the run began.
 
-    pictures: written, sent or shown.
+    pictures: written, sent or shown.  state: what else there is to say, as in LiveSink.
     """
 
     name: str
     pictures: int
     dropped: int
+    state: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +154,9 @@ class LiveRun:
             level_notice=self._budget.notice,
             notice=self._notice(),
             sinks=tuple(
-                SinkFigures(outlet.sink.name, outlet.sink.sent, outlet.channel.dropped)
+                SinkFigures(
+                    outlet.sink.name, outlet.sink.sent, outlet.channel.dropped, outlet.sink.state
+                )
                 for outlet in self._runner.outlets
             ),
         )

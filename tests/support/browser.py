@@ -98,7 +98,7 @@ class Visit:
 
     def _heard(self, message: Any) -> None:
         # the browser logs every refused request; the page itself shows the error
-        known = ["status of 4"] + ["net::ERR_"] * self.server_may_stop
+        known = ["status of 4"] + ["net::ERR_", "status of 503"] * self.server_may_stop
         if message.type in ("error", "warning") and not any(text in message.text for text in known):
             self.faults.append(message.text)
 

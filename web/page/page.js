@@ -57,7 +57,10 @@ const connection = new Connection({
   },
   figures: showFigures,
   error: ({ text }) => (hello === null ? showVeil(text) : showError(text)),
-  bye: () => showVeil(STOPPED),
+  bye() {
+    looks.pause();
+    showVeil(STOPPED);
+  },
   lost(stopped) {
     looks.pause();
     hideFigures();
