@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from makeup_video.pipeline import Look
     from makeup_video.pipeline.live.interfaces import LiveSink
     from makeup_video.pipeline.live.run import LiveRun
-    from makeup_video.pipeline.live.sound import LiveSound
+    from makeup_video.pipeline.live.sinks.recording import Recording
+    from makeup_video.pipeline.live.sound import LiveSound, SoundTap
     from makeup_video.pipeline.live.sources.camera import Camera
     from makeup_video.pipeline.look.options import Choice
 
@@ -125,10 +126,8 @@ def live(
         settings = CameraSettings(name=camera, size=size, rate=fps, pixels=pixels, loop=loop)
         first = _first_look(look.choice(), look.base_look(quiet), preview)
         source = stack.enter_context(closing(Camera(settings, log_line)))
-        has_sound = output is not None or bool(stream)
-        sound = _sound(source, audio, log_line) if has_sound else None
-        if sound is not None:
-            stack.enter_context(closing(sound))
+        sound = _Sound(lambda: _opened_sound(source, audio, log_line))
+        stack.callback(sound.close)
         sinks = _outputs(source, output, stream or [], virtual_camera, overwrite, log_line, sound)
         if not (sinks or preview):
             raise UsageError(_NO_OUTPUT)
@@ -143,7 +142,7 @@ def live(
         )
         if shown:
             photo = look_of_file(look.ref, first) if look.ref else None
-            show = LiveShow(run, shown, photo)
+            show = LiveShow(run, shown, photo, lambda: _recording(source, sound))
             stack.enter_context(serve_page(show, Worker(), page, log_line))
         _run_until_it_ends(run, quiet)
 
@@ -172,7 +171,7 @@ def _outputs(
     virtual_camera: bool,
     overwrite: bool,
     log_line: Callable[[str], None],
-    sound: "LiveSound | None",
+    sound: "_Sound",
 ) -> "list[LiveSink]":
     """Every output but the page, checked before the first frame arrives."""
     from makeup_video.pipeline.live.sinks.recording import Recording
@@ -181,19 +180,47 @@ def _outputs(
 
     sinks: list[LiveSink] = []
     if output is not None:
-        tap = sound and sound.tap()
+        tap = sound.tap()
         sinks.append(
             Recording(output, overwrite=overwrite, rate=camera.rate, source=camera.path, sound=tap)
         )
-    sinks += [
-        Stream(url, log=log_line, rate=camera.rate, sound=sound and sound.tap()) for url in urls
-    ]
+    sinks += [Stream(url, log=log_line, rate=camera.rate, sound=sound.tap()) for url in urls]
     if virtual_camera:
         sinks.append(VirtualCamera(rate=camera.rate))
     return sinks
 
 
-def _sound(
+class _Sound:
+    """The run's sound, opened by the first output that takes sound.
+
+    A microphone that nothing records stays closed.
+    """
+
+    def __init__(self, opened: "Callable[[], LiveSound | None]") -> None:
+        self._open = opened
+        self._sound: LiveSound | None = None
+        self._is_open = False
+
+    def tap(self) -> "SoundTap | None":
+        """One output's end of the sound; None for none. Raises InputError, UsageError."""
+        if not self._is_open:
+            self._sound, self._is_open = self._open(), True
+        return None if self._sound is None else self._sound.tap()
+
+    def close(self) -> None:
+        if self._sound is not None:
+            self._sound.close()
+
+
+def _recording(camera: "Camera", sound: _Sound) -> "Recording":
+    """A recording that the page starts, in the folder where the command runs."""
+    from makeup_video.pipeline.live.sinks.recording import Recording
+
+    name = time.strftime("makeup-%Y%m%d-%H%M%S.mkv")
+    return Recording(name, rate=camera.rate, source=camera.path, sound=sound.tap())
+
+
+def _opened_sound(
     camera: "Camera", name: str | None, log_line: Callable[[str], None]
 ) -> "LiveSound | None":
     """The sound for the outputs; None for none. Raises InputError, UsageError.
@@ -209,11 +236,10 @@ def _sound(
     source: SoundSource | None
     if name == "file" or (name is None and camera.path is not None):
         source = camera.file_sound()
+        if source is None and name == "file":
+            raise UsageError("--audio file needs a video with sound as --camera")
         if source is None:
-            if name == "file":
-                raise UsageError("--audio file needs a video with sound as --camera")
-            log_line(f"{camera.name} has no sound: the outputs have none")
-            return None
+            return None  # the closing line says so
     else:
         try:
             source = Microphone(name, log_line)

@@ -3,6 +3,7 @@
 import base64
 import json
 from collections.abc import Iterable
+from typing import Any
 
 from makeup_video.pipeline.errors import CatalogueError, LookError
 from makeup_video.pipeline.look.catalogue import rows_in
@@ -45,7 +46,7 @@ def shades_message(name: str, data: bytes) -> str:
 
     Raises CatalogueError, which names the file, its line and the fault.
     """
-    shades = []
+    shades: list[dict[str, Any]] = []
     for row in rows_in(data, name):
         one = row.shade
         if len(shades) == MOST_SHADES:

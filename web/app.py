@@ -24,7 +24,7 @@ from makeup_video.web.answers import (
 )
 from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.rooms import Rooms
-from makeup_video.web.same_origin import SameOrigin
+from makeup_video.web.same_origin import SameOrigin, is_loopback
 from makeup_video.web.session import SeveralFaces
 from makeup_video.web.upload import Uploads, file_name, read_body
 from makeup_video.web.viewers import Room, Viewer
@@ -68,6 +68,7 @@ def make_app(rooms: Rooms, worker: Worker, host: str, port: int, log: Log) -> AS
         Route("/photo-thumbnail", endpoints.photo_thumbnail, methods=["GET"]),
         Route("/portrait", endpoints.portrait, methods=["POST"]),
         Route("/portrait-thumbnail", endpoints.portrait_thumbnail, methods=["GET"]),
+        Route("/recording", endpoints.recording, methods=["POST"]),
         Route("/shades", endpoints.shades, methods=["POST"]),
         WebSocketRoute("/ws", endpoints.watch),
     ]
@@ -154,6 +155,15 @@ class Endpoints:
         session = self._room(request).session
         data = await self._worker.run(session.portrait_thumbnail)
         return Response(data, media_type="image/jpeg")
+
+    async def recording(self, request: Request) -> Response:
+        """Start a recording, with `on=1`, or stop it: for the user of this machine alone."""
+        room = self._room(request)
+        if request.client is None or not is_loopback(request.client.host):
+            raise HTTPException(403, "only a page on the machine of the camera may record")
+        on = request.query_params.get("on") == "1"
+        await self._worker.run(lambda: room.session.record(on))
+        return JSONResponse({"on": on})
 
     async def picture(self, request: Request) -> Response:
         """Serve the newest picture in full size, as PNG; with `both`, beside the one before."""

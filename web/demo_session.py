@@ -65,6 +65,9 @@ class DemoSession:
         self._chosen_us = _now_us()
         self._paint_soon()
 
+    def record(self, on: bool) -> None:
+        raise UsageError("only a camera is recorded: see makeup-video live")
+
     def whole_picture(self, both: bool) -> np.ndarray:
         paint = self._portrait.painted_and_bare if both else self._portrait.painted_whole
         return paint(self.look)

@@ -1,7 +1,7 @@
 """The show of a camera: one session, one look, for all pages."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any, ClassVar, Literal, Protocol
 
@@ -9,7 +9,7 @@ import numpy as np
 from makeup_video.pipeline.errors import InputError, UsageError
 from makeup_video.pipeline.frames.frame import Frame, plane_views
 from makeup_video.pipeline.frames.transform import copied, upright_rgb
-from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.pipeline.live.interfaces import LivePicture, LiveSink
 from makeup_video.pipeline.look.look import Look
 from makeup_video.web.portrait import Portrait, own_portrait
 from makeup_video.web.preview_sink import PreviewSink
@@ -35,6 +35,8 @@ class LiveRunControl(Protocol):
     def look(self) -> Look: ...
     def set_look(self, look: Look, /) -> None: ...
     def figures(self) -> Figures: ...
+    def add_sink(self, sink: LiveSink, /) -> None: ...
+    def end_sink(self, sink: LiveSink, /) -> None: ...
 
 
 class LiveSession:
@@ -42,8 +44,16 @@ class LiveSession:
 
     name = NAME
 
-    def __init__(self, run: LiveRunControl, sink: PreviewSink, photo: PhotoLook | None) -> None:
+    def __init__(
+        self,
+        run: LiveRunControl,
+        sink: PreviewSink,
+        photo: PhotoLook | None,
+        make_recording: Callable[[], LiveSink] | None,
+    ) -> None:
         self._run, self._sink, self.photo = run, sink, photo
+        self._make_recording = make_recording
+        self._recording: LiveSink | None = None
         self._portrait: Portrait | None = None
 
     @property
@@ -74,6 +84,25 @@ class LiveSession:
             raise UsageError("this page paints the camera, not a portrait: see makeup-video demo")
         bare = _bare(self._picture_with_both())
         self._portrait = Portrait(b"", "the camera's picture", lambda *_: bare)
+
+    def record(self, on: bool) -> None:
+        """Start or stop the recording of the pages. Raises UsageError, OutputError, InputError."""
+        if self._make_recording is None:
+            raise UsageError("this run records nothing from the page")
+        if on and not self._is_recording:
+            recording = self._make_recording()
+            self._run.add_sink(recording)
+            self._recording = recording
+        elif not on and self._recording is not None:
+            self._run.end_sink(self._recording)
+            self._recording = None
+
+    @property
+    def _is_recording(self) -> bool:
+        """False as well after a recording that failed, as on a full disk."""
+        name = self._recording and self._recording.name
+        sinks = self.figures()["sinks"] if name else ()
+        return any(sink["name"] == name and not sink["is_over"] for sink in sinks)
 
     def whole_picture(self, both: bool) -> np.ndarray | None:
         if not both:
@@ -123,14 +152,19 @@ class LiveShow:
     """The show of a live run, for `Server`.
 
     sink: one of the run's sinks.  photo: the photo that the run's first look was read from, if any.
+    make_recording: makes the sink of a recording that a page starts; None: pages start none.
     """
 
     mode: Literal["live"] = "live"
 
     def __init__(
-        self, run: LiveRunControl, sink: PreviewSink, photo: PhotoLook | None = None
+        self,
+        run: LiveRunControl,
+        sink: PreviewSink,
+        photo: PhotoLook | None = None,
+        make_recording: Callable[[], LiveSink] | None = None,
     ) -> None:
-        self._session = LiveSession(run, sink, photo)
+        self._session = LiveSession(run, sink, photo, make_recording)
 
     def enter(self, name: str) -> LiveSession:
         return self._session

@@ -4,9 +4,9 @@ A Show has one Session for all pages (live) or one for each page (demo). A Sessi
 the picture that it is painted on; it knows no sockets, and makes pictures only while a page
 watches.
 
-All methods but `read`, `whole_picture`, `take_portrait` and those that make thumbnails are called
-on the server's loop and must not block. These are slow, and are called on the worker's thread, one
-at a time.
+All methods but `read`, `record`, `whole_picture`, `take_portrait` and those of thumbnails are
+called on the server's loop and must not block. These are slow, and are called on the worker's
+thread, one at a time.
 """
 
 import struct
@@ -112,6 +112,10 @@ class Session(Protocol):
 
     def take_portrait(self, photo: bytes, name: str) -> None:
         """Paint on this photo from now on. Raises MakeupVideoError."""
+        ...
+
+    def record(self, on: bool) -> None:
+        """Start or stop a recording, unless it is so already. Raises MakeupVideoError."""
         ...
 
     def whole_picture(self, both: bool) -> np.ndarray | None:

@@ -48,8 +48,16 @@ class SoundTap:
         self.name, self.channels = name, channels
         self._blocks: deque[SoundBlock] = deque()
         self._lock = threading.Lock()
+        self._is_closed = False
+
+    def close(self) -> None:
+        """Take no more blocks."""
+        self._is_closed = True
+        self.take()
 
     def put(self, block: SoundBlock) -> None:
+        if self._is_closed:
+            return
         with self._lock:
             self._blocks.append(block)
             while block.begins_seconds - self._blocks[0].begins_seconds > _KEPT_SECONDS:

@@ -16,7 +16,7 @@ from makeup_video.pipeline.live.sound import RATE, SoundBlock
 _WINDOW_SECONDS = 2.0
 _CORRECTED_IN_SECONDS = 0.5  # how fast a small error is stretched away
 _MOST_STRETCH = 0.004
-_GAP_SECONDS = 0.08  # a larger error is filled with silence or cut out
+_GAP_SECONDS = 0.04  # a larger error is filled with silence or cut out, as is any at the start
 _BEHIND_SECONDS = 0.5  # a source this far behind the pictures counts as silent
 
 
@@ -46,9 +46,10 @@ class SteadySound:
         samples = block.samples
         error = self._begin_of(block) - (self._zero + self.count / RATE)
         self._in += samples.shape[1]
-        if error > _GAP_SECONDS:
+        gap = _GAP_SECONDS if self.count else 0.0
+        if error > gap:
             return self._out(self._silence(round(error * RATE)), samples)
-        if error < -_GAP_SECONDS:
+        if error < -gap:
             return self._out(samples[:, min(round(-error * RATE), samples.shape[1]) :])
         return self._out(_stretched(samples, error))
 

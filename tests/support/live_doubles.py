@@ -21,6 +21,7 @@ class List:
     """A sink that keeps its pictures; `gate` can stall it, and `error` makes it fail."""
 
     notice = state = ""
+    kind, seconds = "recording", 0.0
 
     def __init__(self, name="list", waiting=1, gate=None, error=None):
         self.name, self.waiting = name, waiting

@@ -37,7 +37,7 @@ class StandIn:
         self.mode, self.look, self.push, self.compares = mode, RED, None, False
         self.watched = threading.Event()
         self.photos, self.portraits, self.latest_figures = [], [], None
-        self.faces = []
+        self.faces, self.recordings = [], []
         self.reads = lambda photo, name: BLUE
         self.picture = self.photo = None
         self.thumbnail_of = lambda look: b"a face"
@@ -77,6 +77,9 @@ class StandIn:
 
     def whole_picture(self, both):
         return self.picture if not both else np.hstack([self.picture // 2, self.picture])
+
+    def record(self, on):
+        self.recordings.append(on)
 
     def portrait_thumbnail(self):
         return b"a portrait"

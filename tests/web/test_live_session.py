@@ -7,32 +7,42 @@ import cv2
 import httpx
 import numpy as np
 import pytest
+from live_doubles import List
 from makeup_video.pipeline import InputError, UsageError
 from makeup_video.pipeline.images.jpeg import PreviewJpeg
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
+from makeup_video.pipeline.live.run import SinkFigures
 from makeup_video.web import live_session
 from makeup_video.web.live_session import LiveShow
 from makeup_video.web.portrait import own_portrait
 from makeup_video.web.preview_sink import PreviewSink
 from people import clip, frame_of, portrait
-from shows import BLUE, RED, Page, serving
+from shows import BLUE, RED, Page, post, serving
 
 
 @dataclass
 class Figures:
     fps: float = 30.0
     notice: str = ""
+    sinks: tuple = ()
 
 
 class Run:
     def __init__(self):
         self.compare, self.look = False, RED
+        self.sinks = []
+
+    def add_sink(self, sink):
+        self.sinks.append(SinkFigures(sink.name, 0, 0, "recording"))
+
+    def end_sink(self, sink):
+        self.sinks[-1] = replace(self.sinks[-1], is_over=True)
 
     def set_look(self, look):
         self.look = look
 
     def figures(self):
-        return Figures()
+        return Figures(sinks=tuple(self.sinks))
 
 
 class Counted(PreviewJpeg):
@@ -155,6 +165,39 @@ def test_without_a_picture_the_camera_gives_no_portrait(parts, monkeypatch):
         parts[3].enter("").take_portrait(b"", "")
     with pytest.raises(InputError, match="the camera gives no picture now"):
         parts[3].enter("").whole_picture(True)
+
+
+def test_a_page_starts_and_stops_recordings_one_at_a_time():
+    run, names = Run(), iter("ab")
+    show = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List(next(names)))
+    with serving(show) as url, Page(url) as page:
+        where = "/recording?session=live&on="
+        for on in "110":
+            assert post(url, where + on, b"").json() == {"on": on == "1"}
+        assert [(one.name, one.is_over) for one in run.sinks] == [("a", True)]
+        post(url, where + "1", b"")
+        assert [(one.name, one.is_over) for one in run.sinks] == [("a", True), ("b", False)]
+        while not (sinks := page.message("figures")["sinks"]):
+            pass  # figures from before the recording
+        assert sinks[-1]["kind"] == "recording"
+
+
+def test_a_recording_that_failed_can_be_started_again():
+    run, names = Run(), iter("ab")
+    session = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List(next(names))).enter("")
+    session.record(True)
+    run.end_sink(None)  # as when the disk is full
+    session.record(True)
+    assert [one.name for one in run.sinks] == ["a", "b"]
+
+
+def test_another_machine_starts_no_recording(parts, monkeypatch):
+    monkeypatch.setattr("makeup_video.web.app.is_loopback", lambda host: False)
+    with serving(parts[3]) as url, Page(url) as page:
+        answer = page.post("/recording", b"")
+        assert answer.status_code == 403 and "machine of the camera" in answer.json()["error"]
+        monkeypatch.undo()
+        assert "records nothing" in page.post("/recording", b"").json()["error"]
 
 
 def test_both_are_the_camera_s_picture_beside_the_painted_one(parts):

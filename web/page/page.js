@@ -10,6 +10,7 @@ import { LookStore } from "./look.js";
 import { Looks } from "./looks.js";
 import { Picture } from "./picture.js";
 import { Shades } from "./shades.js";
+import { showRecord, wireRecord } from "./record.js";
 import { hideFigures, showFigures, showVeil } from "./status.js";
 import { Photos } from "./upload.js";
 import { Zoom } from "./zoom.js";
@@ -79,6 +80,7 @@ function welcome(message) {
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // only of use before a camera
+  showRecord(hello.mode === "live");
   store.start(hello.look, forgotten ? store.photoLook : (hello.photo?.look ?? null));
   controls ??= new Controls(hello, store, shades, openShades);
   photos.start(hello);
@@ -148,4 +150,5 @@ store.addEventListener("change", () => {
   shades.note(store.look, hello.kinds);
 });
 wireKeep(store, () => hello?.session ?? "", sendFile);
+wireRecord(() => hello?.session ?? "", showError);
 wireTools();

@@ -1,6 +1,7 @@
 // The state of the run: figures, notices, and the veil over the picture while there is none.
 
 import { el } from "./elements.js";
+import { outputs } from "./record.js";
 
 const LATE_MS = 150; // a longer delay between lips and voice is visible
 const NOTICE_MS = 10_000;
@@ -17,6 +18,7 @@ let closed = ""; // the notice that the visitor has closed
 export function showFigures(values) {
   const delay = values.screen_ms ?? values.latency_ms;
   const parts = [
+    ...outputs(values.sinks),
     [`${Math.round(values.fps)} frames/s`, ""],
     delay == null ? null : [`${Math.round(delay)} ms delay`, delay > LATE_MS ? "alarming" : ""],
     values.level > 0 ? ["slow machine", "alarming", values.level_notice] : null,

@@ -40,6 +40,7 @@ class Recording:
     OutputError, and the recording so far stays as the part file.
     """
 
+    kind = "recording"
     waiting = 15  # encoders work in bursts
     notice = ""  # a recording works, or it ends with an error
 
@@ -99,6 +100,8 @@ class Recording:
 
     def finish(self, stopped: bool) -> None:
         """Flush the encoder, close the file and rename it. Without any picture there is no file."""
+        if self._sound is not None:
+            self._sound.close()
         if self._encoder is None or self._target is None:
             return
         try:

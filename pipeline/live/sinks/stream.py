@@ -48,6 +48,7 @@ class Stream:
     Raises UsageError for another scheme, or one that this machine cannot send to.
     """
 
+    kind = "stream"
     waiting = 2
 
     def __init__(
@@ -80,6 +81,11 @@ class Stream:
         """
         current = self._connection  # read once: another thread may replace it
         return self._sent_before + (current.pictures if current and current.is_proven else 0)
+
+    @property
+    def seconds(self) -> float:
+        current = self._connection  # read once: another thread may replace it
+        return current.seconds if current and current.is_proven else 0.0
 
     @property
     def state(self) -> str:

@@ -40,6 +40,8 @@ class VirtualCamera:
     """
 
     waiting = 1
+    kind = "camera"
+    seconds = 0.0
     state = ""
     notice = ""  # a virtual camera works, or it ends with an error
 

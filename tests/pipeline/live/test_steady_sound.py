@@ -19,12 +19,11 @@ def card(seconds, claps, *, faster=0.0, late_ms=0.0, block=480, lost=()):
     """
     random = np.random.default_rng(3)
     rate = RATE * (1 + faster)
-    loud = {round(clap * rate) for clap in claps}
+    loud = np.array([round(clap * rate) for clap in claps], int)
     for number in range(int(seconds * rate / block)):
         first = number * block
         samples = np.zeros((1, block), np.float32)
-        for at in loud & set(range(first, first + block)):
-            samples[0, at - first] = CLAP
+        samples[0, loud[(loud >= first) & (loud < first + block)] - first] = CLAP
         taken = ZERO + first / rate
         if number not in lost:
             yield SoundBlock(samples, taken + random.random() * late_ms / 1000)
@@ -39,12 +38,11 @@ def heard(blocks, steady=None):
     return starts / RATE
 
 
-@pytest.mark.parametrize("faster", [2e-4, -2e-4, 0.0])
-@pytest.mark.parametrize("late_ms", [0.0, 30.0])
+@pytest.mark.parametrize(("faster", "late_ms"), [(2e-4, 30.0), (-2e-4, 30.0), (0.0, 0.0)])
 def test_ten_minutes_drift_by_less_than_five_milliseconds(faster, late_ms):
     """Uncorrected, a clock that is off by 0.02 % drifts by 120 ms."""
     claps = np.arange(5, 600, 7.3)
-    got = heard(card(600, claps, faster=faster, late_ms=late_ms))
+    got = heard(card(600, claps, faster=faster, late_ms=late_ms, block=4800))
     assert len(got) == len(claps)
     assert np.abs(got - claps).max() < 0.005
 
