@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, closing
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.live.run import LiveRun
     from makeup_video.pipeline.live.sinks.recording import Recording
     from makeup_video.pipeline.live.sound import LiveSound, SoundTap
-    from makeup_video.pipeline.live.sources.camera import Camera
+    from makeup_video.pipeline.live.sources.switch import CameraSwitch
     from makeup_video.pipeline.look.options import Choice
 
 EXAMPLES = (
@@ -115,7 +116,8 @@ def live(
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.images.jpeg import PreviewJpeg
     from makeup_video.pipeline.live.run import LiveRun
-    from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+    from makeup_video.pipeline.live.sources.camera import CameraSettings
+    from makeup_video.pipeline.live.sources.switch import CameraSwitch
     from makeup_video.web.live_session import LiveShow
     from makeup_video.web.preview_sink import PreviewSink
     from makeup_video.web.read_look import look_of_file
@@ -125,8 +127,8 @@ def live(
         log_line = _discard if quiet else log
         settings = CameraSettings(name=camera, size=size, rate=fps, pixels=pixels, loop=loop)
         first = _first_look(look.choice(), look.base_look(quiet), preview)
-        source = stack.enter_context(closing(Camera(settings, log_line)))
-        sound = _Sound(lambda: _opened_sound(source, audio, log_line))
+        source = stack.enter_context(closing(CameraSwitch(settings, log_line)))
+        sound = _Sound(source, lambda: _opened_sound(source, audio, log_line))
         stack.callback(sound.close)
         sinks = _outputs(source, output, stream or [], virtual_camera, overwrite, log_line, sound)
         if not (sinks or preview):
@@ -142,7 +144,7 @@ def live(
         )
         if shown:
             photo = look_of_file(look.ref, first) if look.ref else None
-            show = LiveShow(run, shown, photo, lambda: _recording(source, sound))
+            show = LiveShow(run, shown, photo, lambda: _recording(source, sound), source)
             stack.enter_context(serve_page(show, Worker(), page, log_line))
         _run_until_it_ends(run, quiet)
 
@@ -165,7 +167,7 @@ def _first_look(choice: "Choice", base: "Look | None", preview: bool) -> "Look":
 
 
 def _outputs(
-    camera: "Camera",
+    camera: "CameraSwitch",
     output: str | None,
     urls: list[str],
     virtual_camera: bool,
@@ -196,15 +198,16 @@ class _Sound:
     A microphone that nothing records stays closed.
     """
 
-    def __init__(self, opened: "Callable[[], LiveSound | None]") -> None:
-        self._open = opened
+    def __init__(self, camera: "CameraSwitch", opened: "Callable[[], LiveSound | None]") -> None:
+        self._camera, self._open = camera, opened
         self._sound: LiveSound | None = None
-        self._is_open = False
+        self._opened_for: Path | str | None = "nothing yet"
 
     def tap(self) -> "SoundTap | None":
         """One output's end of the sound; None for none. Raises InputError, UsageError."""
-        if not self._is_open:
-            self._sound, self._is_open = self._open(), True
+        if self._opened_for != (path := self._camera.path):  # the page may choose another camera
+            self.close()
+            self._sound, self._opened_for = self._open(), path
         return None if self._sound is None else self._sound.tap()
 
     def close(self) -> None:
@@ -212,7 +215,7 @@ class _Sound:
             self._sound.close()
 
 
-def _recording(camera: "Camera", sound: _Sound) -> "Recording":
+def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
     """A recording that the page starts, in the folder where the command runs."""
     from makeup_video.pipeline.live.sinks.recording import Recording
 
@@ -221,7 +224,7 @@ def _recording(camera: "Camera", sound: _Sound) -> "Recording":
 
 
 def _opened_sound(
-    camera: "Camera", name: str | None, log_line: Callable[[str], None]
+    camera: "CameraSwitch", name: str | None, log_line: Callable[[str], None]
 ) -> "LiveSound | None":
     """The sound for the outputs; None for none. Raises InputError, UsageError.
 

@@ -68,6 +68,8 @@ def make_app(rooms: Rooms, worker: Worker, host: str, port: int, log: Log) -> AS
         Route("/photo-thumbnail", endpoints.photo_thumbnail, methods=["GET"]),
         Route("/portrait", endpoints.portrait, methods=["POST"]),
         Route("/portrait-thumbnail", endpoints.portrait_thumbnail, methods=["GET"]),
+        Route("/camera", endpoints.cameras, methods=["GET"]),
+        Route("/camera", endpoints.choose_camera, methods=["POST"]),
         Route("/recording", endpoints.recording, methods=["POST"]),
         Route("/shades", endpoints.shades, methods=["POST"]),
         WebSocketRoute("/ws", endpoints.watch),
@@ -158,12 +160,22 @@ class Endpoints:
 
     async def recording(self, request: Request) -> Response:
         """Start a recording, with `on=1`, or stop it: for the user of this machine alone."""
-        room = self._room(request)
-        if request.client is None or not is_loopback(request.client.host):
-            raise HTTPException(403, "only a page on the machine of the camera may record")
+        room = self._room_of_owner(request)
         on = request.query_params.get("on") == "1"
         await self._worker.run(lambda: room.session.record(on))
         return JSONResponse({"on": on})
+
+    async def cameras(self, request: Request) -> Response:
+        """List the cameras and sizes that a page may choose."""
+        session = self._room(request).session
+        return JSONResponse(await self._worker.run(session.cameras))
+
+    async def choose_camera(self, request: Request) -> Response:
+        """Use another camera or size: for the user of this machine alone."""
+        session = self._room_of_owner(request).session
+        name, size = (request.query_params.get(key, "") for key in ("name", "size"))
+        await self._worker.run(lambda: session.choose_camera(name, size))
+        return JSONResponse(await self._worker.run(session.cameras))
 
     async def picture(self, request: Request) -> Response:
         """Serve the newest picture in full size, as PNG; with `both`, beside the one before."""
@@ -193,6 +205,13 @@ class Endpoints:
             look = look_in(await read_body(request))
             data = await self._worker.run(lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")
+
+    def _room_of_owner(self, request: Request) -> Room:
+        """The room of a page that is shown on this machine: others may not use its camera."""
+        room = self._room(request)
+        if request.client is None or not is_loopback(request.client.host):
+            raise HTTPException(403, "only a page on the machine of the camera may do this")
+        return room
 
     def _room(self, request: Request) -> Room:
         room = self._rooms.find(request.query_params.get("session", ""))

@@ -68,6 +68,12 @@ class DemoSession:
     def record(self, on: bool) -> None:
         raise UsageError("only a camera is recorded: see makeup-video live")
 
+    def cameras(self) -> dict[str, object]:
+        return {}
+
+    def choose_camera(self, name: str, size: str) -> None:
+        raise UsageError("the demo has no camera: see makeup-video live")
+
     def whole_picture(self, both: bool) -> np.ndarray:
         paint = self._portrait.painted_and_bare if both else self._portrait.painted_whole
         return paint(self.look)

@@ -17,6 +17,7 @@ from makeup_video.web.read_look import read_look
 from makeup_video.web.session import PhotoLook, Push, Session, SeveralFaces
 
 NAME = "live"
+_ONE_SIZE = ("recording", "stream", "camera")  # outputs whose frames keep their size
 _BARE_SECONDS = 2.0  # how long to wait for a frame whose picture without makeup is kept
 
 
@@ -39,6 +40,13 @@ class LiveRunControl(Protocol):
     def end_sink(self, sink: LiveSink, /) -> None: ...
 
 
+class Cameras(Protocol):
+    """The cameras to choose from; see pipeline/live/sources/switch.py."""
+
+    def choices(self) -> dict[str, object]: ...
+    def choose(self, name: str, size: str, /) -> None: ...
+
+
 class LiveSession:
     """A live run and its preview sink, as a session. The run goes on while no page watches."""
 
@@ -50,8 +58,10 @@ class LiveSession:
         sink: PreviewSink,
         photo: PhotoLook | None,
         make_recording: Callable[[], LiveSink] | None,
+        cameras: Cameras | None,
     ) -> None:
         self._run, self._sink, self.photo = run, sink, photo
+        self._cameras = cameras
         self._make_recording = make_recording
         self._recording: LiveSink | None = None
         self._portrait: Portrait | None = None
@@ -96,6 +106,18 @@ class LiveSession:
         elif not on and self._recording is not None:
             self._run.end_sink(self._recording)
             self._recording = None
+
+    def cameras(self) -> dict[str, object]:
+        return {} if self._cameras is None else self._cameras.choices()
+
+    def choose_camera(self, name: str, size: str) -> None:
+        """Raises UsageError while an output needs frames of one size."""
+        if self._cameras is None:
+            raise UsageError("this run has no other camera")
+        for sink in self.figures()["sinks"]:
+            if sink["kind"] in _ONE_SIZE and not sink["is_over"]:
+                raise UsageError(f"{sink['name']} needs frames of one size: end it first")
+        self._cameras.choose(name, size)
 
     @property
     def _is_recording(self) -> bool:
@@ -153,6 +175,7 @@ class LiveShow:
 
     sink: one of the run's sinks.  photo: the photo that the run's first look was read from, if any.
     make_recording: makes the sink of a recording that a page starts; None: pages start none.
+    cameras: those that a page may choose; None: it chooses none.
     """
 
     mode: Literal["live"] = "live"
@@ -163,8 +186,9 @@ class LiveShow:
         sink: PreviewSink,
         photo: PhotoLook | None = None,
         make_recording: Callable[[], LiveSink] | None = None,
+        cameras: Cameras | None = None,
     ) -> None:
-        self._session = LiveSession(run, sink, photo, make_recording)
+        self._session = LiveSession(run, sink, photo, make_recording, cameras)
 
     def enter(self, name: str) -> LiveSession:
         return self._session

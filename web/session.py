@@ -118,6 +118,14 @@ class Session(Protocol):
         """Start or stop a recording, unless it is so already. Raises MakeupVideoError."""
         ...
 
+    def cameras(self) -> dict[str, object]:
+        """Return names, name, sizes and size: what a page offers, and what is used. May be {}."""
+        ...
+
+    def choose_camera(self, name: str, size: str) -> None:
+        """Use another camera, or another size. Raises MakeupVideoError, and keeps the old one."""
+        ...
+
     def whole_picture(self, both: bool) -> np.ndarray | None:
         """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB, or None.
 

@@ -81,6 +81,12 @@ class StandIn:
     def record(self, on):
         self.recordings.append(on)
 
+    def cameras(self):
+        return {"names": ["a", "b"], "name": "a", "sizes": ["1x1"], "size": "1x1"}
+
+    def choose_camera(self, name, size):
+        self.chosen = name, size
+
     def portrait_thumbnail(self):
         return b"a portrait"
 

@@ -200,6 +200,32 @@ def test_another_machine_starts_no_recording(parts, monkeypatch):
         assert "records nothing" in page.post("/recording", b"").json()["error"]
 
 
+class Cameras:
+    chosen = ()
+
+    def choices(self):
+        return {"names": ["/dev/video0"], "name": "/dev/video0"}
+
+    def choose(self, name, size):
+        self.chosen += ((name, size),)
+
+
+def test_the_camera_is_chosen_while_nothing_needs_its_size():
+    run, cameras = Run(), Cameras()
+    session = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List("talk.mkv"), cameras)
+    with serving(session) as url, Page(url) as page:
+        assert httpx.get(f"{url}/camera?session=live").json() == cameras.choices()
+        where = "/camera?session=live&name=/dev/video1&size=640x480"
+        assert post(url, where, b"").json() == cameras.choices()
+        page.post("/recording", b"")
+        post(url, "/recording?session=live&on=1", b"")
+        answer = post(url, where, b"")
+        assert answer.json()["error"] == "talk.mkv needs frames of one size: end it first"
+        post(url, "/recording?session=live&on=0", b"")
+        assert post(url, where, b"").status_code == 200
+    assert cameras.chosen == (("/dev/video1", "640x480"),) * 2
+
+
 def test_both_are_the_camera_s_picture_beside_the_painted_one(parts):
     _, _, sink, show = parts
     sink(picture(before=True, rotation_degrees=90))

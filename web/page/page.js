@@ -1,5 +1,6 @@
 // The page: connects the server's messages with the parts of the page.
 
+import { showCameras } from "./camera.js";
 import { changesSince } from "./changes.js";
 import { Compare } from "./compare.js";
 import { Connection } from "./connection.js";
@@ -81,6 +82,7 @@ function welcome(message) {
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // only of use before a camera
   showRecord(hello.mode === "live");
+  if (hello.mode === "live") showCameras(hello.session, showError);
   store.start(hello.look, forgotten ? store.photoLook : (hello.photo?.look ?? null));
   controls ??= new Controls(hello, store, shades, openShades);
   photos.start(hello);
