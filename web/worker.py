@@ -25,7 +25,11 @@ class Worker:
         self._has_stopped = False
 
     def submit(self, job: Callable[[], object]) -> "Future[object]":
-        """Run a job after those that wait."""
+        """Run a job after those that wait. After `stop` the job is cancelled."""
+        if self._has_stopped:
+            left_out: Future[object] = Future()
+            left_out.cancel()
+            return left_out
         return self._pool.submit(job)
 
     async def run(self, job: Callable[[], T]) -> T:
