@@ -1,7 +1,6 @@
 """`makeup-video demo`: the page to play with, without a camera."""
 
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -35,15 +34,14 @@ def demo(
 ) -> None:
     """Open a page without a camera: read a photo's makeup, see it on a portrait, change it."""
     from makeup_video.cli.serve_page import serve_page
-    from makeup_video.pipeline.look.finishes import look_in_words
     from makeup_video.web.demo_session import DemoShow
-    from makeup_video.web.session import PhotoLook
+    from makeup_video.web.read_look import look_of_file
     from makeup_video.web.worker import Worker
 
     with report_errors("demo", debug=debug):
         worker = Worker()
         first = _first_look(ref, look)
-        photo = PhotoLook(Path(ref).name, first, look_in_words(first)) if ref else None
+        photo = look_of_file(ref, first) if ref else None
         show = DemoShow(_portrait(portrait), first, worker, log, photo=photo)
         with serve_page(show, worker, page, log):
             try:
@@ -63,14 +61,14 @@ def _portrait(path: str | None) -> "Portrait":
 
 
 def _first_look(ref: str | None, look: str | None) -> "Look":
-    from makeup_video.pipeline import Look, UsageError, product
+    from makeup_video.pipeline import Look, UsageError, look_from_photo, product
     from makeup_video.pipeline.look.ready import load_look
-    from makeup_video.web.read_look import read_look
+    from makeup_video.web.read_look import check_worn
 
     if ref is not None and look is not None:
         raise UsageError("--ref and --look both give a look: give one of them")
     if ref is not None:
-        return read_look(_bytes(ref), ref).look
+        return check_worn(look_from_photo(ref), ref)
     if look is not None:
         return load_look(look)
     return Look(lips=product(_RED, "satin"))

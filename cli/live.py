@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from makeup_video.pipeline import Look
     from makeup_video.pipeline.live.interfaces import LiveSink
     from makeup_video.pipeline.live.run import LiveRun
-    from makeup_video.pipeline.live.sources.camera import Camera
+    from makeup_video.pipeline.live.sinks.recording import Recording
+    from makeup_video.pipeline.live.sound import LiveSound, SoundTap
+    from makeup_video.pipeline.live.sources.switch import CameraSwitch
     from makeup_video.pipeline.look.options import Choice
 
 EXAMPLES = (
@@ -71,6 +73,15 @@ def live(
         bool,
         typer.Option("--loop", help="Begin a video anew at its end.", rich_help_panel=CAMERA),
     ] = False,
+    audio: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="A microphone, file (the video's sound) or none; default: the video's sound, or "
+            "the first microphone.",
+            rich_help_panel=CAMERA,
+        ),
+    ] = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -105,19 +116,21 @@ def live(
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.images.jpeg import PreviewJpeg
     from makeup_video.pipeline.live.run import LiveRun
-    from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
-    from makeup_video.pipeline.look.finishes import look_in_words
+    from makeup_video.pipeline.live.sources.camera import CameraSettings
+    from makeup_video.pipeline.live.sources.switch import CameraSwitch
     from makeup_video.web.live_session import LiveShow
     from makeup_video.web.preview_sink import PreviewSink
-    from makeup_video.web.session import PhotoLook
+    from makeup_video.web.read_look import look_of_file
     from makeup_video.web.worker import Worker
 
     with report_errors("live", None, debug), ExitStack() as stack:
         log_line = _discard if quiet else log
         settings = CameraSettings(name=camera, size=size, rate=fps, pixels=pixels, loop=loop)
         first = _first_look(look.choice(), look.base_look(quiet), preview)
-        source = stack.enter_context(closing(Camera(settings, log_line)))
-        sinks = _outputs(source, output, stream or [], virtual_camera, overwrite, log_line)
+        source = stack.enter_context(closing(CameraSwitch(settings, log_line)))
+        sound = _Sound(source, lambda: _opened_sound(source, audio, log_line))
+        stack.callback(sound.close)
+        sinks = _outputs(source, output, stream or [], virtual_camera, overwrite, log_line, sound)
         if not (sinks or preview):
             raise UsageError(_NO_OUTPUT)
         shown = PreviewSink(PreviewJpeg()) if preview else None
@@ -130,10 +143,8 @@ def live(
             log=log_line,
         )
         if shown:
-            photo = (
-                PhotoLook(Path(look.ref).name, first, look_in_words(first)) if look.ref else None
-            )
-            show = LiveShow(run, shown, photo)
+            photo = look_of_file(look.ref, first) if look.ref else None
+            show = LiveShow(run, shown, photo, lambda: _recording(source, sound), source)
             stack.enter_context(serve_page(show, Worker(), page, log_line))
         _run_until_it_ends(run, quiet)
 
@@ -156,12 +167,13 @@ def _first_look(choice: "Choice", base: "Look | None", preview: bool) -> "Look":
 
 
 def _outputs(
-    camera: "Camera",
+    camera: "CameraSwitch",
     output: str | None,
     urls: list[str],
     virtual_camera: bool,
     overwrite: bool,
     log_line: Callable[[str], None],
+    sound: "_Sound",
 ) -> "list[LiveSink]":
     """Every output but the page, checked before the first frame arrives."""
     from makeup_video.pipeline.live.sinks.recording import Recording
@@ -170,11 +182,79 @@ def _outputs(
 
     sinks: list[LiveSink] = []
     if output is not None:
-        sinks.append(Recording(output, overwrite=overwrite, rate=camera.rate, source=camera.path))
-    sinks += [Stream(url, log=log_line, rate=camera.rate) for url in urls]
+        tap = sound.tap()
+        sinks.append(
+            Recording(output, overwrite=overwrite, rate=camera.rate, source=camera.path, sound=tap)
+        )
+    sinks += [Stream(url, log=log_line, rate=camera.rate, sound=sound.tap()) for url in urls]
     if virtual_camera:
         sinks.append(VirtualCamera(rate=camera.rate))
     return sinks
+
+
+class _Sound:
+    """The run's sound, opened by the first output that takes sound.
+
+    A microphone that nothing records stays closed.
+    """
+
+    def __init__(self, camera: "CameraSwitch", opened: "Callable[[], LiveSound | None]") -> None:
+        self._camera, self._open = camera, opened
+        self._sound: LiveSound | None = None
+        self._opened_for: Path | str | None = "nothing yet"
+
+    def tap(self) -> "SoundTap | None":
+        """One output's end of the sound; None for none. Raises InputError, UsageError."""
+        if self._opened_for != (path := self._camera.path):  # the page may choose another camera
+            self.close()
+            self._sound, self._opened_for = self._open(), path
+        return None if self._sound is None else self._sound.tap()
+
+    def close(self) -> None:
+        if self._sound is not None:
+            self._sound.close()
+
+
+def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
+    """A recording that the page starts, in the folder where the command runs."""
+    from makeup_video.pipeline.live.sinks.recording import Recording
+
+    name = time.strftime("makeup-%Y%m%d-%H%M%S.mkv")
+    return Recording(name, rate=camera.rate, source=camera.path, sound=sound.tap())
+
+
+def _opened_sound(
+    camera: "CameraSwitch", name: str | None, log_line: Callable[[str], None]
+) -> "LiveSound | None":
+    """The sound for the outputs; None for none. Raises InputError, UsageError.
+
+    Without a name, a machine without a microphone gives no sound, and a line says so.
+    """
+    from makeup_video.pipeline import InputError, UsageError
+    from makeup_video.pipeline.live.sound import LiveSound, SoundSource
+    from makeup_video.pipeline.live.sources.microphone import Microphone
+
+    if name == "none":
+        return None
+    source: SoundSource | None
+    if name == "file" or (name is None and camera.path is not None):
+        source = camera.file_sound()
+        if source is None and name == "file":
+            raise UsageError("--audio file needs a video with sound as --camera")
+        if source is None:
+            return None  # the closing line says so
+    else:
+        try:
+            source = Microphone(name, log_line)
+        except InputError as error:
+            if name is not None:
+                raise
+            log_line(f"{error}; the outputs have no sound")
+            return None
+        log_line(f"the sound is that of the microphone {source.name}; --audio none leaves it out")
+    sound = LiveSound(source, log_line)
+    sound.start()
+    return sound
 
 
 def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:

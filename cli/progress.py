@@ -207,12 +207,13 @@ def live_text(figures: "LiveFigures") -> str:
 
 
 def live_summary(figures: "LiveFigures", seconds: float) -> str:
-    """The closing line: pictures painted, and how many of them each output got."""
+    """The closing line: pictures painted, and what each output got of them."""
     fps = figures.pictures / seconds if seconds else 0.0
     text = (
         f"{figures.pictures} pictures in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"
     )
     for sink in figures.sinks:
         if sink.name != "preview":
-            text += f"; {sink.name} got {sink.pictures} of them"
+            lost = f" ({sink.dropped} dropped)" if sink.dropped else ""
+            text += f"; {sink.name} got {sink.pictures or 'none'} of them{lost}{sink.state}"
     return text

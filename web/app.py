@@ -7,17 +7,25 @@ from pathlib import Path
 
 import numpy as np
 from makeup_video.pipeline.errors import (
+    CatalogueError,
     InputError,
     InstallError,
     LookError,
     MakeupVideoError,
+    StoppedError,
     UsageError,
 )
 from makeup_video.pipeline.look.ready import ready_looks
-from makeup_video.web.messages import BYE, error_message, ready_looks_message
+from makeup_video.web.answers import (
+    look_in,
+    ready_looks_message,
+    several_faces_message,
+    shades_message,
+)
+from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.rooms import Rooms
-from makeup_video.web.same_origin import SameOrigin
-from makeup_video.web.session import PhotoLook
+from makeup_video.web.same_origin import SameOrigin, is_loopback
+from makeup_video.web.session import SeveralFaces
 from makeup_video.web.upload import Uploads, file_name, read_body
 from makeup_video.web.viewers import Room, Viewer
 from makeup_video.web.worker import Worker
@@ -38,6 +46,7 @@ _KINDS = {
     ".jpg": "image/jpeg",
     ".png": "image/png",
 }
+_JSON = "application/json"
 _TRY_AGAIN_LATER = 1013  # close codes of a WebSocket, RFC 6455
 _GOING_AWAY = 1001
 Log = Callable[[str], None]
@@ -54,12 +63,17 @@ def make_app(rooms: Rooms, worker: Worker, host: str, port: int, log: Log) -> AS
         Route("/static/{name}", endpoints.static, methods=["GET"]),
         Route("/picture.png", endpoints.picture, methods=["GET"]),
         Route("/looks", endpoints.looks, methods=["GET"]),
-        Route("/look-thumbnail/{name}", endpoints.thumbnail, methods=["GET"]),
+        Route("/look-thumbnail", endpoints.look_thumbnail, methods=["POST"]),
         Route("/photo", endpoints.photo, methods=["POST"]),
+        Route("/photo-thumbnail", endpoints.photo_thumbnail, methods=["GET"]),
+        Route("/portrait", endpoints.portrait, methods=["POST"]),
+        Route("/portrait-thumbnail", endpoints.portrait_thumbnail, methods=["GET"]),
+        Route("/camera", endpoints.cameras, methods=["GET"]),
+        Route("/camera", endpoints.choose_camera, methods=["POST"]),
+        Route("/recording", endpoints.recording, methods=["POST"]),
+        Route("/shades", endpoints.shades, methods=["POST"]),
         WebSocketRoute("/ws", endpoints.watch),
     ]
-    if rooms.show.mode == "demo":
-        routes.append(Route("/portrait", endpoints.portrait, methods=["POST"]))
 
     async def internal_error(request: Request, error: Exception) -> Response:
         log(f"internal error at {request.url.path}: {type(error).__name__}: {error}")
@@ -112,14 +126,23 @@ class Endpoints:
     async def photo(self, request: Request) -> Response:
         """Read and paint the look in an uploaded photo. The strength of the look stays as it is."""
         room = self._room(request)
+        face = request.query_params.get("face", "")
         with self._uploads:
             data, name = await read_body(request), file_name(request)
-            read = await self._worker.run(lambda: room.session.read(data, name))
+            read = await self._worker.run(lambda: room.session.read(data, name, face))
+        if isinstance(read, SeveralFaces):
+            return Response(several_faces_message(name, read), 409, media_type=_JSON)
         look = replace(read.look, strength=room.session.look.strength)
         room = self._rooms.find(room.session.name) or room  # all pages may have left and returned
-        words = read.in_words()
-        room.change(look, PhotoLook(name, look, words))
-        return JSONResponse({"name": name, "look": look.to_dict(), "words": words})
+        room.change(look, replace(read, look=look))
+        return JSONResponse({"name": name, "look": look.to_dict(), "words": read.words})
+
+    async def photo_thumbnail(self, request: Request) -> Response:
+        """Serve the photo that was read last, as a small JPEG."""
+        photo = self._room(request).session.photo
+        if photo is None:
+            raise HTTPException(404, "no photo has been read yet")
+        return Response(await self._worker.run(photo.thumbnail), media_type="image/jpeg")
 
     async def portrait(self, request: Request) -> Response:
         """Paint an uploaded portrait from now on."""
@@ -129,29 +152,66 @@ class Endpoints:
             await self._worker.run(lambda: room.session.take_portrait(data, name))
         return JSONResponse({"name": name})
 
+    async def portrait_thumbnail(self, request: Request) -> Response:
+        """Serve the portrait without makeup, as a small JPEG."""
+        session = self._room(request).session
+        data = await self._worker.run(session.portrait_thumbnail)
+        return Response(data, media_type="image/jpeg")
+
+    async def recording(self, request: Request) -> Response:
+        """Start a recording, with `on=1`, or stop it: for the user of this machine alone."""
+        room = self._room_of_owner(request)
+        on = request.query_params.get("on") == "1"
+        await self._worker.run(lambda: room.session.record(on))
+        return JSONResponse({"on": on})
+
+    async def cameras(self, request: Request) -> Response:
+        """List the cameras and sizes that a page may choose."""
+        session = self._room(request).session
+        return JSONResponse(await self._worker.run(session.cameras))
+
+    async def choose_camera(self, request: Request) -> Response:
+        """Use another camera or size: for the user of this machine alone."""
+        session = self._room_of_owner(request).session
+        name, size = (request.query_params.get(key, "") for key in ("name", "size"))
+        await self._worker.run(lambda: session.choose_camera(name, size))
+        return JSONResponse(await self._worker.run(session.cameras))
+
     async def picture(self, request: Request) -> Response:
-        """Serve the newest painted picture in full size, as PNG."""
-        room = self._room(request)
-        data = await self._worker.run(lambda: _png(room.session.whole_picture()))
+        """Serve the newest picture in full size, as PNG; with `both`, beside the one before."""
+        room, both = self._room(request), "both" in request.query_params
+        data = await self._worker.run(lambda: _png(room.session.whole_picture(both)))
         if data is None:
             raise HTTPException(404, "there is no picture yet")
         headers = {"content-disposition": 'attachment; filename="makeup.png"'}
         return Response(data, media_type="image/png", headers=headers)
 
+    async def shades(self, request: Request) -> Response:
+        """Read an uploaded catalogue of shades, a CSV file, and return it as JSON."""
+        self._room(request)
+        with self._uploads:
+            data, name = await read_body(request), file_name(request)
+            text = await self._worker.run(lambda: shades_message(name, data))
+        return Response(text, media_type=_JSON)
+
     async def looks(self, _request: Request) -> Response:
         """List the ready looks with their words."""
-        return Response(ready_looks_message(ready_looks()), media_type="application/json")
+        return Response(ready_looks_message(ready_looks()), media_type=_JSON)
 
-    async def thumbnail(self, request: Request) -> Response:
-        """Serve the portrait of a session with a ready look on, as a small JPEG."""
+    async def look_thumbnail(self, request: Request) -> Response:
+        """Serve the portrait of a session with the look of the request's body on, a small JPEG."""
         room = self._room(request)
-        name = request.path_params["name"]
-        look = next((one.look for one in ready_looks() if one.name == name), None)
-        if look is None:
-            raise HTTPException(404, "there is no ready look of this name")
         async with self._one_thumbnail:
+            look = look_in(await read_body(request))
             data = await self._worker.run(lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")
+
+    def _room_of_owner(self, request: Request) -> Room:
+        """The room of a page that is shown on this machine: others may not use its camera."""
+        room = self._room(request)
+        if request.client is None or not is_loopback(request.client.host):
+            raise HTTPException(403, "only a page on the machine of the camera may do this")
+        return room
 
     def _room(self, request: Request) -> Room:
         room = self._rooms.find(request.query_params.get("session", ""))
@@ -212,6 +272,13 @@ async def _http_error(_request: Request, error: Exception) -> Response:
 
 async def _expected_error(_request: Request, error: Exception) -> Response:
     """Answer with the one line of the error that the command would print."""
-    status = {InputError: 422, LookError: 400, UsageError: 400, InstallError: 500}
+    status = {
+        InputError: 422,
+        CatalogueError: 422,
+        LookError: 400,
+        UsageError: 400,
+        InstallError: 500,
+        StoppedError: 503,
+    }
     codes = [code for kind, code in status.items() if isinstance(error, kind)]
     return _error(codes[0] if codes else 500, str(error))

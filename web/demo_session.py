@@ -4,7 +4,7 @@ import asyncio
 import secrets
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError
@@ -12,11 +12,8 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.web.portrait import Portrait
 from makeup_video.web.read_apart import read_apart
 from makeup_video.web.read_look import read_look
-from makeup_video.web.session import PhotoLook, Push, Session, ShownPicture
+from makeup_video.web.session import PhotoLook, Push, Session, SeveralFaces, ShownPicture
 from makeup_video.web.worker import Worker
-
-if TYPE_CHECKING:
-    from makeup_video.pipeline.reference.estimate import Estimate
 
 MOST_SESSIONS = 16
 GRACE_SECONDS = 30.0  # how long a page that lost its connection finds its session again
@@ -60,19 +57,32 @@ class DemoSession:
     def figures(self) -> None:
         return None
 
-    def read(self, photo: bytes, name: str) -> "Estimate":
-        return read_look(photo, name)
+    def read(self, photo: bytes, name: str, face: str) -> PhotoLook | SeveralFaces:
+        return read_look(photo, name, face)
 
     def take_portrait(self, photo: bytes, name: str) -> None:
         self._portrait = Portrait(photo, name, read_apart)
         self._chosen_us = _now_us()
         self._paint_soon()
 
-    def whole_picture(self) -> np.ndarray:
-        return self._portrait.painted_whole(self.look)
+    def record(self, on: bool) -> None:
+        raise UsageError("only a camera is recorded: see makeup-video live")
+
+    def cameras(self) -> dict[str, object]:
+        return {}
+
+    def choose_camera(self, name: str, size: str) -> None:
+        raise UsageError("the demo has no camera: see makeup-video live")
+
+    def whole_picture(self, both: bool) -> np.ndarray:
+        paint = self._portrait.painted_and_bare if both else self._portrait.painted_whole
+        return paint(self.look)
 
     def thumbnail(self, look: Look) -> bytes:
         return self._portrait.thumbnail(look)
+
+    def portrait_thumbnail(self) -> bytes:
+        return self._portrait.small
 
     def _paint_soon(self) -> None:
         if not self._is_due and self._push is not None:

@@ -1,23 +1,24 @@
 """The show of a camera: one session, one look, for all pages."""
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
-from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.frames.transform import upright_rgb
+from makeup_video.pipeline.errors import InputError, UsageError
+from makeup_video.pipeline.frames.frame import Frame, plane_views
+from makeup_video.pipeline.frames.transform import copied, upright_rgb
+from makeup_video.pipeline.live.interfaces import LivePicture, LiveSink
 from makeup_video.pipeline.look.look import Look
 from makeup_video.web.portrait import Portrait, own_portrait
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.read_look import read_look
-from makeup_video.web.session import PhotoLook, Push, Session
-
-if TYPE_CHECKING:
-    from makeup_video.pipeline.reference.estimate import Estimate
+from makeup_video.web.session import PhotoLook, Push, Session, SeveralFaces
 
 NAME = "live"
+_ONE_SIZE = ("recording", "stream", "camera")  # outputs whose frames keep their size
+_BARE_SECONDS = 2.0  # how long to wait for a frame whose picture without makeup is kept
 
 
 class Figures(Protocol):
@@ -35,6 +36,15 @@ class LiveRunControl(Protocol):
     def look(self) -> Look: ...
     def set_look(self, look: Look, /) -> None: ...
     def figures(self) -> Figures: ...
+    def add_sink(self, sink: LiveSink, /) -> None: ...
+    def end_sink(self, sink: LiveSink, /) -> None: ...
+
+
+class Cameras(Protocol):
+    """The cameras to choose from; see pipeline/live/sources/switch.py."""
+
+    def choices(self) -> dict[str, object]: ...
+    def choose(self, name: str, size: str, /) -> None: ...
 
 
 class LiveSession:
@@ -42,8 +52,19 @@ class LiveSession:
 
     name = NAME
 
-    def __init__(self, run: LiveRunControl, sink: PreviewSink, photo: PhotoLook | None) -> None:
+    def __init__(
+        self,
+        run: LiveRunControl,
+        sink: PreviewSink,
+        photo: PhotoLook | None,
+        make_recording: Callable[[], LiveSink] | None,
+        cameras: Cameras | None,
+    ) -> None:
         self._run, self._sink, self.photo = run, sink, photo
+        self._cameras = cameras
+        self._make_recording = make_recording
+        self._recording: LiveSink | None = None
+        self._portrait: Portrait | None = None
 
     @property
     def look(self) -> Look:
@@ -61,37 +82,113 @@ class LiveSession:
     def figures(self) -> Mapping[str, Any]:
         return asdict(self._run.figures())
 
-    def read(self, photo: bytes, name: str) -> "Estimate":
-        return read_look(photo, name)
+    def read(self, photo: bytes, name: str, face: str) -> PhotoLook | SeveralFaces:
+        return read_look(photo, name, face)
 
     def take_portrait(self, photo: bytes, name: str) -> None:
-        raise UsageError("this page paints the camera, not a portrait: see makeup-video demo")
+        """Show the ready looks on whom the camera sees. Raises PhotoError, InputError, UsageError.
 
-    def whole_picture(self) -> np.ndarray | None:
-        newest = self._sink.newest
-        return None if newest is None else upright_rgb(newest.frame)
+        photo: empty, since the page of a camera paints no other picture.
+        """
+        if photo:
+            raise UsageError("this page paints the camera, not a portrait: see makeup-video demo")
+        bare = _bare(self._picture_with_both())
+        self._portrait = Portrait(b"", "the camera's picture", lambda *_: bare)
+
+    def record(self, on: bool) -> None:
+        """Start or stop the recording of the pages. Raises UsageError, OutputError, InputError."""
+        if self._make_recording is None:
+            raise UsageError("this run records nothing from the page")
+        if on and not self._is_recording:
+            recording = self._make_recording()
+            self._run.add_sink(recording)
+            self._recording = recording
+        elif not on and self._recording is not None:
+            self._run.end_sink(self._recording)
+            self._recording = None
+
+    def cameras(self) -> dict[str, object]:
+        return {} if self._cameras is None else self._cameras.choices()
+
+    def choose_camera(self, name: str, size: str) -> None:
+        """Raises UsageError while an output needs frames of one size."""
+        if self._cameras is None:
+            raise UsageError("this run has no other camera")
+        for sink in self.figures()["sinks"]:
+            if sink["kind"] in _ONE_SIZE and not sink["is_over"]:
+                raise UsageError(f"{sink['name']} needs frames of one size: end it first")
+        self._cameras.choose(name, size)
+
+    @property
+    def _is_recording(self) -> bool:
+        """False as well after a recording that failed, as on a full disk."""
+        name = self._recording and self._recording.name
+        sinks = self.figures()["sinks"] if name else ()
+        return any(sink["name"] == name and not sink["is_over"] for sink in sinks)
+
+    def whole_picture(self, both: bool) -> np.ndarray | None:
+        if not both:
+            newest = self._sink.newest
+            return None if newest is None else upright_rgb(newest.frame)
+        picture = self._picture_with_both()
+        return np.hstack([_bare(picture), upright_rgb(picture.frame)])
 
     def thumbnail(self, look: Look) -> bytes:
-        return self._portrait.thumbnail(look)
+        return self._shown_portrait.thumbnail(look)
 
-    @cached_property
-    def _portrait(self) -> Portrait:
-        """Thumbnails show our portrait: the camera may show nobody."""
-        return own_portrait()
+    def portrait_thumbnail(self) -> bytes:
+        return self._shown_portrait.small
+
+    @property
+    def _shown_portrait(self) -> Portrait:
+        """Ours, until the visitor chooses the camera's picture: the camera may show nobody."""
+        if self._portrait is None:
+            self._portrait = own_portrait()
+        return self._portrait
+
+    def _picture_with_both(self) -> LivePicture:
+        """The next picture, with that of the camera. Raises InputError when none comes."""
+        until = time.monotonic() + _BARE_SECONDS
+        self._run.compare = True
+        try:
+            while time.monotonic() < until:
+                newest = self._sink.newest
+                if newest is not None and newest.before is not None:
+                    return newest
+                time.sleep(0.01)
+        finally:
+            self._run.compare = self._sink.compares
+        raise InputError("the camera gives no picture now: try again when it does")
+
+
+def _bare(picture: LivePicture) -> np.ndarray:
+    """The camera's picture of a LivePicture that has it: upright, (H, W, 3) uint8 RGB."""
+    frame = picture.frame
+    bare = copied(frame.picture)
+    for new, old in zip(plane_views(bare, 8), picture.before or (), strict=True):
+        new[:] = old
+    return upright_rgb(Frame(bare, frame.pts, frame.time_base, frame.tags, frame.rotation_degrees))
 
 
 class LiveShow:
     """The show of a live run, for `Server`.
 
     sink: one of the run's sinks.  photo: the photo that the run's first look was read from, if any.
+    make_recording: makes the sink of a recording that a page starts; None: pages start none.
+    cameras: those that a page may choose; None: it chooses none.
     """
 
     mode: Literal["live"] = "live"
 
     def __init__(
-        self, run: LiveRunControl, sink: PreviewSink, photo: PhotoLook | None = None
+        self,
+        run: LiveRunControl,
+        sink: PreviewSink,
+        photo: PhotoLook | None = None,
+        make_recording: Callable[[], LiveSink] | None = None,
+        cameras: Cameras | None = None,
     ) -> None:
-        self._session = LiveSession(run, sink, photo)
+        self._session = LiveSession(run, sink, photo, make_recording, cameras)
 
     def enter(self, name: str) -> LiveSession:
         return self._session

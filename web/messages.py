@@ -20,7 +20,7 @@ server -> page
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -30,7 +30,6 @@ from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.look.ready import ReadyLook
 from makeup_video.pipeline.look.strict_json import whole_number
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
@@ -153,13 +152,6 @@ def _kind(kind: Kind) -> dict[str, Any]:
             for dial in kind.dials
         ],
     }
-
-
-def ready_looks_message(looks: Iterable[ReadyLook]) -> str:
-    """Write the answer of /looks: a list of objects with name, words and look."""
-    return json.dumps(
-        [{"name": one.name, "words": one.words, "look": one.look.to_dict()} for one in looks]
-    )
 
 
 def look_message(look: Look, photo: PhotoLook | None, seen: int | None) -> str:

@@ -11,6 +11,7 @@ from makeup_video.pipeline.faces.face import Face, resized
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.web.small_picture import jpeg, scaled, small_jpeg
 
 WHOLE_PX = 2400  # longer side; each session keeps one of these: 17 MB at most
 SHOWN_PX = 1200  # longer side of the picture on the page
@@ -19,10 +20,7 @@ THUMBNAIL_PX = 160  # side of a thumbnail, twice what the page gives it in its o
 _FINER = 2
 _AROUND = 1.05  # side of a thumbnail, by the longer side of the face
 OWN = Path(__file__).parent / "page" / "portrait.jpg"
-_JPEG = (
-    cv2.IMWRITE_JPEG_QUALITY, 90,
-    cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
-)  # fmt: skip
+MOST_THUMBNAILS = 200  # that are kept of a portrait, of 10 kB each: those used last
 
 
 class Portrait:
@@ -39,7 +37,7 @@ class Portrait:
         from makeup_video.pipeline import find_faces
 
         rgb8 = read(photo, name)
-        self._whole = _scaled(rgb8, WHOLE_PX / max(rgb8.shape[:2]))
+        self._whole = scaled(rgb8, WHOLE_PX / max(rgb8.shape[:2]))
         self._faces = find_faces(self._whole)
         if not self._faces:
             raise PhotoError(
@@ -52,26 +50,25 @@ class Portrait:
     def painted(self, look: Look) -> bytes:
         """Paint a look at the page's size, and return the JPEG."""
         shown, faces = self._shown
-        return _jpeg(self._paint(shown, look, faces))
+        return jpeg(self._paint(shown, look, faces))
 
     def painted_whole(self, look: Look) -> np.ndarray:
         """Paint a look at full size: (H, W, 3) uint8 RGB."""
         return self._paint(self._whole, look, self._faces)
 
     def thumbnail(self, look: Look) -> bytes:
-        """The largest face with a look: a square JPEG of THUMBNAIL_PX, kept for the next time.
-
-        Meant for ready looks, whose number is small: nothing is ever forgotten.
-        """
-        if look not in self._thumbnails:
-            self._thumbnails[look] = self._thumbnail(look)
-        return self._thumbnails[look]
+        """The largest face with a look: a square JPEG of THUMBNAIL_PX, kept for the next time."""
+        made = self._thumbnails.pop(look, None) or self._thumbnail(look)
+        self._thumbnails[look] = made  # the last one is the one used last
+        if len(self._thumbnails) > MOST_THUMBNAILS:
+            del self._thumbnails[next(iter(self._thumbnails))]
+        return made
 
     def _thumbnail(self, look: Look) -> bytes:
         small, face, (top, left, side) = self._close_up
         painted = self._paint(small, look, [face])[top : top + side, left : left + side]
         size_wh = THUMBNAIL_PX, THUMBNAIL_PX
-        return _jpeg(cv2.resize(painted, size_wh, interpolation=cv2.INTER_AREA))
+        return jpeg(cv2.resize(painted, size_wh, interpolation=cv2.INTER_AREA))
 
     @cached_property
     def _close_up(self) -> tuple[np.ndarray, Face, tuple[int, int, int]]:
@@ -90,10 +87,19 @@ class Portrait:
         )
         return small, face, (top, left, side)
 
+    def painted_and_bare(self, look: Look) -> np.ndarray:
+        """The photo without makeup on the left, with a look on the right, at full size."""
+        return np.hstack([self._whole, self.painted_whole(look)])
+
+    @cached_property
+    def small(self) -> bytes:
+        """The photo without makeup as a thumbnail, a JPEG."""
+        return small_jpeg(self._whole)
+
     @cached_property
     def bare(self) -> bytes:
         """The photo without makeup at the page's size, as JPEG."""
-        return _jpeg(self._shown[0])
+        return jpeg(self._shown[0])
 
     @cached_property
     def _shown(self) -> tuple[np.ndarray, tuple[Face, ...]]:
@@ -109,19 +115,6 @@ def _shrunk(
     rgb8: np.ndarray, faces: tuple[Face, ...], scale: float
 ) -> tuple[np.ndarray, tuple[Face, ...]]:
     """A picture and its faces at a scale below 1; otherwise both as they are."""
-    small = _scaled(rgb8, scale)
+    small = scaled(rgb8, scale)
     down, across = (new / old for new, old in zip(small.shape[:2], rgb8.shape[:2], strict=True))
     return small, tuple(resized(face, across, down) for face in faces)
-
-
-def _scaled(rgb8: np.ndarray, scale: float) -> np.ndarray:
-    if scale >= 1:
-        return rgb8
-    h, w = rgb8.shape[:2]
-    size_wh = max(1, round(scale * w)), max(1, round(scale * h))
-    return cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA)
-
-
-def _jpeg(rgb8: np.ndarray) -> bytes:
-    _, data = cv2.imencode(".jpg", rgb8[..., ::-1], _JPEG)
-    return data.tobytes()

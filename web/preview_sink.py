@@ -16,8 +16,10 @@ MakeJpeg = Callable[[tuple[np.ndarray, ...], tuple[int, int], int, ColourTags], 
 class PreviewSink:
     """A LiveSink for the pages. The server's thread sets `push` and `compares`."""
 
-    name = "preview"
+    name = kind = "preview"
+    seconds = 0.0
     waiting = 1
+    state = ""
     notice = ""  # pages show their own state
 
     def __init__(self, make_jpeg: MakeJpeg) -> None:

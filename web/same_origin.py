@@ -73,6 +73,14 @@ def _same_site(scope: Scope, headers: Mapping[str, str], acts: bool) -> bool:
     return site in ("same-origin", "none") or (opened and not acts)
 
 
+def is_loopback(host: str) -> bool:
+    """Whether an IP address is one by which this machine reaches itself."""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
 def _is_ip(name: str) -> bool:
     try:
         ip_address(name)

@@ -75,7 +75,7 @@ class Server:
             except RuntimeError:  # the loop has just ended
                 ending.close()
             self._thread.join(_STOP_SECONDS)
-        self._worker.stop()  # last: until then pages may send requests
+        self._worker.stop()  # again: the server may not have run
 
     def _run(self, listening: socket.socket, port: int) -> None:
         app = make_app(self._rooms, self._worker, self._host, port, self._log)
@@ -110,6 +110,8 @@ class Server:
         until = asyncio.get_running_loop().time() + _GOODBYE_SECONDS
         while self._rooms.viewers and asyncio.get_running_loop().time() < until:
             await asyncio.sleep(0.01)
+        # requests that wait for it are answered, before uvicorn cancels them as internal errors
+        self._worker.stop()
         assert self._uvicorn is not None
         self._uvicorn.should_exit = True
 

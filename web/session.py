@@ -4,20 +4,18 @@ A Show has one Session for all pages (live) or one for each page (demo). A Sessi
 the picture that it is painted on; it knows no sockets, and makes pictures only while a page
 watches.
 
-All methods but `read`, `whole_picture`, `thumbnail` and `take_portrait` are called on the server's
-loop and must not block. Those four are slow, and are called on the worker's thread, one at a time.
+All methods but `read`, `record`, `whole_picture`, `take_portrait` and those of thumbnails are
+called on the server's loop and must not block. These are slow, and are called on the worker's
+thread, one at a time.
 """
 
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from makeup_video.pipeline.look.look import Look
-
-if TYPE_CHECKING:
-    from makeup_video.pipeline.reference.estimate import Estimate
 
 PHOTO_BYTES = 32_000_000  # the largest photos of phones have about 20 MB
 HEAD = struct.Struct("<QHHII")  # pts_us, rotation_degrees, flags (0), bytes of either JPEG
@@ -46,16 +44,30 @@ class ShownPicture:
         return b"".join((head, self.jpeg, before))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PhotoLook:
     """The look that was read from a photo, and the photo's name.
 
-    words: the look in words, with how sure each part is.
+    words: the look in words, with how sure each part is.  thumbnail: makes the photo's small JPEG;
+    slow at its first call.
     """
 
     name: str
     look: Look
     words: str
+    thumbnail: Callable[[], bytes] = lambda: b""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeveralFaces:
+    """A photo with several faces, one of which the visitor must choose.
+
+    picture: the photo as a JPEG for the page.  boxes: by the number of each face, its left, top,
+    width and height, as shares of the picture's width and height.
+    """
+
+    picture: bytes
+    boxes: Mapping[int, tuple[float, float, float, float]]
 
 
 Push = Callable[[ShownPicture], None]
@@ -91,20 +103,42 @@ class Session(Protocol):
         """Return the fields of `figures` but viewers and screen_ms; None: no such message."""
         ...
 
-    def read(self, photo: bytes, name: str) -> "Estimate":
-        """Read the look in a photo's file, called `name` in messages. Raises MakeupVideoError."""
+    def read(self, photo: bytes, name: str, face: str) -> PhotoLook | SeveralFaces:
+        """Read the look in a photo's file, called `name` in messages. Raises MakeupVideoError.
+
+        face: the number of the face that the visitor chose; "" for the only face.
+        """
         ...
 
     def take_portrait(self, photo: bytes, name: str) -> None:
         """Paint on this photo from now on. Raises MakeupVideoError."""
         ...
 
-    def whole_picture(self) -> np.ndarray | None:
-        """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB, or None."""
+    def record(self, on: bool) -> None:
+        """Start or stop a recording, unless it is so already. Raises MakeupVideoError."""
+        ...
+
+    def cameras(self) -> dict[str, object]:
+        """Return names, name, sizes and size: what a page offers, and what is used. May be {}."""
+        ...
+
+    def choose_camera(self, name: str, size: str) -> None:
+        """Use another camera, or another size. Raises MakeupVideoError, and keeps the old one."""
+        ...
+
+    def whole_picture(self, both: bool) -> np.ndarray | None:
+        """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB, or None.
+
+        both: the picture without makeup on the left, with it on the right.
+        """
         ...
 
     def thumbnail(self, look: Look) -> bytes:
-        """Return the portrait's face with a ready look, a small JPEG. Each look is painted once."""
+        """Return the portrait's face with a look on, a small JPEG."""
+        ...
+
+    def portrait_thumbnail(self) -> bytes:
+        """Return the portrait without makeup, a small JPEG."""
         ...
 
 

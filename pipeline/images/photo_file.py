@@ -262,9 +262,12 @@ def _unknown(file: _Photo) -> str:
         return _damaged(file)
     if not _is_video(file, head):
         return f"{file} is no photo that can be read: give a {_KINDS} file"
+    problem = f"{file} is a video, and the makeup is read from a photo: "
+    if file.path is None:  # from a visitor of the page, who may have no command line
+        return f"{problem}pause the video, and give a screenshot"
     return (
-        f"{file} is a video, and the makeup is read from a photo: save one of its frames as a "
-        f"picture (ffmpeg -ss SECONDS -i {file.short_name} -frames:v 1 look.png)"
+        f"{problem}save one of its frames as a picture "
+        f"(ffmpeg -ss SECONDS -i {file.short_name} -frames:v 1 look.png)"
     )
 
 

@@ -49,16 +49,28 @@ class LiveSource(Protocol):
 class LiveSink(Protocol):
     """Takes the pictures of a live run, on a thread of its own.
 
-    name: what messages and figures call the sink.
+    name: what messages and figures call the sink.  kind: "recording", "stream", "camera" or
+    "preview".
     waiting: how many pictures may wait for the sink; when more come, the oldest is dropped.
     """
 
     name: str
+    kind: str
     waiting: int
 
     @property
     def notice(self) -> str:
         """What the user should know now, such as a receiver that is gone; "" when all is well."""
+        ...
+
+    @property
+    def seconds(self) -> float:
+        """How long the recording is, or the connection holds; 0 for what has no length."""
+        ...
+
+    @property
+    def state(self) -> str:
+        """What the closing line adds to the number of pictures, such as ", 12.0 s"; or ""."""
         ...
 
     @property

@@ -17,7 +17,7 @@ from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.frame_budget import Budget
 from makeup_video.pipeline.live.interfaces import LivePicture, LiveSink, LiveSource
-from makeup_video.pipeline.live.runner import LiveRunner
+from makeup_video.pipeline.live.runner import LiveRunner, Outlet
 from makeup_video.pipeline.live.warm_up import warm_up
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.build_scene import BuildScene
@@ -35,12 +35,17 @@ _ALL_IS_WELL = "fast enough again: nothing is left out"
 class SinkFigures:
     """How a sink of a live run is doing, counted since the run began.
 
-    pictures: written, sent or shown.
+    kind, seconds, state: as in LiveSink.  pictures: written, sent or shown.  is_over: the sink has
+    ended.
     """
 
     name: str
     pictures: int
     dropped: int
+    kind: str = ""
+    seconds: float = 0.0
+    state: str = ""
+    is_over: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +124,17 @@ class LiveRun:
         """Paint another look from the next frame on. May be called from any thread."""
         self._composite.set_look(look)
 
+    def add_sink(self, sink: LiveSink) -> None:
+        """Give a further sink the pictures from now on. From any thread.
+
+        Raises UsageError when the run has not begun, or is over.
+        """
+        self._runner.add(sink)
+
+    def end_sink(self, sink: LiveSink) -> None:
+        """Let a sink finish with the pictures that it has; the run goes on. From any thread."""
+        self._runner.end(sink)
+
     def run(self, on_tick: Callable[[], None] | None = None) -> None:
         """Block until the camera ends or the run is stopped; raises as LiveRunner.run does."""
         try:
@@ -152,10 +168,7 @@ class LiveRun:
             level=self._budget.level,
             level_notice=self._budget.notice,
             notice=self._notice(),
-            sinks=tuple(
-                SinkFigures(outlet.sink.name, outlet.sink.sent, outlet.channel.dropped)
-                for outlet in self._runner.outlets
-            ),
+            sinks=tuple(_figures_of(outlet) for outlet in self._runner.outlets),
         )
 
     @property
@@ -214,6 +227,19 @@ class LiveRun:
         self._last.append((now, late_seconds))
         while now - self._last[0][0] > _FIGURES_SECONDS:
             self._last.popleft()
+
+
+def _figures_of(outlet: Outlet) -> SinkFigures:
+    sink = outlet.sink
+    return SinkFigures(
+        name=sink.name,
+        pictures=sink.sent,
+        dropped=outlet.channel.dropped,
+        kind=sink.kind,
+        seconds=sink.seconds,
+        state=sink.state,
+        is_over=outlet.is_over,
+    )
 
 
 def _copies(frame: Frame) -> tuple[np.ndarray, ...]:

@@ -11,7 +11,7 @@ from functools import partial
 
 from makeup_video.pipeline.engine.channel import ChannelClosed, NewestChannel
 from makeup_video.pipeline.engine.signals import interrupted_later, undisturbed
-from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
+from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, UsageError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.interfaces import LivePicture, LiveSink, LiveSource
 
@@ -27,12 +27,18 @@ _CAMERA = "camera"
 class Outlet:
     """A sink and the pictures that wait for it.
 
-    error: why the sink ended before the run did, or never worked.
+    error: why the sink ended before the run did, or never worked.  is_over: the sink takes no
+    more pictures.
     """
 
     sink: LiveSink
     channel: NewestChannel[LivePicture]
     error: MakeupVideoError | None = None
+    is_over: bool = False
+
+
+def _outlet(sink: LiveSink) -> Outlet:
+    return Outlet(sink, NewestChannel(f"-> {sink.name}", sink.waiting))
 
 
 class LiveRunner:
@@ -53,7 +59,7 @@ class LiveRunner:
     ) -> None:
         self._camera, self._work, self._log, self._prepare = camera, work, log, prepare
         self.inbox: NewestChannel[Frame] = NewestChannel("-> work")
-        self.outlets = [Outlet(s, NewestChannel(f"-> {s.name}", s.waiting)) for s in sinks]
+        self.outlets = [_outlet(sink) for sink in sinks]
         self.stopped = False
         self._has_begun = False
         self._others: set[str] = set()
@@ -96,6 +102,25 @@ class LiveRunner:
         self.inbox.cancel()
         self._camera.close()
 
+    def add(self, sink: LiveSink) -> None:
+        """Start a further sink, from any thread. Raises UsageError before or after the run."""
+        outlet = _outlet(sink)
+        with self._ended:
+            if "paint" not in self._running or self.stopped:
+                raise UsageError("no live run is going on")
+            name = f"sink {len(self.outlets)}"
+            self.outlets = [*self.outlets, outlet]  # replaced, since other threads go over it
+            self._others.add(name)
+            self._running.add(name)
+        self._start_thread(name, partial(self._run_sink, outlet))
+
+    def end(self, sink: LiveSink) -> None:
+        """Let a sink finish with what it has, from any thread; the run goes on."""
+        for outlet in self.outlets:
+            if outlet.sink is sink:
+                outlet.is_over = True
+                outlet.channel.close()
+
     def _start(self) -> None:
         if self._has_begun:
             return
@@ -104,11 +129,14 @@ class LiveRunner:
         jobs += [(f"sink {at}", partial(self._run_sink, o)) for at, o in enumerate(self.outlets)]
         self._others = {name for name, _ in jobs}
         self._running = {_CAMERA, *self._others}
-        # Daemons, so that none of them keeps the process from ending.
         for name, job in [(_CAMERA, self._run_camera), *jobs]:
-            threading.Thread(
-                target=self._guard, args=(name, job), name=f"makeup-{name}", daemon=True
-            ).start()
+            self._start_thread(name, job)
+
+    def _start_thread(self, name: str, job: Callable[[], None]) -> None:
+        """Start a daemon, so that it never keeps the process from ending."""
+        threading.Thread(
+            target=self._guard, args=(name, job), name=f"makeup-{name}", daemon=True
+        ).start()
 
     def _wait(self, seconds: float, names: set[str]) -> bool:
         """True once the named threads have ended. Not Thread.join: see engine/runner.py."""
@@ -156,6 +184,8 @@ class LiveRunner:
         if self.outlets and not working:
             raise ChannelClosed("no sink takes pictures any more")
         for outlet in working:
+            if outlet.is_over:
+                continue
             with suppress(ChannelClosed):  # its sink gave up just now
                 outlet.channel.send(picture)
 
@@ -166,9 +196,11 @@ class LiveRunner:
                 outlet.sink(picture)
                 del picture
             goes_on = ""  # from here on the run is over
-            outlet.sink.finish(self.stopped or self._first_error is not None)
+            stopped = self.stopped or outlet.is_over or self._first_error is not None
+            outlet.sink.finish(stopped)
+            outlet.is_over = True
         except MakeupVideoError as error:
-            outlet.error = error
+            outlet.error, outlet.is_over = error, True
             outlet.channel.cancel()  # free the pictures that wait
             if all(other.error is not None for other in self.outlets):
                 self._fail(error)  # raised by `run`, so not logged here

@@ -141,6 +141,14 @@ def rows_of(path: str | os.PathLike[str]) -> Iterator[Row]:
         raise CatalogueError(f"{path}: a catalogue cannot be read: {error.strerror}") from error
 
 
+def rows_in(data: bytes, name: str) -> Iterator[Row]:
+    """The rows of a CSV file's bytes, as rows_of; messages call the file `name`."""
+    try:
+        yield from _rows(io.StringIO(data.decode("utf-8-sig"), newline=""), name)
+    except UnicodeDecodeError as error:
+        raise CatalogueError(f"{name}: a catalogue cannot be read: not UTF-8 text") from error
+
+
 def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
     first = next(lines, "")
     if not first:

@@ -48,7 +48,7 @@ def test_a_film_is_painted_and_recorded_at_clock_times(folder):
     assert done.exit_code == 0, done.output
     assert [p.name for p in folder.iterdir() if "part" in p.name] == []
     times = np.array([float(t) for t in times_of(folder / "out.mkv")])
-    summary = r"(\d+) pictures in [\d.]+ s, [\d.]+ fps, (\d+) dropped; out.mkv got (\d+) of them"
+    summary = r"(\d+) pictures in [\d.]+ s, [\d.]+ fps, (\d+) dropped; out.mkv got (\d+) of them.*"
     counts = re.fullmatch(summary, lines(done)[-1])
     assert times[0] == 0 and len(times) == int(counts[1]) == int(counts[3])
     assert len(times) + int(counts[2]) == 12  # a busy machine drops some frames
@@ -203,7 +203,7 @@ def test_the_closing_line_counts_every_output_but_the_page():
     text = live_summary(figures(sinks=(SinkFigures("preview", 5, 90), *outputs)), 10.0)
     assert text == (
         "300 pictures in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 300 of them; "
-        "rtmp://host got 0 of them"
+        "rtmp://host got none of them"
     )
 
 
@@ -218,7 +218,7 @@ def test_a_stream_that_always_refuses_exits_with_4(folder, words):
     assert done.exit_code == 4
     errors = [line for line in lines(done) if line.startswith("OutputError: rtmp://127.0.0.1: ")]
     assert len(errors) == 1 and "no picture was sent" in errors[0] and "s3cr3t" not in done.output
-    assert ("rtmp://127.0.0.1 got 0 of them" in done.output) is ("-q" not in words)
+    assert ("rtmp://127.0.0.1 got none of them" in done.output) is ("-q" not in words)
     if words:
         assert decoded(folder / "out.mkv")  # the recording is complete all the same
 

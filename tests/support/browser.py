@@ -53,12 +53,18 @@ def open_browser() -> Iterator[Any]:
 
 
 class Served:
-    """`makeup-video ARGUMENTS` in its own process, and the address it prints."""
+    """`makeup-video ARGUMENTS` in its own process, and the address it prints.
 
-    def __init__(self, *arguments: str, port: int = 0) -> None:
+    folder: where it runs.
+    """
+
+    def __init__(self, *arguments: str, port: int = 0, folder: Path | None = None) -> None:
         command = [sys.executable, "-m", "makeup_video.cli", *arguments]
         self.process = subprocess.Popen(
-            [*command, "--port", str(port), "--no-browser"], stderr=subprocess.PIPE, text=True
+            [*command, "--port", str(port), "--no-browser"],
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=folder,
         )
         self.lines: list[str] = []
         addresses: queue.Queue[str] = queue.Queue()
@@ -98,7 +104,7 @@ class Visit:
 
     def _heard(self, message: Any) -> None:
         # the browser logs every refused request; the page itself shows the error
-        known = ["status of 4"] + ["net::ERR_"] * self.server_may_stop
+        known = ["status of 4"] + ["net::ERR_", "status of 503"] * self.server_may_stop
         if message.type in ("error", "warning") and not any(text in message.text for text in known):
             self.faults.append(message.text)
 

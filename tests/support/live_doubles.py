@@ -20,7 +20,8 @@ def numbers(pictures):
 class List:
     """A sink that keeps its pictures; `gate` can stall it, and `error` makes it fail."""
 
-    notice = ""
+    notice = state = ""
+    kind, seconds = "recording", 0.0
 
     def __init__(self, name="list", waiting=1, gate=None, error=None):
         self.name, self.waiting = name, waiting

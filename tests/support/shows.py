@@ -13,7 +13,7 @@ from makeup_video.pipeline import Look, product
 from makeup_video.pipeline.reference.estimate import Estimate
 from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from makeup_video.web.server import Server
-from makeup_video.web.session import HEAD, ShownPicture
+from makeup_video.web.session import HEAD, PhotoLook, ShownPicture
 from makeup_video.web.worker import Worker
 from websockets.sync.client import connect
 
@@ -37,6 +37,7 @@ class StandIn:
         self.mode, self.look, self.push, self.compares = mode, RED, None, False
         self.watched = threading.Event()
         self.photos, self.portraits, self.latest_figures = [], [], None
+        self.faces, self.recordings = [], []
         self.reads = lambda photo, name: BLUE
         self.picture = self.photo = None
         self.thumbnail_of = lambda look: b"a face"
@@ -63,16 +64,31 @@ class StandIn:
     def figures(self):
         return self.latest_figures
 
-    def read(self, photo, name):
+    def read(self, photo, name, face):
         self.photos.append((photo, name))
+        self.faces.append(face)
         read = self.reads(photo, name)
-        return as_read(read) if isinstance(read, Look) else read
+        if isinstance(read, Look):
+            read = PhotoLook(name, read, as_read(read).in_words(), lambda: b"a thumbnail")
+        return read
 
     def take_portrait(self, photo, name):
         self.portraits.append((photo, name))
 
-    def whole_picture(self):
-        return self.picture
+    def whole_picture(self, both):
+        return self.picture if not both else np.hstack([self.picture // 2, self.picture])
+
+    def record(self, on):
+        self.recordings.append(on)
+
+    def cameras(self):
+        return {"names": ["a", "b"], "name": "a", "sizes": ["1x1"], "size": "1x1"}
+
+    def choose_camera(self, name, size):
+        self.chosen = name, size
+
+    def portrait_thumbnail(self):
+        return b"a portrait"
 
     def thumbnail(self, look):
         return self.thumbnail_of(look)

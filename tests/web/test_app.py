@@ -89,7 +89,10 @@ def test_a_session_that_is_over_is_reported(url, session):
         post(url, f"/photo?session={session}", b"x"),
         post(url, f"/portrait?session={session}", b"x"),
         httpx.get(f"{url}/picture.png?session={session}"),
-        httpx.get(f"{url}/look-thumbnail/{ready_looks()[0].name}?session={session}"),
+        post(url, f"/look-thumbnail?session={session}", b"{}"),
+        httpx.get(f"{url}/photo-thumbnail?session={session}"),
+        httpx.get(f"{url}/portrait-thumbnail?session={session}"),
+        post(url, f"/shades?session={session}", b"x"),
     ]
     for answer in answers:
         assert answer.status_code == 404 and "reload the page" in answer.json()["error"]
@@ -99,12 +102,36 @@ def test_ready_looks_are_listed_and_painted(show, url):
     show.thumbnail_of = lambda look: json.dumps(look.to_dict()).encode()
     listed = httpx.get(f"{url}/looks").json()
     assert [one["name"] for one in listed] == [one.name for one in ready_looks()]
-    with Page(url):
+    with Page(url) as page:
         for one in listed:
-            answer = httpx.get(f"{url}/look-thumbnail/{one['name']}?session=stand-in")
+            answer = page.post("/look-thumbnail", json.dumps(one["look"]))
             assert answer.headers["content-type"] == "image/jpeg"
             assert answer.json() == one["look"] and one["words"]
-        assert httpx.get(f"{url}/look-thumbnail/nobody?session=stand-in").status_code == 404
+
+
+@pytest.mark.parametrize("body", [b"", b"\xff", b"[]", b'{"version": 2, "layers": 3}', b"{" * 9999])
+def test_a_thumbnail_of_no_look_is_refused_in_one_line(url, body):
+    with Page(url) as page:
+        answer = page.post("/look-thumbnail", body)
+    assert answer.status_code == 400 and "\n" not in answer.json()["error"]
+
+
+def test_thumbnails_of_photo_and_portrait_are_served(show, url):
+    with Page(url) as page:
+        first = httpx.get(f"{url}/photo-thumbnail?session=stand-in")
+        assert (first.status_code, first.json()) == (404, {"error": "no photo has been read yet"})
+        page.post("/photo", b"x", x_file_name="anna.jpg")
+        assert httpx.get(f"{url}/photo-thumbnail?session=stand-in").content == b"a thumbnail"
+        answer = httpx.get(f"{url}/portrait-thumbnail?session=stand-in")
+    assert (answer.content, answer.headers["content-type"]) == (b"a portrait", "image/jpeg")
+
+
+def test_before_and_after_are_saved_side_by_side(show, url):
+    show.picture = np.random.default_rng(1).integers(0, 256, (40, 30, 3), np.uint8)
+    with Page(url):
+        answer = httpx.get(f"{url}/picture.png?session=stand-in&both")
+    stored = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+    np.testing.assert_array_equal(stored, np.hstack([show.picture // 2, show.picture]))
 
 
 def test_one_thumbnail_at_a_time_waits_for_the_worker(show):
@@ -116,10 +143,9 @@ def test_one_thumbnail_at_a_time_waits_for_the_worker(show):
         return b"a face"
 
     show.thumbnail_of, worker = slow, Worker()
-    names = [one.name for one in ready_looks()]
-    with serving(show, worker) as url, Page(url), ThreadPoolExecutor(len(names)) as asking:
-        places = [f"{url}/look-thumbnail/{name}?session=stand-in" for name in names]
-        answers = [asking.submit(httpx.get, place, timeout=20) for place in places]
+    looks = [json.dumps(one.look.to_dict()) for one in ready_looks()]
+    with serving(show, worker) as url, Page(url) as page, ThreadPoolExecutor(len(looks)) as asking:
+        answers = [asking.submit(page.post, "/look-thumbnail", look) for look in looks]
         assert begun.wait(20)
         time.sleep(0.2)  # for all requests to arrive
         painted = worker.submit(lambda: sum(answer.done() for answer in answers))
@@ -128,12 +154,10 @@ def test_one_thumbnail_at_a_time_waits_for_the_worker(show):
         assert all(answer.result(20).status_code == 200 for answer in answers)
 
 
-def test_only_the_demo_accepts_a_portrait(show, url):
+def test_a_portrait_goes_to_the_session_with_its_name(show, url):
     with Page(url) as page:
         assert page.post("/portrait", b"x").status_code == 200
     assert show.portraits == [(b"x", "the photo")]
-    with serving(StandIn("live")) as live, Page(live) as page:
-        assert page.post("/portrait", b"x").status_code == 404
 
 
 def test_a_bug_of_ours_is_one_line_on_page_and_terminal(show):

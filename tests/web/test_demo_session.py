@@ -1,6 +1,7 @@
 """The demo: a portrait and a look per page; the newest look wins; pages reconnect and leave."""
 
 import asyncio
+import base64
 import threading
 import time
 from dataclasses import replace
@@ -24,7 +25,7 @@ from makeup_video.web.demo_session import MOST_SESSIONS, DemoShow
 from makeup_video.web.portrait import SHOWN_PX, THUMBNAIL_PX, WHOLE_PX, Portrait
 from makeup_video.web.worker import Worker
 from people import SAMPLES, clip, grey, portrait
-from shows import BLUE, RED, Page, serving
+from shows import BLUE, RED, Page, post, serving
 
 OURS = PAGE / "portrait.jpg"
 
@@ -148,15 +149,29 @@ def test_each_page_has_its_own_look_and_its_own_portrait(url):
         assert other.picture()[2] == same[2]
 
 
-def test_a_photo_of_two_people_is_refused(url):
-    both = np.hstack([portrait(), portrait()])
+def test_of_two_people_in_a_photo_one_is_chosen(url):
+    made_up = apply_look(portrait(), BLUE)
+    both = np.hstack([portrait(), made_up])
     with Page(url) as page:
         answer = page.post("/photo", png_of(both), x_file_name="both.png")
-        assert answer.status_code == 422
-        assert answer.json()["error"] == (
-            "both.png: one face was expected, 2 were found: cut the photo to the one whose makeup you "
-            "want"
+        assert answer.status_code == 409
+        choice = answer.json()
+        assert choice["error"] == "both.png shows 2 faces: choose one"
+        picture = rgb8_of(base64.b64decode(choice["picture"]))
+        assert max(picture.shape) == 800
+        assert picture.shape[1] / picture.shape[0] == pytest.approx(
+            both.shape[1] / both.shape[0], 0.01
         )
+        left, right = sorted(choice["faces"], key=lambda face: face["left"])
+        assert 0 < left["left"] < left["left"] + left["width"] < 0.5 < right["left"]
+        assert right["left"] + right["width"] < 1 and 0 < right["top"] < 0.5
+        where = f"/photo?session={page.hello['session']}&face={right['number']}"
+        answer = post(url, where, png_of(both), x_file_name="both.png")
+        assert answer.status_code == 200, answer.text
+        lips = Look.from_dict(answer.json()["look"]).lips
+        assert lips.blue > 1.5 * lips.red  # of the face on the right
+        where = where.replace(f"face={right['number']}", "face=9")
+        assert "there is no face 9" in post(url, where, png_of(both)).json()["error"]
 
 
 def test_a_portrait_without_a_face_leaves_the_old_one(url):

@@ -7,31 +7,42 @@ import cv2
 import httpx
 import numpy as np
 import pytest
-from makeup_video.pipeline import UsageError
+from live_doubles import List
+from makeup_video.pipeline import InputError, UsageError
 from makeup_video.pipeline.images.jpeg import PreviewJpeg
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
+from makeup_video.pipeline.live.run import SinkFigures
+from makeup_video.web import live_session
 from makeup_video.web.live_session import LiveShow
 from makeup_video.web.portrait import own_portrait
 from makeup_video.web.preview_sink import PreviewSink
-from people import clip, frame_of
-from shows import BLUE, RED, Page, serving
+from people import clip, frame_of, portrait
+from shows import BLUE, RED, Page, post, serving
 
 
 @dataclass
 class Figures:
     fps: float = 30.0
     notice: str = ""
+    sinks: tuple = ()
 
 
 class Run:
     def __init__(self):
         self.compare, self.look = False, RED
+        self.sinks = []
+
+    def add_sink(self, sink):
+        self.sinks.append(SinkFigures(sink.name, 0, 0, "recording"))
+
+    def end_sink(self, sink):
+        self.sinks[-1] = replace(self.sinks[-1], is_over=True)
 
     def set_look(self, look):
         self.look = look
 
     def figures(self):
-        return Figures()
+        return Figures(sinks=tuple(self.sinks))
 
 
 class Counted(PreviewJpeg):
@@ -130,11 +141,98 @@ def test_before_the_first_frame_there_is_no_picture(parts):
 
 def test_a_camera_takes_no_portrait(parts):
     with pytest.raises(UsageError, match="makeup-video demo"):
-        parts[3].enter("").take_portrait(b"", "me.jpg")
+        parts[3].enter("").take_portrait(b"x", "me.jpg")
 
 
 def test_thumbnails_show_our_portrait(parts):
     assert parts[-1].enter("").thumbnail(RED) == own_portrait().thumbnail(RED)
+
+
+def test_the_looks_are_shown_on_whom_the_camera_sees(parts):
+    run, _, sink, show = parts
+    session = show.enter("")
+    ours = session.portrait_thumbnail()
+    frame = frame_of(portrait(), 5, time_base=LIVE_TIME_BASE)
+    sink(LivePicture(frame, tuple(plane.copy() for plane in frame.planes)))
+    session.take_portrait(b"", "the camera")
+    assert session.portrait_thumbnail() != ours and session.thumbnail(RED) != ours
+    assert not run.compare  # as before
+
+
+def test_without_a_picture_the_camera_gives_no_portrait(parts, monkeypatch):
+    monkeypatch.setattr(live_session, "_BARE_SECONDS", 0.05)
+    with pytest.raises(InputError, match="the camera gives no picture now"):
+        parts[3].enter("").take_portrait(b"", "")
+    with pytest.raises(InputError, match="the camera gives no picture now"):
+        parts[3].enter("").whole_picture(True)
+
+
+def test_a_page_starts_and_stops_recordings_one_at_a_time():
+    run, names = Run(), iter("ab")
+    show = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List(next(names)))
+    with serving(show) as url, Page(url) as page:
+        where = "/recording?session=live&on="
+        for on in "110":
+            assert post(url, where + on, b"").json() == {"on": on == "1"}
+        assert [(one.name, one.is_over) for one in run.sinks] == [("a", True)]
+        post(url, where + "1", b"")
+        assert [(one.name, one.is_over) for one in run.sinks] == [("a", True), ("b", False)]
+        while not (sinks := page.message("figures")["sinks"]):
+            pass  # figures from before the recording
+        assert sinks[-1]["kind"] == "recording"
+
+
+def test_a_recording_that_failed_can_be_started_again():
+    run, names = Run(), iter("ab")
+    session = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List(next(names))).enter("")
+    session.record(True)
+    run.end_sink(None)  # as when the disk is full
+    session.record(True)
+    assert [one.name for one in run.sinks] == ["a", "b"]
+
+
+def test_another_machine_starts_no_recording(parts, monkeypatch):
+    monkeypatch.setattr("makeup_video.web.app.is_loopback", lambda host: False)
+    with serving(parts[3]) as url, Page(url) as page:
+        answer = page.post("/recording", b"")
+        assert answer.status_code == 403 and "machine of the camera" in answer.json()["error"]
+        monkeypatch.undo()
+        assert "records nothing" in page.post("/recording", b"").json()["error"]
+
+
+class Cameras:
+    chosen = ()
+
+    def choices(self):
+        return {"names": ["/dev/video0"], "name": "/dev/video0"}
+
+    def choose(self, name, size):
+        self.chosen += ((name, size),)
+
+
+def test_the_camera_is_chosen_while_nothing_needs_its_size():
+    run, cameras = Run(), Cameras()
+    session = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List("talk.mkv"), cameras)
+    with serving(session) as url, Page(url) as page:
+        assert httpx.get(f"{url}/camera?session=live").json() == cameras.choices()
+        where = "/camera?session=live&name=/dev/video1&size=640x480"
+        assert post(url, where, b"").json() == cameras.choices()
+        page.post("/recording", b"")
+        post(url, "/recording?session=live&on=1", b"")
+        answer = post(url, where, b"")
+        assert answer.json()["error"] == "talk.mkv needs frames of one size: end it first"
+        post(url, "/recording?session=live&on=0", b"")
+        assert post(url, where, b"").status_code == 200
+    assert cameras.chosen == (("/dev/video1", "640x480"),) * 2
+
+
+def test_both_are_the_camera_s_picture_beside_the_painted_one(parts):
+    _, _, sink, show = parts
+    sink(picture(before=True, rotation_degrees=90))
+    rgb8 = show.enter("").whole_picture(True).astype(int)
+    bare, painted = np.hsplit(rgb8, 2)
+    assert np.abs(painted - show.enter("").whole_picture(False)).max() == 0
+    assert bare.mean() < 0.6 * painted.mean()  # the test's camera is darker
 
 
 def test_both_numbers_of_the_same_matrix_look_alike(parts):
@@ -143,5 +241,5 @@ def test_both_numbers_of_the_same_matrix_look_alike(parts):
         shown = picture(matrix=5)
         shown.frame.tags = replace(shown.frame.tags, matrix=matrix)
         sink(shown)
-        rgb8 = show.enter("").whole_picture()
+        rgb8 = show.enter("").whole_picture(False)
         assert np.abs(rgb8.astype(int) - clip(1)[0]).mean() < 3

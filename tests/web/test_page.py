@@ -136,7 +136,9 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     page = visit(live)
     wear(page, RED)
     page.drop(SAMPLES / "look.jpg")
-    words = page.until(lambda: page.page.inner_text("#look-words"))
+    page.until(lambda: page.page.is_visible("#look-words"))
+    assert page.page.inner_text("#look-words").startswith("Read from the photo: lips")
+    words = page.page.inner_text("#read-words")
     assert re.fullmatch(r"lips #\w{6}, .+; eyes #\w{6}.+", words)
     look = page.look()
     assert look.eyes is not None and look.lips.hex.lower() in words.lower()
@@ -147,9 +149,14 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     assert page.look() == look
     page.page.fill("#lips-panel .hex", BLUE)
     page.until(lambda: is_blue(page.lips()))  # the server has it
-    page.page.reload()  # the server keeps everything except the thumbnail
+    page.until(lambda: page.page.inner_text("#changed-words") == "Changed since: lips: colour")
+    page.page.reload()  # the server keeps everything
     page.until(lambda: "look.jpg" in page.page.inner_text("#photo-slot"))
-    assert page.page.inner_text("#look-words") == words
+    assert page.page.inner_text("#read-words") == words
+    drawn = "() => document.querySelector('#photo-slot img').naturalWidth > 0"
+    page.until(lambda: page.page.evaluate(drawn))
+    second = visit(live)
+    second.until(lambda: second.page.evaluate(drawn))
     page.page.click("#reset")
     page.until(lambda: page.look() == look)
 

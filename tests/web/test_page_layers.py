@@ -104,7 +104,7 @@ def test_a_ready_look_replaces_the_look_as_one_step(page):
     before = page.look()
     shown = "() => [...document.querySelectorAll('#ready img')].filter((one) => one.naturalWidth && !one.hidden).length"
     page.until(lambda: page.page.evaluate(shown) == len(ready_looks()))
-    buttons = page.page.locator("#ready button")
+    buttons = page.page.locator("#ready .thumbs button")
     for at, one in enumerate(ready_looks()):
         buttons.nth(at).click()
         assert page.look() == one.look
@@ -146,7 +146,7 @@ def test_arrow_keys_move_between_tabs_looks_and_layers(page):
         assert page.page.is_visible(f"#{part}-panel")
     keys.press("ArrowRight")
     assert page.page.is_visible(f"#{next(iter(PARTS))}-panel")
-    page.page.focus("#ready button")
+    page.page.focus("#ready .thumbs button")
     keys.press("End")
     keys.press("Enter")
     assert page.look() == ready_looks()[-1].look

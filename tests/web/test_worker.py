@@ -7,6 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from makeup_video.pipeline import StoppedError
 from makeup_video.web import worker
 from makeup_video.web.worker import Worker
 
@@ -51,3 +52,11 @@ def test_waiting_jobs_are_cancelled_by_a_stop():
     worker.stop()
     go_on.set()
     assert first.result(20) and second.cancelled() and not done
+
+
+def test_after_the_end_jobs_are_left_out_and_say_so():
+    worker = Worker()
+    worker.stop()
+    assert worker.submit(lambda: pytest.fail("it ran")).cancelled()
+    with pytest.raises(StoppedError, match="stopping"):
+        asyncio.run(worker.run(lambda: 1))

@@ -1,6 +1,6 @@
 // A colour: its hex digits, and the well and field that change it.
 
-import { el } from "./elements.js";
+import { el, newId } from "./elements.js";
 
 /** "#B4002E" of {red, green, blue}. */
 export const hexOf = (params) =>
@@ -21,7 +21,8 @@ export function readHex(text) {
 
 /**
  * label: the name of the controls. onInput({red, green, blue}): called when the visitor chooses a colour.
- * Returns {element, set(params)}; `set` does not change a field while the visitor types in it.
+ * Returns {element, set(params), error}; `set` does not change a field while the visitor types in
+ * it. error: the element that says why a text is no colour.
  */
 export function colourField(label, onInput) {
   const well = el("input", { type: "color", "aria-label": label });
@@ -32,16 +33,21 @@ export function colourField(label, onInput) {
     autocomplete: "off",
     "aria-label": `${label}, as hex digits`,
   });
+  const error = el("p", { className: "error", id: newId("hex-error"), role: "alert" });
+  hex.setAttribute("aria-describedby", error.id);
   let current = "";
   well.addEventListener("input", () => onInput(readHex(well.value)));
   hex.addEventListener("input", () => {
     const rgb = readHex(hex.value);
     hex.setCustomValidity(rgb === null ? "Six hex digits, such as B4002E" : "");
     // three digits may still become six
+    if (rgb !== null) error.textContent = "";
     if (rgb !== null && hex.value.trim().length >= 6) onInput(rgb);
   });
   hex.addEventListener("change", () => {
     const rgb = readHex(hex.value);
+    error.textContent =
+      rgb === null ? `“${hex.value}” is no colour: give six hex digits, such as B4002E.` : "";
     if (rgb !== null) onInput(rgb);
     else hex.value = current;
     hex.setCustomValidity("");
@@ -52,5 +58,5 @@ export function colourField(label, onInput) {
     if (well.value.toUpperCase() !== current) well.value = current.toLowerCase();
     if (document.activeElement !== hex) hex.value = current;
   };
-  return { element: el("span", { className: "colour" }, well, hex), set };
+  return { element: el("span", { className: "colour" }, well, hex), set, error };
 }

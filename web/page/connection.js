@@ -3,6 +3,7 @@
 const HEADER_BYTES = 20; // <QHHII: pts in us, rotation, flags, bytes painted, bytes before
 const FIRST_PAUSE_MS = 400;
 const LONGEST_PAUSE_MS = 5000;
+const SESSION = "session"; // a page that is reloaded finds its portrait and look again
 
 /** Parse a picture: {pts, rotation, painted: Blob, before: Blob or null}. */
 export function parsePicture(buffer) {
@@ -30,7 +31,7 @@ export class Connection {
   #timer = 0;
   #stopped = false; // the server announced that it stops
   #isUp = false;
-  #session = ""; // our last session, which the server may still have
+  #session = sessionStorage.getItem(SESSION) ?? ""; // our last one, which the server may still have
 
   constructor(on) {
     this.#on = on;
@@ -65,6 +66,7 @@ export class Connection {
     if (message.type === "hello") {
       this.#isUp = true;
       this.#session = message.session;
+      sessionStorage.setItem(SESSION, message.session);
       this.#stopped = false;
       this.#pauseMs = FIRST_PAUSE_MS;
     }

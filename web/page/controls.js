@@ -10,8 +10,10 @@ export class Controls {
   #tabs = document.getElementById("kinds");
   #strength;
 
-  constructor(hello, store) {
-    this.#kinds = hello.kinds.map((kind) => new KindControls(kind, hello, store));
+  constructor(hello, store, shades, openShades) {
+    this.#kinds = hello.kinds.map(
+      (kind) => new KindControls(kind, hello, store, shades, openShades),
+    );
     this.#tabs.replaceChildren(...this.#kinds.map(({ tab }) => tab));
     document.getElementById("kind-panels").replaceChildren(...this.#kinds.map(({ panel }) => panel));
     for (const { tab } of this.#kinds) tab.addEventListener("click", () => this.#select(tab));

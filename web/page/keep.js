@@ -34,10 +34,10 @@ function download(blob, ending) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
-async function downloadPicture(session) {
+async function downloadPicture(session, both = "") {
   showError("");
   try {
-    const response = await fetch(`/picture.png?session=${encodeURIComponent(session)}`);
+    const response = await fetch(`/picture.png?session=${encodeURIComponent(session)}${both}`);
     if (response.ok) download(await response.blob(), "png");
     else showError((await response.json()).error);
   } catch {
@@ -65,6 +65,7 @@ export function wireKeep(store, session, send) {
   button("save-look").onclick = () =>
     download(new Blob([lookFile(store.look)], { type: "application/json" }), "json");
   button("save-picture").onclick = () => downloadPicture(session());
+  button("save-both").onclick = () => downloadPicture(session(), "&both");
   const input = document.querySelector("#open-look input");
   input.addEventListener("change", () => {
     if (input.files.length) openLook(input.files[0], send);

@@ -4,9 +4,18 @@ const TYPED =
   "input:not([type=range], [type=checkbox], [type=radio], [type=file], [type=color]), " +
   "textarea, select";
 
-/** Call actions for keys: {compare, mirror, full, help, undo, redo, held(on)}. */
+/** Call actions for keys: {compare, mirror, full, help, undo, redo, held(on), zoom(in), unzoom}. */
 export function listenToKeys(actions) {
-  const plain = { c: actions.compare, m: actions.mirror, f: actions.full, "?": actions.help };
+  const plain = {
+    c: actions.compare,
+    m: actions.mirror,
+    f: actions.full,
+    "?": actions.help,
+    "+": () => actions.zoom(true),
+    "=": () => actions.zoom(true),
+    "-": () => actions.zoom(false),
+    0: actions.unzoom,
+  };
   document.addEventListener("keydown", (event) => {
     if (event.target.closest?.(TYPED) || document.querySelector("dialog[open]")) return;
     const key = event.key.toLowerCase();

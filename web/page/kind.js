@@ -1,6 +1,6 @@
 // One kind of makeup, such as lipstick: its tab, and its panel of controls.
 
-import { colourField } from "./colour.js";
+import { colourField, readHex } from "./colour.js";
 import { el, fineCanvas, oncePerFrame } from "./elements.js";
 import { LayerRow } from "./layer_row.js";
 import {
@@ -12,6 +12,7 @@ import {
   wholeShape,
 } from "./layers.js";
 import { shapeControls } from "./shape.js";
+import { ShadeRow } from "./shades.js";
 import { portion, slider } from "./slider.js";
 import { drawSwatch } from "./swatch.js";
 
@@ -27,12 +28,13 @@ export class KindControls {
   #isWorn = false;
   #parts = []; // set(layer) of each control
   #finishes = []; // [canvas, settings]
+  #shades;
   #row = null; // of layers, where the kind may have several
   #drawn = ""; // what the swatches of the panel show
   #draw = oncePerFrame(() => this.#drawSwatches());
 
-  /** kind: one of hello.kinds. */
-  constructor(kind, hello, store) {
+  /** kind: one of hello.kinds.  shades: those of all kinds.  openShades(file): reads a catalogue. */
+  constructor(kind, hello, store, shades, openShades) {
     this.#kind = kind;
     this.#hello = hello;
     this.#store = store;
@@ -44,6 +46,13 @@ export class KindControls {
         remove: () => this.#remove(),
       });
     }
+    this.#shades = new ShadeRow(
+      kind,
+      shades,
+      (hex) => this.#edit((_, layer) => Object.assign(layer.product, readHex(hex))),
+      openShades,
+    );
+    this.#parts.push((layer) => this.#shades.set(layer.product));
     this.panel = this.#makePanel();
     this.tab = this.#makeTab();
   }
@@ -67,6 +76,7 @@ export class KindControls {
   select(isChosen) {
     this.tab.setAttribute("aria-selected", isChosen);
     this.panel.hidden = !isChosen;
+    this.#shades.draw();
     this.#draw();
   }
 
@@ -128,6 +138,7 @@ export class KindControls {
     this.switch = el("input", { type: "checkbox", role: "switch" });
     this.switch.addEventListener("change", () => this.#wear(this.switch.checked));
     this.body = this.#makeBody();
+    const colour = this.#makeColour();
     return el(
       "div",
       { role: "tabpanel", id: `${part}-panel`, "aria-labelledby": `${part}-tab` },
@@ -135,8 +146,10 @@ export class KindControls {
         "div",
         { className: "row first" },
         el("label", { className: "switch" }, this.switch, product),
-        this.#makeColour(),
+        colour.element,
       ),
+      colour.error,
+      this.#shades.element,
       this.body,
     );
   }
@@ -177,11 +190,11 @@ export class KindControls {
 
   #makeColour() {
     const label = `Colour of the ${this.#kind.product.toLowerCase()}`;
-    const { element, set } = colourField(label, (rgb) =>
+    const field = colourField(label, (rgb) =>
       this.#edit((_, layer) => Object.assign(layer.product, rgb)),
     );
-    this.#parts.push((layer) => set(layer.product));
-    return element;
+    this.#parts.push((layer) => field.set(layer.product));
+    return field;
   }
 
   #makeFinishes() {

@@ -1,15 +1,20 @@
 // The page: connects the server's messages with the parts of the page.
 
+import { showCameras } from "./camera.js";
+import { changesSince } from "./changes.js";
 import { Compare } from "./compare.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { nameAfter, nameAs, openLook, showError, wireKeep } from "./keep.js";
 import { listenToKeys } from "./keys.js";
 import { LookStore } from "./look.js";
-import { ReadyLooks } from "./looks.js";
+import { Looks } from "./looks.js";
 import { Picture } from "./picture.js";
+import { Shades } from "./shades.js";
+import { showRecord, wireRecord } from "./record.js";
 import { hideFigures, showFigures, showVeil } from "./status.js";
 import { Photos } from "./upload.js";
+import { Zoom } from "./zoom.js";
 
 const LOST = "The connection was lost. Reconnecting …";
 const STOPPED = "makeup-video was stopped. Start it again to see the picture here.";
@@ -28,12 +33,23 @@ const picture = new Picture(
 const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
 // without a count: the server returns the look with its defaults filled in
 const sendFile = (look) => connection.send({ type: "look", look });
-const ready = new ReadyLooks(store, nameAs);
+const looks = new Looks(store, {
+  onChoose: nameAs,
+  nameOfLook: () => byId("name").value.trim() || "look",
+  onError: showError,
+});
+const shades = new Shades();
+const openShades = async (file) => showError(await shades.open(file, hello.session));
 const photos = new Photos({
   look: (file) => openLook(file, sendFile),
-  photo: nameAfter,
-  portrait: () => ready.draw(),
+  shades: openShades,
+  photo(file, { look }) {
+    nameAfter(file);
+    looks.used(byId("name").value, look);
+  },
+  portrait: () => looks.draw(),
 });
+const zoom = new Zoom((view) => (picture.view = view));
 
 const connection = new Connection({
   hello: welcome,
@@ -43,9 +59,12 @@ const connection = new Connection({
   },
   figures: showFigures,
   error: ({ text }) => (hello === null ? showVeil(text) : showError(text)),
-  bye: () => showVeil(STOPPED),
+  bye() {
+    looks.pause();
+    showVeil(STOPPED);
+  },
   lost(stopped) {
-    ready.pause();
+    looks.pause();
     hideFigures();
     showVeil(stopped ? STOPPED : LOST);
   },
@@ -62,10 +81,12 @@ function welcome(message) {
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // only of use before a camera
+  showRecord(hello.mode === "live");
+  if (hello.mode === "live") showCameras(hello.session, showError);
   store.start(hello.look, forgotten ? store.photoLook : (hello.photo?.look ?? null));
-  controls ??= new Controls(hello, store);
+  controls ??= new Controls(hello, store, shades, openShades);
   photos.start(hello);
-  ready.start(hello);
+  looks.start(hello);
   if (hello.photo) showPhoto(hello.photo);
   if (forgotten) store.replace(mine);
   compare.askAgain();
@@ -74,8 +95,18 @@ function welcome(message) {
 
 /** Show the last photo that was read, here or on another page, and its look in words. */
 function showPhoto({ name, words }) {
-  byId("look-words").textContent = words;
-  photos.name("photo", name);
+  byId("read-words").textContent = words;
+  byId("look-words").hidden = false;
+  photos.show(name);
+}
+
+/** Show what has been changed since the photo was read. */
+function showChanges() {
+  if (hello === null || store.photoLook === null || store.look === null) return;
+  const changes = changesSince(store.photoLook, store.look, hello.kinds);
+  const line = byId("changed-words");
+  line.hidden = changes === "";
+  line.lastElementChild.textContent = changes;
 }
 
 /** Make a button switch on and off; returns the switch. */
@@ -111,8 +142,15 @@ function wireTools() {
     held: (on) => (compare.isHeld = on),
     undo: () => store.undo(),
     redo: () => store.redo(),
+    zoom: (isIn) => zoom.step(isIn),
+    unzoom: () => zoom.reset(),
   });
 }
 
+store.addEventListener("change", () => {
+  showChanges();
+  shades.note(store.look, hello.kinds);
+});
 wireKeep(store, () => hello?.session ?? "", sendFile);
+wireRecord(() => hello?.session ?? "", showError);
 wireTools();

@@ -13,6 +13,7 @@ export class Picture {
   #mirrored = false;
   #split = null; // place of the divider, 0 to 1 from the left; null: no divider
   #held = false;
+  #view = { zoom: 1, x: 0.5, y: 0.5 };
 
   /** onSize(width, height): called when the size of the upright picture changes. */
   constructor(canvas, acknowledge, onSize) {
@@ -40,6 +41,12 @@ export class Picture {
   /** Show only the picture without makeup, while a key is held. */
   set held(on) {
     this.#held = on;
+    this.#askToDraw();
+  }
+
+  /** The part to show: {zoom, x, y}, where x and y are its middle, as shares of the picture. */
+  set view(view) {
+    this.#view = view;
     this.#askToDraw();
   }
 
@@ -110,6 +117,8 @@ export class Picture {
     context.rect(left, 0, right - left, height);
     context.clip();
     context.translate(width / 2, height / 2);
+    context.scale(this.#view.zoom, this.#view.zoom);
+    context.translate((0.5 - this.#view.x) * width, (0.5 - this.#view.y) * height);
     if (this.#mirrored) context.scale(-1, 1);
     context.rotate((-rotation * Math.PI) / 180); // canvas turns clockwise
     context.drawImage(bitmap, -bitmap.width / 2, -bitmap.height / 2);

@@ -41,6 +41,7 @@ function colour({ title, help }, put) {
     { className: "slider", title: help },
     el("span", { "aria-hidden": "true" }, title),
     field.element,
+    field.error,
   );
   return { element, set: (hex) => field.set(readHex(hex)) };
 }

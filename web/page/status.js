@@ -1,6 +1,7 @@
 // The state of the run: figures, notices, and the veil over the picture while there is none.
 
 import { el } from "./elements.js";
+import { outputs } from "./record.js";
 
 const LATE_MS = 150; // a longer delay between lips and voice is visible
 const NOTICE_MS = 10_000;
@@ -10,11 +11,14 @@ const notice = document.getElementById("notice");
 const veil = document.getElementById("veil");
 let lastNotice = ""; // about a slow machine
 let showUntil = 0;
+const noticeText = notice.querySelector("span");
+let closed = ""; // the notice that the visitor has closed
 
 /** Show the figures below the picture, and over it what needs the visitor's attention. */
 export function showFigures(values) {
   const delay = values.screen_ms ?? values.latency_ms;
   const parts = [
+    ...outputs(values.sinks),
     [`${Math.round(values.fps)} frames/s`, ""],
     delay == null ? null : [`${Math.round(delay)} ms delay`, delay > LATE_MS ? "alarming" : ""],
     values.level > 0 ? ["slow machine", "alarming", values.level_notice] : null,
@@ -38,9 +42,15 @@ function recent(text) {
 }
 
 function showNotice(text) {
-  if (notice.textContent !== text) notice.textContent = text;
-  notice.hidden = text === "";
+  if (text === "") closed = "";
+  if (noticeText.textContent !== text) noticeText.textContent = text;
+  notice.hidden = text === "" || text === closed;
 }
+
+notice.querySelector("button").onclick = () => {
+  closed = noticeText.textContent; // another notice is shown
+  notice.hidden = true;
+};
 
 export function hideFigures() {
   figures.hidden = true;

@@ -1,6 +1,7 @@
 // Photos: chosen, dropped or pasted; uploaded; shown as thumbnails or with the reason of a refusal.
 
 import { el } from "./elements.js";
+import { chooseFace } from "./faces.js";
 
 const SLOTS = {
   photo: {
@@ -18,12 +19,16 @@ const SLOTS = {
     aim: "Paint on this face",
   },
 };
-const NO_ANSWER = "The photo could not be sent: the server does not answer.";
+const WHOLE = { "application/json": "Apply this look", "text/csv": "Show these shades" };
+const PHOTOS = "image/*,.heic,.heif,.avif"; // not every browser knows these as pictures
+const NO_FACE = "No face was chosen: the look stays as it is.";
+const NO_ANSWER = (file) => `${nameOf(file)} could not be sent: the server does not answer.`;
+const nameOf = (file) => file.name || "the pasted photo";
+let loads = 0; // so that the browser asks for every thumbnail
 
 /** A slot for one photo: a button to choose it, a drop target, its thumbnail and state. */
 class Slot {
   file = null; // the last photo that was accepted
-  known = ""; // its name on the server
   #kind;
   #upload;
   #thumb = el("img", { alt: "", hidden: true });
@@ -39,14 +44,14 @@ class Slot {
     this.text = el("b", {}, empty);
     const input = el("input", {
       type: "file",
-      accept: "image/*,.heic,.heif",
+      accept: PHOTOS,
       "aria-label": `${title}: choose a photo`,
     });
     input.addEventListener("change", () => {
       if (input.files.length) this.take(input.files[0]);
       input.value = ""; // so that the same file fires "change" again
     });
-    this.#thumb.addEventListener("error", () => (this.#thumb.hidden = true)); // mostly HEIC
+    this.#thumb.addEventListener("error", () => (this.#thumb.hidden = true));
     this.error = el("p", { className: "error", role: "alert" });
     this.element = el(
       "div",
@@ -83,21 +88,22 @@ class Slot {
 
   #accept(file) {
     this.file = file;
-    if (this.#thumb.src) URL.revokeObjectURL(this.#thumb.src);
-    this.#thumb.src = URL.createObjectURL(file);
-    this.#thumb.hidden = false;
-    this.text.textContent = file.name || "pasted photo";
+    this.text.textContent = nameOf(file);
   }
 
-  /** Name the photo. The thumbnail goes when another page uploaded it. */
-  name(name) {
-    if (name === this.known) return;
-    this.text.textContent = name;
-    this.#thumb.hidden = true;
+  /** Show the server's thumbnail of the photo, and its name where it is known. */
+  show(session, name = "") {
+    if (name) this.text.textContent = name;
+    const address = `/${this.#kind}-thumbnail?session=${encodeURIComponent(session)}`;
+    this.#thumb.src = `${address}&load=${++loads}`;
+    this.#thumb.hidden = false;
   }
 }
 
-/** on: {look(file): a look file was given; photo(file): a photo was read; portrait(): painted}. */
+/**
+ * on: {look(file): a look file was given; shades(file): a catalogue; photo(file): a photo was read;
+ * portrait(): painted}.
+ */
 export class Photos {
   #hello = null;
   #slots = {};
@@ -124,39 +130,45 @@ export class Photos {
     document
       .getElementById("photos")
       .replaceChildren(...Object.values(this.#slots).map(({ element }) => element));
+    this.#slots.portrait?.show(hello.session);
     const portrait = this.#slots.portrait?.file;
     // a new session has no portrait of ours
     if (isNew && portrait) this.#slots.portrait.take(portrait);
   }
 
-  /** Name the photo of a slot, which may come from another page. */
-  name(kind, name) {
-    this.#slots[kind].name(name);
+  /** Show the photo that was read last, here or on another page. */
+  show(name) {
+    this.#slots.photo.show(this.#hello.session, name);
   }
 
-  async #upload(kind, file, signal) {
+  async #upload(kind, file, signal, face = "") {
     const limit = this.#hello.photo_bytes_limit;
     if (file.size > limit) {
       const [size, most] = [Math.ceil(file.size / 1e6), Math.floor(limit / 1e6)];
-      return `This file has ${size} MB; a photo may have at most ${most} MB.`;
+      return `${nameOf(file)} has ${size} MB; a photo may have at most ${most} MB.`;
     }
     try {
-      const address = `/${kind}?session=${encodeURIComponent(this.#hello.session)}`;
+      const address = `/${kind}?session=${encodeURIComponent(this.#hello.session)}&face=${face}`;
       const headers = { "X-File-Name": encodeURIComponent(file.name) };
       const response = await fetch(address, { method: "POST", body: file, headers, signal });
       const answer = await response.json();
-      if (!response.ok) return answer.error ?? NO_ANSWER;
-      this.#slots[kind].known = answer.name;
-      this.#on[kind](file);
+      if (answer.faces) {
+        const chosen = await chooseFace(answer);
+        return chosen === null ? NO_FACE : this.#upload(kind, file, signal, chosen);
+      }
+      if (!response.ok) return answer.error ?? NO_ANSWER(file);
+      if (kind === "portrait") this.#slots.portrait.show(this.#hello.session);
+      this.#on[kind](file, answer);
       return null;
     } catch {
-      return NO_ANSWER;
+      return NO_ANSWER(file);
     }
   }
 
   #take(file, kind = "photo") {
     if (this.#hello === null) return; // not connected yet
     if (file.type === "application/json" || /\.json$/i.test(file.name)) this.#on.look(file);
+    else if (file.type === "text/csv" || /\.csv$/i.test(file.name)) this.#on.shades(file);
     else this.#slots[kind].take(file);
   }
 
@@ -173,9 +185,9 @@ export class Photos {
 
   /** Show what a drop would do. In the demo a photo may be dropped on either slot. */
   #aim(event) {
-    const isLook = event.dataTransfer.items?.[0]?.type === "application/json";
-    const aims = isLook
-      ? [["photo", "Apply this look"]]
+    const whole = WHOLE[event.dataTransfer.items?.[0]?.type];
+    const aims = whole
+      ? [["photo", whole]]
       : Object.keys(this.#slots).map((kind) => [kind, SLOTS[kind].aim]);
     this.#drop.replaceChildren(
       ...aims.map(([kind, aim]) => {

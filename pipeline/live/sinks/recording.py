@@ -19,6 +19,8 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.encoder import LiveEncoder
+from makeup_video.pipeline.live.sinks.sound_encoder import SoundEncoder, sound_in_words
+from makeup_video.pipeline.live.sound import SoundTap
 from makeup_video.pipeline.media.codecs import MATROSKA, container_of, encoder_options, pick_codec
 from makeup_video.pipeline.media.encode import keep_quiet, name_codec
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
@@ -33,10 +35,12 @@ class Recording:
     source: the file that is played as the camera; None for a device.
     codec, crf, preset: as for a video; the default preset is one fast enough for a live run.
     rate: expected frames per second, for rate control alone.
+    sound: the run's sound, which is recorded as well; None: no sound.
     Raises UsageError or OutputError before anything is written. A call raises EncodeError or
     OutputError, and the recording so far stays as the part file.
     """
 
+    kind = "recording"
     waiting = 15  # encoders work in bursts
     notice = ""  # a recording works, or it ends with an error
 
@@ -50,6 +54,7 @@ class Recording:
         preset: str | None = None,
         rate: Fraction | float = 30,
         source: Path | None = None,
+        sound: SoundTap | None = None,
     ) -> None:
         self.name = Path(path).name
         self._format = container_of(path)
@@ -66,7 +71,20 @@ class Recording:
         self._target: OutputFile | None = None
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
+        self._sound = sound
+        self._sound_encoder: SoundEncoder | None = None
+        self._began = self._seconds = 0.0
         self.sent = 0
+
+    @property
+    def state(self) -> str:
+        """What the file holds: its length, and whose sound."""
+        return f", {self._seconds:.1f} s{sound_in_words(self._sound, self._sound_encoder)}"
+
+    @property
+    def seconds(self) -> float:
+        """How long the recording is by now."""
+        return self._seconds
 
     def __call__(self, picture: LivePicture) -> None:
         frame = picture.frame
@@ -82,11 +100,15 @@ class Recording:
 
     def finish(self, stopped: bool) -> None:
         """Flush the encoder, close the file and rename it. Without any picture there is no file."""
+        if self._sound is not None:
+            self._sound.close()
         if self._encoder is None or self._target is None:
             return
         try:
             with write_errors(self._part):
                 self._mux(self._encoder(None))
+                if self._sound_encoder is not None:
+                    self._mux(self._sound_encoder.flush())
                 self._container.close()
                 self._target.keep()
         except Exception as error:
@@ -98,7 +120,11 @@ class Recording:
             if self._encoder is None:
                 self._target = OutputFile(self._path, self._source, overwrite=self._overwrite)
                 self._encoder = self._open(self._target.own_path, frame)
+                self._began = frame.seconds
             self._mux(self._encoder(frame.picture))
+            if self._sound_encoder is not None:
+                self._mux(self._sound_encoder(frame.seconds))
+        self._seconds = frame.seconds - self._began
         self.sent += 1
 
     def _mux(self, packets: Any) -> None:
@@ -122,6 +148,14 @@ class Recording:
             self._container, self._codec.encoder, self._options, frame, self._rate
         )
         name_codec(encoder.stream, self._codec, self._format)
+        if self._sound is not None:
+            self._sound_encoder = SoundEncoder(
+                self._container,
+                self._format,
+                self._sound,
+                frame.seconds,
+                global_header=self._format not in MATROSKA,
+            )
         self._container.start_encoding()
         return encoder
 

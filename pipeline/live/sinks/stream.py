@@ -14,12 +14,14 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.transform import copied, upright
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
 from makeup_video.pipeline.live.sinks.encoder import LiveEncoder
+from makeup_video.pipeline.live.sinks.sound_encoder import SoundEncoder
 from makeup_video.pipeline.live.sinks.srt_relay import (
     TIMEOUT_SECONDS,
     SrtRelay,
     needs_relay,
     relay_program,
 )
+from makeup_video.pipeline.live.sound import SoundTap
 from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 
 _FORMATS = {"rtmp": "flv", "rtmps": "flv", "srt": "mpegts", "udp": "mpegts"}
@@ -41,10 +43,12 @@ class Stream:
     scheme and host, since the rest may contain a key.
     bit_rate: bits per second; None chooses one for the size.
     rate: expected frames per second.
+    sound: the run's sound, which is sent as well; None: no sound.
     log: called with a line of text when the receiver is away, and when it is back.
     Raises UsageError for another scheme, or one that this machine cannot send to.
     """
 
+    kind = "stream"
     waiting = 2
 
     def __init__(
@@ -54,12 +58,13 @@ class Stream:
         log: Callable[[str], None],
         rate: Fraction | float = 30,
         bit_rate: int | None = None,
+        sound: SoundTap | None = None,
     ) -> None:
         self.name, self._format = _checked(url)
         self._url, self._log = url, log
         self._relay_program = relay_program(self.name) if needs_relay(url) else None
         self._rate = Fraction(rate).limit_denominator(1001)
-        self._bit_rate = bit_rate
+        self._bit_rate, self._sound = bit_rate, sound
         self._connection: _Connection | None = None
         self._pause = 1.0
         self._next_try = 0.0
@@ -76,6 +81,17 @@ class Stream:
         """
         current = self._connection  # read once: another thread may replace it
         return self._sent_before + (current.pictures if current and current.is_proven else 0)
+
+    @property
+    def seconds(self) -> float:
+        current = self._connection  # read once: another thread may replace it
+        return current.seconds if current and current.is_proven else 0.0
+
+    @property
+    def state(self) -> str:
+        """Whose sound was sent, and what is wrong now."""
+        sound = "without sound" if self._sound is None else f"with the sound of {self._sound.name}"
+        return f", {sound}; {self._reason}" if self.notice else f", {sound}"
 
     def __call__(self, picture: LivePicture) -> None:
         """Raises EncodeError when the encoder refuses."""
@@ -117,7 +133,9 @@ class Stream:
     def _connect(self, frame: Frame) -> "_Connection":
         bit_rate = self._bit_rate or bit_rate_for(frame.width_px * frame.height_px)
         relay = self._relay_program and SrtRelay(self._relay_program, self._url)
-        return _Connection(self._url, self._format, relay or None, frame, self._rate, bit_rate)
+        return _Connection(
+            self._url, self._format, relay or None, frame, self._rate, bit_rate, self._sound
+        )
 
     def _failed(self, error: Exception) -> None:
         self._hang_up()
@@ -151,8 +169,10 @@ class _Connection:
         frame: Frame,
         rate: Fraction,
         bit_rate: int,
+        sound: SoundTap | None,
     ) -> None:
         self._relay = relay
+        self._sound: SoundEncoder | None = None
         self._container: Any = None
         self._began = time.monotonic()
         self._key_at = frame.pts
@@ -173,6 +193,10 @@ class _Connection:
                 global_header=flv,
                 at_once=True,
             )
+            if sound is not None:
+                self._sound = SoundEncoder(
+                    self._container, format_name, sound, frame.seconds, global_header=flv
+                )
             self._container.start_encoding()
         except BaseException:
             self.close()
@@ -199,6 +223,9 @@ class _Connection:
             picture.pict_type = 1
         for packet in self._encoder(picture):
             self._container.mux_one(packet)
+        if self._sound is not None:
+            for packet in self._sound(frame.seconds):
+                self._container.mux_one(packet)
         self.pictures += 1
 
     def close(self) -> None:

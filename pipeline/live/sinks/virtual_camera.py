@@ -40,6 +40,9 @@ class VirtualCamera:
     """
 
     waiting = 1
+    kind = "camera"
+    seconds = 0.0
+    state = ""
     notice = ""  # a virtual camera works, or it ends with an error
 
     def __init__(self, device: str | None = None, *, rate: Fraction | float = 30) -> None:

@@ -11,6 +11,7 @@ from makeup_video.pipeline.errors import InputError, UsageError, option
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.device import CameraRequest, DeviceCamera
 from makeup_video.pipeline.live.sources.file import FileCamera
+from makeup_video.pipeline.live.sources.file_sound import FileSound, has_sound
 from makeup_video.pipeline.media.input_file import local_file, open_video
 
 PIXELS = ("mjpeg", "yuyv422")
@@ -74,6 +75,12 @@ class Camera:
     def close(self) -> None:
         """End `frames`, even while it waits; from another thread."""
         self._source.close()
+
+    def file_sound(self) -> FileSound | None:
+        """The sound of the file, in step with its pictures; None for a device, or without sound."""
+        if self.path is None or not isinstance(self._source, FileCamera):
+            return None
+        return FileSound(self.path, self._source) if has_sound(self.path) else None
 
     @property
     def name(self) -> str:

@@ -58,6 +58,7 @@ class FileCamera:
 
     dropped: number of frames left out because decoding was late.
     damaged: number of packets that could not be decoded.
+    turn, zero_seconds: where the file stands, for its sound; see file_sound.Playing.
     Raises InputError or DecodeError when the file cannot be played.
     """
 
@@ -65,7 +66,8 @@ class FileCamera:
         self._source, self._loop = source, loop
         self.rate = source.rate
         self.name = source.path.name
-        self.dropped = self.damaged = 0
+        self.dropped = self.damaged = self.turn = 0
+        self.zero_seconds: float | None = None
         self.notice = ""
         aspect = source.video.sample_aspect_ratio
         self._normalise = NormaliseCamera(is_device=False, pixel_aspect=aspect)
@@ -83,6 +85,9 @@ class FileCamera:
             if not self._began:
                 self._began = time.monotonic() - seconds
             due = self._began + seconds
+            in_file = self._seconds(picture)
+            if in_file is not None:
+                self.zero_seconds = due - in_file
             if self._leaves_out(due):
                 continue
             frame = self._normalise(picture, due)
@@ -105,6 +110,8 @@ class FileCamera:
         following: VideoSource | None = None
         while not self._closing.is_set():
             self._timeline.begin_pass()
+            self.zero_seconds = None
+            self.turn += 1
             count = 0
             try:
                 for picture in self._one_pass():

@@ -1,18 +1,27 @@
-"""The microphones of this machine."""
+"""A microphone of this machine -> blocks of sound."""
 
+import os
 import re
 import sys
+import time
+from collections.abc import Callable, Generator
 from pathlib import Path
+from typing import Any
 
 import av
+import numpy as np
 from av.device import enumerate_input_devices
+from makeup_video.pipeline.errors import InputError
+from makeup_video.pipeline.live.sound import RATE, SoundBlock
 
 _SYSTEMS = {"linux": "alsa", "darwin": "avfoundation", "win32": "dshow"}
+_ALSA_CONFIG = Path("/usr/share/alsa/alsa.conf")
 _ALSA_DEVICES = Path("/proc/asound/pcm")
+_RETRY_SECONDS = 1.0
 
 
 def microphones_found() -> list[tuple[str, str]]:
-    """List the microphones of the system: (FFmpeg's name of it, what it is called)."""
+    """List the microphones of the system: (the name that Microphone takes, what it is called)."""
     if _system() == "alsa":
         return _alsa_microphones()
     if _system() == "avfoundation":
@@ -22,6 +31,106 @@ def microphones_found() -> list[tuple[str, str]]:
     except (av.FFmpegError, NotImplementedError, ValueError):
         return []  # the system cannot list its microphones
     return [(one.name, one.description) for one in found if "audio" in one.media_types]
+
+
+class Microphone:
+    """Reads a microphone; one that is unplugged is tried again once a second.
+
+    name: as microphones_found lists it; None: the first that opens.
+    log: called with a line of text when the microphone is gone, and when it is back.
+    Raises InputError when it cannot be opened.
+    """
+
+    def __init__(self, name: str | None, log: Callable[[str], None]) -> None:
+        self._log = log
+        self._is_closing = False
+        names = [name] if name else [found for found, _ in microphones_found()]
+        self._container, self.name = _first_open(names, name)
+        context = self._container.streams.audio[0].codec_context
+        self.channels = min(2, context.channels)
+
+    def close(self) -> None:
+        self._is_closing = True
+
+    def blocks(self) -> Generator[SoundBlock, None, None]:
+        """Yield what is heard until `close`."""
+        while not self._is_closing:
+            try:
+                yield from self._read()
+            except (av.FFmpegError, OSError):
+                pass  # the microphone was unplugged
+            finally:
+                self._container.close()
+            if self._is_closing:
+                return
+            self._log(f"microphone {self.name} is gone: waiting for it")
+            self._open_again()
+
+    def _read(self) -> Generator[SoundBlock, None, None]:
+        layout = "mono" if self.channels == 1 else "stereo"
+        resampler = av.AudioResampler("fltp", layout, RATE)
+        for packet in self._container.demux(audio=0):
+            now = time.monotonic()
+            pieces = [
+                resampled.to_ndarray()
+                for frame in packet.decode()
+                for resampled in resampler.resample(_without_time(frame))
+            ]
+            if pieces:
+                samples = np.concatenate(pieces, axis=1)
+                yield SoundBlock(samples, now - samples.shape[1] / RATE)
+            if self._is_closing:
+                return
+
+    def _open_again(self) -> None:
+        while not self._is_closing:
+            time.sleep(_RETRY_SECONDS)
+            try:
+                self._container, _ = _first_open([self.name], self.name)
+            except InputError:
+                continue
+            self._log(f"microphone {self.name} is back")
+            return
+
+
+def _without_time(frame: av.AudioFrame) -> av.AudioFrame:
+    """The frame without its pts: the resampler would fill what looks like a gap."""
+    frame.pts = None
+    return frame
+
+
+def _first_open(names: list[str], wanted: str | None) -> tuple[Any, str]:
+    reason = "none was found"
+    for name in names:
+        try:
+            container = _open(name)
+        except (av.FFmpegError, OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            continue
+        if container.streams.audio:
+            return container, name
+        container.close()
+        reason = "it gives no sound"
+    found = ", ".join(name for name, _ in microphones_found()) or "none"
+    problem = f"the microphone {wanted} cannot be opened" if wanted else "no microphone opens"
+    raise InputError(f"{problem} ({reason}; found: {found}): name another one, or none")
+
+
+def _open(name: str) -> Any:
+    system = _system()
+    if system == "alsa":
+        # PyAV brings an ALSA library that looks for its configuration where it was built
+        if _ALSA_CONFIG.exists():
+            os.environ.setdefault("ALSA_CONFIG_PATH", str(_ALSA_CONFIG))
+        for channels in ("2", "1"):
+            try:
+                options = {"sample_rate": str(RATE), "channels": channels}
+                return av.open(name, format=system, container_options=options)
+            except (av.FFmpegError, OSError) as error:
+                failure = error
+        raise failure
+    place = f"audio={name}" if system == "dshow" else f":{name}"
+    return av.open(place, format=system)
 
 
 def _alsa_microphones() -> list[tuple[str, str]]:

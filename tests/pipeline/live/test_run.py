@@ -39,7 +39,8 @@ class Camera:
 
 
 class Sink:
-    name, waiting, notice = "list", 99, ""
+    name, kind, waiting = "list", "recording", 99
+    notice, state, seconds = "", "", 0.0
 
     def __init__(self, camera):
         self.camera, self.pictures, self.sent = camera, [], 0

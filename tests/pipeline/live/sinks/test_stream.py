@@ -15,6 +15,7 @@ from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks import srt_relay
 from makeup_video.pipeline.live.sinks import stream as live_stream
 from makeup_video.pipeline.live.sinks.stream import Stream, bit_rate_for
+from makeup_video.pipeline.live.sound import RATE, SoundBlock, SoundTap
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from media import picture
 
@@ -64,6 +65,29 @@ def test_pictures_keep_their_times_with_regular_key_frames(pieces, scheme):
     assert [p.is_keyframe for p in packets] == [
         milliseconds in (0, 2010, 4020) for milliseconds in times
     ]
+
+
+@pytest.mark.parametrize("scheme", ["udp", "rtmp"])
+def test_the_sound_is_sent_in_step_with_the_pictures(pieces, scheme):
+    tap = SoundTap("card", 1)
+    stream = Stream(f"{scheme}://host/live", log=pytest.fail, sound=tap)
+    sound = np.zeros((1, RATE * 3), np.float32)
+    sound[0, RATE * 2 :][:480] = 0.8 * np.sin(np.arange(480) * 0.5)  # two seconds after the start
+    for number, live_picture in enumerate(live(range(0, 2900, 100))):
+        stream(live_picture)
+        part = sound[:, number * 4800 : (number + 1) * 4800]
+        tap.put(SoundBlock(part, 55555.123 + number / 10))
+    assert stream.state == ", with the sound of card"
+    stream.finish(stopped=True)
+    with av.open(str(pieces[0])) as got:
+        first = min(float(p.pts * p.time_base) for p in got.demux(video=0) if p.size)
+    with av.open(str(pieces[0])) as got:
+        claps = [
+            frame.time + at / RATE
+            for frame in got.decode(audio=0)
+            for at in np.flatnonzero(np.abs(frame.to_ndarray()[0]) > 0.3)
+        ]
+    assert claps[0] - first == pytest.approx(2.0, abs=0.020)
 
 
 def test_the_pictures_are_only_read(pieces):

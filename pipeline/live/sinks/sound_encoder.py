@@ -1,0 +1,87 @@
+"""The sound of a live run -> packets beside those of the pictures, in a recording or a stream."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+import av
+import numpy as np
+from makeup_video.pipeline.errors import EncodeError
+from makeup_video.pipeline.live.sound import RATE, SoundTap
+from makeup_video.pipeline.live.steady_sound import SteadySound
+
+_ENCODERS = {"webm": "libopus"}  # AAC elsewhere: players and receivers know it
+_BITS_PER_CHANNEL = 80_000
+
+
+class SoundEncoder:
+    """An audio stream in `container`, added before anything is written.
+
+    zero_seconds: of time.monotonic(), when the first picture arrived: the sound's time 0.
+    """
+
+    def __init__(
+        self,
+        container: Any,
+        format_name: str,
+        tap: SoundTap,
+        zero_seconds: float,
+        *,
+        global_header: bool = False,
+    ) -> None:
+        self._tap, self._steady = tap, SteadySound(tap.channels, zero_seconds)
+        self._layout = "mono" if tap.channels == 1 else "stereo"
+        self._encoder = _ENCODERS.get(format_name, "aac")
+        self.stream = container.add_stream(self._encoder, rate=RATE)
+        context = self.stream.codec_context
+        context.layout, context.format = self._layout, "flt" if self._encoder != "aac" else "fltp"
+        context.bit_rate = _BITS_PER_CHANNEL * tap.channels
+        if global_header:
+            context.flags |= av.codec.context.Flags.global_header
+
+    @property
+    def seconds(self) -> float:
+        """How much sound was written."""
+        return self._steady.seconds
+
+    @property
+    def silent_seconds(self) -> float:
+        """How much of it is silence that was filled in because nothing came."""
+        return self._steady.silent / RATE
+
+    def __call__(self, until_seconds: float) -> Iterator[Any]:
+        """Encode what has come, and silence where the source is far behind the picture.
+
+        until_seconds: of time.monotonic(), when the newest picture arrived. Raises EncodeError.
+        """
+        for block in self._tap.take():
+            yield from self._encode(self._steady.add(block))
+        yield from self._encode(self._steady.pad(until_seconds))
+
+    def flush(self) -> Iterator[Any]:
+        """Encode what waits in the encoder. Raises EncodeError."""
+        yield from self._packets(None)
+
+    def _encode(self, samples: np.ndarray) -> Iterator[Any]:
+        count = samples.shape[1]
+        if not count:
+            return
+        frame = av.AudioFrame.from_ndarray(np.ascontiguousarray(samples), "fltp", self._layout)
+        frame.sample_rate, frame.time_base = RATE, Fraction(1, RATE)
+        frame.pts = self._steady.count - count
+        yield from self._packets(frame)
+
+    def _packets(self, frame: av.AudioFrame | None) -> Iterator[Any]:
+        try:
+            yield from self.stream.encode(frame)
+        except av.FFmpegError as error:
+            raise EncodeError(f"{self._encoder} failed: {error.strerror}") from error
+
+
+def sound_in_words(tap: SoundTap | None, encoder: SoundEncoder | None) -> str:
+    """What the closing line says of an output's sound: whose, and how much is missing."""
+    if tap is None:
+        return ", without sound"
+    missing = encoder.silent_seconds if encoder is not None else 0.0
+    silent = f", of which {missing:.1f} s silent because nothing came" if missing >= 0.1 else ""
+    return f", with the sound of {tap.name}{silent}"

@@ -1,0 +1,112 @@
+"""The sound of a live run: one source, on a thread of its own, for every sink that wants it."""
+
+import threading
+from collections import deque
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from makeup_video.pipeline.errors import MakeupVideoError
+
+RATE = 48_000  # samples per second of every source
+_KEPT_SECONDS = 10.0  # for a sink that takes no sound, such as one whose camera is gone
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SoundBlock:
+    """A piece of sound.
+
+    samples: (channels, N) float32, -1..1, at RATE.  begins_seconds: of time.monotonic(), when the
+    first sample was taken.  is_exact: the time is no measurement, which may come out late.
+    """
+
+    samples: np.ndarray
+    begins_seconds: float
+    is_exact: bool = False
+
+
+class SoundSource(Protocol):
+    """Where the sound of a live run comes from."""
+
+    name: str  # what messages call the source
+    channels: int  # 1 or 2
+
+    def blocks(self) -> Generator[SoundBlock, None, None]:
+        """Yield each block when it arrives. Called once."""
+        ...
+
+    def close(self) -> None:
+        """End `blocks`. From any thread; may be called again."""
+        ...
+
+
+class SoundTap:
+    """One sink's end: the blocks that have come since the sink last took them."""
+
+    def __init__(self, name: str, channels: int) -> None:
+        self.name, self.channels = name, channels
+        self._blocks: deque[SoundBlock] = deque()
+        self._lock = threading.Lock()
+        self._is_closed = False
+
+    def close(self) -> None:
+        """Take no more blocks."""
+        self._is_closed = True
+        self.take()
+
+    def put(self, block: SoundBlock) -> None:
+        if self._is_closed:
+            return
+        with self._lock:
+            self._blocks.append(block)
+            while block.begins_seconds - self._blocks[0].begins_seconds > _KEPT_SECONDS:
+                self._blocks.popleft()
+
+    def take(self) -> list[SoundBlock]:
+        with self._lock:
+            blocks = list(self._blocks)
+            self._blocks.clear()
+        return blocks
+
+
+class LiveSound:
+    """Reads a source from `start` until `close`, and hands every block to all taps.
+
+    log: called with a line of text when the source fails; the pictures go on.
+    """
+
+    def __init__(self, source: SoundSource, log: Callable[[str], None]) -> None:
+        self._source, self._log = source, log
+        self._taps: list[SoundTap] = []
+        self._is_closing = False
+        self._thread = threading.Thread(target=self._run, name="makeup-sound", daemon=True)
+
+    @property
+    def name(self) -> str:
+        return self._source.name
+
+    def tap(self) -> SoundTap:
+        """Make a further sink's end. Raises nothing; may be called while the sound runs."""
+        tap = SoundTap(self._source.name, self._source.channels)
+        self._taps = [*self._taps, tap]  # replaced, since the thread goes over the old list
+        return tap
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread; a read that hangs stays behind on its daemon thread."""
+        self._is_closing = True
+        self._source.close()
+        if self._thread.is_alive():
+            self._thread.join(1)
+
+    def _run(self) -> None:
+        try:
+            for block in self._source.blocks():
+                for tap in self._taps:
+                    tap.put(block)
+        except MakeupVideoError as error:
+            if not self._is_closing:
+                self._log(f"{error}; the pictures go on without sound")

@@ -1,0 +1,92 @@
+"""The sound of a file that is played as the camera, in step with its pictures."""
+
+import time
+from collections.abc import Generator
+from pathlib import Path
+from threading import Event
+from typing import Any, Protocol
+
+import av
+from makeup_video.pipeline.live.sound import RATE, SoundBlock
+from makeup_video.pipeline.media.input_file import open_container
+
+_POLL_SECONDS = 0.005
+_CHANNELS = {1: "mono", 2: "stereo"}
+
+
+class Playing(Protocol):
+    """Where a file that is played stands; set by another thread.
+
+    turn: counts the passes over the file, from 1.  zero_seconds: of time.monotonic(), when time 0
+    of the file is due in this pass; None before its first picture.
+    """
+
+    turn: int
+    zero_seconds: float | None
+
+
+class FileSound:
+    """Plays the first audio stream of a file, each block when it is due.
+
+    playing: the file's pictures.
+    """
+
+    def __init__(self, path: Path, playing: Playing) -> None:
+        self._path, self._playing = path, playing
+        self._closing = Event()
+        self.name = path.name
+        with open_container(path) as container:
+            self.channels = min(2, container.streams.audio[0].codec_context.channels)
+
+    def close(self) -> None:
+        self._closing.set()
+
+    def blocks(self) -> Generator[SoundBlock, None, None]:
+        turn = 0
+        while (turn := self._next_turn(turn)) and not self._closing.is_set():
+            yield from self._one_turn(turn)
+
+    def _next_turn(self, before: int) -> int:
+        """Wait for the pictures' next pass; 0 after `close`."""
+        while self._playing.turn == before or self._playing.zero_seconds is None:
+            if self._closing.wait(_POLL_SECONDS):
+                return 0
+        return self._playing.turn
+
+    def _one_turn(self, turn: int) -> Generator[SoundBlock, None, None]:
+        resampler = av.AudioResampler("fltp", _CHANNELS[self.channels], RATE)
+        with open_container(self._path) as container:
+            for frame in _frames(container):
+                if frame.pts is None or frame.time_base is None:
+                    continue
+                seconds = float(frame.pts * frame.time_base)
+                for piece in resampler.resample(frame):
+                    samples = piece.to_ndarray()
+                    zero = self._zero_of(turn)
+                    if zero is None:
+                        return  # the pictures play another pass, or none
+                    due = zero + seconds
+                    if self._closing.wait(max(0.0, due - time.monotonic())):
+                        return
+                    yield SoundBlock(samples, due, is_exact=True)
+                    seconds += samples.shape[1] / RATE
+
+    def _zero_of(self, turn: int) -> float | None:
+        zero = self._playing.zero_seconds
+        return zero if self._playing.turn == turn else None
+
+
+def has_sound(path: Path) -> bool:
+    """Whether a file has an audio stream that can be decoded."""
+    with open_container(path) as container:
+        return any(one.codec_context is not None for one in container.streams.audio)
+
+
+def _frames(container: Any) -> Generator[av.AudioFrame, None, None]:
+    """Decode the first audio stream; what is damaged is left out."""
+    stream = container.streams.audio[0]
+    for packet in container.demux(stream):
+        try:
+            yield from packet.decode()
+        except av.FFmpegError:
+            continue

@@ -1,0 +1,120 @@
+"""A camera that can be exchanged for another one, or for another size, while the run goes on."""
+
+from collections.abc import Callable, Generator
+from contextlib import closing
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from threading import Condition
+
+from makeup_video.pipeline.errors import MakeupVideoError
+from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.device import devices_found
+from makeup_video.pipeline.live.sources.file_sound import FileSound
+
+SIZES = ("640x360", "640x480", "1280x720", "1920x1080")  # what most cameras know
+
+
+class CameraSwitch:
+    """The source of a live run: the frames of one camera after another.
+
+    Raises InputError or DecodeError when the first camera cannot be opened.
+    """
+
+    def __init__(self, settings: CameraSettings, log: Callable[[str], None]) -> None:
+        self._log = log
+        self._camera = Camera(settings, log)
+        self._settings = settings
+        self._changed = Condition()
+        self._is_switching = self._is_closed = False
+        self._dropped_before = self._damaged_before = 0  # by cameras that are closed
+
+    def choose(self, name: str, size: str) -> None:
+        """Close the camera and open another one, or the same in another size.
+
+        Blocks until the camera is open. Raises UsageError, InputError or DecodeError when it cannot
+        be opened; the run then goes on with the old one.
+        """
+        wanted = replace(self._settings, name=name, size=size)
+        with self._changed:
+            self._is_switching = True
+        try:
+            self._camera.close()  # a device opens once
+            self._put(wanted)
+        except MakeupVideoError:
+            self._put(self._settings)
+            raise
+        finally:
+            with self._changed:
+                self._is_switching = False
+                self._changed.notify_all()
+
+    def _put(self, settings: CameraSettings) -> None:
+        camera = Camera(settings, self._log)
+        with self._changed:
+            self._dropped_before += self._camera.dropped
+            self._damaged_before += self._camera.damaged
+            self._camera, self._settings = camera, settings
+            if self._is_closed:
+                camera.close()
+
+    def frames(self) -> Generator[Frame, None, None]:
+        """Yield each frame when it arrives, until the last camera ends or `close`. Call once."""
+        camera = None
+        while camera is not self._camera:
+            camera = self._camera
+            with closing(camera.frames()) as frames:
+                yield from frames
+            with self._changed:
+                self._changed.wait_for(lambda: not self._is_switching)
+                if self._is_closed:
+                    return
+
+    def close(self) -> None:
+        """End `frames`, even while it waits; from another thread."""
+        with self._changed:
+            self._is_closed = True
+        self._camera.close()
+
+    def file_sound(self) -> FileSound | None:
+        """The sound of the file that plays now, as Camera.file_sound."""
+        return self._camera.file_sound()
+
+    def choices(self) -> dict[str, object]:
+        """What a page offers: names and sizes, and those of now. A file has no other size."""
+        names = [*devices_found()]
+        if self.path is not None:
+            names.insert(0, str(self.path))
+        size = None if self.path is not None else self._settings.size
+        return {"names": names, "name": str(self.path or self.name), "sizes": SIZES, "size": size}
+
+    @property
+    def path(self) -> Path | None:
+        """The file that plays; None for a device."""
+        return self._camera.path
+
+    @property
+    def name(self) -> str:
+        """What messages call the source."""
+        return self._camera.name
+
+    @property
+    def rate(self) -> Fraction:
+        """Frames per second, as far as the source declares a rate."""
+        return self._camera.rate
+
+    @property
+    def notice(self) -> str:
+        """What the user should know now; "" when all is well."""
+        return self._camera.notice
+
+    @property
+    def dropped(self) -> int:
+        """Number of frames of all cameras that arrived and were never handed out."""
+        return self._dropped_before + self._camera.dropped
+
+    @property
+    def damaged(self) -> int:
+        """Number of packets of all cameras that could not be decoded."""
+        return self._damaged_before + self._camera.damaged

@@ -1,0 +1,97 @@
+"""Blocks of sound -> one sequence of samples that keeps step with the clock of the pictures.
+
+A sound card's clock differs from the computer's by up to 0.02 %: a tenth of a second in ten
+minutes. Samples that are lost, or a source that begins late, shift the sound, too. So each block is
+stretched by up to 0.4 %, which nobody hears, until its samples stand where the clock wants them.
+Larger gaps are filled with silence, and what lies before the sequence is left out.
+"""
+
+from collections import deque
+
+import numpy as np
+from makeup_video.pipeline.live.sound import RATE, SoundBlock
+
+# A block arrives late now and then, and never early. So of all arrivals in this time the earliest
+# tells when the samples were taken.
+_WINDOW_SECONDS = 2.0
+_CORRECTED_IN_SECONDS = 0.5  # how fast a small error is stretched away
+_MOST_STRETCH = 0.004
+_GAP_SECONDS = 0.04  # a larger error is filled with silence or cut out, as is any at the start
+_BEHIND_SECONDS = 0.5  # a source this far behind the pictures counts as silent
+
+
+class SteadySound:
+    """Makes samples of blocks; sample n belongs at `zero_seconds` + n / RATE.
+
+    zero_seconds: of time.monotonic(), when the first picture arrived.
+    silent: number of samples that were filled in.
+    """
+
+    def __init__(self, channels: int, zero_seconds: float) -> None:
+        self._channels, self._zero = channels, zero_seconds
+        self._in = 0  # samples that have come
+        # (sample number, time of the source's sample 0) of those arrivals that are, or may become,
+        # the earliest; times increase
+        self._least: deque[tuple[int, float]] = deque()
+        self.count = 0  # samples that went out
+        self.silent = 0
+
+    @property
+    def seconds(self) -> float:
+        """How much sound went out."""
+        return self.count / RATE
+
+    def add(self, block: SoundBlock) -> np.ndarray:
+        """Return the next samples of the sequence, (channels, N) float32; N may be 0."""
+        samples = block.samples
+        error = self._begin_of(block) - (self._zero + self.count / RATE)
+        self._in += samples.shape[1]
+        gap = _GAP_SECONDS if self.count else 0.0
+        if error > gap:
+            return self._out(self._silence(round(error * RATE)), samples)
+        if error < -gap:
+            return self._out(samples[:, min(round(-error * RATE), samples.shape[1]) :])
+        return self._out(_stretched(samples, error))
+
+    def pad(self, until_seconds: float) -> np.ndarray:
+        """Return silence where the source is far behind a time of time.monotonic()."""
+        behind = until_seconds - self._zero - self.count / RATE
+        if behind <= _BEHIND_SECONDS:
+            return self._silence(0)
+        return self._out(self._silence(round((behind - _BEHIND_SECONDS / 2) * RATE)))
+
+    def _begin_of(self, block: SoundBlock) -> float:
+        """When the block's first sample was taken, by the earliest of the last arrivals."""
+        if block.is_exact:
+            return block.begins_seconds
+        zero = block.begins_seconds - self._in / RATE
+        if self._least and abs(zero - self._least[0][1]) > 1:
+            self._least.clear()  # the source paused, or plays another pass
+        while self._least and self._least[-1][1] >= zero:
+            self._least.pop()
+        self._least.append((self._in, zero))
+        while self._least[0][0] < self._in - _WINDOW_SECONDS * RATE:
+            self._least.popleft()
+        return self._least[0][1] + self._in / RATE
+
+    def _silence(self, count: int) -> np.ndarray:
+        self.silent += count
+        return np.zeros((self._channels, count), np.float32)
+
+    def _out(self, *parts: np.ndarray) -> np.ndarray:
+        samples = np.concatenate(parts, axis=1) if len(parts) > 1 else parts[0]
+        self.count += samples.shape[1]
+        return samples
+
+
+def _stretched(samples: np.ndarray, error_seconds: float) -> np.ndarray:
+    """Samples made more or fewer by a part of an error, by linear interpolation."""
+    count = samples.shape[1]
+    wanted = error_seconds * count / _CORRECTED_IN_SECONDS
+    most = _MOST_STRETCH * count
+    more = round(min(max(wanted, -most), most))
+    if not more or count < 2:
+        return samples
+    at = np.arange(count + more) * ((count - 1) / (count + more - 1))
+    whole = np.arange(count)
+    return np.stack([np.interp(at, whole, row) for row in samples]).astype(np.float32)

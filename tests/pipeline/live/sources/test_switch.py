@@ -1,0 +1,71 @@
+"""A live run whose camera is exchanged for another."""
+
+import threading
+
+import pytest
+from makeup_video.pipeline import MakeupVideoError
+from makeup_video.pipeline.live.sources.camera import CameraSettings
+from makeup_video.pipeline.live.sources.switch import CameraSwitch
+from media import make_clip
+
+
+@pytest.fixture
+def clips(tmp_path):
+    sizes = {"a": (64, 48), "b": (96, 64)}
+    return {
+        name: str(make_clip(tmp_path / f"{name}.mp4", frames=9, width=w, height=h))
+        for name, (w, h) in sizes.items()
+    }
+
+
+def frames_of(switch, wanted, on_frame=lambda count: None):
+    """Widths of frames until one has the wanted width, or the source ends."""
+    widths, times = [], []
+    for frame in switch.frames():
+        widths.append(frame.width_px)
+        times.append(frame.pts)
+        on_frame(len(widths))
+        if widths[-1] == wanted:
+            switch.close()
+    assert times == sorted(set(times))
+    return widths
+
+
+def test_frames_of_another_camera_follow_with_later_times(clips):
+    switch = CameraSwitch(CameraSettings(name=clips["a"], loop=True), pytest.fail)
+
+    def on_frame(count):
+        if count == 3:
+            threading.Thread(target=switch.choose, args=(clips["b"], "64x64")).start()
+
+    widths = frames_of(switch, 96, on_frame)
+    assert widths[:3] == [64, 64, 64] and widths[-1] == 96
+    assert switch.choices()["name"] == clips["b"]
+
+
+@pytest.mark.parametrize(
+    ("name", "size"), [("/nowhere/x.mp4", "64x64"), ("", "64x64"), ("a", "big")]
+)
+def test_a_camera_that_does_not_open_leaves_the_old_one(clips, name, size):
+    switch = CameraSwitch(CameraSettings(name=clips["a"], loop=True), pytest.fail)
+    refused = []
+
+    def choose():
+        try:
+            switch.choose(clips.get(name, name), size)
+        except MakeupVideoError as error:
+            refused.append(str(error))
+
+    def on_frame(count):
+        if count == 2:
+            threading.Thread(target=choose).start()
+        if refused and count > 12:
+            switch.close()
+
+    widths = frames_of(switch, None, on_frame)
+    assert set(widths) == {64} and len(refused) == 1 and "\n" not in refused[0]
+
+
+def test_a_film_that_ends_ends_the_run(clips):
+    switch = CameraSwitch(CameraSettings(name=clips["a"]), pytest.fail)
+    assert len(frames_of(switch, None)) == 9

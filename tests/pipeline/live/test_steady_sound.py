@@ -1,0 +1,142 @@
+"""Sound that keeps step with the clock of the pictures, whatever the sound card's clock does."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline.live.sound import RATE, LiveSound, SoundBlock, SoundTap
+from makeup_video.pipeline.live.steady_sound import SteadySound
+
+ZERO = 1234.5
+CLAP = 0.9
+
+
+def card(seconds, claps, *, faster=0.0, late_ms=0.0, block=480, lost=()):
+    """What a sound card gives: (block, when it arrives).
+
+    claps: seconds at which one sample is loud.  faster: by how much its clock is too fast.
+    late_ms: blocks arrive up to so much late.  lost: numbers of blocks that never arrive.
+    """
+    random = np.random.default_rng(3)
+    rate = RATE * (1 + faster)
+    loud = np.array([round(clap * rate) for clap in claps], int)
+    for number in range(int(seconds * rate / block)):
+        first = number * block
+        samples = np.zeros((1, block), np.float32)
+        samples[0, loud[(loud >= first) & (loud < first + block)] - first] = CLAP
+        taken = ZERO + first / rate
+        if number not in lost:
+            yield SoundBlock(samples, taken + random.random() * late_ms / 1000)
+
+
+def heard(blocks, steady=None):
+    """Seconds at which the claps stand in what comes out."""
+    steady = steady or SteadySound(1, ZERO)
+    out = np.concatenate([steady.add(block)[0] for block in blocks])
+    loud = np.flatnonzero(out > CLAP / 4)
+    starts = loud[np.diff(loud, prepend=-RATE) > RATE / 100]
+    return starts / RATE
+
+
+@pytest.mark.parametrize(("faster", "late_ms"), [(2e-4, 30.0), (-2e-4, 30.0), (0.0, 0.0)])
+def test_ten_minutes_drift_by_less_than_five_milliseconds(faster, late_ms):
+    """Uncorrected, a clock that is off by 0.02 % drifts by 120 ms."""
+    claps = np.arange(5, 600, 7.3)
+    got = heard(card(600, claps, faster=faster, late_ms=late_ms, block=4800))
+    assert len(got) == len(claps)
+    assert np.abs(got - claps).max() < 0.005
+
+
+def test_lost_samples_are_made_good_within_seconds():
+    claps = np.arange(5, 60, 1.1)
+    got = heard(card(60, claps, late_ms=5, lost=(2001, 2002, 2003)))  # 30 ms, 20 s from the start
+    assert len(got) == len(claps)
+    late = np.abs(got - claps)
+    assert late[claps < 20].max() < 0.005 and late[claps > 32].max() < 0.005
+    assert late.max() < 0.035
+
+
+def test_a_hole_is_filled_with_silence_of_its_length():
+    blocks = list(card(20, [2, 18]))
+    steady = SteadySound(1, ZERO)
+    got = heard(blocks[:500] + blocks[900:], steady)  # four seconds are missing
+    assert got == pytest.approx([2, 18], abs=0.003)
+    assert steady.silent / RATE == pytest.approx(4, abs=0.01)
+
+
+def test_sound_before_the_first_picture_is_left_out():
+    steady = SteadySound(1, ZERO + 3)
+    assert heard(card(10, [1, 5]), steady) == pytest.approx([2], abs=0.003)
+
+
+def test_sound_that_begins_late_begins_late():
+    blocks = [one for one in card(10, [1, 5]) if one.begins_seconds > ZERO + 2]
+    assert heard(blocks) == pytest.approx([5], abs=0.003)
+
+
+def test_exact_times_hold_at_once():
+    blocks = list(card(4, [1, 3]))
+    moved = [SoundBlock(b.samples, b.begins_seconds + 0.3, True) for b in blocks[200:]]
+    exact = [SoundBlock(b.samples, b.begins_seconds, True) for b in blocks[:200]]
+    assert heard(exact + moved) == pytest.approx([1, 3.3], abs=0.0005)
+
+
+def test_a_source_that_falls_silent_is_padded_and_fits_again():
+    blocks = list(card(20, [2, 18]))
+    steady = SteadySound(1, ZERO)
+    out = [steady.add(block) for block in blocks[:500]]
+    for seconds in np.arange(5, 15, 0.033):
+        out.append(steady.pad(ZERO + seconds))
+    assert steady.seconds == pytest.approx(14.6, abs=0.4)
+    out += [steady.add(block) for block in blocks[1500:]]
+    loud = np.flatnonzero(np.concatenate(out, axis=1)[0] > CLAP / 4) / RATE
+    assert loud[[0, -1]] == pytest.approx([2, 18], abs=0.003)
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.tuples(st.integers(1, 2000), st.floats(-3, 3)), min_size=1, max_size=40),
+    st.integers(1, 2),
+)
+def test_whatever_comes_the_count_is_what_went_out(pieces, channels):
+    steady, at, out = SteadySound(channels, ZERO), ZERO, 0
+    for count, shift in pieces:
+        got = steady.add(SoundBlock(np.ones((channels, count), np.float32), at + shift))
+        assert got.shape[0] == channels and got.dtype == np.float32 and np.isfinite(got).all()
+        out += got.shape[1]
+        at += count / RATE
+    assert steady.count == out
+    assert got.shape[1] <= 8 * RATE
+
+
+def test_a_tap_that_is_not_read_keeps_the_last_seconds():
+    tap = SoundTap("card", 1)
+    for block in card(30, []):
+        tap.put(block)
+    kept = tap.take()
+    assert 9.9 < kept[-1].begins_seconds - kept[0].begins_seconds <= 10
+    assert tap.take() == []
+
+
+class Card:
+    name, channels, closed = "card", 1, False
+
+    def __init__(self, blocks):
+        self._blocks = blocks
+
+    def blocks(self):
+        return self._blocks
+
+    def close(self):
+        self.closed = True
+
+
+def test_every_tap_gets_every_block():
+    blocks = list(card(1, []))
+    source = Card(iter(blocks))
+    sound = LiveSound(source, pytest.fail)
+    taps = [sound.tap(), sound.tap()]
+    sound.start()
+    sound.close()
+    assert source.closed
+    assert [tap.take() for tap in taps] == [blocks, blocks]

@@ -1,0 +1,73 @@
+"""Recording from the page, notices that are closed, and looks on one's own face."""
+
+import numpy as np
+import pytest
+from browser import PHONE, Served
+from claps import clap_clip, marks
+from people import SAMPLES
+
+
+@pytest.fixture
+def live(chromium, tmp_path):
+    served = Served("live", "--camera", str(SAMPLES / "in.mp4"), "--loop", folder=tmp_path)
+    yield served
+    assert served.stop() == 0, served.lines
+
+
+def figures(page):
+    return page.page.inner_text("#figures")
+
+
+def test_a_recording_is_started_and_stopped_with_its_sound(chromium, visit, tmp_path):
+    clip = clap_clip(tmp_path / "clap.mp4", 3)
+    served = Served("live", "--camera", str(clip), "--loop", folder=tmp_path)
+    page = visit(served, **PHONE)
+    page.page.click("#record-button")
+    page.until(lambda: "REC 0:04" in figures(page))
+    assert page.page.get_attribute("#record-button", "aria-pressed") == "true"
+    page.page.click("#record-button")
+    page.until(lambda: "REC" not in figures(page))
+    (path,) = page.until(lambda: list(tmp_path.glob("makeup-*[0-9].mkv")))
+    assert "part" not in path.name
+    flashes, claps = marks(path)
+    assert len(flashes) >= 1
+    for flash in flashes[:-1]:  # the recording may end between a flash and its clap
+        assert min(abs(clap - flash) for clap in claps) < 0.020
+    page.server_may_stop = True
+    assert served.stop() == 0
+    assert f"{path.name} got" in served.lines[-1] and "sound of clap.mp4" in served.lines[-1]
+
+
+def test_the_looks_are_shown_on_whom_the_camera_sees(live, visit):
+    page = visit(live)
+    shown = "() => document.querySelector('#ready img:not([hidden])')?.src"
+    before = page.until(lambda: page.page.evaluate(shown))
+    page.page.click("#on-me")
+    page.until(lambda: page.page.evaluate(shown) != before)
+    assert page.page.inner_text("#error") == ""
+
+
+NOTICE = """(text) => {
+    const figures = {fps: 30, level: 3, level_notice: text, viewers: 1, screen_ms: 20, dropped: 0, sinks: []};
+    return import("/static/status.js").then((status) => status.showFigures(figures));
+}"""
+
+
+def test_a_notice_lies_below_the_picture_and_is_closed(demo, visit):
+    page = visit(demo, **PHONE)
+    page.page.evaluate(NOTICE, "slow machine")
+    notice, picture = page.page.locator("#notice"), page.page.locator("#frame")
+    box = picture.bounding_box()
+    assert notice.bounding_box()["y"] >= box["y"] + box["height"] - 1
+    notice.get_by_role("button", name="Close this notice").click()
+    assert not notice.is_visible()
+    page.page.evaluate(NOTICE, "slow machine")  # still the same: it stays closed
+    assert not notice.is_visible()
+    page.page.evaluate(NOTICE, "slower machine")
+    assert notice.inner_text().startswith("slower machine")
+
+
+def test_before_a_portrait_there_is_nothing_to_record(demo, visit):
+    page = visit(demo)
+    assert not page.page.is_visible("#record-button")
+    assert np.ptp(page.picture()) > 100

@@ -1,0 +1,70 @@
+"""What the server answers to requests: JSON texts; and what it reads from their bodies."""
+
+import base64
+import json
+from collections.abc import Iterable
+from typing import Any
+
+from makeup_video.pipeline.errors import CatalogueError, LookError
+from makeup_video.pipeline.look.catalogue import rows_in
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.ready import ReadyLook
+from makeup_video.pipeline.look.strict_json import read_json
+from makeup_video.web.session import SeveralFaces
+
+MOST_SHADES = 2000  # that a page shows; a browser keeps 5 MB of a site at most
+
+
+def ready_looks_message(looks: Iterable[ReadyLook]) -> str:
+    """Write the answer of /looks: a list of objects with name, words and look."""
+    return json.dumps(
+        [{"name": one.name, "words": one.words, "look": one.look.to_dict()} for one in looks]
+    )
+
+
+def several_faces_message(name: str, photo: SeveralFaces) -> str:
+    """Write the answer of /photo where a face must be chosen.
+
+    It has error, picture (a JPEG in Base64) and faces: objects with number and left, top, width
+    and height, as shares of the picture.
+    """
+    keys = "left", "top", "width", "height"
+    return json.dumps(
+        {
+            "error": f"{name} shows {len(photo.boxes)} faces: choose one",
+            "picture": base64.b64encode(photo.picture).decode(),
+            "faces": [
+                {"number": number, **dict(zip(keys, box, strict=True))}
+                for number, box in photo.boxes.items()
+            ],
+        }
+    )
+
+
+def shades_message(name: str, data: bytes) -> str:
+    """Write the answer of /shades: {name, shades}, each with a title, hex and its parts.
+
+    Raises CatalogueError, which names the file, its line and the fault.
+    """
+    shades: list[dict[str, Any]] = []
+    for row in rows_in(data, name):
+        one = row.shade
+        if len(shades) == MOST_SHADES:
+            raise CatalogueError(
+                f"{name} has more than {MOST_SHADES} shades, the most that this page shows: "
+                "give one with fewer"
+            )
+        title = " ".join(filter(None, (one.brand, one.product, one.shade)))
+        hex_digits = "#{:02X}{:02X}{:02X}".format(*one.rgb)
+        shades.append({"title": title, "hex": hex_digits, "parts": one.parts})
+    if not shades:
+        raise CatalogueError(f"{name} has no rows: a catalogue needs at least one product")
+    return json.dumps({"name": name, "shades": shades})
+
+
+def look_in(data: bytes) -> Look:
+    """Read the look in a request's body. Raises LookError."""
+    try:
+        return Look.from_dict(read_json(data.decode()))
+    except UnicodeDecodeError as error:
+        raise LookError("a look must be a JSON object, got bytes that are no text") from error

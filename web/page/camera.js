@@ -1,0 +1,51 @@
+// The choice of the camera and its size.
+
+import { el } from "./elements.js";
+
+const section = document.getElementById("camera");
+const NO_ANSWER = "The camera could not be changed: the server does not answer.";
+
+/** Show what may be chosen. session: its name.  onError(text): shows a refusal; "" clears it. */
+export async function showCameras(session, onError) {
+  const address = `/camera?session=${encodeURIComponent(session)}`;
+  try {
+    const response = await fetch(address);
+    if (response.ok) show(await response.json(), address, onError);
+  } catch {
+    section.hidden = true; // the connection is lost, and the next hello asks again
+  }
+}
+
+function show(choices, address, onError) {
+  const { names = [], name, sizes = [], size } = choices;
+  section.hidden = names.length < 2 && size == null;
+  const camera = choice("Camera", names.includes(name) ? names : [name, ...names], name);
+  const sizeChoice = choice("Size", sizes.includes(size) ? sizes : [size ?? "", ...sizes], size ?? "");
+  sizeChoice.hidden = size == null && names.length < 2;
+  const put = async () => {
+    onError("");
+    section.setAttribute("aria-busy", "true");
+    const chosen = new URLSearchParams({
+      name: camera.lastElementChild.value,
+      size: sizeChoice.lastElementChild.value || "1280x720",
+    });
+    try {
+      const response = await fetch(`${address}&${chosen}`, { method: "POST" });
+      const answer = await response.json();
+      if (!response.ok) onError(answer.error);
+      show(response.ok ? answer : choices, address, onError);
+    } catch {
+      onError(NO_ANSWER);
+    }
+    section.setAttribute("aria-busy", "false");
+  };
+  for (const one of [camera, sizeChoice]) one.lastElementChild.addEventListener("change", put);
+  section.replaceChildren(camera, sizeChoice);
+}
+
+function choice(title, values, chosen) {
+  const options = values.map((value) => el("option", { value }, value.split("/").pop() || "its own"));
+  const select = el("select", { name: title.toLowerCase() }, ...options);
+  select.value = chosen;
+  return el("label", {}, el("small", {}, title), select);
+}

@@ -1,0 +1,37 @@
+// A photo with several faces: the visitor chooses one.
+
+import { el } from "./elements.js";
+
+const dialog = document.getElementById("faces");
+const picture = dialog.querySelector(".picture");
+
+/**
+ * Ask which face is meant. error, picture, faces: as in the answer of /photo.
+ * Resolves to the number of the face, or to null when the visitor chooses none.
+ */
+export function chooseFace({ error, picture: jpeg, faces }) {
+  dialog.querySelector("h2").textContent = error;
+  const image = el("img", { alt: "", src: URL.createObjectURL(blobOf(jpeg)) });
+  return new Promise((resolve) => {
+    const buttons = faces.map((face, at) => {
+      const label = `Face ${at + 1} of ${faces.length}`;
+      const button = el("button", { type: "button", "aria-label": label }, el("b", {}, at + 1));
+      for (const side of ["left", "top", "width", "height"])
+        button.style[side] = `${100 * face[side]}%`;
+      button.onclick = () => dialog.close(String(face.number));
+      return button;
+    });
+    dialog.onclose = () => {
+      URL.revokeObjectURL(image.src);
+      resolve(dialog.returnValue === "" ? null : Number(dialog.returnValue));
+    };
+    picture.replaceChildren(image, ...buttons);
+    dialog.returnValue = "";
+    dialog.showModal();
+  });
+}
+
+function blobOf(base64) {
+  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  return new Blob([bytes], { type: "image/jpeg" });
+}

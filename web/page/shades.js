@@ -1,0 +1,212 @@
+// Shades: those that were kept or used, and those of a catalogue; a row in the panel of each kind.
+
+import { hexOf } from "./colour.js";
+import { el } from "./elements.js";
+import { layersOf } from "./layers.js";
+import { recall, remember } from "./remember.js";
+import { moveByKeys, stopAt } from "./row.js";
+
+const MOST_RECENT = 10;
+const MOST_SHOWN = 120; // of a catalogue at once; the others are found by their names
+const SETTLED_MS = 1500; // a colour that stays so long has been used
+const NO_ANSWER = (name) => `${name} could not be sent: the server does not answer.`;
+
+/** The shades of all kinds. Fires "change". */
+export class Shades extends EventTarget {
+  #kept = recall("kept shades", {}); // by part: {hex, title}
+  #recent = recall("recent shades", {}); // by part: hex
+  catalogue = recall("catalogue", null); // {name, shades: [{title, hex, parts}]}
+  #timer = 0;
+
+  /** Note the colours of the look once they stay; called after every change. */
+  note(look, kinds) {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.#used(look, kinds), SETTLED_MS);
+  }
+
+  /** {hex, title, isKept} of a part: kept ones, then recent ones. */
+  own(part) {
+    const kept = this.#kept[part] ?? [];
+    const recent = (this.#recent[part] ?? []).filter((hex) => !kept.some((one) => one.hex === hex));
+    return [
+      ...kept.map((one) => ({ ...one, isKept: true })),
+      ...recent.map((hex) => ({ hex, title: this.titleOf(part, hex), isKept: false })),
+    ];
+  }
+
+  /** The name of a colour in the catalogue; otherwise its digits. */
+  titleOf(part, hex) {
+    const same = (one) => one.hex === hex && one.parts.includes(part);
+    return this.catalogue?.shades.find(same)?.title ?? hex;
+  }
+
+  isKept(part, hex) {
+    return (this.#kept[part] ?? []).some((one) => one.hex === hex);
+  }
+
+  /** Keep a shade, or no longer keep it. */
+  toggle(part, hex) {
+    const kept = this.#kept[part] ?? [];
+    this.#kept[part] = this.isKept(part, hex)
+      ? kept.filter((one) => one.hex !== hex)
+      : [{ hex, title: this.titleOf(part, hex) }, ...kept];
+    remember("kept shades", this.#kept);
+    this.dispatchEvent(new Event("change"));
+  }
+
+  /** Read a CSV file on the server; returns the reason for a refusal, or "". */
+  async open(file, session) {
+    try {
+      const headers = { "X-File-Name": encodeURIComponent(file.name) };
+      const address = `/shades?session=${encodeURIComponent(session)}`;
+      const response = await fetch(address, { method: "POST", body: file, headers });
+      const answer = await response.json();
+      if (!response.ok) return answer.error;
+      this.#setCatalogue(answer);
+      return "";
+    } catch {
+      return NO_ANSWER(file.name);
+    }
+  }
+
+  close() {
+    this.#setCatalogue(null);
+  }
+
+  #setCatalogue(catalogue) {
+    this.catalogue = catalogue;
+    remember("catalogue", catalogue);
+    this.dispatchEvent(new Event("change"));
+  }
+
+  #used(look, kinds) {
+    for (const kind of kinds) {
+      const hexes = layersOf(look, kind).map(({ product }) => hexOf(product));
+      const before = (this.#recent[kind.part] ?? []).filter((hex) => !hexes.includes(hex));
+      this.#recent[kind.part] = [...new Set(hexes), ...before].slice(0, MOST_RECENT);
+    }
+    remember("recent shades", this.#recent);
+    this.dispatchEvent(new Event("change"));
+  }
+}
+
+/**
+ * The shades of one kind. choose(hex): called when the visitor picks one.  open(file): called when
+ * the visitor gives a catalogue.
+ */
+export class ShadeRow {
+  #shades;
+  #part;
+  #choose;
+  #hex = "";
+  #catalogue;
+  #own = el("div", { className: "shades", role: "group", "aria-label": "Kept and recent shades" });
+  #all = el("div", { className: "shades all", role: "group", "aria-label": "Shades" });
+  #keep = el("button", { type: "button", className: "keep-shade", "aria-pressed": "false" });
+  #name = el("span");
+  #more = el("small");
+  #find = el("input", { type: "search", placeholder: "Find a shade", "aria-label": "Find a shade" });
+
+  constructor(kind, shades, choose, open) {
+    this.#part = kind.part;
+    this.#shades = shades;
+    this.#choose = choose;
+    this.#keep.onclick = () => shades.toggle(this.#part, this.#hex);
+    this.#find.addEventListener("input", () => this.draw());
+    const file = el("input", {
+      type: "file",
+      accept: ".csv,text/csv",
+      "aria-label": "Open a catalogue of shades, a CSV file",
+    });
+    file.addEventListener("change", () => {
+      if (file.files.length) open(file.files[0]);
+      file.value = "";
+    });
+    const opener = el("label", { className: "button open-shades" }, "Shades …", file);
+    opener.title = "A CSV file with the columns brand, product, shade, hex";
+    const close = el(
+      "button",
+      { type: "button", "aria-label": "Close the catalogue", onclick: () => shades.close() },
+      "×",
+    );
+    this.#catalogue = el(
+      "div",
+      { className: "catalogue" },
+      el("div", { className: "row" }, this.#name, this.#find, close),
+      this.#all,
+      this.#more,
+    );
+    this.element = el(
+      "div",
+      { className: "shade-rows" },
+      el("div", { className: "row" }, this.#own, this.#keep, opener),
+      this.#catalogue,
+    );
+    moveByKeys(this.#own);
+    moveByKeys(this.#all);
+    shades.addEventListener("change", () => this.draw());
+  }
+
+  /** Show which shade is worn. */
+  set(product) {
+    const hex = hexOf(product);
+    if (hex === this.#hex) return;
+    this.#hex = hex;
+    this.draw();
+  }
+
+  /** Draw what has changed; a panel that is hidden is drawn when it is shown. */
+  draw() {
+    if (this.element.closest("[hidden]")) return;
+    const isKept = this.#shades.isKept(this.#part, this.#hex);
+    this.#keep.textContent = isKept ? "★" : "☆";
+    this.#keep.title = isKept ? "No longer keep this shade" : "Keep this shade";
+    this.#keep.setAttribute("aria-label", this.#keep.title);
+    this.#keep.setAttribute("aria-pressed", isKept);
+    this.#fill(this.#own, this.#shades.own(this.#part));
+    this.#drawCatalogue();
+    for (const button of this.element.querySelectorAll("[data-hex]"))
+      button.setAttribute("aria-pressed", button.dataset.hex === this.#hex);
+  }
+
+  #drawCatalogue() {
+    const { catalogue } = this.#shades;
+    const fitting = (catalogue?.shades ?? []).filter(({ parts }) => parts.includes(this.#part));
+    this.#catalogue.hidden = !fitting.length;
+    if (!fitting.length) return;
+    const words = this.#find.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const isWanted = ({ title, hex }) =>
+      words.every((word) => `${title} ${hex}`.toLowerCase().includes(word));
+    const found = fitting.filter(isWanted);
+    this.#name.textContent = catalogue.name;
+    this.#more.textContent = found.length
+      ? found.length > MOST_SHOWN
+        ? `${MOST_SHOWN} of ${found.length} shades: type to find others`
+        : ""
+      : "No shade has this name.";
+    this.#fill(this.#all, found.slice(0, MOST_SHOWN));
+  }
+
+  #fill(row, shades) {
+    const key = JSON.stringify(shades);
+    if (row.dataset.shades === key) return;
+    row.dataset.shades = key;
+    row.replaceChildren(...shades.map((shade) => this.#makeButton(shade)));
+    if (row.firstElementChild) stopAt(row, row.firstElementChild);
+    row.hidden = !shades.length;
+  }
+
+  #makeButton({ hex, title, isKept }) {
+    const patch = el("span", { className: "patch" }, isKept ? "★" : "");
+    patch.style.backgroundColor = hex;
+    const name = title === hex ? hex : `${title}, ${hex}`;
+    const button = el(
+      "button",
+      { type: "button", title: name, "aria-label": name, onclick: () => this.#choose(hex) },
+      patch,
+      el("small", {}, title),
+    );
+    button.dataset.hex = hex;
+    return button;
+  }
+}
