@@ -1,6 +1,7 @@
 """Makes a checkpoint of a shipped float net, so that training can go on from it.
 
-    python -m makeup_video.training.faces.from_onnx pipeline/weights/lips.onnx --out runs/lips_first.pt
+    python -m makeup_video.training.faces.from_onnx pipeline/weights/lips.onnx \\
+        --out runs/lips_first.pt
 
 The shipped file holds convolutions with their normalisation folded in. The normalisation is put
 back with the mean and the variance that the convolutions have on training crops.

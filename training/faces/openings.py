@@ -36,7 +36,10 @@ class Openings:
             self._textures[int(self.rng.integers(KEPT_TEXTURES))] = texture
 
     def __call__(self, rgb8: np.ndarray, mask: np.ndarray) -> np.ndarray:
-        """Now and then a crop whose mouth is open wider. Changes the mask (H, W, 3), as in Batch."""
+        """The crop, now and then with a mouth that is open wider; its mask is changed in place.
+
+        mask: (H, W, 3), as in Batch.
+        """
         rng, (whole, opening) = self.rng, (mask[..., 0], mask[..., 1])
         self.remember(rgb8, opening)
         if (opening > 127).sum() < LEAST_PX or rng.random() > self.chance:
