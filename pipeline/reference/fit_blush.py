@@ -20,6 +20,7 @@ _LEAST_RED = 0.03  # by how much more red than green it leaves, in roots of shar
 _LEAST_BLUE, _MOST_LIT = 0.2, 0.03
 _DARKER = 0.02  # by how much a blue blush darkens at least
 _LUMINANCE = to_xyz(1)[1]  # of linear R, G, B of sRGB
+_OLIVE = 0.5  # less red than this for what it yellows would be an olive cheek
 _LEAST_WEIGHT = 0.5  # about ten nodes of skin
 _KIND = KINDS["blush"]
 
@@ -63,7 +64,7 @@ def _as_blush(roots: np.ndarray, bare: np.ndarray, most: np.ndarray) -> np.ndarr
         change = change - max(lighter + _DARKER, 0.0)
     else:
         change = change - max(lighter, float(change.max()) / 2, 0.0)
-        if change[0] - change[1] < _LEAST_RED:
+        if change[0] - change[1] < max(_LEAST_RED, (change[1] - change[2]) * _OLIVE):
             return None
     within: np.ndarray = np.clip((COVER * bare + change) / RESPONSE, 0, most)
     return within

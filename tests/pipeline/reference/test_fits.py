@@ -122,6 +122,6 @@ def test_lips_that_are_not_seen_keep_what_the_net_reads():
 
 
 def test_a_violet_blush_is_found_again():
-    worn = product((90, 50, 190), "matte", "blush")
+    worn = product((70, 50, 230), "matte", "blush")
     (read,) = blush_of(wearing(Layer("blush", worn)))
     assert read.product.blue > read.product.red > read.product.green
