@@ -10,16 +10,33 @@ from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
 
 _TO_XYZ = to_xyz(1)  # sRGB's primaries, white is D65
 _WHITE = _TO_XYZ.sum(1)
+_FROM_XYZ = np.linalg.inv(_TO_XYZ)
 _FAR = 25.0**7
+_NEAR_BLACK = 6 / 29  # of the cube root, below which L*a*b* is linear
 
 
 def lab_of(rgb: np.ndarray) -> np.ndarray:
     """sRGB codes 0..255 (..., 3) -> CIE L*a*b* (..., 3) for D65, float64."""
-    t = to_linear(np.asarray(rgb, np.float64) / 255, SRGB) @ _TO_XYZ.T / _WHITE
-    near_black = t <= (6 / 29) ** 3
-    f = np.where(near_black, t / (3 * (6 / 29) ** 2) + 4 / 29, np.cbrt(t))
+    return lab_of_linear(to_linear(np.asarray(rgb, np.float64) / 255, SRGB))
+
+
+def lab_of_linear(rgb: np.ndarray) -> np.ndarray:
+    """Linear R, G, B of sRGB (..., 3), 1 is white -> CIE L*a*b* (..., 3) for D65, float64."""
+    t = np.asarray(rgb, np.float64) @ _TO_XYZ.T / _WHITE
+    near_black = t <= _NEAR_BLACK**3
+    f = np.where(near_black, t / (3 * _NEAR_BLACK**2) + 4 / 29, np.cbrt(t))
     x, y, z = np.moveaxis(f, -1, 0)
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], -1)
+
+
+def linear_of_lab(lab: np.ndarray) -> np.ndarray:
+    """The inverse of lab_of_linear; colours outside the gamut are below 0 or above 1."""
+    lightness, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
+    y = (lightness + 16) / 116
+    f = np.stack([y + a / 500, y, y - b / 200], -1)
+    t = np.where(f <= _NEAR_BLACK, (f - 4 / 29) * (3 * _NEAR_BLACK**2), f**3)
+    linear: np.ndarray = (t * _WHITE) @ _FROM_XYZ.T
+    return linear
 
 
 def ciede2000(lab1: np.ndarray, lab2: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ ACROSS, DOWN, SIDE = (0.0, 1.1), (-0.15, 0.85), 32
 # Where blush may lie.
 _NEAR_ACROSS, _NEAR_DOWN = (0.2, 0.85), (0.02, 0.65)
 _BLUR_PX = 1.5  # of the neutral face
+_UNLIKE_SKIN = 0.3  # what a node counts that is seen and unlike skin: blush, or hair
 _SKIN = 0.5  # of a node's likeness to skin, from which it is skin
 # How much a blush of opacity 1 covers, and how much of its own root it adds: measured on bare faces
 # by training/worn/bare_skin.py.
@@ -33,12 +34,14 @@ class Cheeks:
 
     roots: (40, 40, 3), of their shares of skin.  across, down: as of FaceFields.
     skin: 0..1, how far a node is skin that is seen.
+    visible: 0..1, how far it is seen, whatever its colour.
     """
 
     roots: np.ndarray
     across: np.ndarray
     down: np.ndarray
     skin: np.ndarray
+    visible: np.ndarray
 
     def cells(self) -> tuple[np.ndarray, np.ndarray]:
         """Where the nodes lie in a map of SIDE x SIDE cells, as float32 x and y."""
@@ -46,14 +49,25 @@ class Cheeks:
         y = (self.down - DOWN[0]) * (SIDE / (DOWN[1] - DOWN[0])) - 0.5
         return x.astype(np.float32), y.astype(np.float32)
 
+    def made_up(self) -> np.ndarray:
+        """(40, 40) what each node counts where blush is worn: strong blush is unlike skin."""
+        seen: np.ndarray = np.maximum(self.skin, _UNLIKE_SKIN * self.visible)
+        counted: np.ndarray = seen * self._where()
+        return counted
+
     def weights(self) -> np.ndarray:
-        """What each node counts: skin where blush may lie, and where bare faces are known."""
+        """(40, 40) what each node counts: skin where blush may lie."""
+        counted: np.ndarray = self.skin * self._where()
+        return counted
+
+    def _where(self) -> np.ndarray:
+        """(40, 40) bool: where blush may lie, and bare faces are known."""
         beside = np.abs(self.across)
         near = (beside > _NEAR_ACROSS[0]) & (beside < _NEAR_ACROSS[1])
         near &= (self.down > _NEAR_DOWN[0]) & (self.down < _NEAR_DOWN[1])
         known = cv2.remap(_bare()[..., 3], *self.cells(), cv2.INTER_LINEAR)
-        weights: np.ndarray = self.skin * near * (known > _SKIN)
-        return weights
+        there: np.ndarray = near & (known > _SKIN)
+        return there
 
     def mean(self) -> np.ndarray:
         """(3,) the mean root where blush may lie."""
@@ -78,7 +92,8 @@ def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     surface = made[0]
     soft = cv2.GaussianBlur(neutral.linear, (0, 0), _BLUR_PX)
     roots = neutral.roots(warp(soft, surface.grid.to_px, surface.grid.size_wh))
-    return Cheeks(roots, surface.across, surface.down, surface.visible * surface.likeness)
+    skin = surface.visible * surface.likeness
+    return Cheeks(roots, surface.across, surface.down, skin, surface.visible)
 
 
 @lru_cache(maxsize=1)

@@ -2,7 +2,8 @@
 
 A net sees shapes, such as a line along the lashes; colours beside plain skin separate makeup from
 the shade of a brow or a flush more steadily (logistic regression on labelled photos,
-training/worn/fit_colours.py). Both together are better than either.
+training/worn/fit_colours.py). Both together are better than either. Lipstick is told by the lips
+alone, laid flat (flat_lips.py).
 """
 
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.reference.cheeks import Cheeks, see_cheeks
 from makeup_video.pipeline.reference.fit_lips import seen_lips
 from makeup_video.pipeline.reference.flat_eyes import flat_eyes
+from makeup_video.pipeline.reference.flat_lips import FlatLips, flat_lips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 
 # The flat eyes are averaged over blocks of so many cells.
@@ -37,10 +39,12 @@ class Colours:
     eyes: np.ndarray | None
     lips: np.ndarray | None
     cheeks: Cheeks | None
+    flat_lips: FlatLips
 
     @classmethod
     def of(cls, neutral: NeutralFace) -> "Colours":
-        return cls(neutral, flat_eyes(neutral), seen_lips(neutral), see_cheeks(neutral))
+        eyes, lips, cheeks = flat_eyes(neutral), seen_lips(neutral), see_cheeks(neutral)
+        return cls(neutral, eyes, lips, cheeks, flat_lips(neutral))
 
     def logarithms(self) -> np.ndarray:
         """(226,) float64: logarithms of eyes by blocks, lips, cheeks and skin, and the skin's
@@ -59,8 +63,8 @@ class Colours:
         """(4,) of what is worn, in the order of WORN."""
         weights = _weights()
         numbers = with_distances(self.logarithms(), _bare())
-        odds: np.ndarray = weights[:, :-1] @ numbers + weights[:, -1]
-        return odds
+        others = weights[:, :-1] @ numbers + weights[:, -1]
+        return np.concatenate([[self.flat_lips.log_odds()], others])
 
 
 def areas(logarithms: np.ndarray) -> np.ndarray:
@@ -86,7 +90,7 @@ def with_distances(logarithms: np.ndarray, bare: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _weights() -> np.ndarray:
-    """(4, 239): of each number, and a constant."""
+    """(3, 239): of each number, and a constant, for all kinds but lipstick."""
     return read_array("worn_colours.npy").astype(np.float64)
 
 

@@ -5,15 +5,22 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from makeup_video.kernels.colour import to_xyz
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.cheeks import COVER, RESPONSE, Cheeks
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 _OPACITY = 0.5
 _LEAST_RED = 0.03  # by how much more red than green it leaves, in roots of shares of skin
+# By how much more blue than red it leaves a cheek that is no lighter than that: no light does both.
+_LEAST_BLUE, _MOST_LIT = 0.2, 0.03
+_DARKER = 0.02  # by how much a blue blush darkens at least
+_LUMINANCE = to_xyz(1)[1]  # of linear R, G, B of sRGB
+_OLIVE = 0.5  # less red than this for what it yellows would be an olive cheek
 _LEAST_WEIGHT = 0.5  # about ten nodes of skin
 _KIND = KINDS["blush"]
 
@@ -22,16 +29,19 @@ def fit_blush(
     neutral: NeutralFace, cheeks: Cheeks | None, shape: Mapping[str, float]
 ) -> list[Layer]:
     """A blush of a given shape with the colour that fits; none where no cheek is seen."""
-    roots = None if cheeks is None else _colour(cheeks, shape, 1 / np.sqrt(neutral.skin))
+    skin = TypicalSkin.of(neutral)
+    roots = None
+    if cheeks is not None:
+        roots = _colour(replace(cheeks, roots=skin.roots(cheeks.roots)), shape, skin.most())
     if roots is None:
         return []
-    worn = product(neutral.codes(roots), _KIND.first_finish, _KIND.part)
+    worn = product(skin.codes(roots), _KIND.first_finish, _KIND.part)
     return [Layer("blush", replace(worn, opacity=_OPACITY), dict(shape))]
 
 
 def _colour(cheeks: Cheeks, shape: Mapping[str, float], most: np.ndarray) -> np.ndarray | None:
     """(3,) roots of the product, by weighted least squares over the nodes."""
-    film, weights = cheeks.film(), cheeks.weights()
+    film, weights = cheeks.film(), cheeks.made_up()
     dense = _OPACITY * density(cheeks, shape)
     added = dense * film.response
     weight = float((weights * added * added).sum())
@@ -44,14 +54,18 @@ def _colour(cheeks: Cheeks, shape: Mapping[str, float], most: np.ndarray) -> np.
 
 
 def _as_blush(roots: np.ndarray, bare: np.ndarray, most: np.ndarray) -> np.ndarray | None:
-    """A colour that reddens and never lightens; None for one that does not redden.
+    """A colour that reddens, or is clearly blue or violet, and never lightens; None for others.
 
     Cheeks in strong light are paler than plain skin; painted as they are, they would be chalk.
     """
     change = RESPONSE * roots - COVER * bare
-    change = change - max(float(change.max()), 0.0)
-    if change[0] - change[1] < _LEAST_RED:
-        return None
+    lighter = float(change @ _LUMINANCE)
+    if lighter <= _MOST_LIT and change[2] > max(float(change[0]) + _LEAST_BLUE, 0.0):
+        change = change - max(lighter + _DARKER, 0.0)
+    else:
+        change = change - max(lighter, float(change.max()) / 2, 0.0)
+        if change[0] - change[1] < max(_LEAST_RED, (change[1] - change[2]) * _OLIVE):
+            return None
     within: np.ndarray = np.clip((COVER * bare + change) / RESPONSE, 0, most)
     return within
 

@@ -15,14 +15,15 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.film import Film
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 # Bare lips, and how lipstick of opacity 1 shows on them, as training/worn/bare_skin.py measures.
 FILM = Film(np.array([0.771, 0.639, 0.716]), np.array(0.93), np.array(0.925))
 _CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least number of such px
 _CONTRAST = 0.35  # of roots between a lipstick and bare lips, from which on it is opaque
 _LEAST_OPAQUE, _MOST_OPAQUE = 0.35, 0.95
-_MOST_REFLECTION = 0.15
-_SHINE = 0.1  # what gloss 1 adds to the roots of the lips' median
+_MOST_REFLECTION = 0.05
+_SHINE = 0.07  # what gloss 1 adds to the roots of the lips' median
 
 
 def seen_lips(neutral: NeutralFace) -> np.ndarray | None:
@@ -49,8 +50,9 @@ def fit_lips(
     contrast = float(np.linalg.norm(seen - FILM.bare))
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPAQUE), _MOST_OPAQUE)
     gloss, reflection = lips.gloss, min(lips.reflection, _MOST_REFLECTION)
-    roots = FILM.product_for(seen - _SHINE * min(gloss, 1) * opacity, opacity)
-    rgb = neutral.codes(np.clip(roots, 0, 1 / np.sqrt(neutral.skin)))
+    skin = TypicalSkin.of(neutral)
+    matte = skin.roots(seen) - _SHINE * min(gloss, 1) * opacity
+    rgb = skin.codes(np.clip(FILM.product_for(matte, opacity), 0, skin.most()))
     finish = nearest_finish(opacity, gloss, lips.gloss_roughness, reflection, shimmers=False)
     worn = replace(
         product(rgb, finish, "lips"), opacity=round(opacity, 3), gloss=gloss,

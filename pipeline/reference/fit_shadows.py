@@ -19,6 +19,7 @@ from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.film import Film, bounded
 from makeup_video.pipeline.reference.flat_eyes import density
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 # What is tried, in the order of painting: of each place one shape, or none. The last lies below the
 # eye.
@@ -70,7 +71,8 @@ def fit_shadows(
         return []
     shine = lid.opacity, lid.gloss, lid.gloss_roughness, lid.reflection
     finish = nearest_finish(*shine, "eyes", shimmers=False)
-    most = 1 / np.sqrt(neutral.skin)
+    skin = TypicalSkin.of(neutral)
+    seen, most = skin.roots(seen), skin.most()
     chosen = _choose(seen, most, _SHAPES if probability >= _LIKELY else _SHAPES[:-1])
     chosen, roots = _without_white(seen, chosen, most)
     if not chosen:
@@ -78,7 +80,7 @@ def fit_shadows(
     opacities = [_opacity(shape, root) for shape, root in zip(chosen, roots, strict=True)]
     _, roots = _fit(seen, chosen, opacities, most)
     return [
-        _layer(shape, neutral.codes(root), opacity, finish)
+        _layer(shape, skin.codes(root), opacity, finish)
         for shape, root, opacity in zip(chosen, roots, opacities, strict=True)
     ]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
+from makeup_video.kernels.colour import SRGB, to_linear
 from makeup_video.pipeline.faces.face import Face, iod_px, moved
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.frames.affine import invert
@@ -45,12 +45,6 @@ class NeutralFace:
         """Linear colours (..., 3) -> the square roots of their shares of skin, as films mix."""
         roots: np.ndarray = np.sqrt(np.maximum(linear / self.skin, _FAINTEST))
         return roots
-
-    def codes(self, roots: np.ndarray) -> tuple[float, float, float]:
-        """The colour of a product, R'G'B' codes 0..255, from (3,) roots of shares of skin."""
-        linear = np.clip(roots * roots * self.skin, 0, 1)
-        red, green, blue = (255 * to_encoded(linear, SRGB)).clip(0, 255).round(3).tolist()
-        return red, green, blue
 
 
 def neutral_face(rgb8: np.ndarray, face: Face, light: SceneLight) -> NeutralFace:

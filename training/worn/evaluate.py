@@ -55,7 +55,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("net", type=Path)
     parser.add_argument("sets", type=Path, nargs="+")
+    parser.add_argument("--ratio", nargs=2, action="append", default=[], metavar=("LABEL", "RATIO"),
+                        help="of the net's scale to the colours', if not to be fitted")  # fmt: skip
     options = parser.parse_args()
+    ratios = {name: float(ratio) for name, ratio in options.ratio}
     packed = [np.load(path) for path in options.sets]
     labels = np.concatenate([data["labels"] for data in packed])
     by_net = log_odds(options.net, np.concatenate([data["inputs"] for data in packed]))
@@ -66,7 +69,11 @@ def main() -> None:
         if not worn.any() or worn.all():
             continue
         scores = np.stack([by_net[known, column], by_colours[known, column]], 1)
-        *scales, shift = calibrated(scores, worn)
+        if name in ratios:
+            scale, shift = calibrated(scores @ [[ratios[name]], [1.0]], worn)
+            scales = [scale * ratios[name], scale]
+        else:
+            *scales, shift = calibrated(scores, worn)
         both = scores @ scales + shift
         print(f"{name:7s} {worn.sum():4d} worn, {(~worn).sum():4d} bare; scales "
               f"{scales[0]:.3f} (net), {scales[1]:.3f} (colours), shift {shift:.3f}")  # fmt: skip

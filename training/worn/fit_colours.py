@@ -1,10 +1,10 @@
-"""Fits the logistic model that reads from the colours of a face which kinds of makeup it wears.
+"""Fits the logistic models that read from the colours of a face which kinds of makeup it wears.
 
     python -m makeup_video.training.worn.fit_colours --faces DIR --out pipeline/weights
 
 DIR has folders `portraits` and `wild` with worn.csv, as of worn/prepare.py. Writes
-bare_colours.npy, what areas of bare faces look like, and worn_colours.npy: by kind a weight for
-each number, and a constant.
+bare_colours.npy and bare_lips.npy, what areas of bare faces and lips look like; worn_lips.npy, for
+lipstick a weight for each number, and a constant; worn_colours.npy, the same by further kind.
 """
 
 import argparse
@@ -12,28 +12,33 @@ from pathlib import Path
 
 import numpy as np
 from makeup_video.pipeline.reference.colours import Colours, areas, with_distances
+from makeup_video.pipeline.reference.flat_lips import middles
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.training.worn.prepare import LABELS, labelled_faces
 from makeup_video.training.worn.scores import UNKNOWN, logistic
 
 SETS = ("wild", "portraits")
-RIDGE = 300.0  # of weights for numbers of variance 1: tried on photos between 30 and 1000
+# Of weights for numbers of variance 1: tried on photos between 30 and 1000.
+RIDGE, LIPS_RIDGE = 300.0, 100.0
 # By area: the kinds without which it is bare.
 _BARE_WITHOUT = (("lips",), ("blush",), *(("shadow", "liner"),) * 4)
 _LEAST_SPREAD = 1e-3  # of logarithms
 
 
-def read(folder: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Logarithms (N, 226) and labels (N, 4) of the largest face of each picture."""
-    numbers, labels = [], []
+def read(folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Logarithms (N, 226), numbers of the lips (N, 102) and labels (N, 4) of the largest face of
+    each picture."""
+    numbers, lips, labels = [], [], []
     for name in SETS:
         for rgb8, face, known in labelled_faces(folder / name):
             neutral = neutral_face(rgb8, face, photo_light(rgb8, face))
-            numbers.append(Colours.of(neutral).logarithms())
+            colours = Colours.of(neutral)
+            numbers.append(colours.logarithms())
+            lips.append(colours.flat_lips.numbers())
             labels.append(known)
         print(f"{name}: {len(numbers)} faces so far", flush=True)
-    return np.array(numbers), np.array(labels)
+    return np.array(numbers), np.array(lips), np.array(labels)
 
 
 def bare_areas(logarithms: np.ndarray, labels: np.ndarray) -> np.ndarray:
@@ -42,10 +47,20 @@ def bare_areas(logarithms: np.ndarray, labels: np.ndarray) -> np.ndarray:
     rows12 = []
     for number, names in enumerate(_BARE_WITHOUT):
         is_bare = (labels[:, [columns.index(name) for name in names]] == 0).all(1)
-        seen = areas(logarithms[is_bare])[:, number]
-        inverse = np.linalg.inv(np.cov(seen.T) + _LEAST_SPREAD * np.eye(3))
-        rows12.append(np.concatenate([np.median(seen, axis=0), inverse.ravel()]))
+        rows12.append(_spread(areas(logarithms[is_bare])[:, number]))
     return np.array(rows12, np.float32)
+
+
+def bare_lips(lips: np.ndarray, labels: np.ndarray) -> np.ndarray:
+    """(4, 12) of away_from_bare, from the faces without lipstick."""
+    seen = middles(lips[labels[:, 0] == 0])
+    return np.array([_spread(block) for block in np.moveaxis(seen, 1, 0)], np.float32)
+
+
+def _spread(colours: np.ndarray) -> np.ndarray:
+    """(12,): the median of colours (N, 3), and the inverse of their covariance."""
+    inverse = np.linalg.inv(np.cov(colours.T) + _LEAST_SPREAD * np.eye(3))
+    return np.concatenate([np.median(colours, axis=0), inverse.ravel()])
 
 
 def fit(numbers: np.ndarray, is_worn: np.ndarray, ridge: float = RIDGE) -> np.ndarray:
@@ -67,13 +82,18 @@ def main() -> None:
     parser.add_argument("--faces", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
-    logarithms, labels = read(options.faces)
-    bare, fitted = bare_areas(logarithms, labels), []
+    logarithms, lips, labels = read(options.faces)
+    bare = bare_areas(logarithms, labels)
     np.save(options.out / "bare_colours.npy", bare)
+    np.save(options.out / "bare_lips.npy", bare_lips(lips, labels))
+    known, worn = labels != UNKNOWN, labels == 1
+    lipstick = fit(lips[known[:, 0]], worn[known[:, 0], 0], LIPS_RIDGE)
+    np.save(options.out / "worn_lips.npy", lipstick.astype(np.float32))
     numbers = with_distances(logarithms, bare)
-    for column in range(len(LABELS)):
-        known = labels[:, column] != UNKNOWN
-        fitted.append(fit(numbers[known], labels[known, column] == 1))
+    fitted = [
+        fit(numbers[here], is_worn[here])
+        for here, is_worn in list(zip(known.T, worn.T, strict=True))[1:]
+    ]
     np.save(options.out / "worn_colours.npy", np.array(fitted, np.float32))
 
 

@@ -1,0 +1,135 @@
+"""Lays the lips flat, with the skin around them, and reads from them whether lipstick is worn.
+
+A column is a place along the lips, a row a share of a lip's height: of the upper lip from the skin
+above to the opening, then of the lower lip from the opening to the skin below. So colours, borders
+and evenness of different mouths may be compared cell by cell, and a logistic model of them
+(training/worn/fit_colours.py) tells lipstick from a flush better than one colour of all the lips.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.frames.sampling import remap
+from makeup_video.pipeline.reference.neutral_face import NeutralFace
+
+COLUMNS = 16
+# Contours from one corner of the mouth to the other: outside and inside, of both lips.
+_UPPER = (
+    (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291),
+    (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308),
+)
+_LOWER = (
+    (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291),
+    (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308),
+)
+# Rows of one lip, in shares of its height from the outer contour: on the skin, and on the lip.
+_ROWS = np.concatenate([np.linspace(-0.9, -0.1, 5), np.linspace(0.08, 0.92, 7)])
+_LEAST_HEIGHT = 0.13  # of the mouth's width: of thin lips, for the rows on the skin
+_BLUR_PX = 0.7  # of the neutral face
+_DARKEST = 0.03
+# Blocks of rows of one lip, and of columns of one half.
+_BLOCKS = (slice(0, 2), slice(2, 5), slice(5, 7), slice(7, 10), slice(10, 12))
+_HALVES = (slice(0, 3), slice(3, 5), slice(5, 8))
+# Blocks in the middle of the lips: of the upper one, outer and inner, and of the lower one.
+_MIDDLES = (8, 11, 23, 26)
+# Distance that few bare lips exceed, and what each unit beyond it adds to the log-odds.
+_FURTHEST_BARE, _FOR_UNLIKE = 4.0, 3.0
+_LIPS = slice(5, 19)  # rows that lie on the lips
+_BORDERS = (slice(1, 8), slice(16, 23))  # rows about the upper and the lower border
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlatLips:
+    """roots: (24, 16, 3), of the shares of skin.  shape: (3,) height of the opening, of the upper
+    and of the lower lip, in widths of the mouth."""
+
+    roots: np.ndarray
+    shape: np.ndarray
+
+    def numbers(self) -> np.ndarray:
+        """(102,) float64: lightness and two differences of channels for each block, how uneven the
+        lips are, how sharp their borders, and their shape; the same for the mirror image."""
+        logs = np.log(np.maximum((self.roots + self.roots[:, ::-1]) / 2, _DARKEST))
+        rows24 = [*_BLOCKS, *(slice(24 - rows.stop, 24 - rows.start) for rows in _BLOCKS)]
+        blocks = np.array([logs[rows, half].mean((0, 1)) for rows in rows24 for half in _HALVES])
+        red, green, blue = blocks.T
+        lips = logs[_LIPS]
+        hues = lips[..., 0] - lips[..., 1], lips[..., 2] - lips[..., 1]
+        redness, lightness = logs[..., 0] - logs[..., 1], logs.mean(-1)
+        return np.concatenate([
+            np.stack([blocks.mean(1), red - green, blue - green], 1).ravel(),
+            lips.std((0, 1)), [hue.std() for hue in hues],
+            [_sharpness(part[rows]) for part in (redness, lightness) for rows in _BORDERS],
+            self.shape,
+        ])  # fmt: skip
+
+    def log_odds(self) -> float:
+        """That lipstick is worn. No labelled lips are blue or green, so a colour that no bare lips
+        have counts by its distance from theirs."""
+        numbers, weights = self.numbers(), _weights()
+        unlike = _FOR_UNLIKE * max(away_from_bare(numbers, _bare()) - _FURTHEST_BARE, 0.0)
+        return float(weights[:-1] @ numbers + weights[-1]) + unlike
+
+
+def middles(numbers: np.ndarray) -> np.ndarray:
+    """(..., 102) of numbers() -> (..., 4, 3): blocks in the middle of both lips."""
+    return np.stack([numbers[..., 3 * block : 3 * block + 3] for block in _MIDDLES], -2)
+
+
+def away_from_bare(numbers: np.ndarray, bare: np.ndarray) -> float:
+    """How far three of the lips' four middle blocks are at least from those of bare lips
+    (Mahalanobis 1936); the fourth may be a highlight or a shadow.
+
+    numbers: (102,).  bare: (4, 12), of each block the mean and the inverse covariance.
+    """
+    off, inverse = middles(numbers) - bare[:, :3], bare[:, 3:].reshape(-1, 3, 3)
+    squares = np.einsum("bi,bij,bj->b", off, inverse, off)
+    return float(np.sqrt(max(np.sort(squares)[1], 0.0)))
+
+
+def flat_lips(neutral: NeutralFace) -> FlatLips:
+    """The lips of a face in neutral light."""
+    soft = cv2.GaussianBlur(neutral.linear, (0, 0), _BLUR_PX)
+    points = neutral.face.points_px[:, :2].astype(np.float32)
+    width = float(np.linalg.norm(points[61] - points[291]))
+    lines = [[_line(points[list(ids)]) for ids in lip] for lip in (_UPPER, _LOWER)]
+    upper, lower = (_lip(soft, outer, inner, width) for outer, inner in lines)
+    gaps = [lines[0][1], lines[1][1]], lines[0], lines[1]
+    shape = [np.linalg.norm(one - other, axis=1).mean() / width for one, other in gaps]
+    return FlatLips(neutral.roots(np.concatenate([upper, lower[::-1]])), np.array(shape))
+
+
+def _line(contour: np.ndarray) -> np.ndarray:
+    """(11, 2) points -> (16, 2), evenly between the corners."""
+    at = np.linspace(0.6, 9.4, COLUMNS)
+    return np.stack([np.interp(at, np.arange(11), contour[:, axis]) for axis in (0, 1)], 1)
+
+
+def _lip(linear: np.ndarray, outer: np.ndarray, inner: np.ndarray, width: float) -> np.ndarray:
+    """(12, 16, 3): a lip and the skin beyond its outer contour."""
+    inward = inner - outer
+    height = np.linalg.norm(inward, axis=1, keepdims=True)
+    on_skin = inward / np.maximum(height, 1e-3) * np.maximum(height, _LEAST_HEIGHT * width)
+    rows = _ROWS[:, None, None]
+    places = (outer + rows * np.where(rows < 0, on_skin, inward)).astype(np.float32)
+    return remap(linear, places.reshape(-1, 2).T).reshape(len(_ROWS), COLUMNS, 3)
+
+
+def _sharpness(border: np.ndarray) -> float:
+    """The mean over the columns of the largest step between rows."""
+    return float(np.abs(np.diff(border, axis=0)).max(0).mean())
+
+
+@lru_cache(maxsize=1)
+def _weights() -> np.ndarray:
+    """(103,): of each number, and a constant."""
+    return read_array("worn_lips.npy").astype(np.float64)
+
+
+@lru_cache(maxsize=1)
+def _bare() -> np.ndarray:
+    """(4, 12), as of away_from_bare."""
+    return read_array("bare_lips.npy").astype(np.float64)

@@ -1,0 +1,58 @@
+"""Takes the colours of a face to typical skin, so that makeup stands out on others as in the photo.
+
+What people see of makeup is how it differs from skin, in CIELAB. How light skin is in a photo
+depends as much on the exposure as on the person, and its hue as much on the light; so most of what
+sets a photo's skin apart from typical skin is taken to be light.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from makeup_video.kernels.colour import SRGB, to_encoded
+from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
+from makeup_video.pipeline.reference.neutral_face import NeutralFace
+
+# Plain skin of people in photos of makeup, in neutral light, the median: linear R, G, B.
+TYPICAL = (0.753, 0.48, 0.374)
+# How much of the difference from typical skin is the person's, of L*, a* and b*: tried on photos
+# between 0 and 1.
+_OWN = (0.4, 0.2, 0.2)
+_BRIGHT = 1.5  # colours down to one part in so much of the skin's L* show all of the light's hue
+_FAINTEST = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TypicalSkin:
+    """Skin (3,), linear R, G, B, that stands for that of a photo, whose own is `seen`."""
+
+    linear: np.ndarray
+    seen: np.ndarray
+
+    @classmethod
+    def of(cls, neutral: NeutralFace) -> "TypicalSkin":
+        typical = lab_of_linear(np.array(TYPICAL))
+        own = np.array(_OWN) * (lab_of_linear(neutral.skin) - typical)
+        return cls(np.maximum(linear_of_lab(typical + own), _FAINTEST), neutral.skin)
+
+    def roots(self, roots: np.ndarray) -> np.ndarray:
+        """Roots of shares of the photo's skin (..., 3) -> of this skin: as different in CIELAB.
+
+        The darker a colour is, the less it shows the hue of the light: black stays black.
+        """
+        lab, skin = lab_of_linear(roots * roots * self.seen), lab_of_linear(self.seen)
+        moved = np.repeat(np.clip(_BRIGHT * lab[..., :1] / skin[0], 0, 1), 3, axis=-1)
+        moved[..., 0] = 1
+        here = linear_of_lab(lab + moved * (lab_of_linear(self.linear) - skin))
+        shares: np.ndarray = np.sqrt(np.maximum(here, _FAINTEST) / self.linear)
+        return shares
+
+    def most(self) -> np.ndarray:
+        """(3,) the roots of white."""
+        white: np.ndarray = 1 / np.sqrt(self.linear)
+        return white
+
+    def codes(self, roots: np.ndarray) -> tuple[float, float, float]:
+        """The colour of a product, R'G'B' codes 0..255, from (3,) roots of shares of this skin."""
+        linear = np.clip(roots * roots * self.linear, 0, 1)
+        red, green, blue = (255 * to_encoded(linear, SRGB)).clip(0, 255).round(3).tolist()
+        return red, green, blue

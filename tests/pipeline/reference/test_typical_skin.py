@@ -1,0 +1,57 @@
+"""Colours beside the skin of a photo, and beside typical skin."""
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.kernels.colour import SRGB, to_encoded
+from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
+from makeup_video.pipeline.reference.neutral_face import neutral_face
+from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.pipeline.reference.typical_skin import TYPICAL, TypicalSkin
+from people import portrait
+from reference_photos import face
+
+LIGHT = st.tuples(*[st.floats(0.02, 1)] * 3).map(np.array)
+
+
+def skin_of(linear):
+    neutral = neutral_face(portrait(), face(), photo_light(portrait(), face()))
+    return TypicalSkin.of(replace(neutral, skin=np.asarray(linear)))
+
+
+@given(LIGHT)
+def test_skin_stays_skin(seen):
+    np.testing.assert_allclose(skin_of(seen).roots(np.ones(3)), 1, atol=1e-6)
+
+
+@given(LIGHT)
+def test_typical_skin_leaves_colours_as_they_are(roots):
+    np.testing.assert_allclose(skin_of(TYPICAL).roots(roots), roots, atol=0.01)
+
+
+@given(LIGHT)
+def test_skin_is_taken_nearer_to_typical_skin(seen):
+    here, typical = lab_of_linear(skin_of(seen).linear), lab_of_linear(np.array(TYPICAL))
+    before = np.abs(lab_of_linear(seen) - typical)
+    assert (np.abs(here - typical) <= before + 1e-6).all()
+
+
+@given(LIGHT, LIGHT)
+def test_what_is_darker_than_skin_stays_darker(seen, share):
+    skin = skin_of(seen)
+    lightness = lab_of_linear(skin.roots(np.sqrt(share)) ** 2 * skin.linear)[0]
+    assert lightness <= lab_of_linear(skin.linear)[0] + 1e-6
+
+
+@given(LIGHT)
+def test_codes_are_the_inverse_of_roots(linear):
+    skin = skin_of((0.5, 0.3, 0.2))
+    codes = skin.codes(np.sqrt(linear / skin.linear))
+    np.testing.assert_allclose(codes, 255 * to_encoded(linear, SRGB), atol=2e-3)
+
+
+@given(LIGHT)
+def test_lab_returns_to_linear_light(linear):
+    np.testing.assert_allclose(linear_of_lab(lab_of_linear(linear)), linear, atol=1e-9)
