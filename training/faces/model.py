@@ -5,10 +5,10 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-# Log-odds by which a px must lie outside the mouth opening to be painted. Chosen on the mouths
-# outlined by hand: of 0, 0.5 and 1, this margin halves the painted part of the teeth and takes
-# little of the lips.
-OPENING_MARGIN = 0.0
+# Log-odds by which a px must lie outside the mouth opening to be painted. With 0.5 the net paints as
+# much of the lips beside the opening of measured photos as careful outlines of them do (79 %);
+# with 0 it paints 5 % more of them, and half as much again of what lies between the lips.
+OPENING_MARGIN = 0.5
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
 # fast as depthwise ones, and they train in bfloat16 where depthwise ones do not.

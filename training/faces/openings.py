@@ -54,9 +54,10 @@ class Openings:
         filled = np.zeros((*opening.shape, 3), np.float32)
         filled[y : y + h, x : x + w] = cv2.resize(texture, (w, h), interpolation=cv2.INTER_LINEAR)
         filled *= shade_of_lips(wider, rng)[..., None] * np.float32(2 ** rng.normal(0, 0.35))
-        drawn = rgb8 + wider[..., None] * (filled - rgb8)
-        mask[..., 1] = np.maximum(opening, np.rint(wider * 255).astype(np.uint8))
-        return drawn.clip(0, 255).astype(np.uint8)
+        share = np.rint(wider * 255).astype(np.uint8)
+        drawn = rgb8 + (share[..., None] / np.float32(255)) * (filled - rgb8)
+        mask[..., 1] = np.maximum(opening, share)
+        return np.rint(drawn).clip(0, 255).astype(np.uint8)
 
 
 def without_gaps(rgb8: np.ndarray, known: np.ndarray) -> np.ndarray:
