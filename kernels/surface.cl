@@ -236,7 +236,7 @@ SURFACE_STEP void surface_odds(
                  CONTOUR_SHARE * surface_clamp8(inside, -CONTOUR_MOST, CONTOUR_MOST) +
                  (rim > 0.0f ? (float8)0.0f : (float8)WIDER);
     PUT(out + at, surface_min8(sum, LIMIT_STEEPNESS * (inside + reach)));
-    PUT(out + RIM_AT + at, OVER_SEAM * surface_min8(rim, 0.0f));
+    PUT(out + RIM_AT + at, rim > 0.0f ? ONTO_LIP * rim : OVER_SEAM * rim);
 }
 
 /* Reads the linear luminance of eight pixels of a grid in two rows. Chroma has no detail finer than

@@ -43,7 +43,9 @@ LIMIT_STEEPNESS = 3.0  # odds per px beyond the contours' reach
 CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.0
 WIDER = 0.25
 RIM_START = 0.8  # twice the way from border to opening where the rim begins
-OVER_SEAM = 0.3  # of half the edge: how far the edge is pushed over the line where shut lips meet
+# Of half the edge: how far the edge is pushed over the line where shut lips meet, and onto the lips
+# where the mouth is open. Of photos, 0.5 is where 2.5 % of the lips' area is painted between them.
+OVER_SEAM, ONTO_LIP = 0.3, 0.5
 
 # The lids: first column and step of the grid, in widths of the eye.
 LID_LEFT, LID_STEP = -0.92, 2.17 / 47
@@ -148,6 +150,7 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "WIDER": WIDER,
         "RIM_START": RIM_START,
         "OVER_SEAM": OVER_SEAM,
+        "ONTO_LIP": ONTO_LIP,
         "LID_LEFT": LID_LEFT,
         "LID_STEP": LID_STEP,
         "LID_STEEPEST": LID_STEEPEST,

@@ -44,7 +44,6 @@ _STRAYED = 0.2
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
 _SHRUNK = 0.3  # log scale in MESH_SECONDS: more than any face changes
 _CORRECTION = 0.3  # share of the way to the mesh net's pose; a full step would jolt the crops
-_ROUGHLY = 8  # steps to an IOD of the grid on which a face lies that is read anew
 _SAME_FACE = 0.6  # IOD between the centres of two poses of one face
 _PART_OF_FACE = 1.15, 0.7  # IOD of the larger face, and ratio of sizes: a mouth taken for a face
 # Mean distance, in IOD, between the points of a crop and of the same crop mirrored. 99 % of faces
@@ -145,42 +144,13 @@ def relocate(
 
     The lip and eye nets read every frame, at the place that the face's motion leads to. The mesh
     net runs now and then: it reads the other points, and checks that this still is a face. In
-    between, the other points move along. verify: read all of the face anew, and check the mirrored
-    crop, too.
+    between, the other points move along. verify: check the mirrored crop, too.
     """
-    if verify:
-        return _read_anew(nets, picture, before, seconds)
-    is_due = before.moved > _FAST or _slot(seconds) != _slot(before.meshed_seconds)
-    found = _follow(nets, picture, before, seconds if is_due else None)
+    is_due = verify or before.moved > _FAST or _slot(seconds) != _slot(before.meshed_seconds)
+    found = _follow(nets, picture, before, seconds if is_due else None, verify)
     if found is not None and not is_due and _is_odd(before, found):
-        found = _follow(nets, picture, before, seconds)
+        found = _follow(nets, picture, before, seconds, verify)
     return found
-
-
-def _read_anew(
-    nets: FaceNets, picture: Picture, before: FaceLandmarks, seconds: float
-) -> FaceLandmarks | None:
-    """The same face a frame later, read from the picture and from roughly where the face lies.
-
-    So two runs that follow the face from different frames on find the same points here, and go on
-    alike. The mirrored crop is checked, too.
-    """
-    expected = CropLayout(expected_pose(before), (0j, 0j, 0j)).rounded(_ROUGHLY).pose
-    checked = _read_mesh_again(nets, picture, expected, verify=True)
-    if checked is None:
-        return None
-    mesh, _ = checked
-    xy = mesh.xy
-    for _ in range(2):
-        layout = nets.crop_layout(xy).rounded()
-        parts = nets.read_parts(picture, layout)
-        xy[nets.part_points] = parts.xy
-    step = _step_between(before.centres, parts.centres)
-    moved = distance(before.pose, step.after(before.pose))
-    return FaceLandmarks(
-        xy, mesh.z, mesh.scores, nets.fit_pose(xy), parts.lips, layout, parts.centres, seconds,
-        step, moved,
-    )  # fmt: skip
 
 
 def _slot(seconds: float) -> float:
@@ -222,6 +192,7 @@ def _follow(
     picture: Picture,
     before: FaceLandmarks,
     mesh_seconds: float | None,
+    verify: bool,
 ) -> FaceLandmarks | None:
     """mesh_seconds: the time, when the mesh net is to run; None: the other points move along."""
     layout = _expected_layout(before)
@@ -231,7 +202,7 @@ def _follow(
         xy, z, scores = step.apply(before.xy), before.z, before.scores
         pose, meshed_seconds = step.after(before.pose), before.meshed_seconds
     else:
-        checked = _read_mesh_again(nets, picture, layout.pose)
+        checked = _read_mesh_again(nets, picture, layout.pose, verify)
         if checked is None:
             return None
         mesh, is_where_expected = checked
@@ -287,14 +258,14 @@ def _steady(before: FaceLandmarks, layout: CropLayout) -> CropLayout:
 
 
 def _read_mesh_again(
-    nets: FaceNets, picture: Picture, expected: Similarity, verify: bool = False
+    nets: FaceNets, picture: Picture, expected: Similarity, verify: bool
 ) -> tuple[Mesh, bool] | None:
     """The mesh, and whether the face is where it was expected; None when it no longer looks
     like a face."""
     mesh = nets.read_mesh(picture, expected)
     pose = nets.fit_pose(mesh.xy)
     is_where_expected = distance(expected, pose) < _MOVED_FAR
-    if verify or not is_where_expected:
+    if not is_where_expected:
         mesh = nets.read_mesh(picture, pose)
         pose = nets.fit_pose(mesh.xy)
     resized = abs(math.log(max(iod_of(pose), 1e-6) / iod_of(expected)))

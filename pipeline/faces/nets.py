@@ -80,13 +80,13 @@ class CropLayout(NamedTuple):
         furthest = max(max(abs(shift.real), abs(shift.imag)) for shift in shifts)
         return max(furthest / iod_of(self.pose), distance(self.pose, other.pose))
 
-    def rounded(self, steps: int = _LAYOUT_STEPS) -> "CropLayout":
-        """This layout on a grid, whose step is a power of two and at most 1/steps IOD.
+    def rounded(self) -> "CropLayout":
+        """This layout on a grid, whose step is a power of two and at most 1/64 IOD.
 
         Two runs that follow a face from different frames on differ by less. From one grid, the nets
         read the same numbers, and the runs no longer differ.
         """
-        step = 2.0 ** math.floor(math.log2(max(iod_of(self.pose), 1.0) / steps))
+        step = 2.0 ** math.floor(math.log2(max(iod_of(self.pose), 1.0) / _LAYOUT_STEPS))
         turn, shift, *centres = (
             complex(round(number.real / step), round(number.imag / step)) * step
             for number in (*self.pose, *self.centres)

@@ -16,7 +16,8 @@ from skimage.color import xyz2lab
 
 # The sample, whose true points are known; faces as the product finds them
 FILM = SAMPLES / "in.mp4"
-OPEN_MOUTHS = (60, 100, 110, 193, 200)
+GAPING_MOUTHS = (193, 200)
+OPEN_MOUTHS = (60, 100, 110, *GAPING_MOUTHS)
 WORN = Look(
     lips=finished((180, 0, 46), "matte"), eyes=finished((0, 60, 160), "matte", "eyes"), zone="full"
 )

@@ -46,8 +46,8 @@ class LipsSurface:
     """Lips, ready to be painted; (H, W) float32 on the patch, (H/2, W/2) on the coarse grid.
 
     grid: where the coarse grid lies on the frame.  odds: (H, W) log-odds of lipstick, limited to
-    the contours' neighbourhood.  rim: (H, W), by how many half widths of the edge it is pushed over
-    the line where shut lips meet: -0.3 there, 0 at an open mouth and at the outer border.
+    the contours' neighbourhood.  rim: (H, W), by how many half widths of the edge it is pushed
+    inwards: 0.5 at the rim of an open mouth, -0.3 where shut lips meet, 0 at the outer border.
     normals: (2, H/2, W/2), x and y.
     upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
     boxes: of the patch, where weight was found by softness.
@@ -97,8 +97,8 @@ class LipsSurface:
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
 
-        1 on the lips, 0 beyond their edge, half at their border. Where shut lips meet the edge is
-        pushed over the seam.
+        1 on the lips, 0 beyond their edge. At an open mouth most of the edge is on the lips, at a
+        shut one it is pushed over the seam.
         """
         x, y, wide, high = self._box(softness)
         left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)

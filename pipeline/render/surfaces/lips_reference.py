@@ -9,6 +9,7 @@ from makeup_video.kernels.surface import (
     FULLER,
     FULLER_CHANGE,
     LIMIT_STEEPNESS,
+    ONTO_LIP,
     OVER_SEAM,
     REACH,
     RIM_START,
@@ -52,7 +53,7 @@ def lips_surface(face: Face) -> LipsSurface | None:
     odds += np.float32(CONTOUR_SHARE) * np.clip(inside, -CONTOUR_MOST, CONTOUR_MOST)
     odds += np.float32(WIDER) * (opening <= 0)
     np.minimum(odds, LIMIT_STEEPNESS * (inside + reach), out=odds)
-    rim = OVER_SEAM * np.minimum(opening, np.float32(0))
+    rim = np.where(opening > 0, ONTO_LIP, OVER_SEAM).astype(np.float32) * opening
     grid = Grid.at(place.to_px, upper.shape)
     return LipsSurface(face, grid, odds, rim, normals, upper)
 
