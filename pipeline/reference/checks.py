@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from makeup_video.pipeline.errors import PhotoError, SeveralFacesError
 from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.lip_mask import lip_mask
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.faces.topology import EYE_CORNERS, FACE_OVAL, LIPS
@@ -54,6 +55,15 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
             rivals,
         )
     return faces[0]
+
+
+def faces_within(rgb8: np.ndarray) -> tuple[Face, ...]:
+    """The faces of a photo whose lips lie in it, largest first; all faces when there is none.
+
+    rgb8: (H, W, 3) uint8, encoded R'G'B'. A neighbour whom the photo cuts off is not meant.
+    """
+    faces = find_faces(rgb8)
+    return tuple(face for face in faces if is_inside(rgb8, face, LIPS)) or faces
 
 
 def check_face(rgb8: np.ndarray, face: Face) -> None:

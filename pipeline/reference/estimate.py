@@ -15,7 +15,6 @@ import numpy as np
 from makeup_video.pipeline.engine.machine import READ_PHOTO, check_memory, give_back_memory
 from makeup_video.pipeline.errors import PhotoError, SeveralFacesError, UsageError, option
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.frames.views import RgbPicture, check_rgb8
 from makeup_video.pipeline.images.photo_file import read_photo
@@ -23,7 +22,12 @@ from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish, part_i
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.reference.checks import check_face, choose_face, is_inside
+from makeup_video.pipeline.reference.checks import (
+    check_face,
+    choose_face,
+    faces_within,
+    is_inside,
+)
 from makeup_video.pipeline.reference.colours import Colours
 from makeup_video.pipeline.reference.crops import CROPS, NUMBERS, read_input, read_numbers
 from makeup_video.pipeline.reference.fit_blush import fit_blush
@@ -87,7 +91,7 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
 def estimate(rgb8: np.ndarray, face: Face | None = None) -> Estimate:
     """The same, with the probability of each kind of makeup."""
     check_rgb8(rgb8)
-    face = choose_face(find_faces(rgb8)) if face is None else face
+    face = choose_face(faces_within(rgb8)) if face is None else face
     check_face(rgb8, face)
     light = photo_light(rgb8, face)
     colours = Colours.of(neutral_face(rgb8, face, light))
@@ -135,7 +139,7 @@ def estimate_photo(
     check_memory(READ_PHOTO)
     rgb8 = read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
     try:
-        return estimate(rgb8, choose_face(find_faces(rgb8), chosen))
+        return estimate(rgb8, choose_face(faces_within(rgb8), chosen))
     except PhotoError as error:
         if isinstance(error, SeveralFacesError) and not isinstance(photo, bytes):
             error.photo = os.fspath(photo)

@@ -5,9 +5,9 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-# Log-odds by which a px must lie outside the mouth opening to be painted. With 0.5 the net paints as
-# much of the lips beside the opening of measured photos as careful outlines of them do (79 %);
-# with 0 it paints 5 % more of them, and half as much again of what lies between the lips.
+# Log-odds by which a px must lie outside the mouth opening to be painted. Of the lips beside the
+# opening of 282 measured photos 79 % are painted with 0.5, about as much as careful outlines cover,
+# and 84 % with 0, but then half as much again of what lies between the lips.
 OPENING_MARGIN = 0.5
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as

@@ -20,6 +20,7 @@ import numpy as np
 from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.reference.checks import faces_within
 from makeup_video.pipeline.reference.estimate import Estimate, estimate
 from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from makeup_video.pipeline.render.apply_look import PaintPictures
@@ -67,7 +68,7 @@ def estimated(paths: list[Path]) -> Iterator[tuple[Path, Seen, Estimate]]:
     """Photos whose largest face can be read; refusals are printed."""
     for path in paths:
         rgb8 = read(path)
-        faces = find_faces(rgb8)
+        faces = faces_within(rgb8)
         try:
             if faces:
                 yield path, see(rgb8, faces[0]), estimate(rgb8, faces[0])

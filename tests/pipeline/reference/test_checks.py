@@ -26,6 +26,7 @@ from makeup_video.pipeline.reference.checks import (
     check_face,
     choose_face,
     face_list,
+    faces_within,
     turn_degrees,
     width_px,
 )
@@ -45,6 +46,13 @@ def test_faces_are_numbered_by_size_as_find_faces_orders_them():
     assert width_px(faces[0]) > width_px(faces[1])
     assert choose_face(faces, "largest") is choose_face(faces, "0") is faces[0]
     assert choose_face(faces, "1") is faces[1]
+
+
+def test_a_neighbour_whom_the_photo_cuts_off_is_not_meant():
+    picture = put(put(grey(700, 600), face_of(150), 60, 60), face_of(150), 530, 60)
+    assert len(find_faces(picture)) == 2
+    (meant,) = faces_within(picture)
+    assert meant.points_px[:, 0].mean() < 350
 
 
 def test_inspect_shows_the_same_numbers(tmp_path):
