@@ -16,7 +16,7 @@ from statistics import median
 import av
 import numpy as np
 from makeup_video import Painter, Settings, apply_look, paint_frames, process_video, ready_look
-from makeup_video.pipeline.frames.rgb import RgbFrame
+from makeup_video.pipeline.frames.rgb_frame import RgbFrame
 
 _FRAMES, _ALONE, _FIRST = 120, 20, 10  # frames; of apply_look; not counted at the start
 _STAGES = ("faces", "smooth", "scene", "composite")

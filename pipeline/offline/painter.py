@@ -10,7 +10,7 @@ from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.rgb import RgbFrame
+from makeup_video.pipeline.frames.rgb_frame import RgbFrame
 from makeup_video.pipeline.frames.views import check_rgb8
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.offline.settings import check_faces

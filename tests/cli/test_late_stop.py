@@ -64,7 +64,7 @@ FILM = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--sa
         (PART, "rename", "before", "SIGTERM"),
         (PART, "rename", "after", "SIGINT"),
         (MUXER, "finish", "after", "SIGTERM"),
-        ("makeup_video.pipeline.offline.run", "film_report", "after", "SIGINT"),
+        ("makeup_video.pipeline.offline.film", "film_report", "after", "SIGINT"),
     ],
 )
 def test_a_whole_output_ends_with_0_and_all_its_files(folder, where, name, moment, number):

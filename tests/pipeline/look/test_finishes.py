@@ -55,7 +55,7 @@ def test_eye_shadow_is_softer_and_broader_than_lipstick(finish):
 @pytest.mark.parametrize(
     ("rgb", "finish", "part", "error", "words"),
     [
-        ((0, 0, 0), "glossy", "lips", UsageError, "matte, satin, sheer"),
+        ((0, 0, 0), "glosy", "lips", UsageError, "matte, satin, sheer"),
         ((0, 0, 0), "gloss", "nose", UsageError, "lips, eyes"),
         ((0, 0), "gloss", "lips", UsageError, "got 2 numbers"),
         ((0, 256, 0), "gloss", "lips", LookError, "green must be"),

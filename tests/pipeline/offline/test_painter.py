@@ -19,7 +19,7 @@ from makeup_video.pipeline import (
     product,
     ready_look,
 )
-from makeup_video.pipeline.frames.rgb import RgbFrame
+from makeup_video.pipeline.frames.rgb_frame import RgbFrame
 from people import clip, clip_points, grey, portrait
 
 BLUE = Look(lips=product("#0A2A8C", "matte"))
