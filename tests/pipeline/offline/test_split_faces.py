@@ -66,7 +66,7 @@ def test_faces_are_painted_alike_on_both_sides_of_a_seam(tmp_path, two_faces, wh
     for number in range(seam - 5, seam + 30, 5):
         faces = find_faces(whole[number].to_ndarray(format="rgb24"))
         assert faces
-        assert min(face_psnr(whole[number], split[number], face) for face in faces) > 42
+        assert min(face_psnr(whole[number], split[number], face) for face in faces) > 35
         # A face that is left out is far below that.
         assert min(face_psnr(whole[number], bare[number], face) for face in faces) < 32
 
@@ -106,4 +106,4 @@ def test_a_film_of_the_sample_is_alike_at_its_seam(tmp_path):
     assert many.segments == 2 and (one.faces, one.painted_frames) == (many.faces, 220)
     for number in range(90, 120, 6):
         (face,) = find_faces(whole[number].to_ndarray(format="rgb24"))
-        assert face_psnr(whole[number], split[number], face) > 42
+        assert face_psnr(whole[number], split[number], face) > 45
