@@ -312,7 +312,7 @@ def _around(pose: Similarity) -> list[Similarity]:
 
 
 def _inside(xy: np.ndarray, picture: Picture) -> np.ndarray:
-    """(478,) bool: which points lie within the picture. At least one does: see _is_plausible."""
+    """(478,) bool: which points lie within the picture."""
     across = (xy.real > 0) & (xy.real < picture.width_px)
     within: np.ndarray = across & (xy.imag > 0) & (xy.imag < picture.height_px)
     return within

@@ -204,9 +204,7 @@ class FindFaces:
             wait, search = SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS
         if missing or not self._followed():
             wait = search
-        # A clock that jumps back (a stream that starts again) must not stop detection.
-        last = self._last_detection_seconds
-        return last == -math.inf or slot(seconds, wait) != slot(last, wait)
+        return _is_new_slot(seconds, self._last_detection_seconds, wait)
 
     def _search_everywhere(self, picture: Picture, seconds: float) -> None:
         """Search a new scene at every size; a new film turned, too, when no face is upright."""
@@ -217,9 +215,8 @@ class FindFaces:
                 self._detect(picture, seconds, DETECTOR_SIDES_PX, tilt_degrees)
 
     def _fine_is_due(self, picture: Picture, seconds: float) -> bool:
-        last = self._last_fine_seconds
-        new = last == -math.inf or slot(seconds, FINE_SECONDS) != slot(last, FINE_SECONDS)
-        return new and self.level < QualityLevel.FEWER_DETECTIONS and bool(fine_sides(picture))
+        is_new = _is_new_slot(seconds, self._last_fine_seconds, FINE_SECONDS)
+        return is_new and self.level < QualityLevel.FEWER_DETECTIONS and bool(fine_sides(picture))
 
     def _search(self, picture: Picture, seconds: float) -> None:
         """Detect beside followed faces, else with the next input size and tilt."""
@@ -265,6 +262,14 @@ class FindFaces:
         else:
             self._tracks.append(_Track(self._next_id, found, seconds))
             self._next_id += 1
+
+
+def _is_new_slot(seconds: float, last: float, length_seconds: float) -> bool:
+    """True when `last`, -inf before the first time, lies in another slot of time than `seconds`.
+
+    A clock that jumps back (a stream that starts again) comes to another slot, too.
+    """
+    return last == -math.inf or slot(seconds, length_seconds) != slot(last, length_seconds)
 
 
 def _is_fresh(track: _Track, seconds: float) -> bool:

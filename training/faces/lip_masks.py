@@ -72,7 +72,7 @@ class Labeller(nn.Module):
 def fit(seen: list[np.ndarray], mouths: list[Mouth]) -> Labeller:
     """Fit a labeller. seen: features (144, 192, F) of every mouth."""
     torch.manual_seed(0)
-    wanted = [np.dstack([np.minimum(m.lips + m.interior, 1), m.interior]) for m in mouths]
+    wanted = [mouth.whole_and_opening for mouth in mouths]
     near = [(x[..., 0] > BESIDE) & (m.covered < 0.1) for x, m in zip(seen, mouths, strict=True)]
     x = torch.from_numpy(np.concatenate([a[b] for a, b in zip(seen, near, strict=True)]))
     target = torch.from_numpy(np.concatenate([a[b] for a, b in zip(wanted, near, strict=True)]))
@@ -127,8 +127,7 @@ def outlined_masks(mouths: list[Mouth]) -> dict[tuple[str, int], np.ndarray]:
     """(folder, index) -> whole mouth and opening (144, 192, 2) uint8, the mean of all passes."""
     drawn: dict[tuple[str, int], list[np.ndarray]] = {}
     for mouth in mouths:
-        both = np.dstack([np.minimum(mouth.lips + mouth.interior, 1), mouth.interior])
-        drawn.setdefault((mouth.folder, mouth.index), []).append(both)
+        drawn.setdefault((mouth.folder, mouth.index), []).append(mouth.whole_and_opening)
     return {face: np.rint(np.mean(m, 0) * 255).astype(np.uint8) for face, m in drawn.items()}
 
 

@@ -28,6 +28,11 @@ class Mouth:
     interior: np.ndarray  # (H, W) float32, share that shows between the lips
     covered: np.ndarray  # (H, W) float32, share covered by a hand, hair, a microphone
 
+    @property
+    def whole_and_opening(self) -> np.ndarray:
+        """(H, W, 2) float32: the shares that are mouth, and that show between the lips."""
+        return np.dstack([np.minimum(self.lips + self.interior, 1), self.interior])
+
 
 def spline(corners: list[list[float]], steps: int = 12) -> np.ndarray:
     """A closed Catmull-Rom curve through points (K, 2); a repeated point makes a sharp corner."""

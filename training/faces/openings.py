@@ -42,13 +42,11 @@ class Openings:
         """
         rng, (whole, opening) = self.rng, (mask[..., 0], mask[..., 1])
         self.remember(rgb8, opening)
-        if (opening > 127).sum() < LEAST_PX or rng.random() > self.chance:
+        if not self._textures or (opening > 127).sum() < LEAST_PX or rng.random() > self.chance:
             return rgb8
         wider = widened(whole, opening, rng)
         x, y, w, h = cv2.boundingRect((wider > 0.01).astype(np.uint8))
-        texture = self._textures[int(rng.integers(len(self._textures)))] if self._textures else None
-        if texture is None:
-            return rgb8
+        texture = self._textures[int(rng.integers(len(self._textures)))]
         if rng.random() < 0.5:
             texture = texture[:, ::-1]
         filled = np.zeros((*opening.shape, 3), np.float32)
