@@ -1,14 +1,9 @@
-/* Helpers of surface.cl and face.cl: eight numbers at a time, and samples of planes. light.py has
- * the layout of ROW_STEP_AT, LAST_X_AT and LAST_Y_AT. */
+/* Helpers of kernels that compute eight numbers at a time. */
 
 #ifndef EIGHT_H
 #define EIGHT_H
 
 #include "colour.h"
-
-#ifndef SAMPLE
-#define SAMPLE uchar
-#endif
 
 /* Not inlined: the program compiles in half the time and runs as fast. */
 #define SURFACE_STEP static __attribute__((noinline))
@@ -58,37 +53,17 @@ static inline float surface_sum8(float8 x) {
     return four.x + four.y + four.z + four.w;
 }
 
-/* Two adjacent samples, as one number. */
-#define SURFACE_PAIR_uchar ushort
-#define SURFACE_PAIR_ushort uint
-#define SURFACE_JOIN(a, b) a##b
-#define SURFACE_PAIR_OF(sample) SURFACE_JOIN(SURFACE_PAIR_, sample)
-typedef struct __attribute__((packed)) {
-    SURFACE_PAIR_OF(SAMPLE) v;
-} surface_pair;
-#define PAIR(at) ((int)((__global const surface_pair *)(at))->v)
-#define PAIRS(plane, at)                                                     \
-    (int8)(                                                                  \
-        PAIR((plane) + at.s0), PAIR((plane) + at.s1), PAIR((plane) + at.s2), \
-        PAIR((plane) + at.s3), PAIR((plane) + at.s4), PAIR((plane) + at.s5), \
-        PAIR((plane) + at.s6), PAIR((plane) + at.s7))
-#define SAMPLE_BITS (8 * (int)sizeof(SAMPLE))
-
-/* Samples a plane at eight places, bilinear; its border is repeated. */
-static inline float8 surface_sample(
-    __global const SAMPLE *plane, __global const float *of, __global const float *to, float8 x,
-    float y) {
-    float8 u = surface_clamp8(to[0] * x + (to[1] * y + to[2]), 0.0f, of[LAST_X_AT]);
-    float8 v = surface_clamp8(to[3] * x + (to[4] * y + to[5]), 0.0f, of[LAST_Y_AT]);
-    int8 left = surface_whole8(u), top = surface_whole8(v);
-    float8 across = u - surface_float8(left), down = v - surface_float8(top);
-    int8 at = top * (int)of[ROW_STEP_AT] + left;
-    int8 above = PAIRS(plane, at), below = PAIRS(plane + (int)of[ROW_STEP_AT], at);
-    int mask = (1 << SAMPLE_BITS) - 1;
-    float8 high = surface_float8(above & mask), low = surface_float8(below & mask);
-    high += across * (surface_float8((above >> SAMPLE_BITS) & mask) - high);
-    low += across * (surface_float8((below >> SAMPLE_BITS) & mask) - low);
-    return high + down * (low - high);
+/* The four numbers of each of eight places, number by number. */
+static inline void surface_columns8(const float4 *places, float8 *numbers) {
+#define SURFACE_COLUMN(name)                                                           \
+    (float8)(                                                                          \
+        places[0].name, places[1].name, places[2].name, places[3].name, places[4].name, \
+        places[5].name, places[6].name, places[7].name)
+    numbers[0] = SURFACE_COLUMN(s0);
+    numbers[1] = SURFACE_COLUMN(s1);
+    numbers[2] = SURFACE_COLUMN(s2);
+    numbers[3] = SURFACE_COLUMN(s3);
+#undef SURFACE_COLUMN
 }
 
 #endif

@@ -258,8 +258,7 @@ class FaceToRead:
 class FaceKernel:
     """Runs the kernel for one face at a time, on a device that no other thread uses.
 
-    Its memory is kept, so that the kernel keeps its arguments; so little is read of a frame that a
-    copy costs less than to lend its planes.
+    Its memory is kept, so that the kernel keeps its arguments.
     """
 
     def __init__(self, device: Device, tables: FitTables) -> None:
@@ -276,7 +275,6 @@ class FaceKernel:
         self._given.array.fill(0)
         self._numbers = self._given.array.view(np.float32)
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, SCRATCH.itemsize)
-        self._planes = device.memory((1,), np.uint8)
         self._transfer = -1  # of the arguments that the kernel has
 
     def __call__(self, face: FaceToRead, light: LightPlanes) -> np.void:
@@ -284,12 +282,7 @@ class FaceKernel:
         light on its grid, and `mean` that over the cheeks."""
         self._fill(face, light)
         self._set_arguments(light)
-        end = 0
-        for plane in light.planes:
-            begin, end = end, end + plane.size
-            self._planes.array[begin:end].reshape(plane.shape)[:] = plane
-        for memory in (self._given, self._planes):
-            memory.send()
+        self._given.send()
         self._device.launch(self._kernel, (LOCAL_SIZE[0], 1))
         self._out.fetch()
         self._device.finish()
@@ -302,8 +295,8 @@ class FaceKernel:
         to_px = face.place.to_px
         self._numbers[:_HEAD_SIZE] = [
             *on_planes(to_px, light),
-            *plane_numbers(luma.shape, luma.shape[1]),
-            *plane_numbers(chroma.shape, chroma.shape[1]),
+            *plane_numbers(luma.shape),
+            *plane_numbers(chroma.shape),
             *coding_numbers(light.coding, light.has_colour), *to_px, *face.frame_wh,
             luma.size, chroma.size, face.sampled_down,
         ]  # fmt: skip
@@ -312,17 +305,13 @@ class FaceKernel:
         given["inside"], given["holes"] = face.inside, face.holes
 
     def _set_arguments(self, light: LightPlanes) -> None:
-        """Make room for the planes, and give the kernel its arguments, where these have changed."""
-        count, sample = sum(plane.size for plane in light.planes), light.planes[0].dtype
-        is_roomy = self._planes.array.size >= count and self._planes.array.dtype == sample
+        """Copy the planes, and give the kernel its arguments, where these have changed."""
         transfer = light.coding.transfer
-        if is_roomy and transfer == self._transfer:
+        if not self._light.copy(light) and transfer == self._transfer:
             return
-        if not is_roomy:
-            self._planes = self._device.memory((2 * count,), sample)
-        self._transfer = transfer
+        self._transfer, sample = transfer, light.planes[0].dtype
         self._kernel = self._device.kernel("face", transfer, sample, DEFINITIONS)
         self._kernel.set_args(
-            self._given.buffer, self._tables, self._planes.buffer, self._light.table(transfer),
+            self._given.buffer, self._tables, self._light.planes, self._light.table(transfer),
             self._scratch, self._out.buffer,
         )  # fmt: skip

@@ -5,7 +5,7 @@
 #ifndef FACE_SKIN_H
 #define FACE_SKIN_H
 
-#include "eight.h"
+#include "samples.h"
 
 #define NODES (SIDE * SIDE)
 #define ROW (PADDED + 8) /* of the system of equations */

@@ -8,7 +8,6 @@ import numpy as np
 import pyopencl as cl
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, matrices, to_linear, to_xyz
 from makeup_video.kernels.program import Device
-from numpy.lib.stride_tricks import as_strided
 
 _STEPS = 1023  # of R'G'B' from 0 to 1, in the table of linear light
 
@@ -27,7 +26,7 @@ Affine = tuple[float, float, float, float, float, float]  # (2, 3) by rows: (x, 
 class LightPlanes:
     """The planes that light is read from.
 
-    planes: Y', Cb and Cr, (H, W) uint8 or uint16 codes, at least 2x2, with whole rows; three times
+    planes: Y', Cb and Cr, (H, W) uint8 or uint16 codes, at least 2x2; three times
     Y' for a grey frame.
     to_luma, to_chroma: px of the frame -> px of these planes.
     has_colour: False for a grey frame.
@@ -41,15 +40,34 @@ class LightPlanes:
 
 
 class LightReader:
-    """The arguments of kernels that read light: planes lent to them, and the table of light."""
+    """What kernels that read light share: copies of the planes, and the table of light.
+
+    So little is read of a frame that a copy costs less than to lend its planes, and kernels keep
+    their arguments.
+    """
 
     def __init__(self, device: Device) -> None:
         self._device = device
         self._tables: dict[int, cl.Buffer] = {}
+        self._planes = device.memory((1,), np.uint8)
 
-    def arguments(self, light: LightPlanes) -> list[cl.Buffer]:
-        """The three planes, lent, and the table of their transfer function."""
-        return [*(self._lent(plane) for plane in light.planes), self.table(light.coding.transfer)]
+    @property
+    def planes(self) -> cl.Buffer:
+        """What `copy` has copied."""
+        return self._planes.buffer
+
+    def copy(self, light: LightPlanes) -> bool:
+        """Copy Y', Cb and Cr, one after another; True where `planes` is another buffer now."""
+        count, sample = sum(plane.size for plane in light.planes), light.planes[0].dtype
+        is_new = self._planes.array.size < count or self._planes.array.dtype != sample
+        if is_new:
+            self._planes = self._device.memory((2 * count,), sample)
+        end = 0
+        for plane in light.planes:
+            begin, end = end, end + plane.size
+            self._planes.array[begin:end].reshape(plane.shape)[:] = plane
+        self._planes.send()
+        return is_new
 
     def table(self, transfer: int) -> cl.Buffer:
         """`light_table` on the device."""
@@ -61,16 +79,6 @@ class LightReader:
         """Copy an array to the device, for reading."""
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(self._device.context, flags, hostbuf=numbers)
-
-    def _lent(self, plane: np.ndarray) -> cl.Buffer:
-        """Lend a plane's own memory, from its first sample to its last, for reading."""
-        span = plane
-        if not plane.flags.c_contiguous:
-            (high, wide), size = plane.shape, plane.itemsize
-            length = (high - 1) * (plane.strides[0] // size) + wide
-            span = as_strided(plane, (length,), (size,), writeable=False)
-        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.USE_HOST_PTR
-        return cl.Buffer(self._device.context, flags, hostbuf=span)
 
 
 def on_planes(to_px: Affine, light: LightPlanes) -> list[float]:
@@ -110,11 +118,11 @@ def to_steps(coding: Coding, has_colour: bool) -> np.ndarray:
     return steps
 
 
-def plane_numbers(hw: tuple[int, ...], row_step: int) -> Sequence[float]:
-    """Return the numbers of a PLANE.  row_step: samples from row to row."""
+def plane_numbers(hw: tuple[int, ...]) -> Sequence[float]:
+    """Return the numbers of a PLANE."""
     high, wide = hw
     less = 1 - 1e-6  # more than the rounding of float32
-    return row_step, (wide - 1) * less, (high - 1) * less
+    return wide, (wide - 1) * less, (high - 1) * less
 
 
 @lru_cache

@@ -13,6 +13,8 @@ from makeup_video.kernels.definitions import Definitions
 
 ENVIRONMENT_PX = 16  # side of an environment image
 _ROOM_BITS = 10  # of each channel of an environment in the kernel: three in one word
+FAINTEST_STEP = 1e-30  # of an environment: the inverse of a fainter one may overflow
+_SHIFTS = _ROOM_BITS * np.arange(3, dtype=np.uint32)[:, None, None]
 _MIDDLE, _LAST = (ENVIRONMENT_PX - 1) / 2, ENVIRONMENT_PX - 1.001  # texels that a ray may reach
 _FINEST = 1.25  # times the broad light: brighter light is a highlight, not texture
 _BRIGHTEST = 6.0  # times the broad light
@@ -79,7 +81,7 @@ DEFINITIONS = Definitions(
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)  # not frozen: that takes three times as long to make
 class Material:
     """A product under the light of a scene, as the kernel takes it. Light is linear; colours are
     in sRGB's primaries.
@@ -158,19 +160,18 @@ class Environment:
         """linear: (3, 16, 16) float32, 0 or more."""
         most = 2**_ROOM_BITS - 1
         step = float(linear.max()) / most
-        if step <= 0:
+        if step < FAINTEST_STEP:
             return cls(np.zeros(linear.shape[1:], np.uint32), 0.0)
-        red, green, blue = (linear * np.float32(1 / step) + np.float32(0.5)).astype(np.uint32)
-        green <<= _ROOM_BITS
-        blue <<= 2 * _ROOM_BITS
+        steps = linear * np.float32(1 / step)
+        steps += np.float32(0.5)
+        red, green, blue = steps.astype(np.uint32) << _SHIFTS
         red |= green
         red |= blue
         return cls(red, step)
 
     def linear(self) -> np.ndarray:
         """(3, 16, 16) float64."""
-        shifts = _ROOM_BITS * np.arange(3, dtype=np.uint32)[:, None, None]
-        channels: np.ndarray = (self.words >> shifts) & np.uint32(2**_ROOM_BITS - 1)
+        channels: np.ndarray = (self.words >> _SHIFTS) & np.uint32(2**_ROOM_BITS - 1)
         return channels * self.step
 
 

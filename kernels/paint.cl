@@ -3,12 +3,11 @@
  *
  * The rectangles of all regions lie below each other in one picture, the canvas, `stride` pixels
  * wide; each begins at a whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their
- * chroma. Three kernels work one after another:
+ * chroma. Three kernels work one after another, `paint` once for each coat:
  * - luma: the canvas, changed in place where there is weight.
  * - chroma: its Cb, then its Cr, likewise.
- * - codes: f32, Cb and Cr of each luma pixel.
- * - change: f32, how much Cb and Cr change there.
- * - weights: of the product, 0 to 1, for each pixel.
+ * - codes: f32, Cb and Cr of each luma pixel, likewise.
+ * - weights: of the product, 0 to 1, for each pixel; those of a coat begin at `first`.
  * - maps: one region after another: luminance of the bare skin without its fine texture, x and y of
  *   the unit normal (z is towards the viewer), each (grid_high, grid_wide); and the environment, as
  *   material.h takes it. With PAINT_LAYERED then the shares of Layers, (count, grid_high,
@@ -75,16 +74,16 @@ MATERIAL_INLINE float paint_between(
 MATERIAL_INLINE void paint_compose(
     material *m, __global const paint_region *region, __global const float *maps, int k, int wide,
     int layer, float fx, float fy) {
-    __global const float *rows = region->layers;
-    int last = region->layer_count - 1;
+    __global const float *rows = region->product.layers;
+    int last = region->product.layer_count - 1;
     float share[PAINT_LAYERS];
 #pragma unroll
     for (int i = 0; i < PAINT_LAYERS; ++i)
         share[i] = paint_between(maps, k + (i < last ? i : last) * layer, wide, fx, fy);
     float opacity = PAINT_SUM(3), per_opacity = 1.0f / (opacity + PAINT_FAINT);
-    float red = (PAINT_SUM(0) + region->mean_root[0]) * per_opacity;
-    float green = (PAINT_SUM(1) + region->mean_root[1]) * per_opacity;
-    float blue = (PAINT_SUM(2) + region->mean_root[2]) * per_opacity;
+    float red = (PAINT_SUM(0) + region->product.mean_root[0]) * per_opacity;
+    float green = (PAINT_SUM(1) + region->product.mean_root[1]) * per_opacity;
+    float blue = (PAINT_SUM(2) + region->product.mean_root[2]) * per_opacity;
     m->product[0] = red * red;
     m->product[1] = green * green;
     m->product[2] = blue * blue;
@@ -102,25 +101,25 @@ MATERIAL_INLINE void paint_compose(
 #endif
 
 __kernel void paint(
-    __global SAMPLE *restrict luma, __global const float *restrict codes,
-    __global float *restrict change, __global const float *restrict weights,
+    __global SAMPLE *restrict luma, __global float *restrict codes,
+    __global const float *restrict weights,
     __global const float *restrict maps, __global const paint_region *restrict regions,
-    __global const int *restrict rows, __global const int *restrict runs, const int stride,
-    const int size, const colour_coding coding) {
+    __global const int *restrict rows, __global const int *restrict runs, const int first,
+    const int stride, const int size, const colour_coding coding) {
     int run = runs[get_group_id(0)], in_row = stride / RUN, block_row = run / in_row;
     int column = (run - block_row * in_row) * RUN + (int)get_local_id(0);
     int row = block_row * BLOCK_DOWN + (int)get_local_id(1), at = row * stride + column;
     __global const paint_region *region = regions + rows[block_row];
 #ifdef PAINT_LAYERED
-    material product = region->product;
+    material product = region->product.material;
 #else
-    const material product = region->product;
+    const material product = region->product.material;
 #endif
     float x = (float)column, y = (float)(row - region->first_row);
-    float weight = weights[at];
+    float weight = weights[first + at];
     float old_luma = luma[at], old_cb = codes[at], old_cr = codes[at + size];
-    float gx = region->to_grid[0] * x + region->to_grid[1] * y + region->to_grid[2];
-    float gy = region->to_grid[3] * x + region->to_grid[4] * y + region->to_grid[5];
+    float gx = region->product.to_grid[0] * x + region->product.to_grid[1] * y + region->product.to_grid[2];
+    float gy = region->product.to_grid[3] * x + region->product.to_grid[4] * y + region->product.to_grid[5];
     float last_x = (float)region->grid_wide - PAINT_INSIDE,
           last_y = (float)region->grid_high - PAINT_INSIDE;
     gx = colour_clamp(gx, last_x);
@@ -137,21 +136,22 @@ __kernel void paint(
         &product, region, maps, k + 3 * layer + MATERIAL_LAYER, wide, layer, fx, fy);
 #endif
     material_surface skin = material_at(
-        coarse, region->mean, nx, ny, maps, region->grid + 3 * layer, region->room_step, &product);
-    float u = region->to_patch[0] * x + region->to_patch[1] * y + region->to_patch[2];
-    float v = region->to_patch[3] * x + region->to_patch[4] * y + region->to_patch[5];
+        coarse, region->mean, nx, ny, maps, region->grid + 3 * layer, region->product.room_step, &product);
+    float u = region->product.to_patch[0] * x + region->product.to_patch[1] * y + region->product.to_patch[2];
+    float v = region->product.to_patch[3] * x + region->product.to_patch[4] * y + region->product.to_patch[5];
     colour_rgb bare = colour_decode(old_luma, old_cb, old_cr, &coding);
     colour_rgb made_up = material_paint(bare, weight, u, v, &skin, &product);
     colour_codes new = colour_encode(made_up, &coding);
     int is_painted = weight > 0.0f;
     luma[at] = (SAMPLE)colour_round(is_painted ? new.luma : old_luma, &coding);
-    change[at] = is_painted ? new.cb - old_cb : 0.0f;
-    change[at + size] = is_painted ? new.cr - old_cr : 0.0f;
+    codes[at] = is_painted ? new.cb : old_cb;
+    codes[at + size] = is_painted ? new.cr : old_cr;
 }
 
-/* Adds the mean change of each block to its chroma. A work-item for each chroma sample. */
+/* Brings the mean of each block back to its chroma; where nothing was painted, that is the byte it
+ * was. A work-item for each chroma sample. */
 __kernel void paint_fold(
-    __global SAMPLE *restrict chroma, __global const float *restrict change,
+    __global SAMPLE *restrict chroma, __global const float *restrict codes,
     __global const paint_region *restrict regions, __global const int *restrict rows,
     __global const int *restrict runs, const int stride, const int size, const int chroma_size,
     const colour_coding coding) {
@@ -167,11 +167,11 @@ __kernel void paint_fold(
     float cb = 0.0f, cr = 0.0f;
     for (int j = 0; j < BLOCK_DOWN; ++j)
         for (int i = 0; i < BLOCK_ACROSS; ++i) {
-            cb += change[from + j * stride + i];
-            cr += change[from + j * stride + i + size];
+            int is_inside = (i < wide) & (j < high);
+            cb += is_inside ? codes[from + j * stride + i] : 0.0f;
+            cr += is_inside ? codes[from + j * stride + i + size] : 0.0f;
         }
     float share = 1.0f / (float)(wide > 0 ? wide * high : 1);
-    chroma[at] = (SAMPLE)colour_round((float)chroma[at] + cb * share, &coding);
-    chroma[at + chroma_size] =
-        (SAMPLE)colour_round((float)chroma[at + chroma_size] + cr * share, &coding);
+    chroma[at] = (SAMPLE)colour_round(cb * share, &coding);
+    chroma[at + chroma_size] = (SAMPLE)colour_round(cr * share, &coding);
 }

@@ -1,6 +1,6 @@
 """Host side of paint.cl. Its numpy twin is paint_twin.py."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +11,11 @@ from makeup_video.kernels.colour import Coding, coding_argument
 from makeup_video.kernels.definitions import Definitions
 from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL, Environment, Material
 from makeup_video.kernels.planes import Rect
-from makeup_video.kernels.program import Device, Memory
+from makeup_video.kernels.program import Device
+from makeup_video.kernels.runs import RUN, Coat
+from makeup_video.kernels.strokes import Line, PlacedLine, StrokeKernel
 
-# Pixels of a row that a work-group paints. PoCL works on eight at once, and longer runs hold more
-# pixels without makeup.
-RUN = 8
 _STEP = 64  # rows and columns of a canvas are multiples, so that its pixels are whole pieces
-_PIECE = 256  # runs: OpenBLAS sums so few in one thread
-_ONES = np.ones(RUN, np.float32)
 _ROOM = ENVIRONMENT_PX**2  # words of an environment
 LAYERS = 4  # the most on one region
 _ROW = 8  # numbers of a layer
@@ -27,7 +24,16 @@ _ROW = 8  # numbers of a layer
 FAINT = 5e-4
 INSIDE = 1.001  # px before the end of a grid: the last place with a neighbour on each side
 
-# The struct of paint.cl.
+# The structs of paint.cl. What a product is on a region, and how the region lies:
+PRODUCT = np.dtype([
+    ("to_patch", np.float32, 6),  # px of the rectangle -> coordinates that stick to the skin
+    ("to_grid", np.float32, 6),  # px of the rectangle -> px of the grid
+    ("room_step", np.float32),  # of the words of the environment
+    ("material", MATERIAL),
+    ("layer_count", np.int32),
+    ("layers", np.float32, (LAYERS, _ROW)),  # numbers of Layers; 0 beyond the last one
+    ("mean_root", np.float32, 3),  # of Layers, times FAINT
+])  # fmt: skip
 PAINT_REGION = np.dtype([
     ("first_row", np.int32),  # of the region's rectangle on the canvas
     ("wide", np.int32),  # of the rectangle
@@ -36,13 +42,7 @@ PAINT_REGION = np.dtype([
     ("grid_wide", np.int32),
     ("grid_high", np.int32),
     ("mean", np.float32),  # luminance of the bare region
-    ("to_patch", np.float32, 6),  # px of the rectangle -> coordinates that stick to the skin
-    ("to_grid", np.float32, 6),  # px of the rectangle -> px of the grid
-    ("room_step", np.float32),  # of the words of the environment
-    ("product", MATERIAL),
-    ("layer_count", np.int32),
-    ("layers", np.float32, (LAYERS, _ROW)),  # numbers of Layers; 0 beyond the last one
-    ("mean_root", np.float32, 3),  # of Layers, times FAINT
+    ("product", PRODUCT),
 ])  # fmt: skip
 DEFINITIONS = (
     colour.DEFINITIONS
@@ -55,13 +55,11 @@ DEFINITIONS = (
             "PAINT_ROW": _ROW,
             "PAINT_FAINT": FAINT,
         },
-        {"paint_region": PAINT_REGION},
+        {"paint_product": PRODUCT, "paint_region": PAINT_REGION},
     )
 )
 # The variant of paint.cl for regions with layers.
 _LAYERED = DEFINITIONS + Definitions({"PAINT_LAYERED": 1})
-_OF_LAYERS = ["layer_count", "layers", "mean_root"]  # fields of PAINT_REGION
-_PLAIN = [name for name in PAINT_REGION.names or () if name not in _OF_LAYERS]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,6 +106,42 @@ class PaintedRegion:
     material: Material
     layers: Layers | None = None
 
+    def made(self) -> "MadeRegion":
+        """The same as the kernel takes it."""
+        numbers, root = np.zeros((LAYERS, _ROW), np.float32), [0.0, 0.0, 0.0]
+        count, shares = 0, None
+        if self.layers is not None:
+            count, shares = len(self.layers.numbers), self.layers.shares
+            numbers[:count] = self.layers.numbers
+            root = [FAINT * part for part in self.layers.mean_root]
+        (product,) = np.array(
+            [(self.to_patch, self.to_grid, self.environment.step, self.material.record(), count,
+              numbers, root)],
+            PRODUCT,
+        )  # fmt: skip
+        words = self.environment.words
+        return MadeRegion(
+            self.rect, self.weight, self.shading, self.normals, self.mean, product, words, shares
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MadeRegion:
+    """A PaintedRegion as the kernel takes it.
+
+    product: a record of PRODUCT.  words: (16, 16) uint32 or int32, of the environment.
+    shares: of the layers; None for one product.
+    """
+
+    rect: Rect
+    weight: np.ndarray
+    shading: np.ndarray
+    normals: np.ndarray
+    mean: float
+    product: np.void
+    words: np.ndarray
+    shares: np.ndarray | None = None
+
 
 class Canvas:
     """Copies of the rectangles that are painted on one frame, and the arguments of the kernels.
@@ -119,127 +153,138 @@ class Canvas:
     def __init__(self, device: Device) -> None:
         self.device = device
         self._kind = (1, 1), np.dtype(np.uint8)  # block and sample
-        self._size = 0, 0  # rows, stride
-        self._first_rows: list[int] = []
-        self._used_rows = 0
+        self._size = 0, 0, 0  # coats, rows, stride
+        # of each region of this frame: the number of its coat, its first row, its rectangle
+        self._places: list[tuple[int, int, Rect]] = []
+        self._coats: list[Coat] = []
+        self._placed: list[Coat] = []  # those of this frame
         self._coding: Coding | None = None  # of the arguments that the kernels have
+        self._paints: dict[tuple[int, int], Any] = {}  # kernels by coat, and 1 with layers
 
     def place(
-        self, rects: Sequence[Rect], block: tuple[int, int], sample: np.dtype
+        self,
+        rects: Sequence[Rect],
+        block: tuple[int, int],
+        sample: np.dtype,
+        counts: Sequence[int] = (),
     ) -> list[np.ndarray]:
-        """Make room for the rectangles of a frame.
+        """Make room for the rectangles of a frame, which do not overlap.
 
-        Returns a weight for each, to be filled: (h, w) float32, 0.
+        counts: of the coats on each, which are painted over each other; one each by default.
+        Returns a weight for each coat, those of one rectangle together, to be filled: (h, w)
+        float32, 0.
 
         block: luma pixels of a chroma sample, across and down.  sample: dtype of the planes.
         """
-        self._first_rows, rows = [], 0
-        for rect in rects:
-            self._first_rows.append(rows)
-            rows += -(-rect.height // block[1]) * block[1]
-        self._used_rows = _whole(rows)
-        size = self._used_rows, _whole(max(rect.width for rect in rects))
-        if (block, sample) != self._kind or size[0] > self._size[0] or size[1] > self._size[1]:
+        counts = counts or (1,) * len(rects)
+        depths = range(max(counts))
+        places: list[tuple[int, int, Rect]] = []
+        numbers: list[list[int]] = [[] for _ in depths]  # of the regions in each coat
+        ends, rows, wide = [0 for _ in depths], 0, 0
+        for rect, count in zip(rects, counts, strict=True):
+            first, rows = rows, rows + -(-rect.height // block[1]) * block[1]
+            wide = max(wide, rect.width)
+            for depth in depths[:count]:
+                numbers[depth].append(len(places))
+                places.append((depth, first, rect))
+                ends[depth] = rows
+        rows, wide, (most, most_rows, most_wide) = _whole(rows), _whole(wide), self._size
+        if (
+            len(depths) > most
+            or rows > most_rows
+            or wide > most_wide
+            or (block, sample) != self._kind
+        ):
             self._kind = block, sample
-            self._grow(max(size[0], self._size[0]), max(size[1], self._size[1]))
-        weights = self._weights.array
-        weights[: self._used_rows] = 0
+            self._grow(max(len(depths), most), max(rows, most_rows), max(wide, most_wide))
+        self._places, self._placed = places, self._coats[: len(depths)]
+        for coat, coat_numbers, end in zip(self._placed, numbers, ends, strict=True):
+            coat.numbers, coat.used_rows = coat_numbers, _whole(end)
+            coat.weights[: coat.used_rows] = 0
         return [
-            weights[first : first + rect.height, : rect.width]
-            for first, rect in zip(self._first_rows, rects, strict=True)
+            self._coats[depth].weights[first : first + rect.height, : rect.width]
+            for depth, first, rect in places
         ]
 
-    def _grow(self, rows: int, stride: int) -> None:
+    def draw(self, lines: Iterable[tuple[int, Rect, Line]]) -> None:
+        """Fill weights with lines, before any other is filled.
+
+        lines: the number of a coat that was placed, the part of its rectangle, and the line.
+        """
+        _, rows, stride = self._size
+        placed = []
+        for number, part, line in lines:
+            depth, first, rect = self._places[number]
+            row = depth * rows + first + part.y - rect.y
+            placed.append(PlacedLine(line, part, row * stride, part.x - rect.x))
+        self.device.once(StrokeKernel)(self._weights, placed)
+
+    def _grow(self, coats: int, rows: int, stride: int) -> None:
         (across, down), sample = self._kind
-        self._size = rows, stride
+        self._size = coats, rows, stride
         self._luma = self.device.memory((rows, stride), sample)
         self._chroma = self.device.memory((2, rows // down, stride // across), sample)
         self._codes = self.device.memory((2, rows, stride), np.float32)
-        self._change = self.device.memory((2, rows, stride), np.float32)
-        self._weights = self.device.memory((rows, stride), np.float32)
-        self._rows = self.device.memory((rows // down,), np.int32)
         self._runs = self.device.memory((rows // down * stride // RUN,), np.int32)
         self._maps = self.device.memory((1,), np.float32)
-        self._make_records(1)
-        self._layered_runs = self.device.memory((1,), np.int32)
+        self._records = self.device.memory((1,), PAINT_REGION)
+        self._weights = self.device.memory((coats, rows, stride), np.float32)
+        self._coats = [Coat(self.device, weights, down) for weights in self._weights.array]
         self._coding = None
 
     def paint(
-        self, planes: tuple[np.ndarray, ...], regions: Sequence[PaintedRegion], coding: Coding
+        self, planes: tuple[np.ndarray, ...], regions: Sequence[MadeRegion], coding: Coding
     ) -> None:
-        """Paint regions on the planes. Their rectangles, as placed, must not overlap."""
-        runs = self._find_runs(self._kind[0][1])
+        """Paint regions on the planes, in the order in which their rectangles were placed."""
+        coats = self._placed
+        have_weight = [coat.has_weight() for coat in coats]
+        painted = have_weight[0]
+        if len(coats) > 1:
+            painted = painted.copy()
+            for more in have_weight[1:]:
+                painted[: len(more)] |= more
+        runs = painted.nonzero()[0]
         if not len(runs):
             return
         self._describe(regions)
-        layered = self._list_runs(runs, regions)
-        self._copy(planes, regions, back=False)
-        self._set_arguments(coding, layered)
-        self._launch(len(runs), layered)
-        self._copy(planes, regions, back=True)
+        self._runs.array[: len(runs)] = runs
+        have_layers = [region.shares is not None for region in regions]
+        for coat, has_weight in zip(coats, have_weight, strict=True):
+            coat.list_runs(runs if len(coats) == 1 else has_weight.nonzero()[0], have_layers)
+        self._copy(planes, back=False)
+        self._launch(len(runs), coding)
+        self._copy(planes, back=True)
 
-    def _find_runs(self, down: int) -> np.ndarray:
-        """The runs that hold any weight, (N,), in rising order."""
-        weights = self._weights.array[: self._used_rows]
-        rows = (weights.reshape(-1, _PIECE, RUN) @ _ONES).reshape(-1, down, self._size[1] // RUN)
-        of_blocks = rows[:, 0]
-        for row in range(1, down):
-            of_blocks = of_blocks + rows[:, row]
-        return (of_blocks > 0).ravel().nonzero()[0]
-
-    def _list_runs(self, runs: np.ndarray, regions: Sequence[PaintedRegion]) -> int:
-        """List all runs for the kernels, and once more those in regions with layers.
-
-        Returns the number of the latter. They come last among all, too.
-        """
-        have_layers = [region.layers is not None for region in regions]
-        if not any(have_layers):
-            self._runs.array[: len(runs)] = runs
-            return 0
-        of_row = self._rows.array[runs // (self._size[1] // RUN)]
-        has_layers = np.array(have_layers)[of_row]
-        layered = runs[has_layers]
-        self._runs.array[: len(runs)] = np.concatenate([runs[~has_layers], layered])
-        if len(self._layered_runs.array) < len(layered):
-            self._layered_runs = self.device.memory((len(self._runs.array),), np.int32)
-            self._coding = None
-        self._layered_runs.array[: len(layered)] = layered
-        return len(layered)
-
-    def _describe(self, regions: Sequence[PaintedRegion]) -> None:
+    def _describe(self, regions: Sequence[MadeRegion]) -> None:
         count = sum(_map_size(region) for region in regions)
         if count > self._maps.array.size or len(regions) > len(self._records.array):
             self._maps = self.device.memory((2 * count,), np.float32)
-            self._make_records(2 * len(regions))
+            self._records = self.device.memory((2 * len(regions),), PAINT_REGION)
             self._coding = None
-        maps, rows, (_, down) = self._maps.array, self._rows.array, self._kind[0]
-        begin = 0
-        for number, (region, first_row) in enumerate(zip(regions, self._first_rows, strict=True)):
-            layer = region.shading.size
+        maps, begin = self._maps.array, 0
+        for number, (region, place) in enumerate(zip(regions, self._places, strict=True)):
+            (high, wide), layer = region.shading.shape, region.shading.size
+            _, first_row, rect = place
+            self._records.array[number] = (
+                first_row, rect.width, rect.height, begin, wide, high, region.mean, region.product
+            )  # fmt: skip
             maps[begin : begin + layer] = region.shading.ravel()
             maps[begin + layer : begin + 3 * layer] = region.normals.ravel()
             end = begin + 3 * layer + _ROOM
-            maps[begin + 3 * layer : end] = region.environment.words.view(np.float32).ravel()
-            self._plain_records[number] = _record(region, first_row, begin)
-            if region.layers is not None:
-                shares = region.layers.shares
-                maps[end : end + shares.size] = shares.ravel()
-                self._layer_records[number] = _layer_record(region.layers)
-            rows[first_row // down :] = number
-            begin += _map_size(region)
+            maps[begin + 3 * layer : end] = region.words.ravel().view(np.float32)
+            if region.shares is not None:
+                maps[end : end + region.shares.size] = region.shares.ravel()
+            begin = end if region.shares is None else end + region.shares.size
+        for coat in self._placed:
+            for number in coat.numbers:
+                coat.rows.array[self._places[number][1] // self._kind[0][1] :] = number
 
-    def _make_records(self, count: int) -> None:
-        self._records = self.device.memory((count,), PAINT_REGION)
-        self._plain_records = self._records.array[_PLAIN]
-        self._layer_records = self._records.array[_OF_LAYERS]
-
-    def _copy(
-        self, planes: tuple[np.ndarray, ...], regions: Sequence[PaintedRegion], back: bool
-    ) -> None:
+    def _copy(self, planes: tuple[np.ndarray, ...], back: bool) -> None:
         """Copy the rectangles from the planes to the canvas, or back."""
         block = self._kind[0]
-        for region, first in zip(regions, self._first_rows, strict=True):
-            on_planes = [region.rect.luma(planes), *region.rect.chroma(planes, block)]
+        for number in self._placed[0].numbers:  # other coats lie on the same
+            _, first, rect = self._places[number]
+            on_planes = [rect.luma(planes), *rect.chroma(planes, block)]
             on_canvas = self._luma.array[first:], *self._chroma.array[:, first // block[1] :]
             for plane, canvas in zip(on_planes, on_canvas, strict=True):
                 high, wide = plane.shape
@@ -248,83 +293,65 @@ class Canvas:
                 else:
                     canvas[:high, :wide] = plane
 
-    def _set_arguments(self, coding: Coding, layered: int) -> None:
+    def _set_arguments(self, coding: Coding) -> None:
         """Give the kernels their arguments, where these have changed."""
-        if self._coding != coding:
-            size, chroma_size = np.int32(self._luma.array.size), self._chroma.array[0].size
-            wide, coded = np.int32(self._size[1]), coding_argument(coding)
-            chroma, codes, change, records, of_row, runs = (
-                memory.buffer
-                for memory in (self._chroma, self._codes, self._change, self._records, self._rows,
-                               self._runs)
-            )  # fmt: skip
-            sizes = wide, size, np.int32(chroma_size)
-            # kernels of this canvas alone, since they keep their arguments
-            self._spread = self._kernel("paint_spread", coding)
-            self._spread.set_args(chroma, codes, runs, *sizes)
-            self._paint = self._paint_kernel(coding, DEFINITIONS, self._runs)
-            self._fold = self._kernel("paint_fold", coding)
-            self._fold.set_args(chroma, change, records, of_row, runs, *sizes, coded)
-            self._coding, self._paint_layered = coding, None
-        if layered and self._paint_layered is None:
-            self._paint_layered = self._paint_kernel(coding, _LAYERED, self._layered_runs)
+        if self._coding == coding:
+            return
+        size, chroma_size = np.int32(self._luma.array.size), self._chroma.array[0].size
+        chroma, codes, records, of_row, runs = (
+            memory.buffer
+            for memory in (self._chroma, self._codes, self._records, self._coats[0].rows,
+                           self._runs)
+        )  # fmt: skip
+        sizes = np.int32(self._size[2]), size, np.int32(chroma_size)
+        # kernels of this canvas alone, since they keep their arguments
+        self._spread = self._kernel("paint_spread", coding)
+        self._spread.set_args(chroma, codes, runs, *sizes)
+        self._fold = self._kernel("paint_fold", coding)
+        self._fold.set_args(chroma, codes, records, of_row, runs, *sizes, coding_argument(coding))
+        self._coding, self._paints = coding, {}
 
     def _kernel(self, name: str, coding: Coding, definitions: Definitions = DEFINITIONS) -> Any:
         block, sample = self._kind
         program = self.device.program("paint.cl", coding.transfer, sample, block, definitions)
         return cl.Kernel(program, name)
 
-    def _paint_kernel(self, coding: Coding, definitions: Definitions, runs: Memory) -> Any:
-        kernel = self._kernel("paint", coding, definitions)
-        buffers = (
-            memory.buffer
-            for memory in (self._luma, self._codes, self._change, self._weights, self._maps,
-                           self._records, self._rows, runs)
-        )  # fmt: skip
-        wide, size = np.int32(self._size[1]), np.int32(self._luma.array.size)
-        kernel.set_args(*buffers, wide, size, coding_argument(coding))
-        return kernel
+    def _paint_kernel(self, depth: int, has_layers: int, coding: Coding) -> Any:
+        """The kernel that paints a coat on regions without layers, or with them."""
+        if (depth, has_layers) not in self._paints:
+            kernel = self._kernel("paint", coding, _LAYERED if has_layers else DEFINITIONS)
+            coat = self._coats[depth]
+            buffers = (
+                memory.buffer
+                for memory in (self._luma, self._codes, self._weights, self._maps, self._records,
+                               coat.rows, coat.runs[has_layers])
+            )  # fmt: skip
+            wide, size = np.int32(self._size[2]), self._luma.array.size
+            first = np.int32(depth * size)
+            kernel.set_args(*buffers, first, wide, np.int32(size), coding_argument(coding))
+            self._paints[depth, has_layers] = kernel
+        return self._paints[depth, has_layers]
 
-    def _launch(self, runs: int, layered: int) -> None:
-        across, down = self._kind[0]
-        for memory in (self._luma, self._chroma, self._weights, self._maps, self._records,
-                       self._rows, self._runs):  # fmt: skip
-            memory.send()
-        if layered:
-            self._layered_runs.send()
-        pixels, samples = (RUN, down), (RUN // across, 1)
-        for kernel, group, count in (
-            (self._spread, samples, runs),
-            (self._paint, pixels, runs - layered),
-            (self._paint_layered, pixels, layered),
-            (self._fold, samples, runs),
-        ):
-            if count:
-                self.device.launch(kernel, (count * group[0], group[1]), (), group)
+    def _launch(self, runs: int, coding: Coding) -> None:
+        (across, down), launch = self._kind[0], self.device.launch
+        if not self.device.shares_memory:
+            for memory in (self._luma, self._chroma, self._weights, self._maps, self._records,
+                           self._runs):  # fmt: skip
+                memory.send()
+            for coat in self._placed:
+                coat.send()
+        self._set_arguments(coding)
+        samples = RUN // across, 1
+        launch(self._spread, (runs * samples[0], 1), (), samples)
+        for depth, coat in enumerate(self._placed):
+            for has_layers, count in enumerate(coat.counts):
+                if count:
+                    kernel = self._paint_kernel(depth, has_layers, coding)
+                    launch(kernel, (count * RUN, down), (), (RUN, down))
+        launch(self._fold, (runs * samples[0], 1), (), samples)
         self._luma.fetch()
         self._chroma.fetch()
         self.device.finish()
-
-
-def _record(
-    region: PaintedRegion, first_row: int, grid: int
-) -> tuple[int | float | Sequence[Any], ...]:
-    """Return the fields of a PAINT_REGION but those of its layers.
-
-    first_row: on the canvas.  grid: its index in maps.
-    """
-    high, wide = region.shading.shape
-    return (
-        first_row, region.rect.width, region.rect.height, grid, wide, high, region.mean,
-        region.to_patch, region.to_grid, region.environment.step, region.material.record(),
-    )  # fmt: skip
-
-
-def _layer_record(layers: Layers) -> tuple[Any, ...]:
-    """Return the fields of a PAINT_REGION that describe its layers."""
-    numbers = np.zeros((LAYERS, _ROW), np.float32)
-    numbers[: len(layers.numbers)] = layers.numbers
-    return len(layers.numbers), numbers, [FAINT * part for part in layers.mean_root]
 
 
 def _whole(length: int) -> int:
@@ -332,7 +359,7 @@ def _whole(length: int) -> int:
     return -(-length // _STEP) * _STEP
 
 
-def _map_size(region: PaintedRegion) -> int:
+def _map_size(region: MadeRegion) -> int:
     """How many floats of maps a region takes."""
-    grids = 3 if region.layers is None else 3 + len(region.layers.shares)
+    grids = 3 if region.shares is None else 3 + len(region.shares)
     return grids * region.shading.size + _ROOM

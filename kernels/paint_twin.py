@@ -4,9 +4,18 @@ from collections.abc import Sequence
 
 import numpy as np
 from makeup_video.kernels.colour import Coding, decode, encode, rounded
-from makeup_video.kernels.material import Varying, bilinear, made_up, skin_at
-from makeup_video.kernels.paint import FAINT, INSIDE, Layers, PaintedRegion
-from makeup_video.kernels.planes import fold, spread
+from makeup_video.kernels.material import (
+    ENVIRONMENT_PX,
+    MATERIAL,
+    Environment,
+    Material,
+    Varying,
+    bilinear,
+    made_up,
+    skin_at,
+)
+from makeup_video.kernels.paint import FAINT, INSIDE, Layers, MadeRegion, PaintedRegion
+from makeup_video.kernels.planes import Rect, fold, spread
 
 
 def paint_twin(
@@ -17,12 +26,31 @@ def paint_twin(
 ) -> tuple[np.ndarray, ...]:
     """Paint as `Canvas.paint` does, in float64, and return the new planes."""
     new = tuple(plane.copy() for plane in planes)
+    changes: dict[Rect, np.ndarray] = {}  # of the chroma of each pixel
     for region in regions:
         luma, chroma = region.rect.luma(new), region.rect.chroma(new, block)
-        codes = spread(chroma, block, luma.shape)
+        before = changes.get(region.rect, 0.0)
+        codes = spread(chroma, block, luma.shape) + before
         luma[:], change = region_twin(luma, codes, region, coding)
-        fold(chroma, change, block, coding.max_code)
+        changes[region.rect] = before + change
+    for rect, change in changes.items():
+        fold(rect.chroma(new, block), change, block, coding.max_code)
     return new
+
+
+def read_back(made: MadeRegion) -> PaintedRegion:
+    """What `PaintedRegion.made` was made from, in float32."""
+    product, layers = made.product, None
+    if made.shares is not None:
+        numbers = product["layers"][: product["layer_count"]].tolist()
+        layers = Layers(made.shares, numbers, (product["mean_root"] / FAINT).tolist())
+    words = made.words.view(np.uint32).reshape(ENVIRONMENT_PX, ENVIRONMENT_PX)
+    fields = (product["material"][name].tolist() for name in MATERIAL.names or ())
+    return PaintedRegion(
+        made.rect, made.weight, made.shading, made.normals, product["to_grid"].tolist(), made.mean,
+        product["to_patch"].tolist(), Environment(words, float(product["room_step"])),
+        Material(*fields), layers,
+    )  # fmt: skip
 
 
 def region_twin(

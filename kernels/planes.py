@@ -43,6 +43,20 @@ class Rect:
             and other.y < self.y + self.height
         )
 
+    def joined(self, other: "Rect") -> "Rect":
+        """The smallest rectangle that holds both."""
+        x, y = min(self.x, other.x), min(self.y, other.y)
+        right = max(self.x + self.width, other.x + other.width)
+        bottom = max(self.y + self.height, other.y + other.height)
+        return Rect(x, y, right - x, bottom - y)
+
+    def part(self, of: np.ndarray, rect: "Rect") -> np.ndarray:
+        """View of a rectangle within this one.  of: (h, w), this rectangle's own."""
+        if rect is self:
+            return of
+        x, y = rect.x - self.x, rect.y - self.y
+        return of[y : y + rect.height, x : x + rect.width]
+
     def luma(self, planes: tuple[np.ndarray, ...]) -> np.ndarray:
         """View of the rectangle's luma."""
         return planes[0][self.y : self.y + self.height, self.x : self.x + self.width]

@@ -9,7 +9,7 @@
  * - given: the face and the frame, GIVEN in surface.py.
  * - rings: (18, RING), the points of half-rings of the upper and the lower lip, from border to
  *   opening, and of the lash line, crease, fold, brow and lower lash line of both eyes.
- * - luma, cb, cr: planes.
+ * - planes: Y', Cb and Cr, one after another.
  * - table: linear light of R'G'B'.
  * - all_scratch: (3, SCRATCH_SIZE).
  * - out: to be filled, OUT in surface.py. */
@@ -243,8 +243,9 @@ SURFACE_STEP void surface_odds(
  * two by two pixels, so each sample of chroma serves four. */
 SURFACE_STEP void surface_light(
     int x, int y, __global const float *given, __global const float *place,
-    __global const SAMPLE *luma, __global const SAMPLE *cb, __global const SAMPLE *cr,
-    __global const float *table, __global float *light, int wide) {
+    __global const SAMPLE *luma, __global const float *table, __global float *light, int wide) {
+    __global const SAMPLE *cb = luma + (int)given[CHROMA_BEGINS_AT];
+    __global const SAMPLE *cr = cb + (int)given[CHROMA_BEGINS_AT + 1];
     __global const float *to_steps = given + TO_STEPS_AT, *weights = given + WEIGHTS_AT;
     float8 twos = (float)x + (float8)(0.5f, 2.5f, 4.5f, 6.5f, 0.5f, 2.5f, 4.5f, 6.5f);
     float row = (float)y;
@@ -419,8 +420,7 @@ SURFACE_STEP void surface_finish_lips(
 
 __kernel void surface(
     __global const float *restrict given, __global const int *restrict rings,
-    __global const SAMPLE *restrict luma, __global const SAMPLE *restrict cb,
-    __global const SAMPLE *restrict cr, __global const float *restrict table,
+    __global const SAMPLE *restrict planes, __global const float *restrict table,
     __global float *restrict all_scratch, __global float *restrict out) {
     int region = get_group_id(0), is_lips = region == 0;
     int wide = is_lips ? LIPS_WIDE : LID_WIDE, high = is_lips ? LIPS_HIGH : LID_HIGH;
@@ -444,7 +444,7 @@ __kernel void surface(
     for
         EACH(i, lit * high / 2)
     surface_light(
-        (first_lit + i % lit) * 8, i / lit * 2, given, given + region * PLACE_SIZE, luma, cb, cr, table,
+        (first_lit + i % lit) * 8, i / lit * 2, given, given + region * PLACE_SIZE, planes, table,
         scratch + LIGHT_AT, wide);
     barrier(CLK_GLOBAL_MEM_FENCE);
     for

@@ -4,7 +4,7 @@
 #ifndef SURFACE_H
 #define SURFACE_H
 
-#include "eight.h"
+#include "samples.h"
 
 #define LIPS_SIZE (LIPS_WIDE * LIPS_HIGH)
 #define LID_SIZE (LID_WIDE * LID_HIGH)

@@ -99,6 +99,7 @@ GIVEN = np.dtype([
     ("to_steps", np.float32, (3, 4)),  # codes -> R'G'B' in steps of the table, plus a half
     ("weights", np.float32, 3),  # of luminance
     ("last_step", np.float32),  # of the table
+    ("chroma_begins", np.float32, 2),  # samples from Y' to Cb, and from Cb to Cr
     ("points", np.float32, (_POINTS, 3)),
     ("logits", np.float32, PATCH_HW),
 ])  # fmt: skip
@@ -187,6 +188,7 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
 
 _GIVEN_AT = offsets(GIVEN)
 _HEAD_SIZE = _GIVEN_AT["POINTS_AT"]  # of `given`: three places, two planes, the coding
+_OUT_ARGUMENT = 5
 _NOWHERE = (0.0,) * floats(PLACE)  # a place without a region
 
 
@@ -228,9 +230,12 @@ class SurfaceKernel:
         self._lock = threading.Lock()
         self._light = LightReader(device)
         self._rings = self._light.kept(rings.astype(np.int32))
-        self._given = np.zeros(floats(GIVEN), np.float32)
+        self._memory = device.memory((floats(GIVEN),), np.float32)
+        self._given = self._memory.array
+        self._given.fill(0)
         scratch_bytes = _REGIONS * SCRATCH.itemsize
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, scratch_bytes)
+        self._transfer = -1  # of the arguments that the kernel has
 
     def __call__(
         self,
@@ -264,8 +269,9 @@ class SurfaceKernel:
             numbers += _place(place, light) if place else _NOWHERE
         luma, chroma, _ = light.planes
         for plane in (luma, chroma):
-            numbers += plane_numbers(plane.shape, plane.strides[0] // plane.itemsize)
+            numbers += plane_numbers(plane.shape)
         numbers += coding_numbers(light.coding, light.has_colour)
+        numbers += luma.size, chroma.size
         self._given[:_HEAD_SIZE] = numbers
         logits_at = _GIVEN_AT["LOGITS_AT"]
         self._given[_HEAD_SIZE:logits_at] = points_px.ravel()
@@ -273,14 +279,24 @@ class SurfaceKernel:
             self._given[logits_at:] = logits.ravel()
 
     def _run(self, light: LightPlanes, out: np.ndarray) -> None:
+        self._set_arguments(light)
+        self._memory.send()
+        with self._device.lend(out) as (filled,):
+            self._kernel.set_arg(_OUT_ARGUMENT, filled)
+            self._device.launch(self._kernel, (_REGIONS * LOCAL_SIZE[0], 1))
+
+    def _set_arguments(self, light: LightPlanes) -> None:
+        """Copy the planes, and give the kernel its arguments but the last, where these have
+        changed."""
         transfer = light.coding.transfer
-        kernel = self._device.kernel("surface", transfer, light.planes[0].dtype, DEFINITIONS)
-        with self._device.lend(self._given, out) as (given, filled):
-            self._device.launch(
-                kernel,
-                (_REGIONS * LOCAL_SIZE[0], 1),
-                (given, self._rings, *self._light.arguments(light), self._scratch, filled),
-            )
+        if not self._light.copy(light) and transfer == self._transfer:
+            return
+        self._transfer, sample = transfer, light.planes[0].dtype
+        self._kernel = self._device.kernel("surface", transfer, sample, DEFINITIONS)
+        table = self._light.table(transfer)
+        given = self._memory.buffer, self._rings, self._light.planes, table, self._scratch
+        for number, argument in enumerate(given):
+            self._kernel.set_arg(number, argument)
 
 
 def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:

@@ -90,7 +90,8 @@ def test_another_constant_is_another_program():
 
 
 def test_definitions_of_included_files_come_first():
-    assert list(paint.DEFINITIONS.structs) == ["colour_coding", "material", "paint_region"]
+    names = ["colour_coding", "material", "paint_product", "paint_region"]
+    assert list(paint.DEFINITIONS.structs) == names
     assert material.DEFINITIONS.constants.items() <= paint.DEFINITIONS.constants.items()
 
 

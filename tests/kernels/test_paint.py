@@ -121,8 +121,8 @@ def test_boundless_gloss_matches_but_for_the_last_bits(case):
 def test_everything_is_finite_for_every_parameter_and_code(case):
     luma, chroma, surface, lit, coding = unpack_case(case)
     paint_codes(luma, chroma, surface, lit, coding)
-    for change in canvas()._change.array:  # before rounding
-        assert np.isfinite(change[: SIZE[1], : SIZE[0]][surface.weight > 0]).all()
+    for codes in canvas()._codes.array:  # before rounding
+        assert np.isfinite(codes[: SIZE[1], : SIZE[0]][surface.weight > 0]).all()
     assert np.isfinite(twin(luma, chroma, surface, lit, coding)).all()
     assert np.isfinite(np.hstack(lit.record())).all()
 
@@ -287,8 +287,9 @@ def test_more_opacity_moves_every_channel_to_the_laid_colour(p, light, coding, s
     shown, clipped = [], np.zeros((len(off[0][skin]), SIZE[0]), bool)
     for lit in products:
         new = paint_codes(luma, chroma, surface, lit, coding)[0]
-        change = canvas()._change.array[:, : SIZE[1], : SIZE[0]]  # before rounding
-        codes = np.stack([new, *(chroma + change)], axis=-1)[skin].astype(float)
+        unrounded = canvas()._codes.array[:, : SIZE[1], : SIZE[0]]
+        unrounded = np.where(surface.weight > 0, unrounded, chroma)
+        codes = np.stack([new, *unrounded], axis=-1)[skin].astype(float)
         clipped |= (codes[..., 0] == coding.max_code) | (codes[..., 0] == 0)
         shown.append(codes @ matrices(coding)[0][:, :3].T)
     luma_code = matrices(coding)[0][0, 0]  # as R'G'B'; each luma is off by half of it

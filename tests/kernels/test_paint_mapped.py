@@ -132,6 +132,43 @@ def test_regions_with_and_without_layers_share_a_canvas(kinds):
         np.testing.assert_array_equal(got, expected)
 
 
+@pytest.mark.parametrize("kinds", [(0, 0), (1, 0), (0, 1, 0), (1, 1)], ids=str)
+@pytest.mark.parametrize("block", [(2, 2), (1, 1)], ids=str)
+def test_coats_on_the_same_rectangle_lie_over_each_other(kinds, block):
+    """As if painted one after another, but each pixel keeps its own chroma in between."""
+    coding, beside = Coding(), mixed_regions(Coding(), (0, 1, 0))
+    rect = beside[1].rect
+    over = [replace(one, rect=rect) for one in mixed_regions(coding, kinds)]
+    regions = [beside[0], *over, beside[2]]
+    planes = skin_planes(3)
+    planes = planes[0], *(plane.repeat(2 // block[1], 0).repeat(2 // block[0], 1)
+                          for plane in planes[1:])  # fmt: skip
+    want, alone = (tuple(plane.copy() for plane in planes) for _ in range(2))
+    want = paint_twin(want, regions, coding, block)
+    paint_on(planes, regions, coding, block)
+    for region in regions:
+        paint_on(alone, [region], coding, block)
+    for got, expected, one_by_one in zip(planes, want, alone, strict=True):
+        assert np.abs(got.astype(int) - expected).max() <= 1
+        if block == (1, 1):
+            assert np.abs(got.astype(int) - one_by_one).max() <= len(kinds)
+
+
+def test_only_the_runs_of_a_coat_are_painted_by_it():
+    """A coat over a part of a rectangle leaves the bytes of the coat below as they were."""
+    coding = Coding()
+    below, above = (replace(one, rect=SIDE) for one in mixed_regions(coding, (0, 0)))
+    weight = above.weight.copy()
+    weight[:, SIDE.width // 2 :] = 0
+    once, twice = skin_planes(1), skin_planes(1)
+    paint_on(once, [below], coding, (2, 2))
+    paint_on(twice, [below, replace(above, weight=weight)], coding, (2, 2))
+    for one, two, across in zip(once, twice, (1, 2, 2), strict=True):
+        kept = np.s_[:, SIDE.width // 2 // across :]
+        np.testing.assert_array_equal(one[kept], two[kept])
+        assert (one != two).any()
+
+
 def test_a_canvas_forgets_layers_of_the_frame_before():
     coding = Coding()
     painted = []

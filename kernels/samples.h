@@ -1,0 +1,46 @@
+/* Helpers of surface.cl and face.cl: samples of planes, eight at a time. light.py has the layout of
+ * ROW_STEP_AT, LAST_X_AT and LAST_Y_AT. */
+
+#ifndef SAMPLES_H
+#define SAMPLES_H
+
+#include "eight.h"
+
+#ifndef SAMPLE
+#define SAMPLE uchar
+#endif
+
+/* Two adjacent samples, as one number. */
+#define SURFACE_PAIR_uchar ushort
+#define SURFACE_PAIR_ushort uint
+#define SURFACE_JOIN(a, b) a##b
+#define SURFACE_PAIR_OF(sample) SURFACE_JOIN(SURFACE_PAIR_, sample)
+typedef struct __attribute__((packed)) {
+    SURFACE_PAIR_OF(SAMPLE) v;
+} surface_pair;
+#define PAIR(at) ((int)((__global const surface_pair *)(at))->v)
+#define PAIRS(plane, at)                                                     \
+    (int8)(                                                                  \
+        PAIR((plane) + at.s0), PAIR((plane) + at.s1), PAIR((plane) + at.s2), \
+        PAIR((plane) + at.s3), PAIR((plane) + at.s4), PAIR((plane) + at.s5), \
+        PAIR((plane) + at.s6), PAIR((plane) + at.s7))
+#define SAMPLE_BITS (8 * (int)sizeof(SAMPLE))
+
+/* Samples a plane at eight places, bilinear; its border is repeated. */
+static inline float8 surface_sample(
+    __global const SAMPLE *plane, __global const float *of, __global const float *to, float8 x,
+    float y) {
+    float8 u = surface_clamp8(to[0] * x + (to[1] * y + to[2]), 0.0f, of[LAST_X_AT]);
+    float8 v = surface_clamp8(to[3] * x + (to[4] * y + to[5]), 0.0f, of[LAST_Y_AT]);
+    int8 left = surface_whole8(u), top = surface_whole8(v);
+    float8 across = u - surface_float8(left), down = v - surface_float8(top);
+    int8 at = top * (int)of[ROW_STEP_AT] + left;
+    int8 above = PAIRS(plane, at), below = PAIRS(plane + (int)of[ROW_STEP_AT], at);
+    int mask = (1 << SAMPLE_BITS) - 1;
+    float8 high = surface_float8(above & mask), low = surface_float8(below & mask);
+    high += across * (surface_float8((above >> SAMPLE_BITS) & mask) - high);
+    low += across * (surface_float8((below >> SAMPLE_BITS) & mask) - low);
+    return high + down * (low - high);
+}
+
+#endif

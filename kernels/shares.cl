@@ -1,0 +1,83 @@
+/* Looks coats up on the charts of the skin around both eyes, and computes how much of each is seen.
+ * Host side: shares.py. Numpy twin: pipeline/render/lay_coats.py.
+ *
+ * A work-item makes one eye. It computes eight places of a row at once.
+ * - given: what all places of an eye share.
+ * - charts: (2, SHARES_ROWS, LID_WIDE, SHARES_COATS) densities, above the eye and below it. Columns
+ *   are those of the grid.
+ * - lids: (3, 2, LID_HIGH, LID_WIDE), of both eyes: the height above the lash line, and how many px
+ *   a place lies above the upper and below the lower lash line.
+ * - out: to be filled. */
+
+#include "eight.h"
+
+#define SHARES_LID (LID_HIGH * LID_WIDE)
+
+/* The densities of all coats at eight places of a chart; row: theirs on the chart. */
+static inline void shares_found(__global const float *chart, float8 row, int x, float8 *densities) {
+    row = surface_clamp8(row, 0.0f, SHARES_LAST_ROW);
+    int8 top = surface_whole8(row);
+    float8 down = row - surface_float8(top);
+    int8 columns = top * LID_WIDE + surface_whole8((float)x + ROW8);
+    const int *at = (const int *)&columns;
+    const float *share = (const float *)&down;
+    float4 found[8];
+#pragma unroll
+    for (int i = 0; i < 8; ++i) {
+        __global const float4 *above = (__global const float4 *)chart + at[i];
+        found[i] = above[0] + share[i] * (above[LID_WIDE] - above[0]);
+    }
+    surface_columns8(found, densities);
+}
+
+/* The densities above an eye and below it, in one. */
+SURFACE_STEP void shares_joined(
+    const shares_given *eye, __global const float *charts, __global const float *lids, int x,
+    int at, float8 *densities) {
+    float8 lower[SHARES_COATS];
+    float8 below = EIGHT(lids + 4 * SHARES_LID + at);
+    if (eye->is_upper)
+        shares_found(charts, EIGHT(lids + at) * SHARES_ROWS_UP, x, densities);
+    if (!eye->is_lower) return;
+    shares_found(charts + SHARES_CHART, below * eye->rows_down, x, lower);
+    float8 beyond = (EIGHT(lids + 2 * SHARES_LID + at) - below) * eye->fade;
+    float8 above_share = surface_clamp8(1.0f + beyond, 0.0f, 1.0f);
+    float8 below_share = surface_clamp8(1.0f - beyond, 0.0f, 1.0f);
+    for (int i = 0; i < SHARES_COATS; ++i)
+        densities[i] = eye->is_upper
+                           ? surface_max8(densities[i] * above_share, lower[i] * below_share)
+                           : lower[i];
+}
+
+__kernel void shares(
+    __global const shares_given *restrict given, __global const float *restrict charts,
+    __global const float *restrict lids, __global shares_made *restrict out) {
+    int number = get_global_id(0), first = number * SHARES_LID;
+    shares_given eye = given[number];
+    int count = eye.count;
+    float8 sums[SHARES_COATS];
+    for (int i = 0; i < SHARES_COATS; ++i) sums[i] = (float8)0.0f;
+    for (int y = 0; y < LID_HIGH; ++y)
+        for (int x = 0; x < LID_WIDE; x += 8) {
+            int at = first + y * LID_WIDE + x;
+            float8 densities[SHARES_COATS];
+            shares_joined(&eye, charts, lids, x, at, densities);
+            if (count == 1) {
+                PUT(out->density + at, densities[0]);
+                continue;
+            }
+            float8 through = (float8)1.0f, most = (float8)0.0f;
+#pragma unroll
+            for (int i = SHARES_COATS - 1; i >= 0; --i) {
+                if (i >= count) continue;
+                float8 share = densities[i] * through;
+                through -= eye.opacities[i] * share;
+                most = surface_max8(most, densities[i]);
+                sums[i] += share;
+                PUT(out->shares + 2 * i * SHARES_LID + at, share);
+            }
+            PUT(out->density + at, most > SHARES_FAINTEST ? (float8)1.0f : (float8)0.0f);
+        }
+    for (int i = 0; i < SHARES_COATS; ++i)
+        out->seen[number * SHARES_COATS + i] = surface_sum8(sums[i]);
+}

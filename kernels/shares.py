@@ -1,0 +1,130 @@
+"""Host side of shares.cl: coats on the skin around both eyes, and how much of each is seen.
+
+Its numpy twin is pipeline/render/lay_coats.py.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import pyopencl as cl
+from makeup_video.kernels import colour
+from makeup_video.kernels.colour import SRGB
+from makeup_video.kernels.definitions import Definitions
+from makeup_video.kernels.paint import LAYERS
+from makeup_video.kernels.program import Device
+from makeup_video.kernels.surface import LID_HW
+
+# Rows of a chart: so many for a height of 1, up to this height.
+CHART_ROWS, CHART_HEIGHT = 64, 3
+_ROWS = CHART_ROWS * CHART_HEIGHT + 1
+FAINTEST = 1 / 512  # a fainter density changes no code
+_EYES = 2
+
+# The structs of shares.cl.
+GIVEN = np.dtype([
+    ("count", np.int32),  # of coats
+    ("is_upper", np.int32),  # 1 where a coat lies above the eye
+    ("is_lower", np.int32),  # 1 where a coat lies below it
+    ("rows_down", np.float32),  # of the chart below the eye, for one px of the frame
+    ("fade", np.float32),  # per px of the frame: how quickly each side ends beyond the other
+    ("opacities", np.float32, LAYERS),
+])  # fmt: skip
+MADE = np.dtype([
+    ("shares", np.float32, (LAYERS, _EYES, *LID_HW)),
+    ("density", np.float32, (_EYES, *LID_HW)),
+    ("seen", np.float32, (_EYES, LAYERS)),
+])  # fmt: skip
+DEFINITIONS = colour.DEFINITIONS + Definitions(
+    {
+        "LID_HIGH": LID_HW[0],
+        "LID_WIDE": LID_HW[1],
+        "SHARES_COATS": LAYERS,
+        "SHARES_CHART": _ROWS * LID_HW[1] * LAYERS,
+        "SHARES_ROWS_UP": float(CHART_ROWS),
+        "SHARES_LAST_ROW": (_ROWS - 1) * (1 - 1e-6),  # so that the next one exists
+        "SHARES_FAINTEST": FAINTEST,
+    },
+    {"shares_given": GIVEN, "shares_made": MADE},
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EyesToLay:
+    """The eyes of a face, one or two, (eyes, 32, 48) float32 each.
+
+    up: heights above the upper lash line.  lash_px, below_px: px of the frame above the upper and
+    below the lower lash line.
+    rows_down, fades: of each eye: see GIVEN.
+    """
+
+    up: np.ndarray
+    lash_px: np.ndarray
+    below_px: np.ndarray
+    rows_down: Sequence[float]
+    fades: Sequence[float]
+
+
+class ShareKernel:
+    """Runs the kernel for the eyes of one face at a time, on a device that no other thread uses.
+
+    Its memory is kept, so that the kernel keeps its arguments.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._given, self._made = device.memory((_EYES,), GIVEN), device.memory((1,), MADE)
+        self._lids = device.memory((3, _EYES, *LID_HW), np.float32)
+        self._lids.array.fill(0)
+        self._charts: WeakKeyDictionary[Any, cl.Buffer] = WeakKeyDictionary()
+        self._kernel = device.kernel("shares", SRGB, np.dtype(np.uint8), DEFINITIONS)
+        self._kernel.set_arg(0, self._given.buffer)
+        self._kernel.set_arg(2, self._lids.buffer)
+        self._kernel.set_arg(3, self._made.buffer)
+
+    def __call__(
+        self, look: object, charts: Sequence[np.ndarray | None], opacities: Sequence[float],
+        eyes: EyesToLay,
+    ) -> tuple[np.ndarray, list[list[float]], np.ndarray]:  # fmt: skip
+        """Lay coats around both eyes.
+
+        look: what the charts belong to. They are copied to the device once, and kept as long as it
+        lives.  charts: above the eye and below it, (193, 48, N) float32, 0..1; None where no coat
+        lies, but not both.  opacities: of the N coats, 1 to LAYERS, in the order of painting.
+        Returns (N, eyes, 32, 48), how much of each coat shows; its sums, by eye and coat; and
+        (eyes, 32, 48), 1 where there is any coat. Of a single coat (0, eyes, 32, 48) and its
+        density.
+        """
+        count, (upper, lower) = len(opacities), charts
+        padded = (*opacities, *(0.0,) * (LAYERS - count))
+        number = len(eyes.up)
+        self._given.array[:number] = [
+            (count, upper is not None, lower is not None, rows, fade, padded)
+            for rows, fade in zip(eyes.rows_down, eyes.fades, strict=True)
+        ]
+        lids = self._lids.array
+        lids[0, :number] = eyes.up
+        if lower is not None:
+            lids[1, :number], lids[2, :number] = eyes.lash_px, eyes.below_px
+        if look not in self._charts:
+            self._charts[look] = self._packed(charts)
+        self._kernel.set_arg(1, self._charts[look])
+        for memory in (self._given, self._lids):
+            memory.send()
+        self._device.launch(self._kernel, (number, 1), (), (1, 1))
+        self._made.fetch()
+        self._device.finish()
+        made = self._made.array[0]
+        shares = made["shares"][: count if count > 1 else 0, :number].copy()
+        return shares, made["seen"][:number, :count].tolist(), made["density"][:number].copy()
+
+    def _packed(self, charts: Sequence[np.ndarray | None]) -> cl.Buffer:
+        """All coats of a place together, as the kernel reads them."""
+        packed = np.zeros((len(charts), _ROWS, LID_HW[1], LAYERS), np.float32)
+        for to, chart in zip(packed, charts, strict=True):
+            if chart is not None:
+                to[..., : chart.shape[2]] = chart
+        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+        return cl.Buffer(self._device.context, flags, hostbuf=packed)
