@@ -2,18 +2,16 @@
 
 The kernel lays a film by mixing square roots of light, so films over each other are one film again:
 its share of opacity and its root of light are found by "over", as for pictures with transparency.
+`blend` is the twin of kernels/product.cl.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from operator import attrgetter, mul
-from typing import Any
 
 import numpy as np
 from makeup_video.kernels.material import Material
 from makeup_video.kernels.paint import Layers
-
-_NONE = 1e-6  # what shows so little has no colour of its own
+from makeup_video.kernels.product import NONE
 
 # By what a layer counts for the numbers that are the same all over the surface: the opacity, the
 # synthetic highlight, the shine of the layer that shows. Numbers that are not named here come from
@@ -62,7 +60,7 @@ def blend(shares: np.ndarray, materials: Sequence[Material]) -> tuple[Layers, Ma
     red, green, blue, opacity, *_ = (
         sum(map(mul, column, seen)) for column in zip(*numbers, strict=True)
     )
-    opacity = max(opacity, _NONE)
+    opacity = max(opacity, NONE)
     mean_root = red / opacity, green / opacity, blue / opacity
     return Layers(shares, numbers, mean_root), _common(materials, shines, seen)
 
@@ -96,29 +94,30 @@ def _common(
     mirrors = [part * m.reflection for part, m in zip(seen, materials, strict=True)]
     sparkling = [part * m.shimmer * max(m.sparkle) for part, m in zip(seen, materials, strict=True)]
     # where the map of shine is 1, what shines is as strong as the layers' own mean there
-    shining = max(sum(p * s for p, s in zip(seen, shines, strict=True)), _NONE)
+    shining = max(sum(p * s for p, s in zip(seen, shines, strict=True)), NONE)
     most = materials[max(range(len(materials)), key=sparkling.__getitem__)]
     full = most.shimmer * max(most.sparkle)
     dimmed = min(sum(sparkling) / shining / full, 1.0) if full > 0 else 1.0
     own = sum(p * m.own_highlights for p, m in zip(seen, materials, strict=True))
-    numbers: dict[str, Any] = {
-        "own_highlights": own / shining,
-        "reflection": min(sum(mirrors) / shining, 1.0),
-        "sparkle": tuple([dimmed * part for part in most.sparkle]),
-    }
-    numbers["room"] = tuple(_means([m.room for m in materials], mirrors))
+    common = Material(*most.record())
+    common.own_highlights = own / shining
+    common.reflection = min(sum(mirrors) / shining, 1.0)
+    common.sparkle = tuple([dimmed * part for part in most.sparkle])
+    a, b, c, d = _means([m.room for m in materials], mirrors)
+    common.room = a, b, c, d
     for of, names, shares in (
         (_opacities, _BY_OPACITY, opaque),
         (_reflections, _BY_REFLECTION, mirrors),
     ):
-        numbers.update(zip(names, _means([of(m) for m in materials], shares), strict=True))
-    (numbers["lobe"],) = _means([(m.lobe,) for m in materials], glints)
-    return replace(most, **numbers)
+        for name, mean in zip(names, _means([of(m) for m in materials], shares), strict=True):
+            setattr(common, name, mean)
+    (common.lobe,) = _means([(m.lobe,) for m in materials], glints)
+    return common
 
 
 def _means(rows: Sequence[Sequence[float]], shares: Sequence[float]) -> list[float]:
     """Of each column the mean by share; the plain mean where no layer has a share."""
     total = sum(shares)
-    if total <= _NONE:
+    if total <= NONE:
         shares, total = [1.0] * len(rows), float(len(rows))
     return [sum(map(mul, column, shares)) / total for column in zip(*rows, strict=True)]

@@ -6,28 +6,28 @@ looked up at the places of its surfaces. Lines are drawn for every frame.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import groupby, zip_longest
 from typing import Any
 
-import cv2
 import numpy as np
 from makeup_video.kernels.paint import LAYERS
 from makeup_video.kernels.planes import Rect
+from makeup_video.kernels.program import Device
+from makeup_video.kernels.shares import FAINTEST
+from makeup_video.kernels.strokes import Line
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Coat, Kind, Stroke
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.render.blend_layers import shares_of
-from makeup_video.pipeline.render.draw_strokes import box_of_strokes, draw_strokes
+from makeup_video.pipeline.render.draw_strokes import box_of_strokes, draw_strokes, line_of
 from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import Reader
-from makeup_video.pipeline.render.surfaces.surface import Surface
-
-_FAINTEST = 1 / 512  # a fainter density changes no code
+from makeup_video.pipeline.render.surfaces.surface import Charts, Surface
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,15 +41,13 @@ class WornCoat:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """Coats on the charts of a region.
+    """Coats that are painted in one go, LAYERS at most, and their charts.
 
-    charts: on each (h, w, coats) float32 densities, 0..1; None where none of them lies.
-    is_even: True for one coat with a density of 1 all over.
+    charts: None for one coat with a density of 1 all over.
     """
 
     coats: tuple[WornCoat, ...]
-    charts: tuple[np.ndarray | None, ...]
-    is_even: bool = False
+    charts: Charts | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,10 +60,11 @@ class Group:
     region: str
     layers: tuple[Layer, ...]
     is_line: bool
-    drawn: list[Drawn] = field(default_factory=list, repr=False)
+    drawn: list[list[Drawn]] = field(default_factory=list, repr=False)
 
-    def on(self, surface: Surface) -> Drawn:
-        """The coats of the layers on the charts of all sides of such a surface."""
+    def on(self, surface: Surface) -> list[Drawn]:
+        """The coats of the layers on the charts of all sides of such a surface, in the order of
+        painting."""
         if not self.drawn:
             self.drawn.append(_draw([side.chart for side in surface.sides()], self.layers))
         return self.drawn[0]
@@ -76,8 +75,9 @@ class Part:
     """Coats that lie on one surface.
 
     coats: one or more, in the order of painting.
-    densities: (coats, H, W) float32 on the surface's grid, 0..1; None for one that is 1 everywhere.
-    shares: the same shape, how much of each shows; None for a single coat.
+    shares: (coats, H, W) float32 on the surface's grid, 0..1, how much of each shows; None for a
+    single coat.
+    seen: of several coats, the sums of their shares.
     density: (H, W); of one coat its own, of several 1 where there is any of them, of strokes True
     where they may be seen; None for 1 everywhere.
     strokes: (H, W) each, drawn in place of the densities, and faded over blur_px of the frame.
@@ -86,8 +86,8 @@ class Part:
     lit: Lit
     surface: Surface
     coats: tuple[WornCoat, ...]
-    densities: np.ndarray | None = None
     shares: np.ndarray | None = None
+    seen: Sequence[float] = ()
     density: np.ndarray | None = None
     strokes: tuple[Stroke, ...] = ()
     blur_px: float = 1.0
@@ -137,13 +137,27 @@ class Job:
             low_xy, high_xy = part.surface.reach(self._softness, part.density)
         return Rect.around(low_xy, high_xy, size_wh, block)
 
+    @property
+    def is_line(self) -> bool:
+        """True when it is drawn with strokes."""
+        return bool(self.part.strokes)
+
+    def line(self) -> Line:
+        """Its strokes as kernels/strokes.cl draws them, where `weigh` is the twin."""
+        part = self.part
+        return line_of(part.surface.grid, part.strokes, self._blur_px, self.share)
+
+    @property
+    def _blur_px(self) -> float:
+        return max(self.part.blur_px * self.share, 1.0)
+
     def weigh(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:
         """Fill (h, w) float32 with the weight of the coats on the frame's pixels from
         origin_xy on."""
         part = self.part
         if part.strokes:
-            blur_px = max(part.blur_px * self.share, 1.0)
-            draw_strokes(out, origin_xy, part.surface.grid, part.strokes, blur_px, self.share)
+            grid = part.surface.grid
+            draw_strokes(out, origin_xy, grid, part.strokes, self._blur_px, self.share)
         else:
             part.surface.weigh(out, origin_xy, self._softness, part.density)
 
@@ -168,23 +182,27 @@ def _together(layer: Layer) -> tuple[str, str]:
     return kind.surface, kind.name if kind.is_line else ""
 
 
-def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> Drawn:
+def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> list[Drawn]:
     """Only those coats that lie anywhere on the charts."""
     made = [
-        (layer, each)
+        (_worn(layer.kind, next(filter(None, each)).product, layer.strength), each)
         for layer in layers
         for each in zip_longest(*(_coats(chart, layer) for chart in charts))
         if any(map(_lies, each))
     ]
-    coats = tuple([_worn(layer, next(filter(None, each))) for layer, each in made])
-    on_charts = [_stacked(on_chart) for on_chart in zip(*(each for _, each in made), strict=True)]
-    is_even = len(made) == len(charts) == 1 and made[0][1][0].density is None
-    return Drawn(coats, tuple(on_charts), is_even)
+    if len(made) == len(charts) == 1 and made[0][1][0].density is None:
+        return [Drawn((made[0][0],), None)]
+    drawn = []
+    for first in range(0, len(made), LAYERS):
+        coats, on_charts = zip(*made[first : first + LAYERS], strict=True)
+        stacked = tuple([_stacked(on_chart) for on_chart in zip(*on_charts, strict=True)])
+        drawn.append(Drawn(coats, Charts(stacked)))
+    return drawn
 
 
 def _lies(coat: Coat | None) -> bool:
     """True for a coat that lies anywhere on its chart."""
-    return coat is not None and (coat.density is None or coat.density.max() > _FAINTEST)
+    return coat is not None and (coat.density is None or coat.density.max() > FAINTEST)
 
 
 def _stacked(coats: Sequence[Coat | None]) -> np.ndarray | None:
@@ -207,8 +225,11 @@ def _coats(at: Any, layer: Layer) -> list[Coat]:
     return KINDS[layer.kind].coats(at, layer.product, layer.shape)
 
 
-def _worn(layer: Layer, coat: Coat) -> WornCoat:
-    return WornCoat(KINDS[layer.kind], coat.product, layer.strength)
+@lru_cache(maxsize=64)
+def _worn(kind: str, product: GraphicsParams, strength: float) -> WornCoat:
+    """The same object for all frames: a line's coat is drawn anew, and what of a product no light
+    changes is kept by its coat."""
+    return WornCoat(KINDS[kind], product, strength)
 
 
 def jobs_of(
@@ -224,71 +245,37 @@ def jobs_of(
         amount, lits = region.amount(scene.face), region.lit(item, scene, reader)
         if amount <= 0 or not lits:
             continue
-        parts = _lines(lits, group) if group.is_line else _areas(lits, group, amount)
+        parts = _lines(lits, group) if group.is_line else _areas(lits, group, amount, reader.device)
         for part in parts:
             shade = region.shade(scene.light, part.lit.mean)
             yield Job(part, scene.light, amount, shade, skin_px)
 
 
-def _areas(lits: Sequence[Lit], group: Group, amount: float) -> Iterator[Part]:
+def _areas(lits: Sequence[Lit], group: Group, amount: float, device: Device) -> Iterator[Part]:
     """The coats of some layers on each surface of a region, on the sides where there are any."""
-    drawn = group.on(lits[0].surface)
-    if drawn.is_even:
+    for drawn in group.on(lits[0].surface):
+        coats, charts = drawn.coats, drawn.charts
+        if charts is None:
+            for lit in lits:
+                yield Part(lit, lit.surface, coats)
+            continue
+        opacities = [coat.product.opacity * coat.strength * amount for coat in coats]
+        shares, sums, there = lits[0].surface.lay(charts, opacities, device)
         for lit in lits:
-            yield Part(lit, lit.surface, drawn.coats)
-        return
-    for first in range(0, len(drawn.coats), LAYERS):
-        these = slice(first, first + LAYERS)
-        surfaces, found = _found([lit.surface for lit in lits], drawn.charts, these)
-        coats, there = drawn.coats[these], _any_of(found)
-        shares = None
-        if len(coats) > 1:
-            opacities = [coat.product.opacity * coat.strength * amount for coat in coats]
-            shares = shares_of(found, opacities)
-        for lit, surface in zip(lits, surfaces, strict=True):
-            at = surface.number
-            seen = None if shares is None else shares[:, at]
-            yield Part(lit, surface, coats, found[:, at], seen, there[at])
-
-
-def _found(
-    surfaces: Sequence[Surface], charts: Sequence[np.ndarray | None], coats: slice
-) -> tuple[Sequence[Surface], np.ndarray]:
-    """The sides of surfaces on which coats lie, and (coats, N, H, W): their densities on the
-    charts, at the places of all N surfaces."""
-    on_sides = list(zip(surfaces[0].sides(), charts, strict=True))
-    there = [at for at, chart in enumerate(charts) if chart is not None]
-    found = [_looked_up(chart[..., coats], side) for side, chart in on_sides if chart is not None]
-    if len(found) > 1:
-        return [surface.joined() for surface in surfaces], surfaces[0].join(found)
-    return [surface.sides()[there[0]] for surface in surfaces], found[0]
-
-
-def _looked_up(densities: np.ndarray, surface: Surface) -> np.ndarray:
-    """(coats, N, H, W): densities on a chart (h, w, coats), at the places of all N surfaces."""
-    x, y = surface.on_chart()
-    found = cv2.remap(densities, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    maps = [found] if found.ndim == 2 else cv2.split(found)
-    return np.reshape(maps, (len(maps), -1, *surface.normals.shape[1:]))
-
-
-def _any_of(densities: np.ndarray) -> np.ndarray:
-    """(N, H, W): of one coat its density; of several, 1 where there is any of them."""
-    if len(densities) == 1:
-        first: np.ndarray = densities[0]
-        return first
-    most = densities.max(0)
-    _, there = cv2.threshold(most.reshape(-1, most.shape[-1]), _FAINTEST, 1.0, cv2.THRESH_BINARY)
-    any_of_them: np.ndarray = there.reshape(most.shape)
-    return any_of_them
+            at, surface = lit.surface.number, lit.surface.side_of(charts)
+            if shares is None:
+                yield Part(lit, surface, coats, density=there[at])
+            else:
+                yield Part(lit, surface, coats, shares[:, at], sums[at], there[at])
 
 
 def _lines(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
     """The lines of a layer on each surface. They lie where they are drawn, whatever the side."""
     for layer in group.layers:
         for coat in _coats(lits[0].surface.fields(), layer):
-            worn, seen = (_worn(layer, coat),), box_of_strokes(coat.strokes, coat.blur_px)
+            worn = (_worn(layer.kind, coat.product, layer.strength),)
+            seen = box_of_strokes(coat.strokes, coat.blur_px)
             for lit in lits:
                 at = lit.surface.number
                 strokes = tuple([Stroke(one.above[at], one.below[at]) for one in coat.strokes])
-                yield Part(lit, lit.surface, worn, None, None, seen[at], strokes, coat.blur_px)
+                yield Part(lit, lit.surface, worn, None, (), seen[at], strokes, coat.blur_px)

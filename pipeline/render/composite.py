@@ -1,20 +1,15 @@
 """FrameScene -> Frame: lays the look on the planes. Bytes outside every mask stay the decoder's."""
 
-import math
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
-from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.material import Material
-from makeup_video.kernels.paint import Canvas, PaintedRegion
+from makeup_video.kernels.paint import Canvas
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.engine.quality import QualityLevel
-from makeup_video.pipeline.frames.affine import Affine
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.render.blend_layers import blend
-from makeup_video.pipeline.render.coats import Group, Job, WornCoat, groups_of, jobs_of, scaled
-from makeup_video.pipeline.render.environment import environment_of
+from makeup_video.pipeline.render.coats import Group, Job, groups_of, jobs_of, scaled
 from makeup_video.pipeline.render.half_resolution import (
     LARGE_PX,
     SmallPlanes,
@@ -22,7 +17,7 @@ from makeup_video.pipeline.render.half_resolution import (
     to_small,
 )
 from makeup_video.pipeline.render.opencl import open_device
-from makeup_video.pipeline.render.product_material import SkinAxes, material
+from makeup_video.pipeline.render.products import PlacedJob, made_regions
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene
 from makeup_video.pipeline.render.surfaces.region import Reader
 
@@ -30,8 +25,6 @@ _MUCH_LARGER = 1.3  # ratio of areas from which another face takes the makeup ov
 # Luma px of a rect from which on a veil is painted at half size, and at a quarter.
 _VEIL_PX, _LARGE_VEIL_PX = 8_000, 32_000
 _STAYS_SMALL = 0.8  # share of LARGE_PX down to which painting stays at half size
-# A job, and the rectangle of the frame that holds all its weight.
-_Placed = tuple[Job, Rect]
 
 
 def open_canvas(device: str = "") -> Canvas:
@@ -154,28 +147,46 @@ class Composite:
         small = _placed(jobs, size, item.frame.chroma)
         for together in _apart(small):
 
-            def paint(planes: tuple[np.ndarray, ...], together: list[_Placed] = together) -> None:
+            def paint(planes: tuple[np.ndarray, ...], together: list[_Pile] = together) -> None:
                 self._paint(item, planes, together)
 
-            rects = [rect for _, rect in together]
+            rects = [pile.rect for pile in together]
             painter, chroma = self._small[factor], item.frame.chroma
             painter.paint(planes, rects, chroma, item.coding.max_code, paint)
 
     def _paint(
-        self, item: FrameScene, planes: tuple[np.ndarray, ...], placed: list[_Placed]
+        self, item: FrameScene, planes: tuple[np.ndarray, ...], piles: list["_Pile"]
     ) -> None:
-        rects = [rect for _, rect in placed]
-        weights = self._canvas.place(rects, item.frame.chroma, planes[0].dtype)
-        regions = []
-        for (job, rect), weight in zip(placed, weights, strict=True):
-            job.weigh(weight, (rect.x, rect.y))
-            regions.append(_region(job, rect, weight, item.coding))
+        rects, counts = [pile.rect for pile in piles], [len(pile.placed) for pile in piles]
+        weights = self._canvas.place(rects, item.frame.chroma, planes[0].dtype, counts)
+        jobs = [(pile.rect, job, own) for pile in piles for job, own in pile.placed]
+        lines = [
+            (number, own, job.line()) for number, (_, job, own) in enumerate(jobs) if job.is_line
+        ]
+        if lines:
+            self._canvas.draw(lines)
+        for (rect, job, own), weight in zip(jobs, weights, strict=True):
+            if not job.is_line:
+                job.weigh(rect.part(weight, own), (own.x, own.y))
+        placed = [(job, rect) for rect, job, _ in jobs]
+        regions = made_regions(placed, weights, item.coding, self._canvas.device)
         self._canvas.paint(planes, regions, item.coding)
+
+
+@dataclass(slots=True)
+class _Pile:
+    """Jobs on one surface, which are painted as coats on one copy of their pixels.
+
+    rect: holds those of all jobs.
+    """
+
+    rect: Rect
+    placed: list[PlacedJob]
 
 
 def _placed(
     jobs: Iterable[Job], size_wh: tuple[int, int], block: tuple[int, int]
-) -> Iterator[_Placed]:
+) -> Iterator[PlacedJob]:
     """The jobs that lie on a frame, each with its rectangle."""
     for job in jobs:
         rect = job.rect(size_wh, block)
@@ -187,40 +198,19 @@ def _area_px(rect: Rect) -> int:
     return rect.width * rect.height
 
 
-def _apart(placed: Iterable[_Placed]) -> Iterator[list[_Placed]]:
-    """The jobs in order, in groups whose rectangles do not overlap."""
-    together: list[_Placed] = []
+def _apart(placed: Iterable[PlacedJob]) -> Iterator[list[_Pile]]:
+    """The jobs in order, piled up by their surface, in groups whose rectangles do not overlap."""
+    piles: list[_Pile] = []
     for job, rect in placed:
-        if any(rect.overlaps(other) for _, other in together):
-            yield together
-            together = []
-        together.append((job, rect))
-    if together:
-        yield together
-
-
-def _region(job: Job, rect: Rect, weight: np.ndarray, coding: Coding) -> PaintedRegion:
-    a, b, x, c, d, y = Affine.from_array(job.surface.grid.to_px)
-    along, across = math.hypot(a, c), math.hypot(b, d)  # px of a step on the grid
-    turn = (a / along, b / across), (c / along, d / across)
-    to_grid = Affine(a, b, x - rect.x, c, d, y - rect.y).inverse()
-    # the surface's own axes, in units of the eyes' distance
-    units = [along / job.skin_px] * 3 + [across / job.skin_px] * 3
-    to_skin = [number * unit for number, unit in zip(to_grid, units, strict=True)]
-    axes = SkinAxes(turn, job.skin_px)
-
-    def made(coat: WornCoat) -> Material:
-        return material(
-            coat.product, coat.strength * job.amount, job.light, axes, coding, coat.kind.spared,
-            job.shade, coat.kind.keep_highlights,
-        )  # fmt: skip
-
-    lit, materials, layers = job.part.lit, [made(coat) for coat in job.coats], None
-    product = materials[0]
-    if job.part.shares is not None:
-        layers, product = blend(job.part.shares, materials)
-    mirrors = max(job.coats, key=lambda coat: coat.product.reflection)
-    return PaintedRegion(
-        rect, weight, lit.shading, job.surface.normals, to_grid, lit.mean, to_skin,
-        environment_of(job.light, mirrors.product, coding), product, layers,
-    )  # fmt: skip
+        own = next((pile for pile in piles if pile.placed[0][0].part.lit is job.part.lit), None)
+        whole = rect if own is None else own.rect.joined(rect)
+        if any(pile is not own and whole.overlaps(pile.rect) for pile in piles):
+            yield piles
+            piles, own = [], None
+        if own is None:
+            piles.append(_Pile(rect, [(job, rect)]))
+        else:
+            own.rect = whole
+            own.placed.append((job, rect))
+    if piles:
+        yield piles

@@ -1,13 +1,27 @@
-"""Lines between two borders, drawn on the pixels of the frame."""
+"""Lines between two borders, drawn on the pixels of the frame: the twin of kernels/strokes.cl."""
 
 from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from makeup_video.kernels.strokes import Line
 from makeup_video.pipeline.look.kinds.kind import Stroke
 from makeup_video.pipeline.render.grid import Grid
 
 _NOWHERE = -1e3  # px from a border, beyond the grid
+
+
+def line_of(grid: Grid, strokes: Sequence[Stroke], blur_px: float, share: float) -> Line:
+    """Strokes as kernels/strokes.cl draws them; the arguments are those of `draw_strokes`."""
+    borders = [border for one in strokes for border in (one.above, one.below)]
+    if len(strokes) % 2:
+        borders += borders[-2:]
+    maps: np.ndarray = np.stack(
+        [cv2.merge(borders[at : at + 4]) for at in range(0, len(borders), 4)]
+    )
+    if share != 1:
+        maps *= np.float32(share)
+    return Line(grid.to_px.ravel().tolist(), maps, blur_px)
 
 
 def draw_strokes(
@@ -25,31 +39,27 @@ def draw_strokes(
     border alone, since the lower one may be the lash line.  strokes: (H, W) each.
     blur_px: in px of this picture.  share: px of this picture for one of the frame.
     """
-    for number, (first, second) in enumerate(
-        zip(strokes[::2], [*strokes[1::2], None], strict=False)
-    ):
-        two = first if second is None else second
-        maps = np.stack([first.above, first.below, two.above, two.below], axis=-1)
-        maps *= np.float32(share)
-        there = grid.warped(maps, origin_xy, out.shape, _NOWHERE)
-        above, below, other_above, other_below = cv2.split(there)
-        covered = _covered(above, below, blur_px)
-        if second is not None:
-            np.maximum(covered, _covered(other_above, other_below, blur_px), out=covered)
-        if number:
-            np.maximum(out, covered, out=out)
-        else:
-            out[:] = covered
+    for at in range(0, len(strokes), 2):  # two are warped at once
+        first, second = strokes[at], strokes[min(at + 1, len(strokes) - 1)]
+        maps = np.stack([first.above, first.below, second.above, second.below], axis=-1)
+        if share != 1:
+            maps *= np.float32(share)
+        there = cv2.split(grid.warped(maps, origin_xy, out.shape, _NOWHERE))
+        covered = _covered(there[0], there[1], blur_px)
+        if second is not first:
+            np.maximum(covered, _covered(there[2], there[3], blur_px), out=covered)
+        np.maximum(out, covered, out=out) if at else np.copyto(out, covered)
 
 
 def _covered(above: np.ndarray, below: np.ndarray, blur_px: float) -> np.ndarray:
     """Coverage of one stroke by the distances from its borders, px."""
-    half = 0.5 * blur_px
+    blur = np.float32(blur_px)  # as the kernel has it: a little more than 1 is 1
+    half = np.float32(0.5) * blur
     covered: np.ndarray = np.minimum(above, half)
     covered += np.minimum(below, half)
-    covered *= 1 / blur_px
+    covered *= np.float32(1) / blur
     _to_share(covered)
-    if blur_px > 1:
+    if blur > 1:
         covered *= _to_share(above + np.float32(0.5))
     return covered
 

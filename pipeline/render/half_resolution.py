@@ -44,11 +44,13 @@ class SmallPlanes:
         theirs = [part for rect in enlarged for part in _parts(planes, rect, block)]
         for small, large in zip(ours, theirs, strict=True):
             small[:] = _averaged(large, self.factor)
-        before = [small.astype(np.int16) for small in ours]
+        before = [small.copy() for small in ours]
         paint(self._planes)
         for small, bare, large in zip(ours, before, theirs, strict=True):
-            change = np.subtract(small, bare, dtype=np.int16, casting="unsafe")
-            _add(large, change, self.factor, max_code)
+            _add(large, cv2.subtract(small, bare), cv2.subtract(bare, small), self.factor)
+        if max_code < np.iinfo(planes[0].dtype).max:
+            for large in theirs:
+                np.minimum(large, max_code, out=large)
 
     def _make_room(self, planes: tuple[np.ndarray, ...]) -> None:
         sizes = [small_size(p.shape[:2], self.factor) for p in planes]
@@ -94,14 +96,14 @@ def _averaged(part: np.ndarray, factor: int) -> np.ndarray:
     return halved(part, factor)
 
 
-def _add(part: np.ndarray, change: np.ndarray, factor: int, max_code: int) -> None:
-    """Enlarge a change, (h, w) int16, and add it to a part of a plane, in place."""
+def _add(part: np.ndarray, lighter: np.ndarray, darker: np.ndarray, factor: int) -> None:
+    """Enlarge what is added and what is taken off, (h, w) codes, and change a part of a plane.
+
+    Apart, both are codes, too: OpenCV adds arrays of one type several times as quickly as of two.
+    """
     high, wide = part.shape[:2]
-    size = factor * change.shape[1], factor * change.shape[0]
-    large: np.ndarray = cv2.resize(change, size, interpolation=cv2.INTER_LINEAR)[:high, :wide]
-    if part.dtype == np.uint8:  # four steps of SIMD are quicker than one sum of two types
-        large += part.astype(np.int16)
-        np.clip(large, 0, max_code, out=large)
-        np.copyto(part, large, casting="unsafe")
-    else:
-        np.minimum(cv2.add(part, large, dtype=cv2.CV_16U), max_code, out=part)
+    size = factor * lighter.shape[1], factor * lighter.shape[0]
+    for change, apply in ((lighter, cv2.add), (darker, cv2.subtract)):
+        if cv2.hasNonZero(change.reshape(-1, 1)):
+            large = cv2.resize(change, size, interpolation=cv2.INTER_LINEAR)[:high, :wide]
+            apply(part, large, dst=part)

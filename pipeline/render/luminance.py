@@ -16,15 +16,20 @@ _AROUND = 0.08  # of what the points cover: farther away light counts for nothin
 
 
 def light_planes(
-    frame: Frame, coding: Coding, places: Sequence[GridPlace], points_px: list[list[float]]
+    frame: Frame,
+    coding: Coding,
+    places: Sequence[GridPlace],
+    points_px: list[list[float]],
+    around: float = _AROUND,
 ) -> LightPlanes:
     """The part of a frame's planes around some points (x, y, z), to read light from on grids.
 
     Planes more than twice as fine as the grids are averaged, 2x2, 4x4, ...
+    around: how far around the points, as a share of what they cover.
     """
     x, y, _ = zip(*points_px, strict=True)
     x0, y0, x1, y1 = min(x), min(y), max(x), max(y)
-    more = _AROUND * max(x1 - x0, y1 - y0)
+    more = around * max(x1 - x0, y1 - y0)
     lows, highs = (x0 - more, y0 - more), (x1 + more, y1 + more)
     step = max(abs(a * e - b * d) ** 0.5 for a, b, _, d, e, _ in (p.to_px for p in places))
     planes, chroma = frame.planes, frame.chroma

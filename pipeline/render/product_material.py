@@ -1,5 +1,7 @@
 """GraphicsParams under the light of a scene -> the Material that the kernel paints.
 
+`worn` is what no light changes. The rest is the numpy twin of kernels/product.cl.
+
 Every number here that is not physics was set by eye, on the finishes and on photos of real makeup.
 """
 
@@ -10,12 +12,19 @@ from functools import lru_cache
 import numpy as np
 from makeup_video.kernels.colour import HLG, PQ, Coding, from_srgb_primaries, product_linear, to_xyz
 from makeup_video.kernels.material import ENVIRONMENT_PX, LEAST_ROOM, Material
+from makeup_video.kernels.product import (
+    DARK,
+    DISSOLVE,
+    LARGEST_SPOT,
+    LEAST_CELL_PX,
+    LEAST_SPOT_PX,
+    SPOT,
+)
 from makeup_video.pipeline.frames.affine import Affine
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.scene import SceneLight
 
 _SDR_CEILING, _HDR_CEILING = 1.0, 4.0  # in units of diffuse white
-_DARK = 0.004  # of diffuse white: a fifth of a code of 8 bits counts for little below this
 _MOST_GLOSS = 1e4  # as good as infinite
 _GLINT = 0.6  # light of the synthetic highlight at gloss 1
 _OWN = 2.2  # gain of the lips' own highlights at gloss 1
@@ -28,10 +37,7 @@ _PALE = 0.35  # luminance from which on a product may have silver sparkles
 _LEAST_SILVER = 0.15  # of silver sparkles that stays on a black product
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
 _COARSEST_CELL = 0.1  # of the eyes' distance, on the smallest faces with sparkles
-_LEAST_CELL_PX = 4.0  # codecs remove smaller sparkles, or they look like grains of salt
-_DISSOLVE = 0.15  # of the least cell: the sizes over which one grid of cells gives way to another
-_SPOT, _LEAST_SPOT_PX, _LARGEST_SPOT = 0.28, 1.2, 0.3  # radius: of a cell, in px, at most of a cell
-_LUMINANCE: tuple[float, ...] = tuple(to_xyz(1)[1].tolist())
+LUMINANCE: tuple[float, ...] = tuple(to_xyz(1)[1].tolist())
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,43 +72,44 @@ def material(
     shade: share of the light that falls on the region.
     keep_highlights: how much of the skin's own highlights stays on the product, 0..1.
     """
-    worn = _worn(params, amount, coding)
-    share, strength, ceiling = params.light_adaptation, light.strength * shade, worn.ceiling
-    gain = [1 + share * (part * strength - 1) for part in _turned(light, worn.to_film)]
+    whole = worn(params, amount, coding)
+    share, strength, ceiling = params.light_adaptation, light.strength * shade, whole.ceiling
+    gain = [1 + share * (part * strength - 1) for part in _turned(light, whole.to_film)]
     cell, spot, seen = _cells(params, axes)
     fine = 1 - 0.5 * seen  # sparkles that are not seen one by one make a sheen
     (red, green, blue), (a, b), (c, d) = gain, *axes.turn
-    (r0, g0, b0), (r1, g1, b1), (r2, g2, b2), (r3, g3, b3) = worn.lights
+    dark_gain, dark_offset = sparing(spared)
+    (r0, g0, b0), (r1, g1, b1), (r2, g2, b2), (r3, g3, b3) = whole.lights
     return Material(
         product=(_lit(r0, red, ceiling), _lit(g0, green, ceiling), _lit(b0, blue, ceiling)),
         glint=(red * (r1 + r2 * fine), green * (g1 + g2 * fine), blue * (b1 + b2 * fine)),
         sparkle=(red * r3 * seen, green * g3 * seen, blue * b3 * seen),
-        luminance=_LUMINANCE,
-        opacity=worn.opacity,
+        luminance=LUMINANCE,
+        opacity=whole.opacity,
         texture=params.texture_keep,
         undertone=params.undertone,
         keep_highlights=keep_highlights,
-        own_highlights=worn.own_highlights,
-        lobe=worn.lobe,
+        own_highlights=whole.own_highlights,
+        lobe=whole.lobe,
         half_way=_half_way(light, axes),
-        reflection=worn.reflection,
-        fresnel_front=worn.fresnel_front,
-        fresnel_rim=worn.fresnel_rim,
-        room=(worn.room * a, worn.room * b, worn.room * c, worn.room * d),
-        shimmer=worn.shimmer,
+        reflection=whole.reflection,
+        fresnel_front=whole.fresnel_front,
+        fresnel_rim=whole.fresnel_rim,
+        room=(whole.room * a, whole.room * b, whole.room * c, whole.room * d),
+        shimmer=whole.shimmer,
         cells=1 / cell,
         spot=spot * spot,
-        dark=_DARK * max(strength, 0.1),
-        dark_gain=1 / spared if spared else 0.0,
-        dark_offset=-1.0 if spared else 1.0,
-        to_film=worn.to_film,
-        from_film=worn.from_film,
+        dark=DARK * max(strength, 0.1),
+        dark_gain=dark_gain,
+        dark_offset=dark_offset,
+        to_film=whole.to_film,
+        from_film=whole.from_film,
         ceiling=ceiling,
     )
 
 
 @dataclass(frozen=True, slots=True)
-class _Worn:
+class Worn:
     """What of a Material no light and no place changes.
 
     lights: what light multiplies, each as red, green, blue: the product, its highlight, its sheen,
@@ -124,13 +131,14 @@ class _Worn:
 
 
 @lru_cache(maxsize=512)
-def _worn(params: GraphicsParams, amount: float, coding: Coding) -> _Worn:
+def worn(params: GraphicsParams, amount: float, coding: Coding) -> Worn:
+    """A product before any light falls on it; amount: see `material`."""
     mixed = _mixed(params)
     to_film, from_film = film_matrices(coding.primaries)
     gloss = min(params.gloss, _MOST_GLOSS) * amount
     shown = min(1.0, params.opacity + params.gloss + params.reflection) * amount
     pearl = _PEARL * params.shimmer * shown
-    return _Worn(
+    return Worn(
         lights=(
             mixed.product,
             tuple([part * gloss for part in mixed.glint]),
@@ -147,8 +155,26 @@ def _worn(params: GraphicsParams, amount: float, coding: Coding) -> _Worn:
         shimmer=_DENSEST * params.shimmer,
         to_film=to_film,
         from_film=from_film,
-        ceiling=_HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING,
+        ceiling=ceiling_of(coding),
     )
+
+
+def ceiling_of(coding: Coding) -> float:
+    """The brightest light that is painted."""
+    return _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
+
+
+def sparing(spared: float) -> tuple[float, float]:
+    """dark_gain and dark_offset of a Material; spared: see `material`."""
+    return (1 / spared, -1.0) if spared else (0.0, 1.0)
+
+
+def least_cell(params: GraphicsParams) -> tuple[float, int]:
+    """Size of a sparkle's cell on a large face, and how often it may be doubled on a small one."""
+    if not params.shimmer:
+        return _FINEST_CELL, 0
+    cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
+    return cell, max(math.floor(math.log2(_COARSEST_CELL / cell)), 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +193,7 @@ def _mixed(params: GraphicsParams) -> _Mixed:
     product = product_linear((params.red, params.green, params.blue), Coding())
     hue = product / max(float(product.max()), _BLACK)
     # white light on a deep colour would turn violet into lilac, and black into salt
-    pale = min(float(product @ _LUMINANCE) / _PALE, 1.0) ** 2
+    pale = min(float(product @ LUMINANCE) / _PALE, 1.0) ** 2
     silver = (1 - params.shimmer_tint) * (_LEAST_SILVER + (1 - _LEAST_SILVER) * pale)
     # a broad highlight is a weaker one: the same light over more of the surface
     sheen = 1 / (1 + 6 * params.gloss_roughness**2)
@@ -208,18 +234,18 @@ def _cells(params: GraphicsParams, axes: SkinAxes) -> tuple[float, float, float]
     several pixels. Around the sizes where this number changes, sparkles fade out: otherwise all of
     them would jump at once.
     """
+    cell, most_doublings = least_cell(params)
     if not params.shimmer:
-        return _FINEST_CELL, _SPOT, 0.0
-    cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
-    wanted = math.ceil(math.log2(_LEAST_CELL_PX / (cell * axes.skin_px)))
-    doublings = max(min(wanted, math.floor(math.log2(_COARSEST_CELL / cell))), 0)
+        return cell, SPOT, 0.0
+    wanted = math.ceil(math.log2(LEAST_CELL_PX / (cell * axes.skin_px)))
+    doublings = max(min(wanted, most_doublings), 0)
     cell *= 2**doublings
     cell_px = cell * axes.skin_px
-    beyond = cell_px / _LEAST_CELL_PX - 1
-    seen = min(max(beyond / _DISSOLVE, 0.0), 1.0)
+    beyond = cell_px / LEAST_CELL_PX - 1
+    seen = min(max(beyond / DISSOLVE, 0.0), 1.0)
     if doublings:
-        seen *= min(max((1 - beyond) / _DISSOLVE, 0.0), 1.0)
-    return cell, min(max(_SPOT, _LEAST_SPOT_PX / cell_px), _LARGEST_SPOT), seen
+        seen *= min(max((1 - beyond) / DISSOLVE, 0.0), 1.0)
+    return cell, min(max(SPOT, LEAST_SPOT_PX / cell_px), LARGEST_SPOT), seen
 
 
 def _half_way(light: SceneLight, axes: SkinAxes) -> tuple[float, float, float]:

@@ -37,7 +37,7 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     upper, lower = _columns(at.across.tobytes(), thick, over, shape["lower"])
     strokes = [_along(at.above_px, over_px, _thickness_px(upper, at))]
     if shape["wing"] > 0:
-        strokes.append(_wing(at, shape, over_px, thick * at.width_px))
+        strokes.append(_wing(at, shape, strokes[0], over_px, thick * at.width_px))
     if shape["lower"] > 0:
         strokes.append(_along(at.below_px, 0.5 * over_px, _thickness_px(lower, at)))
     smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
@@ -77,30 +77,52 @@ def _along(away_px: "np.ndarray", over_px: "np.ndarray", thick_px: "np.ndarray")
     return Stroke(above, thick_px - above)
 
 
-def _wing(at: EyeFields, shape: Shape, over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
+def _wing(
+    at: EyeFields, shape: Shape, line: Stroke, over_px: "np.ndarray", thick_px: "np.ndarray"
+) -> Stroke:
     """A slim triangle: its lower side runs from the outer corner to the tip, its upper side from
     the tip back to the upper border of the line, so that both are one stroke."""
     import numpy as np
 
-    length_px = shape["wing"] * at.width_px
-    angle = math.radians(shape["wing_angle"])
-    along, beside = _turned((at.across - 1) * at.width_px, at.rise_px, angle)
-    back_px = (LID_RISE_AT - 1) * at.width_px
-    back, height = _turned(back_px, at.lid_rise_px + thick_px, angle)
+    wide_px, length, angle = at.width_px, shape["wing"], math.radians(shape["wing_angle"])
+    along, beside, left, beyond = _wing_places(
+        at.across.tobytes(), at.rise.tobytes(), length, angle
+    )
+    back, height = _turned((LID_RISE_AT - 1) * wide_px, at.lid_rise_px + thick_px, angle)
     back = np.minimum(back, 0)  # a steep wing begins at the corner, or its tip would lie behind it
-    left = (length_px - along) * (1 / np.maximum(length_px - back, _SHORTEST_PX))
-    beyond = left <= 0
-    np.minimum(np.maximum(left, 0, out=left), 1, out=left)
-    left **= _SLIM
-    left *= np.maximum(height, thick_px) + over_px
     # never on the eyeball, nor before the place where the wing leaves the line
-    above = np.minimum(beside, at.above_px)
-    above += over_px
-    np.minimum(above, along - back, out=above)
-    beside += over_px
-    left -= beside
-    left[beyond] += _THINNED
-    return Stroke(above, left)
+    beside_px = beside * wide_px
+    beside_px += over_px
+    above = along * wide_px
+    above -= back
+    np.minimum(above, beside_px, out=above)
+    np.minimum(above, line.above, out=above)
+    share = wide_px / np.maximum(length * wide_px - back, _SHORTEST_PX)
+    below = left * share**_SLIM
+    np.minimum(below, 1, out=below)
+    below *= np.maximum(height, thick_px) + over_px
+    below -= beside_px
+    below += beyond
+    return Stroke(above, below)
+
+
+@lru_cache(maxsize=16)
+def _wing_places(
+    across: bytes, rise: bytes, length: float, angle: float
+) -> "tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]":
+    """(32, 48) float32 each, the same for all faces: how far a place lies along a wing of a length,
+    and beside it, in widths of the eye; how far it still is to the tip, by the power by which wings
+    thin; and 0, but far below 0 beyond the tip.
+
+    across, rise: of EyeFields, float32.
+    """
+    import numpy as np
+
+    out, up = np.frombuffer(across, np.float32) - 1, np.frombuffer(rise, np.float32)[:, None]
+    along, beside = _turned(out, up, angle)
+    left = np.maximum(length - along, 0)
+    beyond = np.where(left > 0, np.float32(0), np.float32(_THINNED))
+    return along, beside, left**_SLIM, beyond
 
 
 def _turned(out: "np.ndarray", up: "np.ndarray", angle: float) -> "tuple[np.ndarray, np.ndarray]":

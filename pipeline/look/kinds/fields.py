@@ -62,9 +62,9 @@ class EyeFields:
     """EyePlaces of a face, and for lines what they follow; lengths in px of the frame.
 
     above_px: above the upper lash line, negative below it.  below_px: below the lower lash line,
-    negative above it.  rise_px: above the line through both corners of the eye.  lid_rise_px: the
-    same of the upper lash line at LID_RISE_AT.
-    width_px: of the eye.
+    negative above it.  lid_rise_px: how far the upper lash line lies above the line through both
+    corners of the eye at LID_RISE_AT.
+    rise: of each row of the grid, likewise, in widths of the eye.  width_px: of the eye.
     """
 
     def __init__(
@@ -76,11 +76,11 @@ class EyeFields:
         width_px: "np.ndarray",
         lid_rise: "Callable[[], np.ndarray]",
     ) -> None:
-        """rise, lid_rise: in widths of the eye.  lids: height by the rings above the eye, which may
+        """lid_rise: in widths of the eye.  lids: height by the rings above the eye, which may
         be below 0, above_px and below_px."""
         self.is_upper, self.across, self.width_px = is_upper, across, width_px
         self._up, self.above_px, self.below_px = lids
-        self._rise, self._lid_rise = rise, lid_rise
+        self.rise, self._lid_rise = rise, lid_rise
 
     @cached_property
     def height(self) -> "np.ndarray":
@@ -91,11 +91,6 @@ class EyeFields:
         else:
             height = np.minimum(self.below_px * (np.float32(-1 / LID) / self.width_px), 0)
         return height
-
-    @property
-    def rise_px(self) -> "np.ndarray":
-        rise: np.ndarray = self._rise * self.width_px
-        return rise
 
     @property
     def lid_rise_px(self) -> "np.ndarray":

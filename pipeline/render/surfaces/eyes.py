@@ -16,6 +16,8 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from makeup_video.kernels.program import Device
+from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS, EyesToLay, ShareKernel
 from makeup_video.kernels.surface import (
     LID_CURVES,
     LID_HW,
@@ -36,9 +38,11 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeChart, EyeFields
 from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
+from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
+from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
 
 SIZE_WH = LID_HW[::-1]
 _TOP = -0.99  # the first row of the grid, in widths of the eye
@@ -72,10 +76,8 @@ _ACROSS = (OUTWARDS + 0.5).astype(np.float32)
 # 0 between the corners of the eye, 1 from a column beyond them on.
 _BEYOND = np.clip((np.abs(OUTWARDS) - 0.5) / LID_STEP, 0, 1).astype(np.float32)
 _AT_LID_RISE = round((LID_RISE_AT - 0.5 - LID_LEFT) / LID_STEP)
-# Charts: columns as on the grid, and so many rows for a height of 1, from the lash line to the
-# height of the brow and more.
-_CHART_ROWS, _CHART_HEIGHT = 64, 3
-_HEIGHTS = np.arange(_CHART_ROWS * _CHART_HEIGHT + 1, dtype=np.float32)[None, :, None] / _CHART_ROWS
+# Charts: columns as on the grid; rows from the lash line to the height of the brow and more.
+_HEIGHTS = np.arange(CHART_ROWS * CHART_HEIGHT + 1, dtype=np.float32)[None, :, None] / CHART_ROWS
 _CHARTS = tuple(EyeChart(up > 0, _ACROSS, up * _HEIGHTS) for up in (-1, 1))
 _RISE = (-_TOP - LID_STEP * np.arange(SIZE_WH[1])[:, None]).astype(np.float32)
 
@@ -112,8 +114,19 @@ class LidSurface:
     def sides(self) -> "list[LidSurface]":
         return [self, replace(self, is_upper=False, is_lower=True)]
 
-    def joined(self) -> "LidSurface":
-        return replace(self, is_upper=True, is_lower=True)
+    def side_of(self, charts: Charts) -> "LidSurface":
+        sides = tuple([chart is not None for chart in charts.on_sides])
+        if sides == (self.is_upper, self.is_lower):
+            return self
+        return replace(self, is_upper=sides[0], is_lower=sides[1])
+
+    def lay(self, charts: Charts, opacities: Sequence[float], device: Device) -> Laid:
+        upper, lower = charts.on_sides
+        if len(opacities) == 1 and (upper is None or lower is None):
+            return lay_coats(self, charts, opacities)  # as quick as the kernel
+        kernel = device.once(ShareKernel)
+        shares, seen, density = kernel(charts, charts.on_sides, opacities, self.both.to_lay)
+        return Laid(shares if len(shares) else None, seen, density)
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
         return self.both.joined(*on_sides)
@@ -202,7 +215,10 @@ class BothEyes:
     ) -> None:
         """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0."""
         self._up, self._lash_px, self._below_px = up, lash_px, below_px
-        wide = self._wide = np.array(widths_px, np.float32)[:, None, None]
+        wide = np.array(widths_px, np.float32)[:, None, None]
+        rows_down = [CHART_ROWS / LID / width_px for width_px in widths_px]
+        fades = [0.5 / LID_STEP / width_px for width_px in widths_px]
+        self.to_lay = EyesToLay(up, lash_px, below_px, rows_down, fades)
         self.upper, self.lower = (
             EyeFields(is_upper, _ACROSS, _RISE, (up, lash_px, below_px), wide, self._lid_rise)
             for is_upper in (True, False)
@@ -211,9 +227,9 @@ class BothEyes:
     def on_chart(self, is_upper: bool) -> tuple[np.ndarray, np.ndarray]:
         """See Surface. What lies beyond the lash line has its density."""
         if is_upper:
-            rows: np.ndarray = self._up * np.float32(_CHART_ROWS)
+            rows: np.ndarray = self._up * np.float32(CHART_ROWS)
         else:
-            rows = self._below_px * (np.float32(_CHART_ROWS / LID) / self._wide)
+            rows = self._below_px * np.array(self.to_lay.rows_down, np.float32)[:, None, None]
         y = rows.reshape(-1, SIZE_WH[0])
         return _columns(len(y)), y
 
@@ -221,28 +237,25 @@ class BothEyes:
         """Densities above the eyes and below them, (coats, 2, 32, 48) -> both in one. Each fades
         over a step of the grid beyond the middle between the lash lines, so that two colours that
         meet there leave no bare line."""
-        beyond = (self._lash_px - self._below_px) * (np.float32(0.5 / LID_STEP) / self._wide)
+        fades = np.array(self.to_lay.fades, np.float32)[:, None, None]
+        beyond = (self._lash_px - self._below_px) * fades
         above: np.ndarray = upper * np.minimum(np.maximum(1 + beyond, 0), 1)
         np.maximum(above, lower * np.minimum(np.maximum(1 - beyond, 0), 1), out=above)
         return above
 
     def _lid_rise(self) -> np.ndarray:
         """(2, 1, 1): how far the upper lash line rises at LID_RISE_AT, in widths of the eye."""
-        first, second = np.moveaxis(self._lash_px[:, :2, _AT_LID_RISE], 1, 0)
-        row = first / np.maximum(first - second, 1e-6)  # heights fall evenly from row to row
-        return _rise(row)[:, None, None]
+        rises = []
+        for first, second in self._lash_px[:, :2, _AT_LID_RISE].tolist():
+            row = first / max(first - second, 1e-6)  # heights fall evenly from row to row
+            rises.append(-_TOP - LID_STEP * row)
+        return np.array(rises, np.float32)[:, None, None]
 
 
 @cache
 def _columns(rows: int) -> np.ndarray:
     """(rows, W) float32: the column of each place of the grids."""
     return np.tile(COLUMNS.astype(np.float32), (rows, 1))
-
-
-def _rise(row: np.ndarray) -> np.ndarray:
-    """How far rows of the grid lie above the line through the eye's corners, in its widths."""
-    rise: np.ndarray = (-_TOP - LID_STEP * row).astype(np.float32)
-    return rise
 
 
 class EyesRegion:

@@ -41,8 +41,10 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
+from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad, light_planes
 from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
+from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
 
 _NARROWEST_PX = 8  # IOD
 _FAINTEST = 1 / 512
@@ -102,8 +104,11 @@ class FaceSurface:
     def sides(self) -> "list[FaceSurface]":
         return [self]
 
-    def joined(self) -> "FaceSurface":
+    def side_of(self, charts: Charts) -> "FaceSurface":
         return self
+
+    def lay(self, charts: Charts, opacities: Sequence[float], device: Device) -> Laid:
+        return lay_coats(self, charts, opacities)
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
         return on_sides[0]
@@ -178,42 +183,34 @@ class FaceOnGrid(NamedTuple):
 LitFace = tuple[FaceSurface, np.ndarray, float]
 
 
-def face_place(face: Face) -> GridPlace | None:
-    """Where the grid of a face lies on the frame; None for a face too small, from the side, or with
-    points that are not finite."""
-    (x0, y0, z0), (x1, y1, z1) = face.points_px[list(EYE_CORNERS)].astype(np.float64).tolist()
+def face_on_grid(face: Face) -> FaceOnGrid | None:
+    """Lay the grid over a face. None for a face too small, from the side, or with points that are
+    not finite."""
+    (x0, y0, z0), (x1, y1, z1) = face.points_px.take(EYE_CORNERS, 0).tolist()
     right, down = x1 - x0, y1 - y0
     seen_px = math.hypot(right, down)
     iod_px = math.hypot(seen_px, z1 - z0)  # a turned face keeps its size
     if not _NARROWEST_PX <= seen_px <= iod_px < math.inf:
         return None
-    if not math.isfinite(float(face.points_px.sum(dtype=np.float64))):
+    right, down, step = right / seen_px, down / seen_px, STEP * iod_px
+    turn = np.array(((right, -down, 0), (down, right, 0), (0, 0, 1))) / step
+    points_px = face.points_px.take(used_points(), 0)
+    if not math.isfinite(float(points_px.sum(dtype=np.float64))):
         return None
-    turn = np.array(((right, -down), (down, right))) / seen_px
-    turned = face.points_px.take(fit_points(), 0)[:, :2] @ turn
-    x, y = (turn @ (turned.min(0) + turned.max(0)) / 2).tolist()
-    step = STEP * iod_px / seen_px
-    a, b, half = right * step, down * step, (SIDE - 1) / 2
-    to_px = a, -b, x - half * (a - b), b, a, y - half * (a + b)
-    return GridPlace(to_px, to_px)
-
-
-def face_on_grid(face: Face) -> FaceOnGrid | None:
-    """Lay the grid over a face. None where `face_place` has no place."""
-    place = face_place(face)
-    if place is None:
-        return None
-    grid = Grid.at(place.to_px, (SIDE, SIDE))
-    (a, _, left), (b, _, top) = grid.to_px.tolist()
-    step = math.hypot(a, b)
-    turn = np.array(((a, -b, 0), (b, a, 0), (0, 0, step))) / (step * step)
-    points = (face.points_px.take(used_points(), 0) - (left, top, 0)) @ turn
-    return FaceOnGrid(place, grid, points.astype(np.float32))
+    points = points_px @ turn
+    outline = points[:POINTS, :2]
+    middle = (outline.min(0) + outline.max(0)) / 2
+    x, y = middle.tolist()
+    points[:, :2] += (SIDE - 1) / 2 - middle
+    a, b, left, top = right * step, down * step, x - (SIDE - 1) / 2, y - (SIDE - 1) / 2
+    to_px = a, -b, a * left - b * top, b, a, b * left + a * top
+    grid = Grid.at(to_px, (SIDE, SIDE))
+    return FaceOnGrid(GridPlace(to_px, to_px), grid, points.astype(np.float32))
 
 
 def face_surface(face: Face, frame: Frame, coding: Coding, kernel: FaceKernel) -> LitFace | None:
     """The surface of a face, the broad light on its grid, and that light's mean over the cheeks.
-    None where `face_place` has no place."""
+    None where `face_on_grid` has none."""
     at = face_on_grid(face)
     return None if at is None else surface_at(at, face, frame, coding, kernel)
 
@@ -227,7 +224,8 @@ def surface_at(
     given = FaceToRead(
         points_in_iod(at.points), inside, holes, at.place, frame_wh, sampled_down(face)
     )
-    made = kernel(given, light_planes(frame, coding, [at.place], at.grid.corners_px()))
+    light = light_planes(frame, coding, [at.place], at.grid.corners_px(), around=0)
+    made = kernel(given, light)
     surface = FaceSurface(at.grid, *(made[name] for name in FaceSurface.READ))
     return surface, made["shading"], float(made["mean"])
 

@@ -92,7 +92,9 @@ def _luma_of(frame: Frame, face: Face) -> np.ndarray:
     luma = frame.planes[0]
     high, wide = luma.shape
     x, y = face.points_px.take(fit_points(), 0)[:, :2].T.astype(np.intp)
-    codes = luma[np.clip(y, 0, high - 1), np.clip(x, 0, wide - 1)]
+    for at, length in ((x, wide), (y, high)):
+        np.minimum(np.maximum(at, 0, out=at), length - 1, out=at)
+    codes = luma[y, x]
     means: np.ndarray = _quarters() @ codes.astype(np.float32)
     means /= 2.0**frame.bit_depth
     return means

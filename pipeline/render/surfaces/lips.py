@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import LIPS_HW, LIPS_SIGMA_PX, OVER_SEAM, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
@@ -17,9 +18,11 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import LipsFields
 from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
+from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
+from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
 # The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
@@ -66,8 +69,11 @@ class LipsSurface:
     def sides(self) -> "list[LipsSurface]":
         return [self]
 
-    def joined(self) -> "LipsSurface":
+    def side_of(self, charts: Charts) -> "LipsSurface":
         return self
+
+    def lay(self, charts: Charts, opacities: Sequence[float], device: Device) -> Laid:
+        return lay_coats(self, charts, opacities)
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
         return on_sides[0]
@@ -114,16 +120,17 @@ class LipsSurface:
             edge = cv2.resize(edge, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
             to_px[:, :2] /= 2
             to_px[:, 2] -= to_px[:, :2].sum(1) / 2
-        cv2.warpAffine(
-            edge, to_px, out.shape[::-1], out,
+        # in an array of its own: rows of `out` are apart, which slows each step
+        there: np.ndarray = cv2.warpAffine(
+            edge, to_px, out.shape[::-1],
             borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
         )  # fmt: skip
-        np.maximum(out, 0, out=out)
-        np.minimum(out, 1, out=out)
-        rest = np.multiply(out, -2)
+        np.maximum(there, 0, out=there)
+        np.minimum(there, 1, out=there)
+        rest = there * -2
         rest += 3
-        out *= out
-        out *= rest
+        there *= there
+        np.multiply(there, rest, out=out)
         if density is not None:
             out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 

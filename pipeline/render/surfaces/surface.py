@@ -1,11 +1,37 @@
 """A surface of a face, ready to be painted: the lips, one side of an eye, the whole face."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol, Self
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
+from makeup_video.kernels.program import Device
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.grid import Grid, PointXY
+
+
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
+class Charts:
+    """The densities of coats, drawn once for a look.
+
+    on_sides: on the chart of each side (h, w, coats) float32, 0..1; None where no coat lies, but
+    not on all.
+    """
+
+    on_sides: tuple[np.ndarray | None, ...]
+
+
+class Laid(NamedTuple):
+    """Coats on all N surfaces of a region.
+
+    shares: (coats, N, H, W) float32, how much of each shows; None for a single coat.
+    seen: by surface and coat, the sums of the shares.
+    density: (N, H, W) float32: of one coat its own, of several 1 where there is any of them.
+    """
+
+    shares: np.ndarray | None
+    seen: Sequence[Sequence[float]]
+    density: np.ndarray
 
 
 class Surface(Protocol):
@@ -29,8 +55,12 @@ class Surface(Protocol):
         """The parts of the surface that are painted one by one: skin above an eye, and below it."""
         ...
 
-    def joined(self) -> "Surface":
-        """All sides as one surface."""
+    def side_of(self, charts: Charts) -> "Surface":
+        """The side where coats lie; all sides as one surface where they lie on several."""
+        ...
+
+    def lay(self, charts: Charts, opacities: Sequence[float], device: Device) -> Laid:
+        """Lay coats on all surfaces of the region.  opacities: of the coats, 0..1."""
         ...
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:

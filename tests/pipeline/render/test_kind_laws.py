@@ -11,12 +11,13 @@ from laws import same
 from layers import SHOWN, densities, everything, job_weight, jobs, layer_lists, layers
 from makeup import BARE, close_up_scene, copied, device, lit_of, paint_planes
 from makeup_video.kernels.paint import Canvas
-from makeup_video.kernels.paint_twin import paint_twin
+from makeup_video.kernels.paint_twin import paint_twin, read_back
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.look.finishes import FINISHES
 from makeup_video.pipeline.look.finishes import product as finished
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.look import Layer, Look
+from makeup_video.pipeline.render.coats import groups_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.surfaces.region import Reader
 
@@ -149,7 +150,7 @@ CHARTED = [
 def test_a_chart_has_the_densities_of_the_places(layer):
     """Between two px of a chart borders are straight, which are curved: 0.02 of the density. The
     whole face has places that no face shows."""
-    found = {job.surface.number: job.part.densities for job in jobs(close_up_scene(), [layer])}
+    (group,) = groups_of(Look([layer]).painted)
     for surface in surfaces_of(layer.kind):
         shown = getattr(surface, "visible", np.ones(surface.normals.shape[1:])) > 0
         at_places: dict = {}
@@ -157,11 +158,14 @@ def test_a_chart_has_the_densities_of_the_places(layer):
             whole = np.ones(shown.shape, np.float32) if density is None else density
             at_places.setdefault(side.chart, []).append(whole)
         on_sides = [np.stack(wanted)[:, None] for wanted in at_places.values()]
-        wanted = surface.joined().join(on_sides) if len(on_sides) > 1 else on_sides[0]
-        got = found[surface.number]
-        if got is None:
-            got = np.ones(shown.shape)
+        wanted = surface.join(on_sides) if len(on_sides) > 1 else on_sides[0]
         wanted = wanted[:, surface.number if wanted.shape[1] > 1 else 0]
+        (drawn,), at = group.on(surface), surface.number
+        got = np.ones((1, *shown.shape))
+        if drawn.charts is not None:
+            # coats of opacity 0 hide nothing, so that the share of each is its density
+            laid = surface.lay(drawn.charts, [0.0] * len(drawn.coats), device())
+            got = laid.density[None, at] if laid.shares is None else laid.shares[:, at]
         assert np.abs(got - wanted)[:, shown].max() < 0.02
 
 
@@ -188,7 +192,7 @@ def twins(monkeypatch):
 
     def paint_both(self, planes, regions, coding):
         block = self._kind[0]
-        want = paint_twin(planes, regions, coding, block)
+        want = paint_twin(planes, [read_back(one) for one in regions], coding, block)
         before = [plane.copy() for plane in planes]
         paint(self, planes, regions, coding)
         assert not same(before, planes)

@@ -172,7 +172,7 @@ def test_the_page_and_the_finishes_have_the_new_kind(toy):
         "import json\n"
         "from makeup_video.pipeline import FINISHES, Look\n"
         "from makeup_video.web.messages import hello\n"
-        "class Session: name, look, photo = 'a', Look(), None\n"
+        "class Session: name, look, photo, has_video = 'a', Look(), None, False\n"
         "kinds = json.loads(hello('live', Session()))['kinds']\n"
         "print(json.dumps([kinds, list(FINISHES['gloss'])]))"
     )

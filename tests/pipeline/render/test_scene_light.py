@@ -94,3 +94,10 @@ def test_a_face_that_was_long_away_is_read_anew():
     assert estimate(FrameFaces(replace(dark, pts=30), ())) == ()
     (estimated,) = estimate(FrameFaces(replace(dark, pts=150), (face,)))
     assert estimated.strength == pytest.approx(light(lit(0.3, 0.3, 0.3)).strength)
+
+
+def test_the_room_follows_a_change():
+    moved = [lights[0].environment for _, lights in film(switched(0.4), 30)]
+    (end,) = light_of(FrameFaces(switched(0)(0), (face_at(points()),)))
+    assert np.abs(moved[12] - end.environment).max() > 0.03
+    assert np.abs(moved[-1] - end.environment).max() < 0.03

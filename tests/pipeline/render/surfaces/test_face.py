@@ -12,7 +12,7 @@ from makeup import LAYOUTS
 from makeup_video.kernels.face import SIDE
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, LIPS_OUTER
-from makeup_video.pipeline.render.surfaces.face import face_place
+from makeup_video.pipeline.render.surfaces.face import face_on_grid
 from people import frame_of, portrait
 
 MEAN = read_array("mean_face.npy").astype(np.float64)
@@ -184,7 +184,7 @@ def test_every_layout_gives_nearly_the_same_surface(pix_fmt):
     ids=["nan", "one place", "small", "one point at infinity"],
 )
 def test_a_face_without_a_surface_has_none(broken):
-    assert face_place(face_at(broken)) is None
+    assert face_on_grid(face_at(broken)) is None
     assert surface_made(face_at(broken), GREY) is None
 
 

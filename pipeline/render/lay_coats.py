@@ -1,0 +1,43 @@
+"""Coats on the charts of a region -> how much of each shows at the places of its surfaces.
+
+The numpy twin of kernels/shares.cl; other regions than the eyes are laid with it, too.
+"""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from makeup_video.kernels.shares import FAINTEST
+from makeup_video.pipeline.render.blend_layers import shares_of
+from makeup_video.pipeline.render.surfaces.surface import Charts, Laid, Surface
+
+
+def lay_coats(surface: Surface, charts: Charts, opacities: Sequence[float]) -> Laid:
+    """Lay coats on all surfaces of a region.  surface: any of them.  opacities: of the coats."""
+    on_sides = zip(surface.sides(), charts.on_sides, strict=True)
+    found = [_looked_up(chart, side) for side, chart in on_sides if chart is not None]
+    densities = surface.join(found) if len(found) > 1 else found[0]
+    if len(densities) == 1:
+        return Laid(None, (), densities[0])
+    shares = shares_of(densities, opacities)
+    return Laid(shares, shares.sum((2, 3)).T.tolist(), _any_of(densities))
+
+
+def _looked_up(densities: np.ndarray, surface: Surface) -> np.ndarray:
+    """(coats, N, H, W): densities on a chart (h, w, coats), at the places of all N surfaces."""
+    x, y = surface.on_chart()
+    found = cv2.remap(densities, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    hw = surface.normals.shape[1:]
+    if found.ndim == 2:
+        return found.reshape(1, -1, *hw)
+    maps = np.empty((found.shape[2], *found.shape[:2]), np.float32)
+    cv2.split(found, list(maps))
+    return maps.reshape(len(maps), -1, *hw)
+
+
+def _any_of(densities: np.ndarray) -> np.ndarray:
+    """(N, H, W): 1 where there is any of several coats."""
+    most = densities.max(0)
+    _, there = cv2.threshold(most.reshape(-1, most.shape[-1]), FAINTEST, 1.0, cv2.THRESH_BINARY)
+    any_of_them: np.ndarray = there.reshape(most.shape)
+    return any_of_them
