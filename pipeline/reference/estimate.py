@@ -9,13 +9,16 @@ lips and lids is read by a net of each, from a crop whose light is divided out a
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from makeup_video.pipeline.engine.machine import READ_PHOTO, check_memory, give_back_memory
-from makeup_video.pipeline.errors import PhotoError, SeveralFacesError, UsageError, option
+from makeup_video.pipeline.errors import (
+    PhotoError,
+    SeveralFacesError,
+    UsageError,
+    option,
+)
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.frames.views import RgbPicture, check_rgb8
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish, part_in_words
@@ -34,12 +37,16 @@ from makeup_video.pipeline.reference.fit_blush import fit_blush
 from makeup_video.pipeline.reference.fit_lips import fit_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.liner import liner
+from makeup_video.pipeline.reference.nets import MAKEUP, forget_nets, loading, reference_net
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
-from makeup_video.pipeline.reference.read_makeup import WORN_FROM, Makeup, forget_net, read_makeup
+from makeup_video.pipeline.reference.read_makeup import (
+    WORN_FROM,
+    Makeup,
+    read_makeup,
+)
 from makeup_video.pipeline.render.scene import SceneLight
 
-THREADS = 2  # of each net; a photo is read once, before the film needs the cores
 # More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips
 # would come out frosted.
 MOST_GLOSS, MOST_REFLECTION = 3.0, 0.35
@@ -137,7 +144,22 @@ def estimate_photo(
     if chosen not in ("", "largest") and not is_number:
         raise UsageError(f"{option('face')} must be largest, or the number of a face, got {face!r}")
     check_memory(READ_PHOTO)
-    rgb8 = read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
+    try:
+        with loading([MAKEUP, *CROPS]):
+            rgb8 = (
+                read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
+            )
+            return _estimate_of(rgb8, chosen, photo, name)
+    finally:
+        # Painting does not need these nets, nor their 80 MB.
+        forget_nets()
+        give_back_memory()
+
+
+def _estimate_of(
+    rgb8: np.ndarray, chosen: str, photo: str | os.PathLike[str] | bytes, name: str
+) -> Estimate:
+    """As `estimate_photo`, of a photo that was read; errors name its file."""
     try:
         return estimate(rgb8, choose_face(faces_within(rgb8), chosen))
     except PhotoError as error:
@@ -145,11 +167,6 @@ def estimate_photo(
             error.photo = os.fspath(photo)
         error.extend(before=f"{name if isinstance(photo, bytes) else photo}: ")
         raise
-    finally:
-        # Painting does not need these nets, nor their 80 MB; loading them again takes 0.1 s.
-        _net.cache_clear()
-        forget_net()
-        give_back_memory()
 
 
 def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
@@ -186,7 +203,9 @@ class _Photo:
         crop = read_input(RgbPicture(self.rgb8), self.face, region, self.light)
         if crop is None:
             return None
-        return product_with(read_numbers(lambda rgb8: _net(region)(rgb8)["targets"], crop), region)
+        return product_with(
+            read_numbers(lambda rgb8: reference_net(region)(rgb8)["targets"], crop), region
+        )
 
 
 def _lipstick(photo: _Photo) -> list[Layer]:
@@ -223,8 +242,3 @@ _READERS: Mapping[str, Callable[[_Photo], list[Layer]]] = {
     "eyeliner": _eyeliner,
     "blush": _blush,
 }
-
-
-@cache
-def _net(region: str) -> Net:
-    return Net(f"reference_{region}", threads=THREADS)

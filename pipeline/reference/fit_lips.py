@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 from makeup_video.pipeline.faces.lip_mask import lip_mask
+from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
 from makeup_video.pipeline.look.finishes import nearest_finish, product
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
@@ -20,10 +21,11 @@ from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 # Bare lips, and how lipstick of opacity 1 shows on them, as training/worn/bare_skin.py measures.
 FILM = Film(np.array([0.771, 0.639, 0.716]), np.array(0.93), np.array(0.925))
 _CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least number of such px
-_CONTRAST = 0.35  # of roots between a lipstick and bare lips, from which on it is opaque
-_LEAST_OPAQUE, _MOST_OPAQUE = 0.35, 0.95
+_CONTRAST = 0.25  # of roots between a lipstick and bare lips, from which on it is opaque
+_LEAST_OPAQUE, _MOST_OPAQUE = 0.45, 0.95
 _MOST_REFLECTION = 0.05
-_SHINE = 0.07  # what gloss 1 adds to the roots of the lips' median
+_PALE, _PALER = 60.0, 0.35  # L* on typical skin; what is lighter is lighter by this share of it
+_SHINE = 0.04  # what gloss 1 adds to the roots of the lips' median
 
 
 def seen_lips(neutral: NeutralFace) -> np.ndarray | None:
@@ -51,7 +53,7 @@ def fit_lips(
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPAQUE), _MOST_OPAQUE)
     gloss, reflection = lips.gloss, min(lips.reflection, _MOST_REFLECTION)
     skin = TypicalSkin.of(neutral)
-    matte = skin.roots(seen) - _SHINE * min(gloss, 1) * opacity
+    matte = _no_chalk(skin, skin.roots(seen)) - _SHINE * min(gloss, 1) * opacity
     rgb = skin.codes(np.clip(FILM.product_for(matte, opacity), 0, skin.most()))
     finish = nearest_finish(opacity, gloss, lips.gloss_roughness, reflection, shimmers=False)
     worn = replace(
@@ -59,3 +61,12 @@ def fit_lips(
         gloss_roughness=lips.gloss_roughness, reflection=reflection,
     )  # fmt: skip
     return Layer("lipstick", worn, dict(shape))
+
+
+def _no_chalk(skin: TypicalSkin, roots: np.ndarray) -> np.ndarray:
+    """Roots of lips (3,), less light where hardly any lipstick is as light: then plain skin was
+    taken for darker than it is, as under hair or in the shadow of a hat."""
+    lab = lab_of_linear(roots * roots * skin.linear)
+    lab[0] = min(lab[0], _PALE + _PALER * (lab[0] - _PALE))
+    darker: np.ndarray = np.sqrt(np.maximum(linear_of_lab(lab), 0) / skin.linear)
+    return darker

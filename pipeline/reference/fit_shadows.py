@@ -18,7 +18,7 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.film import Film, bounded
 from makeup_video.pipeline.reference.flat_eyes import density
-from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 # What is tried, in the order of painting: of each place one shape, or none. The last lies below the
@@ -50,9 +50,21 @@ MOST_OPAQUE, LEAST_OPAQUE = 0.8, 0.3
 # A product lighter than the skin is a sheer one: on darker skin it would look like chalk.
 _LIGHT_OPAQUE = 0.35
 _CONTRAST = 0.5  # of roots between a product and skin, from which on it is as opaque as it can be
-_LIKELY = 0.5
-_NEARLY = 0.995
-_STIFF = 1e-5  # of the weights: keeps the equations solvable where layers cover the same cells
+_LIGHTER = 0.03  # of roots: a product that is not lighter than skin by more may be opaque
+# Roots of bare eyes as shares of those measured: photos of makeup have more light there than most
+# faces on which a look is painted.
+_DEEPER = 0.92
+_EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and not for makeup
+_FAINTEST = 1e-6
+_VIVID = 0.2  # how much more vivid a colour as light as bare eyes is painted than it is seen
+# The probability from which layers below the eye are read and all of the opacity is painted, and
+# what share of it is painted of a shadow that is hardly likely: soft ones come out heavy.
+_LIKELY, _UNLIKELY_SHARE = 0.75, 0.6
+_NEARLY = 0.92
+# Of the weights: what keeps a layer's colour near that of skin. Where its cells hardly tell the
+# colour, or other layers cover them, it would be an extreme one.
+_STIFF = 0.002
+_OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 
 _Shape = dict[str, object]
 
@@ -64,25 +76,38 @@ def fit_shadows(
     seen, or that looks like a bare one.
 
     seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the lid's
-    layer has; the others are matte.  probability: that eye-shadow is worn; where it is not likely,
-    nothing is read below the eye, since folds and rims of glasses are darker and redder than skin.
+    layer has; the others are matte.  probability: that eye-shadow is worn; the less likely, the
+    sheerer, and where it is not likely, nothing is read below the eye, since folds and rims of
+    glasses are darker and redder than skin.
     """
     if seen is None:
         return []
     shine = lid.opacity, lid.gloss, lid.gloss_roughness, lid.reflection
     finish = nearest_finish(*shine, "eyes", shimmers=False)
-    skin = TypicalSkin.of(neutral)
-    seen, most = skin.roots(seen), skin.most()
+    skin = TypicalSkin.of(neutral, _OWN_HUE)
+    seen, most = _shaded(skin.roots(seen)), skin.most()
     chosen = _choose(seen, most, _SHAPES if probability >= _LIKELY else _SHAPES[:-1])
-    chosen, roots = _without_white(seen, chosen, most)
-    if not chosen:
-        return []
-    opacities = [_opacity(shape, root) for shape, root in zip(chosen, roots, strict=True)]
-    _, roots = _fit(seen, chosen, opacities, most)
+    chosen, opacities, roots = _without_white(seen, chosen, most)
+    share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _LIKELY, 1)
     return [
-        _layer(shape, skin.codes(root), opacity, finish)
+        _layer(shape, skin.codes(root), round(share * opacity, 3), finish)
         for shape, root, opacity in zip(chosen, roots, opacities, strict=True)
     ]
+
+
+def _shaded(seen: np.ndarray) -> np.ndarray:
+    """Roots (27, 48, 3): less light of the same hue where they are lighter than bare eyes, and soft
+    colours more vivid.
+
+    Soft light from the front fills the hollow of the eye. As a product this light would be a pale
+    veil, in which the colour that is worn is lost. Dark colours stay as they are.
+    """
+    bare = _bare_eyes()[0].bare
+    share = np.sqrt((bare**2 @ LUMINANCE) / np.maximum(seen**2 @ LUMINANCE, _FAINTEST))[..., None]
+    as_light = bare / share
+    vivid = as_light + (1 + _VIVID * np.minimum(1 / share, 1) ** 4) * (seen - as_light)
+    shaded: np.ndarray = np.maximum(vivid * np.minimum(share, 1) ** _EVENED, 0)
+    return shaded
 
 
 def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape]]) -> list[_Shape]:
@@ -106,14 +131,16 @@ def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape
 
 def _without_white(
     seen: np.ndarray, shapes: list[_Shape], most: np.ndarray
-) -> tuple[list[_Shape], np.ndarray]:
-    """The shapes and their roots, (N, 3), without those that would have to be white: their skin is
-    in strong light, and white on other skin would be a grey veil."""
+) -> tuple[list[_Shape], list[float], np.ndarray]:
+    """The shapes, their opacities and their roots, (N, 3), without those that would have to be
+    white: their skin is in strong light, and white on other skin would be a grey veil."""
     while True:
         _, roots = _fit(seen, shapes, [MOST_OPAQUE] * len(shapes), most)
+        opacities = [_opacity(shape, root) for shape, root in zip(shapes, roots, strict=True)]
+        _, roots = _fit(seen, shapes, opacities, most)
         white = (roots >= _NEARLY * most).sum(1) >= 2
         if not white.any():
-            return shapes, roots
+            return shapes, opacities, roots
         first = int(white.argmax())
         shapes = [*shapes[:first], *shapes[first + 1 :]]
 
@@ -146,7 +173,7 @@ def _fit(
     parts = np.stack([part[_counts()] for part in shown], axis=1)
     weighted = parts * weights[_counts()][:, None]
     normal = parts.T @ weighted + _STIFF * np.eye(len(shapes))
-    roots = bounded(normal, weighted.T @ rest, most)
+    roots = bounded(normal, weighted.T @ rest + _STIFF, most)
     off = rest - parts @ roots
     return float((weights[_counts()][:, None] * off**2).sum()), roots
 
@@ -157,7 +184,7 @@ def _opacity(shape: _Shape, roots: np.ndarray) -> float:
     share = density(_plain(shape)) * weights
     pure = film.response[..., None] / np.maximum(film.cover, 0.05)[..., None] * roots
     off = ((pure - film.bare) * share[..., None]).sum((0, 1)) / max(float(share.sum()), 1e-9)
-    most = _LIGHT_OPAQUE if off.sum() > 0 else MOST_OPAQUE
+    most = _LIGHT_OPAQUE if off @ LUMINANCE > _LIGHTER else MOST_OPAQUE
     wanted = MOST_OPAQUE * float(np.linalg.norm(off)) / _CONTRAST
     return round(min(max(wanted, LEAST_OPAQUE), most), 3)
 
@@ -181,7 +208,7 @@ def _plain(shape: _Shape) -> Layer:
 def _bare_eyes() -> tuple[Film, np.ndarray]:
     """Bare eyes, laid flat, and what each cell counts: (27, 48), the sum is 1."""
     numbers = read_array("bare_eyes.npy").astype(np.float32)
-    film = Film(numbers[..., :3], numbers[..., 3], numbers[..., 4])
+    film = Film(_DEEPER * numbers[..., :3], numbers[..., 3], numbers[..., 4])
     return film, numbers[..., 5] / numbers[..., 5].sum()
 
 

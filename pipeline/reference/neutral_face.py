@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from makeup_video.kernels.colour import SRGB, to_linear
+from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
 from makeup_video.pipeline.faces.face import Face, iod_px, moved
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.frames.affine import invert
@@ -24,6 +24,7 @@ PLAIN_SKIN = (
     (6, 197, 195, 5, 4, 45, 220, 196),
     (207, 214, 212, 216),
 )
+LUMINANCE = to_xyz(1)[1]  # of linear R, G, B of sRGB
 
 
 @dataclass(frozen=True, slots=True, eq=False)

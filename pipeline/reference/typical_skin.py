@@ -14,9 +14,9 @@ from makeup_video.pipeline.reference.neutral_face import NeutralFace
 
 # Plain skin of people in photos of makeup, in neutral light, the median: linear R, G, B.
 TYPICAL = (0.753, 0.48, 0.374)
-# How much of the difference from typical skin is the person's, of L*, a* and b*: tried on photos
-# between 0 and 1.
-_OWN = (0.4, 0.2, 0.2)
+# How much of the difference from typical skin is the person's, of L* and, unless told otherwise, of
+# a* and b*: tried on photos between 0 and 1.
+_OWN_LIGHT, _OWN_HUE = 0.4, 0.4
 _BRIGHT = 1.5  # colours down to one part in so much of the skin's L* show all of the light's hue
 _FAINTEST = 1e-4
 
@@ -29,9 +29,10 @@ class TypicalSkin:
     seen: np.ndarray
 
     @classmethod
-    def of(cls, neutral: NeutralFace) -> "TypicalSkin":
+    def of(cls, neutral: NeutralFace, own_hue: float = _OWN_HUE) -> "TypicalSkin":
+        """own_hue: how much of the hue that sets this skin apart is the person's, 0..1."""
         typical = lab_of_linear(np.array(TYPICAL))
-        own = np.array(_OWN) * (lab_of_linear(neutral.skin) - typical)
+        own = np.array([_OWN_LIGHT, own_hue, own_hue]) * (lab_of_linear(neutral.skin) - typical)
         return cls(np.maximum(linear_of_lab(typical + own), _FAINTEST), neutral.skin)
 
     def roots(self, roots: np.ndarray) -> np.ndarray:

@@ -96,11 +96,34 @@ def test_a_dark_shadow_darkens_the_same_place_again(slot):
     assert np.abs(again - seen)[there].mean() < 0.6 * np.abs(before - seen)[there].mean()
 
 
+@settings(max_examples=6, deadline=None)
+@given(st.floats(0, 1), st.floats(0, 1))
+def test_a_less_likely_shadow_is_painted_sheerer(one, other):
+    neutral = wearing(Layer("eyeshadow", product((60, 20, 40), "matte", "eyes"), {"slot": "lid"}))
+    seen = flat_eyes(neutral)
+    sheer, more = (
+        max(layer.product.opacity for layer in fit_shadows(neutral, seen, LID, probability))
+        for probability in sorted((one, other))
+    )
+    assert sheer <= more + 0.01
+
+
 def test_a_blush_reddens_the_cheeks_again():
     (read,) = blush_of(wearing(Layer("blush", product((200, 30, 60), "matte", "blush"))))
-    (bare,) = blush_of(wearing_nothing())
-    red, plain = read.product, bare.product
-    assert red.red - red.green > plain.red - plain.green + 30
+    assert read.product.red > read.product.green + 100
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(150, 230), st.integers(60, 130), st.floats(0.3, 1))
+def test_an_orange_blush_is_read_as_no_more_orange(red, green, opacity):
+    worn = replace(product((red, green, green - 40), "matte", "blush"), opacity=opacity)
+    for read in blush_of(wearing(Layer("blush", worn))):
+        seen = read.product
+        assert seen.green - seen.blue <= 40 and seen.red - seen.green >= 30
+
+
+def test_even_cheeks_have_no_blush():
+    assert blush_of(wearing_nothing()) == []
 
 
 @settings(max_examples=10, deadline=None)
@@ -125,3 +148,36 @@ def test_a_violet_blush_is_found_again():
     worn = product((70, 50, 230), "matte", "blush")
     (read,) = blush_of(wearing(Layer("blush", worn)))
     assert read.product.blue > read.product.red > read.product.green
+
+
+@pytest.mark.parametrize("light", [0.6, 1.7])
+def test_a_blush_keeps_its_colour_in_light_from_the_side(light):
+    worn = wearing(Layer("blush", product((200, 30, 60), "matte", "blush")))
+    cheeks = see_cheeks(worn)
+    (read,) = fit_blush(worn, cheeks, {})
+    lit = replace(cheeks, roots=cheeks.roots * np.float32(np.sqrt(light)))
+    (again,) = fit_blush(worn, lit, {})
+    assert again.product.red > again.product.green + 60
+    assert abs(hue(again.product) - hue(read.product)) < 25
+
+
+def hue(product_read):
+    """The angle of a product's colour in CIELAB, degrees."""
+    lab = lab_of(np.array([product_read.red, product_read.green, product_read.blue]))
+    return float(np.degrees(np.arctan2(lab[2], lab[1])))
+
+
+def test_a_pink_shadow_in_soft_light_is_no_white_veil():
+    worn = replace(product((230, 90, 110), "matte", "eyes"), opacity=0.7)
+    neutral = wearing(Layer("eyeshadow", worn, {"slot": "full"}))
+    for layer in fit_shadows(neutral, 1.2 * flat_eyes(neutral), LID):
+        assert layer.product.red > layer.product.green + 25
+
+
+def test_lips_beside_skin_that_is_too_dark_are_not_chalk():
+    neutral = wearing(Layer("lipstick", replace(product((190, 70, 80), "matte", "lips"))))
+    seen, plain = seen_lips(neutral), neutral.skin
+    shaded = replace(neutral, skin=plain / 4)
+    read = fit_lips(shaded, 2 * seen, LIPS, {}).product
+    lab = lab_of(np.array([read.red, read.green, read.blue]))
+    assert lab[0] < 75 and lab[1] > 15

@@ -1,0 +1,46 @@
+"""The nets that read a photo: loaded at first use, or in a thread beforehand, and given back."""
+
+import threading
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager, suppress
+from functools import cache
+
+from makeup_video.pipeline.errors import InstallError
+from makeup_video.pipeline.faces.net import Net
+
+MAKEUP = "makeup"  # the net of the whole face; the others are named like their crops
+_THREADS = 2  # of each net; a photo is read once, before the film needs the cores
+_LOADING = threading.Lock()  # no net is loaded twice
+
+
+def reference_net(name: str) -> Net:
+    """A net, loaded at the first call. Any thread may call this. Raises InstallError."""
+    with _LOADING:
+        return _loaded(name)
+
+
+@cache
+def _loaded(name: str) -> Net:
+    return Net(f"reference_{name}", threads=_THREADS)
+
+
+@contextmanager
+def loading(names: Iterable[str]) -> Generator[None, None, None]:
+    """Load nets in a thread within the block: to decode a photo and find its face takes as long."""
+    thread = threading.Thread(target=_load, args=(names,), name="makeup-reference", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        thread.join()
+
+
+def _load(names: Iterable[str]) -> None:
+    with suppress(InstallError):  # whoever needs the net raises it again
+        for name in names:
+            reference_net(name)
+
+
+def forget_nets() -> None:
+    """Give the memory of all nets back; loading them again takes 0.1 s."""
+    _loaded.cache_clear()

@@ -1,0 +1,33 @@
+"""The nets of a photo: loaded in a thread while the photo is decoded, and given back."""
+
+import threading
+
+import pytest
+from makeup_video.pipeline import InstallError, look_from_photo
+from makeup_video.pipeline.faces.net import Net
+from makeup_video.pipeline.reference import nets
+from people import SAMPLES
+
+
+def test_each_net_is_loaded_once_while_the_photo_is_decoded(monkeypatch):
+    loaded = []
+
+    class Noted(Net):
+        def __init__(self, name, **options):
+            loaded.append(name)
+            super().__init__(name, **options)
+
+    monkeypatch.setattr(nets, "Net", Noted)
+    read = look_from_photo(SAMPLES / "look.jpg")
+    assert len(read.layers) > 1
+    assert sorted(loaded) == [f"reference_{name}" for name in ("eyes", "lips", "makeup")]
+    assert not any(thread.name == "makeup-reference" for thread in threading.enumerate())
+
+
+def test_nets_that_are_missing_end_with_the_usual_line(monkeypatch):
+    def missing(*args, **options):
+        raise InstallError("the weights are missing")
+
+    monkeypatch.setattr(nets, "Net", missing)
+    with pytest.raises(InstallError, match="the weights are missing"):
+        look_from_photo(SAMPLES / "look.jpg")
