@@ -1,28 +1,17 @@
 """Encodes the planes of a frame as a JPEG in which a browser shows the painted colours.
 
 A JPEG file (JFIF) is full-range BT.601, which browsers take for sRGB. Planes of a camera's MJPEG
-are already coded so and go to the encoder unchanged. All others are converted in Y'CbCr, each plane
-at its own size: the frame never becomes RGB.
+are already coded so and go to the encoder unchanged.
 """
 
-from functools import lru_cache
-from typing import NamedTuple
-
 import cv2
-import numpy as np
 import simplejpeg
-from makeup_video.kernels.colour import SRGB, Coding, matrices
-from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
-from makeup_video.pipeline.frames.sampling import halved
-from makeup_video.pipeline.images.hdr_preview import JFIF, standard
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.images.hdr_preview import JFIF
+from makeup_video.pipeline.images.preview_planes import LIMIT_PX, Planes, preview_planes
 
 QUALITY = 85
-# Pictures with longer sides are halved: no page is wider, and 2160p costs three times as much
-# whole.
-LIMIT_PX = 2560
-_FINE = 2  # what chroma adds to luma is stored in halves of a code; it never reaches 64 codes
 _KNOWN_CHROMA = {(1, 1), (2, 1), (2, 2), (1, 2), (4, 1)}  # the subsampling that JPEG has
-Planes = tuple[np.ndarray, ...] | list[np.ndarray]
 
 
 class PreviewJpeg:
@@ -40,95 +29,11 @@ class PreviewJpeg:
     ) -> bytes:
         """chroma, bit_depth, tags: the frame's.
 
-        Raises UsageError for codes that are no linear mix of R'G'B', as `colour_tags.resolve` does.
+        Raises UsageError as `preview_planes` does.
         """
-        height, width = planes[0].shape
-        coding = resolve(tags, width, height, bit_depth)
-        luma, *rest = _smaller(planes[:3], chroma, self._limit_px)
-        if rest and rest[0].ndim == 3:  # NV12 keeps both in one
-            rest = list(cv2.split(rest[0]))
+        luma, *rest = preview_planes(planes, chroma, bit_depth, tags, JFIF, self._limit_px)
         if rest and chroma not in _KNOWN_CHROMA:
             size = -(-luma.shape[1] // 2), -(-luma.shape[0] // 2)
             rest = [cv2.resize(plane, size) for plane in rest]
-        convert = _mixed if coding.transfer == SRGB else standard
-        luma, *rest = convert(luma, rest, coding)
         cb, cr = rest or (None, None)
         return bytes(simplejpeg.encode_jpeg_yuv_planes(luma, cb, cr, quality=self._quality))
-
-
-def _smaller(planes: Planes, chroma: tuple[int, int], limit_px: int) -> list[np.ndarray]:
-    """Planes halved until no side is longer; odd sizes lose their last row or column."""
-    planes = list(planes)
-    while max(planes[0].shape) > limit_px:
-        across, down = chroma
-        high, wide = (
-            size // (2 * by) * 2 for size, by in zip(planes[0].shape, (down, across), strict=True)
-        )
-        if not high or not wide:
-            break
-        luma, *rest = planes
-        planes = [halved(luma[: high * down, : wide * across])]
-        planes += [halved(plane[:high, :wide]) for plane in rest]
-    return planes
-
-
-class _Mix(NamedTuple):
-    """How a frame's codes become those of a JPEG: factors, and then a constant to add.
-
-    luma: (of luma, constant).  lift: what chroma adds to luma, in units of 1 / _FINE code, 128 for
-    nothing.  lift, blue, red: (of Cb, of Cr, constant).
-    """
-
-    luma: tuple[float, float]
-    lift: tuple[float, float, float]
-    blue: tuple[float, float, float]
-    red: tuple[float, float, float]
-
-
-@lru_cache
-def _mix(coding: Coding) -> _Mix | None:
-    """The mix for a coding; None when the codes are those of a JPEG already."""
-    to_rgb, _ = matrices(coding)
-    _, to_codes = matrices(JFIF)
-    mix = to_codes[:, :3] @ to_rgb[:, :3]
-    added = to_codes[:, :3] @ to_rgb[:, 3] + to_codes[:, 3]
-    if coding.bit_depth == 8 and np.allclose(mix, np.eye(3)) and np.allclose(added, 0, atol=1e-9):
-        return None
-    (scale, *lift), (_, *blue), (_, *red) = mix.round(9).tolist()
-    neutral = sum(lift) * 2.0 ** (coding.bit_depth - 1)  # what neutral chroma would add
-    return _Mix(
-        (scale, added[0] + neutral),
-        (lift[0] * _FINE, lift[1] * _FINE, 128 - neutral * _FINE),
-        (*blue, added[1]),
-        (*red, added[2]),
-    )
-
-
-def _mixed(luma: np.ndarray, chroma: list[np.ndarray], coding: Coding) -> list[np.ndarray]:
-    """Planes of 8 bits in a JPEG's coding; the given ones when they have it already."""
-    mix = _mix(coding)
-    if mix is None:
-        return [luma, *chroma]
-    scale, added = mix.luma
-    if not chroma:
-        return [_sum(luma, scale, luma, 0, added)]
-    cb, cr = chroma
-    if not any(mix.lift[:2]):
-        bright = _sum(luma, scale, luma, 0, added)
-    else:
-        # viewers scale chroma up linearly, so this does, too
-        lift = cv2.resize(_plane_sum(cb, cr, mix.lift), luma.shape[::-1])
-        bright = _sum(luma, scale, lift, 1 / _FINE, added - 128 / _FINE)
-    return [bright, _plane_sum(cb, cr, mix.blue), _plane_sum(cb, cr, mix.red)]
-
-
-def _plane_sum(cb: np.ndarray, cr: np.ndarray, mix: tuple[float, float, float]) -> np.ndarray:
-    return _sum(cb, mix[0], cr, mix[1], mix[2])
-
-
-def _sum(a: np.ndarray, of_a: float, b: np.ndarray, of_b: float, added: float) -> np.ndarray:
-    """The weighted sum, rounded and clipped to 8 bits.
-
-    OpenCV has nothing quicker, even for a single plane.
-    """
-    return np.asarray(cv2.addWeighted(a, of_a, b, of_b, added, dtype=cv2.CV_8U))

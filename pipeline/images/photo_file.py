@@ -11,6 +11,7 @@ import struct
 import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
 
@@ -24,7 +25,9 @@ from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
 # Formats of photos only: some others of Pillow's run programs (EPS) or open more files.
-_FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "GIF")
+# of Pillow's modules, one for each kind: loading all of them takes longer
+_PLUGINS = ("Jpeg", "Png", "WebP", "Avif", "Tiff", "Bmp", "Gif")
+_FORMATS = tuple(name.upper() for name in _PLUGINS)
 _KINDS = "JPEG, PNG, WebP, HEIC, AVIF, TIFF or BMP"
 # Photos with a longer side than this are averaged down: a face still has far more pixels than
 # needed.
@@ -85,12 +88,15 @@ def read_photo(
     name: str = "the photo",
     most_px: int = MOST_PX,
     before_decoding: Callable[[], None] = lambda: None,
+    most_jpeg_px: int | None = None,
 ) -> np.ndarray:
     """Read a photo as (H, W, 3) uint8, R'G'B' as sRGB encodes it, turned upright by its EXIF block.
 
     photo: the path of a file, or the content of one as bytes; messages call the latter `name`.
     most_px: a photo with more pixels is refused.
     before_decoding: called once the header has passed all checks, before any pixel is decoded.
+    most_jpeg_px: the limit for JPEG, which needs less memory, since a large one is averaged while
+    it is decoded; None: `most_px`.
 
     Colours are converted from the file's ICC profile; without one they count as sRGB. Transparent
     pixels are laid on middle grey. A photo with more than 4096 px on its longer side is averaged
@@ -99,7 +105,8 @@ def read_photo(
     InstallError for a HEIC photo without pi-heif.
     """
     file = _opened(photo, name)
-    Image.init()
+    for plugin in _PLUGINS:
+        import_module(f"PIL.{plugin}ImagePlugin")
     formats = [name for name in _FORMATS if name in Image.OPEN]
     if is_heif(file.begins(HEAD_BYTES)):
         formats = [register_with_pillow(file)]
@@ -111,9 +118,11 @@ def read_photo(
             with picture:
                 with _damage_as_photo_error(file):
                     moves = _is_moving(picture)
-                _refuse(picture, moves, file, most_px)
+                is_jpeg = picture.format in ("JPEG", "MPO")
+                _refuse(picture, moves, file, (is_jpeg and most_jpeg_px) or most_px)
                 before_decoding()
                 with _damage_as_photo_error(file):
+                    _shrink_while_decoding(picture)
                     picture.load()
                 return _pixels(picture)
     except MemoryError:
@@ -179,6 +188,21 @@ def _passes(file: _Photo) -> int:
     return file.begins().count(b"\xff\xda")
 
 
+def _shrink_while_decoding(picture: Image.Image) -> None:
+    """Let the decoder of JPEG average a large photo by 2, 4 or 8, as it takes less memory and time.
+
+    Other decoders cannot do this.
+    """
+    many = _factor(picture)
+    if many > 1:
+        picture.draft(None, (picture.width // many, picture.height // many))
+
+
+def _factor(picture: Image.Image) -> int:
+    """The whole factor by which a picture is averaged down."""
+    return -(-max(picture.size) // LARGE_PX)
+
+
 def _pixels(picture: Image.Image) -> np.ndarray:
     """The upright sRGB pixels of a loaded picture.
 
@@ -186,7 +210,7 @@ def _pixels(picture: Image.Image) -> np.ndarray:
     """
     orientation = _orientation(picture)
     profile, nclx = picture.info.get("icc_profile"), picture.info.get("nclx_profile")
-    many = -(-max(picture.size) // LARGE_PX)
+    many = _factor(picture)
     image: Image.Image = picture
     if image.mode == "P":
         image = image.convert("RGBA" if "transparency" in image.info else "RGB")

@@ -63,6 +63,10 @@ class VideoCodec(NamedTuple):
     live_preset: the default preset of recordings, fast enough to be live; None: `preset`.
     live_options: (option, value) pairs for recordings, so that packets come out in order and
     without delay.
+    many_threads: it starts more threads than there are cores, each with pictures of its own.
+    is_hardware: the encoder is one of a graphics chip, see hardware.py.
+    handed: (ours, its) pairs of pixel formats, where the encoder takes another order of samples.
+    device: FFmpeg's type of the device that pictures are sent to.
     """
 
     name: str
@@ -87,6 +91,10 @@ class VideoCodec(NamedTuple):
     live_preset: str | None = None
     live_options: tuple[tuple[str, str], ...] = ()
     also: tuple[str, ...] = ()
+    many_threads: bool = False
+    is_hardware: bool = False
+    handed: tuple[tuple[str, str], ...] = ()
+    device: str | None = None
 
 
 _X26X_PRESETS = (
@@ -114,6 +122,7 @@ CODECS = {
             bottom_first=("bff=1",),  # x264 opens with the top field first
             hdr=HdrParameters("mastering-display", "cll", in_units=True),
             live_preset="superfast", live_options=(("bf", "0"),),
+            many_threads=True,
             also=("x264", "libx264", "avc", "avc1"),
         ),
         VideoCodec(

@@ -13,8 +13,10 @@ from makeup_video.pipeline.errors import EncodeError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.codecs import MATROSKA, VideoCodec, codecs_with
+from makeup_video.pipeline.media.hardware import add_stream, handed_format
 from makeup_video.pipeline.media.hdr import hdr_parameters, side_data
 from makeup_video.pipeline.media.input_file import VideoSource
+from makeup_video.pipeline.media.scheduling import open_encoder
 
 _STOP_SECONDS = 0.5  # after Ctrl-C, flushing the encoder may take no longer than this
 _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is shown first
@@ -39,6 +41,7 @@ class VideoEncoder:
     """The pipeline's sink: opens encoder and output with the first frame, then encodes each frame.
 
     options: the encoder's own, from `encoder_options`.  threads: 0 lets the encoder choose.
+    note: how the encoder was chosen, for the report.
     max_pts_error_seconds: the largest distance between a frame's time and the time written.
     headers: the encoder's parameter sets as FFmpeg's extradata, once it is open.
     """
@@ -50,8 +53,9 @@ class VideoEncoder:
         codec: VideoCodec,
         options: dict[str, str],
         threads: int = 0,
+        note: str = "",
     ) -> None:
-        self.muxer, self.source, self.codec = muxer, source, codec
+        self.muxer, self.source, self.codec, self.note = muxer, source, codec, note
         self.options, self.threads = dict(options), threads
         self.max_pts_error_seconds = Fraction(0)
         self.first_packet_at: float | None = None
@@ -112,13 +116,13 @@ class VideoEncoder:
             return
         stream = self.muxer.open(self.source, lambda container: self._add(container, frame))
         try:
-            stream.codec_context.open(strict=False)
+            open_encoder(stream.codec_context)
         except (av.FFmpegError, ValueError) as error:
             shown = " ".join(f"{key}={value}" for key, value in self.options.items())
             raise EncodeError(
                 f"{self.codec.encoder} refuses {frame.width_px}x{frame.height_px} {frame.pix_fmt} "
-                f"with {shown or 'its defaults'}: choose another size, {option('codec')} or "
-                f"{option('preset')}"
+                f"with {shown or 'its defaults'}: choose another size, "
+                f"{option('hardware' if self.codec.is_hardware else 'codec')} or {option('preset')}"
             ) from error
         self.headers = bytes(stream.codec_context.extradata or b"")
         self.muxer.start()
@@ -128,9 +132,10 @@ class VideoEncoder:
         """The output's video stream, with all that the source declares about its pictures."""
         # Matroska's only tick is the millisecond
         self._tick = Fraction(1, 1000) if self.muxer.format in MATROSKA else frame.time_base
-        stream = container.add_stream(self.codec.encoder, rate=self.source.rate)
+        stream = add_stream(container, self.codec, self.source.rate)
         context = stream.codec_context
         describe_pictures(stream, frame)
+        context.pix_fmt = handed_format(self.codec, frame.pix_fmt)
         name_codec(stream, self.codec, container.format.name)
         stream.time_base = context.time_base = self._tick
         context.thread_count = self.threads

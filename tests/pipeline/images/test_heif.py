@@ -67,10 +67,28 @@ def test_tiles_that_reach_over_the_border_are_cut(height, width):
     assert away(read_photo(heif_files.heic(rgb8, tile_px=64)), rgb8) < LOSS
 
 
-def test_a_gain_map_is_no_part_of_the_photo(tmp_path):
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("degrees", [0, 90, 180, 270])
+def test_a_mirrored_heic_photo_is_read_upright(tmp_path, degrees, axis):
     rgb8 = colours()
-    data = heif_files.heic(rgb8, gain_map=np.full((64, 64, 3), 255, np.uint8))
-    np.testing.assert_array_equal(read_photo(data), read_photo(heif_files.heic(rgb8)))
+    path = tmp_path / "in.heic"
+    path.write_bytes(heif_files.heic(rgb8, rotation_degrees=degrees, mirror=axis, exif=exif(5)))
+    want = np.flip(np.rot90(rgb8, degrees // 90), axis)
+    assert away(read_photo(path), want) < LOSS
+    assert away(painted_from(path)[0], want) < LOSS
+
+
+@pytest.mark.parametrize("bit_depth", [8, 10])
+@pytest.mark.parametrize("tile_px", [None, 64])
+def test_gain_map_and_thumbnail_are_no_part_of_the_photo(tmp_path, tile_px, bit_depth):
+    rgb8 = colours()
+    plain, full = tmp_path / "plain.heic", tmp_path / "full.heic"
+    shared = {"tile_px": tile_px, "bit_depth": bit_depth, "rotation_degrees": 270}
+    plain.write_bytes(heif_files.heic(rgb8, **shared))
+    beside = {"gain_map": np.full((96, 64, 3), 255, np.uint8), "thumbnail": 255 - rgb8[:64, :64]}
+    full.write_bytes(heif_files.heic(rgb8, **shared, **beside, exif=exif(6)))
+    np.testing.assert_array_equal(read_photo(full), read_photo(plain))
+    np.testing.assert_array_equal(painted_from(full)[1], painted_from(plain)[1])
 
 
 def test_a_profile_counts_for_a_look_and_is_kept_for_painting(tmp_path):
