@@ -6,7 +6,6 @@ generator: progress, with `ship` the pieces of its files, and in the end the res
 """
 
 import os
-import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -19,6 +18,7 @@ from typing import Any, NamedTuple, Protocol, Self
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
 import ray
+from makeup_video.pipeline.batch.ray_greeting import is_cluster
 from makeup_video.pipeline.engine.jobs import Progress, Result, Task
 from makeup_video.pipeline.engine.processes import Ended, InProgress, perform
 from makeup_video.pipeline.errors import StoppedError, UsageError, WorkerError, option
@@ -29,8 +29,7 @@ from ray.exceptions import RayError, RayTaskError
 
 _CPUS = 2  # one film keeps two cores busy
 _ATTEMPTS = 3  # a job whose machine is lost is tried twice more
-_CONNECT_SECONDS = 10.0
-_PREFACE, _SETTINGS = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"\0\0\0\4\0\0\0\0\0"
+_CONNECT_SECONDS = 8.0
 _PIECE_BYTES = 16_000_000  # of a file that is shipped
 
 
@@ -88,35 +87,26 @@ def cluster(address: str) -> Iterator[None]:
 
 
 def _check_reachable(address: str) -> None:
-    """Ray itself would try for minutes. Raises UsageError, WorkerError."""
+    """Ask before Ray does, which would try for minutes. Raises UsageError, WorkerError."""
     if address == "auto" and (address := os.environ.get("RAY_ADDRESS", "auto")) == "auto":
         return  # Ray looks for processes of a cluster on this machine
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not (colon and host and port.isdecimal()):
         raise UsageError(f"{option('ray')} must be auto or HOST:PORT, got {address!r}")
+    if os.environ.get("RAY_AUTH_MODE") == "token":
+        return  # the cluster answers nobody without a token, and Ray knows the token
     try:
-        answer = _greet(host, int(port))
+        is_found = is_cluster(host, int(port), _CONNECT_SECONDS)
     except (OSError, OverflowError) as error:
         raise WorkerError(
             f"{option('ray')}: no cluster answers at {address} ({error}): check the address, or "
             "start one with `ray start --head`"
         ) from error
-    if answer != _SETTINGS[3:4]:
+    if not is_found:
         raise WorkerError(
             f"{option('ray')}: what answers at {address} is no Ray cluster: give the address that "
             "`ray start --head` printed"
         )
-
-
-def _greet(host: str, port: int) -> bytes:
-    """The type of the first frame with which a server answers; Ray's speak HTTP/2 (RFC 9113)."""
-    with socket.create_connection((host, port), _CONNECT_SECONDS / 2) as connection:
-        connection.settimeout(_CONNECT_SECONDS / 2)
-        connection.sendall(_PREFACE + _SETTINGS)
-        answer = b""
-        while len(answer) < len(_SETTINGS) and (more := connection.recv(len(_SETTINGS))):
-            answer += more
-        return answer[3:4]
 
 
 def _connect(address: str) -> None:

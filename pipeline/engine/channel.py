@@ -43,7 +43,7 @@ class Channel(Generic[T]):
 
     @property
     def mean_fill(self) -> float:
-        """The mean number of items that a newly sent item found waiting.
+        """The mean number of items that waited when another one was ready to be sent.
 
         Near the capacity the receiver is the bottleneck, near 0 the sender.
         """
@@ -52,11 +52,12 @@ class Channel(Generic[T]):
     def send(self, item: T) -> None:
         """Wait for room, then put the item in. Raises ChannelClosed once cancelled."""
         with self._changed:
+            waiting = len(self._items)
             while len(self._items) >= self.capacity and not self._cancelled:
                 self._changed.wait()
             if self._cancelled or self._closed:
                 raise ChannelClosed(self.name)
-            self._fill_sum += len(self._items)
+            self._fill_sum += waiting
             self._sent += 1
             self._items.append(item)
             self._changed.notify_all()

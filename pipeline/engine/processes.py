@@ -10,6 +10,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple
 
 from makeup_video.pipeline.engine.jobs import Job, Progress, Result, Task
+from makeup_video.pipeline.engine.machine import return_large_blocks
 from makeup_video.pipeline.engine.signals import stop_signals
 from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, WorkerError
 
@@ -131,6 +132,7 @@ def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], No
 
 def _serve(pipe: Connection) -> None:
     """Do every job that comes through the pipe; ends with the process that started this one."""
+    return_large_blocks()
     for number in stop_signals():  # of the terminal's whole group: the main process decides
         signal.signal(number, signal.SIG_IGN)
     parent = multiprocessing.parent_process()

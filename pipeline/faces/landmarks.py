@@ -171,8 +171,7 @@ def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmark
         return None
     xy = step.apply(before.xy)
     xy[nets.part_points] = part_xy
-    lips, left, right = centres[:3]
-    layout = _steady(before, CropLayout(pose, (lips, left, right)))
+    layout = nets.layout_around(centres).rounded(before.layout)
     to_px = lip_patch_to_px(layout)
     logits = motion.move_patch(before.lips.logits, before.lips.to_px, to_px)
     found = FaceLandmarks(
@@ -184,7 +183,12 @@ def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmark
 
 def expected_pose(before: FaceLandmarks) -> Similarity:
     """The pose in the next frame, if the face moves on as it does."""
-    return before.step.after(before.pose) if before.moved > _AT_REST else before.pose
+    return _going_on(before).after(before.pose)
+
+
+def _going_on(before: FaceLandmarks) -> Similarity:
+    """The motion to the next frame, if the face moves on as it does; none at rest."""
+    return STAY.towards(before.step, min(max(before.moved / _AT_REST - 0.5, 0), 1))
 
 
 def _follow(
@@ -195,7 +199,7 @@ def _follow(
     verify: bool,
 ) -> FaceLandmarks | None:
     """mesh_seconds: the time, when the mesh net is to run; None: the other points move along."""
-    layout = _expected_layout(before)
+    layout = _expected_layout(nets, before)
     if mesh_seconds is None:
         parts = nets.read_parts(picture, layout)
         step = _step_between(before.centres, parts.centres)
@@ -207,7 +211,7 @@ def _follow(
             return None
         mesh, is_where_expected = checked
         xy, z, scores, meshed_seconds = before.xy, before.z.copy(), mesh.scores, mesh_seconds
-        xy = before.step.apply(xy) if before.moved > _AT_REST else xy.copy()
+        xy = _going_on(before).apply(xy)
         strayed_px = _STRAYED * iod_of(layout.pose) if is_where_expected else 0
         if nets.merge_mesh(xy, z, mesh, strayed_px):
             layout = nets.crop_layout(xy).rounded()
@@ -242,19 +246,11 @@ def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
     return before.moved < _AT_REST and found.moved > _JERK
 
 
-def _expected_layout(before: FaceLandmarks) -> CropLayout:
+def _expected_layout(nets: FaceNets, before: FaceLandmarks) -> CropLayout:
     """Where the crops of a face lie in the next frame, if the face moves on as it does."""
-    step = before.step if before.moved > _AT_REST else STAY
-    lips, left, right = (step.apply(centre) for centre in before.centres[:3])
-    return _steady(before, CropLayout(step.after(before.pose), (lips, left, right)))
-
-
-def _steady(before: FaceLandmarks, layout: CropLayout) -> CropLayout:
-    """The layout before when the new one hardly differs.
-
-    The crops of a still face would otherwise wander with their own noise.
-    """
-    return before.layout if before.layout.distance(layout) < _AT_REST else layout.rounded()
+    step = _going_on(before)
+    centres = [step.apply(centre) for centre in before.centres]
+    return nets.layout_around(centres).rounded(before.layout)
 
 
 def _read_mesh_again(

@@ -11,6 +11,7 @@ import numpy as np
 import onnxruntime
 from makeup_video.pipeline.errors import InstallError
 
+_SMALL_PX = 320 * 320  # of an input: with more, an arena would keep much memory
 SHIPPED = files("makeup_video.pipeline") / "weights"
 
 
@@ -18,24 +19,39 @@ class Net:
     """One net: crops (N, H, W, 3) uint8 R'G'B' -> its outputs by name, float32.
 
     options: ONNX Runtime's, to begin with; None for its defaults.
+    has_arena: memory is kept from call to call; what a large input took is given back.
     Raises InstallError when its weights are missing or damaged.
     """
 
     def __init__(
-        self, name: str, folder: Traversable = SHIPPED, threads: int = 1, options: Any = None
+        self,
+        name: str,
+        folder: Traversable = SHIPPED,
+        threads: int = 1,
+        options: Any = None,
+        *,
+        has_arena: bool = False,
     ) -> None:
         options = options or onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         options.inter_op_num_threads = 1
+        # An arena keeps the most that a net ever needed, and more: 37 MB for the nets of a run.
+        options.enable_cpu_mem_arena = has_arena
         # A thread that spins while it waits would take the codec's core.
         options.add_session_config_entry("session.intra_op.allow_spinning", "0")
         self._session = onnxruntime.InferenceSession(
             read(f"{name}.onnx", folder), options, providers=["CPUExecutionProvider"]
         )
         self._outputs = [output.name for output in self._session.get_outputs()]
+        self._giving_back: Any = None
+        if has_arena:
+            self._giving_back = onnxruntime.RunOptions()
+            self._giving_back.add_run_config_entry("memory.enable_memory_arena_shrinkage", "cpu:0")
 
     def __call__(self, rgb8: np.ndarray) -> dict[str, np.ndarray]:
-        values: list[Any] = self._session.run(None, {"rgb8": rgb8})
+        is_large = rgb8.shape[1] * rgb8.shape[2] > _SMALL_PX
+        options = self._giving_back if is_large else None
+        values: list[Any] = self._session.run(None, {"rgb8": rgb8}, options)
         return dict(zip(self._outputs, values, strict=True))
 
 

@@ -7,6 +7,7 @@ always see an upright face of the same size. docs/models.md describes how each n
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources.abc import Traversable
@@ -28,6 +29,7 @@ from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.frames.views import Picture
 
 _RIMS = slice(16, 48)  # of EYE: the two rings around the lids
+_POSE_CENTRES = [0, 3, 4]  # of part_centres: lips and both eyes' rims
 _LEAST_SHARE = 0.2  # of a new mesh in the points that are not painted
 _MIRRORED = np.array([-1, 1, 1])
 _CELL = 8  # px of the detector's input per cell of its output
@@ -62,6 +64,8 @@ _EYE = _NetInput((64, 48), 0.72)
 
 
 _LAYOUT_STEPS = 64  # to an IOD, at least: of the grid on which layouts lie
+_KEPT = 0.15  # of a step
+_SAME_IOD = 0.005  # a share: within it, two measurements of a still face differ
 
 
 class CropLayout(NamedTuple):
@@ -80,19 +84,37 @@ class CropLayout(NamedTuple):
         furthest = max(max(abs(shift.real), abs(shift.imag)) for shift in shifts)
         return max(furthest / iod_of(self.pose), distance(self.pose, other.pose))
 
-    def rounded(self) -> "CropLayout":
-        """This layout on a grid, whose step is a power of two and at most 1/64 IOD.
+    def rounded(self, before: "CropLayout | None" = None) -> "CropLayout":
+        """This layout on a grid, whose step is a power of two and about 1/64 IOD at most.
 
         Two runs that follow a face from different frames on differ by less. From one grid, the nets
-        read the same numbers, and the runs no longer differ.
+        read the same numbers, and the runs no longer differ. A number of the layout `before` is
+        kept while the new one lies at most _KEPT steps nearer to the next, and so is its grid where
+        the IOD may mean either of two: between them, noise would decide.
         """
-        step = 2.0 ** math.floor(math.log2(max(iod_of(self.pose), 1.0) / _LAYOUT_STEPS))
+        now = (*self.pose, *self.centres)
+        kept = now if before is None else (*before.pose, *before.centres)
+        iod = iod_of(self.pose)
+        step = _step(iod * (1 + _SAME_IOD))
+        if not all(number.real % step == 0 == number.imag % step for number in kept):
+            step = _step(iod * (1 - _SAME_IOD))
         turn, shift, *centres = (
-            complex(round(number.real / step), round(number.imag / step)) * step
-            for number in (*self.pose, *self.centres)
+            complex(_snap(new.real, old.real, step), _snap(new.imag, old.imag, step))
+            for new, old in zip(now, kept, strict=True)
         )
         lips, left, right = centres
         return CropLayout(Similarity(turn, shift), (lips, left, right))
+
+
+def _step(iod: float) -> float:
+    """The largest power of two of at most 1/64 IOD."""
+    return 2.0 ** math.floor(math.log2(max(iod, 1.0) / _LAYOUT_STEPS))
+
+
+def _snap(new: float, old: float, step: float) -> float:
+    """The multiple of step that is nearest to `new`; `old`, a multiple, while that is as near."""
+    is_kept = old % step == 0 and abs(new - old) < (0.5 + _KEPT) * step
+    return old if is_kept else round(new / step) * step
 
 
 def lip_patch_to_px(layout: CropLayout) -> AffineArray:
@@ -129,7 +151,9 @@ class FaceNets:
     """All four nets and the mean face, loaded once."""
 
     def __init__(self, folder: Traversable = SHIPPED) -> None:
-        self.detector, self.mesh = Net("detector", folder), Net("mesh", folder)
+        # Its blocks are large: the system would fill each with zeros, which takes 1 ms a call.
+        self.detector = Net("detector", folder, has_arena=True)
+        self.mesh = Net("mesh", folder)
         self.lips, self.eye = Net("lips", folder), Net("eye", folder)
         self.mean_face = read_array("mean_face.npy", folder).astype(np.float64)  # (478, 3) IOD
         self.mirror = read_array("mirror.npy", folder).astype(int)  # (478,) mirror image of a point
@@ -149,6 +173,10 @@ class FaceNets:
         self._middle = complex(mean_xy.mean())
         centred = mean_xy - self._middle
         self._fit = centred.conj() / (centred * centred.conj()).real.sum()
+        mean_centres = np.array(self.part_centres(mean_xy[self.part_points]))[_POSE_CENTRES]
+        self._middle_of_centres = complex(mean_centres.mean())
+        centred = mean_centres - self._middle_of_centres
+        self._fit_centres = (centred.conj() / (centred * centred.conj()).real.sum()).tolist()
         order = {int(point): index for index, point in enumerate(LIPS)}
         self._lips_mirror = np.array([order[int(self.mirror[point])] for point in LIPS])
 
@@ -206,6 +234,16 @@ class FaceNets:
         """Where the crops of a face with these points (478,) lie."""
         lips, left, right, *_ = self.part_centres(xy[self.part_points])
         return CropLayout(self.fit_pose(xy), (lips, left, right))
+
+    def layout_around(self, centres: Sequence[complex]) -> CropLayout:
+        """Where the crops of a face with these `part_centres` lie."""
+        of_pose = [centres[index] for index in _POSE_CENTRES]
+        turn = sum(a * b for a, b in zip(self._fit_centres, of_pose, strict=True))
+        middle = sum(of_pose) / len(of_pose)
+        lips, left, right, *_ = centres
+        return CropLayout(
+            Similarity(turn, middle - turn * self._middle_of_centres), (lips, left, right)
+        )
 
     def read_parts(
         self, picture: Picture, layout: CropLayout, with_mirrored: bool = False

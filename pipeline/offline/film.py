@@ -18,6 +18,9 @@ from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, de
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
+_CHANNEL_FRAMES = 2  # a frame to work on, and one that waits: more make no run faster
+_CHANNEL_BYTES = 4_000_000  # of frames that wait: two of 720p, one of 1080p and more
+
 # (frames done, frames expected or None, frames per second of the source)
 Progress = Callable[[int, int | None, Fraction], None]
 
@@ -87,6 +90,12 @@ def open_decoder(
     )
 
 
+def channel_frames(source: VideoSource) -> int:
+    """How many frames may wait between two threads of a run: large ones would hold much memory."""
+    frame_bytes = source.frame_px * (3 if source.bit_depth > 8 else 1.5)
+    return max(1, min(_CHANNEL_FRAMES, int(_CHANNEL_BYTES // max(frame_bytes, 1))))
+
+
 def film_report(
     source: VideoSource, output: Path, decoder: Decoder, encoder: VideoEncoder, muxer: Muxer
 ) -> Report:
@@ -96,6 +105,8 @@ def film_report(
         source=str(source.path),
         output=str(output),
         codec=encoder.codec.name,
+        encoder=encoder.codec.encoder,
+        encoder_note=encoder.note,
         frames_in=stats.frames,
         frames_out=muxer.video_packets,
         max_pts_error_seconds=float(encoder.max_pts_error_seconds),

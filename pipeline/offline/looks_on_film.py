@@ -19,13 +19,14 @@ from makeup_video.pipeline.offline.encoding import choose_encoding
 from makeup_video.pipeline.offline.film import (
     Progress,
     add_times,
+    channel_frames,
     film_report,
     open_decoder,
     open_muxer,
 )
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
-from makeup_video.pipeline.offline.stages import FaceRun, Painter, Stages
+from makeup_video.pipeline.offline.stages import FaceRun, PaintStage, Stages
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite, open_canvas
 from makeup_video.pipeline.render.scene import FrameScene
@@ -89,7 +90,7 @@ class _Film:
     def __init__(self, looks: Mapping[Path, Look], settings: Settings) -> None:
         self._looks, self._settings = looks, settings
         self._groups = in_groups(len(looks))
-        self._painters: list[Painter | None] = []
+        self._painters: list[PaintStage | None] = []
         self._muxers: list[Muxer] = []
         self.faces = FaceRun(self._scene, PAINT_VIDEO, PAINT_PICTURE)
 
@@ -101,7 +102,7 @@ class _Film:
             for look in looks[group.start : group.stop]:
                 painter = None
                 if not look.is_bare:
-                    painter = Painter(Composite(look, canvas, settings.faces), settings.faces)
+                    painter = PaintStage(Composite(look, canvas, settings.faces), settings.faces)
                 self._painters.append(painter)
         return [("scene", BuildScene(settings.device))]
 
@@ -132,7 +133,7 @@ class _Film:
             self.remove_parts()
             raise
 
-    def _paint(self, painter: Painter | None) -> Stage:
+    def _paint(self, painter: PaintStage | None) -> Stage:
         paint: Stage = _untouched if painter is None else painter.composite
         return SideBySide(paint) if self._settings.compare else paint
 
@@ -142,6 +143,7 @@ class _Film:
             decode,
             stages,
             ("outputs", self.fan),
+            channel_frames(source),
             observe=settings.observe,
             workers=settings.stage_threads,
         )

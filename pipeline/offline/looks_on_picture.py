@@ -17,7 +17,7 @@ from makeup_video.pipeline.offline.picture import (
 )
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
-from makeup_video.pipeline.offline.stages import FaceRun, Painter
+from makeup_video.pipeline.offline.stages import FaceRun, PaintStage
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite, open_canvas
 from makeup_video.pipeline.render.scene import FrameScene
@@ -70,7 +70,7 @@ class _Work:
             (frame,) = copy(self._scene.frame)
             painter, faces = None, self._settings.faces
             if not look.is_bare:
-                painter = Painter(Composite(look, canvas, faces), faces)
+                painter = PaintStage(Composite(look, canvas, faces), faces)
                 painter.composite(FrameScene(frame, self._scene.coding, self._scene.faces))
             try:
                 report = write_picture(self._picture, output, frame, self._settings)

@@ -10,6 +10,7 @@ from makeup_video.pipeline.faces.face import MIN_FACE_PX
 class Report:
     """Counts and times of one run. Seconds are of the wall clock unless the name has "cpu" in it.
 
+    encoder: FFmpeg's name of it.  encoder_note: how it was chosen, where hardware was asked for.
     max_pts_error_seconds: the largest distance between a frame's time in the source and in the
     output: 0.0 in mp4 and mov, at most half a millisecond in mkv and webm.
     lost_frames: in the file, but not decodable.
@@ -31,6 +32,8 @@ class Report:
     source: str
     output: str
     codec: str
+    encoder: str = ""
+    encoder_note: str = ""
     is_picture: bool = False
     frames_in: int = 0
     frames_out: int = 0
@@ -79,6 +82,8 @@ class Report:
         """One line for everything that differs from the source, or was not painted."""
         lines = [f"changed: {text}" for text in (*self.conversions, *self.converted)]
         lines += [f"left out: {text}" for text in self.dropped]
+        if self.encoder_note:
+            lines.append(f"encoder: {self.encoder_note}")
         if self.why_whole:
             lines.append(f"not split: {self.why_whole}")
         if self.damaged:

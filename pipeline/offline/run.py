@@ -15,7 +15,7 @@ from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
 from makeup_video.pipeline.media.side_by_side import SideBySide
-from makeup_video.pipeline.offline.film import Progress, add_times, begin_film
+from makeup_video.pipeline.offline.film import Progress, add_times, begin_film, channel_frames
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
@@ -90,6 +90,7 @@ def _run(
             ("decode", film.decoder.frames()),
             stages,
             ("encode", film.encoder),
+            channel_frames(source),
             observe=settings.observe,
             workers=settings.stage_threads,
         )

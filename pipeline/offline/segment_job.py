@@ -23,7 +23,7 @@ from makeup_video.pipeline.media.segment_trim import SegmentTrim
 from makeup_video.pipeline.media.segments import Segment
 from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, decoder_threads
 from makeup_video.pipeline.offline.face_numbers import KnownFaces, Sightings
-from makeup_video.pipeline.offline.film import open_decoder
+from makeup_video.pipeline.offline.film import channel_frames, open_decoder
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import compared
 from makeup_video.pipeline.offline.settings import Settings
@@ -142,6 +142,7 @@ def _painted(
         ("decode", decoder.frames()),
         painting.stages,
         ("encode", encoder),
+        channel_frames(source),
         workers=job.settings.stage_threads,
     )
     runner.run(on_tick)
@@ -149,6 +150,7 @@ def _painted(
         source=str(job.source),
         output=str(job.path),
         codec=encoding.codec.name,
+        encoder=encoding.codec.encoder,
         frames_in=runner.times["encode"].items,
         frames_out=writer.video_packets,
         max_pts_error_seconds=float(encoder.max_pts_error_seconds),

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from makeup_video.pipeline.engine.runner import Observe
 from makeup_video.pipeline.errors import UsageError, option
+from makeup_video.pipeline.media.hardware import NONE, check_hardware
 
 BIT_DEPTHS = (8, 10, 12)
 # settings that a picture does not have
@@ -14,6 +15,7 @@ _OF_VIDEOS = (
     "codec",
     "crf",
     "preset",
+    "hardware",
     "start_seconds",
     "end_seconds",
     "bit_depth",
@@ -31,6 +33,8 @@ class Settings:
     """How to write the output. None: the default that suits source and container.
 
     codec, crf, preset: of the video encoder.
+    hardware: the encoder of a graphics chip, see `media/hardware.py`: "auto" takes the first that
+    works, and else the codec's own; "none" never takes one.
     start_seconds, end_seconds: the part to keep, counted from where the file begins.
     overwrite: replace an output that exists.
     strict: raise rather than drop or convert a stream.
@@ -43,7 +47,7 @@ class Settings:
     jobs: how many segments are painted at once; None: half as many as there are cores.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
     decoder_threads, encoder_threads: 0: FFmpeg chooses; None: half as many as there are cores for
-    the decoder, FFmpeg's choice for the encoder.
+    the decoder; FFmpeg's choice for the encoder, but one a core for H.264 of 2160p.
     stage_threads: threads that share the stages between decoder and encoder; None: as in Runner.
     observe: called with the time that each stage took for each item, by the threads of the stages.
     on_whole: called, by any thread, when the output is whole and about to get its name.
@@ -54,6 +58,7 @@ class Settings:
     codec: str | None = None
     crf: int | None = None
     preset: str | None = None
+    hardware: str = NONE
     start_seconds: Fraction | None = None
     end_seconds: Fraction | None = None
     overwrite: bool = False
@@ -73,6 +78,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         check_faces(self.faces)
+        check_hardware(self.hardware)
         if self.bit_depth not in (None, *BIT_DEPTHS):
             raise UsageError(
                 f"{option('bit_depth')} must be one of {', '.join(map(str, BIT_DEPTHS))}, got "
@@ -100,6 +106,12 @@ class Settings:
             )
         if jobs is not None and jobs < 1:
             raise UsageError(f"{option('jobs')} must be at least 1, got {jobs}")
+        if self.hardware != NONE:
+            # other machines and later attempts must write the same headers
+            raise UsageError(
+                f"{option('hardware')} does not go with {option('split_minutes')}: leave one of "
+                "them out"
+            )
 
     def of_videos(self) -> list[str]:
         """Names of the settings that are given and apply to videos only."""

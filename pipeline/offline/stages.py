@@ -72,7 +72,7 @@ class _FindOnce:
         return item
 
 
-class Painter:
+class PaintStage:
     """The stage that paints a look, and what it counts.
 
     composite: the stage, made with the same look and faces.
@@ -101,14 +101,14 @@ class PaintRun(FaceRun):
     painter: the stage that paints, once the stages are made.
     """
 
-    painter: Painter
+    painter: PaintStage
 
     def __init__(self, look: Look, faces: str = "all", device: str = "") -> None:
         super().__init__(self._painting, PAINT_VIDEO, PAINT_PICTURE)
         self._look, self._faces, self._device = look, faces, device
 
     def _painting(self) -> Stages:
-        self.painter = Painter(Composite(self._look, self._device, self._faces), self._faces)
+        self.painter = PaintStage(Composite(self._look, self._device, self._faces), self._faces)
         return [("scene", BuildScene(self._device)), ("composite", self.painter.composite)]
 
     def count(self, report: Report) -> None:

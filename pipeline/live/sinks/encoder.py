@@ -10,6 +10,7 @@ from makeup_video.pipeline.errors import EncodeError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
 from makeup_video.pipeline.media.encode import describe_pictures
+from makeup_video.pipeline.media.scheduling import open_encoder
 
 
 class LiveEncoder:
@@ -51,7 +52,7 @@ class LiveEncoder:
             context.flags |= Flags.global_header
         self.stream.options.update(options)
         try:
-            context.open(strict=False)
+            open_encoder(context)
         except (av.FFmpegError, ValueError) as error:
             raise EncodeError(
                 f"{encoder} refuses {frame.width_px}x{frame.height_px} {frame.pix_fmt}: "

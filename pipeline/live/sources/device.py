@@ -11,10 +11,10 @@ from threading import Condition, Event, Thread
 from typing import Any
 
 import av
-from av.device import enumerate_input_devices
 from makeup_video.pipeline.errors import InputError, MakeupVideoError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.freshness import Freshness
+from makeup_video.pipeline.live.sources.input_devices import input_devices
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
@@ -51,11 +51,7 @@ def devices_found() -> list[str]:
         return [str(path) for path in sorted(paths, key=lambda path: int(path.name[5:]))]
     if sys.platform == "darwin":
         return ["default"]  # AVFoundation's name for the camera that the system prefers
-    try:
-        found = enumerate_input_devices(_system())
-    except (av.FFmpegError, NotImplementedError, ValueError):
-        return []  # the system cannot list its cameras
-    return [device.name for device in found if "video" in device.media_types]
+    return [device.name for device in input_devices(_system(), "video")]
 
 
 def cameras_by_name() -> dict[str, str]:

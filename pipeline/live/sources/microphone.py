@@ -10,9 +10,9 @@ from typing import Any
 
 import av
 import numpy as np
-from av.device import enumerate_input_devices
 from makeup_video.pipeline.errors import InputError
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
+from makeup_video.pipeline.live.sources.input_devices import input_devices
 
 _SYSTEMS = {"linux": "alsa", "darwin": "avfoundation", "win32": "dshow"}
 _ALSA_CONFIG = Path("/usr/share/alsa/alsa.conf")
@@ -26,11 +26,7 @@ def microphones_found() -> list[tuple[str, str]]:
         return _alsa_microphones()
     if _system() == "avfoundation":
         return [("default", "the microphone that the system prefers")]
-    try:
-        found = enumerate_input_devices(_system())
-    except (av.FFmpegError, NotImplementedError, ValueError):
-        return []  # the system cannot list its microphones
-    return [(one.name, one.description) for one in found if "audio" in one.media_types]
+    return [(one.name, one.description) for one in input_devices(_system(), "audio")]
 
 
 class Microphone:

@@ -154,8 +154,13 @@ def test_a_cluster_that_does_not_answer_is_named_soon(address, error, message):
         pass
 
 
-@pytest.mark.parametrize("says", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
-@pytest.mark.timeout(60)
+SETTINGS, UNKNOWN_CALL = b"\0\0\0\4\0\0\0\0\0", b"\0\0\1\1\5\0\0\0\1\x88"
+
+
+@pytest.mark.parametrize(
+    "says", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", SETTINGS, SETTINGS + UNKNOWN_CALL]
+)
+@pytest.mark.timeout(10)
 def test_what_is_no_cluster_is_named_soon(says):
     with socket.create_server(("127.0.0.1", 0)) as server:
         kept = []

@@ -41,6 +41,17 @@ def test_a_full_channel_makes_the_sender_wait():
     assert not sender.is_alive()
 
 
+def test_the_mean_fill_of_a_channel_that_is_always_full():
+    channel = Channel("test", 1)
+    channel.send(1)  # finds nothing waiting
+    sender = threading.Thread(target=channel.send, args=(2,))
+    sender.start()
+    time.sleep(0.05)
+    assert next(iter(channel)) == 1
+    sender.join(5)
+    assert channel.mean_fill == 0.5
+
+
 def test_close_lets_the_receiver_drain():
     channel = Channel("test", 4)
     channel.send("a")

@@ -1,13 +1,13 @@
-"""The tracker's shortcut in plain numbers equals the least-squares fit."""
+"""Crops follow a face: a still one's rest, two runs' agree; shortcuts equal the plain fit."""
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from makeup_video.pipeline.faces.face import LipPatch
 from makeup_video.pipeline.faces.landmarks import FaceLandmarks, _is_odd, _step_between
-from makeup_video.pipeline.faces.nets import CropLayout
+from makeup_video.pipeline.faces.nets import CropLayout, load_nets
 from makeup_video.pipeline.faces.similarity import Similarity
 from makeup_video.training.faces.similarity_fit import fit_similarity
 
@@ -26,9 +26,10 @@ def landmarks(moved: float, lips_at: complex = 0j, painted: int = 100) -> FaceLa
     logits = np.full((20, 20), -1.0, np.float32)
     logits.ravel()[:painted] = 1
     pose, centres = Similarity(100 + 0j, 0j), (lips_at, -30 - 40j, 30 - 40j)
+    layout = CropLayout(pose, centres)
     return FaceLandmarks(
         np.zeros(478, complex), np.zeros(478), (1.0, 1.0), pose, LipPatch(logits, np.eye(2, 3)),
-        CropLayout(pose, centres), [*centres, -30 - 40j, 30 - 40j], moved=moved,
+        layout, [*centres, -30 - 40j, 30 - 40j], moved=moved,
     )  # fmt: skip
 
 
@@ -44,3 +45,55 @@ def landmarks(moved: float, lips_at: complex = 0j, painted: int = 100) -> FaceLa
 )
 def test_odd_landmarks_are_read_again(before, found, odd):
     assert _is_odd(before, found) is odd
+
+
+def numbers(layout: CropLayout) -> np.ndarray:
+    return np.array([*layout.pose, *layout.centres]).view(float)
+
+
+def moved_by(layout: CropLayout, off: np.ndarray) -> CropLayout:
+    turn, shift, *centres = (numbers(layout) + off).view(complex).tolist()
+    return CropLayout(Similarity(turn, shift), tuple(centres))
+
+
+def follow(layout: CropLayout, path: list[CropLayout]) -> list[CropLayout]:
+    """The layouts of a face whose crops are expected on a path."""
+    return [layout := expected.rounded(layout) for expected in path]
+
+
+TURNS = st.complex_numbers(min_magnitude=20, max_magnitude=900)
+SHIFTS = st.complex_numbers(max_magnitude=3000)
+OFFS = hnp.arrays(float, 10, elements=st.floats(-9, 9))
+
+
+@given(TURNS, SHIFTS)
+def test_crops_around_the_mean_face_have_its_pose(turn, shift):
+    nets, pose = load_nets(), Similarity(turn, shift)
+    mean = pose.apply(nets.mean_face[:, 0] + 1j * nets.mean_face[:, 1])
+    layout = nets.layout_around(nets.part_centres(mean[nets.part_points]))
+    np.testing.assert_allclose(numbers(layout), numbers(nets.crop_layout(mean)), atol=1e-6)
+
+
+@given(hnp.arrays(float, 10, elements=st.floats(-50, 50)), st.integers(0, 2**32 - 1))
+@example(np.where(np.arange(10) == 1, 28.5, -42.75), 0)  # an IOD of 64 px: two grids are as near
+def test_the_crops_of_a_still_face_come_to_rest(off, seed):
+    noise = np.random.default_rng(seed).uniform(-0.07, 0.07, (60, 10))  # px, 0.07 % of the IOD
+    still = moved_by(landmarks(0).layout, off)
+    layouts = [numbers(one) for one in follow(still, [moved_by(still, one) for one in noise])]
+    assert (np.diff(layouts, axis=0) != 0).sum(0).max() <= 1
+
+
+@given(OFFS, st.floats(4, 40), st.booleans())
+def test_two_runs_that_follow_one_face_come_together(apart, reach, down):
+    start = landmarks(0).layout
+    path = [moved_by(start, np.full(10, reach * i / 40 * (-1) ** down)) for i in range(40)]
+    one, other = (follow(first, path)[-1] for first in (start, moved_by(start, apart)))
+    assert one == other
+
+
+@given(OFFS)
+def test_crops_lie_within_a_step_of_where_they_are_expected(speed):
+    start = landmarks(0).layout
+    path = [moved_by(start, speed * np.sin(frame / 2)) for frame in range(40)]
+    for expected, layout in zip(path, follow(start, path), strict=True):
+        assert np.abs(numbers(layout) - numbers(expected)).max() <= 0.66  # px: the step is 1

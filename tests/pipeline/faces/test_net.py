@@ -1,6 +1,7 @@
 """Weights are verified against their hashes before use."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -99,3 +100,23 @@ def test_the_mean_faces_eye_corners_are_level_and_one_apart():
     left, right = mean[33], mean[263]
     assert right - left == pytest.approx([1, 0, 0], abs=0.02)
     assert (mean[EYE_CONTOUR, 0] < 0).all()
+
+
+def test_nets_keep_no_arena_of_memory_between_their_runs():
+    ours = net.Net("eye")
+    assert not ours._session.get_session_options().enable_cpu_mem_arena
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the system hides its memory")
+def test_an_arena_changes_no_number_and_keeps_no_large_input():
+    def held_bytes():
+        return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+    small = np.random.default_rng(0).integers(0, 256, (1, 192, 320, 3), np.uint8)
+    large = np.zeros((1, 768, 1024, 3), np.uint8)
+    plain, kept = net.Net("detector"), net.Net("detector", has_arena=True)
+    assert np.array_equal(plain(small)["cells"], kept(small)["cells"])
+    before = held_bytes()
+    assert np.array_equal(plain(large)["cells"], kept(large)["cells"])
+    assert held_bytes() - before < 15e6
+    assert np.array_equal(plain(small)["cells"], kept(small)["cells"])

@@ -2,9 +2,14 @@
 
 import os
 from fractions import Fraction
+from types import SimpleNamespace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from makeup_video.pipeline import Settings, UsageError, process_video
+from makeup_video.pipeline.engine.machine import cores
+from makeup_video.pipeline.media.codecs import CODECS
 from makeup_video.pipeline.offline import encoding, film
 from media import decoded, make_clip, packets_of, picture, times_of
 from whole_files import HALF_TICK_MKV, through
@@ -83,7 +88,7 @@ def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, t
         return decoder(*args, threads=threads, **options)
 
     def encode(*args):
-        thread_counts["encode"] = args[-1]
+        thread_counts["encode"] = args[-2]  # before the note
         return encoder(*args)
 
     monkeypatch.setattr(film, "Decoder", decode)
@@ -105,3 +110,29 @@ def test_planes_reach_the_encoder_unconverted(tmp_path):
     got = [bytes(plane) for frame in decoded(tmp_path / "out.mkv") for plane in frame.planes]
     assert want == got
     assert picture(0, 8, 8).format.name == "yuv420p"
+
+
+@given(frame_px=st.integers(1, 40_000_000), bit_depth=st.sampled_from([8, 10, 12]))
+def test_few_bytes_of_frames_wait_between_two_threads(frame_px, bit_depth):
+    source = SimpleNamespace(frame_px=frame_px, bit_depth=bit_depth)
+    count, frame_bytes = film.channel_frames(source), frame_px * 1.5 * (2 if bit_depth > 8 else 1)
+    assert count == 1 or (count == 2 and count * frame_bytes <= 4e6)
+    assert (count == 2) == (2 * frame_bytes <= 4e6)
+
+
+@pytest.mark.parametrize(("height_px", "waiting"), [(720, 2), (1080, 1)])
+def test_a_run_bounds_its_channels_by_the_size_of_a_frame(tmp_path, height_px, waiting):
+    src = make_clip(tmp_path / "in.mp4", frames=3, width=height_px * 16 // 9, height=height_px)
+    report = process_video(src, tmp_path / "out.mp4")
+    assert {one["capacity"] for one in report.channels.values()} == {waiting}
+
+
+@given(frame_px=st.integers(1, 40_000_000), wanted=st.none() | st.integers(0, 9))
+def test_encoders_of_large_frames_start_a_thread_a_core(frame_px, wanted):
+    h264, hevc = CODECS["h264"], CODECS["hevc"]
+    count = encoding.encoder_threads(h264, frame_px, wanted)
+    if wanted is not None:
+        assert count == wanted
+    else:
+        assert count == (cores() if frame_px >= 6e6 else 0)
+        assert encoding.encoder_threads(hevc, frame_px) == 0
