@@ -23,11 +23,12 @@ from makeup_video.web.answers import (
     shades_message,
 )
 from makeup_video.web.messages import BYE, error_message
+from makeup_video.web.room import Room
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.same_origin import SameOrigin, is_loopback
 from makeup_video.web.session import SeveralFaces
 from makeup_video.web.upload import Uploads, file_name, read_body
-from makeup_video.web.viewers import Room, Viewer
+from makeup_video.web.viewer import Viewer
 from makeup_video.web.worker import Worker
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException

@@ -71,31 +71,54 @@ class Connection(WebSocketsSansIOProtocol):
     """
 
     _rests = False
+    _unread = b""
 
     def connection_made(self, transport: BaseTransport) -> None:
         super().connection_made(transport)
-        # the next send waits until the kernel has taken the whole last message
-        cast(asyncio.Transport, transport).set_write_buffer_limits(high=0)
+        # The next send waits until the kernel has taken the whole last message. At 0, a transport
+        # with TLS would wait for ever.
+        cast(asyncio.Transport, transport).set_write_buffer_limits(high=1)
         cast(Any, transport).max_size = _READ_BYTES  # of asyncio's transports on sockets
 
     def data_received(self, data: bytes) -> None:
+        """Handle as much as one read of a socket brings; a transport with TLS brings more."""
+        if self.transport.is_closing():
+            return  # with TLS, data still arrives after the connection was closed
+        self._unread += data
+        if not self._rests:
+            self._read_some()
+
+    def _read_some(self) -> None:
+        data, self._unread = self._unread[:_READ_BYTES], self._unread[_READ_BYTES:]
         began = time.thread_time()
         super().data_received(data)
         spent = time.thread_time() - began
         self._rests = True
-        self.transport.pause_reading()
+        self._pause()
         self.loop.call_later(max(_REST * spent, len(data) / _BYTES_A_SECOND), self._read_on)
 
     async def receive(self) -> ASGIReceiveEvent:
+        if self.transport.is_closing():
+            self.read_paused = False  # uvicorn would resume it
         message = await super().receive()
         if self._rests:
-            self.transport.pause_reading()  # uvicorn has just resumed it
+            self._pause()  # uvicorn has just resumed it
+        elif self._unread:
+            self._read_some()
         return message
 
     def _read_on(self) -> None:
         self._rests = False
-        if not self.read_paused:
+        if self.read_paused or self.transport.is_closing():
+            return
+        if self._unread:
+            self._read_some()
+        else:
             self.transport.resume_reading()
+
+    def _pause(self) -> None:
+        if not self.transport.is_closing():  # one with TLS that was closed twice cannot be paused
+            self.transport.pause_reading()
 
     def handle_ping(self) -> None:
         super().handle_ping()

@@ -12,7 +12,14 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.web.portrait import Portrait
 from makeup_video.web.read_apart import read_apart
 from makeup_video.web.read_look import read_look
-from makeup_video.web.session import PhotoLook, Push, Session, SeveralFaces, ShownPicture
+from makeup_video.web.session import (
+    PhotoLook,
+    Push,
+    Session,
+    SeveralFaces,
+    ShownPicture,
+    Wanted,
+)
 from makeup_video.web.worker import Worker
 
 MOST_SESSIONS = 16
@@ -21,6 +28,8 @@ GRACE_SECONDS = 30.0  # how long a page that lost its connection finds its sessi
 
 class DemoSession:
     """One page's portrait and look. While one look is painted, only the newest other one waits."""
+
+    has_video = False  # single pictures, in full chroma
 
     def __init__(
         self,
@@ -53,6 +62,12 @@ class DemoSession:
         if on and not was:
             self._chosen_us = _now_us()
             self._paint_soon()
+
+    def want(self, wanted: Wanted) -> None:
+        """Every picture is a JPEG."""
+
+    def show_again(self) -> None:
+        """Every page has been sent the newest picture."""
 
     def figures(self) -> None:
         return None

@@ -14,7 +14,7 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.web.portrait import Portrait, own_portrait
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.read_look import read_look
-from makeup_video.web.session import PhotoLook, Push, Session, SeveralFaces
+from makeup_video.web.session import PhotoLook, Push, Session, SeveralFaces, Wanted
 
 NAME = "live"
 _ONE_SIZE = ("recording", "stream", "camera")  # outputs whose frames keep their size
@@ -78,6 +78,16 @@ class LiveSession:
 
     def compare(self, on: bool) -> None:
         self._run.compare = self._sink.compares = on
+
+    @property
+    def has_video(self) -> bool:
+        return self._sink.has_video
+
+    def want(self, wanted: Wanted) -> None:
+        self._sink.wanted = wanted
+
+    def show_again(self) -> None:
+        self._sink.show_again()
 
     def figures(self) -> Mapping[str, Any]:
         return asdict(self._run.figures())

@@ -6,10 +6,11 @@ page -> server
                                writes it, with its defaults filled in
     compare  {on}              whether pictures without makeup are needed
     shown    {pts_us}          this picture is on the screen
+    video    {on}              whether the page wants H.264 rather than JPEG
 server -> page
-    hello    {mode, session, look, photo, finishes, parameters, kinds, photo_bytes_limit}
+    hello    {mode, session, look, photo, finishes, parameters, kinds, photo_bytes_limit, has_video}
                                photo: {name, look, words}, the last photo that was read and its look
-                               in words, or null
+                               in words, or null; has_video: whether pictures come as H.264, too
     look     {look, photo, seen}
                                photo: the photo that the look has just been read from, or null
                                seen: the newest n that had arrived from this page, or null; a page
@@ -76,7 +77,14 @@ class PictureShown:
     pts_us: int
 
 
-PageMessage = LookRequest | CompareRequest | PictureShown
+@dataclass(frozen=True, slots=True)
+class VideoRequest:
+    """A page wants H.264 from now on, or JPEG."""
+
+    on: bool
+
+
+PageMessage = LookRequest | CompareRequest | PictureShown | VideoRequest
 
 
 def read_message(text: str) -> PageMessage:
@@ -94,11 +102,13 @@ def read_message(text: str) -> PageMessage:
         return LookRequest(values.get("look"), n, n is not None)
     if kind == "compare" and isinstance(values.get("on"), bool):
         return CompareRequest(values["on"])
+    if kind == "video" and isinstance(values.get("on"), bool):
+        return VideoRequest(values["on"])
     if kind == "shown" and _is_count(values.get("pts_us")):
         return PictureShown(values["pts_us"])
     raise UsageError(
-        'a message must be {"type": "look", "look": {...}}, {"type": "compare", "on": true or '
-        'false} or {"type": "shown", "pts_us": whole number}'
+        'a message must be {"type": "look", "look": {...}}, {"type": "compare" or "video", '
+        '"on": true or false} or {"type": "shown", "pts_us": whole number}'
     )
 
 
@@ -116,6 +126,7 @@ def hello(mode: str, session: Session) -> str:
             "parameters": parameters(),
             "kinds": [_kind(kind) for kind in KINDS.values()],
             "photo_bytes_limit": PHOTO_BYTES,
+            "has_video": session.has_video,
         }
     )
 

@@ -14,12 +14,14 @@ from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.images.photo_file import read_photo
 from PIL import AvifImagePlugin, Image
 
-# Cameras of 24 megapixels take up to 24.4 million.
-MOST_PX = 25_000_000
+# Phones take up to 50.3 million pixels as HEIC, and 201 million as JPEG, which is averaged while it
+# is decoded.
+MOST_PX = 52_000_000
+MOST_JPEG_PX = 220_000_000
 # Limits on address space. Before the size can be checked, Pillow's WebP decoder reserves 8 bytes
 # per pixel of the size in the header, at most 2.1 GB. It touches that memory only when it decodes.
 _OPENING_BYTES = 3_000_000_000
-# The largest pictures need half of this: WebP with transparency, AVIF.
+# The largest pictures need almost as much: WebP with transparency.
 _DECODING_BYTES = 1_000_000_000
 # Threads of the AVIF decoder. One for each core of a large machine would exceed that by stacks
 # alone.
@@ -37,7 +39,13 @@ def main() -> None:
     Image.MAX_IMAGE_PIXELS = None  # our own limit is lower, and its message names the size
     out = sys.stdout.buffer
     try:
-        rgb8 = read_photo(photo, name, MOST_PX, lambda: _limit("RLIMIT_AS", _DECODING_BYTES))
+        rgb8 = read_photo(
+            photo,
+            name,
+            MOST_PX,
+            lambda: _limit("RLIMIT_AS", _DECODING_BYTES),
+            MOST_JPEG_PX,
+        )
     except MakeupVideoError as error:
         out.write(json.dumps(str(error)).encode() + b"\n")
     else:

@@ -4,8 +4,9 @@ import asyncio
 
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.web.messages import hello
+from makeup_video.web.room import Room
 from makeup_video.web.session import Show
-from makeup_video.web.viewers import Room, Viewer
+from makeup_video.web.viewer import Viewer
 
 MOST_VIEWERS = 16
 

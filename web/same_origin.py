@@ -24,6 +24,8 @@ _SAFE = {
     "cache-control": "no-store",
 }
 
+_PORTS = {"http": 80, "https": 443}  # which browsers leave out
+
 
 class SameOrigin:
     """Refuses other sites' requests (403) and unknown names (421); sets headers on all responses.
@@ -46,24 +48,29 @@ class SameOrigin:
 
     def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str] | None:
         hosts = headers.getlist("host")
-        if len(hosts) != 1 or not self._is_ours(hosts[0]):
+        if len(hosts) != 1 or not self._is_ours(hosts[0], _PORTS[_scheme(scope)]):
             return 421, "unknown server name: use the IP address, or start it with --host NAME"
         acts = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
-        if acts and headers.getlist("origin") != [f"http://{hosts[0]}"]:
+        if acts and headers.getlist("origin") != [f"{_scheme(scope)}://{hosts[0]}"]:
             return 403, "only the server's own page may do this, and this request is from elsewhere"
         if not _same_site(scope, headers, acts):
             return 403, "another site's page asked for this: open the server's own page"
         return None
 
-    def _is_ours(self, host: str) -> bool:
+    def _is_ours(self, host: str, usual_port: int) -> bool:
         try:
             parts = urlsplit(f"//{host}")
             name, port = parts.hostname or "", parts.port
         except ValueError:
             return False
-        if parts.netloc != host or "@" in host or (port or 80) != self._port:
+        if parts.netloc != host or "@" in host or (port or usual_port) != self._port:
             return False
         return name in ("localhost", self._host) or _is_ip(name)
+
+
+def _scheme(scope: Scope) -> str:
+    """The scheme of the page: "http" or "https"."""
+    return "https" if scope["scheme"] in ("https", "wss") else "http"
 
 
 def _same_site(scope: Scope, headers: Mapping[str, str], acts: bool) -> bool:

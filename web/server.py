@@ -5,7 +5,9 @@ The caller keeps the main thread and its signals: the server does not handle Ctr
 
 import asyncio
 import socket
+import ssl
 import threading
+from functools import partial
 
 import uvicorn
 from makeup_video.pipeline.errors import UsageError, option
@@ -19,6 +21,7 @@ _MESSAGE_BYTES = 64 * 1024  # a look with all its layers is 5 kB
 _GOODBYE_SECONDS = 0.3
 _STOP_SECONDS = 5.0
 _CONNECTIONS = 128
+_HANDSHAKE_SECONDS = 10.0  # as long as the header of a request may take
 
 
 class Server:
@@ -26,6 +29,7 @@ class Server:
 
     host: a name or address of this machine.
     port: 0 for a free one.
+    tls: the certificate for HTTPS; None for HTTP.
     log: called with a line for the terminal, on the server's thread.
     ping_seconds: a page that does not answer for twice as long counts as gone.
     """
@@ -38,11 +42,12 @@ class Server:
         port: int = 0,
         *,
         log: Log,
+        tls: ssl.SSLContext | None = None,
         ping_seconds: float = 20.0,
     ) -> None:
         self._rooms, self._worker = Rooms(show), worker
         self._host, self._port, self._log = host, port, log
-        self._ping_seconds = ping_seconds
+        self._tls, self._ping_seconds = tls, ping_seconds
         self._loop: asyncio.AbstractEventLoop | None = None
         self._uvicorn: uvicorn.Server | None = None
         self._begun = threading.Event()
@@ -61,7 +66,8 @@ class Server:
         self._thread.start()
         self._begun.wait()
         name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._host, self._host)
-        return f"http://{f'[{name}]' if ':' in name else name}:{port}/"
+        scheme = "http" if self._tls is None else "https"
+        return f"{scheme}://{f'[{name}]' if ':' in name else name}:{port}/"
 
     def stop(self) -> None:
         """Say goodbye to all pages and stop; pages that do not react are cut off.
@@ -97,11 +103,16 @@ class Server:
             limit_concurrency=_CONNECTIONS,
             timeout_graceful_shutdown=1,
         )
+        config.load()
+        config.ssl = self._tls
         self._uvicorn = uvicorn.Server(config)
         asyncio.run(self._serve(self._uvicorn, listening))
 
     async def _serve(self, server: uvicorn.Server, listening: socket.socket) -> None:
-        self._loop = asyncio.get_running_loop()
+        self._loop = loop = asyncio.get_running_loop()
+        if self._tls is not None:  # uvicorn has no option for it
+            listen = partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE_SECONDS)
+            loop.create_server = listen  # type: ignore[method-assign]
         self._begun.set()
         await server.serve(sockets=[listening])
 
@@ -122,7 +133,13 @@ def _listen(host: str, port: int) -> socket.socket:
         raise UsageError(f"{option('port')} must be in 0..65535, got {port}")
     try:
         family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        return socket.create_server(address[:2], family=family)
+        listening = socket.create_server(address[:2], family=family)
+        # asyncio sends without delay (TCP_NODELAY) where a socket names its protocol, and accepted
+        # sockets take it over. Otherwise the kernel may hold back the end of a picture, until the
+        # page acknowledges what came before: up to 40 ms.
+        return socket.socket(
+            family, socket.SOCK_STREAM, socket.IPPROTO_TCP, fileno=listening.detach()
+        )
     except (OSError, UnicodeError) as error:
         raise UsageError(_why_not(host, port, error)) from error
 

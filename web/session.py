@@ -17,8 +17,12 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from makeup_video.pipeline.look.look import Look
 
-PHOTO_BYTES = 32_000_000  # the largest photos of phones have about 20 MB
-HEAD = struct.Struct("<QHHII")  # pts_us, rotation_degrees, flags (0), bytes of either JPEG
+PHOTO_BYTES = 64_000_000  # photos of 200 megapixels have up to about 50 MB
+# The head of a picture: pts_us, rotation_degrees, flags, and the bytes of either part.
+HEAD = struct.Struct("<QHHII")
+# Flags: both parts are packets of H.264, not JPEG files; either part is a key frame.
+IS_VIDEO, KEY, KEY_BEFORE = 1, 2, 4
+Packet = tuple[bytes, bool]  # of H.264, and whether it is a key frame
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,19 +33,58 @@ class ShownPicture:
     time.monotonic().
     rotation_degrees: the counter-clockwise turn that makes the picture upright.
     jpeg, before: the picture with and without makeup, as JPEG files; before only while a page
-    compares.
+    compares. None where no page wants JPEG.
+    video: the same as H.264, where a page wants that.
     """
 
     pts_us: int
     rotation_degrees: int
-    jpeg: bytes
+    jpeg: bytes | None
     before: bytes | None = None
+    video: "VideoPicture | None" = None
 
     def packed(self, compare: bool) -> bytes:
         """Pack the binary message: head, painted JPEG, and the one before if a page compares."""
+        assert self.jpeg is not None
         before = self.before if compare and self.before is not None else b""
-        head = HEAD.pack(self.pts_us, self.rotation_degrees, 0, len(self.jpeg), len(before))
-        return b"".join((head, self.jpeg, before))
+        return self._message(0, self.jpeg, before)
+
+    def packed_video(self, compare: bool) -> bytes:
+        """Pack the binary message with packets of H.264."""
+        assert self.video is not None
+        painted, is_key = self.video.painted
+        before, before_is_key = (compare and self.video.before) or (b"", False)
+        flags = IS_VIDEO | KEY * is_key | KEY_BEFORE * before_is_key
+        return self._message(flags, painted, before)
+
+    def _message(self, flags: int, painted: bytes, before: bytes) -> bytes:
+        head = HEAD.pack(self.pts_us, self.rotation_degrees, flags, len(painted), len(before))
+        return b"".join((head, painted, before))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VideoPicture:
+    """A picture as H.264: packets that can be decoded only in their order, from a key frame on.
+
+    number: counts the packets of the session; a page that missed one waits for a key frame.
+    """
+
+    number: int
+    painted: Packet
+    before: Packet | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What the pages of a session can use now.
+
+    jpeg: pages watch JPEG.  video: a page that watches H.264 can take a picture.  key: one of those
+    needs a key frame.
+    """
+
+    jpeg: bool = True
+    video: bool = False
+    key: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +127,11 @@ class Session(Protocol):
     photo: PhotoLook | None  # the last photo: a page can return to its look
 
     @property
+    def has_video(self) -> bool:
+        """Whether pages may choose H.264."""
+        ...
+
+    @property
     def look(self) -> Look: ...
 
     def set_look(self, look: Look, /) -> None: ...
@@ -97,6 +145,14 @@ class Session(Protocol):
 
     def compare(self, on: bool, /) -> None:
         """Choose whether pictures include the one without makeup."""
+        ...
+
+    def want(self, wanted: Wanted, /) -> None:
+        """Make pictures as these from now on, and none that nobody can use."""
+        ...
+
+    def show_again(self) -> None:
+        """Push the newest picture once more, as it is wanted now; slow, on any thread."""
         ...
 
     def figures(self) -> Mapping[str, Any] | None:

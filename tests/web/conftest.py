@@ -1,7 +1,7 @@
 """The browser, `makeup-video demo`, and visits to its page."""
 
 import pytest
-from browser import DESK, Served, Visit, open_browser
+from browser import DESK, Served, open_browser, visits
 
 
 @pytest.fixture(scope="module")
@@ -20,13 +20,5 @@ def demo(chromium):
 @pytest.fixture
 def visit(chromium):
     """Opens pages; the test fails at its end if a page has faults."""
-    visits = []
-
-    def open_page(served, **context):
-        visits.append(Visit(chromium, served.url, **(context or DESK)))
-        return visits[-1]
-
-    yield open_page
-    for page in visits:
-        page.context.close()
-        assert not page.faults
+    with visits(chromium) as open_page:
+        yield lambda served, **context: open_page(served.url, **(context or DESK))

@@ -135,7 +135,7 @@ def test_a_dragged_slider_is_not_reset_by_another_page(live, visit):
 def test_a_dropped_photo_gives_its_look(live, visit):
     page = visit(live)
     wear(page, RED)
-    page.drop(SAMPLES / "look.jpg")
+    page.drop(SAMPLES / "look.jpg", name="evening.jpg")
     page.until(lambda: page.page.is_visible("#look-words"))
     assert page.page.inner_text("#look-words").startswith("Read from the photo: lips")
     words = page.page.inner_text("#read-words")
@@ -151,8 +151,9 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     page.until(lambda: is_blue(page.lips()))  # the server has it
     page.until(lambda: page.page.inner_text("#changed-words") == "Changed since: lips: colour")
     page.page.reload()  # the server keeps everything
-    page.until(lambda: "look.jpg" in page.page.inner_text("#photo-slot"))
+    page.until(lambda: "evening.jpg" in page.page.inner_text("#photo-slot"))
     assert page.page.inner_text("#read-words") == words
+    assert page.page.input_value("#name") == "evening"
     drawn = "() => document.querySelector('#photo-slot img').naturalWidth > 0"
     page.until(lambda: page.page.evaluate(drawn))
     second = visit(live)

@@ -48,6 +48,12 @@ def test_a_catalogue_becomes_swatches_of_each_kind(page, table):
     assert not page.page.is_visible("#lips-panel .catalogue")
 
 
+@pytest.mark.parametrize("kind", ["text/csv", "application/vnd.ms-excel"])
+def test_a_dragged_catalogue_is_offered_as_shades(page, table, kind):
+    assert page.drop(table, kind=kind) == ["Show these shades"]
+    page.until(lambda: names(page) == ["Acme Velvet Ruby", "Acme Velvet Plum night"])
+
+
 def test_a_faulty_catalogue_says_why_and_where(page, table):
     table.write_text(TABLE.replace("#5A1E40", "plum"))
     page.page.set_input_files("#lips-panel .open-shades input", table)

@@ -12,6 +12,7 @@ import cv2
 import heif_files
 import numpy as np
 import pytest
+import simplejpeg
 from makeup_video.pipeline import PhotoError
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.web import photo_child, read_apart
@@ -65,10 +66,10 @@ def webp_of(width, height):
     return b"RIFF" + struct.pack("<I", len(chunks)) + chunks
 
 
-@pytest.mark.parametrize("size", [(16383, 16383), (10900, 10900), (5001, 5000)])
+@pytest.mark.parametrize("size", [(16383, 16383), (10900, 10900), (7212, 7211)])
 def test_a_webp_is_refused_by_its_header(size):
     """Pillow reserves memory for a WebP when it opens the file: up to 2.1 GB, all unused."""
-    words = f"^x has {size[0]} x {size[1]} px, more than 25 million px: make it smaller first$"
+    words = f"^x has {size[0]} x {size[1]} px, more than 52 million px: make it smaller first$"
     with pytest.raises(PhotoError, match=words):
         read_apart.read_apart(webp_of(*size), "x")
 
@@ -87,7 +88,7 @@ def child(lines, photo):
 def test_limits_are_set_before_anything_is_decoded():
     lines = """
 import resource as r
-def read(photo, name, most_px, before_decoding):
+def read(photo, name, most_px, before_decoding, most_jpeg_px):
     before_decoding()
     kinds = r.RLIMIT_AS, r.RLIMIT_CPU, r.RLIMIT_FSIZE
     raise c.MakeupVideoError(str([r.getrlimit(kind)[0] for kind in kinds]))
@@ -156,4 +157,18 @@ def test_modules_in_the_working_folder_are_not_imported(monkeypatch, tmp_path):
 def test_the_largest_accepted_picture_is_read():
     side = int(photo_child.MOST_PX**0.5)
     photo = cv2.imencode(".png", np.full((side, side, 3), 90, np.uint8))[1].tobytes()
-    assert read_apart.read_apart(photo, "x").shape == (side // 2, side // 2, 3)
+    assert read_apart.read_apart(photo, "x").shape == (-(-side // 2), -(-side // 2), 3)
+
+
+def test_a_jpeg_of_108_megapixels_is_read():
+    luma, chroma = np.full((9000, 12000), 120, np.uint8), np.full((4500, 6000), 150, np.uint8)
+    photo = simplejpeg.encode_jpeg_yuv_planes(luma, chroma, chroma)
+    assert read_apart.read_apart(bytes(photo), "x").shape == (2250, 3000, 3)
+
+
+def test_a_jpeg_beyond_what_phones_take_is_refused():
+    photo = bytearray(simplejpeg.encode_jpeg(np.zeros((8, 8, 3), np.uint8)))
+    at = photo.index(b"\xff\xc0") + 5  # height and width in the frame header
+    photo[at : at + 4] = struct.pack(">HH", 15_000, 15_000)
+    with pytest.raises(PhotoError, match=r"^x has 15000 x 15000 px, more than 220 million px"):
+        read_apart.read_apart(bytes(photo), "x")

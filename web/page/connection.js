@@ -1,22 +1,33 @@
 // The WebSocket: messages in and out, pictures in, and reconnecting.
 
 const HEADER_BYTES = 20; // <QHHII: pts in us, rotation, flags, bytes painted, bytes before
+const IS_VIDEO = 1; // flags: H.264 rather than JPEG; either part is a key frame
+const KEY = 2;
+const KEY_BEFORE = 4;
 const FIRST_PAUSE_MS = 400;
 const LONGEST_PAUSE_MS = 5000;
 const SESSION = "session"; // a page that is reloaded finds its portrait and look again
 
-/** Parse a picture: {pts, rotation, painted: Blob, before: Blob or null}. */
+/**
+ * Parse a picture: {pts, rotation, isVideo, painted, before}, each of the last two {data, isKey};
+ * before may be null.
+ */
 export function parsePicture(buffer) {
   const header = new DataView(buffer, 0, HEADER_BYTES);
-  const paintedEnd = HEADER_BYTES + header.getUint32(12, true);
+  const flags = header.getUint16(10, true);
+  const paintedBytes = header.getUint32(12, true);
   const beforeBytes = header.getUint32(16, true);
-  const jpeg = (from, to) =>
-    new Blob([new Uint8Array(buffer, from, to - from)], { type: "image/jpeg" });
+  const part = (from, bytes, key) => ({
+    data: new Uint8Array(buffer, from, bytes),
+    isKey: (flags & key) !== 0,
+  });
   return {
     pts: Number(header.getBigUint64(0, true)),
     rotation: header.getUint16(8, true),
-    painted: jpeg(HEADER_BYTES, paintedEnd),
-    before: beforeBytes > 0 ? jpeg(paintedEnd, paintedEnd + beforeBytes) : null,
+    isVideo: (flags & IS_VIDEO) !== 0,
+    painted: part(HEADER_BYTES, paintedBytes, KEY),
+    before:
+      beforeBytes > 0 ? part(HEADER_BYTES + paintedBytes, beforeBytes, KEY_BEFORE) : null,
   };
 }
 

@@ -12,8 +12,9 @@ import { Looks } from "./looks.js";
 import { Picture } from "./picture.js";
 import { Shades } from "./shades.js";
 import { showRecord, wireRecord } from "./record.js";
-import { hideFigures, showFigures, showVeil } from "./status.js";
+import { hideFigures, showFigures, showVeil, tellWhyJpeg } from "./status.js";
 import { Photos } from "./upload.js";
+import { choosePictures, FAILED } from "./video.js";
 import { Zoom } from "./zoom.js";
 
 const LOST = "The connection was lost. Reconnecting …";
@@ -23,12 +24,18 @@ const WAITING = "Waiting for the first picture …";
 const byId = (id) => document.getElementById(id);
 let hello = null;
 let controls = null;
+let pictureKind = choosePictures(); // until a decoder fails
 
 const store = new LookStore((look, n) => connection.send({ type: "look", look, n }));
 const picture = new Picture(
   byId("picture"),
   (pts) => connection.send({ type: "shown", pts_us: pts }),
   (width, height) => byId("stage").style.setProperty("--ratio", width / height),
+  () => {
+    pictureKind = Promise.resolve({ isVideo: false, why: FAILED });
+    tellWhyJpeg(FAILED);
+    connection.send({ type: "video", on: false });
+  },
 );
 const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
 // without a count: the server returns the look with its defaults filled in
@@ -77,6 +84,7 @@ const connection = new Connection({
 function welcome(message) {
   const forgotten = hello !== null && message.mode === "demo" && message.session !== hello.session;
   const mine = store.look;
+  if (hello === null && message.photo) nameAfter(message.photo); // a page that is reloaded
   hello = message;
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
@@ -90,6 +98,12 @@ function welcome(message) {
   if (hello.photo) showPhoto(hello.photo);
   if (forgotten) store.replace(mine);
   compare.askAgain();
+  if (hello.has_video) {
+    pictureKind.then(({ isVideo, why }) => {
+      tellWhyJpeg(why);
+      if (isVideo) connection.send({ type: "video", on: true });
+    });
+  }
   showVeil(picture.isShown ? null : WAITING);
 }
 

@@ -1,5 +1,16 @@
 // The canvas. Pictures are decoded off the main thread; the newest wins; each is acknowledged.
 
+import { VideoStream } from "./video.js";
+
+const widthOf = (image) => image.displayWidth ?? image.width; // of a VideoFrame, an ImageBitmap
+const heightOf = (image) => image.displayHeight ?? image.height;
+
+/** Decode the JPEGs of a picture: bitmaps of painted and before, which may be null. */
+function decodeJpegs({ painted, before }) {
+  const bitmap = ({ data }) => createImageBitmap(new Blob([data], { type: "image/jpeg" }));
+  return Promise.all([bitmap(painted), before && bitmap(before)]);
+}
+
 /** Draws pictures; acknowledge(pts): called once for every picture. */
 export class Picture {
   #canvas;
@@ -7,7 +18,7 @@ export class Picture {
   #acknowledge;
   #next = null; // arrived while another one was being decoded
   #decoding = false;
-  #shown = null; // {pts, rotation, painted, before}: bitmaps
+  #shown = null; // {pts, rotation, painted, before}: bitmaps, or frames of a video
   #drawAsked = null;
   #onScreen = Promise.resolve(); // resolves when the newest picture is on the screen
   #mirrored = false;
@@ -15,12 +26,25 @@ export class Picture {
   #held = false;
   #view = { zoom: 1, x: 0.5, y: 0.5 };
 
-  /** onSize(width, height): called when the size of the upright picture changes. */
-  constructor(canvas, acknowledge, onSize) {
+  #painted; // streams of H.264
+  #before;
+
+  /**
+   * onSize(width, height): called when the size of the upright picture changes.
+   * onVideoFail(): called when H.264 cannot be decoded any longer.
+   */
+  constructor(canvas, acknowledge, onSize, onVideoFail) {
     this.#canvas = canvas;
     this.#context = canvas.getContext("2d", { alpha: false });
     this.#acknowledge = acknowledge;
     this.onSize = onSize;
+    const fail = () => {
+      this.#painted.close();
+      this.#before.close();
+      onVideoFail();
+    };
+    this.#painted = new VideoStream(fail);
+    this.#before = new VideoStream(fail);
   }
 
   get isShown() {
@@ -51,24 +75,41 @@ export class Picture {
   }
 
   show(picture) {
-    if (this.#next !== null) this.#acknowledge(this.#next.pts); // it will not be shown
+    if (this.#next !== null) this.#leaveOut(this.#next);
     this.#next = picture;
+    // every packet must be decoded, even one whose picture is not shown
+    if (picture.isVideo) picture.images = this.#decodeVideo(picture);
     if (!this.#decoding) this.#decode();
+  }
+
+  #leaveOut({ pts, images }) {
+    this.#acknowledge(pts);
+    images?.then((made) => made.forEach((image) => image?.close()));
+  }
+
+  /** Returns [painted, before], each a VideoFrame or null; [] when they cannot be decoded. */
+  async #decodeVideo({ pts, painted, before }) {
+    const streams = [this.#painted.decode(painted, pts)];
+    if (before !== null) streams.push(this.#before.decode(before, pts));
+    const done = await Promise.allSettled(streams);
+    if (done.every(({ status }) => status === "fulfilled")) return done.map(({ value }) => value);
+    done.forEach(({ value }) => value?.close());
+    return [];
   }
 
   async #decode() {
     this.#decoding = true;
     while (this.#next !== null) {
-      const { pts, rotation, painted, before } = this.#next;
+      const next = this.#next;
       this.#next = null;
-      try {
-        const jpegs = [painted, before];
-        const bitmaps = await Promise.all(jpegs.map((jpeg) => jpeg && createImageBitmap(jpeg)));
-        await this.#onScreen; // the last picture: decoding may overtake it, drawing must not
-        this.#put({ pts, rotation, painted: bitmaps[0], before: bitmaps[1] });
-      } catch {
-        this.#acknowledge(pts); // it cannot be decoded; another one will come
+      const [painted, before = null] = await (next.images ?? decodeJpegs(next).catch(() => []));
+      if (painted === undefined) {
+        this.#acknowledge(next.pts); // it cannot be decoded; another one will come
+        continue;
       }
+      await this.#onScreen; // the last picture: decoding may overtake it, drawing must not
+      this.#canvas.dataset.codec = next.isVideo ? "h264" : "jpeg";
+      this.#put({ pts: next.pts, rotation: next.rotation, painted, before });
     }
     this.#decoding = false;
   }
@@ -94,8 +135,8 @@ export class Picture {
 
   #draw() {
     const { pts, rotation, painted, before } = this.#shown;
-    const [width, height] =
-      rotation % 180 ? [painted.height, painted.width] : [painted.width, painted.height];
+    const size = [widthOf(painted), heightOf(painted)];
+    const [width, height] = rotation % 180 ? size.reverse() : size;
     if (this.#canvas.width !== width || this.#canvas.height !== height) {
       this.#canvas.width = width;
       this.#canvas.height = height;
@@ -108,8 +149,8 @@ export class Picture {
     this.#canvas.dataset.pts = pts;
   }
 
-  /** Draw a bitmap upright, and mirrored if chosen, between two columns of the canvas. */
-  #drawTurned(bitmap, rotation, left, right) {
+  /** Draw an image upright, and mirrored if chosen, between two columns of the canvas. */
+  #drawTurned(image, rotation, left, right) {
     const { width, height } = this.#canvas;
     const context = this.#context;
     context.save();
@@ -121,7 +162,7 @@ export class Picture {
     context.translate((0.5 - this.#view.x) * width, (0.5 - this.#view.y) * height);
     if (this.#mirrored) context.scale(-1, 1);
     context.rotate((-rotation * Math.PI) / 180); // canvas turns clockwise
-    context.drawImage(bitmap, -bitmap.width / 2, -bitmap.height / 2);
+    context.drawImage(image, -widthOf(image) / 2, -heightOf(image) / 2);
     context.restore();
   }
 }

@@ -13,6 +13,7 @@ let lastNotice = ""; // about a slow machine
 let showUntil = 0;
 const noticeText = notice.querySelector("span");
 let closed = ""; // the notice that the visitor has closed
+let whyJpeg = ""; // where H.264 would spare the network
 
 /** Show the figures below the picture, and over it what needs the visitor's attention. */
 export function showFigures(values) {
@@ -23,6 +24,7 @@ export function showFigures(values) {
     delay == null ? null : [`${Math.round(delay)} ms delay`, delay > LATE_MS ? "alarming" : ""],
     values.level > 0 ? ["slow machine", "alarming", values.level_notice] : null,
     values.dropped > 0 ? [`${values.dropped} dropped`, "minor"] : null,
+    whyJpeg ? ["JPEG", "", whyJpeg] : null,
     values.viewers > 1 ? [`${values.viewers} viewers`, "minor"] : null,
   ];
   figures.hidden = false;
@@ -32,6 +34,11 @@ export function showFigures(values) {
       .map(([textContent, className, title = ""]) => el("span", { textContent, className, title })),
   );
   showNotice(values.notice || recent(values.level > 0 ? values.level_notice : ""));
+}
+
+/** Mention JPEG among the figures, with the reason; "" where it is the better choice. */
+export function tellWhyJpeg(why) {
+  whyJpeg = why;
 }
 
 /** The notice about a slow machine, for a while after it changes; the figures always mention it. */

@@ -19,7 +19,12 @@ const SLOTS = {
     aim: "Paint on this face",
   },
 };
-const WHOLE = { "application/json": "Apply this look", "text/csv": "Show these shades" };
+const SHADES = "Show these shades";
+const WHOLE = {
+  "application/json": "Apply this look",
+  "text/csv": SHADES,
+  "application/vnd.ms-excel": SHADES, // CSV on Windows
+};
 const PHOTOS = "image/*,.heic,.heif,.avif"; // not every browser knows these as pictures
 const NO_FACE = "No face was chosen: the look stays as it is.";
 const NO_ANSWER = (file) => `${nameOf(file)} could not be sent: the server does not answer.`;

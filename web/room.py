@@ -1,13 +1,6 @@
-"""One page that watches, and the room of all pages that watch one session.
-
-A page is sent the newest picture whenever fewer than two pictures are on their way to its screen,
-and never sees the others. However slow a page is, the server keeps at most one picture and a few
-texts for it, and nothing waits for the page.
-"""
+"""The room of all pages that watch one session: they share its look and its pictures."""
 
 import asyncio
-import statistics
-import time
 from collections import deque
 from collections.abc import Callable
 
@@ -17,86 +10,18 @@ from makeup_video.web.messages import (
     CompareRequest,
     LookRequest,
     PictureShown,
-    error_message,
+    VideoRequest,
     figures_message,
     look_message,
     read_message,
 )
-from makeup_video.web.session import PhotoLook, Session, ShownPicture
+from makeup_video.web.session import PhotoLook, Session, ShownPicture, Wanted
+from makeup_video.web.viewer import VIDEO_IN_FLIGHT, Viewer
 
 # Least time between two looks that are read: a page may send one at every refresh of its screen.
 # Of faster looks only the newest of each page is read and painted, which takes about 0.1 ms.
 LOOKS_SECONDS = 0.01
-IN_FLIGHT = 2  # one at the screen, one on its way: no picture waits for an acknowledgement
 FIGURES_SECONDS = 0.5
-_TIMED = 60  # pictures over which the delay is measured
-
-
-class Viewer:
-    """What one page will be sent. Used on the server's loop alone."""
-
-    def __init__(self, first: str) -> None:
-        self.comparing = False
-        self.seen: int | None = None  # the newest of its own looks, as it counts them
-        # by kind: only the newest look and the newest figures matter
-        self._texts: dict[str, str] = {"hello": first}
-        self._errors: deque[str] = deque(maxlen=4)
-        self._picture: ShownPicture | None = None
-        self._in_flight: deque[int] = deque()
-        self._late_ms: deque[float] = deque(maxlen=_TIMED)
-        self._has_news = asyncio.Event()
-        self._has_news.set()
-        self._is_ending = False
-
-    @property
-    def screen_ms(self) -> float | None:
-        """Delay from camera to screen, the median of about the last two seconds."""
-        return round(statistics.median(self._late_ms), 1) if self._late_ms else None
-
-    def offer(self, picture: ShownPicture) -> None:
-        """Replace the picture that waits by the newest one."""
-        self._picture = picture
-        self._has_news.set()
-
-    def queue(self, kind: str, text: str) -> None:
-        """Send a text soon, in the place of one of its kind that waits."""
-        self._texts[kind] = text
-        self._has_news.set()
-
-    def queue_error(self, text: str) -> None:
-        """Send an error message soon."""
-        self._errors.append(error_message(text))
-        self._has_news.set()
-
-    def end(self) -> None:
-        """Let `next` return None once all texts are sent."""
-        self._is_ending = True
-        self._has_news.set()
-
-    def shown(self, pts_us: int) -> None:
-        """Note that a picture is on the screen; those before it are, too, or never will be."""
-        if pts_us not in self._in_flight:
-            return
-        self._late_ms.append((time.monotonic_ns() // 1000 - pts_us) / 1000)
-        while self._in_flight.popleft() != pts_us:
-            pass
-        self._has_news.set()
-
-    async def next(self) -> str | bytes | None:
-        """Wait for the next message to be sent; None after `end`."""
-        while True:
-            if self._texts:
-                return self._texts.pop(next(iter(self._texts)))
-            if self._errors:
-                return self._errors.popleft()
-            if self._is_ending:
-                return None
-            if self._picture is not None and len(self._in_flight) < IN_FLIGHT:
-                picture, self._picture = self._picture, None
-                self._in_flight.append(picture.pts_us)
-                return picture.packed(self.comparing)
-            self._has_news.clear()
-            await self._has_news.wait()
 
 
 class Room:
@@ -107,7 +32,10 @@ class Room:
         self.viewers: set[Viewer] = set()
         self._loop = loop
         self._newest: ShownPicture | None = None
+        self._arrived: deque[ShownPicture] = deque(maxlen=VIDEO_IN_FLIGHT)
+        self._arrived_at = loop.time()
         self._is_delivery_due = False
+        self._wanted: Wanted | None = None
         self._figures_timer: asyncio.TimerHandle | None = None
         # the newest look of each page, in the order in which they came
         self._requests: dict[Viewer, LookRequest] = {}
@@ -117,6 +45,7 @@ class Room:
     def add(self, viewer: Viewer) -> None:
         """Let a page watch."""
         self.viewers.add(viewer)
+        self._want()
         if len(self.viewers) == 1:
             self.session.watch(self._push)
             self._send_figures()
@@ -129,6 +58,7 @@ class Room:
         self.viewers.discard(viewer)
         if self.viewers:
             self.session.compare(any(other.comparing for other in self.viewers))
+            self._want()
             return
         self.session.watch(None)
         self.session.compare(False)
@@ -146,13 +76,18 @@ class Room:
         match request:
             case PictureShown(pts_us):
                 viewer.shown(pts_us)
+                self._want()
+            case VideoRequest(on):
+                viewer.choose(on and self.session.has_video)
+                self._want()
+                if self._newest is not None:
+                    viewer.offer(self._newest)
             case CompareRequest(on):
                 viewer.comparing = on
                 self.session.compare(any(other.comparing for other in self.viewers))
                 if on and self._newest is not None and self._newest.before is not None:
-                    viewer.offer(
-                        self._newest
-                    )  # another page compares already, and no new picture may come
+                    # another page compares already, and no new picture may come
+                    viewer.offer(self._newest)
             case LookRequest():
                 # to the end of the queue: the last look wins over those of other pages, too
                 self._requests[viewer] = request.after(self._requests.pop(viewer, None))
@@ -192,20 +127,50 @@ class Room:
                 viewer.queue("look", look_message(look, photo, viewer.seen))
 
     def _push(self, picture: ShownPicture) -> None:
-        """Take a picture, on any thread. The newest wins, and the loop is woken once for it."""
-        self._newest = picture
+        """Take a picture, on any thread. The newest wins, and the loop is woken once for it.
+
+        The last few are kept: H.264 must be decoded without a gap.
+        """
+        self._arrived.append(picture)
         if not self._is_delivery_due:
             self._is_delivery_due = True
             _on_loop(self._loop, self._deliver)
 
     def _deliver(self) -> None:
         self._is_delivery_due = False
-        picture = self._newest
-        if picture is not None:
+        self._arrived_at = self._loop.time()
+        while self._arrived:
+            self._newest = self._arrived.popleft()
             for viewer in self.viewers:
-                viewer.offer(picture)
+                viewer.offer(self._newest)
+        self._want()
+
+    def _want(self) -> None:
+        """Tell the session what the pages can use now."""
+        if not self.session.has_video:  # or no longer: the encoder failed
+            for viewer in self.viewers:
+                if viewer.is_video:
+                    viewer.choose(False)
+        watching = [viewer for viewer in self.viewers if viewer.is_video]
+        wanted = Wanted(
+            jpeg=len(watching) < len(self.viewers),
+            video=any(viewer.has_room for viewer in watching),
+            key=any(viewer.needs_key and viewer.has_room for viewer in watching),
+        )
+        if wanted != self._wanted:
+            self._wanted = wanted
+            self.session.want(wanted)
+
+    def _feed(self) -> None:
+        """Where no new picture comes, as from a camera that is gone, send the newest one to pages
+        that had none."""
+        if self._loop.time() - self._arrived_at > FIGURES_SECONDS and any(
+            viewer.is_starving for viewer in self.viewers
+        ):
+            self._loop.run_in_executor(None, self.session.show_again)
 
     def _send_figures(self) -> None:
+        self._feed()
         if (values := self.session.figures()) is not None:
             for viewer in self.viewers:
                 text = figures_message(values, len(self.viewers), viewer.screen_ms)

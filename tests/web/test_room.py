@@ -7,47 +7,15 @@ from dataclasses import replace
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from loops import Loop
 from makeup_video.pipeline import Look
+from makeup_video.web.room import LOOKS_SECONDS, Room
 from makeup_video.web.session import PhotoLook
-from makeup_video.web.viewers import LOOKS_SECONDS, Room, Viewer
+from makeup_video.web.viewer import Viewer
 from shows import BLUE, RED, StandIn
 
 LOOKS = [replace(RED, strength=number / 10) for number in range(6)]
 BAD = {"strength": "much"}
-
-
-class Loop:
-    """An event loop whose clock the test moves; due calls run."""
-
-    def __init__(self):
-        self.now, self.calls = 0.0, []
-
-    def time(self):
-        return self.now
-
-    def call_at(self, when, call):
-        timer = Call(when, call)
-        self.calls.append(timer)
-        return timer
-
-    def call_later(self, seconds, call):
-        return self.call_at(self.now + seconds, call)
-
-    def go_on(self, seconds):
-        self.now += seconds
-        due = [call for call in self.calls if call.when <= self.now]
-        self.calls = [call for call in self.calls if call.when > self.now]
-        for call in due:
-            if not call.cancelled:
-                call.call()
-
-
-class Call:
-    def __init__(self, when, call):
-        self.when, self.call, self.cancelled = when, call, False
-
-    def cancel(self):
-        self.cancelled = True
 
 
 class Session(StandIn):

@@ -1,0 +1,107 @@
+// H.264 by WebCodecs, for a page on another machine: a tenth to a quarter of the data of JPEG.
+
+// Constrained baseline, up to 1080p30. A stream names its own profile and level.
+const ASKED = { codec: "avc1.42C028", optimizeForLatency: true };
+const SILENT_MS = 3000; // a decoder that gives nothing back for so long has failed
+const LOOPBACK = /^(localhost|127(\.\d+){3}|\[::1\])$/;
+const JPEG_BECAUSE = "JPEG, which has four times the data of H.264: ";
+const NO_HTTPS = `${JPEG_BECAUSE}browsers decode H.264 only in pages over HTTPS (--https)`;
+const NO_DECODER = `${JPEG_BECAUSE}this browser cannot decode it for a page`;
+export const FAILED = `${JPEG_BECAUSE}this browser's decoder failed`;
+
+/**
+ * Whether this page shall show H.264: on another machine than the server, where the browser decodes
+ * it. Browsers do so in pages over HTTPS, and in those of this machine. `?video=h264` and
+ * `?video=jpeg` in the page's address choose. Resolves to {isVideo, why}: why H.264 would be better,
+ * and cannot be; "" otherwise.
+ */
+export async function choosePictures() {
+  const chosen = new URLSearchParams(location.search).get("video");
+  const isHere = LOOPBACK.test(location.hostname);
+  if (chosen === "jpeg" || (chosen !== "h264" && isHere)) return { isVideo: false, why: "" };
+  if (!window.isSecureContext) return { isVideo: false, why: NO_HTTPS };
+  try {
+    if ((await VideoDecoder.isConfigSupported(ASKED)).supported) return { isVideo: true, why: "" };
+  } catch {
+    // no WebCodecs, or a decoder that refuses the question
+  }
+  return { isVideo: false, why: NO_DECODER };
+}
+
+/** The codec's name for WebCodecs, from the headers at the start of a key frame (Annex B). */
+export function codecOf(data) {
+  for (let at = 0; at + 6 < data.length; at++) {
+    const isStart = data[at] === 0 && data[at + 1] === 0 && data[at + 2] === 1;
+    if (!isStart || (data[at + 3] & 31) !== 7) continue; // 7: a sequence parameter set
+    const profile = [data[at + 4], data[at + 5], data[at + 6]];
+    return "avc1." + profile.map((byte) => byte.toString(16).padStart(2, "0")).join("");
+  }
+  throw new Error("a key frame without headers");
+}
+
+/** Decodes packets of one stream, in their order. onFail(error): called once, when it gives up. */
+export class VideoStream {
+  #decoder = null;
+  #codec = "";
+  #waiting = new Map(); // by pts: {resolve, reject}
+  #timer = 0;
+  #onFail;
+
+  constructor(onFail) {
+    this.#onFail = onFail;
+  }
+
+  /** Decode a packet, {data, isKey}; resolves to its VideoFrame. */
+  decode({ data, isKey }, pts) {
+    return new Promise((resolve, reject) => {
+      this.#waiting.get(pts)?.reject(new Error("sent again"));
+      this.#waiting.set(pts, { resolve, reject });
+      try {
+        if (isKey) this.#configure(codecOf(data));
+        const type = isKey ? "key" : "delta";
+        this.#decoder.decode(new EncodedVideoChunk({ type, timestamp: pts, data }));
+        this.#timer ||= setTimeout(() => this.#fail(new Error("no picture")), SILENT_MS);
+      } catch (error) {
+        this.#fail(error);
+      }
+    });
+  }
+
+  close() {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+    for (const { reject } of this.#waiting.values()) reject(new Error("closed"));
+    this.#waiting.clear();
+    if (this.#decoder !== null && this.#decoder.state !== "closed") this.#decoder.close();
+    this.#decoder = null;
+    this.#codec = "";
+  }
+
+  #configure(codec) {
+    if (codec === this.#codec) return; // a new size comes with the key frame itself
+    this.#decoder ??= new VideoDecoder({
+      output: (frame) => this.#decoded(frame),
+      error: (error) => this.#fail(error),
+    });
+    this.#decoder.configure({ ...ASKED, codec });
+    this.#codec = codec;
+  }
+
+  #decoded(frame) {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+    const one = this.#waiting.get(frame.timestamp);
+    this.#waiting.delete(frame.timestamp);
+    if (one === undefined) frame.close();
+    else one.resolve(frame);
+    if (this.#waiting.size > 0) {
+      this.#timer = setTimeout(() => this.#fail(new Error("no picture")), SILENT_MS);
+    }
+  }
+
+  #fail(error) {
+    if (this.#decoder === null && this.#waiting.size === 0) return;
+    this.close();
+    this.#onFail(error);
+  }
+}
