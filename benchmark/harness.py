@@ -10,7 +10,8 @@ from makeup_video.benchmark.films import RATE, Film, make_film
 from makeup_video.benchmark.runs import Run
 from makeup_video.pipeline import Look, UsageError
 from makeup_video.pipeline.look.kinds import PARTS
-from makeup_video.pipeline.offline.encoding import decoder_threads
+from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
+from makeup_video.pipeline.offline.encoding import decoder_threads, encoder_threads
 
 # (decoder threads, encoder threads), 0 = FFmpeg's own choice. The bare loop may use the best pair.
 BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))
@@ -24,6 +25,8 @@ class Bench:
     look: what is painted.  photo: what the look was read from, None for a look file; the command
     that is measured in its own process reads it, too.  seconds: length of a film.  log: gets a line
     for each step.  child_stderr: a file descriptor for errors of child processes, None for ours.
+    look_file: the file that the look was read from, if any: an older version may not read a file
+    that this version writes.
     look_words: the options that give the command this look.
     """
 
@@ -36,6 +39,7 @@ class Bench:
     log: Callable[[str], None] = lambda text: None
     photo: Path | None = None
     child_stderr: int | None = None
+    look_file: Path | None = None
     look_words: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -44,9 +48,11 @@ class Bench:
             raise UsageError(f"the look paints nothing: give one with {regions} to measure with")
         if self.photo is not None:
             self.look_words = "--ref", str(self.photo)
-        else:
-            self.look.save(self.folder / "look.json")
-            self.look_words = "--look", str(self.folder / "look.json")
+            return
+        if self.look_file is None:
+            self.look_file = self.folder / "look.json"
+            self.look.save(self.look_file)
+        self.look_words = "--look", str(self.look_file)
 
     def film(self, height_px: int, seconds: float | None = None, **options: Any) -> Film:
         """The film to measure with, at a height; options: those of make_film."""
@@ -97,6 +103,10 @@ def beside(runs: list[Run], bare: list[Run], codec: list[Run] | None = None) -> 
     }
 
 
-def own_threads() -> tuple[int, int]:
-    """Threads of decoder and encoder as the product chooses them; 0: FFmpeg chooses."""
-    return decoder_threads(), 0
+def own_threads(film: Film | None = None) -> tuple[int, int]:
+    """Threads of decoder and encoder as the product chooses them for a film; 0: FFmpeg chooses.
+
+    None: for one of at most 1440p.
+    """
+    frame_px = film.size_wh[0] * film.size_wh[1] if film else 0
+    return decoder_threads(), encoder_threads(PLAYS_EVERYWHERE, frame_px)

@@ -2,7 +2,9 @@
 
 A film plays in real time as the camera, in a process of its own with the page's server
 (live_process.py). A viewer in another process (live_viewer.py) takes every picture. The latency of
-a frame is the time from its arrival to its painted JPEG in the viewer's hands.
+a frame is the time from its arrival to its painted picture in the viewer's hands. Each size is
+played twice: the page of the same machine gets JPEG, that of another one H.264. On request the
+page itself is measured, too, in Chromium (live_browser.py).
 """
 
 import json
@@ -25,26 +27,42 @@ ENDS_SECONDS = 10.0  # reported separately, at the beginning and at the end of t
 _STAGES = ("work", "faces", "smooth", "scene", "composite", "preview")
 # of the table of frames: microseconds for pts, monotonic seconds for all the rest
 COLUMNS = ("pts", "came", *(f"{name} {what}" for name in _STAGES for what in ("begins", "ends")))
+KINDS = {"jpeg": "", "h264": ", H.264"}  # of pictures, and what the tables add to the size
+VIEWERS = {"live_viewer": "", "live_browser": ", Chromium"}  # modules, and what the tables add
 FRAMES, SAMPLES, VIEWED = "frames.npy", "samples.npy", "viewed.npy"
 
 
-def measure_live(bench: "Bench", heights: list[int], minutes: float) -> dict[str, Any]:
-    """The figures of the first size, and under "sizes" those of every size."""
-    sizes = {f"{height}p": _one_size(bench, height, minutes) for height in heights}
+def measure_live(
+    bench: "Bench", heights: list[int], minutes: float, chromium: bool = False
+) -> dict[str, Any]:
+    """The figures of the first size as JPEG, and under "sizes" those of every size and kind.
+
+    chromium: measure the page in Chromium, too.
+    """
+    sizes = {
+        f"{height}p{words}{by}": _one_size(bench, height, minutes, kind, viewer)
+        for height in heights
+        for viewer, by in VIEWERS.items()
+        for kind, words in KINDS.items()
+        if chromium or viewer == "live_viewer"
+    }
     return {**next(iter(sizes.values())), "sizes": sizes}
 
 
-def _one_size(bench: "Bench", height_px: int, minutes: float) -> dict[str, Any]:
+def _one_size(
+    bench: "Bench", height_px: int, minutes: float, kind: str, viewer: str
+) -> dict[str, Any]:
     seconds = (60 * minutes or bench.seconds) + WARM_SECONDS
     made = bench.film(height_px, min(seconds, bench.seconds), loops=True)
     times = math.ceil(seconds * RATE / made.frames)
     film = repeat_film(made.path, bench.folder / f"live{height_px}.mp4", times)
-    bench.log(f"{height_px}p: {made.frames * times / RATE:.0f} s live")
+    words = KINDS[kind] + VIEWERS[viewer]
+    bench.log(f"{height_px}p{words}: {made.frames * times / RATE:.0f} s live")
     with TemporaryDirectory(dir=bench.folder) as name:
         folder = Path(name)
         bench.look.save(folder / "look.json")
         command = [sys.executable, "-m", "makeup_video.benchmark.live_process"]
-        command += [str(film), str(folder / "look.json"), str(folder)]
+        command += [str(film), str(folder / "look.json"), str(folder), kind, viewer]
         result = subprocess.run(
             command, check=True, stdout=subprocess.PIPE, stderr=bench.child_stderr
         ).stdout
@@ -68,7 +86,9 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     began = frames[0, 1] + WARM_SECONDS
     counted = frames[frames[:, 1] >= began]
     due = counted[:, 0] / 1e6
-    viewed_at = dict(viewed[:-1])
+    pictures = viewed[:-1]
+    viewed_at = dict(pictures[:, :2])
+    shown_at = dict(pictures[:, ::2])
     seen = _seen(counted, viewed_at)
     painted = _column(counted, "work ends")
     latency = _latency_ms(counted, viewed_at)
@@ -83,6 +103,8 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
         "frames": len(counted),
         "fps": float((~np.isnan(seen)).sum() - 1) / float(np.nanmax(seen) - np.nanmin(seen)),
         "latency_ms": _spread(latency),
+        "decoded_latency_ms": _spread(_latency_ms(counted, shown_at)),
+        "bytes_per_picture": float(pictures[:, 3].mean()) if len(pictures) else math.nan,
         "first_seconds_latency_ms": _spread(latency[counted[:, 1] < began + ENDS_SECONDS]),
         "last_seconds_latency_ms": _spread(latency[counted[:, 1] >= last - ENDS_SECONDS]),
         "dropped": camera + before_painting + preview,

@@ -1,8 +1,9 @@
 """A measured live run in a process of its own: a file as camera, the page's server, and one viewer.
 
-    python -m makeup_video.benchmark.live_process FILM LOOK.json FOLDER
+    python -m makeup_video.benchmark.live_process FILM LOOK.json FOLDER jpeg|h264 live_viewer
 
-Writes frames.npy, samples.npy and viewed.npy into the folder, and prints the other figures as JSON.
+The last argument may be live_browser, the page in Chromium. Writes frames.npy, samples.npy and
+viewed.npy into the folder, and prints the other figures as JSON.
 """
 
 import json
@@ -23,6 +24,7 @@ from makeup_video.pipeline import Look, OutputError, StoppedError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.jpeg import PreviewJpeg
 from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.pipeline.live.preview_video import PreviewVideo
 from makeup_video.pipeline.live.run import LiveRun
 from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
 from makeup_video.web.live_session import LiveShow
@@ -99,17 +101,20 @@ class LoggedPreview(PreviewSink):
     """The preview, whose time is logged for each picture."""
 
     def __init__(self, frame_log: FrameLog) -> None:
-        super().__init__(PreviewJpeg())
-        self._log = frame_log
+        super().__init__(PreviewJpeg(), PreviewVideo, _log_line)
+        self._frame_log = frame_log
 
     def __call__(self, picture: LivePicture, /) -> None:
         began = time.monotonic()
         super().__call__(picture)
-        self._log.note(picture.frame, "preview", began, time.monotonic())
+        self._frame_log.note(picture.frame, "preview", began, time.monotonic())
 
 
-def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
-    """Play the film once, from beginning to end."""
+def run(film: Path, look: Look, folder: Path, kind: str, viewer: str) -> dict[str, Any]:
+    """Play the film once, from beginning to end.
+
+    kind: of the pictures, "jpeg" or "h264".  viewer: the module that watches.
+    """
     frame_log = FrameLog(_count_frames(film))
     camera = LoggedCamera(Camera(CameraSettings(name=str(film)), log=_log_line), frame_log)
     sink = LoggedPreview(frame_log)
@@ -119,7 +124,7 @@ def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
     def on_tick() -> None:
         samples.append([time.monotonic(), *_memory_and_cpu()])
 
-    with _watched(LiveShow(live, sink), folder):
+    with _watched(LiveShow(live, sink), folder, kind, viewer):
         on_tick()
         with suppress(StoppedError):  # after Ctrl-C what was measured so far counts
             live.run(on_tick)
@@ -134,14 +139,14 @@ def run(film: Path, look: Look, folder: Path) -> dict[str, Any]:
 
 
 @contextmanager
-def _watched(show: LiveShow, folder: Path) -> Generator[None, None, None]:
+def _watched(show: LiveShow, folder: Path, kind: str, module: str) -> Generator[None, None, None]:
     """Serve the page with one viewer on it. Raises OutputError when the viewer cannot connect."""
     worker = Worker()
     server = Server(show, worker, port=0, log=_log_line)
     address = server.start().rstrip("/")
-    command = [sys.executable, "-m", "makeup_video.benchmark.live_viewer"]
-    command += [address.replace("http", "ws", 1) + "/ws?session=live", address]
-    viewer = subprocess.Popen([*command, str(folder / VIEWED)], stdout=subprocess.PIPE)
+    command = [sys.executable, "-m", f"makeup_video.benchmark.{module}"]
+    command += [address, str(folder / VIEWED), kind]
+    viewer = subprocess.Popen(command, stdout=subprocess.PIPE)
     try:
         assert viewer.stdout is not None
         if not viewer.stdout.readline():
@@ -174,5 +179,5 @@ def _log_line(line: str) -> None:
 
 
 if __name__ == "__main__":
-    played = run(Path(sys.argv[1]), Look.load(sys.argv[2]), Path(sys.argv[3]))
+    played = run(Path(sys.argv[1]), Look.load(sys.argv[2]), Path(sys.argv[3]), *sys.argv[4:])
     print(json.dumps(played))

@@ -1,6 +1,6 @@
-"""A page without a screen, in a process of its own: takes every picture of a live run.
+"""A page without a screen, in a process of its own: takes and decodes every picture of a live run.
 
-    python -m makeup_video.benchmark.live_viewer WS_URL ORIGIN OUT.npy
+    python -m makeup_video.benchmark.live_viewer URL OUT.npy jpeg|h264
 
 Prints "ready" once it watches. Acknowledges each picture as a browser does; ends when the server
 says goodbye.
@@ -10,48 +10,74 @@ import asyncio
 import json
 import sys
 import time
-from collections.abc import AsyncIterable
+from collections.abc import AsyncIterable, Callable
 from pathlib import Path
 
+import av
+import cv2
 import numpy as np
 
 # of the pts in microseconds, with which the head of a picture begins: see web/session.py
 _PTS_BYTES = 8
+_HEAD_BYTES, _FLAGS, _IS_VIDEO = 20, slice(10, 12), 1
+Decode = Callable[[bytes], object]
 
 
-def watch(url: str, origin: str, target: Path) -> None:
-    """Write (N, 2) float64: each picture's pts in microseconds, and its arrival, monotonic seconds.
+def watch(url: str, target: Path, kind: str) -> None:
+    """Write (N, 4) float64: each picture's pts in microseconds, the monotonic seconds of its
+    arrival and of its decoded pixels, and its bytes.
 
-    The last row is 0 and the CPU seconds of this process.
+    The last row has the CPU seconds of this process in the second column.
     """
-    rows = asyncio.run(_watch(url, origin))
-    np.save(target, np.array([*rows, (0.0, time.process_time())]))
+    rows = asyncio.run(_watch(url, kind))
+    np.save(target, np.array([*rows, (0.0, time.process_time(), 0.0, 0.0)]))
 
 
-async def _watch(url: str, origin: str) -> list[tuple[float, float]]:
+async def _watch(url: str, kind: str) -> list[tuple[float, float, float, float]]:
     from websockets.asyncio.client import connect
     from websockets.exceptions import ConnectionClosed
     from websockets.typing import Origin
 
-    rows: list[tuple[float, float]] = []
-    async with connect(url, origin=Origin(origin), compression=None, max_size=None) as socket:
+    rows: list[tuple[float, float, float, float]] = []
+    decode = _h264_decoder() if kind == "h264" else _decode_jpeg
+    address = url.replace("http", "ws", 1) + "/ws?session=live"
+    async with connect(address, origin=Origin(url), compression=None, max_size=None) as socket:
+        await socket.send(json.dumps({"type": "video", "on": kind == "h264"}))
         print("ready", flush=True)
         try:
-            async for pts_us in _pictures(socket):
-                rows.append((pts_us, time.monotonic()))
+            async for picture in _pictures(socket):
+                arrived, pts_us = time.monotonic(), int.from_bytes(picture[:_PTS_BYTES], "little")
+                is_video = picture[_FLAGS][0] & _IS_VIDEO
+                if is_video == (kind == "h264"):  # the first one may be a JPEG
+                    decode(picture[_HEAD_BYTES:])
+                    rows.append((pts_us, arrived, time.monotonic(), len(picture)))
                 await socket.send(json.dumps({"type": "shown", "pts_us": pts_us}))
         except ConnectionClosed:
             pass
     return rows
 
 
-async def _pictures(messages: AsyncIterable[str | bytes]) -> AsyncIterable[int]:
+async def _pictures(messages: AsyncIterable[str | bytes]) -> AsyncIterable[bytes]:
     async for message in messages:
         if isinstance(message, bytes):
-            yield int.from_bytes(message[:_PTS_BYTES], "little")
+            yield message
         elif json.loads(message)["type"] == "bye":
             return
 
 
+def _decode_jpeg(data: bytes) -> object:
+    return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+
+
+def _h264_decoder() -> Decode:
+    context = av.CodecContext.create("h264", "r")
+    context.thread_count = 1  # more would hold back pictures
+
+    def decode(data: bytes) -> object:
+        return [frame.to_ndarray(format="rgb24") for frame in context.decode(av.Packet(data))]
+
+    return decode
+
+
 if __name__ == "__main__":
-    watch(sys.argv[1], sys.argv[2], Path(sys.argv[3]))
+    watch(sys.argv[1], Path(sys.argv[2]), sys.argv[3])

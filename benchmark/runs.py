@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -123,34 +124,55 @@ def run_command(
     environment: Mapping[str, str] | None = None,
     sample_seconds: float | None = None,
     stderr: int | None = None,
+    python: str = sys.executable,
 ) -> dict[str, Any]:
-    """The real command in its own process: the values of its report, and two more.
+    """The real command in its own process: the values of its report, and four more.
 
-    start_seconds: from the start of the process to the first packet written.  memory: [[seconds,
-    MB], ...] every sample_seconds; empty without them.
+    start_seconds: from the start of the process to the first packet written, None where the report
+    does not tell.  memory: [[seconds, MB], ...] every sample_seconds; empty without them.
+    wall_seconds, all_cpu_seconds: of the whole process and its children, start and end included.
 
     look_words: what is painted, such as ("--ref", "look.jpg").  words: further options.
-    environment: variables to add.  stderr: as for subprocess.Popen.
+    environment: variables to add.  stderr: as for subprocess.Popen.  python: the interpreter whose
+    version of the product runs.
     """
     report = target.with_suffix(".json")
-    command = [sys.executable, "-m", "makeup_video.cli", str(source), "-q", "-y", *words]
+    command = [python, "-m", "makeup_video", str(source), "-q", "-y", *words]
     command += ["-o", str(target), *look_words, "--report", str(report)]
     command += ["--codec", "h264", "--preset", PRESET, "--crf", str(CRF)]
-    began = time.time()
+    began, wall, cpu = time.time(), time.perf_counter(), _cpu_of_children()
     process = subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
         stderr=stderr,
-        env={**os.environ, **(environment or {})},
+        env={**os.environ, **_as_installed(target.parent), **(environment or {})},
     )
     memory = _memory_of(process, sample_seconds) if sample_seconds else []
     if code := process.wait():
         raise subprocess.CalledProcessError(code, command)
+    wall, cpu = time.perf_counter() - wall, _cpu_of_children() - cpu
     values: dict[str, Any] = json.loads(report.read_text(encoding="utf-8"))
-    if values["painted_frames"] is not None:
+    if values.get("painted_frames") is not None:
         check_painted(values["painted_frames"], values["frames_out"])
-    values["start_seconds"] = values["first_packet_unix_seconds"] - began
-    return {**values, "memory": memory}
+    first = values.get("first_packet_unix_seconds")
+    more = {"wall_seconds": wall, "all_cpu_seconds": cpu, "memory": memory}
+    return {**values, **more, "start_seconds": None if first is None else first - began}
+
+
+def _cpu_of_children() -> float:
+    """CPU seconds of the child processes that have ended, and of theirs."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _as_installed(folder: Path) -> dict[str, str]:
+    """Variables that keep compiled modules in a folder where this environment keeps none.
+
+    An installed package has them: without them each start would compile two hundred modules.
+    """
+    if not sys.dont_write_bytecode:
+        return {}
+    return {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(folder / "modules")}
 
 
 def empty_caches(folder: Path) -> dict[str, str]:

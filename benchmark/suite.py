@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from makeup_video.benchmark.against import Version
     from makeup_video.benchmark.harness import Bench
     from makeup_video.pipeline import Look
 
@@ -20,7 +21,7 @@ class Extras:
 
     renderer: painting by itself, and the floor.  faces: the cost by number of faces.  threads:
     other numbers of threads.  minutes: length of a long film, 0 for none.  looks: so many looks of
-    one film, 0 for none.
+    one film, 0 for none.  chromium: the page of a live run in Chromium.
     """
 
     renderer: bool = True
@@ -28,6 +29,7 @@ class Extras:
     threads: bool = False
     minutes: float = 0.0
     looks: int = 0
+    chromium: bool = False
 
 
 def heights_of(sizes: str) -> list[int]:
@@ -44,7 +46,13 @@ def heights_of(sizes: str) -> list[int]:
 
 
 def check_options(
-    seconds: float, rounds: int, extras: Extras, *, live: bool, plot: str | None
+    seconds: float,
+    rounds: int,
+    extras: Extras,
+    *,
+    live: bool,
+    plot: str | None,
+    against: str | None = None,
 ) -> None:
     """Refuse options before anything is measured. Raises UsageError, OutputError, InstallError."""
     from makeup_video.pipeline.errors import UsageError, option
@@ -58,15 +66,35 @@ def check_options(
         raise UsageError(f"{option('minutes')} must be 0 to 600 minutes, got {extras.minutes:g}")
     if extras.looks and not 2 <= extras.looks <= 100:
         raise UsageError(f"{option('looks')} must be 2 to 100, got {extras.looks}")
-    if live and (extras.faces or extras.threads or extras.looks or plot is not None):
+    others = extras.faces or extras.threads or extras.looks or plot is not None
+    if live and others:
         raise UsageError(
             f"{option('live')} is measured alone: leave out {option('faces')}, "
             f"{option('threads')}, {option('looks')} and {option('plot')}"
+        )
+    if extras.chromium:
+        if not live:
+            raise UsageError(f"{option('chromium')} needs {option('live')}")
+        from makeup_video.benchmark.live_browser import find_browser
+
+        find_browser()
+    if against is not None and (others or live or extras.minutes):
+        raise UsageError(
+            f"{option('against')} is measured alone: leave out {option('live')}, "
+            f"{option('faces')}, {option('threads')}, {option('looks')}, {option('minutes')} and "
+            f"{option('plot')}"
         )
     if plot is not None:
         from makeup_video.benchmark.plots import check_plot_path
 
         check_plot_path(plot)
+
+
+def other_version(python: str) -> "Version":
+    """The version of the product that another interpreter has. Raises UsageError."""
+    from makeup_video.benchmark import against
+
+    return against.other_version(python)
 
 
 def sample_clip(clip: str | None) -> Path:
@@ -116,12 +144,23 @@ def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]"
     return look_from_photo(photo), photo
 
 
-def run_suite(bench: "Bench", heights: list[int], extras: Extras, *, live: bool) -> dict[str, Any]:
+def run_suite(
+    bench: "Bench",
+    heights: list[int],
+    extras: Extras,
+    *,
+    live: bool,
+    against: "Version | None" = None,
+) -> dict[str, Any]:
     """The results of the command, as its --json prints them."""
+    if against is not None:
+        from makeup_video.benchmark.against import compare_versions
+
+        return {"against": compare_versions(bench, heights, against)}
     if live:
         from makeup_video.benchmark.live import measure_live
 
-        return {"live": measure_live(bench, heights, extras.minutes)}
+        return {"live": measure_live(bench, heights, extras.minutes, extras.chromium)}
     results = measure(bench, heights, renderer=extras.renderer)
     return results | measure_scaling(bench, heights[0], extras)
 

@@ -11,7 +11,7 @@ _STAGE_KEYS = ("mean_ms", "p50_ms", "p95_ms", "cpu_mean_ms", "cpu_p50_ms")
 
 
 def print_tables(results: _Values) -> None:
-    """Print everything that was measured on stdout."""
+    """Print everything that was measured on stdout; of two versions also a line for each size."""
     from rich.console import Console
     from rich.table import Table
 
@@ -21,10 +21,14 @@ def print_tables(results: _Values) -> None:
         for row in rows:
             table.add_row(*row)
         console.print(table)
+    for line in verdicts(results):
+        print(line)
 
 
 def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
     """Title, column heads and rows of every table."""
+    if "against" in results:
+        yield from _versions(results["against"])
     if "live" in results:
         yield from live_tables(results["live"]["sizes"])
     sizes: Mapping[str, _Values] = results.get("sizes", {})
@@ -37,6 +41,53 @@ def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
         title = "theoretical minimum (floor), CPU ms a frame"
         yield title, ("", *sizes), list(_floor(sizes))
     yield from more_tables(results)
+
+
+def _versions(found: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
+    """This version beside another."""
+    head = ("", f"this, {found['this']}", f"other, {found['other']}", "this / other")
+    measures = (
+        ("CPU ms a frame", "cpu_ms_per_frame", "cpu", ".2f"),
+        ("stages without the codec, CPU ms a frame", "stages_ms", "stages", ".2f"),
+        ("frames/s; ratio of wall times", "fps", "wall", ".1f"),
+        ("start to first packet, s", "start_seconds", "start", ".2f"),
+        ("peak memory, MB", "peak_memory_mb", "memory", ".0f"),
+    )
+    for size in found["sizes"].values():
+        rows = [
+            (label, *(_known(size[side][key], shape) for side in ("this", "other")),
+             _ratio(size[ratio]))
+            for label, key, ratio, shape in measures
+        ]  # fmt: skip
+        rows += [
+            (f"{name}, CPU ms a frame", f"{stage['this']:.2f}", f"{stage['other']:.2f}",
+             _ratio(stage))
+            for name, stage in size["by_stage"].items()
+        ]  # fmt: skip
+        yield f"{found['clip']}, {size['film']}, {found['codec']}", head, rows
+
+
+def _known(value: float | None, shape: str) -> str:
+    return "unknown" if value is None else f"{value:{shape}}"
+
+
+def _ratio(found: _Values | None) -> str:
+    """A median and its spread: "0.93 (0.91-0.96)"."""
+    if found is None:
+        return "unknown"
+    low, high = found["spread"]
+    return f"{found['ratio']:.2f} ({low:.2f}-{high:.2f})"
+
+
+def verdicts(results: _Values) -> Iterator[str]:
+    """A line for each size on which two versions were compared."""
+    if "against" in results:
+        found = results["against"]
+        for name, size in found["sizes"].items():
+            yield (
+                f"this version takes {_ratio(size['cpu'])} of the CPU time of {found['other']} at "
+                f"{name}, and {_ratio(size['wall'])} of its wall time"
+            )
 
 
 def live_tables(sizes: Mapping[str, _Values]) -> Iterator[tuple[str, Row, list[Row]]]:
@@ -59,6 +110,9 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("film", rows, lambda r: r["film"])
     yield _row("seconds / frames", rows, lambda r: f"{r['seconds']:.0f} / {r['frames']}")
     yield _row("latency, ms: p50 / p95 / p99", rows, lambda r: spread(r["latency_ms"]))
+    yield _row(
+        "until decoded; in Chromium drawn, ms", rows, lambda r: spread(r["decoded_latency_ms"])
+    )
     yield _row("the start, not counted", rows, lambda r: spread(r["warm_up_latency_ms"]))
     yield _row("first 10 s", rows, lambda r: spread(r["first_seconds_latency_ms"]))
     yield _row("last 10 s", rows, lambda r: spread(r["last_seconds_latency_ms"]))
@@ -67,6 +121,8 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("dropped in the preview", rows, lambda r: str(r["dropped_in_preview"]))
     yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
     yield _row("pictures/s", rows, lambda r: f"{r['fps']:.2f}")
+    yield _row("kB a picture", rows, lambda r: f"{r['bytes_per_picture'] / 1000:.1f}")
+    yield _row("Mbit/s", rows, lambda r: f"{8e-6 * r['bytes_per_picture'] * r['fps']:.2f}")
     yield _row("CPU ms a frame", rows, lambda r: f"{r['cpu_ms_per_frame']:.1f}")
     yield _row("cores busy", rows, lambda r: f"{r['cpu_cores']:.2f}")
     yield _row(

@@ -1,7 +1,9 @@
 """`bench --live`: its arithmetic, and a real run of its processes. Nothing is timed."""
 
 import json
+import sys
 
+import browser
 import numpy as np
 import pytest
 from makeup_video.benchmark.live import COLUMNS, WARM_SECONDS, figures
@@ -27,7 +29,9 @@ def table(seconds: float, late: float = 0.01) -> np.ndarray:
 
 
 def viewer_times(frames: np.ndarray, late: float = 0.01) -> np.ndarray:
-    return np.array([*((pts, pts / 1e6 + late) for pts in frames[:, 0]), (0, 0.6)])
+    """The viewer needs 2 ms to decode a picture of 20 kB."""
+    rows = [(pts, pts / 1e6 + late, pts / 1e6 + late + 0.002, 20_000) for pts in frames[:, 0]]
+    return np.array([*rows, (0, 0.6, 0, 0)])
 
 
 def samples(seconds: float) -> np.ndarray:
@@ -44,6 +48,8 @@ def test_latency_runs_from_arrival_to_viewer_after_warm_up():
     for part in ("latency_ms", "first_seconds_latency_ms", "last_seconds_latency_ms"):
         assert got[part]["p50"] == pytest.approx(10, abs=0.01)
         assert got[part]["max"] == pytest.approx(10, abs=0.01)
+    assert got["decoded_latency_ms"]["p50"] == pytest.approx(12, abs=0.01)
+    assert got["bytes_per_picture"] == 20_000
     assert got["fps"] == pytest.approx(30, abs=0.01)
     assert got["dropped"] == got["dropped_before_painting"] == got["dropped_in_preview"] == 0
     assert got["cpu_cores"] == pytest.approx(0.3)
@@ -102,15 +108,41 @@ def test_a_real_run_reports_every_figure(results):
     parts = "dropped_by_camera", "dropped_before_painting", "dropped_in_preview"
     assert live["dropped"] == sum(live[part] for part in parts)
     assert {key: live[key] for key in live["sizes"]["144p"]} == live["sizes"]["144p"]
+    assert list(live["sizes"]) == ["144p", "144p, H.264"]
+    as_h264 = live["sizes"]["144p, H.264"]
+    assert 0 < as_h264["bytes_per_picture"] < live["bytes_per_picture"] / 2
+    for one in (live, as_h264):
+        assert one["decoded_latency_ms"]["p50"] > one["latency_ms"]["p50"]
     for way in ("faces", "smooth", "scene", "composite", "preview", "to the viewer"):
         assert live["ways_ms"][way]["p50"] > 0
 
 
 def test_results_are_printed_as_tables(results):
-    (title, head, rows), (_, ways_head, ways) = tables(results)
-    assert "live" in title and head == ("", "144p")
+    (title, head, rows), (_, ways_head, ways), _ = tables(results)
+    assert "live" in title and head == ("", "144p", "144p, H.264")
     assert all(len(row) == len(head) for row in rows)
     assert ways and all(len(row) == len(ways_head) for row in ways)
+
+
+def test_the_page_in_chromium_tells_when_it_has_drawn():
+    browser.executable()
+    done = run(*ARGS, "--chromium", SAMPLES / "in.mp4", "--json")
+    assert done.exit_code == 0, done.output
+    sizes = json.loads(done.stdout)["live"]["sizes"]
+    assert list(sizes) == ["144p", "144p, H.264", "144p, Chromium", "144p, H.264, Chromium"]
+    for one in list(sizes.values())[2:]:
+        assert one["decoded_latency_ms"]["p50"] > one["latency_ms"]["p50"] > 0
+        assert one["viewer_cpu_ms_per_frame"] > 0
+    in_chromium = sizes["144p, H.264, Chromium"]["bytes_per_picture"]
+    assert 0 < in_chromium < sizes["144p, Chromium"]["bytes_per_picture"] / 2
+
+
+def test_chromium_belongs_to_live_and_needs_playwright(monkeypatch):
+    done = run("bench", "--chromium")
+    assert done.exit_code == 2 and "--chromium needs --live" in done.output
+    monkeypatch.setitem(sys.modules, "playwright.sync_api", None)  # as if it were not installed
+    done = run(*ARGS, "--chromium")
+    assert done.exit_code == 1 and "pip install playwright" in done.output
 
 
 def test_live_refuses_other_measurements_beside_it(tmp_path):

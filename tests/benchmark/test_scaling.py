@@ -47,8 +47,8 @@ def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
     runs = []
 
     class Noted(offline.Runner):
-        def __init__(self, source, stages, sink, **options):
-            super().__init__(source, stages, sink, **options)
+        def __init__(self, source, stages, sink, *rest, **options):
+            super().__init__(source, stages, sink, *rest, **options)
             runs[-1] += sink[1].threads, len(self.channels) - 1
 
     class NotedDecoder(film_of_run.Decoder):
