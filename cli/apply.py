@@ -135,9 +135,11 @@ def _paint_one(
 ) -> "Report":
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import process_video
+    from makeup_video.pipeline.engine.machine import return_large_blocks
 
     with _sidecars(run, [output], settings.overwrite) as files:
         painted = look.load(run.quiet)
+        return_large_blocks()  # from now on: a photo is read in large blocks, which are used again
         with (
             cluster.workers(settings.jobs, lambda count: None) as workers,
             show_progress(run.quiet) as on_progress,
@@ -155,6 +157,7 @@ def _paint_several(
     from makeup_video.cli.many import titled
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import UsageError, process_looks
+    from makeup_video.pipeline.engine.machine import return_large_blocks
 
     if run.save_look is not None:
         raise UsageError("--save-look writes one look, and several are painted: leave it out")
@@ -162,6 +165,7 @@ def _paint_several(
         painted = {
             Path(one): look.load(run.quiet) for one, look in zip(outputs, looks, strict=True)
         }
+        return_large_blocks()
         names = dict(zip(painted, (look.fields["look"] for look in looks), strict=True))
         with show_progress(run.quiet) as on_progress:
             tick = titled(on_progress, run.source, names)

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from makeup_video.cli.console import child_stderr, print_result
@@ -13,6 +13,7 @@ EXAMPLES = (
     "makeup-video bench",
     "makeup-video bench talk.mp4 --sizes 720p --rounds 3",
     "makeup-video bench --live --length 10",
+    "makeup-video bench --against old/.venv/bin/python",
 )
 
 
@@ -92,6 +93,22 @@ def bench(
             rich_help_panel=MEASUREMENTS,
         ),
     ] = False,
+    chromium: Annotated[
+        bool,
+        typer.Option(
+            "--chromium",
+            help="With --live: measure the page in Chromium, too. Needs playwright.",
+            rich_help_panel=MEASUREMENTS,
+        ),
+    ] = False,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PYTHON",
+            help="Measure only this version beside that of another Python, in turn.",
+            rich_help_panel=MEASUREMENTS,
+        ),
+    ] = None,
     as_json: PrintJson = False,
     plot: Annotated[
         str | None,
@@ -112,11 +129,17 @@ def bench(
 
         heights = suite.heights_of(sizes)
         extras = suite.Extras(
-            renderer=renderer, faces=faces, threads=threads, minutes=length, looks=looks
+            renderer=renderer,
+            faces=faces,
+            threads=threads,
+            minutes=length,
+            looks=looks,
+            chromium=chromium,
         )
-        suite.check_options(seconds, rounds, extras, live=live, plot=plot)
+        suite.check_options(seconds, rounds, extras, live=live, plot=plot, against=against)
         suite.check_look(look, ref)
         source = suite.sample_clip(clip)
+        other = None if against is None else suite.other_version(against)
         with (
             TemporaryDirectory(prefix="makeup-video-bench-") as folder,
             show_steps() as log_step,
@@ -135,15 +158,21 @@ def bench(
                 log_step,
                 photo,
                 child_stderr(),
+                Path(look) if look is not None and Path(look).is_file() else None,
             )
-            results = suite.run_suite(measured, heights, extras, live=live)
-        if plot is not None:
-            from makeup_video.benchmark.plots import draw
+            results = suite.run_suite(measured, heights, extras, live=live, against=other)
+        _show(results, plot, as_json)
 
-            draw(results, Path(plot))
-        if as_json:
-            print_result(json.dumps(results, indent=2) + "\n")
-            return
+
+def _show(results: dict[str, Any], plot: str | None, as_json: bool) -> None:
+    """Draw the results where that is wanted, and print them."""
+    if plot is not None:
+        from makeup_video.benchmark.plots import draw
+
+        draw(results, Path(plot))
+    if as_json:
+        print_result(json.dumps(results, indent=2) + "\n")
+        return
     from makeup_video.benchmark.tables import print_tables
 
     print_tables(results)

@@ -14,6 +14,7 @@ _TITLES = {
     "microphones": "microphones",
     "opencl": "OpenCL devices (--device NUMBER)",
     "encoders": "encoders (--codec NAME)",
+    "hardware": "hardware encoders that work (--hardware NAME)",
 }
 
 
@@ -32,6 +33,7 @@ def devices_found() -> dict[str, dict[str, str]]:
     from makeup_video.pipeline.live.sources.device import cameras_by_name
     from makeup_video.pipeline.live.sources.microphone import microphones_found
     from makeup_video.pipeline.media.encoders import encoders_found
+    from makeup_video.pipeline.media.hardware import hardware_found
     from makeup_video.pipeline.render.opencl import devices_found as opencl_devices
 
     return {
@@ -39,6 +41,7 @@ def devices_found() -> dict[str, dict[str, str]]:
         "microphones": dict(microphones_found()),
         "opencl": {str(number): name for number, name in enumerate(opencl_devices())},
         "encoders": encoders_found(),
+        "hardware": dict(hardware_found()),
     }
 
 

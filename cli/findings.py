@@ -10,7 +10,7 @@ _PACKAGES = (
     "av", "numpy", "opencv-contrib-python-headless", "onnxruntime", "pyopencl",
     "pocl-binary-distribution", "pillow", "pi-heif", "simplejpeg", "starlette", "uvicorn", "typer",
 )  # fmt: skip
-_EXTRAS = ("pyvirtualcam", "ray")
+_EXTRAS = ("pyvirtualcam", "cryptography", "ray")
 _LITTLE_BYTES = 1_000_000_000  # what painting 1080p takes, with some room
 _REAL_TIME_FPS = 30
 OK, NOTE, BAD = "ok", "note", "bad"

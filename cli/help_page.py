@@ -14,7 +14,7 @@ _NARROWEST, _WIDEST = 40, 100  # columns of a page; in a narrower terminal the l
 _TEXT_COLUMNS = 22  # for the texts beside options: "[hh:]mm:ss[.fraction]." is one word
 _NAMES_COLUMNS = 30  # for the options themselves; a longer one has a line of its own
 _BREAK = " \\"  # the end of a line that the next one continues, in a shell
-_TABLES = ("codecs", "parts", "default_parts", "finishes", "zone")
+_TABLES = ("codecs", "hardware", "parts", "default_parts", "finishes", "zone")
 _EXIT_CODES = (
     ("0", "done"),
     ("1", "the machine lacks something, or an internal error"),
@@ -123,11 +123,15 @@ def _filled(text: str) -> str:
 
 
 def _names_of(table: str) -> str:
-    """The names of a table: the codecs, the parts, the finishes, or the choices of a dial."""
+    """The names of a table: codecs, hardware, parts, finishes, or the choices of a dial."""
     if table == "codecs":
         from makeup_video.pipeline.media.codecs import codecs_with
 
         return codecs_with(lambda codec: True)
+    if table == "hardware":
+        from makeup_video.pipeline.media.hardware import HARDWARE
+
+        return ", ".join(HARDWARE)
     from makeup_video.pipeline.look.finishes import FINISHES
     from makeup_video.pipeline.look.kinds import KINDS
     from makeup_video.pipeline.look.options import DEFAULT_PARTS, PARTS_IN_WORDS

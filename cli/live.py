@@ -115,6 +115,7 @@ def live(
     from makeup_video.cli.serve_page import serve_page
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.images.jpeg import PreviewJpeg
+    from makeup_video.pipeline.live.preview_video import PreviewVideo
     from makeup_video.pipeline.live.run import LiveRun
     from makeup_video.pipeline.live.sources.camera import CameraSettings
     from makeup_video.pipeline.live.sources.switch import CameraSwitch
@@ -133,7 +134,8 @@ def live(
         sinks = _outputs(source, output, stream or [], virtual_camera, overwrite, log_line, sound)
         if not (sinks or preview):
             raise UsageError(_NO_OUTPUT)
-        shown = PreviewSink(PreviewJpeg()) if preview else None
+        video = PreviewVideo if PreviewVideo.is_available() else None
+        shown = PreviewSink(PreviewJpeg(), video, log_line) if preview else None
         run = LiveRun(
             source,
             first,
@@ -263,6 +265,7 @@ def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:
     The closing line is printed in any case, since a recording may hold what was painted until an
     error. Raises typer.Exit with exit code 4 when an output failed, or never got a picture.
     """
+    from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.progress import live_summary, show_live
     from makeup_video.pipeline import StoppedError
 
@@ -273,6 +276,7 @@ def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:
         except (StoppedError, KeyboardInterrupt):
             pass
         finally:
+            mark_output_whole()  # Ctrl-C again must not change the exit code
             if not quiet:
                 log(live_summary(run.figures(), time.monotonic() - began))
     if quiet:  # otherwise each was logged when it happened

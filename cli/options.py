@@ -81,6 +81,30 @@ class PageOptions:
             metavar="PORT", help="Port of the page; 0 for any free one.", rich_help_panel=PAGE
         ),
     ] = PORT
+    https: Annotated[
+        bool,
+        typer.Option(
+            "--https",
+            help="Serve the page over HTTPS, with a certificate that is made once (extra https).",
+            rich_help_panel=PAGE,
+        ),
+    ] = False
+    certificate: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Your own certificate for HTTPS, with its chain (PEM).",
+            rich_help_panel=PAGE,
+        ),
+    ] = None
+    key: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="The key of --certificate (PEM), unless that file holds it.",
+            rich_help_panel=PAGE,
+        ),
+    ] = None
     browser: Annotated[
         bool, typer.Option(help="Open the page in a browser.", rich_help_panel=PAGE)
     ] = True

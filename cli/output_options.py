@@ -50,6 +50,14 @@ class OutputOptions:
             rich_help_panel=OUTPUT,
         ),
     ] = None
+    hardware: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="Encode on a graphics chip: {hardware}, or auto for one that works.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = "none"
     bit_depth: Annotated[
         int | None,
         typer.Option(
@@ -95,6 +103,7 @@ class OutputOptions:
             codec=self.codec,
             crf=self.crf,
             preset=self.preset,
+            hardware=self.hardware,
             start_seconds=parse_time(self.start, "--start"),
             end_seconds=parse_time(self.end, "--end"),
             overwrite=overwrite,

@@ -1,12 +1,13 @@
 """The page in the browser, served for `live` and `demo`."""
 
-import ipaddress
 import os
+import ssl
 import sys
 import webbrowser
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 from makeup_video.cli.console import log
 from makeup_video.cli.options import PageOptions
@@ -23,19 +24,20 @@ def serve_page(
     """Serve the page within the block and open a browser; yields the page's address.
 
     log_line: gets the address, and a warning when other machines can reach the page.  Raises
-    UsageError when the page cannot be served at this address.
+    UsageError when the page cannot be served at this address; InputError, InstallError and
+    OutputError when there is no certificate for HTTPS.
     """
     from makeup_video.pipeline.engine.signals import undisturbed
     from makeup_video.web.server import Server
 
-    server = Server(show, worker, options.host, options.port, log=log)
+    server = Server(show, worker, options.host, options.port, log=log, tls=_tls(options))
     url = server.start()
     try:
         log_line(f"{url} shows the page; Ctrl-C ends it")
-        if not is_loopback(options.host):
-            log_line(
-                "everybody who reaches this machine sees that page, and can change what is painted"
-            )
+        if options.https and options.certificate is None:
+            log_line("browsers warn of its certificate, which this machine has made: go on to it")
+        if not is_local(options.host):
+            log_line(_who_sees(options.host, url))
         if options.browser and has_screen():
             webbrowser.open(url)
         yield url
@@ -44,12 +46,36 @@ def serve_page(
             server.stop()
 
 
-def is_loopback(host: str) -> bool:
+def _tls(options: PageOptions) -> ssl.SSLContext | None:
+    """The certificate for HTTPS; None for HTTP."""
+    from makeup_video.pipeline import UsageError
+    from makeup_video.web.certificate import load_context, own_certificate
+
+    if options.certificate is not None:
+        return load_context(options.certificate, options.key)
+    if options.key is not None:
+        raise UsageError("--key belongs to a certificate: give it by --certificate, too")
+    return load_context(own_certificate(options.host)) if options.https else None
+
+
+def is_local(host: str) -> bool:
     """Whether only this machine can reach an address."""
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+    from makeup_video.web.same_origin import is_loopback
+
+    return host == "localhost" or is_loopback(host)
+
+
+def _who_sees(host: str, url: str) -> str:
+    """The warning for a page that other machines reach, with an address for them."""
+    from makeup_video.web.certificate import lan_address
+
+    where = ""
+    if host in ("0.0.0.0", "::") and (address := lan_address()):
+        parts = urlsplit(url)
+        where = f" at {parts.scheme}://{address}:{parts.port}/"
+    return (
+        f"everybody who reaches this machine sees that page{where}, and can change what is painted"
+    )
 
 
 def has_screen() -> bool:

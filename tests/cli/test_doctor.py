@@ -39,7 +39,7 @@ def test_a_self_test_paints_every_frame():
 
 def test_devices_are_listed_by_the_names_that_options_take():
     found = json.loads(run("devices", "--json").stdout)
-    assert list(found) == ["cameras", "microphones", "opencl", "encoders"]
+    assert list(found) == ["cameras", "microphones", "opencl", "encoders", "hardware"]
     assert set(found["encoders"]) == set(CODECS)
     assert "0" in found["opencl"]
     text = run("devices").stdout
