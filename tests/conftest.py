@@ -1,8 +1,10 @@
 """Settings for all tests."""
 
+import os
 import signal
 
 import browser
+import pytest
 from hypothesis import settings
 
 # No test depends on the machine's speed: a busy machine may take a second for 10 ms of work.
@@ -12,6 +14,15 @@ settings.load_profile("untimed")
 # A background job may start with SIGINT ignored, and child processes inherit that. The tests of
 # Ctrl-C would then wait forever.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(autouse=True)
+def same_scheduling():
+    """A test that left a real-time policy behind would starve the tests after it."""
+    scheduler = getattr(os, "sched_getscheduler", lambda _: None)
+    before = scheduler(0)
+    yield
+    assert scheduler(0) == before
 
 
 def pytest_terminal_summary(terminalreporter):

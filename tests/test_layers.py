@@ -39,6 +39,8 @@ ONLY_IN = {
     "rich": ("cli", "benchmark"),
     "starlette": ("web",),
     "uvicorn": ("web",),
+    "cryptography": ("web/certificate.py",),
+    "playwright": ("benchmark/live_browser.py",),
     "torch": ("training",),
     "ray": ("pipeline/batch/on_ray.py",),
 }

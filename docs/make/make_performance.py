@@ -57,7 +57,7 @@ class Measurements:
         for height in heights_of(self.options.resolutions):
             film = bench.film(height, self.options.seconds / 2)
             work: dict[str, Callable[[], Run]] = {
-                "bare": partial(run_bare, film.path, target, own_threads()),
+                "bare": partial(run_bare, film.path, target, own_threads(film)),
                 "product": lambda film=film: run_product(film.path, target, self.look)[0],
             }
             runs = in_turn(bench, f"{height}p", work, bench.rounds)

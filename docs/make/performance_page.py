@@ -34,7 +34,7 @@ GOALS: tuple[tuple[str, _Read, str, Mapping[str, float]], ...] = (
     ),
     ("peak memory, MB", lambda row: row["peak_memory_mb"], "<=", {"1080p": 450}),
     ("start to first packet, s", lambda row: row["start_seconds"], "<=",
-     {"720p": 1.5, "1080p": 1.5, "2160p": 1.5}),
+     {"720p": 0.8, "1080p": 0.8, "2160p": 0.8}),
     ("frames painted", lambda row: row["painted_share"], ">=",
      {"720p": 0.95, "1080p": 0.95, "2160p": 0.95}),
 )  # fmt: skip

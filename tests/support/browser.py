@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -55,20 +55,28 @@ def open_browser() -> Iterator[Any]:
 class Served:
     """`makeup-video ARGUMENTS` in its own process, and the address it prints.
 
-    folder: where it runs.
+    folder: where it runs.  environment: further variables.
     """
 
-    def __init__(self, *arguments: str, port: int = 0, folder: Path | None = None) -> None:
+    def __init__(
+        self,
+        *arguments: str,
+        port: int = 0,
+        folder: Path | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         command = [sys.executable, "-m", "makeup_video.cli", *arguments]
         self.process = subprocess.Popen(
             [*command, "--port", str(port), "--no-browser"],
             stderr=subprocess.PIPE,
             text=True,
             cwd=folder,
+            env={**os.environ, **(environment or {})},
         )
         self.lines: list[str] = []
         addresses: queue.Queue[str] = queue.Queue()
-        threading.Thread(target=self._listen, args=(addresses,), daemon=True).start()
+        self._listener = threading.Thread(target=self._listen, args=(addresses,), daemon=True)
+        self._listener.start()
         self.url = addresses.get(timeout=PATIENCE_S)
         assert self.url, self.lines
         self.port = urlsplit(self.url).port or 0
@@ -77,14 +85,17 @@ class Served:
         assert self.process.stderr is not None
         for line in self.process.stderr:
             self.lines.append(line)
-            if found := re.search(r"http://\S+", line):
+            if found := re.search(r"https?://\S+", line):
                 addresses.put(found[0])
         addresses.put("")  # the process ended
 
     def stop(self) -> int:
-        """Send Ctrl-C; returns the exit code."""
+        """Send Ctrl-C; returns the exit code. A traceback on stderr fails the test."""
         self.process.send_signal(signal.SIGINT)
-        return self.process.wait(PATIENCE_S)
+        code = self.process.wait(PATIENCE_S)
+        self._listener.join(PATIENCE_S)
+        assert not any("Traceback" in line for line in self.lines), self.lines
+        return code
 
 
 class Visit:
@@ -103,8 +114,12 @@ class Visit:
         self.until(lambda: self.pts is not None)
 
     def _heard(self, message: Any) -> None:
-        # the browser logs every refused request; the page itself shows the error
-        known = ["status of 4"] + ["net::ERR_", "status of 503"] * self.server_may_stop
+        # the browser logs every refused request, of which the page itself shows the error, and
+        # headers that have no meaning without HTTPS
+        known = ["status of 4", "Opener-Policy header has been ignored"] + [
+            "net::ERR_",
+            "status of 503",
+        ] * self.server_may_stop
         if message.type in ("error", "warning") and not any(text in message.text for text in known):
             self.faults.append(message.text)
 
@@ -174,11 +189,14 @@ class Visit:
             "() => document.querySelectorAll('details').forEach((one) => (one.open = true))"
         )
 
-    def drop(self, path: Path, target: str = "body", name: str = "") -> None:
-        """Drag a file over the page and drop it on `target`, as a user would."""
+    def drop(self, path: Path, target: str = "body", name: str = "", kind: str = "") -> list[str]:
+        """Drag a file over the page and drop it on `target`, as a user would.
+
+        kind: the file's media type.  Returns what the page offered to do with it.
+        """
         import base64
 
-        self.page.evaluate(
+        offered: list[str] = self.page.evaluate(
             """([data, name, type, target]) => {
                 const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
                 const dataTransfer = new DataTransfer();
@@ -188,12 +206,30 @@ class Visit:
                 fire("dragenter", "body");
                 if (document.getElementById("drop").hidden) throw new Error("nothing says where to drop");
                 fire("dragover", target);
+                const offered = [...document.querySelectorAll("#drop .target")];
                 fire("drop", target);
+                return offered.map((one) => one.textContent);
             }""",
             [
                 base64.b64encode(path.read_bytes()).decode(),
                 name or path.name,
-                {".json": "application/json"}.get(path.suffix, "image/jpeg"),
+                kind or {".json": "application/json"}.get(path.suffix, "image/jpeg"),
                 target,
             ],
         )
+        return offered
+
+
+@contextmanager
+def visits(browser: Any) -> Iterator[Callable[..., Visit]]:
+    """Opens pages, as Visit does; fails at the end if a page has faults."""
+    opened: list[Visit] = []
+
+    def open_page(url: str, **context: Any) -> Visit:
+        opened.append(Visit(browser, url, **context))
+        return opened[-1]
+
+    yield open_page
+    for visit in opened:
+        visit.context.close()
+        assert not visit.faults, visit.faults

@@ -9,35 +9,42 @@ import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 
 GAIN_MAP = "urn:com:apple:photo:2020:aux:hdrgainmap"
+TONE_MAP = bytes(5) + b"\x80" + struct.pack(">8I", *(1, 1, 4, 1, 1, 1, 1, 1)) + bytes(80)
 FULL_RANGE = 0x80
 
 
 def heic(
-    rgb8, *, tile_px=None, bit_depth=8, rotation_degrees=0, colr=None, exif=None, gain_map=None
+    rgb8,
+    *,
+    tile_px=None,
+    bit_depth=8,
+    rotation_degrees=0,
+    mirror=None,
+    colr=None,
+    exif=None,
+    gain_map=None,
+    thumbnail=None,
 ):
     """The bytes of a HEIC file that shows rgb8 turned counter-clockwise by rotation_degrees.
 
-    tile_px: side of square tiles; None stores one picture.  colr: content of a `colr` box (`nclx`
-    or `icc`).  exif: a TIFF structure.  gain_map: (H, W, 3) uint8, stored as an auxiliary picture.
+    tile_px: side of square tiles; None stores one picture.  mirror: then exchange top and bottom
+    (0) or left and right (1).  colr: content of a `colr` box (`nclx` or `icc`).  exif: a TIFF
+    structure.  gain_map, thumbnail: (H, W, 3) uint8, stored as pictures beside the primary one;
+    the gain map in tiles where the primary picture is.
     """
     file = _File()
-    height, width = rgb8.shape[:2]
-    shared = [*_colour(colr or nclx(1, 13, 1), bit_depth), *_rotation(rotation_degrees)]
-    if tile_px is None:
-        primary = file.add_picture(rgb8, bit_depth, shared)
-    else:
-        tiles = [
-            file.add_picture(padded(rgb8[y : y + tile_px, x : x + tile_px], tile_px), bit_depth)
-            for y in range(0, height, tile_px)
-            for x in range(0, width, tile_px)
-        ]
-        rows, columns = -(-height // tile_px), -(-width // tile_px)
-        grid = struct.pack(">BBBBHH", 0, 0, rows - 1, columns - 1, width, height)
-        primary = file.add(b"grid", grid, [_ispe(width, height), *shared])
-        file.references.append((b"dimg", primary, tiles))
+    turns = [*_rotation(rotation_degrees), *_mirror(mirror)]
+    shared = [*_colour(colr or nclx(1, 13, 1), bit_depth), *turns]
+    primary = file.add_tiled(rgb8, tile_px, bit_depth, shared)
+    if thumbnail is not None:
+        file.references.append((b"thmb", file.add_picture(thumbnail, 8, turns), [primary]))
     if gain_map is not None:
         aux = full_box(b"auxC", GAIN_MAP.encode() + b"\0")
-        file.references.append((b"auxl", file.add_picture(gain_map, 8, [aux]), [primary]))
+        gains = file.add_tiled(gain_map, tile_px, 8, [aux, *turns])
+        file.references.append((b"auxl", gains, [primary]))
+        # since iOS 18 also as ISO 21496-1: an alternative picture made of both
+        toned = file.add(b"tmap", TONE_MAP, [_ispe(*rgb8.shape[1::-1]), *turns])
+        file.references.append((b"dimg", toned, [primary, gains]))
     if exif is not None:
         block = file.add(b"Exif", struct.pack(">I", 0) + exif, [])
         file.references.append((b"cdsc", block, [primary]))
@@ -75,6 +82,10 @@ def _colour(colr, bit_depth):
 
 def _rotation(degrees):
     return [box(b"irot", bytes([degrees // 90]))] if degrees else []
+
+
+def _mirror(axis):
+    return [] if axis is None else [box(b"imir", bytes([axis]))]
 
 
 def _hevc(rgb8, bit_depth):
@@ -117,6 +128,22 @@ class _File:
         record, data = _hevc(rgb8, bit_depth)
         size = _ispe(rgb8.shape[1], rgb8.shape[0])
         return self.add(b"hvc1", data, [box(b"hvcC", record), size, *properties])
+
+    def add_tiled(self, rgb8, tile_px, bit_depth, properties):
+        """Add a picture, in square tiles unless tile_px is None."""
+        if tile_px is None:
+            return self.add_picture(rgb8, bit_depth, properties)
+        height, width = rgb8.shape[:2]
+        tiles = [
+            self.add_picture(padded(rgb8[y : y + tile_px, x : x + tile_px], tile_px), bit_depth)
+            for y in range(0, height, tile_px)
+            for x in range(0, width, tile_px)
+        ]
+        rows, columns = -(-height // tile_px), -(-width // tile_px)
+        grid = struct.pack(">BBBBHH", 0, 0, rows - 1, columns - 1, width, height)
+        whole = self.add(b"grid", grid, [_ispe(width, height), *properties])
+        self.references.append((b"dimg", whole, tiles))
+        return whole
 
     def written(self, primary):
         start = box(b"ftyp", b"heic\0\0\0\0mif1heic")

@@ -3,6 +3,7 @@
 import sys
 from dataclasses import fields, replace
 from functools import cache
+from itertools import groupby
 
 import av
 import cv2
@@ -21,7 +22,6 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.build_scene import BuildScene
-from makeup_video.pipeline.render.coats import Job
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.product_material import SkinAxes
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
@@ -159,13 +159,18 @@ def paint_codes(
 
 
 def paint_on(planes, surfaces: list[PaintedRegion], coding: Coding, block: tuple[int, int]) -> None:
-    """Paint the surfaces on any planes, in place."""
-    weights = canvas().place([surface.rect for surface in surfaces], block, planes[0].dtype)
+    """Paint the surfaces on any planes, in place; those that follow each other on one rectangle, as
+    its coats."""
+    rects, counts = zip(
+        *((rect, len(list(same))) for rect, same in groupby(one.rect for one in surfaces)),
+        strict=True,
+    )
+    weights = canvas().place(rects, block, planes[0].dtype, counts)
     for weight, surface in zip(weights, surfaces, strict=True):
         assert not weight.any()
         weight[:] = surface.weight
     placed = [replace(surface, weight=w) for surface, w in zip(surfaces, weights, strict=True)]
-    canvas().paint(planes, placed, coding)
+    canvas().paint(planes, [one.made() for one in placed], coding)
 
 
 def any_codes(seed: int, size_wh: tuple[int, int], coding: Coding) -> tuple[np.ndarray, np.ndarray]:
@@ -267,16 +272,16 @@ def weights_of(scene: FrameScene, look: Look, monkeypatch) -> np.ndarray:
     frame = scene.frame
     total = np.zeros((frame.height_px, frame.width_px), np.float32)
 
-    weigh = Job.weigh
+    paint = Canvas.paint
 
-    def weigh_and_note(self, out, origin_xy):
-        weigh(self, out, origin_xy)
-        x, y = origin_xy
-        part = total[y : y + out.shape[0], x : x + out.shape[1]]
-        np.maximum(part, out, out=part)
+    def paint_and_note(self, planes, regions, coding):
+        for region in regions:
+            part = region.rect.luma((total,))
+            np.maximum(part, region.weight, out=part)
+        paint(self, planes, regions, coding)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Job, "weigh", weigh_and_note)
+        patch.setattr(Canvas, "paint", paint_and_note)
         paint_planes(scene, look)
     return total
 

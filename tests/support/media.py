@@ -8,6 +8,7 @@ from typing import Any
 import av
 import numpy as np
 from av.video.reformatter import ColorRange
+from makeup_video.pipeline.media.scheduling import open_encoder
 
 ENCODERS = {
     "h264": ("libx264", {"preset": "ultrafast", "crf": "18"}),
@@ -84,9 +85,11 @@ def encode_frames(
     change: Callable[[av.VideoFrame, int], av.VideoFrame] | None = None,
 ) -> None:
     """Encode and mux one picture per pts (in the stream's time base)."""
-    tick = stream.codec_context.time_base
+    context = stream.codec_context
+    tick = context.time_base
+    if not context.is_open:
+        open_encoder(context)
     for index, value in enumerate(pts):
-        context = stream.codec_context
         frame = picture(index, context.width, context.height, context.pix_fmt)
         frame.pts, frame.time_base = value, tick
         if context.color_range:

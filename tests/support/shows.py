@@ -15,6 +15,7 @@ from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from makeup_video.web.server import Server
 from makeup_video.web.session import HEAD, PhotoLook, ShownPicture
 from makeup_video.web.worker import Worker
+from tls_socket import open_tls
 from websockets.sync.client import connect
 
 
@@ -38,6 +39,7 @@ class StandIn:
         self.watched = threading.Event()
         self.photos, self.portraits, self.latest_figures = [], [], None
         self.faces, self.recordings = [], []
+        self.wanted, self.shown_again = None, 0
         self.reads = lambda photo, name: BLUE
         self.picture = self.photo = None
         self.thumbnail_of = lambda look: b"a face"
@@ -60,6 +62,14 @@ class StandIn:
 
     def compare(self, on):
         self.compares = on
+
+    has_video = False
+
+    def want(self, wanted):
+        self.wanted = wanted
+
+    def show_again(self):
+        self.shown_again += 1
 
     def figures(self):
         return self.latest_figures
@@ -112,17 +122,14 @@ def serving(show, worker=None, **options) -> Generator[str, None, None]:
 class Page:
     """A page without a screen: sends its hello, and reads messages and pictures on request."""
 
-    def __init__(self, url, session=""):
+    def __init__(self, url, session="", tls=None):
+        """tls: the certificates that the page trusts, for an address with https."""
         self.url = url
         self._stack = ExitStack()
+        where = f"{url.replace('http', 'ws')}/ws?session={session}"
+        options = {"origin": url, "compression": None, "max_size": None, "close_timeout": 1}
         self.socket = self._stack.enter_context(
-            connect(
-                f"{url.replace('http', 'ws')}/ws?session={session}",
-                origin=url,
-                compression=None,
-                max_size=None,
-                close_timeout=1,
-            )
+            open_tls(where, tls, **options) if tls else connect(where, **options)
         )
         self.hello = self.message("hello", "error")
 
