@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from makeup_video.benchmark.films import RATE, repeat_film
 from makeup_video.benchmark.runs import check_painted
+from makeup_video.pipeline.errors import OutputError
 
 if TYPE_CHECKING:
     from makeup_video.benchmark.harness import Bench
@@ -81,7 +82,7 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
 
     dropped: frames that were due and never reached the viewer. The file as camera drops them when
     it is late; the run drops them before painting when a newer one arrives; the preview drops the
-    rest.
+    rest.  Raises OutputError when the viewer had none of the counted frames.
     """
     began = frames[0, 1] + WARM_SECONDS
     counted = frames[frames[:, 1] >= began]
@@ -90,6 +91,11 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     viewed_at = dict(pictures[:, :2])
     shown_at = dict(pictures[:, ::2])
     seen = _seen(counted, viewed_at)
+    if np.isnan(seen).all():
+        raise OutputError(
+            f"the viewer had none of {len(counted)} pictures in time: make the film longer "
+            "(--seconds 20), or close other programs"
+        )
     painted = _column(counted, "work ends")
     latency = _latency_ms(counted, viewed_at)
     last = counted[-1, 1]

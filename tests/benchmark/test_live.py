@@ -9,6 +9,7 @@ import pytest
 from makeup_video.benchmark.live import COLUMNS, WARM_SECONDS, figures
 from makeup_video.benchmark.tables import tables
 from makeup_video.cli.app import app
+from makeup_video.pipeline import OutputError
 from people import SAMPLES, film, grey
 from typer.testing import CliRunner
 
@@ -126,7 +127,8 @@ def test_results_are_printed_as_tables(results):
 
 def test_the_page_in_chromium_tells_when_it_has_drawn():
     browser.executable()
-    done = run(*ARGS, "--chromium", SAMPLES / "in.mp4", "--json")
+    seconds = 4  # Chromium may take a second to draw its first picture
+    done = run(*ARGS, "--seconds", seconds, "--chromium", SAMPLES / "in.mp4", "--json")
     assert done.exit_code == 0, done.output
     sizes = json.loads(done.stdout)["live"]["sizes"]
     assert list(sizes) == ["144p", "144p, H.264", "144p, Chromium", "144p, H.264, Chromium"]
@@ -135,6 +137,13 @@ def test_the_page_in_chromium_tells_when_it_has_drawn():
         assert one["viewer_cpu_ms_per_frame"] > 0
     in_chromium = sizes["144p, H.264, Chromium"]["bytes_per_picture"]
     assert 0 < in_chromium < sizes["144p, Chromium"]["bytes_per_picture"] / 2
+
+
+def test_a_viewer_that_saw_nothing_is_an_error_of_one_line():
+    frames = table(3)
+    for viewed in (viewer_times(frames)[:3], viewer_times(frames)[-1:]):
+        with pytest.raises(OutputError, match=r"none of 60 pictures.*--seconds"):
+            figures(frames, samples(3), viewed)
 
 
 def test_chromium_belongs_to_live_and_needs_playwright(monkeypatch):
