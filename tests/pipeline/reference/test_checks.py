@@ -6,7 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from makeup_video.pipeline import (
     Look,
@@ -148,7 +148,7 @@ def test_the_turn_is_the_angle_between_nose_and_viewer(yaw, pitch, roll):
 
 
 def test_a_face_turned_too_far_is_refused_a_tilted_one_is_not():
-    colourful = np.full((600, 600, 3), (200, 120, 90), np.uint8)
+    colourful = np.random.default_rng(0).integers(90, 200, (600, 600, 3), np.uint8)
     with pytest.raises(PhotoError, match=f"at most {MAX_TURN_DEGREES} are read"):
         check_face(colourful, turned(MAX_TURN_DEGREES + 5))
     check_face(colourful, turned(MAX_TURN_DEGREES - 5, 0, 90))
@@ -169,10 +169,23 @@ def test_a_mouth_outside_is_refused_and_eyes_outside_are_bare():
     assert estimate_look(portrait()[lids:], replace(below, lips=lips)).eyes is None
 
 
-def test_a_photo_without_colours_is_refused():
-    luma = cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)
-    with pytest.raises(PhotoError, match="the photo is grey"):
-        estimate_look(cv2.merge([luma] * 3))
+TINTS = st.tuples(*[st.floats(0.6, 1.0)] * 3)
+STAINS = st.tuples(*[st.floats(0, 60)] * 3)
+
+
+@given(tint=TINTS, stain=STAINS)
+@example(tint=(1.0, 1.0, 1.0), stain=(0.0, 0.0, 0.0))  # grey
+def test_a_photo_of_one_tint_is_refused(tint, stain):
+    luma = cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)[..., None] / 255
+    toned = np.array(stain) + luma * (255 * np.array(tint) - stain)
+    with pytest.raises(PhotoError, match="grey, or of one tint"):
+        check_face(toned.astype(np.uint8), face())
+
+
+@given(cast=TINTS, exposure=st.floats(0.3, 1.1))
+def test_a_photo_in_coloured_light_is_not_refused(cast, exposure):
+    lit = exposure * portrait() * np.array(cast)
+    check_face(np.clip(lit, 0, 255).astype(np.uint8), face())
 
 
 def test_a_photo_too_dark_is_refused_a_dim_one_is_not():
