@@ -146,6 +146,7 @@ def test_of_several_faces_one_is_clicked(page, tmp_path):
     page.until(lambda: page.page.is_visible("#faces"))
     assert page.page.inner_text("#faces h2") == "both.png shows 2 faces: choose one"
     faces = page.page.locator("#faces .picture button")
+    assert faces.all_inner_texts() == ["0", "1"]  # as the command numbers them
     boxes = [one.bounding_box() for one in faces.all()]
     assert all(min(box["width"], box["height"]) > 40 for box in boxes)
     right = max(range(2), key=lambda at: boxes[at]["x"])

@@ -13,9 +13,9 @@ export function chooseFace({ error, picture: jpeg, faces }) {
   dialog.querySelector("h2").textContent = error;
   const image = el("img", { alt: "", src: URL.createObjectURL(blobOf(jpeg)) });
   return new Promise((resolve) => {
-    const buttons = faces.map((face, at) => {
-      const label = `Face ${at + 1} of ${faces.length}`;
-      const button = el("button", { type: "button", "aria-label": label }, el("b", {}, at + 1));
+    const buttons = faces.map((face) => {
+      const label = `Face ${face.number}`; // as the command numbers it
+      const button = el("button", { type: "button", "aria-label": label }, el("b", {}, face.number));
       for (const side of ["left", "top", "width", "height"])
         button.style[side] = `${100 * face[side]}%`;
       button.onclick = () => dialog.close(String(face.number));
