@@ -37,7 +37,7 @@ from makeup_video.pipeline.reference.fit_blush import fit_blush
 from makeup_video.pipeline.reference.fit_lips import fit_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.liner import liner
-from makeup_video.pipeline.reference.nets import MAKEUP, forget_nets, loading, reference_net
+from makeup_video.pipeline.reference.nets import MAKEUP, WING, forget_nets, loading, reference_net
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.reference.read_makeup import (
@@ -45,6 +45,7 @@ from makeup_video.pipeline.reference.read_makeup import (
     Makeup,
     read_makeup,
 )
+from makeup_video.pipeline.reference.wing import read_wing
 from makeup_video.pipeline.render.scene import SceneLight
 
 # More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips
@@ -145,7 +146,7 @@ def estimate_photo(
         raise UsageError(f"{option('face')} must be largest, or the number of a face, got {face!r}")
     check_memory(READ_PHOTO)
     try:
-        with loading([MAKEUP, *CROPS]):
+        with loading([MAKEUP, *CROPS, WING]):
             rgb8 = (
                 read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
             )
@@ -227,7 +228,8 @@ def _eyeshadow(photo: _Photo) -> list[Layer]:
 def _eyeliner(photo: _Photo) -> list[Layer]:
     if not is_inside(photo.rgb8, photo.face, CROPS["eyes"].needed):
         return []
-    return [liner(photo.makeup.layers["eyeliner", ""])]
+    wing = read_wing(photo.rgb8, photo.face)
+    return [liner(photo.makeup.layers["eyeliner", ""], wing)]
 
 
 def _blush(photo: _Photo) -> list[Layer]:

@@ -8,7 +8,8 @@ from functools import cache
 from makeup_video.pipeline.errors import InstallError
 from makeup_video.pipeline.faces.net import Net
 
-MAKEUP = "makeup"  # the net of the whole face; the others are named like their crops
+# The nets of the whole face and of the eyes' corners; the others are named like their crops.
+MAKEUP, WING = "makeup", "wing"
 _THREADS = 2  # of each net; a photo is read once, before the film needs the cores
 _LOADING = threading.Lock()  # no net is loaded twice
 

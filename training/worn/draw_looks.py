@@ -1,6 +1,7 @@
 """Draws looks of several kinds, as people wear them, for the net that reads what is worn."""
 
 import csv
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -30,10 +31,17 @@ def read_shades(folder: Path) -> dict[str, list[str]]:
     return found
 
 
-def draw_look(rng: np.random.Generator, shades: dict[str, list[str]]) -> Look:
-    """A look of some kinds, in colours of shops or in any colours."""
+def draw_look(
+    rng: np.random.Generator,
+    shades: dict[str, list[str]],
+    shares: Mapping[str, float] = KIND_SHARE,
+) -> Look:
+    """A look of some kinds, in colours of shops or in any colours.
+
+    shares: how often each kind is worn.
+    """
     layers: list[Layer] = []
-    for kind, share in KIND_SHARE.items():
+    for kind, share in shares.items():
         if rng.random() < share:
             draw = {"eyeshadow": _shadows, "eyeliner": _liner, "blush": _blush}.get(kind, _lips)
             layers += draw(rng, shades)
