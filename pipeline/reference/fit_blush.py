@@ -42,8 +42,8 @@ _TINT, _LEAST_PATCH, _MOST_RED = 2.1, 0.1, 0.45
 _DARK = -0.25  # by how much less light a dark blush leaves, as contours are
 _DARKENS = 0.35  # by how much less light it leaves for what it reddens
 # By how much more blue than green it leaves for what it reddens: more, where nothing tells it but
-# the cheek, and the least.
-_COOLER, _ORANGE = 0.1, -0.8
+# the cheek, and the least and the most.
+_COOLER, _ORANGE, _LILAC = 0.1, -0.8, 0.6
 _RUDDY = -0.4  # what blues less, and does not show beside plain skin, is no blush
 _LEAST_WEIGHT = 0.5  # about ten nodes of skin
 _KIND = KINDS["blush"]
@@ -133,7 +133,7 @@ def _patch(flush: Flush, change: np.ndarray | None) -> np.ndarray | None:
         hue = (hue + min(max(float(change[2] - change[1]) / beside, -1.0), 1.0)) / 2
     else:
         hue += _COOLER
-    tint = red * np.array([1.0, 0.0, min(max(hue, _ORANGE), 1.0)])
+    tint = red * np.array([1.0, 0.0, min(max(hue, _ORANGE), _LILAC)])
     patch: np.ndarray = tint - tint @ LUMINANCE + min(light, -_DARKENS * red)
     return patch
 
