@@ -14,6 +14,7 @@ from makeup_video.pipeline.frames.sampling import warp
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.fields import FaceFields
+from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.film import Film
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 from makeup_video.pipeline.render.opencl import open_device
@@ -93,10 +94,9 @@ class Cheeks:
 
 
 def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
-    """(40, 40) float32: how densely a blush lies on each node, 0..1."""
-    plain = product(_KIND.first_rgb, _KIND.first_finish, _KIND.part)
+    """Float32, as many as there are nodes: how densely a blush lies on each, 0..1."""
     fields = FaceFields(cheeks.across[None], cheeks.down[None])
-    (coat,) = _KIND.coats(fields, plain, _KIND.whole_shape(shape))
+    (coat,) = _KIND.coats(fields, _plain(), _KIND.whole_shape(shape))
     dense = np.ones(1, np.float32) if coat.density is None else coat.density
     on_nodes: np.ndarray = np.broadcast_to(dense, (1, *cheeks.skin.shape))[0]
     return on_nodes
@@ -113,6 +113,12 @@ def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     roots = neutral.roots(warp(soft, surface.grid.to_px, surface.grid.size_wh))
     skin = surface.visible * surface.likeness
     return Cheeks(roots, surface.across, surface.down, skin, surface.visible)
+
+
+@lru_cache(maxsize=1)
+def _plain() -> GraphicsParams:
+    """A blush of no special colour."""
+    return product(_KIND.first_rgb, _KIND.first_finish, _KIND.part)
 
 
 @lru_cache(maxsize=1)

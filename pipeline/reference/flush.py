@@ -6,7 +6,7 @@ cheeks, or from one side to the other, is light; how much it does is known from 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -23,9 +23,11 @@ _SHAPES: tuple[dict[str, float], ...] = tuple(
 _ACROSS, _DOWN, _KNOWN = (0.14, 0.88), (0.02, 0.8), 0.3
 _LEAST_NODES, _LEAST_WEIGHT = 100, 0.05
 _UNLIKE_SKIN = 0.5  # what a node counts that is seen and unlike skin
+_PLACES = ("across", "down", "skin")  # of nodes: what their density depends on, and their number
 _MIDDLE = 0.5, 0.4  # across, down: from where light is counted
-# Standard deviations of light over bare cheeks, of the logarithms below: even, across, down, from
-# side to side, and that across and down, then the curvatures.
+# How far light may change over cheeks, as standard deviations of the logarithms below: even,
+# across, down, from side to side, and that across and down, then the curvatures. The first is that
+# of bare cheeks; most others are less than theirs, or a broad blush would be taken for light.
 _LIGHT = np.array([0.13, 0.2, 0.15, 0.15, 0.15, 0.1, 0.6, 0.4, 0.4])
 _NOISE, _NODES = 0.05, 12.0  # of a node, and how many nodes tell as much as all of them
 _DARKEST = 0.03  # least root
@@ -55,12 +57,12 @@ def find_flush(cheeks: Cheeks) -> Flush | None:
         return None
     counts = weights[at] * (_NODES / _NOISE**2 / weights[at].sum())
     tint, light = _tint(cheeks, at), _light(cheeks, at)
-    patches = np.stack([density(cheeks, shape)[at] for shape in _SHAPES], -1)
-    # Of the patches and the tint is taken what light explains (Frisch and Waugh 1933).
+    nodes = replace(cheeks, **{name: getattr(cheeks, name)[at] for name in _PLACES})
+    patches = np.stack([density(nodes, shape) for shape in _SHAPES], -1)
+    # What light explains is taken from the patches (Frisch and Waugh 1933).
     weighted = light.T * counts
     of_light = weighted @ light + np.diag(1 / _LIGHT**2)
-    explained = np.linalg.solve(of_light, weighted @ np.concatenate([patches, tint], 1))
-    own = patches.T * counts - explained[:, : len(_SHAPES)].T @ weighted
+    own = patches.T * counts - np.linalg.solve(of_light, weighted @ patches).T @ weighted
     power = np.maximum(np.einsum("in,ni->i", own, patches), 1e-9)
     red, blue = (own @ tint / power[:, None]).T
     is_blush = (red > np.maximum(-_OLIVE * blue, 0)) & (np.maximum(red, _PINK * blue) > _LEAST_RED)
