@@ -1,6 +1,7 @@
 """The cheeks of a photo, and bare ones: places on the mean face, and how they differ from plain
 skin."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -10,6 +11,10 @@ from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.frames.frame import coding_of
 from makeup_video.pipeline.frames.rgb import to_frame
 from makeup_video.pipeline.frames.sampling import warp
+from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.kinds.fields import FaceFields
+from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.film import Film
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 from makeup_video.pipeline.render.opencl import open_device
@@ -26,6 +31,7 @@ _SKIN = 0.5  # of a node's likeness to skin, from which it is skin
 # How much a blush of opacity 1 covers, and how much of its own root it adds: measured on bare faces
 # by training/worn/bare_skin.py.
 COVER, RESPONSE = 0.89, 0.91
+_KIND = KINDS["blush"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,9 +71,13 @@ class Cheeks:
         beside = np.abs(self.across)
         near = (beside > _NEAR_ACROSS[0]) & (beside < _NEAR_ACROSS[1])
         near &= (self.down > _NEAR_DOWN[0]) & (self.down < _NEAR_DOWN[1])
-        known = cv2.remap(_bare()[..., 3], *self.cells(), cv2.INTER_LINEAR)
-        there: np.ndarray = near & (known > _SKIN)
+        there: np.ndarray = near & (self.known() > _SKIN)
         return there
+
+    def known(self) -> np.ndarray:
+        """(40, 40) how well bare faces are known there: 0..1."""
+        known: np.ndarray = cv2.remap(_bare()[..., 3], *self.cells(), cv2.INTER_LINEAR)
+        return known
 
     def mean(self) -> np.ndarray:
         """(3,) the mean root where blush may lie."""
@@ -83,6 +93,15 @@ class Cheeks:
         return Film(bare, even * np.float32(COVER), even * np.float32(RESPONSE))
 
 
+def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
+    """Float32, as many as there are nodes: how densely a blush lies on each, 0..1."""
+    fields = FaceFields(cheeks.across[None], cheeks.down[None])
+    (coat,) = _KIND.coats(fields, _plain(), _KIND.whole_shape(shape))
+    dense = np.ones(1, np.float32) if coat.density is None else coat.density
+    on_nodes: np.ndarray = np.broadcast_to(dense, (1, *cheeks.skin.shape))[0]
+    return on_nodes
+
+
 def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     """The cheeks of a photo; None for a face too small or seen from the side."""
     frame = to_frame(np.ascontiguousarray(neutral.rgb8[..., ::-1]))
@@ -94,6 +113,12 @@ def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     roots = neutral.roots(warp(soft, surface.grid.to_px, surface.grid.size_wh))
     skin = surface.visible * surface.likeness
     return Cheeks(roots, surface.across, surface.down, skin, surface.visible)
+
+
+@lru_cache(maxsize=1)
+def _plain() -> GraphicsParams:
+    """A blush of no special colour."""
+    return product(_KIND.first_rgb, _KIND.first_finish, _KIND.part)
 
 
 @lru_cache(maxsize=1)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
-from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.look import Layer
-from makeup_video.pipeline.reference.cheeks import COVER, RESPONSE, Cheeks
+from makeup_video.pipeline.reference.cheeks import COVER, RESPONSE, Cheeks, density
+from makeup_video.pipeline.reference.flush import Flush, find_flush
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
@@ -25,14 +25,26 @@ _EVEN = (1.5, 0.2)
 _DARKEST = 0.1  # light on the cheeks, as a share of the one on plain skin
 _STIFF = 1e-4  # keeps the product's root at that of skin
 # Blush is painted more vivid and lighter than it is fitted: it fades over half of its place.
-_VIVID, _LIGHTEN = 1.2, 0.2
+_VIVID, _LIGHTEN = 1.1, 0.2
 _STANDS_OUT = 1.5  # more vivid still: part of a blush is taken for light
 # How much of what a red blush yellows is kept: on skin that is warmer than the photo's it would be
 # orange.
 _YELLOWS = 0.4
+# For the same reason a rose blues more, by that share of what it reddens; what yellows by more than
+# the other share of it is an orange, which does not.
+_BLUES, _YELLOW = 0.1, 0.15
 # A blush that is worn and hardly seen reddens by that at least, as most blushes do: the roots that
 # a rose of opacity 1 adds to those of skin.
 _REDDENS, _ROSE = 0.12, np.array([-0.12, -0.55, -0.48])
+# A blush that stands out from the cheek around it: by how much more red than green one of opacity 1
+# leaves, for the logarithm of that of the light, and at least and at most of it.
+_TINT, _LEAST_PATCH, _MOST_RED = 2.1, 0.1, 0.45
+_DARK = -0.25  # by how much less light a dark blush leaves, as contours are
+_DARKENS = 0.35  # by how much less light it leaves for what it reddens
+# By how much more blue than green it leaves for what it reddens: more, where nothing tells it but
+# the cheek, and the least and the most.
+_COOLER, _ORANGE, _LILAC = 0.1, -0.8, 0.6
+_RUDDY = -0.4  # what blues less, and does not show beside plain skin, is no blush
 _LEAST_WEIGHT = 0.5  # about ten nodes of skin
 _KIND = KINDS["blush"]
 
@@ -40,43 +52,90 @@ _KIND = KINDS["blush"]
 def fit_blush(
     neutral: NeutralFace, cheeks: Cheeks | None, shape: Mapping[str, float]
 ) -> list[Layer]:
-    """A blush of a given shape with the colour that fits; none where no cheek is seen."""
+    """The blush that fits, of a given shape or of that in which it stands out from the cheek; none
+    where nothing like blush is seen."""
     skin = TypicalSkin.of(neutral)
-    roots = None
+    found = None
     if cheeks is not None:
-        roots = _colour(replace(cheeks, roots=skin.roots(cheeks.roots)), shape, skin.most())
-    if roots is None:
+        found = _fitted(replace(cheeks, roots=skin.roots(cheeks.roots)), shape, skin.most())
+    if found is None:
         return []
+    roots, shape = found
     worn = product(skin.codes(roots), _KIND.first_finish, _KIND.part)
     return [Layer("blush", replace(worn, opacity=_OPACITY), dict(shape))]
 
 
-def _colour(cheeks: Cheeks, shape: Mapping[str, float], most: np.ndarray) -> np.ndarray | None:
-    """(3,) roots of the product; None where nothing like blush is seen.
+def _fitted(
+    cheeks: Cheeks, shape: Mapping[str, float], most: np.ndarray
+) -> tuple[np.ndarray, Mapping[str, float]] | None:
+    """(3,) roots of the product, and its shape; None where nothing like blush is seen."""
+    bare = _bare_below(cheeks, shape)
+    if bare is None:
+        return None
+    change, flush = _beside_skin(cheeks, shape, bare), find_flush(cheeks)
+    if flush is not None and (patch := _patch(flush, change)) is not None:
+        change, shape = patch, flush.shape
+        bare = _bare_below(cheeks, shape)
+    if change is None or bare is None:
+        return None
+    return np.clip((COVER * bare + _rosy(change)) / RESPONSE, 0, most), shape
+
+
+def _bare_below(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray | None:
+    """(3,) the mean root of bare cheeks where a blush lies; None where hardly any is seen."""
+    weights, dense = cheeks.made_up(), _OPACITY * density(cheeks, shape)
+    if float((weights * (dense * RESPONSE) ** 2).sum()) < _LEAST_WEIGHT:
+        return None
+    total = float((weights * dense).sum())
+    bare: np.ndarray = np.einsum("hw,hwc->c", weights * dense, cheeks.film().bare) / total
+    return bare
+
+
+def _beside_skin(cheeks: Cheeks, shape: Mapping[str, float], bare: np.ndarray) -> np.ndarray | None:
+    """(3,) what a blush of a given shape adds to the roots of cheeks; None where nothing like blush
+    is seen.
 
     Blush stands out from the cheek around it, where a ruddy or sallow cheek does not.
     """
-    film, weights = cheeks.film(), cheeks.made_up()
     dense = _OPACITY * density(cheeks, shape)
-    if float((weights * (dense * film.response) ** 2).sum()) < _LEAST_WEIGHT:
-        return None
-    bare = np.einsum("hw,hwc->c", weights * dense, film.bare) / float((weights * dense).sum())
     beside_skin, beside_cheek = (
         _VIVID * (RESPONSE * _root(cheeks, dense, even) - COVER * bare) for even in _EVEN
     )
-    change = _blue(beside_skin)
-    if change is None and (around := _red(beside_cheek)) is not None:
-        change = _red(beside_skin)
-        if change is None or change[0] - change[1] < around[0] - around[1]:
-            light = float(around @ LUMINANCE)
-            change = light + _STANDS_OUT * (around - light)
-    elif change is None:
-        change = _blue(beside_cheek)
-    if change is None:
+    if (blue := _blue(beside_skin)) is not None:
+        return blue
+    around = _red(beside_cheek)
+    if around is None:
+        return _blue(beside_cheek)
+    change = _red(beside_skin)
+    if change is None or change[0] - change[1] < around[0] - around[1]:
+        light = float(around @ LUMINANCE)
+        change = light + _STANDS_OUT * (around - light)
+    return change
+
+
+def _patch(flush: Flush, change: np.ndarray | None) -> np.ndarray | None:
+    """(3,) what a blush adds to the roots of cheeks where it stands out from the cheek around it;
+    None where it shows more beside plain skin.
+
+    change: what it adds beside plain skin, if anything. Dark and blue blush shows there.
+    """
+    red, beside, light = min(_TINT * flush.red, _MOST_RED), 0.0, 0.0
+    if change is not None:
+        beside, light = float(change[0] - change[1]), float(change @ LUMINANCE)
+        if change[2] > change[0] + _LEAST_BLUE or light < _DARK:
+            return None
+    if red <= max(beside, _LEAST_PATCH):
         return None
-    change = _rosy(change)
-    within: np.ndarray = np.clip((COVER * bare + change) / RESPONSE, 0, most)
-    return within
+    hue = flush.blue / flush.red
+    if change is None and hue < _RUDDY:
+        return None
+    if change is not None and beside > 0:
+        hue = (hue + min(max(float(change[2] - change[1]) / beside, -1.0), 1.0)) / 2
+    else:
+        hue += _COOLER
+    tint = red * np.array([1.0, 0.0, min(max(hue, _ORANGE), _LILAC)])
+    patch: np.ndarray = tint - tint @ LUMINANCE + min(light, -_DARKENS * red)
+    return patch
 
 
 def _root(cheeks: Cheeks, dense: np.ndarray, even: float) -> np.ndarray:
@@ -120,22 +179,16 @@ def _red(change: np.ndarray) -> np.ndarray | None:
 
 
 def _rosy(change: np.ndarray) -> np.ndarray:
-    """What a blush adds to the roots of a cheek: a red one yellows less and is never quite pale."""
+    """What a blush adds to the roots of a cheek: a red one yellows less, blues more, and is never
+    quite pale."""
     red, green, blue = change.tolist()
     if blue > red:
         return change
     rose = max(_REDDENS - (red - green), 0.0) / float(_ROSE[0] - _ROSE[1]) * _ROSE
     if blue < green:
         blue = green + _YELLOWS * (blue - green)
+    if red > green:
+        yellow = max(green - blue, 0.0) / (red - green)
+        blue += _BLUES * (red - green) * max(1 - yellow / _YELLOW, 0.0)
     rosy: np.ndarray = np.array([red, green, blue]) + rose
     return rosy
-
-
-def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
-    """(40, 40) float32: how densely a blush lies on each node, 0..1."""
-    plain = product(_KIND.first_rgb, _KIND.first_finish, _KIND.part)
-    fields = FaceFields(cheeks.across[None], cheeks.down[None])
-    (coat,) = _KIND.coats(fields, plain, _KIND.whole_shape(shape))
-    dense = np.ones(1, np.float32) if coat.density is None else coat.density
-    on_nodes: np.ndarray = np.broadcast_to(dense, (1, *cheeks.skin.shape))[0]
-    return on_nodes

@@ -25,6 +25,9 @@ _CONTRAST = 0.25  # of roots between a lipstick and bare lips, from which on it 
 _LEAST_OPAQUE, _MOST_OPAQUE = 0.45, 0.95
 _MOST_REFLECTION = 0.05
 _PALE, _PALER = 60.0, 0.35  # L* on typical skin; what is lighter is lighter by this share of it
+# Of the photo's skin, as of TypicalSkin: on tanned skin a brown or beige is no mauve, nor a pink a
+# lilac.
+_OWN_YELLOW = 1.1
 _SHINE = 0.04  # what gloss 1 adds to the roots of the lips' median
 
 
@@ -52,7 +55,7 @@ def fit_lips(
     contrast = float(np.linalg.norm(seen - FILM.bare))
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPAQUE), _MOST_OPAQUE)
     gloss, reflection = lips.gloss, min(lips.reflection, _MOST_REFLECTION)
-    skin = TypicalSkin.of(neutral)
+    skin = TypicalSkin.of(neutral, own_yellow=_OWN_YELLOW)
     matte = _no_chalk(skin, skin.roots(seen)) - _SHINE * min(gloss, 1) * opacity
     rgb = skin.codes(np.clip(FILM.product_for(matte, opacity), 0, skin.most()))
     finish = nearest_finish(opacity, gloss, lips.gloss_roughness, reflection, shimmers=False)

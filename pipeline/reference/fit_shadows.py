@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
 from makeup_video.pipeline.look.finishes import nearest_finish, product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer
@@ -66,6 +67,10 @@ _NEARLY = 0.92
 _STIFF = 0.002
 _OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 
+# How much greener or bluer than what is seen a product may be, in a* and b*: than this percentile
+# of the cells where it is that dense; where those are green or blue themselves, that many times.
+_DENSE, _COLDEST, _COLDER, _VIVIDER = 0.4, 10, 2.0, 2.0
+
 _Shape = dict[str, object]
 
 
@@ -90,7 +95,9 @@ def fit_shadows(
     chosen, opacities, roots = _without_white(seen, chosen, most)
     share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _LIKELY, 1)
     return [
-        _layer(shape, skin.codes(root), round(share * opacity, 3), finish)
+        _layer(
+            shape, skin.codes(_seen_hue(skin, root, seen, shape)), round(share * opacity, 3), finish
+        )
         for shape, root, opacity in zip(chosen, roots, opacities, strict=True)
     ]
 
@@ -108,6 +115,20 @@ def _shaded(seen: np.ndarray) -> np.ndarray:
     vivid = as_light + (1 + _VIVID * np.minimum(1 / share, 1) ** 4) * (seen - as_light)
     shaded: np.ndarray = np.maximum(vivid * np.minimum(share, 1) ** _EVENED, 0)
     return shaded
+
+
+def _seen_hue(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shape) -> np.ndarray:
+    """Roots of a product, (3,), hardly greener or bluer than any part of it is seen.
+
+    Film lets warm skin through, so the product that would make it a dark brown is blue. On skin
+    that is less warm, it would look blue.
+    """
+    there = lab_of_linear(seen[density(_plain(shape)) > _DENSE] ** 2 * skin.linear)
+    coldest = np.percentile(there[:, 1:], _COLDEST, axis=0) - _COLDER
+    worn = lab_of_linear(root * root * skin.linear)
+    worn[1:] = np.maximum(worn[1:], np.minimum(coldest, _VIVIDER * coldest))
+    warmer: np.ndarray = np.sqrt(np.maximum(linear_of_lab(worn), 0) / skin.linear)
+    return warmer
 
 
 def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape]]) -> list[_Shape]:

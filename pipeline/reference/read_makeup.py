@@ -39,9 +39,9 @@ _COMPANY: Mapping[str, tuple[Mapping[str, float], float]] = {
 # read as worn at most.
 WORN_FROM: Mapping[str, float] = {
     "lipstick": 0.29,
-    "eyeshadow": 0.15,
+    "eyeshadow": 0.155,
     "eyeliner": 0.2,
-    "blush": 0.045,
+    "blush": 0.04,
 }
 
 

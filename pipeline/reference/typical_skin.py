@@ -29,10 +29,16 @@ class TypicalSkin:
     seen: np.ndarray
 
     @classmethod
-    def of(cls, neutral: NeutralFace, own_hue: float = _OWN_HUE) -> "TypicalSkin":
-        """own_hue: how much of the hue that sets this skin apart is the person's, 0..1."""
+    def of(
+        cls, neutral: NeutralFace, own_hue: float = _OWN_HUE, own_yellow: float = 0.0
+    ) -> "TypicalSkin":
+        """own_hue: how much of the hue that sets this skin apart is the person's, 0..1.
+        own_yellow: the same of b* of skin that is yellower than typical skin, if that is more.
+        """
         typical = lab_of_linear(np.array(TYPICAL))
-        own = np.array([_OWN_LIGHT, own_hue, own_hue]) * (lab_of_linear(neutral.skin) - typical)
+        off = lab_of_linear(neutral.skin) - typical
+        own_b = max(own_hue, own_yellow) if off[2] > 0 else own_hue
+        own = np.array([_OWN_LIGHT, own_hue, own_b]) * off
         return cls(np.maximum(linear_of_lab(typical + own), _FAINTEST), neutral.skin)
 
     def roots(self, roots: np.ndarray) -> np.ndarray:

@@ -20,9 +20,8 @@ from makeup_video.pipeline.faces.face import Face, iod_px
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import Layer, Look
-from makeup_video.pipeline.reference.cheeks import SIDE, Cheeks
+from makeup_video.pipeline.reference.cheeks import SIDE, Cheeks, density
 from makeup_video.pipeline.reference.colours import Colours
-from makeup_video.pipeline.reference.fit_blush import density
 from makeup_video.pipeline.reference.neutral_face import NeutralFace, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures

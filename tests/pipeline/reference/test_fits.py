@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, product
-from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of, linear_of_lab
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.cheeks import see_cheeks
@@ -165,6 +166,19 @@ def hue(product_read):
     """The angle of a product's colour in CIELAB, degrees."""
     lab = lab_of(np.array([product_read.red, product_read.green, product_read.blue]))
     return float(np.degrees(np.arctan2(lab[2], lab[1])))
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.sampled_from(["full", "outer", "lid"]), st.floats(12, 26), st.floats(5, 8))
+def test_dark_brown_on_tanned_skin_is_not_read_as_blue(slot, lightness, red):
+    skin = linear_of_lab(np.array([66.0, 17.0, 22.0]))
+    brown = np.sqrt(linear_of_lab(np.array([lightness, red, 0.5 * red])) / skin)
+    dense = density(Layer("eyeshadow", LID, {"slot": slot}))[..., None]
+    bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
+    seen = (1 - dense) * bare + dense * brown.astype(np.float32)
+    for layer in fit_shadows(replace(wearing_nothing(), skin=skin), seen, LID):
+        read = layer.product
+        assert lab_of(np.array([read.red, read.green, read.blue]))[2] > -6
 
 
 def test_a_pink_shadow_in_soft_light_is_no_white_veil():

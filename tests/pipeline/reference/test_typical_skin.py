@@ -38,6 +38,16 @@ def test_skin_is_taken_nearer_to_typical_skin(seen):
     assert (np.abs(here - typical) <= before + 1e-6).all()
 
 
+@given(LIGHT, st.floats(0.5, 1.3))
+def test_yellower_skin_keeps_more_of_its_yellow(seen, own):
+    neutral = neutral_face(portrait(), face(), photo_light(portrait(), face()))
+    neutral = replace(neutral, skin=np.asarray(seen))
+    plain, keeps = TypicalSkin.of(neutral), TypicalSkin.of(neutral, own_yellow=own)
+    before, after = lab_of_linear(plain.linear), lab_of_linear(keeps.linear)
+    is_yellower = lab_of_linear(seen)[2] > lab_of_linear(np.array(TYPICAL))[2]
+    assert (after[2] >= before[2] - 1e-6) if is_yellower else np.allclose(before, after)
+
+
 @given(LIGHT, LIGHT)
 def test_what_is_darker_than_skin_stays_darker(seen, share):
     skin = skin_of(seen)

@@ -1,0 +1,102 @@
+"""Finds a blush by the cheek around it: where the cheek is redder than it would be without.
+
+The skin of the forehead and the nose tells little of a soft blush: in strong or tinted light the
+whole cheek is paler or yellower than they are. A blush is a patch. What changes evenly over the
+cheeks, or from one side to the other, is light; how much it does is known from bare faces.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from makeup_video.pipeline.reference.cheeks import Cheeks, density
+
+# The shapes that are tried.
+_SHAPES: tuple[dict[str, float], ...] = tuple(
+    {"height": height, "reach": reach, "size": size, "across": across}
+    for height, reach, size, across in product(
+        (0.0, 0.5, 1.0), (0.0, 0.4, 0.9), (0.3, 0.6, 0.95), (0.0, 0.8)
+    )
+)
+# The nodes that count, with the cheek around a blush, and how well their bare cheeks are known.
+_ACROSS, _DOWN, _KNOWN = (0.14, 0.88), (0.02, 0.8), 0.3
+_LEAST_NODES, _LEAST_WEIGHT = 100, 0.05
+_UNLIKE_SKIN = 0.5  # what a node counts that is seen and unlike skin
+_PLACES = ("across", "down", "skin")  # of nodes: what their density depends on, and their number
+_MIDDLE = 0.5, 0.4  # across, down: from where light is counted
+# How far light may change over cheeks, as standard deviations of the logarithms below: even,
+# across, down, from side to side, and that across and down, then the curvatures. The first is that
+# of bare cheeks; most others are less than theirs, or a broad blush would be taken for light.
+_LIGHT = np.array([0.13, 0.2, 0.15, 0.15, 0.15, 0.1, 0.6, 0.4, 0.4])
+_NOISE, _NODES = 0.05, 12.0  # of a node, and how many nodes tell as much as all of them
+_DARKEST = 0.03  # least root
+_LEAST_RED, _PINK = 0.03, 0.8  # a blush that blues is as red as that share of it at least
+_OLIVE = 0.9  # less red than this for what it yellows would be a shade
+_LEAST_GAIN = 3.0  # the likelihood, in logarithms times 2: for less, it may be chance
+
+
+@dataclass(frozen=True, slots=True)
+class Flush:
+    """A blush as it stands out from the cheek around it.
+
+    shape: of the layer.  red, blue: what it adds to the logarithms of R / G and B / G of the light
+    from the cheek, where it is densest.
+    """
+
+    shape: Mapping[str, float]
+    red: float
+    blue: float
+
+
+def find_flush(cheeks: Cheeks) -> Flush | None:
+    """The patch that explains the cheeks best; None when no redder one does."""
+    weights = np.maximum(cheeks.skin, _UNLIKE_SKIN * cheeks.visible) * _near(cheeks)
+    at = weights > _LEAST_WEIGHT
+    if at.sum() < _LEAST_NODES:
+        return None
+    counts = weights[at] * (_NODES / _NOISE**2 / weights[at].sum())
+    tint, light = _tint(cheeks, at), _light(cheeks, at)
+    nodes = replace(cheeks, **{name: getattr(cheeks, name)[at] for name in _PLACES})
+    patches = np.stack([density(nodes, shape) for shape in _SHAPES], -1)
+    # What light explains is taken from the patches (Frisch and Waugh 1933).
+    weighted = light.T * counts
+    of_light = weighted @ light + np.diag(1 / _LIGHT**2)
+    own = patches.T * counts - np.linalg.solve(of_light, weighted @ patches).T @ weighted
+    power = np.maximum(np.einsum("in,ni->i", own, patches), 1e-9)
+    red, blue = (own @ tint / power[:, None]).T
+    is_blush = (red > np.maximum(-_OLIVE * blue, 0)) & (np.maximum(red, _PINK * blue) > _LEAST_RED)
+    gain = np.where(is_blush, (red**2 + blue**2) * power, 0)
+    best = int(gain.argmax())
+    if gain[best] < _LEAST_GAIN:
+        return None
+    return Flush(_SHAPES[best], max(float(red[best]), _PINK * float(blue[best])), float(blue[best]))
+
+
+def _near(cheeks: Cheeks) -> np.ndarray:
+    """(40, 40) bool: the cheeks, where bare ones are known."""
+    beside = np.abs(cheeks.across)
+    near = (beside > _ACROSS[0]) & (beside < _ACROSS[1])
+    near &= (cheeks.down > _DOWN[0]) & (cheeks.down < _DOWN[1])
+    there: np.ndarray = near & (cheeks.known() > _KNOWN)
+    return there
+
+
+def _tint(cheeks: Cheeks, at: np.ndarray) -> np.ndarray:
+    """(N, 2) of some nodes: by how much the logarithms of R / G and B / G exceed bare cheeks'."""
+    seen, bare = (
+        2 * np.log(np.maximum(roots[at], _DARKEST)) for roots in (cheeks.roots, cheeks.film().bare)
+    )
+    off = seen - bare
+    tint: np.ndarray = off[:, [0, 2]] - off[:, 1:2]
+    return tint
+
+
+def _light(cheeks: Cheeks, at: np.ndarray) -> np.ndarray:
+    """(N, 9) how light may change over some nodes, in the order of _LIGHT."""
+    across, side = np.abs(cheeks.across[at]) - _MIDDLE[0], np.sign(cheeks.across[at])
+    down = cheeks.down[at] - _MIDDLE[1]
+    even = np.ones_like(across)
+    curved = (across * across, across * down, down * down)
+    parts = (even, across, down, 0.5 * side, side * across, side * down, *curved)
+    return np.stack(parts, -1)
