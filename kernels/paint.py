@@ -272,9 +272,11 @@ class Canvas:
             maps[begin + layer : begin + 3 * layer] = region.normals.ravel()
             end = begin + 3 * layer + _ROOM
             maps[begin + 3 * layer : end] = region.words.ravel().view(np.float32)
+            begin = end
             if region.shares is not None:
-                maps[end : end + region.shares.size] = region.shares.ravel()
-            begin = end if region.shares is None else end + region.shares.size
+                end += region.shares.size
+                maps[begin:end].reshape(region.shares.shape)[:] = region.shares
+                begin = end
         for coat in self._placed:
             for number in coat.numbers:
                 coat.rows.array[self._places[number][1] // self._kind[0][1] :] = number
