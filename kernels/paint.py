@@ -8,7 +8,7 @@ import numpy as np
 import pyopencl as cl
 from makeup_video.kernels import colour, material
 from makeup_video.kernels.colour import Coding, coding_argument
-from makeup_video.kernels.definitions import Definitions
+from makeup_video.kernels.definitions import Definitions, offsets
 from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL, Environment, Material
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
@@ -44,6 +44,7 @@ PAINT_REGION = np.dtype([
     ("mean", np.float32),  # luminance of the bare region
     ("product", PRODUCT),
 ])  # fmt: skip
+_MEAN_AT = offsets(PAINT_REGION)["MEAN_AT"]  # behind the places, before the product
 DEFINITIONS = (
     colour.DEFINITIONS
     + material.DEFINITIONS
@@ -227,7 +228,7 @@ class Canvas:
         self._codes = self.device.memory((2, rows, stride), np.float32)
         self._runs = self.device.memory((rows // down * stride // RUN,), np.int32)
         self._maps = self.device.memory((1,), np.float32)
-        self._records = self.device.memory((1,), PAINT_REGION)
+        self._make_records(1)
         self._weights = self.device.memory((coats, rows, stride), np.float32)
         self._coats = [Coat(self.device, weights, down) for weights in self._weights.array]
         self._coding = None
@@ -251,23 +252,25 @@ class Canvas:
         have_layers = [region.shares is not None for region in regions]
         for coat, has_weight in zip(coats, have_weight, strict=True):
             coat.list_runs(runs if len(coats) == 1 else has_weight.nonzero()[0], have_layers)
-        self._copy(planes, back=False)
+        parts = self._parts(planes)
+        for plane, canvas in parts:
+            canvas[:] = plane
         self._launch(len(runs), coding)
-        self._copy(planes, back=True)
+        for plane, canvas in parts:
+            plane[:] = canvas
 
     def _describe(self, regions: Sequence[MadeRegion]) -> None:
         count = sum(_map_size(region) for region in regions)
         if count > self._maps.array.size or len(regions) > len(self._records.array):
             self._maps = self.device.memory((2 * count,), np.float32)
-            self._records = self.device.memory((2 * len(regions),), PAINT_REGION)
-            self._coding = None
+            self._make_records(2 * len(regions))
         maps, begin = self._maps.array, 0
         for number, (region, place) in enumerate(zip(regions, self._places, strict=True)):
             (high, wide), layer = region.shading.shape, region.shading.size
             _, first_row, rect = place
-            self._records.array[number] = (
-                first_row, rect.width, rect.height, begin, wide, high, region.mean, region.product
-            )  # fmt: skip
+            self._places_given[number] = first_row, rect.width, rect.height, begin, wide, high
+            self._means[number] = region.mean
+            self._products[number] = np.frombuffer(region.product, np.float32)
             maps[begin : begin + layer] = region.shading.ravel()
             maps[begin + layer : begin + 3 * layer] = region.normals.ravel()
             end = begin + 3 * layer + _ROOM
@@ -281,19 +284,25 @@ class Canvas:
             for number in coat.numbers:
                 coat.rows.array[self._places[number][1] // self._kind[0][1] :] = number
 
-    def _copy(self, planes: tuple[np.ndarray, ...], back: bool) -> None:
-        """Copy the rectangles from the planes to the canvas, or back."""
-        block = self._kind[0]
+    def _make_records(self, count: int) -> None:
+        self._records = self.device.memory((count,), PAINT_REGION)
+        # views of its fields: to write records whole takes numpy several times as long
+        numbers = self._records.array.view(np.float32).reshape(count, -1)
+        self._means, self._products = numbers[:, _MEAN_AT], numbers[:, _MEAN_AT + 1 :]
+        self._places_given = numbers[:, :_MEAN_AT].view(np.int32)
+        self._coding = None
+
+    def _parts(self, planes: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Views of the rectangles, on the planes and on the canvas."""
+        block, parts = self._kind[0], []
         for number in self._placed[0].numbers:  # other coats lie on the same
             _, first, rect = self._places[number]
             on_planes = [rect.luma(planes), *rect.chroma(planes, block)]
             on_canvas = self._luma.array[first:], *self._chroma.array[:, first // block[1] :]
             for plane, canvas in zip(on_planes, on_canvas, strict=True):
                 high, wide = plane.shape
-                if back:
-                    plane[:] = canvas[:high, :wide]
-                else:
-                    canvas[:high, :wide] = plane
+                parts.append((plane, canvas[:high, :wide]))
+        return parts
 
     def _set_arguments(self, coding: Coding) -> None:
         """Give the kernels their arguments, where these have changed."""
