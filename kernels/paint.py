@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyopencl as cl
@@ -126,8 +126,7 @@ class PaintedRegion:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MadeRegion:
+class MadeRegion(NamedTuple):
     """A PaintedRegion as the kernel takes it.
 
     product: a record of PRODUCT.  words: (16, 16) uint32 or int32, of the environment.

@@ -4,7 +4,7 @@ Its numpy twins are product_material.py, blend_layers.py and environment.py of p
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from makeup_video.kernels.colour import SRGB
@@ -90,8 +90,7 @@ DEFINITIONS = PAINT + Definitions(
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LitRegion:
+class LitRegion(NamedTuple):
     """Products on a region, and the light there.
 
     to_px: (2, 3) by rows, px of the grid -> px of the region's rectangle.

@@ -168,7 +168,8 @@ class LidSurface:
             np.maximum, [self.grid.warped(one, origin_xy, out.shape, -1e3) for one in lashes]
         )
         dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
-        cv2.multiply(np.minimum(there, 1, out=there), dense, dst=out)
+        _, there = cv2.threshold(there, 1, 0, cv2.THRESH_TRUNC, there)
+        cv2.multiply(there, dense, dst=out)
         # also removes what lies beyond the lashes
         cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
 

@@ -192,7 +192,8 @@ class FaceSurface:
 class FaceOnGrid(NamedTuple):
     """The grid of a face, laid over it.
 
-    points: (U, 3) float32, `used_points` in px of the grid; z as well, away from the viewer.
+    points: (U, 3) float32, `used_points` in px of the grid; z as well, away from the viewer, but 0
+    for those that are only drawn.
     middle_xy: of the grid, in px of it from the middle between the eye corners.
     """
 
@@ -229,6 +230,7 @@ def face_on_grid(face: Face, middle_xy: PointXY | None = None) -> FaceOnGrid | N
     points: np.ndarray = cv2.transform(face.points_px.take(used_points(), 0)[None], to_grid)[0]
     if not cv2.checkRange(points)[0]:
         return None
+    points[POINTS:, 2] = 0
     if middle_xy is None:
         low, high = points[:POINTS].min(0), points[:POINTS].max(0)
         off = (low + high - np.float32(SIDE - 1)) * (0.5 * _ACROSS_AND_DOWN)
