@@ -305,7 +305,7 @@ class Canvas:
 
     def _set_arguments(self, coding: Coding) -> None:
         """Give the kernels their arguments, where these have changed."""
-        if self._coding == coding:
+        if self._coding is coding or self._coding == coding:
             return
         size, chroma_size = np.int32(self._luma.array.size), self._chroma.array[0].size
         chroma, codes, records, of_row, runs = (

@@ -50,7 +50,7 @@ class SmallPlanes:
         paint(self._planes)
         for small, bare, large in zip(ours, before, theirs, strict=True):
             _add(large, cv2.subtract(small, bare), cv2.subtract(bare, small), self.factor)
-        if max_code < np.iinfo(planes[0].dtype).max:
+        if planes[0].itemsize > 1:  # codes of 10 or 12 bits
             for large in theirs:
                 np.minimum(large, max_code, out=large)
 

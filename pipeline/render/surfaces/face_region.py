@@ -98,10 +98,9 @@ def _luma_of(frame: Frame, face: Face) -> np.ndarray:
     """Mean luma of each quarter of a face, as shares of the range: (4,) float32."""
     luma = frame.planes[0]
     high, wide = luma.shape
-    x, y = face.points_px.take(fit_points(), 0)[:, :2].T.astype(np.intp)
-    for at, length in ((x, wide), (y, high)):
-        np.minimum(np.maximum(at, 0, out=at), length - 1, out=at)
-    codes = luma[y, x]
+    xy = face.points_px.take(fit_points(), 0)[:, :2].astype(np.intp)
+    np.minimum(np.maximum(xy, 0, out=xy), (wide - 1, high - 1), out=xy)
+    codes = luma[xy[:, 1], xy[:, 0]]
     means: np.ndarray = _quarters() @ codes.astype(np.float32)
     means /= 2.0**frame.bit_depth
     return means
