@@ -15,7 +15,8 @@ from makeup_video.kernels.program import Device
 from makeup_video.kernels.runs import RUN, Coat
 from makeup_video.kernels.strokes import Line, PlacedLine, StrokeKernel
 
-_STEP = 64  # rows and columns of a canvas are multiples, so that its pixels are whole pieces
+# Rows and columns of a canvas are multiples, so that its pixels are whole pieces of Coat.
+_ROWS, _COLUMNS = 64, 32
 _ROOM = ENVIRONMENT_PX**2  # words of an environment
 LAYERS = 4  # the most on one region
 _ROW = 8  # numbers of a layer
@@ -188,7 +189,8 @@ class Canvas:
                 numbers[depth].append(len(places))
                 places.append((depth, first, rect))
                 ends[depth] = rows
-        rows, wide, (most, most_rows, most_wide) = _whole(rows), _whole(wide), self._size
+        rows, wide = _whole(rows, _ROWS), _whole(wide, _COLUMNS)
+        most, most_rows, most_wide = self._size
         if (
             len(depths) > most
             or rows > most_rows
@@ -199,7 +201,7 @@ class Canvas:
             self._grow(max(len(depths), most), max(rows, most_rows), max(wide, most_wide))
         self._places, self._placed = places, self._coats[: len(depths)]
         for coat, coat_numbers, end in zip(self._placed, numbers, ends, strict=True):
-            coat.numbers, coat.used_rows = coat_numbers, _whole(end)
+            coat.numbers, coat.used_rows = coat_numbers, _whole(end, _ROWS)
             coat.weights[: coat.used_rows] = 0
         return [
             self._coats[depth].weights[first : first + rect.height, : rect.width]
@@ -364,9 +366,9 @@ class Canvas:
         self.device.finish()
 
 
-def _whole(length: int) -> int:
-    """Round up to whole steps of a canvas."""
-    return -(-length // _STEP) * _STEP
+def _whole(length: int, step: int) -> int:
+    """Round up to whole steps."""
+    return -(-length // step) * step
 
 
 def _map_size(region: MadeRegion) -> int:
