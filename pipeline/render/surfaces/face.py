@@ -116,7 +116,9 @@ class FaceSurface:
     def lay(self, charts: Charts, opacities: Sequence[float], device: Device) -> Laid:
         key = charts, tuple(opacities)
         if key not in self.laid:
-            self.laid[key] = lay_coats(self, charts, opacities)
+            laid = lay_coats(self, charts, opacities)
+            # the same object in every frame, by which `weights` knows it
+            self.laid[key] = laid._replace(density=list(laid.density))
         return self.laid[key]
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
@@ -220,13 +222,12 @@ def face_on_grid(face: Face, middle_xy: PointXY | None = None) -> FaceOnGrid | N
     iod_px = math.hypot(seen_px, z1 - z0)  # a turned face keeps its size
     if not _NARROWEST_PX <= seen_px <= iod_px < math.inf:
         return None
-    step = STEP * iod_px
-    a, b, per_px = right / seen_px / step, down / seen_px / step, 1 / step
-    x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    step, x, y = STEP * iod_px, (x0 + x1) / 2, (y0 + y1) / 2
+    a, b = right / seen_px / step, down / seen_px / step
     left, top = (SIDE - 1) / 2 - (a * x + b * y), (SIDE - 1) / 2 - (a * y - b * x)
     if middle_xy is not None:
         left, top = left - middle_xy[0], top - middle_xy[1]
-    to_grid = np.array(((a, b, 0, left), (-b, a, 0, top), (0, 0, per_px, 0)))
+    to_grid = np.array(((a, b, 0, left), (-b, a, 0, top), (0, 0, 1 / step, 0)))
     points: np.ndarray = cv2.transform(face.points_px.take(used_points(), 0)[None], to_grid)[0]
     if not cv2.checkRange(points)[0]:
         return None
@@ -237,7 +238,7 @@ def face_on_grid(face: Face, middle_xy: PointXY | None = None) -> FaceOnGrid | N
         points -= off
         middle_xy = (float(off[0]), float(off[1]))
         left, top = left - middle_xy[0], top - middle_xy[1]
-    a, b = a * step * step, b * step * step
+    a, b = a * step**2, b * step**2  # of the map back
     to_px = a, -b, b * top - a * left, b, a, -b * left - a * top
     grid = Grid.at(to_px, (SIDE, SIDE))
     return FaceOnGrid(GridPlace(to_px, to_px), grid, points, middle_xy)
