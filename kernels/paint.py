@@ -2,20 +2,21 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyopencl as cl
 from makeup_video.kernels import colour, material
 from makeup_video.kernels.colour import Coding, coding_argument
-from makeup_video.kernels.definitions import Definitions
+from makeup_video.kernels.definitions import Definitions, offsets
 from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL, Environment, Material
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
 from makeup_video.kernels.runs import RUN, Coat
 from makeup_video.kernels.strokes import Line, PlacedLine, StrokeKernel
 
-_STEP = 64  # rows and columns of a canvas are multiples, so that its pixels are whole pieces
+# Rows and columns of a canvas are multiples, so that its pixels are whole pieces of Coat.
+_ROWS, _COLUMNS = 64, 32
 _ROOM = ENVIRONMENT_PX**2  # words of an environment
 LAYERS = 4  # the most on one region
 _ROW = 8  # numbers of a layer
@@ -44,6 +45,7 @@ PAINT_REGION = np.dtype([
     ("mean", np.float32),  # luminance of the bare region
     ("product", PRODUCT),
 ])  # fmt: skip
+_MEAN_AT = offsets(PAINT_REGION)["MEAN_AT"]  # behind the places, before the product
 DEFINITIONS = (
     colour.DEFINITIONS
     + material.DEFINITIONS
@@ -125,8 +127,7 @@ class PaintedRegion:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MadeRegion:
+class MadeRegion(NamedTuple):
     """A PaintedRegion as the kernel takes it.
 
     product: a record of PRODUCT.  words: (16, 16) uint32 or int32, of the environment.
@@ -188,7 +189,8 @@ class Canvas:
                 numbers[depth].append(len(places))
                 places.append((depth, first, rect))
                 ends[depth] = rows
-        rows, wide, (most, most_rows, most_wide) = _whole(rows), _whole(wide), self._size
+        rows, wide = _whole(rows, _ROWS), _whole(wide, _COLUMNS)
+        most, most_rows, most_wide = self._size
         if (
             len(depths) > most
             or rows > most_rows
@@ -199,7 +201,7 @@ class Canvas:
             self._grow(max(len(depths), most), max(rows, most_rows), max(wide, most_wide))
         self._places, self._placed = places, self._coats[: len(depths)]
         for coat, coat_numbers, end in zip(self._placed, numbers, ends, strict=True):
-            coat.numbers, coat.used_rows = coat_numbers, _whole(end)
+            coat.numbers, coat.used_rows = coat_numbers, _whole(end, _ROWS)
             coat.weights[: coat.used_rows] = 0
         return [
             self._coats[depth].weights[first : first + rect.height, : rect.width]
@@ -227,7 +229,7 @@ class Canvas:
         self._codes = self.device.memory((2, rows, stride), np.float32)
         self._runs = self.device.memory((rows // down * stride // RUN,), np.int32)
         self._maps = self.device.memory((1,), np.float32)
-        self._records = self.device.memory((1,), PAINT_REGION)
+        self._make_records(1)
         self._weights = self.device.memory((coats, rows, stride), np.float32)
         self._coats = [Coat(self.device, weights, down) for weights in self._weights.array]
         self._coding = None
@@ -251,51 +253,61 @@ class Canvas:
         have_layers = [region.shares is not None for region in regions]
         for coat, has_weight in zip(coats, have_weight, strict=True):
             coat.list_runs(runs if len(coats) == 1 else has_weight.nonzero()[0], have_layers)
-        self._copy(planes, back=False)
+        parts = self._parts(planes)
+        for plane, canvas in parts:
+            canvas[:] = plane
         self._launch(len(runs), coding)
-        self._copy(planes, back=True)
+        for plane, canvas in parts:
+            plane[:] = canvas
 
     def _describe(self, regions: Sequence[MadeRegion]) -> None:
         count = sum(_map_size(region) for region in regions)
         if count > self._maps.array.size or len(regions) > len(self._records.array):
             self._maps = self.device.memory((2 * count,), np.float32)
-            self._records = self.device.memory((2 * len(regions),), PAINT_REGION)
-            self._coding = None
+            self._make_records(2 * len(regions))
         maps, begin = self._maps.array, 0
         for number, (region, place) in enumerate(zip(regions, self._places, strict=True)):
             (high, wide), layer = region.shading.shape, region.shading.size
             _, first_row, rect = place
-            self._records.array[number] = (
-                first_row, rect.width, rect.height, begin, wide, high, region.mean, region.product
-            )  # fmt: skip
+            self._places_given[number] = first_row, rect.width, rect.height, begin, wide, high
+            self._means[number] = region.mean
+            self._products[number] = np.frombuffer(region.product, np.float32)
             maps[begin : begin + layer] = region.shading.ravel()
             maps[begin + layer : begin + 3 * layer] = region.normals.ravel()
             end = begin + 3 * layer + _ROOM
             maps[begin + 3 * layer : end] = region.words.ravel().view(np.float32)
+            begin = end
             if region.shares is not None:
-                maps[end : end + region.shares.size] = region.shares.ravel()
-            begin = end if region.shares is None else end + region.shares.size
+                end += region.shares.size
+                maps[begin:end].reshape(region.shares.shape)[:] = region.shares
+                begin = end
         for coat in self._placed:
             for number in coat.numbers:
                 coat.rows.array[self._places[number][1] // self._kind[0][1] :] = number
 
-    def _copy(self, planes: tuple[np.ndarray, ...], back: bool) -> None:
-        """Copy the rectangles from the planes to the canvas, or back."""
-        block = self._kind[0]
+    def _make_records(self, count: int) -> None:
+        self._records = self.device.memory((count,), PAINT_REGION)
+        # views of its fields: to write records whole takes numpy several times as long
+        numbers = self._records.array.view(np.float32).reshape(count, -1)
+        self._means, self._products = numbers[:, _MEAN_AT], numbers[:, _MEAN_AT + 1 :]
+        self._places_given = numbers[:, :_MEAN_AT].view(np.int32)
+        self._coding = None
+
+    def _parts(self, planes: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Views of the rectangles, on the planes and on the canvas."""
+        block, parts = self._kind[0], []
         for number in self._placed[0].numbers:  # other coats lie on the same
             _, first, rect = self._places[number]
             on_planes = [rect.luma(planes), *rect.chroma(planes, block)]
             on_canvas = self._luma.array[first:], *self._chroma.array[:, first // block[1] :]
             for plane, canvas in zip(on_planes, on_canvas, strict=True):
                 high, wide = plane.shape
-                if back:
-                    plane[:] = canvas[:high, :wide]
-                else:
-                    canvas[:high, :wide] = plane
+                parts.append((plane, canvas[:high, :wide]))
+        return parts
 
     def _set_arguments(self, coding: Coding) -> None:
         """Give the kernels their arguments, where these have changed."""
-        if self._coding == coding:
+        if self._coding is coding or self._coding == coding:
             return
         size, chroma_size = np.int32(self._luma.array.size), self._chroma.array[0].size
         chroma, codes, records, of_row, runs = (
@@ -354,9 +366,9 @@ class Canvas:
         self.device.finish()
 
 
-def _whole(length: int) -> int:
-    """Round up to whole steps of a canvas."""
-    return -(-length // _STEP) * _STEP
+def _whole(length: int, step: int) -> int:
+    """Round up to whole steps."""
+    return -(-length // step) * step
 
 
 def _map_size(region: MadeRegion) -> int:

@@ -1,13 +1,12 @@
 """Rectangles of planes; and in numpy, chroma copied to luma pixels, and its change brought back."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 
-@dataclass(frozen=True, slots=True)
-class Rect:
+class Rect(NamedTuple):
     """A rectangle of luma pixels that begins and ends on whole blocks, or at the plane's edge.
 
     A block is a chroma sample and the luma pixels that it covers: `chroma` across and down.

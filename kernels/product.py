@@ -4,7 +4,7 @@ Its numpy twins are product_material.py, blend_layers.py and environment.py of p
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from makeup_video.kernels.colour import SRGB
@@ -67,6 +67,7 @@ CODING = np.dtype([
     ("ceiling", np.float32),
 ])  # fmt: skip
 _HEAD_SIZE = offsets(REGION)["COAT_COUNT_AT"]  # floats before it
+_COATS_AT = offsets(REGION)["COATS_AT"]
 _ROOM = ENVIRONMENT_PX**2  # words of an environment
 _UNSEEN = (0.0,) * LAYERS
 DEFINITIONS = PAINT + Definitions(
@@ -89,8 +90,7 @@ DEFINITIONS = PAINT + Definitions(
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LitRegion:
+class LitRegion(NamedTuple):
     """Products on a region, and the light there.
 
     to_px: (2, 3) by rows, px of the grid -> px of the region's rectangle.
@@ -121,6 +121,7 @@ class ProductKernel:
     def __init__(self, device: Device) -> None:
         self._device = device
         self._coding = device.memory((1,), CODING)
+        self._given_coding: np.ndarray | None = None
         self._kernel = device.kernel("product", SRGB, np.dtype(np.uint8), DEFINITIONS)
         self._make_room(8)
 
@@ -130,8 +131,9 @@ class ProductKernel:
         self._rooms = memory((count, ENVIRONMENT_PX, ENVIRONMENT_PX, 3), np.float32)
         self._products, self._words = memory((count,), PRODUCT), memory((count, _ROOM), np.int32)
         self._words.array.fill(0)
-        self._heads = self._regions.array.view(np.float32).reshape(count, -1)[:, :_HEAD_SIZE]
-        self._counts, self._coats = self._regions.array["coat_count"], self._regions.array["coats"]
+        numbers = self._regions.array.view(np.float32).reshape(count, -1)
+        self._heads, self._coats = numbers[:, :_HEAD_SIZE], numbers[:, _COATS_AT:]
+        self._counts = self._regions.array["coat_count"]
         used = self._regions, self._rooms, self._coding, self._products, self._words
         self._kernel.set_args(*(memory.buffer for memory in used))
 
@@ -141,11 +143,12 @@ class ProductKernel:
         """Make the products of regions: (N,) records of PRODUCT, and (N, 256) words of their
         environments, all valid until the next call.
 
-        coding: a record of CODING.
+        coding: a record of CODING.  It must not change afterwards.
         """
         if len(regions) > len(self._regions.array):
             self._make_room(2 * len(regions))
-        self._coding.array[0] = coding
+        if coding is not self._given_coding:
+            self._coding.array[0] = self._given_coding = coding
         self._heads[: len(regions)] = [
             (
                 *region.to_px, region.skin_px, region.amount, region.strength, *region.colour,
@@ -154,8 +157,9 @@ class ProductKernel:
             for region in regions
         ]  # fmt: skip
         for number, region in enumerate(regions):
-            count = self._counts[number] = len(region.coats)
-            self._coats[number, :count] = region.coats
+            self._counts[number] = len(region.coats)
+            coats = region.coats.view(np.float32)  # copied many times as quickly as records
+            self._coats[number, : len(coats)] = coats
             self._rooms.array[number] = region.room
         for memory in (self._regions, self._rooms, self._coding):
             memory.send()

@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager
 from importlib import resources
 from typing import Any, ClassVar, TypeVar
 
@@ -246,8 +246,10 @@ class Device:
         if arguments:
             kernel.set_args(*arguments)
         width = -(-size_wh[0] // local_wh[0]) * local_wh[0]
-        watch = Device.watch
-        with watch(self, size_wh[0] * size_wh[1]) if watch else nullcontext():
+        if Device.watch is None:
+            cl.enqueue_nd_range_kernel(self.queue, kernel, (width, size_wh[1]), local_wh)
+            return
+        with Device.watch(self, size_wh[0] * size_wh[1]):
             cl.enqueue_nd_range_kernel(self.queue, kernel, (width, size_wh[1]), local_wh)
 
     @contextmanager

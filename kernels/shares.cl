@@ -3,8 +3,8 @@
  *
  * A work-item makes one eye. It computes eight places of a row at once.
  * - given: what all places of an eye share.
- * - charts: (2, SHARES_ROWS, LID_WIDE, SHARES_COATS) densities, above the eye and below it. Columns
- *   are those of the grid.
+ * - charts: (2, SHARES_ROWS, LID_WIDE, SHARES_COATS) densities in parts of 1 / SHARES_ONE, above the
+ *   eye and below it. Columns are those of the grid.
  * - lids: (3, 2, LID_HIGH, LID_WIDE), of both eyes: the height above the lash line, and how many px
  *   a place lies above the upper and below the lower lash line.
  * - out: to be filled. */
@@ -13,8 +13,18 @@
 
 #define SHARES_LID (LID_HIGH * LID_WIDE)
 
+/* PoCL inlines this builtin, but not convert_float4. */
+#define SHARES_FLOAT4(x) convert_float4(x)
+#ifdef __has_builtin
+#if __has_builtin(__builtin_convertvector)
+#undef SHARES_FLOAT4
+#define SHARES_FLOAT4(x) __builtin_convertvector(x, float4)
+#endif
+#endif
+
 /* The densities of all coats at eight places of a chart; row: theirs on the chart. */
-static inline void shares_found(__global const float *chart, float8 row, int x, float8 *densities) {
+static inline void shares_found(
+    __global const ushort *chart, float8 row, int x, float8 *densities) {
     row = surface_clamp8(row, 0.0f, SHARES_LAST_ROW);
     int8 top = surface_whole8(row);
     float8 down = row - surface_float8(top);
@@ -24,15 +34,17 @@ static inline void shares_found(__global const float *chart, float8 row, int x, 
     float4 found[8];
 #pragma unroll
     for (int i = 0; i < 8; ++i) {
-        __global const float4 *above = (__global const float4 *)chart + at[i];
-        found[i] = above[0] + share[i] * (above[LID_WIDE] - above[0]);
+        __global const ushort4 *place = (__global const ushort4 *)chart + at[i];
+        float4 above = SHARES_FLOAT4(place[0]), under = SHARES_FLOAT4(place[LID_WIDE]);
+        found[i] = above + share[i] * (under - above);
     }
     surface_columns8(found, densities);
+    for (int i = 0; i < SHARES_COATS; ++i) densities[i] *= 1.0f / SHARES_ONE;
 }
 
 /* The densities above an eye and below it, in one. */
 SURFACE_STEP void shares_joined(
-    const shares_given *eye, __global const float *charts, __global const float *lids, int x,
+    const shares_given *eye, __global const ushort *charts, __global const float *lids, int x,
     int at, float8 *densities) {
     float8 lower[SHARES_COATS];
     float8 below = EIGHT(lids + 4 * SHARES_LID + at);
@@ -50,7 +62,7 @@ SURFACE_STEP void shares_joined(
 }
 
 __kernel void shares(
-    __global const shares_given *restrict given, __global const float *restrict charts,
+    __global const shares_given *restrict given, __global const ushort *restrict charts,
     __global const float *restrict lids, __global shares_made *restrict out) {
     int number = get_global_id(0), first = number * SHARES_LID;
     shares_given eye = given[number];

@@ -4,7 +4,7 @@ Its numpy twin is pipeline/render/draw_strokes.py.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from makeup_video.kernels import colour
@@ -37,8 +37,7 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class Line(NamedTuple):
     """A line on a grid.
 
     to_px: (2, 3) by rows, px of the grid -> px of the picture.
@@ -53,8 +52,7 @@ class Line:
     blur_px: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlacedLine:
+class PlacedLine(NamedTuple):
     """A line, and the rectangle of the picture that it fills.
 
     first: where the rectangle's first row begins on the canvas.  left: its first column there.

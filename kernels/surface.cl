@@ -363,22 +363,16 @@ SURFACE_STEP float surface_mean(__global const float *scratch, int is_lips, int 
 static inline void surface_blur_down(
     __global const float *layers, __global float *blurred, int x, int y, int wide, int high,
     __constant const float *taps, int sides, int count) {
-    float8 sums[4];
-#pragma unroll
-    for (int k = 0; k < count; ++k) sums[k] = taps[0] * EIGHT(layers + k * LAYER + y * wide + x);
-    for (int i = 1; i <= sides; ++i) {
-        __global const float *above = layers + surface_mirror(y - i, high) * wide + x;
-        __global const float *below = layers + surface_mirror(y + i, high) * wide + x;
-#pragma unroll
-        for (int k = 0; k < count; ++k)
-            sums[k] += taps[i] * (EIGHT(above + k * LAYER) + EIGHT(below + k * LAYER));
-    }
-#pragma unroll
     for (int k = 0; k < count; ++k) {
+        __global const float *layer = layers + k * LAYER + x;
+        float8 sum = taps[0] * EIGHT(layer + y * wide);
+        for (int i = 1; i <= sides; ++i)
+            sum += taps[i] * (EIGHT(layer + surface_mirror(y - i, high) * wide) +
+                              EIGHT(layer + surface_mirror(y + i, high) * wide));
         __global float *row = blurred + k * BLURRED + y * PADDED + PAD;
-        PUT(row + x, sums[k]);
-        if (x < PAD) PUT(row - x - 7, sums[k].s76543210);
-        if (x >= wide - PAD) PUT(row + 2 * (wide - 1) - x - 7, sums[k].s76543210);
+        PUT(row + x, sum);
+        if (x < PAD) PUT(row - x - 7, sum.s76543210);
+        if (x >= wide - PAD) PUT(row + 2 * (wide - 1) - x - 7, sum.s76543210);
     }
 }
 

@@ -180,9 +180,10 @@ def halved(plane: np.ndarray, factor: int = 2) -> np.ndarray:
     """
     while factor > 1:
         h, w = plane.shape[:2]
-        size = max(1, w // 2), max(1, h // 2)
-        even = plane[: max(1, h & ~1), : max(1, w & ~1)]
-        plane, factor = cv2.resize(even, size, interpolation=cv2.INTER_AREA), factor // 2
+        if (h | w) & 1:
+            plane = plane[: max(1, h & ~1), : max(1, w & ~1)]
+        size = w // 2 or 1, h // 2 or 1
+        plane, factor = cv2.resize(plane, size, interpolation=cv2.INTER_AREA), factor // 2
     return plane
 
 

@@ -5,10 +5,10 @@ looked up at the places of its surfaces. Lines are drawn for every frame.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import groupby, zip_longest
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from makeup_video.kernels.paint import LAYERS
@@ -70,8 +70,7 @@ class Group:
         return self.drawn[0]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class Part(NamedTuple):
     """Coats that lie on one surface.
 
     coats: one or more, in the order of painting.
@@ -93,8 +92,7 @@ class Part:
     blur_px: float = 1.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Job:
+class Job(NamedTuple):
     """Coats that are painted on one surface in one go.
 
     amount: 0..1, how much of all their products.
@@ -164,8 +162,8 @@ class Job:
 
 def scaled(job: Job, to_new: AffineArray, share: float) -> Job:
     """The same on a picture of another size.  share: its px for one of the frame."""
-    part = replace(job.part, surface=job.surface.scaled(to_new))
-    return replace(job, part=part, skin_px=job.skin_px * share, share=share)
+    part = job.part._replace(surface=job.surface.scaled(to_new))
+    return job._replace(part=part, skin_px=job.skin_px * share, share=share)
 
 
 def groups_of(layers: Sequence[Layer]) -> list[Group]:

@@ -93,13 +93,14 @@ class Composite:
             return False
         planes = item.frame.writable_planes()
         size = item.frame.width_px, item.frame.height_px
-        placed = list(_placed(jobs, size, item.frame.chroma))
-        # a veil has no detail of its own, and its area is large
-        veils = [(job, rect) for job, rect in placed if job.is_veil and _area_px(rect) > _VEIL_PX]
-        for veil, rect in veils:  # they come first in the order of painting
-            self._paint_small(item, planes, [veil], 4 if _area_px(rect) > _LARGE_VEIL_PX else 2)
-        if veils:
-            placed = [one for one in placed if one not in veils]
+        placed: list[PlacedJob] = []
+        for job, rect in _placed(jobs, size, item.frame.chroma):
+            # a veil has no detail of its own, and its area is large; veils come first in the order
+            # of painting
+            if job.is_veil and _area_px(rect) > _VEIL_PX:
+                self._paint_small(item, planes, [job], 4 if _area_px(rect) > _LARGE_VEIL_PX else 2)
+            else:
+                placed.append((job, rect))
         area_px = sum(_area_px(rect) for _, rect in placed)
         # hysteresis: otherwise the glitter would flicker between the two sizes
         least_px = _STAYS_SMALL * LARGE_PX if self._is_small else LARGE_PX

@@ -16,9 +16,8 @@ def line_of(grid: Grid, strokes: Sequence[Stroke], blur_px: float, share: float)
     borders = [border for one in strokes for border in (one.above, one.below)]
     if len(strokes) % 2:
         borders += borders[-2:]
-    maps: np.ndarray = np.stack(
-        [cv2.merge(borders[at : at + 4]) for at in range(0, len(borders), 4)]
-    )
+    merged = [cv2.merge(borders[at : at + 4]) for at in range(0, len(borders), 4)]
+    maps: np.ndarray = merged[0][None] if len(merged) == 1 else np.stack(merged)
     if share != 1:
         maps *= np.float32(share)
     return Line(grid.to_px.ravel().tolist(), maps, blur_px)

@@ -6,6 +6,7 @@ from any that has weight at the small size keeps its byte.
 """
 
 from collections.abc import Callable, Sequence
+from functools import cache
 
 import cv2
 import numpy as np
@@ -24,6 +25,7 @@ class SmallPlanes:
     def __init__(self, factor: int) -> None:
         """factor: 2 or 4."""
         self.factor = factor
+        self._like: list[tuple[tuple[int, ...], np.dtype]] = []  # shapes and dtypes of the large
         self._planes: tuple[np.ndarray, ...] = ()
 
     def paint(
@@ -42,21 +44,24 @@ class SmallPlanes:
         ours = [part for rect in rects for part in _parts(self._planes, rect, block)]
         enlarged = [_enlarged(rect, planes, self.factor) for rect in rects]
         theirs = [part for rect in enlarged for part in _parts(planes, rect, block)]
-        for small, large in zip(ours, theirs, strict=True):
-            small[:] = _averaged(large, self.factor)
-        before = [small.copy() for small in ours]
+        before = [_averaged(large, self.factor) for large in theirs]
+        for small, bare in zip(ours, before, strict=True):
+            small[:] = bare
         paint(self._planes)
         for small, bare, large in zip(ours, before, theirs, strict=True):
             _add(large, cv2.subtract(small, bare), cv2.subtract(bare, small), self.factor)
-        if max_code < np.iinfo(planes[0].dtype).max:
+        if planes[0].itemsize > 1:  # codes of 10 or 12 bits
             for large in theirs:
                 np.minimum(large, max_code, out=large)
 
     def _make_room(self, planes: tuple[np.ndarray, ...]) -> None:
-        sizes = [small_size(p.shape[:2], self.factor) for p in planes]
-        shapes = [(*size, *p.shape[2:]) for size, p in zip(sizes, planes, strict=True)]
-        if [p.shape for p in self._planes] != shapes or self._planes[0].dtype != planes[0].dtype:
-            self._planes = tuple(np.zeros(shape, planes[0].dtype) for shape in shapes)
+        like = [(plane.shape, plane.dtype) for plane in planes]
+        if like != self._like:
+            self._like = like
+            self._planes = tuple(
+                np.zeros((*small_size(plane.shape[:2], self.factor), *plane.shape[2:]), plane.dtype)
+                for plane in planes
+            )
 
 
 def small_size(size: tuple[int, ...], factor: int) -> tuple[int, int]:
@@ -64,6 +69,7 @@ def small_size(size: tuple[int, ...], factor: int) -> tuple[int, int]:
     return -(-size[0] // factor), -(-size[1] // factor)
 
 
+@cache
 def to_small(factor: int) -> AffineArray:
     """Px of a picture -> px of the small one; centres lie at whole numbers."""
     share = 1 / factor

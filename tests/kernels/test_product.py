@@ -135,5 +135,5 @@ def test_regions_do_not_depend_on_each_other():
 def test_a_region_that_shows_no_coat_is_finite():
     region = lit_region([(coat, 0.0) for coat, _ in PLAIN * 3], 1.0, white_light(),
                         (0, 100, 2, 0), Coding())  # fmt: skip
-    (product,), _ = made([replace(region, seen=(0.0, 0.0, 0.0))], Coding())
+    (product,), _ = made([region._replace(seen=(0.0, 0.0, 0.0))], Coding())
     assert np.isfinite(np.hstack([numbers(product["material"]), product["mean_root"]])).all()

@@ -11,7 +11,7 @@ with it, as lids do.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, reduce
+from functools import cache, cached_property, reduce
 from typing import ClassVar
 
 import cv2
@@ -168,7 +168,8 @@ class LidSurface:
             np.maximum, [self.grid.warped(one, origin_xy, out.shape, -1e3) for one in lashes]
         )
         dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
-        cv2.multiply(np.minimum(there, 1, out=there), dense, dst=out)
+        _, there = cv2.threshold(there, 1, 0, cv2.THRESH_TRUNC, there)
+        cv2.multiply(there, dense, dst=out)
         # also removes what lies beyond the lashes
         cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
@@ -215,14 +216,29 @@ class BothEyes:
     ) -> None:
         """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0."""
         self._up, self._lash_px, self._below_px = up, lash_px, below_px
-        wide = np.array(widths_px, np.float32)[:, None, None]
-        rows_down = [CHART_ROWS / LID / width_px for width_px in widths_px]
-        fades = [0.5 / LID_STEP / width_px for width_px in widths_px]
-        self.to_lay = EyesToLay(up, lash_px, below_px, rows_down, fades)
-        self.upper, self.lower = (
-            EyeFields(is_upper, _ACROSS, _RISE, (up, lash_px, below_px), wide, self._lid_rise)
-            for is_upper in (True, False)
-        )
+        self._widths_px = widths_px
+
+    @cached_property
+    def to_lay(self) -> EyesToLay:
+        """As kernels/shares.cl takes them."""
+        rows_down = [CHART_ROWS / LID / width_px for width_px in self._widths_px]
+        fades = [0.5 / LID_STEP / width_px for width_px in self._widths_px]
+        return EyesToLay(self._up, self._lash_px, self._below_px, rows_down, fades)
+
+    @cached_property
+    def upper(self) -> EyeFields:
+        """The skin above both eyes."""
+        return self._fields(is_upper=True)
+
+    @cached_property
+    def lower(self) -> EyeFields:
+        """The skin below both eyes."""
+        return self._fields(is_upper=False)
+
+    def _fields(self, *, is_upper: bool) -> EyeFields:
+        wide = np.array(self._widths_px, np.float32)[:, None, None]
+        heights = self._up, self._lash_px, self._below_px
+        return EyeFields(is_upper, _ACROSS, _RISE, heights, wide, self._lid_rise)
 
     def on_chart(self, is_upper: bool) -> tuple[np.ndarray, np.ndarray]:
         """See Surface. What lies beyond the lash line has its density."""

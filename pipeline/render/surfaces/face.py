@@ -7,7 +7,7 @@ face; how they are turned; whether the face is seen there; and whether it is bar
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import cache
 from itertools import pairwise
 from typing import ClassVar, NamedTuple
@@ -40,7 +40,7 @@ from makeup_video.pipeline.faces.topology import (
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.kinds.fields import FaceFields
-from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
+from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad, light_planes
 from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
@@ -88,6 +88,8 @@ class FaceSurface:
     visible: 0..1, how far the face is seen and may be skin: 0 beyond its outline, where it turns
     away, and on eyes, brows, lips and nostrils.
     likeness: 0..1, how much it looks like this face's skin.
+    laid, weights: what was computed of these arrays, for the next frame of a resting face: coats by
+    their charts and opacities; weights by the number of their density, with it, and with their box.
     """
 
     grid: Grid
@@ -97,6 +99,10 @@ class FaceSurface:
     facing: np.ndarray
     visible: np.ndarray
     likeness: np.ndarray
+    laid: dict[tuple[Charts, tuple[float, ...]], Laid] = field(default_factory=dict, repr=False)
+    weights: dict[int, tuple[np.ndarray | None, np.ndarray, Box]] = field(
+        default_factory=dict, repr=False
+    )
     number: ClassVar[int] = 0
     is_broad: ClassVar[bool] = True
     READ: ClassVar = "across", "down", "normals", "facing", "visible", "likeness"  # by the kernel
@@ -108,7 +114,12 @@ class FaceSurface:
         return self
 
     def lay(self, charts: Charts, opacities: Sequence[float], device: Device) -> Laid:
-        return lay_coats(self, charts, opacities)
+        key = charts, tuple(opacities)
+        if key not in self.laid:
+            laid = lay_coats(self, charts, opacities)
+            # the same object in every frame, by which `weights` knows it
+            self.laid[key] = laid._replace(density=list(laid.density))
+        return self.laid[key]
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
         return on_sides[0]
@@ -129,7 +140,7 @@ class FaceSurface:
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
-        box = box_of(self._weight(density) > _FAINTEST)
+        _, box = self._weight(density)
         return self.grid.box_px(box, more=1)  # weights are interpolated
 
     def weigh(
@@ -141,7 +152,8 @@ class FaceSurface:
     ) -> None:
         """Fill (h, w) float32 with the weight of a product on the frame's pixels from origin_xy on:
         only on what is seen and looks like skin."""
-        there = self.grid.warped(self._weight(density), origin_xy, out.shape, 0.0)
+        weight, _ = self._weight(density)
+        there = self.grid.warped(weight, origin_xy, out.shape, 0.0)
         cv2.threshold(there, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
@@ -159,53 +171,77 @@ class FaceSurface:
 
     def scaled(self, to_new: AffineArray) -> "FaceSurface":
         """The same on a picture of another size; to_new: px of the frame -> px of that picture."""
-        return replace(self, grid=Grid(compose(to_new, self.grid.to_px), self.grid.size_wh))
+        return self.on(Grid(compose(to_new, self.grid.to_px), self.grid.size_wh))
 
-    def _weight(self, density: np.ndarray | None) -> np.ndarray:
-        weight: np.ndarray = self.visible * self.likeness
-        if density is not None:
-            weight *= density
-        return weight
+    def on(self, grid: Grid) -> "FaceSurface":
+        """The same at another place."""
+        return FaceSurface(
+            grid, self.across, self.down, self.normals, self.facing, self.visible, self.likeness,
+            self.laid, self.weights,
+        )  # fmt: skip
+
+    def _weight(self, density: np.ndarray | None) -> tuple[np.ndarray, Box]:
+        """The weight of a product on the grid, and where there is any."""
+        if id(density) not in self.weights:
+            weight: np.ndarray = self.visible * self.likeness
+            if density is not None:
+                weight *= density
+            self.weights[id(density)] = density, weight, box_of(weight > _FAINTEST)
+        _, weight, box = self.weights[id(density)]
+        return weight, box
 
 
 class FaceOnGrid(NamedTuple):
     """The grid of a face, laid over it.
 
-    points: (U, 3) float32, `used_points` in px of the grid; z as well, away from the viewer.
+    points: (U, 3) float32, `used_points` in px of the grid; z as well, away from the viewer, but 0
+    for those that are only drawn.
+    middle_xy: of the grid, in px of it from the middle between the eye corners.
     """
 
     place: GridPlace
     grid: Grid
     points: np.ndarray
+    middle_xy: PointXY
 
 
 # A surface, the broad light on its grid, and that light's mean over the cheeks: see LitSurface.
 LitFace = tuple[FaceSurface, np.ndarray, float]
 
 
-def face_on_grid(face: Face) -> FaceOnGrid | None:
+def face_on_grid(face: Face, middle_xy: PointXY | None = None) -> FaceOnGrid | None:
     """Lay the grid over a face. None for a face too small, from the side, or with points that are
-    not finite."""
+    not finite.
+
+    middle_xy: that of FaceOnGrid, where the face has a grid already; by default the middle of the
+    points.
+    """
     (x0, y0, z0), (x1, y1, z1) = face.points_px.take(EYE_CORNERS, 0).tolist()
     right, down = x1 - x0, y1 - y0
     seen_px = math.hypot(right, down)
     iod_px = math.hypot(seen_px, z1 - z0)  # a turned face keeps its size
     if not _NARROWEST_PX <= seen_px <= iod_px < math.inf:
         return None
-    right, down, step = right / seen_px, down / seen_px, STEP * iod_px
-    turn = np.array(((right, -down, 0), (down, right, 0), (0, 0, 1))) / step
-    points_px = face.points_px.take(used_points(), 0)
-    if not math.isfinite(float(points_px.sum(dtype=np.float64))):
+    step, x, y = STEP * iod_px, (x0 + x1) / 2, (y0 + y1) / 2
+    a, b = right / seen_px / step, down / seen_px / step
+    left, top = (SIDE - 1) / 2 - (a * x + b * y), (SIDE - 1) / 2 - (a * y - b * x)
+    if middle_xy is not None:
+        left, top = left - middle_xy[0], top - middle_xy[1]
+    to_grid = np.array(((a, b, 0, left), (-b, a, 0, top), (0, 0, 1 / step, 0)))
+    points: np.ndarray = cv2.transform(face.points_px.take(used_points(), 0)[None], to_grid)[0]
+    if not cv2.checkRange(points)[0]:
         return None
-    points = points_px @ turn
-    outline = points[:POINTS, :2]
-    middle = (outline.min(0) + outline.max(0)) / 2
-    x, y = middle.tolist()
-    points[:, :2] += (SIDE - 1) / 2 - middle
-    a, b, left, top = right * step, down * step, x - (SIDE - 1) / 2, y - (SIDE - 1) / 2
-    to_px = a, -b, a * left - b * top, b, a, b * left + a * top
+    points[POINTS:, 2] = 0
+    if middle_xy is None:
+        low, high = points[:POINTS].min(0), points[:POINTS].max(0)
+        off = (low + high - np.float32(SIDE - 1)) * (0.5 * _ACROSS_AND_DOWN)
+        points -= off
+        middle_xy = (float(off[0]), float(off[1]))
+        left, top = left - middle_xy[0], top - middle_xy[1]
+    a, b = a * step**2, b * step**2  # of the map back
+    to_px = a, -b, b * top - a * left, b, a, -b * left - a * top
     grid = Grid.at(to_px, (SIDE, SIDE))
-    return FaceOnGrid(GridPlace(to_px, to_px), grid, points.astype(np.float32))
+    return FaceOnGrid(GridPlace(to_px, to_px), grid, points, middle_xy)
 
 
 def face_surface(face: Face, frame: Frame, coding: Coding, kernel: FaceKernel) -> LitFace | None:

@@ -45,7 +45,7 @@ def face_surface_twin(
     at = face_on_grid(face)
     if at is None:
         return None
-    place, grid, on_grid = at
+    place, grid, on_grid, _ = at
     along, terms = _nodes()
     across, down, x, y, facing = fit(points_in_iod(on_grid)).on(along, along, terms)
     np.clip(facing, 0, 1, out=facing)

@@ -1,14 +1,16 @@
 """The whole face as a region. It is read only for looks that paint it, and while the face rests in
 the same light its surface is used for up to three frames of one slot of time."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
+import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.render.grid import Grid
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.face import (
     FaceOnGrid,
@@ -27,11 +29,11 @@ _MOST_USES, SLOT_SECONDS = 2, 0.1
 _MOVED_PX, _LIT_ANEW, _HIDDEN = 0.4, 4 / 255, 0.05
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class KeptFace:
     """The surface of a face, and what it was made from.
 
-    points: those of FaceOnGrid.  luma: (4,) float32, `_luma_of`.
+    luma: (4,) float32, `_luma_of`.
     made_seconds, last_seconds: when it was made, and last used.
     uses: how often it was used again.
     """
@@ -39,23 +41,28 @@ class KeptFace:
     surface: FaceSurface
     shading: np.ndarray
     mean: float
-    points: np.ndarray
+    at: FaceOnGrid
     luma: np.ndarray
     mouth_weight: float
     made_seconds: float
     last_seconds: float
     uses: int = 0
 
-    def holds(self, at: FaceOnGrid, luma: np.ndarray, face: Face, seconds: float) -> bool:
-        """True when a surface of this face, made now, would hardly differ."""
-        return (
-            self.uses < _MOST_USES
-            and self.last_seconds < seconds
-            and slot(seconds, SLOT_SECONDS) == slot(self.made_seconds, SLOT_SECONDS)
-            and abs(face.mouth_weight - self.mouth_weight) <= _HIDDEN
-            and bool(np.abs(luma - self.luma).max() <= _LIT_ANEW)
-            and bool(np.abs(at.points - self.points).max() <= _MOVED_PX)
-        )
+    def grid_of(self, face: Face, luma: np.ndarray, seconds: float) -> Grid | None:
+        """The grid where the surface lies now; None when a surface of this face, made now, might
+        differ."""
+        if (
+            self.uses >= _MOST_USES
+            or self.last_seconds >= seconds
+            or slot(seconds, SLOT_SECONDS) != slot(self.made_seconds, SLOT_SECONDS)
+            or abs(face.mouth_weight - self.mouth_weight) > _HIDDEN
+            or cv2.norm(luma, self.luma, cv2.NORM_INF) > _LIT_ANEW
+        ):
+            return None
+        at = face_on_grid(face, self.at.middle_xy)
+        if at is None or cv2.norm(at.points, self.at.points, cv2.NORM_INF) > _MOVED_PX:
+            return None
+        return at.grid
 
 
 class FaceRegion:
@@ -63,19 +70,19 @@ class FaceRegion:
 
     def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         face, frame = scene.face, item.frame
-        at = face_on_grid(face)
-        if at is None:
-            return ()
         key, seconds, luma = (face.track_id, "face"), frame.seconds, _luma_of(frame, face)
         kept = reader.kept.get(key)
-        if kept is not None and kept.holds(at, luma, face, seconds):
-            surface = replace(kept.surface, grid=at.grid)
-            kept = replace(kept, surface=surface, last_seconds=seconds, uses=kept.uses + 1)
+        if kept is not None and (grid := kept.grid_of(face, luma, seconds)) is not None:
+            kept.last_seconds, kept.uses = seconds, kept.uses + 1
+            surface = kept.surface.on(grid)
         else:
+            at = face_on_grid(face)
+            if at is None:
+                return ()
             made = surface_at(at, face, frame, item.coding, face_kernel(reader.device))
-            kept = KeptFace(*made, at.points, luma, face.mouth_weight, seconds, seconds)
-        reader.kept[key] = kept
-        return (Lit(kept.surface, kept.shading, scene.light.skin or kept.mean),)
+            kept = KeptFace(*made, at, luma, face.mouth_weight, seconds, seconds)
+            reader.kept[key], surface = kept, kept.surface
+        return (Lit(surface, kept.shading, scene.light.skin or kept.mean),)
 
     def amount(self, face: Face) -> float:
         return 1.0
@@ -91,10 +98,9 @@ def _luma_of(frame: Frame, face: Face) -> np.ndarray:
     """Mean luma of each quarter of a face, as shares of the range: (4,) float32."""
     luma = frame.planes[0]
     high, wide = luma.shape
-    x, y = face.points_px.take(fit_points(), 0)[:, :2].T.astype(np.intp)
-    for at, length in ((x, wide), (y, high)):
-        np.minimum(np.maximum(at, 0, out=at), length - 1, out=at)
-    codes = luma[y, x]
+    xy = face.points_px.take(fit_points(), 0)[:, :2].astype(np.intp)
+    np.minimum(np.maximum(xy, 0, out=xy), (wide - 1, high - 1), out=xy)
+    codes = luma[xy[:, 1], xy[:, 0]]
     means: np.ndarray = _quarters() @ codes.astype(np.float32)
     means /= 2.0**frame.bit_depth
     return means

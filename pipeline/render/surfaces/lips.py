@@ -125,12 +125,11 @@ class LipsSurface:
             edge, to_px, out.shape[::-1],
             borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
         )  # fmt: skip
-        np.maximum(there, 0, out=there)
-        np.minimum(there, 1, out=there)
+        there.clip(0, 1, out=there)
         rest = there * -2
         rest += 3
         there *= there
-        np.multiply(there, rest, out=out)
+        cv2.multiply(there, rest, dst=out)
         if density is not None:
             out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 

@@ -26,12 +26,13 @@ class Laid(NamedTuple):
 
     shares: (coats, N, H, W) float32, how much of each shows; None for a single coat.
     seen: by surface and coat, the sums of the shares.
-    density: (N, H, W) float32: of one coat its own, of several 1 where there is any of them.
+    density: (N, H, W) float32, or N arrays: of one coat its own, of several 1 where there is any of
+    them.
     """
 
     shares: np.ndarray | None
     seen: Sequence[Sequence[float]]
-    density: np.ndarray
+    density: np.ndarray | Sequence[np.ndarray]
 
 
 class Surface(Protocol):

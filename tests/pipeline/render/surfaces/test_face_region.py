@@ -134,3 +134,12 @@ def test_rehearsal_leaves_no_surface_behind():
     composite = Composite(BLUSH)
     composite.rehearse(scene_at(0), BLUSH)
     assert not composite._reader.kept
+
+
+def test_weights_of_a_resting_face_are_computed_once():
+    composite = Composite(BLUSH)
+    for pts in range(3):
+        composite(scene_at(pts))
+    (kept,) = composite._reader.kept.values()
+    assert kept.uses == 2
+    assert len(kept.surface.laid) == len(kept.surface.weights) == 1
