@@ -165,7 +165,7 @@ def test_a_chart_has_the_densities_of_the_places(layer):
         if drawn.charts is not None:
             # coats of opacity 0 hide nothing, so that the share of each is its density
             laid = surface.lay(drawn.charts, [0.0] * len(drawn.coats), device())
-            got = laid.density[None, at] if laid.shares is None else laid.shares[:, at]
+            got = laid.density[at][None] if laid.shares is None else laid.shares[:, at]
         assert np.abs(got - wanted)[:, shown].max() < 0.02
 
 
