@@ -131,12 +131,20 @@ def _example(seen: np.ndarray, worn: list[int], look: Look | None, source: int) 
     return [seen, labels, vector, weights, np.uint8(source), np.bool_(look is None)]
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
+def options_of(description: str | None, *, looks: int) -> argparse.Namespace:
+    """The command's options: which faces are packed, and the looks that are painted on them.
+
+    looks: on each face, by default.
+    """
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--faces", type=Path, required=True)
     parser.add_argument("--sets", nargs="+", required=True)
     parser.add_argument("--shades", type=Path, required=True)
-    parser.add_argument("--looks", type=int, default=4, help="painted on each bare face")
+    parser.add_argument("--looks", type=int, default=looks, help="painted on each bare face")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, required=True)
-    pack(parser.parse_args())
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    pack(options_of(__doc__, looks=4))

@@ -10,7 +10,6 @@ corner what else is dark there in real photos: lashes, hair and folds.
 
 import argparse
 import math
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -24,7 +23,7 @@ from makeup_video.pipeline.reference.wing import (
 )
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.worn.draw_looks import draw_look, read_shades
-from makeup_video.training.worn.prepare import LABELS, labelled_faces
+from makeup_video.training.worn.prepare import LABELS, labelled_faces, options_of
 
 SHARES = {"eyeshadow": 0.55, "eyeliner": 0.78}
 _LEAST_OPACITY = 0.3  # of a liner that can be seen
@@ -139,11 +138,4 @@ def pack(options: argparse.Namespace) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--faces", type=Path, required=True)
-    parser.add_argument("--sets", nargs="+", required=True)
-    parser.add_argument("--shades", type=Path, required=True)
-    parser.add_argument("--looks", type=int, default=5, help="painted on each face")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, required=True)
-    pack(parser.parse_args())
+    pack(options_of(__doc__, looks=5))
