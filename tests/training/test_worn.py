@@ -1,5 +1,7 @@
 """The training data of the net that reads what is worn, and the scores it is judged by."""
 
+from argparse import Namespace
+
 import cv2
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from makeup_video.training.worn.bare_skin import Response
 from makeup_video.training.worn.draw_looks import draw_look
 from makeup_video.training.worn.evaluate import calibrated
 from makeup_video.training.worn.fit_colours import fit
-from makeup_video.training.worn.prepare import LABELS, painted, rows
+from makeup_video.training.worn.prepare import LABELS, pack, painted, rows
 from makeup_video.training.worn.real_photos import BEGIN, END, Worn, section
 from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 from makeup_video.training.worn.zones import ZONES, Transfer, see
@@ -110,3 +112,17 @@ def test_the_section_has_a_row_for_each_kind_and_zone():
     for name in (*LABELS.values(), *ZONES):
         assert f"| {name} |" in text
     assert "33%" in text and BEGIN not in text and END not in text
+
+
+def test_packed_faces_have_all_that_is_read_later(tmp_path):
+    (tmp_path / "faces").mkdir()
+    cv2.imwrite(str(tmp_path / "faces" / "one.jpg"), PICTURE[..., ::-1])
+    for name in ("lip_shades.csv", "eyeshadow_shades.csv"):
+        (tmp_path / name).write_text("hex\n#B4002E\n")
+    out = tmp_path / "packed.npz"
+    pack(Namespace(faces=tmp_path, sets=["faces"], shades=tmp_path, looks=1, seed=0, out=out))
+    with np.load(out) as packed:
+        assert {len(packed[name]) for name in packed} == {2}  # bare, and with a look
+        assert {"inputs", "labels", "vectors", "weights", "sources", "real", "colours"} == set(
+            packed
+        )

@@ -37,7 +37,7 @@ UNUSABLE = set("xys")  # flags: unusable, grey, sunglasses
 UNSEEN, CLEAR = 1.5, 4.0
 _SEEN_IN = {"lips": "lips", "shadow": "eyes", "liner": "eyes", "blush": "face"}
 _LEAST_DIFFERENT = 1.0  # CIEDE2000: pixels that changed by less are not painted
-_KEYS = ("inputs", "labels", "vectors", "weights", "sources", "real")
+_KEYS = ("inputs", "labels", "vectors", "weights", "sources", "real", "colours")
 _OPACITIES = np.cumsum([0] + [4 + len(dials) for *_, dials in LAYERS])[:-1]
 
 
