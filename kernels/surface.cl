@@ -71,6 +71,7 @@ SURFACE_STEP void surface_curve(
         scratch[CORNERS_AT] = x[0];
         scratch[CORNERS_AT + 1] = x[count - 1];
     }
+    if (is_fine && (curve & 1)) scratch[CORNERS_AT + 2 + ((curve - 8) >> 1)] = y[count / 2];
     if (is_lid) {
         surface_smooth(x, count);
         surface_smooth(y, count);
@@ -148,7 +149,15 @@ SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
     }
     float top = out[TOP * PATCH_WIDE], upper = out[UPPER * PATCH_WIDE];
     float bottom = out[BOTTOM * PATCH_WIDE], lower = out[LOWER * PATCH_WIDE];
-    float reach = REACH * surface_max(corners[1] - corners[0], 1.0f);
+    float width = surface_max(corners[1] - corners[0], 1.0f), reach = REACH * width;
+    float open = surface_clamp((corners[3] - corners[2]) / (OPENED * width), 0.0f, 1.0f);
+    float across = 2.0f * (float)x - corners[0] - corners[1];
+    float out_of_middle = surface_max(across, -across) / width;
+    float at_corner =
+        surface_clamp((out_of_middle - CORNER_FROM) / (CORNER_TO - CORNER_FROM), 0.0f, 1.0f);
+    out[UPPER_MORE * PATCH_WIDE] = CORNER_MORE * at_corner * open;
+    out[LOWER_MORE * PATCH_WIDE] =
+        CORNER_MORE * at_corner * open - LOWER_LESS * (1.0f - at_corner) * (1.0f - open);
     out[GAP * PATCH_WIDE] = 2.0f * surface_clamp((lower - upper) / reach, 0.0f, 1.0f) - 1.0f;
     out[PER_UPPER * PATCH_WIDE] = 1.0f / surface_max(upper - top, 1.0f);
     out[PER_LOWER * PATCH_WIDE] = 1.0f / surface_max(bottom - lower, 1.0f);
@@ -228,13 +237,15 @@ SURFACE_STEP void surface_odds(
         to_lower * EIGHT(column + AT_LOWER * PATCH_WIDE));
     float8 near = from_upper < to_lower ? from_top * EIGHT(column + PER_UPPER * PATCH_WIDE)
                                         : to_bottom * EIGHT(column + PER_LOWER * PATCH_WIDE);
+    float8 more = from_upper < to_lower ? EIGHT(column + UPPER_MORE * PATCH_WIDE)
+                                        : EIGHT(column + LOWER_MORE * PATCH_WIDE);
     inside =
         surface_min8(surface_min8(inside, surface_min8(across - left, right - across)), -opening);
     float8 rim =
         EIGHT(column + GAP * PATCH_WIDE) * surface_clamp8(2.0f * near - RIM_START, 0.0f, 1.0f);
     float8 sum = (1.0f - CONTOUR_SHARE) * EIGHT(given + LOGITS_AT + at) +
                  CONTOUR_SHARE * surface_clamp8(inside, -CONTOUR_MOST, CONTOUR_MOST) +
-                 (rim > 0.0f ? (float8)0.0f : (float8)WIDER);
+                 more + (rim > 0.0f ? (float8)0.0f : (float8)WIDER);
     PUT(out + at, surface_min8(sum, LIMIT_STEEPNESS * (inside + reach)));
     PUT(out + RIM_AT + at, rim > 0.0f ? ONTO_LIP * rim : OVER_SEAM * rim);
 }

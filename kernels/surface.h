@@ -17,6 +17,7 @@
 enum {
     /* of the lips, by the columns of the patch */
     TOP, AT_TOP, BOTTOM, AT_BOTTOM, UPPER, AT_UPPER, LOWER, AT_LOWER, GAP, PER_UPPER, PER_LOWER,
+    UPPER_MORE, LOWER_MORE,
     /* of the lips, by the columns of the grid; LIP begins the rows of each lip, which follow */
     SEAM, LIP,
     FIRST = 0, PER_HEIGHT, BEND, TILT = BEND + 3, ALONG, OF_LIP,

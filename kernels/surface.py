@@ -43,8 +43,15 @@ LIMIT_STEEPNESS = 3.0  # odds per px beyond the contours' reach
 CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.0
 WIDER = 0.25
 RIM_START = 0.8  # twice the way from border to opening where the rim begins
+# Added to the log-odds at the corners of an open mouth: the net mostly misses lips about as narrow
+# as its px. From and to which share of the way from the middle to a corner it grows, and
+# how far the middle opens, in widths of the mouth, where all of it counts.
+CORNER_MORE, CORNER_FROM, CORNER_TO, OPENED = 1.0, 0.5, 0.9, 0.12
+# Taken from the lower lip of a shut mouth, away from its corners: the net takes some of the shade
+# below the lip for lip.
+LOWER_LESS = 0.75
 # Of half the edge: how far the edge is pushed over the line where shut lips meet, and onto the lips
-# where the mouth is open. Of photos, 0.5 is where 2.5 % of the lips' area is painted between them.
+# where the mouth is open: on photos, 3 % of the lips' area is then painted between them.
 OVER_SEAM, ONTO_LIP = 0.3, 0.5
 
 # The lids: first column and step of the grid, in widths of the eye.
@@ -116,9 +123,9 @@ _PAD = 16
 _COLUMNS = PATCH_HW[1]
 SCRATCH = np.dtype([
     ("curves", np.float32, (24, _COLUMNS)),  # height and depth of each curve
-    ("corners", np.float32, 16),  # x of both corners of the mouth
+    ("corners", np.float32, 16),  # x of both corners of the mouth; y of the opening, in the middle
     ("bends", np.float32, (10, _COLUMNS)),
-    ("columns", np.float32, (26, _COLUMNS)),
+    ("columns", np.float32, (28, _COLUMNS)),
     ("light", np.float32, LIPS_HW),
     ("layers", np.float32, (6, *LIPS_HW)),
     ("blurred", np.float32, (6, LIPS_HW[0], LIPS_HW[1] + 2 * _PAD)),
@@ -149,6 +156,11 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "CONTOUR_SHARE": CONTOUR_SHARE,
         "CONTOUR_MOST": CONTOUR_MOST,
         "WIDER": WIDER,
+        "CORNER_MORE": CORNER_MORE,
+        "CORNER_FROM": CORNER_FROM,
+        "CORNER_TO": CORNER_TO,
+        "OPENED": OPENED,
+        "LOWER_LESS": LOWER_LESS,
         "RIM_START": RIM_START,
         "OVER_SEAM": OVER_SEAM,
         "ONTO_LIP": ONTO_LIP,

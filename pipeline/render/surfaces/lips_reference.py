@@ -6,13 +6,19 @@ from makeup_video.kernels.surface import (
     BETWEEN,
     CONTOUR_MOST,
     CONTOUR_SHARE,
+    CORNER_FROM,
+    CORNER_MORE,
+    CORNER_TO,
     FULLER,
     FULLER_CHANGE,
     LIMIT_STEEPNESS,
+    LOWER_LESS,
     ONTO_LIP,
+    OPENED,
     OVER_SEAM,
     REACH,
     RIM_START,
+    RING_POINTS,
     SEAM_SIGMA_PX,
     STEEPEST,
     WIDER,
@@ -52,6 +58,7 @@ def lips_surface(face: Face) -> LipsSurface | None:
     odds = np.float32(1 - CONTOUR_SHARE) * patch.logits
     odds += np.float32(CONTOUR_SHARE) * np.clip(inside, -CONTOUR_MOST, CONTOUR_MOST)
     odds += np.float32(WIDER) * (opening <= 0)
+    odds += _more(xyz, y, rows)
     np.minimum(odds, LIMIT_STEEPNESS * (inside + reach), out=odds)
     rim = np.where(opening > 0, ONTO_LIP, OVER_SEAM).astype(np.float32) * opening
     grid = Grid.at(place.to_px, upper.shape)
@@ -90,6 +97,24 @@ def _contours(
         (bottom - rows) / np.maximum(bottom - lower, 1),
     )
     return np.minimum(inside, -within), reach, (2 * gap - 1) * np.clip(2 * near - RIM_START, 0, 1)
+
+
+def _more(xyz: np.ndarray, y: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Log-odds (H, C) that are added where the net is known to be off.
+
+    The corners of an open mouth get more, and the lower lip of a shut one less: for the constants
+    see kernels/surface.py. y: as for `_contours`.
+    """
+    left, right = xyz[UPPER[0, [0, -1]], 0]
+    width = max(right - left, 1.0)
+    gap = xyz[LOWER[3, RING_POINTS // 2], 1] - xyz[UPPER[3, RING_POINTS // 2], 1]
+    opened = np.clip(gap / (OPENED * width), 0, 1)
+    out_of_middle = np.abs(2 * np.arange(y.shape[-1]) - left - right) / width
+    at_corner = np.clip((out_of_middle - CORNER_FROM) / (CORNER_TO - CORNER_FROM), 0, 1)
+    corner = CORNER_MORE * at_corner * opened
+    lower = corner - LOWER_LESS * (1 - at_corner) * (1 - opened)
+    more: np.ndarray = np.where(rows < 0.5 * (y[0, 1] + y[1, 1]), corner, lower)
+    return more.astype(np.float32)
 
 
 def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -80,6 +80,34 @@ def test_what_the_mask_leaves_out_is_not_painted():
     assert weight_of(face)[:, column].max() == 1 and weight_with_hand[:, column].max() < 0.05
 
 
+def odds_where_the_net_is_unsure(points):
+    """Log-odds and the patch's contours of both borders, of a net that says 0.5 everywhere."""
+    face = heads.face(points, logits=np.zeros((80, 112), np.float32))
+    to_patch = cv2.invertAffineTransform(face.lips.to_px)
+    outer = points[LIPS_OUTER] @ to_patch[:, :2].T + to_patch[:, 2]
+    return lips_surface(face).odds, inside(outer, (80, 112), 0), outer
+
+
+def test_corners_are_painted_further_in_open_mouths():
+    gains = []
+    for number in (0, 100):  # shut, open
+        odds, lips, outer = odds_where_the_net_is_unsure(close_up(number)[1])
+        left, right = outer[:, 0].min(), outer[:, 0].max()
+        at_corner = np.abs(np.arange(112) - (left + right) / 2) > 0.45 * (right - left)
+        rim = lips ^ cv2.dilate(lips.astype(np.uint8), np.ones((3, 3))).astype(bool)
+        gains.append(odds[rim & at_corner].mean() - odds[rim & ~at_corner].mean())
+    assert gains[1] > gains[0] + 0.4
+
+
+def test_below_shut_lips_less_is_painted_than_above():
+    odds, lips, _ = odds_where_the_net_is_unsure(close_up(0)[1])
+    columns = np.flatnonzero(lips.any(0))
+    middle = columns[len(columns) // 3 : -len(columns) // 3]
+    above = [odds[lips[:, x].argmax() - 1, x] for x in middle]
+    below = [odds[len(lips) - lips[::-1, x].argmax(), x] for x in middle]
+    assert np.mean(below) < np.mean(above) - 0.4
+
+
 @pytest.mark.parametrize("visible", [0.0, 0.1, 0.2])
 def test_a_hidden_mouth_has_no_lips(visible):
     _, points = close_up()

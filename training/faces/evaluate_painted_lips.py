@@ -1,0 +1,109 @@
+"""Evaluates lips as they are painted on photos whose lips and mouth interiors are outlined.
+
+    python -m makeup_video.training.faces.evaluate_painted_lips --masks DIR [DIR ...]
+
+A folder holds photos (.jpg), each with labels of the same size (.png): 1 lips, 2 the mouth's
+interior. All starts from the whole picture with the product's own detector, and ends with the
+weight of lipstick that the renderer would paint. A face that is not found counts as unpainted.
+"""
+
+import argparse
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.faces.face import Face, iod_px
+from makeup_video.pipeline.faces.find import find_faces
+from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.training.faces.evaluate import read_rgb
+
+LIPS, INTERIOR = 1, 2
+OPEN = 0.01  # of the lips' area: a mouth with a larger interior counts as open
+BESIDE = 0.04  # IOD: the lips beside the opening
+CORNERS = 0.75  # of the way from the middle of the mouth: from there on are its corners
+USUAL_IOD = 0.25  # of the picture's width, where no face is found
+
+
+class Painted(NamedTuple):
+    """How one mouth is painted; nan for what a shut mouth has not.
+
+    iou: with the lips.  corners: the same where the corners of the mouth are.
+    beside: the painted share of the lips beside the opening.
+    missed: lips nearer to the opening than to the skin that are not painted, of all lips.
+    interior, outside: painted interior and painted skin, in areas of the lips.
+    """
+
+    iou: float
+    corners: float
+    beside: float
+    missed: float
+    interior: float
+    outside: float
+
+
+def is_open(labels: np.ndarray) -> bool:
+    return bool((labels == INTERIOR).sum() > OPEN * (labels == LIPS).sum())
+
+
+def painted_lips(face: Face | None, shape: tuple[int, int]) -> np.ndarray:
+    """(H, W) bool: where a product without softness covers at least half of a pixel."""
+    weight = np.zeros(shape, np.float32)
+    surface = lips_surface(face) if face is not None else None
+    if surface is not None:
+        surface.weigh(weight, (0, 0), 0.0, None)
+    return weight > 0.5
+
+
+def score(painted: np.ndarray, labels: np.ndarray, iod: float) -> Painted:
+    """painted: (H, W) bool. labels: (H, W) uint8, see above. iod: px."""
+    lips, interior = labels == LIPS, labels == INTERIOR
+    area = max(int(lips.sum()), 1)
+    columns = np.flatnonzero((lips | interior).any(0))
+    left, right = (columns[0], columns[-1]) if columns.size else (0, 1)
+    out_of_middle = np.abs(2 * np.arange(labels.shape[1]) - left - right) / max(right - left, 1)
+    at_corner = np.broadcast_to(out_of_middle > CORNERS, labels.shape)
+    beside = missed = np.nan
+    if is_open(labels):
+        to_opening, to_skin = (
+            cv2.distanceTransform(there.astype(np.uint8), cv2.DIST_L2, 5)
+            for there in (~interior, lips | interior)
+        )
+        ring = lips & (to_opening < BESIDE * iod)
+        beside = painted[ring].mean() if ring.any() else np.nan
+        missed = (lips & ~painted & (to_opening < to_skin)).sum() / area
+    return Painted(
+        _iou(painted, lips), _iou(painted & at_corner, lips & at_corner), beside, missed,
+        (painted & interior).sum() / area, (painted & ~lips & ~interior).sum() / area,
+    )  # fmt: skip
+
+
+def _iou(painted: np.ndarray, lips: np.ndarray) -> float:
+    return float((painted & lips).sum() / max((painted | lips).sum(), 1))
+
+
+def measure(folder: Path) -> list[tuple[bool, Painted]]:
+    """For each photo of the folder, whether its mouth is open, and how it is painted."""
+    scores = []
+    for path in sorted(folder.glob("*.png")):
+        labels = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        rgb8 = read_rgb(path.with_suffix(".jpg"))
+        face = next(iter(find_faces(rgb8)), None)
+        iod = iod_px(face) if face is not None else USUAL_IOD * labels.shape[1]
+        scores.append((is_open(labels), score(painted_lips(face, labels.shape), labels, iod)))
+    return scores
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--masks", type=Path, nargs="+", required=True)
+    folders = parser.parse_args().masks
+    scores = [found for folder in folders for found in measure(folder)]
+    for name, wanted in (("open", True), ("shut", False)):
+        chosen = np.array([painted for opened, painted in scores if opened == wanted])
+        means = dict(zip(Painted._fields, np.nanmean(chosen, 0), strict=True))
+        print(f"{name} ({len(chosen)}): " + "  ".join(f"{k} {v:.3f}" for k, v in means.items()))
+
+
+if __name__ == "__main__":
+    main()
