@@ -239,6 +239,7 @@ SURFACE_STEP void surface_odds(
                                         : to_bottom * EIGHT(column + PER_LOWER * PATCH_WIDE);
     float8 more = from_upper < to_lower ? EIGHT(column + UPPER_MORE * PATCH_WIDE)
                                         : EIGHT(column + LOWER_MORE * PATCH_WIDE);
+    more *= surface_clamp8(1.0f - opening, 0.0f, 1.0f); /* not in the opening itself */
     inside =
         surface_min8(surface_min8(inside, surface_min8(across - left, right - across)), -opening);
     float8 rim =

@@ -53,12 +53,12 @@ def lips_surface(face: Face) -> LipsSurface | None:
     rows = np.arange(height, dtype=np.float32)[:, None]
     left, right = xyz[UPPER[0, [0, -1]], 0].tolist()
     y = _curves(xyz, columns)[:, ::3, 0]  # of the border and of the opening
-    inside, reach, opening = _contours(y, rows, left, right)
+    inside, within, reach, opening = _contours(y, rows, left, right)
     normals, upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
     odds = np.float32(1 - CONTOUR_SHARE) * patch.logits
     odds += np.float32(CONTOUR_SHARE) * np.clip(inside, -CONTOUR_MOST, CONTOUR_MOST)
     odds += np.float32(WIDER) * (opening <= 0)
-    odds += _more(xyz, y, rows)
+    odds += _more(xyz, y, rows) * np.clip(1 - within, 0, 1)  # not in the opening itself
     np.minimum(odds, LIMIT_STEEPNESS * (inside + reach), out=odds)
     rim = np.where(opening > 0, ONTO_LIP, OVER_SEAM).astype(np.float32) * opening
     grid = Grid.at(place.to_px, upper.shape)
@@ -76,8 +76,9 @@ def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 def _contours(
     y: np.ndarray, rows: np.ndarray, left: float, right: float
-) -> tuple[np.ndarray, float, np.ndarray]:
-    """How far within the contours each px lies, how far they may be off, and `opening`.
+) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+    """How far within the lips each px lies, how far within the opening, how far contours may be
+    off, and `opening`.
 
     y: (2, 2, C), of upper and lower lip, of border and opening.
     """
@@ -96,7 +97,8 @@ def _contours(
         (rows - top) / np.maximum(upper - top, 1),
         (bottom - rows) / np.maximum(bottom - lower, 1),
     )
-    return np.minimum(inside, -within), reach, (2 * gap - 1) * np.clip(2 * near - RIM_START, 0, 1)
+    opening = (2 * gap - 1) * np.clip(2 * near - RIM_START, 0, 1)
+    return np.minimum(inside, -within), within, reach, opening
 
 
 def _more(xyz: np.ndarray, y: np.ndarray, rows: np.ndarray) -> np.ndarray:
