@@ -184,6 +184,16 @@ def test_true_numbers_score_well_and_a_bare_face_badly():
     assert np.isnan(found.only("ours", "L1")).all()
 
 
+def test_the_whole_product_reads_a_strong_lipstick():
+    pytest.importorskip("torch")
+    from makeup_video.training.reference import evaluate
+
+    nets = {"lips": knowing(RED), "eyes": knowing(RED)}
+    found = evaluate.measure(made("lips", 4), {"ours": nets}, with_product=True)
+    read, bare = (np.median(found.only(name)) for name in (evaluate.PRODUCT, evaluate.SOURCE))
+    assert read < bare / 2
+
+
 def test_a_photo_without_a_face_leaves_the_source_as_it_is(monkeypatch):
     pytest.importorskip("torch")
     from makeup_video.training.reference import evaluate

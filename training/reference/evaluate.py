@@ -3,7 +3,8 @@
     python -m makeup_video.training.reference.evaluate lips runs/lips-lite0.pt \\
         --shades lip_shades.csv
 
-The estimated look and the true look are painted on another bare person and compared there.
+The estimated look and the true look are painted on another bare person and compared there. So is
+what the whole product reads, which is not told what is worn, and where.
 docs/make/make_results.py measures everything and writes it to docs/results.md.
 """
 
@@ -16,8 +17,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
+from makeup_video.pipeline.reference.estimate import estimate
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.training.reference.baselines import transfer_mean_colour
 from makeup_video.training.reference.draw_products import (
@@ -59,6 +62,8 @@ from scipy.stats import spearmanr
 COUNT = 300
 TRUE, MEAN, SOURCE = "true numbers", "mean colour", "source unchanged"
 KNOWN = "known points and light"
+PRODUCT = "the whole product"
+KINDS_OF = {"lips": "lipstick", "eyes": "eyeshadow"}
 MEASURES = ("CIEDE2000", *WHOLE)
 
 
@@ -109,12 +114,15 @@ def held_out(path: Path, region: str) -> RealProducts:
 
 
 def measure(
-    made: Iterable[Triplet], nets: Mapping[str, Mapping[str, Net]], whole: Whole | None = None
+    made: Iterable[Triplet],
+    nets: Mapping[str, Mapping[str, Net]],
+    whole: Whole | None = None,
+    with_product: bool = False,
 ) -> Measured:
     """Measures nets on triplets.
 
     nets: by name, then by region; only the first must have all regions. whole: metrics of the whole
-    face; None: only CIEDE2000.
+    face; None: only CIEDE2000. with_product: score the whole product, too, as PRODUCT.
     """
     composite, first = Composite(Look()), next(iter(nets.values()))
     numbers: dict[str, dict[str, list[np.ndarray]]] = {}
@@ -133,7 +141,8 @@ def measure(
                     rows = numbers.setdefault(name, {}).setdefault(region, [])
                     rows.append(numbers_of(look, region))
         unread += seen is None
-        for method, score in _scores(one, seen, read, composite, whole).items():
+        painted = {**read, PRODUCT: read_by_product(one)} if with_product else read
+        for method, score in _scores(one, seen, painted, composite, whole).items():
             scores.setdefault(method, []).append(score)
     person, tone = np.array(who).T
     stacked = {name: _stacked(by_region) for name, by_region in numbers.items()}
@@ -150,6 +159,19 @@ def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
         return Look()
     chosen = {region: nets[region] for region in worn(look) if region in nets}
     return look_seen(seen, chosen, look.zone)
+
+
+def read_by_product(one: Triplet) -> Look:
+    """The look that the product reads from the photo, of the regions that wear something.
+
+    Unlike the nets it is not told that they are made up, nor where eye-shadow goes.
+    """
+    try:
+        found = estimate(one.photo).look
+    except PhotoError:
+        return Look()
+    kinds = [KINDS_OF[region] for region in worn(one.look)]
+    return Look([layer for kind in kinds for layer in found.of(kind)])
 
 
 def _scores(
@@ -203,7 +225,8 @@ def main() -> None:
     people = People(options.data, options.region, "test")
     products: dict[str, Draws] = {options.region: held_out(options.shades, options.region)}
     made = triplets(people, *halves(people), products, options.count, seed=2)
-    found = measure(made, {"estimated": {options.region: net_of(options.net)}})
+    nets = {"estimated": {options.region: net_of(options.net)}}
+    found = measure(made, nets, with_product=True)
     true, estimated = found.pair("estimated", options.region)
     print("mean errors:", errors_in_words(true, estimated))
     print(
