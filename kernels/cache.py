@@ -16,8 +16,9 @@ from pathlib import Path
 
 # Measured with PoCL 3.0 on a small tmpfs: painting a video failed with 1 MB and worked with 1.5 MB.
 # PoCL needs 1.1 MB of that for a moment (a source with all built-in functions), and keeps 0.25 MB.
-ROOM_BYTES = 4 << 20  # a few runs may start at once
-_ROOM_FILES = 32  # one run makes 20 files and folders
+# With binaries it worked with 3 MB and failed with 2; a look of three layers keeps 1.7 MB.
+ROOM_BYTES = 8 << 20  # a few runs may start at once
+_ROOM_FILES = 128  # one run makes 80 files and folders
 _DAY_SECONDS = 86400
 # Names of PoCL's temporary files. PoCL makes one without a suffix at its start, and leaves it.
 _TEMPORARY = re.compile(r"tempfile_\w{6}(\.[\w.-]+)?")
@@ -96,7 +97,12 @@ def can_compile() -> bool:
     PoCL ends the process when it has to link without a linker.
     """
     folder = Path(os.environ["POCL_CACHE_DIR"])
-    return shutil.which("ld") is not None or any(folder.glob("*/*/*/*/*.so"))
+    return has_linker() or any(folder.glob("*/*/*/*/*.so"))
+
+
+def has_linker() -> bool:
+    """True when the linker `ld`, which PoCL runs, is on the PATH."""
+    return shutil.which("ld") is not None
 
 
 def give_back() -> None:

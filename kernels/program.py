@@ -13,6 +13,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import pyopencl as cl
+from makeup_video.kernels.binaries import binary_file, load_binary, save_binary
 from makeup_video.kernels.cache import can_compile, left_clean, restore, settle
 from makeup_video.kernels.definitions import Definitions
 
@@ -188,8 +189,8 @@ class Device:
         """
         key = file, transfer, sample, block, definitions
         if key not in self._programs:
-            source = source_of(file)
-            self._programs[key] = self.build(source, transfer, sample, block, definitions)
+            spelled = _spelled(source_of(file), transfer, sample, block, definitions)
+            self._programs[key] = self._kept(*spelled)
         return self._programs[key]
 
     def build(
@@ -206,14 +207,21 @@ class Device:
         sample: what SAMPLE stands for; None for a source without SAMPLE.  block: BLOCK_ACROSS and
         BLOCK_DOWN.
         """
-        source = definitions.source() + source
-        options = [f"-DCOLOUR_TRANSFER={transfer}", *definitions.options()]
-        if sample is not None:
-            options += [
-                f"-DSAMPLE={_SAMPLES[sample]}",
-                f"-DBLOCK_ACROSS={block[0]}",
-                f"-DBLOCK_DOWN={block[1]}",
-            ]
+        return self._compiled(*_spelled(source, transfer, sample, block, definitions))
+
+    def _kept(self, source: str, options: list[str]) -> Any:
+        """The program as an earlier process has left it, or a new one, left for later ones."""
+        (device,) = self.context.devices
+        if device.platform.name != _POCL:
+            return self._compiled(source, options)
+        file = binary_file(device, source, options)
+        program = load_binary(self.context, file)
+        if program is None:
+            program = self._compiled(source, options)
+            save_binary(program, file)
+        return program
+
+    def _compiled(self, source: str, options: list[str]) -> Any:
         try:
             return cl.Program(self.context, source).build(options=options)
         except cl.RuntimeError:
@@ -277,6 +285,24 @@ class Device:
                 self.queue, buffer, cl.map_flags.READ, 0, span.shape, span.dtype
             )
             mapped.base.release(self.queue)
+
+
+def _spelled(
+    source: str,
+    transfer: int,
+    sample: np.dtype | None,
+    block: tuple[int, int],
+    definitions: Definitions,
+) -> tuple[str, list[str]]:
+    """The whole source of a program, and the compiler's options."""
+    options = [f"-DCOLOUR_TRANSFER={transfer}", *definitions.options()]
+    if sample is not None:
+        options += [
+            f"-DSAMPLE={_SAMPLES[sample]}",
+            f"-DBLOCK_ACROSS={block[0]}",
+            f"-DBLOCK_DOWN={block[1]}",
+        ]
+    return definitions.source() + source, options
 
 
 class Memory:

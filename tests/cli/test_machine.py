@@ -68,7 +68,7 @@ def test_no_room_for_kernels_is_one_line(folder):
     code, lines = run(PICTURE, limit, POCL_CACHE_DIR=str(folder / "kernels"), TMPDIR=str(folder))
     assert code == 4 and len(lines) == 1, lines
     assert lines[0].startswith(
-        "OutputError: the kernels that paint need a folder with 4 MB of room"
+        "OutputError: the kernels that paint need a folder with 8 MB of room"
     )
     assert [path.name for path in folder.iterdir()] == ["kernels"]
 
