@@ -7,6 +7,7 @@ from typing import Any
 
 from makeup_video.cli.options import DEFAULT, GROUPS, PROGRAM, RUN
 from makeup_video.cli.outcome import join_words
+from makeup_video.cli.plain_values import take_plain_values
 from makeup_video.cli.usage import check_colours
 from typer.core import TyperCommand, TyperGroup
 
@@ -33,6 +34,7 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse as Typer does; every usage error then knows its command."""
         check_colours(ctx, self.get_params(ctx), args)
+        take_plain_values(self.get_params(ctx))
         try:
             return super().parse_args(ctx, args)
         except Exception as error:
@@ -52,6 +54,11 @@ class Command(TyperCommand):
 
 class Group(TyperGroup):
     """The commands, of which the default one needs no name; the help shows its options, too."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse as Typer does, with pydantic only where it is needed."""
+        take_plain_values(self.get_params(ctx))
+        return super().parse_args(ctx, args)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write usage, options of the default command, other commands, examples, exit codes."""

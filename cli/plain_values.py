@@ -1,0 +1,50 @@
+"""Values of options that are plain text or numbers, so that such a run need not load pydantic."""
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+_PLAIN = {
+    str: re.compile(r".*", re.DOTALL),
+    int: re.compile(r"-?[0-9]{1,9}"),
+    float: re.compile(r"-?[0-9]{1,9}(\.[0-9]{1,9})?"),
+}
+
+
+class PlainValues:
+    """Makes the value of one option, in place of Typer's converter.
+
+    Typer converts all values by pydantic, whose import takes 60 ms, even those of options that are
+    not given. Here only what is neither text nor a plain number goes there.
+    typers: gives Typer's converter of the option.
+    """
+
+    def __init__(self, typers: Callable[[], Any]) -> None:
+        self._typers = typers
+
+    def __call__(self) -> "PlainValues":
+        """In place of the option's `get_runtime_param`."""
+        return self
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """The value of an option that was given this word, these words, a default, or nothing."""
+        is_list = param.multiple or param.nargs == -1
+        kind = param.type_descriptor.annotation
+        if value is None:
+            return () if is_list else None
+        if is_list and kind == list[str] and all(type(word) is str for word in value):
+            return list(value)
+        if not is_list and kind in _PLAIN and not param.type_descriptor.is_ranged:
+            if type(value) is kind:
+                return value
+            if type(value) is str and _PLAIN[kind].fullmatch(value):
+                return kind(value)
+        return self._typers().coerce(value, param=param, ctx=ctx)
+
+
+def take_plain_values(params: list[Any]) -> None:
+    """Convert plain values of these parameters without pydantic; does nothing to other Typers'."""
+    for param in params:
+        typers = getattr(param, "get_runtime_param", None)
+        if typers is not None and not isinstance(typers, PlainValues):
+            param.get_runtime_param = PlainValues(typers)
