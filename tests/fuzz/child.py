@@ -81,7 +81,7 @@ def run(case: Case) -> Answer:
 
 
 def run_command(case: Case) -> None:
-    """Run `makeup-video` as users do; this ends the process, as a rule by SystemExit."""
+    """Run `makeup-video` as users do; this ends the process."""
     from makeup_video.cli.main import main
 
     sys.argv = ["makeup-video", *case.words]
