@@ -45,11 +45,12 @@ def save_binary(program: Any, file: Path) -> None:
 
     For a binary PoCL compiles all kernels of the program for any size of work-group, too, which
     takes 0.1 to 0.9 s. In a container that is thrown away nobody would ever read it. Without a
-    linker this would end the process. Nothing is written when the disk is full.
+    linker this would end the process. Nothing is written when that fails, or when the disk is full.
     """
     if not has_linker():
         return
-    with contextlib.suppress(OSError):
+    # at Ctrl-C PoCL fails without the temporary files that LLVM deletes
+    with contextlib.suppress(OSError, cl.Error):
         if file.exists():
             (binary,) = program.binaries
             _write(file, hashlib.sha256(binary).digest() + binary)
