@@ -36,9 +36,9 @@ def main() -> None:
         # a supervisor's SIGTERM and a closed terminal stop a run as Ctrl-C does: cleanly, with a
         # playable part file
         _handle_stop_signals(_interrupt)
-        # Typer takes a tenth of a second: Ctrl-C in that time is handled here, too
         # numpy would start threads that wait for work by spinning, and our matrices are small
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        # Typer takes a tenth of a second: Ctrl-C in that time is handled here, too
         from makeup_video.cli.app import app
 
         code = app(prog_name="makeup-video", standalone_mode=False) or 0
@@ -96,10 +96,9 @@ def _exit(code: int) -> "NoReturn":
     for thread in threading.enumerate():
         if thread is not threading.current_thread():
             thread.join(max(0.0, deadline - time.monotonic()))
-    # Python's own exit would wait for a thread, or free memory that it uses; and after a Ctrl-C
-    # within `exec`, as while dataclasses are made, Python ends by the signal, whatever the exit
-    # code is. To free all objects takes it 0.12 s.
-    # What its exit would have removed:
+    # Python's own exit would wait for a thread, or free memory that it uses; to free all objects
+    # takes it 0.12 s. And after a Ctrl-C within `exec`, as while dataclasses are made, Python ends
+    # by the signal, whatever the exit code is. What its exit would have removed:
     if cache := sys.modules.get("makeup_video.kernels.cache"):
         cache.give_back()
     if parts := sys.modules.get("makeup_video.pipeline.files.part_file"):

@@ -159,8 +159,6 @@ def _in_child(job: Callable[[], Any], place: Path, limits: Limits) -> NoReturn:
         plain = asdict(value) if isinstance(value, Answer) else value
         (place.parent / "answer").write_text(json.dumps(plain))
         code = 0
-    except SystemExit as ended:  # from the command
-        code = ended.code if isinstance(ended.code, int) else 0
     except BaseException:  # noqa: BLE001  # a child must never return into the parent's code
         os.write(2, traceback.format_exc().encode())
     finally:

@@ -212,7 +212,7 @@ def test_the_output_of_a_command_is_judged(monkeypatch, code, stderr, fault):
     def command(_):
         sys.stderr.flush()
         os.write(2, stderr.encode())
-        raise SystemExit(code)
+        os._exit(code)
 
     monkeypatch.setattr(child, "run_command", command)
     faults = play(replace(CASE, by_command=True), Limits()).faults
