@@ -213,8 +213,8 @@ def _lipstick(photo: _Photo) -> list[Layer]:
     lips = photo.product("lips")
     if lips is None:
         return []
-    seen, shape = photo.colours, photo.makeup.layers["lipstick", ""].shape
-    return [fit_lips(seen.neutral, seen.lips, lips, shape)]
+    seen = photo.colours
+    return [fit_lips(seen.neutral, seen.lips, lips, seen.flat_lips)]
 
 
 def _eyeshadow(photo: _Photo) -> list[Layer]:

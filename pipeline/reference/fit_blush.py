@@ -32,13 +32,13 @@ _STANDS_OUT = 1.5  # more vivid still: part of a blush is taken for light
 _YELLOWS = 0.4
 # For the same reason a rose blues more, by that share of what it reddens; what yellows by more than
 # the other share of it is an orange, which does not.
-_BLUES, _YELLOW = 0.1, 0.15
+_BLUES, _YELLOW = 0.05, 0.15
 # A blush that is worn and hardly seen reddens by that at least, as most blushes do: the roots that
 # a rose of opacity 1 adds to those of skin.
 _REDDENS, _ROSE = 0.12, np.array([-0.12, -0.55, -0.48])
 # A blush that stands out from the cheek around it: by how much more red than green one of opacity 1
 # leaves, for the logarithm of that of the light, and at least and at most of it.
-_TINT, _LEAST_PATCH, _MOST_RED = 2.1, 0.1, 0.45
+_TINT, _LEAST_PATCH, _MOST_RED = 1.8, 0.1, 0.45
 _DARK = -0.25  # by how much less light a dark blush leaves, as contours are
 _DARKENS = 0.35  # by how much less light it leaves for what it reddens
 # By how much more blue than green it leaves for what it reddens: more, where nothing tells it but

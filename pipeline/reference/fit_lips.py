@@ -1,75 +1,120 @@
 """Fits a lipstick's colour to the lips of a photo: painted on bare lips, it would show as they do.
 
 The net that reads lipstick was trained on painted faces. In real photos its colours are paler and
-greyer than those on the lips, and it takes moist lips for a mirror; of the net's numbers only the
-shine is kept, and less of it.
+greyer than those on the lips, and its gloss is chance; of the net's numbers only the roughness of
+the gloss is kept, and a little of the reflection. How glossy lips are is told by their highlights,
+and whether the lipstick fades towards the border, or has a darker rim, by the lips laid flat.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from makeup_video.pipeline.faces.lip_mask import lip_mask
-from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
 from makeup_video.pipeline.look.finishes import nearest_finish, product
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.film import Film
+from makeup_video.pipeline.reference.flat_lips import FlatLips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 # Bare lips, and how lipstick of opacity 1 shows on them, as training/worn/bare_skin.py measures.
 FILM = Film(np.array([0.771, 0.639, 0.716]), np.array(0.93), np.array(0.925))
 _CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least number of such px
-_CONTRAST = 0.25  # of roots between a lipstick and bare lips, from which on it is opaque
-_LEAST_OPAQUE, _MOST_OPAQUE = 0.45, 0.95
+_CONTRAST = 0.2  # of roots between a lipstick and bare lips, from which on it is opaque
+_LEAST_OPAQUE, _MOST_OPAQUE = 0.45, 1.0
 _MOST_REFLECTION = 0.05
-_PALE, _PALER = 60.0, 0.35  # L* on typical skin; what is lighter is lighter by this share of it
+_ROUGHEST = 0.4  # rougher gloss is a veil, and what is seen are highlights
+# Percentiles of the lips' pixels, by their faintest channel, that show highlights; up to which
+# difference of light lips are matte, and by how much more painted lips with a gloss of 1 differ.
+_HIGHLIGHTS, _MATTE, _GLOSSY, _MOST_GLOSS = (75, 99), 0.07, 0.16, 1.2
+_PALE, _PALER = 60.0, 0.5  # L* on typical skin; what is lighter is lighter by this share of it
 # Of the photo's skin, as of TypicalSkin: on tanned skin a brown or beige is no mauve, nor a pink a
 # lilac.
-_OWN_YELLOW = 1.1
-_SHINE = 0.04  # what gloss 1 adds to the roots of the lips' median
+_OWN_YELLOW = 0.8
+# The gradient of a lipstick that fades, for how much it fades, and at most; and how much less of it
+# the median of the lips shows, for the square of the gradient: measured on painted lips.
+_STEEPER, _MOST_GRADIENT, _THINNER = 1.3, 0.8, 0.37
+# How light and red the border of an even lipstick is beside its middle, in CIELAB: the median of
+# 141 photos. What is darker than that by less is no rim, and by so much more a whole one; and by
+# how much more a rim differs than is seen, since it is narrow.
+_EVEN = np.array([3.5, -3.4, 0.6])
+_HARDLY_DARKER, _DARKER, _NARROW = 4.0, 6.0, 2.5
+_SHINE = 0.03  # what gloss 1 adds to the roots of the lips' median
 
 
 def seen_lips(neutral: NeutralFace) -> np.ndarray | None:
     """(3,) the median root of the lips' share of skin; None where hardly any lips are seen."""
-    at = lip_mask(neutral.rgb8, neutral.face) > _CERTAIN
-    if at.sum() < _LEAST_PX:
+    pixels = _lip_pixels(neutral)
+    if len(pixels) < _LEAST_PX:
         return None
-    middle: np.ndarray = np.median(neutral.roots(neutral.linear[at]), axis=0)
+    middle: np.ndarray = np.median(neutral.roots(pixels), axis=0)
     return middle
 
 
+def seen_gloss(neutral: NeutralFace) -> float:
+    """The gloss whose highlights, painted, stand out from the lips as these do."""
+    bright, high = np.percentile(_lip_pixels(neutral).min(1), _HIGHLIGHTS)
+    return min(max((float(high - bright) - _MATTE) / _GLOSSY, 0.0), _MOST_GLOSS)
+
+
+def _lip_pixels(neutral: NeutralFace) -> np.ndarray:
+    """(N, 3) linear R, G, B of what is surely lips."""
+    pixels: np.ndarray = neutral.linear[lip_mask(neutral.rgb8, neutral.face) > _CERTAIN]
+    return pixels
+
+
 def fit_lips(
-    neutral: NeutralFace,
-    seen: np.ndarray | None,
-    lips: GraphicsParams,
-    shape: Mapping[str, float],
+    neutral: NeutralFace, seen: np.ndarray | None, lips: GraphicsParams, flat: FlatLips
 ) -> Layer:
     """The lipstick with the colour and the opacity that fit, and the finish nearest to both.
 
-    seen: as of seen_lips.  lips: as the net reads it.  shape: of the layer.
+    seen: as of seen_lips.  lips: as the net reads it.  flat: the lips laid flat.
     """
+    gradient = min(_STEEPER * flat.fade(), _MOST_GRADIENT)
+    shape: dict[str, Any] = {"gradient": round(gradient, 3)}
     if seen is None:
-        return Layer("lipstick", lips, dict(shape))
+        return Layer("lipstick", lips, shape)
     contrast = float(np.linalg.norm(seen - FILM.bare))
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPAQUE), _MOST_OPAQUE)
-    gloss, reflection = lips.gloss, min(lips.reflection, _MOST_REFLECTION)
+    gloss, reflection = seen_gloss(neutral), min(lips.reflection, _MOST_REFLECTION)
+    roughness = min(lips.gloss_roughness, _ROUGHEST)
     skin = TypicalSkin.of(neutral, own_yellow=_OWN_YELLOW)
     matte = _no_chalk(skin, skin.roots(seen)) - _SHINE * min(gloss, 1) * opacity
-    rgb = skin.codes(np.clip(FILM.product_for(matte, opacity), 0, skin.most()))
-    finish = nearest_finish(opacity, gloss, lips.gloss_roughness, reflection, shimmers=False)
+    dense = 1 - _THINNER * gradient * gradient
+    roots = np.clip(FILM.product_for(matte, opacity * dense), 0, skin.most())
+    finish = nearest_finish(opacity, gloss, roughness, reflection, shimmers=False)
     worn = replace(
-        product(rgb, finish, "lips"), opacity=round(opacity, 3), gloss=gloss,
-        gloss_roughness=lips.gloss_roughness, reflection=reflection,
-    )  # fmt: skip
-    return Layer("lipstick", worn, dict(shape))
+        product(skin.codes(roots), finish, "lips"),
+        opacity=round(opacity, 3),
+        gloss=round(gloss, 3),
+        gloss_roughness=roughness,
+        reflection=reflection,
+    )
+    return Layer("lipstick", worn, shape | _rim(skin, worn, roots, flat.bands()))
+
+
+def _rim(
+    skin: TypicalSkin, lipstick: GraphicsParams, roots: np.ndarray, bands: np.ndarray
+) -> dict[str, Any]:
+    """The dials of a darker rim; none for a lipstick that is even.
+
+    roots: (3,) of the lipstick.  bands: as of FlatLips.
+    """
+    border, further_in = skin.lab(skin.roots(bands))
+    off = border - further_in - _EVEN
+    rim = min((-float(off[0]) - _HARDLY_DARKER) / _DARKER, 1.0)
+    if rim <= 0:
+        return {}
+    red, green, blue = skin.codes(skin.roots_of(skin.lab(roots) + _NARROW * off))
+    liner = replace(lipstick, red=red, green=green, blue=blue)
+    return {"rim": round(rim, 3), "rim_color": liner.hex}
 
 
 def _no_chalk(skin: TypicalSkin, roots: np.ndarray) -> np.ndarray:
     """Roots of lips (3,), less light where hardly any lipstick is as light: then plain skin was
     taken for darker than it is, as under hair or in the shadow of a hat."""
-    lab = lab_of_linear(roots * roots * skin.linear)
+    lab = skin.lab(roots)
     lab[0] = min(lab[0], _PALE + _PALER * (lab[0] - _PALE))
-    darker: np.ndarray = np.sqrt(np.maximum(linear_of_lab(lab), 0) / skin.linear)
-    return darker
+    return skin.roots_of(lab)

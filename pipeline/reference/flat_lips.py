@@ -39,6 +39,12 @@ _MIDDLES = (8, 11, 23, 26)
 _FURTHEST_BARE, _FOR_UNLIKE = 4.0, 3.0
 _LIPS = slice(5, 19)  # rows that lie on the lips
 _BORDERS = (slice(1, 8), slice(16, 23))  # rows about the upper and the lower border
+# Rows of the upper lip near its border and further in, which count with those of the lower lip, and
+# columns away from the corners.
+_OUTER, _INNER, _MIDDLE_COLUMNS = slice(5, 7), slice(8, 11), slice(4, 12)
+# Bare lips there, as training/worn/bare_skin.py measures.
+_BARE_BANDS = np.array([[0.769, 0.663, 0.709], [0.754, 0.607, 0.690]])
+_LEAST_TINT, _LEAST_FILM = 0.2, 0.08  # how far from bare lips lipstick is of which half is told
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +78,39 @@ class FlatLips:
         numbers, weights = self.numbers(), _weights()
         unlike = _FOR_UNLIKE * max(away_from_bare(numbers, _bare()) - _FURTHEST_BARE, 0.0)
         return float(weights[:-1] @ numbers + weights[-1]) + unlike
+
+    def bands(self) -> np.ndarray:
+        """(2, 3) mean roots of both lips near their border, and further in."""
+        rows24 = self.roots[:, _MIDDLE_COLUMNS].mean(1)
+        rows12 = (rows24[:12] + rows24[:11:-1]) / 2
+        return np.stack([rows12[_OUTER].mean(0), rows12[_INNER].mean(0)])
+
+    def fade(self) -> float:
+        """How much less lipstick there is near the border of the lips than further in, 0..1.
+
+        Films mix roots, but the shade in the mouth darkens them. The hues stay the same in it, but
+        those of a dark lipstick hardly depend on how dense it is. So the smaller of both counts.
+        """
+        seen, bare = self.bands(), _BARE_BANDS
+        film = _less(seen - bare, _LEAST_FILM)
+        tint = _less(_tints(seen) - _tints(bare), _LEAST_TINT)
+        return min(max(min(film, tint), 0.0), 1.0)
+
+
+def _less(off: np.ndarray, least: float) -> float:
+    """By which share lipstick is less near the border than further in: 1 where it is none.
+
+    off: (2, N) what sets both apart from bare lips.  least: what tells half of it.
+    """
+    outer, inner = off
+    return float(inner @ (inner - outer) / (inner @ inner + least * least))
+
+
+def _tints(roots: np.ndarray) -> np.ndarray:
+    """(..., 3) roots -> (..., 2) the logarithms of R / G and B / G of the light."""
+    logs = 2 * np.log(np.maximum(roots, _DARKEST))
+    tints: np.ndarray = logs[..., [0, 2]] - logs[..., 1:2]
+    return tints
 
 
 def middles(numbers: np.ndarray) -> np.ndarray:

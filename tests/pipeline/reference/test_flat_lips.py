@@ -5,8 +5,11 @@ from functools import cache
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from makeup_video.pipeline import Look, find_faces, product
-from makeup_video.pipeline.reference.flat_lips import flat_lips
+from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.reference.flat_lips import FlatLips, flat_lips
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
@@ -46,3 +49,22 @@ def test_a_larger_photo_has_about_the_same_odds():
 def test_lipstick_is_more_probable_on_painted_lips(rgb):
     painted = painter()(portrait(), Look(lips=product(rgb, "matte")), [face()])
     assert lips_of(painted).log_odds() > lips_of(portrait()).log_odds() + 2
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.floats(0, 0.3), st.floats(0.6, 1))
+def test_lipstick_that_fades_more_is_read_so(little, much):
+    worn = product((190, 20, 50), "matte", "lips")
+    one, other = (
+        lips_of(
+            painter()(portrait(), Look([Layer("lipstick", worn, {"gradient": fade})]), [face()])
+        )
+        for fade in (little, much)
+    )
+    assert 0 <= one.fade() < other.fade() <= 1
+
+
+def test_a_mirror_image_fades_as_much():
+    lips = lips_of(portrait())
+    mirrored = FlatLips(lips.roots[:, ::-1], lips.shape)
+    np.testing.assert_allclose(mirrored.bands(), lips.bands(), atol=1e-6)

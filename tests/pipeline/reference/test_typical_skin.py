@@ -31,6 +31,12 @@ def test_typical_skin_leaves_colours_as_they_are(roots):
     np.testing.assert_allclose(skin_of(TYPICAL).roots(roots), roots, atol=0.01)
 
 
+@given(LIGHT, LIGHT)
+def test_a_colour_in_cielab_goes_back_to_its_roots(seen, roots):
+    skin = skin_of(seen)
+    np.testing.assert_allclose(skin.roots_of(skin.lab(roots)), roots, atol=1e-4)
+
+
 @given(LIGHT)
 def test_skin_is_taken_nearer_to_typical_skin(seen):
     here, typical = lab_of_linear(skin_of(seen).linear), lab_of_linear(np.array(TYPICAL))
