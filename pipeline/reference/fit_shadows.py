@@ -126,14 +126,18 @@ def _as_seen(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shap
     """Roots of a product, (3,), hardly darker, greener or bluer than any part of it is seen.
 
     Film lets warm skin through, so the product that would make it a dark brown is blue. On skin
-    that is less warm, it would look blue. By the same calculation the product of a soft grey is
-    black, and beyond the outer corner, where it ends, it would be a black spot.
+    that is less warm, it would look blue; so where what is seen is yellow on the whole, and no
+    redder than skin, the product is as yellow. By the same calculation the product of a soft grey
+    is black, and beyond the outer corner, where it ends, it would be a black spot.
     """
     there = lab_of_linear(seen[density(_plain(shape)) > _DENSE] ** 2 * skin.linear)
     darkest, *coldest = np.percentile(there, _COLDEST, axis=0) - (_DARKER, _COLDER, _COLDER)
     worn = lab_of_linear(root * root * skin.linear)
     worn[0] = max(worn[0], darkest)
     worn[1:] = np.maximum(worn[1:], np.minimum(coldest, _VIVIDER * np.array(coldest)))
+    _, red, yellow = there.mean(0)
+    if yellow > 0 and red < lab_of_linear(skin.linear)[1]:  # brown, or grey; not purple
+        worn[2] = max(worn[2], yellow)
     bounded_root: np.ndarray = np.sqrt(np.maximum(linear_of_lab(worn), 0) / skin.linear)
     return bounded_root
 
