@@ -48,19 +48,20 @@ _SHAPES: tuple[tuple[dict[str, object], ...], ...] = (
 _WORTH = 0.0002
 _LEAST_GAIN = 1e-5
 MOST_OPAQUE, LEAST_OPAQUE = 0.8, 0.3
-# A product lighter than the skin is a sheer one: on darker skin it would look like chalk.
-_LIGHT_OPAQUE = 0.35
-_CONTRAST = 0.5  # of roots between a product and skin, from which on it is as opaque as it can be
+# A product lighter than the skin is a sheer one: on darker skin it would look like chalk. A vivid
+# one would not: it may be opaque where its least root lies so far below that of skin.
+_LIGHT_OPAQUE, _VIVID_CONTRAST = 0.35, 0.15
+_CONTRAST = 0.35  # of roots between a product and skin, from which on it is as opaque as it can be
 _LIGHTER = 0.03  # of roots: a product that is not lighter than skin by more may be opaque
 # Roots of bare eyes as shares of those measured: photos of makeup have more light there than most
 # faces on which a look is painted.
-_DEEPER = 0.92
+_DEEPER = 0.95
 _EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and not for makeup
 _FAINTEST = 1e-6
-_VIVID = 0.2  # how much more vivid a colour as light as bare eyes is painted than it is seen
+_VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted than it is seen
 # The probability from which layers below the eye are read and all of the opacity is painted, and
-# what share of it is painted of a shadow that is hardly likely: soft ones come out heavy.
-_LIKELY, _UNLIKELY_SHARE = 0.75, 0.6
+# what share of it is painted of a shadow that is hardly likely.
+_LIKELY, _UNLIKELY_SHARE = 0.3, 0.6
 _NEARLY = 0.92
 # Of the weights: what keeps a layer's colour near that of skin. Where its cells hardly tell the
 # colour, or other layers cover them, it would be an extreme one.
@@ -70,6 +71,10 @@ _OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: brown stays brown on p
 # How much greener or bluer than what is seen a product may be, in a* and b*: than this percentile
 # of the cells where it is that dense; where those are green or blue themselves, that many times.
 _DENSE, _COLDEST, _COLDER, _VIVIDER = 0.4, 10, 2.0, 2.0
+_DARKER = 3.0  # by how much it may be darker, in L*, than the same percentile of those cells
+# By how much more a layer of one of these shapes hides, and shows of its own colour, than products
+# do that lie all around the eye: least squares over bare faces painted in random colours.
+_HIDES, _SHOWS = 1.13, 1.18
 
 _Shape = dict[str, object]
 
@@ -96,7 +101,7 @@ def fit_shadows(
     share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _LIKELY, 1)
     return [
         _layer(
-            shape, skin.codes(_seen_hue(skin, root, seen, shape)), round(share * opacity, 3), finish
+            shape, skin.codes(_as_seen(skin, root, seen, shape)), round(share * opacity, 3), finish
         )
         for shape, root, opacity in zip(chosen, roots, opacities, strict=True)
     ]
@@ -117,18 +122,24 @@ def _shaded(seen: np.ndarray) -> np.ndarray:
     return shaded
 
 
-def _seen_hue(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shape) -> np.ndarray:
-    """Roots of a product, (3,), hardly greener or bluer than any part of it is seen.
+def _as_seen(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shape) -> np.ndarray:
+    """Roots of a product, (3,), hardly darker, greener or bluer than any part of it is seen.
 
     Film lets warm skin through, so the product that would make it a dark brown is blue. On skin
-    that is less warm, it would look blue.
+    that is less warm, it would look blue; so where what is seen is yellow on the whole, and no
+    redder than skin, the product is as yellow. By the same calculation the product of a soft grey
+    is black, and beyond the outer corner, where it ends, it would be a black spot.
     """
     there = lab_of_linear(seen[density(_plain(shape)) > _DENSE] ** 2 * skin.linear)
-    coldest = np.percentile(there[:, 1:], _COLDEST, axis=0) - _COLDER
+    darkest, *coldest = np.percentile(there, _COLDEST, axis=0) - (_DARKER, _COLDER, _COLDER)
     worn = lab_of_linear(root * root * skin.linear)
-    worn[1:] = np.maximum(worn[1:], np.minimum(coldest, _VIVIDER * coldest))
-    warmer: np.ndarray = np.sqrt(np.maximum(linear_of_lab(worn), 0) / skin.linear)
-    return warmer
+    worn[0] = max(worn[0], darkest)
+    worn[1:] = np.maximum(worn[1:], np.minimum(coldest, _VIVIDER * np.array(coldest)))
+    _, red, yellow = there.mean(0)
+    if yellow > 0 and red < lab_of_linear(skin.linear)[1]:  # brown, or grey; not purple
+        worn[2] = max(worn[2], yellow)
+    bounded_root: np.ndarray = np.sqrt(np.maximum(linear_of_lab(worn), 0) / skin.linear)
+    return bounded_root
 
 
 def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape]]) -> list[_Shape]:
@@ -205,7 +216,10 @@ def _opacity(shape: _Shape, roots: np.ndarray) -> float:
     share = density(_plain(shape)) * weights
     pure = film.response[..., None] / np.maximum(film.cover, 0.05)[..., None] * roots
     off = ((pure - film.bare) * share[..., None]).sum((0, 1)) / max(float(share.sum()), 1e-9)
-    most = _LIGHT_OPAQUE if off @ LUMINANCE > _LIGHTER else MOST_OPAQUE
+    most = MOST_OPAQUE
+    if off @ LUMINANCE > _LIGHTER:
+        vivid = min(max(-float(off.min()) / _VIVID_CONTRAST, 0), 1)
+        most = _LIGHT_OPAQUE + vivid * (MOST_OPAQUE - _LIGHT_OPAQUE)
     wanted = MOST_OPAQUE * float(np.linalg.norm(off)) / _CONTRAST
     return round(min(max(wanted, LEAST_OPAQUE), most), 3)
 
@@ -229,7 +243,8 @@ def _plain(shape: _Shape) -> Layer:
 def _bare_eyes() -> tuple[Film, np.ndarray]:
     """Bare eyes, laid flat, and what each cell counts: (27, 48), the sum is 1."""
     numbers = read_array("bare_eyes.npy").astype(np.float32)
-    film = Film(_DEEPER * numbers[..., :3], numbers[..., 3], numbers[..., 4])
+    bare, hides, shows = numbers[..., :3], numbers[..., 3], numbers[..., 4]
+    film = Film(_DEEPER * bare, _HIDES * hides, _SHOWS * shows)
     return film, numbers[..., 5] / numbers[..., 5].sum()
 
 

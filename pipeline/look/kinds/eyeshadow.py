@@ -36,6 +36,9 @@ _SHARP, _FADE = 0.02, 2.0  # heights over which the lower border fades: at the c
 _ROUND = 0.45, 0.55  # widths of the eye from an end, where the upper border comes down; how far
 _SWEEP, _TAPER = 0.62, 0.55  # across, from which a wing's upper border rises; by its lift
 _SLIM = 0.45  # height under the inner corner, of that under the outer one
+# How much of a layer's width the lower border rises to its outer end, as an ellipse, and how far
+# beyond that end it would meet the lash line, in widths of the eye.
+_ROUNDED, _BEYOND = 0.85, 0.1
 
 
 def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
@@ -60,7 +63,7 @@ def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
     if low > 0:
         density = density * rise(height, low, 0.90 * wide * _room(shape))
     elif low < 0:
-        slim = 1 if at.is_upper else 1 / (_SLIM + (1 - _SLIM) * np.clip(at.across, 0, 1))
+        slim = 1 / _depth(at, shape)
         # full strength at the lash line, however near the border is
         density = density * rise(height * slim, low, min(0.90 * wide, -2 * low))
     if at.is_upper and low == 0:
@@ -68,6 +71,18 @@ def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
     if at.is_upper and high <= 0:
         density = density * (1 - _lash_line(at, 0.5 * height, wide))
     return [Coat(product, density)]
+
+
+def _depth(at: EyePlaces, shape: Shape) -> "np.ndarray":
+    """How far below the eye a place still lies within the lower border, as a share of `low`."""
+    import numpy as np
+
+    wide = _ROUNDED * max(shape["outer"] - shape["inner"], 0.0) + _BEYOND
+    past = 1 - (shape["outer"] + _BEYOND - at.across) * np.float32(1 / wide)
+    round_end: np.ndarray = np.sqrt(1 - np.clip(past, 0, 0.98) ** 2)
+    if not at.is_upper:
+        round_end *= _SLIM + (1 - _SLIM) * np.clip(at.across, 0, 1)
+    return round_end
 
 
 def _lash_line(at: EyePlaces, height: "np.ndarray", wide: float) -> "np.ndarray":

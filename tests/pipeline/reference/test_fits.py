@@ -126,6 +126,26 @@ def test_a_dark_shadow_darkens_the_same_place_again(slot):
     assert np.abs(again - seen)[there].mean() < 0.6 * np.abs(before - seen)[there].mean()
 
 
+def test_a_shadow_below_the_eye_is_read_of_soft_looks():
+    worn = replace(product((200, 70, 70), "matte", "eyes"), opacity=0.7)
+    neutral = wearing(*(Layer("eyeshadow", worn, {"slot": slot}) for slot in ("full", "under")))
+    seen = flat_eyes(neutral)
+    slots = {p: [one.shape["slot"] for one in fit_shadows(neutral, seen, LID, p)] for p in (0.2, 1)}
+    soft = [one.shape["slot"] for one in fit_shadows(neutral, seen, LID, 0.4)]
+    assert "under" in slots[1] and soft == slots[1]
+    assert "under" not in slots[0.2]
+
+
+@pytest.mark.parametrize("slot", ["full", "outer"])
+def test_a_soft_grey_is_not_read_as_black(slot):
+    dense = density(Layer("eyeshadow", LID, {"slot": slot}))[..., None]
+    bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
+    seen = (1 - dense) * bare + dense * np.float32(0.5)  # of the root of skin
+    for layer in fit_shadows(wearing_nothing(), seen, LID):
+        read = layer.product
+        assert lab_of(np.array([read.red, read.green, read.blue]))[0] > 20
+
+
 @settings(max_examples=6, deadline=None)
 @given(st.floats(0, 1), st.floats(0, 1))
 def test_a_less_likely_shadow_is_painted_sheerer(one, other):
