@@ -66,7 +66,7 @@ def test_every_job_is_done_and_a_bad_one_fails_alone(tmp_path, at_once):
 
 
 def test_a_process_that_dies_ends_its_job_alone(tmp_path):
-    long = film(tmp_path / "long.mkv", clip(40))
+    long = film(tmp_path / "long.mkv", clip(40) * 6)  # not done before it is killed
     short = make_clip(tmp_path / "short.mp4")
     worker = ChildProcess()
     killed = []
