@@ -86,7 +86,7 @@ def test_a_glossier_lipstick_is_read_as_glossier(dull, glossy):
     assert one + 0.1 < other
 
 
-def test_a_dark_rim_is_found_again_and_an_even_lipstick_has_none():
+def test_a_dark_rim_is_found_and_an_even_lipstick_has_none():
     worn = replace(product((230, 140, 140), "matte", "lips"), opacity=0.95)
     rimmed = Layer("lipstick", worn, {"rim": 1.0, "rim_color": "#200810"})
     read = lips_of(wearing(rimmed), LIPS).shape
