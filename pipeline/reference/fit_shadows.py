@@ -59,9 +59,10 @@ _DEEPER = 0.95
 _EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and not for makeup
 _FAINTEST = 1e-6
 _VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted than it is seen
-# The probability from which layers below the eye are read and all of the opacity is painted, and
-# what share of it is painted of a shadow that is hardly likely.
-_LIKELY, _UNLIKELY_SHARE = 0.3, 0.6
+# The probability from which all of the opacity is painted, and what share of it is painted of a
+# shadow that is hardly likely; and from which layers below the eye are read: in the folds and rims
+# of glasses of less certain eyes a red line would be.
+_LIKELY, _UNLIKELY_SHARE, _SURE = 0.3, 0.6, 0.75
 _NEARLY = 0.92
 # Of the weights: what keeps a layer's colour near that of skin. Where its cells hardly tell the
 # colour, or other layers cover them, it would be an extreme one.
@@ -96,7 +97,7 @@ def fit_shadows(
     finish = nearest_finish(*shine, "eyes", shimmers=False)
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     seen, most = _shaded(skin.roots(seen)), skin.most()
-    chosen = _choose(seen, most, _SHAPES if probability >= _LIKELY else _SHAPES[:-1])
+    chosen = _choose(seen, most, _SHAPES if probability >= _SURE else _SHAPES[:-1])
     chosen, opacities, roots = _without_white(seen, chosen, most)
     share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _LIKELY, 1)
     return [
