@@ -214,7 +214,7 @@ eye-shadow); the nets were trained on the renderer of that time. What
 | --- | --- | --- |
 | then, by the nets and the correction of lips of then | 2.07, 4.57 | 2.09, 4.24 |
 | today, the nets, and the lips' colour as the product fits it | 5.14, 10.81 | 2.78, 5.11 |
-| today, the whole product, not told what is worn, and where | 7.27, 20.40 | 7.70, 14.75 |
+| today, the whole product, not told what is worn, and where | 7.27, 20.40 | 7.80, 14.75 |
 | mean colour moved, where the product is known to be | 5.34, 9.01 | 7.18, 13.69 |
 
 So on renders the product reads worse than it did, because it was made for real photographs. It
