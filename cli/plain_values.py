@@ -4,8 +4,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-_PLAIN = {
-    str: re.compile(r".*", re.DOTALL),
+_NUMBERS = {
     int: re.compile(r"-?[0-9]{1,9}"),
     float: re.compile(r"-?[0-9]{1,9}(\.[0-9]{1,9})?"),
 }
@@ -34,10 +33,10 @@ class PlainValues:
             return () if is_list else None
         if is_list and kind == list[str] and all(type(word) is str for word in value):
             return list(value)
-        if not is_list and kind in _PLAIN and not param.type_descriptor.is_ranged:
-            if type(value) is kind:
+        if not is_list and not param.type_descriptor.is_ranged:
+            if kind in (str, *_NUMBERS) and type(value) is kind:
                 return value
-            if type(value) is str and _PLAIN[kind].fullmatch(value):
+            if kind in _NUMBERS and type(value) is str and _NUMBERS[kind].fullmatch(value):
                 return kind(value)
         return self._typers().coerce(value, param=param, ctx=ctx)
 

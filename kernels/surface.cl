@@ -71,6 +71,7 @@ SURFACE_STEP void surface_curve(
         scratch[CORNERS_AT] = x[0];
         scratch[CORNERS_AT + 1] = x[count - 1];
     }
+    /* heights of the opening in the middle of the mouth */
     if (is_fine && (curve & 1)) scratch[CORNERS_AT + 2 + ((curve - 8) >> 1)] = y[count / 2];
     if (is_lid) {
         surface_smooth(x, count);
@@ -155,9 +156,9 @@ SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
     float out_of_middle = surface_max(across, -across) / width;
     float at_corner =
         surface_clamp((out_of_middle - CORNER_FROM) / (CORNER_TO - CORNER_FROM), 0.0f, 1.0f);
-    out[UPPER_MORE * PATCH_WIDE] = CORNER_MORE * at_corner * open;
-    out[LOWER_MORE * PATCH_WIDE] =
-        CORNER_MORE * at_corner * open - LOWER_LESS * (1.0f - at_corner) * (1.0f - open);
+    float more = CORNER_MORE * at_corner * open;
+    out[UPPER_MORE * PATCH_WIDE] = more;
+    out[LOWER_MORE * PATCH_WIDE] = more - LOWER_LESS * (1.0f - at_corner) * (1.0f - open);
     out[GAP * PATCH_WIDE] = 2.0f * surface_clamp((lower - upper) / reach, 0.0f, 1.0f) - 1.0f;
     out[PER_UPPER * PATCH_WIDE] = 1.0f / surface_max(upper - top, 1.0f);
     out[PER_LOWER * PATCH_WIDE] = 1.0f / surface_max(bottom - lower, 1.0f);

@@ -108,8 +108,8 @@ def _rim(
     if rim <= 0:
         return {}
     red, green, blue = skin.codes(skin.roots_of(skin.lab(roots) + _NARROW * off))
-    liner = replace(lipstick, red=red, green=green, blue=blue)
-    return {"rim": round(rim, 3), "rim_color": liner.hex}
+    darker = replace(lipstick, red=red, green=green, blue=blue)
+    return {"rim": round(rim, 3), "rim_color": darker.hex}
 
 
 def _no_chalk(skin: TypicalSkin, roots: np.ndarray) -> np.ndarray:

@@ -12,7 +12,6 @@ from functools import lru_cache
 
 import numpy as np
 from makeup_video.pipeline.faces.net import read_array
-from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
 from makeup_video.pipeline.look.finishes import nearest_finish, product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer
@@ -60,9 +59,9 @@ _EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and 
 _FAINTEST = 1e-6
 _VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted than it is seen
 # The probability from which all of the opacity is painted, and what share of it is painted of a
-# shadow that is hardly likely; and from which layers below the eye are read: in the folds and rims
-# of glasses of less certain eyes a red line would be.
-_LIKELY, _UNLIKELY_SHARE, _SURE = 0.3, 0.6, 0.75
+# shadow that is hardly likely.
+_ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
+_LIKELY = 0.75  # the probability from which layers below the eye are read
 _NEARLY = 0.92
 # Of the weights: what keeps a layer's colour near that of skin. Where its cells hardly tell the
 # colour, or other layers cover them, it would be an extreme one.
@@ -97,9 +96,9 @@ def fit_shadows(
     finish = nearest_finish(*shine, "eyes", shimmers=False)
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     seen, most = _shaded(skin.roots(seen)), skin.most()
-    chosen = _choose(seen, most, _SHAPES if probability >= _SURE else _SHAPES[:-1])
+    chosen = _choose(seen, most, _SHAPES if probability >= _LIKELY else _SHAPES[:-1])
     chosen, opacities, roots = _without_white(seen, chosen, most)
-    share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _LIKELY, 1)
+    share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _ALL_FROM, 1)
     return [
         _layer(
             shape, skin.codes(_as_seen(skin, root, seen, shape)), round(share * opacity, 3), finish
@@ -131,16 +130,15 @@ def _as_seen(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shap
     redder than skin, the product is as yellow. By the same calculation the product of a soft grey
     is black, and beyond the outer corner, where it ends, it would be a black spot.
     """
-    there = lab_of_linear(seen[density(_plain(shape)) > _DENSE] ** 2 * skin.linear)
+    there = skin.lab(seen[density(_plain(shape)) > _DENSE])
     darkest, *coldest = np.percentile(there, _COLDEST, axis=0) - (_DARKER, _COLDER, _COLDER)
-    worn = lab_of_linear(root * root * skin.linear)
+    worn = skin.lab(root)
     worn[0] = max(worn[0], darkest)
     worn[1:] = np.maximum(worn[1:], np.minimum(coldest, _VIVIDER * np.array(coldest)))
     _, red, yellow = there.mean(0)
-    if yellow > 0 and red < lab_of_linear(skin.linear)[1]:  # brown, or grey; not purple
+    if yellow > 0 and red < skin.lab(np.ones(3))[1]:  # brown, or grey; not purple
         worn[2] = max(worn[2], yellow)
-    bounded_root: np.ndarray = np.sqrt(np.maximum(linear_of_lab(worn), 0) / skin.linear)
-    return bounded_root
+    return skin.roots_of(worn)
 
 
 def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape]]) -> list[_Shape]:

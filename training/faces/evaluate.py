@@ -98,11 +98,16 @@ def lip_polygon(points_px: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     return mask > 0
 
 
+def iou_of(painted: np.ndarray, lips: np.ndarray) -> float:
+    """Intersection over union of two masks (H, W) bool; 0 for two empty ones."""
+    return float((painted & lips).sum() / max((painted | lips).sum(), 1))
+
+
 def overlap(painted: np.ndarray, human: np.ndarray) -> tuple[float, float]:
     """IoU with the lips (label 1), and the painted share of the mouth's interior (label 2)."""
     lips, interior = human == 1, human == 2
     share = painted[interior].mean() if interior.sum() > 100 else np.nan
-    return (painted & lips).sum() / (painted | lips).sum(), share
+    return iou_of(painted, lips), share
 
 
 def measure_masks(folder: Path, nets: FaceNets) -> None:

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 import torch
 from makeup_video.training.faces.crops import SPECS, CropSpec
+from makeup_video.training.faces.evaluate import iou_of
 from makeup_video.training.faces.export import from_checkpoint
 from makeup_video.training.faces.infer import from_onnx, take
 from makeup_video.training.faces.lip_evidence import MASK_SPEC
@@ -35,7 +36,7 @@ def overlap(painted: np.ndarray, mouth: Mouth) -> tuple[float, float]:
     """IoU with the lips, and the painted share of the interior (nan for a closed mouth)."""
     lips, interior = mouth.lips > 0.5, mouth.interior > 0.5
     share = painted[interior].mean() if interior.sum() > SMALLEST else np.nan
-    return (painted & lips).sum() / max((painted | lips).sum(), 1), share
+    return iou_of(painted, lips), share
 
 
 def edges(mask: np.ndarray) -> np.ndarray:

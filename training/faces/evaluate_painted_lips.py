@@ -16,7 +16,7 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face, iod_px
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
-from makeup_video.training.faces.evaluate import read_rgb
+from makeup_video.training.faces.evaluate import iou_of, read_rgb
 
 LIPS, INTERIOR = 1, 2
 OPEN = 0.01  # of the lips' area: a mouth with a larger interior counts as open
@@ -73,13 +73,9 @@ def score(painted: np.ndarray, labels: np.ndarray, iod: float) -> Painted:
         beside = painted[ring].mean() if ring.any() else np.nan
         missed = (lips & ~painted & (to_opening < to_skin)).sum() / area
     return Painted(
-        _iou(painted, lips), _iou(painted & at_corner, lips & at_corner), beside, missed,
+        iou_of(painted, lips), iou_of(painted & at_corner, lips & at_corner), beside, missed,
         (painted & interior).sum() / area, (painted & ~lips & ~interior).sum() / area,
     )  # fmt: skip
-
-
-def _iou(painted: np.ndarray, lips: np.ndarray) -> float:
-    return float((painted & lips).sum() / max((painted | lips).sum(), 1))
 
 
 def measure(folder: Path) -> list[tuple[bool, Painted]]:

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 import torch
 from makeup_video.pipeline.errors import PhotoError
+from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
 from makeup_video.pipeline.reference.estimate import estimate
@@ -63,7 +64,6 @@ COUNT = 300
 TRUE, MEAN, SOURCE = "true numbers", "mean colour", "source unchanged"
 KNOWN = "known points and light"
 PRODUCT = "the whole product"
-KINDS_OF = {"lips": "lipstick", "eyes": "eyeshadow"}
 MEASURES = ("CIEDE2000", *WHOLE)
 
 
@@ -170,8 +170,7 @@ def read_by_product(one: Triplet) -> Look:
         found = estimate(one.photo).look
     except PhotoError:
         return Look()
-    kinds = [KINDS_OF[region] for region in worn(one.look)]
-    return Look([layer for kind in kinds for layer in found.of(kind)])
+    return Look([layer for layer in found.layers if KINDS[layer.kind].part in worn(one.look)])
 
 
 def _scores(
