@@ -61,7 +61,7 @@ _VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted th
 # The probability from which all of the opacity is painted, and what share of it is painted of a
 # shadow that is hardly likely.
 _ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
-_LIKELY = 0.75  # the probability from which layers below the eye are read
+_LIKELY = 0.3  # the probability from which layers below the eye are read
 _NEARLY = 0.92
 # Of the weights: what keeps a layer's colour near that of skin. Where its cells hardly tell the
 # colour, or other layers cover them, it would be an extreme one.
@@ -87,8 +87,7 @@ def fit_shadows(
 
     seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the lid's
     layer has; the others are matte.  probability: that eye-shadow is worn; the less likely, the
-    sheerer, and where it is not likely, nothing is read below the eye, since folds and rims of
-    glasses are darker and redder than skin.
+    sheerer, and where it is not likely, nothing is read below the eye.
     """
     if seen is None:
         return []
@@ -99,11 +98,25 @@ def fit_shadows(
     chosen = _choose(seen, most, _SHAPES if probability >= _LIKELY else _SHAPES[:-1])
     chosen, opacities, roots = _without_white(seen, chosen, most)
     share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _ALL_FROM, 1)
+    worn = [_as_seen(skin, root, seen, shape) for shape, root in zip(chosen, roots, strict=True)]
     return [
-        _layer(
-            shape, skin.codes(_as_seen(skin, root, seen, shape)), round(share * opacity, 3), finish
+        _layer(shape, skin.codes(skin.roots_of(lab)), round(share * opacity, 3), finish)
+        for shape, lab, opacity in zip(
+            chosen, _no_warmer(skin, worn, chosen), opacities, strict=True
         )
-        for shape, root, opacity in zip(chosen, roots, opacities, strict=True)
+    ]
+
+
+def _no_warmer(
+    skin: TypicalSkin, worn: Sequence[np.ndarray], shapes: Sequence[_Shape]
+) -> list[np.ndarray]:
+    """CIELAB of the products, (3,) each, below the eye no redder or yellower than above it, or than
+    skin: the lower lids of many faces are red by themselves, and so are rims of glasses."""
+    above = [lab for lab, shape in zip(worn, shapes, strict=True) if shape["slot"] != "under"]
+    warmest = np.max(above or [skin.lab(np.ones(3))], axis=0)
+    return [
+        np.append(lab[0], np.minimum(lab[1:], warmest[1:])) if shape["slot"] == "under" else lab
+        for lab, shape in zip(worn, shapes, strict=True)
     ]
 
 
@@ -123,7 +136,7 @@ def _shaded(seen: np.ndarray) -> np.ndarray:
 
 
 def _as_seen(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shape) -> np.ndarray:
-    """Roots of a product, (3,), hardly darker, greener or bluer than any part of it is seen.
+    """CIELAB of a product, (3,), hardly darker, greener or bluer than any part of it is seen.
 
     Film lets warm skin through, so the product that would make it a dark brown is blue. On skin
     that is less warm, it would look blue; so where what is seen is yellow on the whole, and no
@@ -138,7 +151,7 @@ def _as_seen(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shap
     _, red, yellow = there.mean(0)
     if yellow > 0 and red < skin.lab(np.ones(3))[1]:  # brown, or grey; not purple
         worn[2] = max(worn[2], yellow)
-    return skin.roots_of(worn)
+    return worn
 
 
 def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape]]) -> list[_Shape]:

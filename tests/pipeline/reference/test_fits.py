@@ -130,9 +130,25 @@ def test_a_shadow_below_the_eye_is_read_of_likely_looks_alone():
     worn = replace(product((200, 70, 70), "matte", "eyes"), opacity=0.7)
     neutral = wearing(*(Layer("eyeshadow", worn, {"slot": slot}) for slot in ("full", "under")))
     seen = flat_eyes(neutral)
-    for probability in (0.2, 0.74, 0.76, 1):
+    for probability in (0.2, 0.29, 0.31, 1):
         slots = [one.shape["slot"] for one in fit_shadows(neutral, seen, LID, probability)]
-        assert ("under" in slots) == (probability > 0.75)
+        assert ("under" in slots) == (probability > 0.3)
+
+
+@given(st.integers(60, 120), st.integers(150, 220))
+@settings(max_examples=10, deadline=None)
+def test_below_a_grey_shadow_no_red_one_is_read(grey, red):
+    above = replace(product((grey, grey, grey + 10), "matte", "eyes"), opacity=0.8)
+    below = replace(product((red, 60, 50), "matte", "eyes"), opacity=0.7)
+    neutral = wearing(
+        Layer("eyeshadow", above, {"slot": "full"}), Layer("eyeshadow", below, {"slot": "under"})
+    )
+    reds = {True: [-20.0], False: [-20.0]}
+    for layer in shadows_of(neutral):
+        worn = layer.product
+        _, red_green, _ = lab_of(np.array([worn.red, worn.green, worn.blue]))
+        reds[layer.shape["slot"] == "under"].append(float(red_green))
+    assert max(reds[True]) <= max(reds[False]) + 0.5
 
 
 @pytest.mark.parametrize("slot", ["full", "outer"])
