@@ -16,12 +16,15 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.film import Film
 from makeup_video.pipeline.reference.flat_lips import FlatLips
-from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 # Bare lips, and how lipstick of opacity 1 shows on them, as training/worn/bare_skin.py measures.
 FILM = Film(np.array([0.771, 0.639, 0.716]), np.array(0.93), np.array(0.925))
 _CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least number of such px
+# Percentiles of their light, between which they show the lipstick: lighter ones have highlights, and
+# with the median of all lips looked too pale in a blind choice.
+_BETWEEN = (30, 60)
 _CONTRAST = 0.2  # of roots between a lipstick and bare lips, from which on it is opaque
 _LEAST_OPAQUE, _MOST_OPAQUE = 0.45, 1.0
 _MOST_REFLECTION = 0.05
@@ -53,32 +56,26 @@ def seen_lips(neutral: NeutralFace) -> np.ndarray | None:
     return middle
 
 
-def seen_gloss(neutral: NeutralFace) -> float:
-    """The gloss whose highlights, painted, stand out from the lips as these do."""
-    bright, high = np.percentile(_lip_pixels(neutral).min(1), _HIGHLIGHTS)
-    return min(max((float(high - bright) - _MATTE) / _GLOSSY, 0.0), _MOST_GLOSS)
-
-
 def _lip_pixels(neutral: NeutralFace) -> np.ndarray:
     """(N, 3) linear R, G, B of what is surely lips."""
     pixels: np.ndarray = neutral.linear[lip_mask(neutral.rgb8, neutral.face) > _CERTAIN]
     return pixels
 
 
-def fit_lips(
-    neutral: NeutralFace, seen: np.ndarray | None, lips: GraphicsParams, flat: FlatLips
-) -> Layer:
+def fit_lips(neutral: NeutralFace, lips: GraphicsParams, flat: FlatLips) -> Layer:
     """The lipstick with the colour and the opacity that fit, and the finish nearest to both.
 
-    seen: as of seen_lips.  lips: as the net reads it.  flat: the lips laid flat.
+    lips: as the net reads it; kept where hardly any lips are seen.  flat: the lips laid flat.
     """
     gradient = min(_STEEPER * flat.fade(), _MOST_GRADIENT)
     shape: dict[str, Any] = {"gradient": round(gradient, 3)}
-    if seen is None:
+    pixels = _lip_pixels(neutral)
+    if len(pixels) < _LEAST_PX:
         return Layer("lipstick", lips, shape)
+    seen = _worn(neutral, pixels)
     contrast = float(np.linalg.norm(seen - FILM.bare))
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPAQUE), _MOST_OPAQUE)
-    gloss, reflection = seen_gloss(neutral), min(lips.reflection, _MOST_REFLECTION)
+    gloss, reflection = _gloss(pixels), min(lips.reflection, _MOST_REFLECTION)
     roughness = min(lips.gloss_roughness, _ROUGHEST)
     skin = TypicalSkin.of(neutral, own_yellow=_OWN_YELLOW)
     matte = _no_chalk(skin, skin.roots(seen)) - _SHINE * min(gloss, 1) * opacity
@@ -93,6 +90,20 @@ def fit_lips(
         reflection=reflection,
     )
     return Layer("lipstick", worn, shape | _rim(skin, worn, roots, flat.bands()))
+
+
+def _worn(neutral: NeutralFace, pixels: np.ndarray) -> np.ndarray:
+    """(3,) the mean root of the lips' share of skin, where they are neither dark nor light."""
+    light = pixels @ LUMINANCE
+    dark, bright = np.percentile(light, _BETWEEN)
+    middle: np.ndarray = neutral.roots(pixels[(light >= dark) & (light <= bright)]).mean(0)
+    return middle
+
+
+def _gloss(pixels: np.ndarray) -> float:
+    """The gloss whose highlights, painted, stand out from the lips as these do."""
+    bright, high = np.percentile(pixels.min(1), _HIGHLIGHTS)
+    return min(max((float(high - bright) - _MATTE) / _GLOSSY, 0.0), _MOST_GLOSS)
 
 
 def _rim(
