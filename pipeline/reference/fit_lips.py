@@ -22,8 +22,8 @@ from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 # Bare lips, and how lipstick of opacity 1 shows on them, as training/worn/bare_skin.py measures.
 FILM = Film(np.array([0.771, 0.639, 0.716]), np.array(0.93), np.array(0.925))
 _CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least number of such px
-# Percentiles of their light, between which they show the lipstick: lighter ones have highlights, and
-# with the median of all lips looked too pale in a blind choice.
+# Percentiles of their light, between which they show the lipstick: lighter ones have highlights. By
+# the median of all, lips looked too pale in a blind choice.
 _BETWEEN = (30, 60)
 _CONTRAST = 0.2  # of roots between a lipstick and bare lips, from which on it is opaque
 _LEAST_OPAQUE, _MOST_OPAQUE = 0.45, 1.0
