@@ -66,11 +66,11 @@ _NEARLY = 0.92
 # Of the weights: what keeps a layer's colour near that of skin. Where its cells hardly tell the
 # colour, or other layers cover them, it would be an extreme one.
 _STIFF = 0.002
-_OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
+_OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 
-# How much greener or bluer than what is seen a product may be, in a* and b*: than this percentile
-# of the cells where it is that dense; where those are green or blue themselves, that many times.
-_DENSE, _COLDEST, _COLDER, _VIVIDER = 0.4, 10, 2.0, 2.0
+# A product may not be greener or bluer than this percentile of what is seen where it is that dense;
+# where that is green or blue itself, than so many times as much.
+_DENSE, _COLDEST, _VIVIDER = 0.4, 10, 2.0
 _DARKER = 3.0  # by how much it may be darker, in L*, than the same percentile of those cells
 # By how much more a layer of one of these shapes hides, and shows of its own colour, than products
 # do that lie all around the eye: least squares over bare faces painted in random colours.
@@ -136,7 +136,7 @@ def _shaded(seen: np.ndarray) -> np.ndarray:
 
 
 def _as_seen(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shape) -> np.ndarray:
-    """CIELAB of a product, (3,), hardly darker, greener or bluer than any part of it is seen.
+    """CIELAB of a product, (3,), no greener or bluer than any part of it is seen, hardly darker.
 
     Film lets warm skin through, so the product that would make it a dark brown is blue. On skin
     that is less warm, it would look blue; so where what is seen is yellow on the whole, and no
@@ -144,9 +144,9 @@ def _as_seen(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shap
     is black, and beyond the outer corner, where it ends, it would be a black spot.
     """
     there = skin.lab(seen[density(_plain(shape)) > _DENSE])
-    darkest, *coldest = np.percentile(there, _COLDEST, axis=0) - (_DARKER, _COLDER, _COLDER)
+    darkest, *coldest = np.percentile(there, _COLDEST, axis=0)
     worn = skin.lab(root)
-    worn[0] = max(worn[0], darkest)
+    worn[0] = max(worn[0], darkest - _DARKER)
     worn[1:] = np.maximum(worn[1:], np.minimum(coldest, _VIVIDER * np.array(coldest)))
     _, red, yellow = there.mean(0)
     if yellow > 0 and red < skin.lab(np.ones(3))[1]:  # brown, or grey; not purple
