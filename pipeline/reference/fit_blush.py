@@ -37,8 +37,9 @@ _BLUES, _YELLOW = 0.05, 0.15
 # a rose of opacity 1 adds to those of skin.
 _REDDENS, _ROSE = 0.12, np.array([-0.12, -0.55, -0.48])
 # A blush that stands out from the cheek around it: by how much more red than green one of opacity 1
-# leaves, for the logarithm of that of the light, and at least and at most of it.
-_TINT, _LEAST_PATCH, _MOST_RED = 1.8, 0.1, 0.45
+# leaves, for the logarithm of that of the light, and at least and at most of it. Faint blush is
+# painted more vivid than it is seen, strong blush less.
+_TINT, _FAINTER, _LEAST_PATCH, _MOST_RED = 0.84, 0.6, 0.1, 0.45
 _DARK = -0.25  # by how much less light a dark blush leaves, as contours are
 _DARKENS = 0.35  # by how much less light it leaves for what it reddens
 # By how much more blue than green it leaves for what it reddens: more, where nothing tells it but
@@ -119,7 +120,7 @@ def _patch(flush: Flush, change: np.ndarray | None) -> np.ndarray | None:
 
     change: what it adds beside plain skin, if anything. Dark and blue blush shows there.
     """
-    red, beside, light = min(_TINT * flush.red, _MOST_RED), 0.0, 0.0
+    red, beside, light = min(_TINT * flush.red**_FAINTER, _MOST_RED), 0.0, 0.0
     if change is not None:
         beside, light = float(change[0] - change[1]), float(change @ LUMINANCE)
         if change[2] > change[0] + _LEAST_BLUE or light < _DARK:
