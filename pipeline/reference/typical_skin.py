@@ -17,6 +17,8 @@ TYPICAL = (0.753, 0.48, 0.374)
 # How much of the difference from typical skin is the person's, of L* and, unless told otherwise, of
 # a* and b*: tried on photos between 0 and 1.
 _OWN_LIGHT, _OWN_HUE = 0.4, 0.4
+# Of what skin is darker than that, in L*, that share is the person's: no photo is so underexposed.
+_DARK, _OWN_DARK = 12.0, 0.8
 _BRIGHT = 1.5  # colours down to one part in so much of the skin's L* show all of the light's hue
 _FAINTEST = 1e-4
 
@@ -39,6 +41,7 @@ class TypicalSkin:
         off = lab_of_linear(neutral.skin) - typical
         own_b = max(own_hue, own_yellow) if off[2] > 0 else own_hue
         own = np.array([_OWN_LIGHT, own_hue, own_b]) * off
+        own[0] -= (_OWN_DARK - _OWN_LIGHT) * max(-float(off[0]) - _DARK, 0.0)
         return cls(np.maximum(linear_of_lab(typical + own), _FAINTEST), neutral.skin)
 
     def roots(self, roots: np.ndarray) -> np.ndarray:

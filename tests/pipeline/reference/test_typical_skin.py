@@ -54,6 +54,16 @@ def test_yellower_skin_keeps_more_of_its_yellow(seen, own):
     assert (after[2] >= before[2] - 1e-6) if is_yellower else np.allclose(before, after)
 
 
+@given(st.floats(1, 60), st.floats(1, 10))
+def test_darker_skin_keeps_as_much_of_its_darkness_or_more(darker, by):
+    typical = lab_of_linear(np.array(TYPICAL))
+    kept = [
+        (typical[0] - lab_of_linear(skin_of(linear_of_lab(typical - [off, 0, 0])).linear)[0]) / off
+        for off in (darker, darker + by)
+    ]
+    assert kept[1] >= kept[0] - 1e-3 and kept[1] <= 1
+
+
 @given(LIGHT, LIGHT)
 def test_what_is_darker_than_skin_stays_darker(seen, share):
     skin = skin_of(seen)
