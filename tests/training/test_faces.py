@@ -82,8 +82,40 @@ def test_enclosed_is_sure_on_lips_and_between_them_only():
 def test_lipstick_goes_on_the_mouth_but_not_on_its_opening():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     logits = model.torch.tensor([[3.0, 3.0, -3.0], [-2.0, 2.0, -2.0]])[None, :, None]
-    margin = model.OPENING_MARGIN
-    assert model.lipstick_logits(logits).flatten().tolist() == [2 - margin, -2 - margin, -3]
+    margin, nothing = model.OPENING_MARGIN, model.torch.zeros(1)
+    got = model.lipstick_logits(logits, nothing).flatten().tolist()
+    assert got == [2 - margin, -2 - margin, -3]
+
+
+def test_redder_than_around_counts_as_lip_at_an_opening():
+    model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
+    torch, margin, most = model.torch, model.OPENING_MARGIN, model.REDNESS_MOST
+
+    def lipstick(opening: list[float], redness: float) -> list[float]:
+        logits = torch.tensor([[9.0] * len(opening), opening])[None, :, None]
+        evidence = torch.full((1, 1, 1, len(opening)), redness)
+        return (model.lipstick_logits(logits, evidence) + margin).flatten().tolist()
+
+    mouth = [model.OPENED, 0.0, -2.0]  # between the lips, on the border, on a lip
+    assert lipstick(mouth, 0.5) == [-1.5, 0.5, 2.5]
+    assert lipstick(mouth, 9.0) == [most - 2, most, most + 2]  # bounded
+    assert lipstick(mouth, -0.5) == [-2.5, -0.5, 2.0]  # a highlight on a lip stays lip
+    assert lipstick(mouth, -9.0) == [-2 - most, -most, 2]
+    assert lipstick([model.OPENED / 2, 0.0], 1.0) == [-0.5, 0.5]  # hardly open: half of it
+    assert lipstick([-1.0, -3.0], 1.0) == [1, 3]  # shut: as the net has it
+
+
+def test_redness_is_that_of_a_pixel_beside_its_surroundings():
+    model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
+    torch, redness = model.torch, model.Redness()
+    plain = torch.full((1, 24, 32, 3), 90, dtype=torch.uint8)
+    assert redness(model.normalise(plain)).abs().max() < 1e-4
+    plain[0, 11, 16, 0] += 20  # 10 codes of Cr
+    found = torch.nn.functional.pixel_shuffle(redness(model.normalise(plain)), 2)[0, 0]
+    cells = model.AROUND_CELLS
+    assert np.isclose(float(found[11, 16]), 10 * model.REDNESS * (1 - 0.25 / cells**2), rtol=1e-3)
+    assert np.isclose(float(found[10, 16]), -10 * model.REDNESS * 0.25 / cells**2, rtol=1e-3)
+    assert float(found[:, :8].abs().max()) < 1e-4  # far away
 
 
 def test_lists_of_points_have_no_doubles():

@@ -127,9 +127,12 @@ def _round_both_ways(one: Round) -> Round:
 
 
 class PaintedRows(nn.Module):
-    """Outputs of Paint, (N, C, H/2, W / 2 / SPAN) -> log-odds of lipstick (N, H, W)."""
+    """Outputs of Paint, (N, C, H/2, W / 2 / SPAN) -> log-odds of lipstick (N, H, W).
 
-    def forward(self, cells: Tensor) -> Tensor:
+    They come without the evidence of redness.
+    """
+
+    def forward(self, cells: Tensor, _redness: Tensor) -> Tensor:
         n, c, h, w = (int(side) for side in cells.shape)
         cells = cells.permute(0, 2, 3, 1)
         least = torch.minimum(cells[..., : c // 2], cells[..., c // 2 :])

@@ -36,12 +36,16 @@ def folded_weights(path: Path) -> list[tuple[Tensor, Tensor]]:
 
 
 def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
-    """The parameters that the file keeps under the names of the net itself."""
-    state, found = net.state_dict(), {}
-    for tensor in onnx.load(path).graph.initializer:
+    """The parameters that the file keeps under the names of the net itself, and the mean points."""
+    graph, state, found = onnx.load(path).graph, net.state_dict(), {}
+    mean = next(n.input[2] for n in graph.node if n.output[0].endswith("points/Gemm_output_0"))
+    for tensor in graph.initializer:
         name = tensor.name.removesuffix("_half").removeprefix("net.")
+        if tensor.name == mean:  # laid flat, under a number
+            name = "points.mean"
         if name in state:
-            found[name] = torch.from_numpy(numpy_helper.to_array(tensor).astype(np.float32))
+            values = torch.from_numpy(numpy_helper.to_array(tensor).astype(np.float32))
+            found[name] = values.view(state[name].shape)
     return found
 
 
