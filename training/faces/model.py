@@ -13,8 +13,9 @@ OPENING_MARGIN = 0.75
 # teeth, gaps and most tongues, so a px of the open mouth that is redder than the px around it more
 # likely is lip: REDNESS, log-odds for each code value of Cr, at most REDNESS_MOST either way. Less
 # red, such as a highlight, counts only from REDNESS_FROM on, in log-odds of the opening, and fully
-# REDNESS_FROM above that. All of it counts where the surest px of the opening has log-odds of
-# OPENED; a shut mouth keeps its mask. REDNESS was fitted on the mouths of lip_outlines.py.
+# from 0 on. All of it counts where the surest px of the opening has log-odds of OPENED or more, and
+# none where they are below 0: a shut mouth keeps its mask. REDNESS was fitted on the mouths of
+# lip_outlines.py.
 REDNESS, REDNESS_MOST, REDNESS_FROM, OPENED = 0.2, 2.0, -1.0, 2.0
 AROUND_CELLS = 5  # cells of 2 x 2 px: the side of the square over which redness is averaged
 CR = 0.5, -0.418688, -0.081312  # of R'G'B', BT.601
