@@ -1,7 +1,10 @@
 """Training geometry: transforms of points must match the transforms of pictures."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from makeup_video.pipeline.faces.net import SHIPPED, Net
 from makeup_video.pipeline.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER, RIGHT_EYE
 from makeup_video.training.faces import (
     crops,
@@ -116,6 +119,20 @@ def test_redness_is_that_of_a_pixel_beside_its_surroundings():
     assert np.isclose(float(found[11, 16]), 10 * model.REDNESS * (1 - 0.25 / cells**2), rtol=1e-3)
     assert np.isclose(float(found[10, 16]), -10 * model.REDNESS * 0.25 / cells**2, rtol=1e-3)
     assert float(found[:, :8].abs().max()) < 1e-4  # far away
+
+
+def test_the_shipped_lip_net_can_be_trained_further():
+    restored = pytest.importorskip("makeup_video.training.faces.from_onnx", reason="needs PyTorch")
+    torch, size_wh = restored.torch, (112, 80)
+    net = restored.build("lips", size_wh, torch.zeros(200, len(LIPS), 3))
+    rgb8 = np.random.default_rng(4).integers(0, 256, (4, *size_wh[::-1], 3), np.uint8)
+    crops = restored.normalise(torch.from_numpy(rgb8))
+    restored.restore(net, Path(str(SHIPPED)) / "lips.onnx", crops)
+    with torch.no_grad():
+        points, _score, mask = net.eval()(crops)
+    want = Net("lips")(rgb8)
+    assert np.abs(points.numpy() - want["points"]).max() < 1e-4  # IOD; both in float32
+    assert np.abs(mask.numpy() - want["mask_logits"]).max() < 1e-2
 
 
 def test_lists_of_points_have_no_doubles():

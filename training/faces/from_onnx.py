@@ -24,14 +24,16 @@ CROPS = 512  # from which means and variances are computed
 
 
 def folded_weights(path: Path) -> list[tuple[Tensor, Tensor]]:
-    """Weight and bias of every convolution of a float net, in the order in which they run."""
+    """Weight and bias of a float net's learned convolutions, in the order in which they run."""
     graph = onnx.load(path).graph
     values = {t.name.removesuffix("_half"): numpy_helper.to_array(t) for t in graph.initializer}
 
     def tensor(name: str) -> Tensor:
         return torch.from_numpy(values[name.removesuffix("_half")].astype(np.float32))
 
-    named = (node.input[1:3] for node in graph.node if node.op_type == "Conv")
+    convs = (node for node in graph.node if node.op_type == "Conv")
+    # that of redness is not learned, and the file has its numbers elsewhere
+    named = (n.input[1:3] for n in convs if n.input[1].removesuffix("_half") in values)
     return [(tensor(weight), tensor(bias)) for weight, bias in named]
 
 
