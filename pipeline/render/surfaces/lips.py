@@ -31,6 +31,7 @@ LOWER = np.array([[ring + i for i in range(11)] for ring in _RINGS])
 UPPER = np.array([[ring, *range(ring + 11, ring + 20), ring + 10] for ring in _RINGS])
 # The same as points of the face, (8, 11): as kernels/surface.cl takes them.
 LIP_RINGS = LIPS[np.concatenate([UPPER, LOWER])]
+_CONTOURS = np.concatenate([LIPS_OUTER, LIPS_INNER])
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
@@ -86,8 +87,9 @@ class LipsSurface:
         return _CHART
 
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
-        inward = _inward(self.face, self.grid)
-        return inward * np.float32(_CHART_PX), np.zeros_like(inward)
+        columns = _inward(self.face, self.grid)
+        columns *= np.float32(_CHART_PX)
+        return columns, np.zeros_like(columns)
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
@@ -125,7 +127,7 @@ class LipsSurface:
             edge, to_px, out.shape[::-1],
             borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
         )  # fmt: skip
-        there.clip(0, 1, out=there)
+        np.minimum(np.maximum(there, 0, out=there), 1, out=there)
         rest = there * -2
         rest += 3
         there *= there
@@ -219,17 +221,19 @@ def _inward(face: Face, grid: Grid) -> np.ndarray:
     It is the share of the distances to both contours, on the patch, where they are drawn.
     """
     patch = face.lips
-    size = patch.logits.shape
     to_patch = invert(patch.to_px)
-    away = []
-    for ring, inside in ((LIPS_OUTER, 0), (LIPS_INNER, 1)):
-        points = face.points_px[ring, :2] @ to_patch[:, :2].T + to_patch[:, 2]
-        drawn = np.full(size, inside, np.uint8)
-        fixed = np.rint(np.clip(points, -99, 999) * _SUB).astype(np.int32)
-        cv2.fillPoly(drawn, [fixed], 1 - inside, shift=_SUB_BITS)
-        away.append(cv2.distanceTransform(drawn, cv2.DIST_L2, 3))
-    from_border, to_middle = away
-    share = from_border / np.maximum(from_border + to_middle, 1)
-    share = cv2.GaussianBlur(share, (0, 0), _INWARD_SIGMA_PX)
+    points = face.points_px.take(_CONTOURS, 0)[:, :2] @ to_patch[:, :2].T
+    points += to_patch[:, 2]
+    np.minimum(np.maximum(points, -99, out=points), 999, out=points)
+    points *= _SUB
+    fixed = np.rint(points, out=points).astype(np.int32)
+    inside, opening = np.zeros(patch.logits.shape, np.uint8), np.ones(patch.logits.shape, np.uint8)
+    cv2.fillPoly(inside, [fixed[: len(LIPS_OUTER)]], 1, shift=_SUB_BITS)
+    cv2.fillPoly(opening, [fixed[len(LIPS_OUTER) :]], 0, shift=_SUB_BITS)
+    from_border: np.ndarray = cv2.distanceTransform(inside, cv2.DIST_L2, 3)
+    whole: np.ndarray = cv2.distanceTransform(opening, cv2.DIST_L2, 3)
+    whole += from_border
+    from_border /= np.maximum(whole, 1, out=whole)
+    share = cv2.GaussianBlur(from_border, (0, 0), _INWARD_SIGMA_PX)
     inward: np.ndarray = cv2.resize(share, grid.size_wh, interpolation=cv2.INTER_AREA)
     return inward
