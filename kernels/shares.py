@@ -85,9 +85,7 @@ class ShareKernel:
         self._lids = device.memory((3, _EYES, *LID_HW), np.float32)
         self._lids.array.fill(0)
         made = self._made.array[0]
-        self._shares, self._density, self._seen = (
-            made[name] for name in ("shares", "density", "seen")
-        )
+        self._shares, self._density, self._seen = made["shares"], made["density"], made["seen"]
         self._charts: WeakKeyDictionary[Any, cl.Buffer] = WeakKeyDictionary()
         self._kernel = device.kernel("shares", SRGB, np.dtype(np.uint8), DEFINITIONS)
         self._kernel.set_arg(0, self._given.buffer)
