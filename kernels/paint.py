@@ -251,8 +251,10 @@ class Canvas:
         self._describe(regions)
         self._runs.array[: len(runs)] = runs
         have_layers = [region.shares is not None for region in regions]
+        first_rows = [first for _, first, _ in self._places]
         for coat, has_weight in zip(coats, have_weight, strict=True):
-            coat.list_runs(runs if len(coats) == 1 else has_weight.nonzero()[0], have_layers)
+            own = runs if len(coats) == 1 else has_weight.nonzero()[0]
+            coat.list_runs(own, first_rows, have_layers)
         parts = self._parts(planes)
         for plane, canvas in parts:
             canvas[:] = plane

@@ -41,22 +41,24 @@ class Coat:
         has_weight: np.ndarray = (of_blocks > 0).ravel()
         return has_weight
 
-    def list_runs(self, runs: np.ndarray, have_layers: Sequence[bool]) -> None:
+    def list_runs(
+        self, runs: np.ndarray, first_rows: Sequence[int], have_layers: Sequence[bool]
+    ) -> None:
         """List runs for the kernels: of regions without layers, and with them.
 
-        have_layers: of all regions.
+        runs: (N,), ascending.  first_rows, have_layers: of all regions; those of this coat follow
+        each other down the canvas.
         """
-        plain, layered = self.runs
-        if True in [have_layers[number] for number in self.numbers]:
-            of_row = self.rows.array[runs // (self._stride // RUN)]
-            has_layers = np.array(have_layers)[of_row]
-            composed = runs[has_layers]
-            layered.array[: len(composed)] = composed
-            runs = runs[~has_layers]
-            self.counts = [len(runs), len(composed)]
-        else:
-            self.counts = [len(runs), 0]
-        plain.array[: len(runs)] = runs
+        in_row = self._stride // RUN
+        firsts = [first_rows[number] // self._down * in_row for number in self.numbers]
+        ends = [*runs.searchsorted(firsts[1:]).tolist(), len(runs)]
+        counts, begin = [0, 0], 0
+        for number, end in zip(self.numbers, ends, strict=True):
+            kind = int(have_layers[number])
+            count = counts[kind] + end - begin
+            self.runs[kind].array[counts[kind] : count] = runs[begin:end]
+            counts[kind], begin = count, end
+        self.counts = counts
 
     def send(self) -> None:
         for memory in (*self.runs, self.rows):

@@ -84,6 +84,8 @@ class ShareKernel:
         self._opacities = numbers[:, 5:]
         self._lids = device.memory((3, _EYES, *LID_HW), np.float32)
         self._lids.array.fill(0)
+        made = self._made.array[0]
+        self._shares, self._density, self._seen = made["shares"], made["density"], made["seen"]
         self._charts: WeakKeyDictionary[Any, cl.Buffer] = WeakKeyDictionary()
         self._kernel = device.kernel("shares", SRGB, np.dtype(np.uint8), DEFINITIONS)
         self._kernel.set_arg(0, self._given.buffer)
@@ -120,9 +122,8 @@ class ShareKernel:
         self._device.launch(self._kernel, (number, 1), (), (1, 1))
         self._made.fetch()
         self._device.finish()
-        made = self._made.array[0]
-        shares = made["shares"][: count if count > 1 else 0, :number].copy()
-        return shares, made["seen"][:number, :count].tolist(), made["density"][:number].copy()
+        shares = self._shares[: count if count > 1 else 0, :number].copy()
+        return shares, self._seen[:number, :count].tolist(), self._density[:number].copy()
 
     def _packed(self, charts: Sequence[np.ndarray | None]) -> cl.Buffer:
         """All coats of a place together, as the kernel reads them."""

@@ -64,16 +64,23 @@ class Channel(Generic[T]):
 
     def __iter__(self) -> Iterator[T]:
         """Receive until the channel is closed and empty, or cancelled."""
+        for items in self.batches(1):
+            yield items.pop()
+
+    def batches(self, most: int) -> Iterator[list[T]]:
+        """The same, but all items that wait at once: 1 to `most`, in order.
+
+        A list must be emptied: its items stay in memory while the next ones are waited for.
+        """
         while True:
             with self._changed:
                 while not self._items and not self._closed and not self._cancelled:
                     self._changed.wait()
                 if not self._items or self._cancelled:
                     return
-                item = self._items.popleft()
+                items = [self._items.popleft() for _ in range(min(most, len(self._items)))]
                 self._changed.notify_all()
-            yield item
-            del item  # it must not stay in memory while the next one is waited for
+            yield items
 
     def close(self) -> None:
         """End the channel behind the last item."""

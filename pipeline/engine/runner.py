@@ -76,7 +76,8 @@ class Runner:
     Every channel is bounded, so a slow actor makes those before it wait. The first error cancels
     every channel, and `run` raises it with its traceback; no thread is left.
 
-    source, stages, sink: each with a name for the report.  capacity: of every channel.
+    source, stages, sink: each with a name for the report.  capacity: of every channel, and so the
+    most items that the stages of one thread work on in turn.
     observe: called by the actors' own threads after each item.
     workers: how many threads share the stages, neighbours together; None: one less than there are
     cores, since the codec needs one. More threads than cores only take turns, and evict each
@@ -196,24 +197,31 @@ class Runner:
     def _run_group(self, index: int, group: list[tuple[str, Stage]]) -> None:
         inbox, out = self.channels[index], self.channels[index + 1]
         steps = [(self._stopwatch(name), stage) for name, stage in group]
-        for item in inbox:
-            self._pass(item, steps, out)
-            del item  # a frame must not stay in memory while the next one is waited for
+        for items in inbox.batches(inbox.capacity):
+            self._pass(items, steps, out)
         for index_of_stage, (_, stage) in enumerate(steps):
             for item in getattr(stage, "drain", tuple)():
-                self._pass(item, steps[index_of_stage + 1 :], out)
+                self._pass([item], steps[index_of_stage + 1 :], out)
         out.close()
 
     @staticmethod
-    def _pass(item: Any, steps: list[tuple[Stopwatch, Stage]], out: Channel[Any]) -> None:
-        """Pass an item through the stages and send it on, unless a stage holds it back."""
+    def _pass(items: list[Any], steps: list[tuple[Stopwatch, Stage]], out: Channel[Any]) -> None:
+        """Empty a list of items: pass each through the stages and send it on, unless a stage holds
+        it back.
+
+        Each stage works on all items before the next one does, and so finds its own code and data
+        in the cache, which other stages would evict.
+        """
         for stopwatch, stage in steps:
-            with stopwatch:
-                item = stage(item)
-            stopwatch.times.items += 1
-            if item is None:
-                return
-        out.send(item)
+            for _ in range(len(items)):
+                with stopwatch:
+                    item = stage(items.pop(0))
+                stopwatch.times.items += 1
+                if item is not None:
+                    items.append(item)
+                del item  # a frame must not stay in memory while the next one is waited for
+        while items:
+            out.send(items.pop(0))
 
     def _run_sink(self) -> None:
         name, sink = self.sink

@@ -116,8 +116,8 @@ def resized(face: Face, across: float, down: float) -> Face:
 
 def iod_px(face: Face) -> float:
     """The distance of the outer eye corners in px, at least 1."""
-    outer, other = face.points_px[list(EYE_CORNERS), :2].astype(np.float64).tolist()
-    return max(math.dist(outer, other), 1.0)
+    (x0, y0, _), (x1, y1, _) = face.points_px.take(EYE_CORNERS, 0).tolist()
+    return max(math.dist((x0, y0), (x1, y1)), 1.0)
 
 
 def sound_faces(item: FrameFaces) -> tuple[Face, ...]:

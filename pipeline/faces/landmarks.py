@@ -15,7 +15,7 @@ from makeup_video.pipeline.faces.similarity import (
     iod_of,
     middle_of,
 )
-from makeup_video.pipeline.frames.affine import compose
+from makeup_video.pipeline.frames.affine import AS_STORED, compose
 from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.frames.views import Picture
@@ -279,6 +279,9 @@ def to_face(landmarks: FaceLandmarks, picture: Picture, track_id: int) -> Face:
     to_stored = picture.to_stored
     points = np.empty((POINTS, 3), np.float32)
     upright = landmarks.xy.view(np.float64).reshape(POINTS, 2)
+    if to_stored is AS_STORED:
+        points[:, :2], points[:, 2] = upright, landmarks.z
+        return Face(points, *landmarks.scores, track_id, landmarks.lips)
     points[:, :2] = upright @ to_stored[:, :2].T + to_stored[:, 2]
     points[:, 2] = landmarks.z * step_px(to_stored)
     lips = LipPatch(landmarks.lips.logits, compose(to_stored, landmarks.lips.to_px))

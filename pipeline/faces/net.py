@@ -51,7 +51,7 @@ class Net:
     def __call__(self, rgb8: np.ndarray) -> dict[str, np.ndarray]:
         is_large = rgb8.shape[1] * rgb8.shape[2] > _SMALL_PX
         options = self._giving_back if is_large else None
-        values: list[Any] = self._session.run(None, {"rgb8": rgb8}, options)
+        values: list[Any] = self._session.run(self._outputs, {"rgb8": rgb8}, options)
         return dict(zip(self._outputs, values, strict=True))
 
 

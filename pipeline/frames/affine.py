@@ -62,6 +62,9 @@ class Affine(NamedTuple):
         return (self.d * x - self.b * y) / area, (self.a * y - self.c * x) / area
 
 
+AS_STORED: AffineArray = np.eye(2, 3)  # the map of a picture that needs no turn: always this object
+
+
 def compose(second: AffineArray, first: AffineArray) -> AffineArray:
     """The map that does `first`, then `second`; `first` may be several maps, (..., 2, 3)."""
     both: AffineArray = second[:, :2] @ first

@@ -4,6 +4,7 @@ The maths is in kernels/colour.py, beside its OpenCL twin.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import av
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, PRIMARIES, SRGB, Coding
@@ -58,6 +59,7 @@ class ColourTags:
         return self.transfer in HDR_TRANSFERS
 
 
+@lru_cache
 def resolve(tags: ColourTags, width_px: int, height_px: int, bit_depth: int) -> Coding:
     """The coding that the tags mean, with every missing tag filled in.
 

@@ -14,11 +14,13 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
 _HIGH_BITS = re.compile("p[024]1")  # p010le, p210le, p416le ...
 
 
-class _Layout(NamedTuple):
+class Layout(NamedTuple):
     """What FFmpeg's name of a pixel format means.
 
     Looked up once a format: every attribute of a PyAV format costs a new object, and several stages
     need one for every frame.
+
+    chroma: px of a picture for a chroma sample, across and down.
     """
 
     bit_depth: int
@@ -26,11 +28,12 @@ class _Layout(NamedTuple):
 
 
 @lru_cache
-def _layout_of(pix_fmt: str) -> _Layout:
+def layout_of(pix_fmt: str) -> Layout:
+    """The layout of one of FFmpeg's pixel formats."""
     fmt = av.VideoFormat(pix_fmt)
     # 64 is a multiple of every factor there is, so the quotient is the factor itself
     chroma = 64 // fmt.chroma_width(64), 64 // fmt.chroma_height(64)
-    return _Layout(fmt.components[0].bits, chroma)
+    return Layout(fmt.components[0].bits, chroma)
 
 
 @dataclass(slots=True)
@@ -79,12 +82,12 @@ class Frame:
 
     @property
     def bit_depth(self) -> int:
-        return _layout_of(self.pix_fmt).bit_depth
+        return layout_of(self.pix_fmt).bit_depth
 
     @property
     def chroma(self) -> tuple[int, int]:
         """(horizontal, vertical) subsampling factors: (2, 2) for 4:2:0, (1, 1) for 4:4:4."""
-        return _layout_of(self.pix_fmt).chroma
+        return layout_of(self.pix_fmt).chroma
 
     @property
     def planes(self) -> tuple[np.ndarray, ...]:
@@ -126,11 +129,9 @@ def plane_views(picture: av.VideoFrame, bit_depth: int) -> tuple[np.ndarray, ...
     interleaved = picture.format.name in ("nv12", "nv16")
     views = []
     for index, plane in enumerate(picture.planes):
-        lines = np.frombuffer(memoryview(plane), dtype).reshape(
-            plane.height, plane.line_size // dtype.itemsize
-        )
+        hw, line, size = (plane.height, plane.width), plane.line_size, dtype.itemsize
         if interleaved and index == 1:
-            views.append(lines[:, : plane.width * 2].reshape(plane.height, plane.width, 2))
+            views.append(np.ndarray((*hw, 2), dtype, memoryview(plane), 0, (line, 2 * size, size)))
         else:
-            views.append(lines[:, : plane.width])
+            views.append(np.ndarray(hw, dtype, memoryview(plane), 0, (line, size)))
     return tuple(views)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.frames.affine import AffineArray, compose
+from makeup_video.pipeline.frames.affine import Affine, AffineArray
 from makeup_video.pipeline.frames.frame import Frame
 
 
@@ -53,7 +53,7 @@ def sample(plane: np.ndarray, to_px: AffineArray, size_wh: tuple[int, int]) -> n
     if factor > 1:
         box = part_around(reach_of([to_px.tolist()], [size_wh]), plane, factor)
         plane, to_part = shrunk(plane, box, factor)
-        to_px = compose(to_part, to_px)
+        to_px = to_part.after(Affine.from_array(to_px)).array()
     return warp(plane, to_px, size_wh)
 
 
@@ -66,8 +66,8 @@ def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
     if factor > 1:
         reach = list(zip(places.min(1).tolist(), places.max(1).tolist(), strict=True))
         plane, to_part = shrunk(plane, part_around(reach, plane, factor), factor, every_row=True)
-        scale = to_part.diagonal().astype(np.float32)[:, None]
-        places = places * scale + to_part[:, 2:].astype(np.float32)
+        scale = np.array([[to_part.a], [to_part.d]], np.float32)
+        places = places * scale + np.array([[to_part.shift_x], [to_part.shift_y]], np.float32)
     return remap(plane, places)
 
 
@@ -152,7 +152,7 @@ def part_around(reach: list[tuple[float, float]], plane: np.ndarray, multiple: i
 
 def shrunk(
     plane: np.ndarray, box: _Box, factor: int, every_row: bool = False
-) -> tuple[np.ndarray, AffineArray]:
+) -> tuple[np.ndarray, Affine]:
     """A part of a plane, averaged `factor` to 1, and the map plane px -> part px.
 
     For a factor above 2 only every second row is read, because memory is slow; every_row reads all.
@@ -165,11 +165,8 @@ def shrunk(
         part = cv2.resize(part, size)
     x_scale, y_scale = size[0] / wide, size[1] / tall
     first = top + (1 - skip) / 2  # the rows that are read lie above the skipped ones
-    to_part = np.array([
-        [x_scale, 0, (0.5 - left) * x_scale - 0.5],
-        [0, y_scale, (0.5 - first) * y_scale - 0.5],
-    ])  # fmt: skip
-    return part, to_part
+    shift_x, shift_y = (0.5 - left) * x_scale - 0.5, (0.5 - first) * y_scale - 0.5
+    return part, Affine(x_scale, 0.0, shift_x, 0.0, y_scale, shift_y)
 
 
 def halved(plane: np.ndarray, factor: int = 2) -> np.ndarray:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import Coding, matrices
 from makeup_video.pipeline.errors import UsageError
-from makeup_video.pipeline.frames.affine import AffineArray, compose
+from makeup_video.pipeline.frames.affine import AS_STORED, Affine, AffineArray, compose
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags, resolve
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.sampling import (
@@ -35,7 +35,7 @@ class Picture(Protocol):
 
     width_px: float
     height_px: float
-    to_stored: AffineArray  # upright px -> stored px
+    to_stored: AffineArray  # upright px -> stored px; AS_STORED where these are the same
 
     def crop(self, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
         """(H, W, 3) uint8, encoded R'G'B'. to_px: (2, 3), crop px -> upright px."""
@@ -68,7 +68,7 @@ class RgbPicture:
         check_rgb8(rgb8)
         self.rgb8 = np.ascontiguousarray(rgb8)  # once here, else OpenCV copies it for every crop
         self.height_px, self.width_px = rgb8.shape[:2]
-        self.to_stored = np.eye(2, 3)
+        self.to_stored = AS_STORED
 
     def crop(self, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
         return sample(self.rgb8, to_px, size_wh)
@@ -95,22 +95,23 @@ class FramePicture:
         self._to_rgb = _to_rgb_matrix(frame.tags, frame.width_px, frame.height_px)
 
     def crop(self, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
-        rgb8, (to_part,) = self._rgb_around(to_px[None], [size_wh])
-        return warp(rgb8, to_part, size_wh)
+        rgb8, (to_part,) = self._rgb_around([to_px.tolist()], [size_wh])
+        return warp(rgb8, to_part.array(), size_wh)
 
     def crops(self, groups: Sequence[Crops]) -> list[np.ndarray]:
         # A call into OpenCV costs as much as a thousand pixels, so the pixels of all crops are one
         # list of points that is sampled at once.
         sizes = [size for maps, size in groups for _ in maps]
-        rgb8, to_part = self._rgb_around(np.concatenate([maps for maps, _ in groups]), sizes)
+        maps = [to_px for maps, _ in groups for to_px in maps.tolist()]
+        rgb8, to_part = self._rgb_around(maps, sizes)
         # remap takes less than half as long for four channels as for three
         rgb8 = cv2.cvtColor(rgb8, cv2.COLOR_RGB2RGBA)
-        samples = remap(rgb8, _places(to_part.astype(np.float32), sizes))
+        samples = remap(rgb8, _places(to_part, sizes))
         samples = cv2.cvtColor(samples, cv2.COLOR_RGBA2RGB)[0]
         crops, first = [], 0
-        for maps, (w, h) in groups:
-            end = first + len(maps) * w * h
-            crops.append(samples[first:end].reshape(len(maps), h, w, 3))
+        for of_group, (w, h) in groups:
+            end = first + len(of_group) * w * h
+            crops.append(samples[first:end].reshape(len(of_group), h, w, 3))
             first = end
         return crops
 
@@ -121,22 +122,25 @@ class FramePicture:
         return np.rot90(self._rgb(luma, chroma), turned // 90)
 
     def _rgb_around(
-        self, to_px: np.ndarray, sizes: Sequence[tuple[int, int]]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The part (H, W, 3) of the picture under crops (K, 2, 3), and the maps crop px -> part px.
+        self, maps: list[list[list[float]]], sizes: Sequence[tuple[int, int]]
+    ) -> tuple[np.ndarray, list[Affine]]:
+        """The part (H, W, 3) of the picture under crops, and the maps crop px -> part px.
 
         The part is converted to RGB once for all crops: the closer they lie, the smaller it is.
+        maps: crop px -> upright px, as nested lists (2, 3), since numpy is slow on so few numbers.
         """
-        maps, planes = compose(self.to_stored, to_px), self.frame.planes
-        plain = maps.tolist()
-        factor = shrink_factor(max(map(step_of, plain)))
+        if self.to_stored is not AS_STORED:
+            maps = compose(self.to_stored, np.array(maps)).tolist()
+        planes = self.frame.planes
+        factor = shrink_factor(max(map(step_of, maps)))
         across, down = self.frame.chroma
-        box = part_around(reach_of(plain, sizes), planes[0], max(factor, across, down))
+        box = part_around(reach_of(maps, sizes), planes[0], max(factor, across, down))
         luma, to_part = shrunk(planes[0], box, factor)
         size, box = luma.shape[1::-1], box.for_chroma(across, down)
         chroma = [shrunk(p, box, max(1, factor // max(across, down)))[0] for p in planes[1:3]]
         chroma = [p if p.shape[1::-1] == size else cv2.resize(p, size) for p in chroma]
-        return self._rgb(luma, chroma), compose(to_part, maps)
+        of_crops = [to_part.after(Affine(*across, *down)) for across, down in maps]
+        return self._rgb(luma, chroma), of_crops
 
     def _rgb(self, luma: np.ndarray, chroma: list[np.ndarray]) -> np.ndarray:
         """(H, W, 3) uint8 from samples (H, W) of the planes; NV12 has one (H, W, 2) for chroma."""
@@ -176,14 +180,16 @@ def _upright(
     }[rotation_degrees]
     squeeze = np.array([[1 / pixel_aspect, 0, 0.5 / pixel_aspect - 0.5], [0, 1, 0]])
     size = (high, wide) if rotation_degrees % 180 == 90 else (wide, high)
-    return compose(squeeze, np.array(turned, np.float64)), *size
+    to_stored = compose(squeeze, np.array(turned, np.float64))
+    return AS_STORED if np.array_equal(to_stored, AS_STORED) else to_stored, *size
 
 
-def _places(maps: np.ndarray, sizes: Sequence[tuple[int, int]]) -> np.ndarray:
-    """Where maps (K, 2, 3) float32 lead the pixels of their crops: (2, N), crop after crop."""
+def _places(maps: Sequence[Affine], sizes: Sequence[tuple[int, int]]) -> np.ndarray:
+    """Where maps lead the pixels of their crops: (2, N) float32, crop after crop."""
+    to_places = np.array(maps, np.float32).reshape(-1, 2, 3)
     places = np.empty((2, sum(w * h for w, h in sizes)), np.float32)
     first = 0
-    for to_px, (w, h) in zip(maps, sizes, strict=True):
+    for to_px, (w, h) in zip(to_places, sizes, strict=True):
         np.matmul(to_px, pixel_places((w, h)), out=places[:, first : first + w * h])
         first += w * h
     return places

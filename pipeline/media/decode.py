@@ -86,11 +86,12 @@ class Decoder:
         self.trim: Trim[av.VideoFrame] = segment or Trim(start, end, source.time_base)
         self._streams = [] if segment is None else [source.video]  # none: all of them
         self.stats = DecodeStats()
-        self.media_seconds = Fraction(0)  # from 0 to the end of the last frame
+        self._base = source.time_base
+        self._last = Fraction(0), 0  # of the last frame: its time in the clip, its length in ticks
         self._context = _decoder_context(source, threads)
         self._times = FrameTimes(source)
         self._ended: set[int] = set()
-        self._file_end_seconds = Fraction(0)
+        self._ends: dict[int, int] = {}  # of the packets read, in ticks of their streams
         self.packets = self._read()
 
     def frames(self) -> Generator[Frame, None, None]:
@@ -98,11 +99,12 @@ class Decoder:
         UsageError when the film ends before `start_seconds`."""
         if self.trim.start is not None:
             seek_before(self.source, self._context, self.trim.start)
+        index, base = self.source.video.index, self._base
         for packet in self.packets:
-            if packet.stream.index == self.source.video.index:
+            if packet.stream.index == index:
                 for picture in self._decode(packet):
-                    seconds = self._times(picture) * self.source.time_base
-                    duration = picture.duration * self.source.time_base
+                    seconds = self._times(picture) * base
+                    duration = picture.duration * base
                     yield from self._kept(self.trim(picture, seconds, duration))
             elif packet.size:
                 self.muxer.copy(packet)
@@ -135,13 +137,14 @@ class Decoder:
                 return
             if packet is None:
                 return
+            index = packet.stream.index
             if packet.pts is not None and packet.size:
-                end = (packet.pts + (packet.duration or 0)) * packet.time_base
-                self._file_end_seconds = max(self._file_end_seconds, end)
-            if packet.stream.index == video and packet.size:
+                end = packet.pts + (packet.duration or 0)
+                self._ends[index] = max(self._ends.get(index, 0), end)
+            if index == video and packet.size:
                 self.stats.packets += not packet.is_discard
             elif self._is_past_end(packet):
-                self._ended.add(packet.stream.index)
+                self._ended.add(index)
             if self.trim.is_past_end:
                 self._ended.add(video)
                 if self._is_past_end(packet, _INTERLEAVE_SECONDS):
@@ -172,23 +175,23 @@ class Decoder:
 
     def _kept(self, kept: list[tuple[av.VideoFrame, Fraction]]) -> Generator[Frame, None, None]:
         """The frames of pictures that are kept, with their times in the clip."""
-        base = self.source.time_base
+        base = self._base
         for picture, seconds in kept:
             if not self.stats.frames:
                 self._begin()
             self.source.tags.complete(picture)
-            is_counted = self.trim.is_counted(seconds + (self.trim.shift or 0))
             is_damaged, mended = picture.is_corrupt, self.convert.mended
             picture = self.convert(picture)
             is_damaged |= self.convert.mended > mended
-            self.stats.corrupt_frames += is_damaged and is_counted
+            if is_damaged and self.trim.is_counted(seconds + (self.trim.shift or 0)):
+                self.stats.corrupt_frames += 1
             if not self.stats.frames:
                 self.muxer.dropped += self.convert.dropped
                 self._refuse_changes()
             self.stats.frames += 1
             picture.pict_type = 0  # the source's I/P/B choices must not become the encoder's
             picture.pts, picture.time_base = int(seconds / base), base
-            self.media_seconds = seconds + max(1, picture.duration) * base
+            self._last = seconds, max(1, picture.duration)
             rotation = round(picture.rotation / 90) * 90 % 360
             yield Frame(picture, picture.pts, base, ColourTags.of(picture), rotation)
 
@@ -208,6 +211,19 @@ class Decoder:
                 f"{strict}: {self.convert.codec.name} cannot keep the picture as it is: "
                 f"{'; '.join(self.convert.unasked)}. Choose another codec, or leave {strict} out."
             )
+
+    @property
+    def media_seconds(self) -> Fraction:
+        """From 0 to the end of the last frame."""
+        seconds, ticks = self._last
+        return seconds + ticks * self._base
+
+    @property
+    def _file_end_seconds(self) -> Fraction:
+        """The end of what was read of the file, on its clock."""
+        streams = self.source.container.streams
+        ends = [end * streams[index].time_base for index, end in self._ends.items()]
+        return max(ends, default=Fraction(0))
 
     @property
     def expected_frames(self) -> int | None:

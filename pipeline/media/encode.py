@@ -68,8 +68,12 @@ class VideoEncoder:
         """Raises EncodeError when the encoder refuses its settings or a frame."""
         self.open(frame)
         picture = frame.picture
-        duration = round(picture.duration * frame.time_base / self._tick)
-        picture.pts, picture.time_base = self._ticks(frame), self._tick
+        duration = picture.duration
+        # in the source's own ticks there is nothing to convert, and fractions are slow
+        is_same = frame.time_base == self._tick
+        if not is_same:
+            duration = round(duration * frame.time_base / self._tick)
+        picture.pts, picture.time_base = self._ticks(frame, is_same), self._tick
         picture.duration = duration
         for packet in self._encode(picture):
             self._write(packet)
@@ -98,16 +102,18 @@ class VideoEncoder:
                 f"{self.codec.encoder} failed after pts {self._last_pts}: {error.strerror}"
             ) from error
 
-    def _ticks(self, frame: Frame) -> int:
-        """The frame's time in the output's ticks: exact, or the nearest and still increasing."""
-        seconds = frame.pts * frame.time_base
-        pts = round(seconds / self._tick)
+    def _ticks(self, frame: Frame, is_same: bool) -> int:
+        """The frame's time in the output's ticks: exact, or the nearest and still increasing.
+
+        is_same: the frame has these ticks already.
+        """
+        pts = frame.pts if is_same else round(frame.pts * frame.time_base / self._tick)
         if self._last_pts is not None and pts <= self._last_pts:
             pts = self._last_pts + 1
         self._last_pts = pts
-        self.max_pts_error_seconds = max(
-            self.max_pts_error_seconds, abs(pts * self._tick - seconds)
-        )
+        if not is_same or pts != frame.pts:
+            off = abs(pts * self._tick - frame.pts * frame.time_base)
+            self.max_pts_error_seconds = max(self.max_pts_error_seconds, off)
         return pts
 
     def open(self, frame: Frame) -> None:

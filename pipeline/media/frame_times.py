@@ -1,5 +1,7 @@
 """Presentation times that strictly increase, whatever the container declares."""
 
+import math
+
 import av
 from makeup_video.pipeline.media.input_file import VideoSource
 
@@ -26,7 +28,8 @@ class FrameTimes:
     """
 
     def __init__(self, source: VideoSource) -> None:
-        self._tick_seconds = source.time_base
+        # in ticks, since fractions for every picture would take several times as long
+        self._longest = math.floor(_LONGEST_SECONDS / source.time_base)
         self.mended = 0
         self.last_pts: int | None = None
         self.last_duration = 1
@@ -36,9 +39,9 @@ class FrameTimes:
     def __call__(self, picture: av.VideoFrame) -> int:
         """The time of a picture; durations beyond all reason become 0."""
         pts = self._pts_from_dts(picture) if self._guesses_wrong else picture.pts
-        if pts is not None and abs(pts * self._tick_seconds) > _LONGEST_SECONDS:
+        if pts is not None and abs(pts) > self._longest:
             pts = None
-        if picture.duration * self._tick_seconds > _LONGEST_SECONDS:
+        if picture.duration > self._longest:
             picture.duration = 0
         last = self.last_pts
         if pts is None or (last is not None and pts <= last):

@@ -161,10 +161,11 @@ class Muxer:
         # PyAV's encoders leave a packet's stream unset, which would mean the first stream
         packet.stream = stream
         self._container.mux_one(packet)
-        if is_cover(stream):
+        sent = self._sent.get(stream.index)
+        if sent is not None:
+            sent.packets += bool(packet.size)  # FLAC's last packet only ends the stream
+        elif is_cover(stream):
             self._covers.add(stream.index)
-        elif stream.index in self._sent and packet.size:  # FLAC's last packet only ends the stream
-            self._sent[stream.index].packets += 1
 
     # -- ending --------------------------------------------------------------------------------
 

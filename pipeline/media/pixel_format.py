@@ -12,7 +12,7 @@ from av.codec.codec import find_best_pix_fmt_of_list
 from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.pipeline.errors import DecodeError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import HDR_TRANSFERS
-from makeup_video.pipeline.frames.frame import plane_views
+from makeup_video.pipeline.frames.frame import layout_of, plane_views
 from makeup_video.pipeline.frames.transform import ffmpeg_range
 from makeup_video.pipeline.media.codecs import CODECS, CONTAINERS, VideoCodec
 
@@ -26,7 +26,7 @@ _TRANSFER_NAMES = {16: "PQ", 18: "HLG"}
 
 def bits_of(pix_fmt: str) -> int:
     """Bits per sample of one of FFmpeg's pixel formats."""
-    return av.VideoFormat(pix_fmt).components[0].bits
+    return layout_of(pix_fmt).bit_depth
 
 
 def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> str:
@@ -77,8 +77,9 @@ class ConvertPixelFormat:
     def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
         """Raises DecodeError when size or pixel format differ from the first picture's, UsageError
         for a depth that the codec does not have."""
-        self.mended += _clip_to_depth(picture)  # before anything converts it
-        key = (picture.width, picture.height, picture.format.name)
+        name = picture.format.name  # each attribute of PyAV's makes objects anew
+        self.mended += _clip_to_depth(picture, name)  # before anything converts it
+        key = (picture.width, picture.height, name)
         if self._seen is None:
             self._begin(picture)
             self._seen = key
@@ -87,10 +88,9 @@ class ConvertPixelFormat:
                 f"the picture changes from {_text(self._seen)} to {_text(key)} at pts "
                 f"{picture.pts}: one output holds one size; cut the file there and run the parts"
             )
-        picture = self._converted(picture)
-        if self._padded_wh(picture) != (picture.width, picture.height):
-            picture = _pad(picture, self._padded_wh(picture))
-        return picture
+        picture = self._converted(picture, name)
+        padded_wh = self._padded_wh(picture)
+        return picture if padded_wh == key[:2] else _pad(picture, padded_wh)
 
     def _begin(self, picture: av.VideoFrame) -> None:
         self._pix_fmt = pick_pix_fmt(picture.format.name, self.codec, self.depth)
@@ -100,10 +100,11 @@ class ConvertPixelFormat:
             self._to_sdr = ToSdr(picture, self._pix_fmt)
         self._note(picture)
 
-    def _converted(self, picture: av.VideoFrame) -> av.VideoFrame:
+    def _converted(self, picture: av.VideoFrame, name: str) -> av.VideoFrame:
+        """name: of the picture's format."""
         if self._to_sdr is not None:
             return self._to_sdr(picture)
-        if picture.format.name != self._pix_fmt:
+        if name != self._pix_fmt:
             return _reformat(picture, self._pix_fmt)
         return picture
 
@@ -111,8 +112,7 @@ class ConvertPixelFormat:
         """The size that the encoder accepts, which may need whole chroma samples."""
         if not self.codec.whole_chroma:
             return picture.width, picture.height
-        fmt = picture.format
-        across, down = 64 // fmt.chroma_width(64), 64 // fmt.chroma_height(64)
+        across, down = layout_of(self._pix_fmt).chroma
         down *= 2 if picture.interlaced_frame else 1
         return -(-picture.width // across) * across, -(-picture.height // down) * down
 
@@ -132,7 +132,7 @@ class ConvertPixelFormat:
                 f"{self._to_sdr.peak_nits:.0f} cd/m2) -> SDR by the tone curve of ITU-R "
                 "BT.2390"
             )
-        picture = self._converted(picture)
+        picture = self._converted(picture, name)
         size, padded = (picture.width, picture.height), self._padded_wh(picture)
         if padded != size:
             self.conversions.append(
@@ -168,11 +168,14 @@ def _transparent_codecs() -> str:
     return f"{', '.join(places[:-1])} and {places[-1]}"
 
 
-def _clip_to_depth(picture: av.VideoFrame) -> bool:
-    """Clip samples beyond the picture's depth, which damaged streams have; True if any."""
-    if not _ROOMY.fullmatch(picture.format.name):
+def _clip_to_depth(picture: av.VideoFrame, name: str) -> bool:
+    """Clip samples beyond the picture's depth, which damaged streams have; True if any.
+
+    name: of its format.
+    """
+    if not _ROOMY.fullmatch(name):
         return False
-    largest = 2 ** bits_of(picture.format.name) - 1
+    largest = 2 ** bits_of(name) - 1
     if all(plane.max() <= largest for plane in plane_views(picture, 16)):
         return False
     picture.make_writable()  # the decoder may still predict from this memory

@@ -37,7 +37,7 @@ class Trim(Generic[T]):
             self.is_past_end = True
             return self.finish()
         if self.shift is not None:
-            return [(picture, seconds - self.shift)]
+            return [(picture, seconds - self.shift if self.shift else seconds)]
         if self.start is None:
             # players do not show what lies before 0
             self.shift = min(Fraction(0), seconds)

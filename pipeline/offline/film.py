@@ -18,8 +18,8 @@ from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, de
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
-_CHANNEL_FRAMES = 2  # a frame to work on, and one that waits: more make no run faster
-_CHANNEL_BYTES = 4_000_000  # of frames that wait: two of 720p, one of 1080p and more
+_CHANNEL_FRAMES = 3  # each stage works on so many in turn: more save hardly any time
+_CHANNEL_BYTES = 4_200_000  # of frames that wait: three of 720p, one of 1080p and more
 
 # (frames done, frames expected or None, frames per second of the source)
 Progress = Callable[[int, int | None, Fraction], None]

@@ -54,11 +54,14 @@ def local_linear_taps(
     # A mouth that closes changes little of the patch, but its points move.
     patch = both[:, PATCH_PART]
     np.maximum(patch, both[:, LIPS_PART], out=patch)
-    both = np.array(by_time) * np.exp((_FALL * _TOLERANCE - both).clip(_NO_WEIGHT, 0))
+    np.subtract(_FALL * _TOLERANCE, both, out=both)
+    np.minimum(np.maximum(both, _NO_WEIGHT, out=both), 0, out=both)
+    np.exp(both, out=both)
+    both *= by_time
     # Take whichever explains more of the window: at rest, a speed would be nothing but noise.
-    explained = both.sum(2, keepdims=True) * _MAY_MOVE
+    explained = np.add.reduce(both, 2, keepdims=True) * _MAY_MOVE
     weights = np.where(explained[0] >= explained[1], both[0], both[1])
-    sums = weights @ np.array((np.ones_like(dt), dt, dt * dt)).T
+    sums = weights @ np.array(([1.0] * len(steps), steps, [step * step for step in steps])).T
     total, first, second = sums[:, :1], sums[:, 1:2], sums[:, 2:]
     # The tiny addend matters only when no moment but `now` has weight: it avoids dividing 0 by 0.
     second = second + 1e-9 * total

@@ -62,10 +62,12 @@ class NoiseLevel:
         # The square of the difference follows from distances alone, because the weights sum to 0.
         self._estimates[self._count % _KEPT] = np.maximum(-0.5 * (apart @ weights @ weights), 0)
         self._count += 1
-        estimates = np.sort(self._estimates[: self._count], 0)
-        variance = np.clip(estimates[len(estimates) // 2], _LEAST, _MOST)
-        others = float(variance[LIPS_PART + 1 : POSE_PART].mean())
-        variance[LIPS_PART] = min(variance[LIPS_PART], _LIPS_TO_OTHERS * others)
+        estimates = self._estimates[: self._count].copy()
+        estimates.sort(0)
+        variance = np.minimum(np.maximum(estimates[len(estimates) // 2], _LEAST), _MOST)
+        of_others = variance[LIPS_PART + 1 : POSE_PART].tolist()
+        most = _LIPS_TO_OTHERS * (sum(of_others) / len(of_others))
+        variance[LIPS_PART] = min(variance[LIPS_PART], most)
         self._variance = variance
 
     def variance(self) -> np.ndarray:

@@ -14,7 +14,7 @@ from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import LIPS_HW, LIPS_SIGMA_PX, OVER_SEAM, FaceSurfaces, GridPlace
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
-from makeup_video.pipeline.frames.affine import AffineArray, compose, invert
+from makeup_video.pipeline.frames.affine import Affine, AffineArray, compose, invert
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import LipsFields
 from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
@@ -31,6 +31,7 @@ LOWER = np.array([[ring + i for i in range(11)] for ring in _RINGS])
 UPPER = np.array([[ring, *range(ring + 11, ring + 20), ring + 10] for ring in _RINGS])
 # The same as points of the face, (8, 11): as kernels/surface.cl takes them.
 LIP_RINGS = LIPS[np.concatenate([UPPER, LOWER])]
+_CONTOURS = np.concatenate([LIPS_OUTER, LIPS_INNER])
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
@@ -38,6 +39,7 @@ _BEYOND = -15.0  # beyond the patch: half the odds
 _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
 _INWARD_SIGMA_PX = 1.0  # of the patch
+_MARGIN = 3  # px of the coarse grid: more than the blur's four px of the patch
 _AROUND = 3  # px of the patch around what is seen
 # The chart: one row from the border of the lips to where they meet.
 _CHART_PX = 255
@@ -86,8 +88,9 @@ class LipsSurface:
         return _CHART
 
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
-        inward = _inward(self.face, self.grid)
-        return inward * np.float32(_CHART_PX), np.zeros_like(inward)
+        columns = _inward(self.face, self.grid)
+        columns *= np.float32(_CHART_PX)
+        return columns, np.zeros_like(columns)
 
     def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
@@ -112,20 +115,22 @@ class LipsSurface:
         half = self._half_edge(softness)
         # 0 to 1 across the edge, whose middle lies at odds of half * rim
         edge = cv2.addWeighted(self.odds[part], 0.5 / half, self.rim[part], -0.5, 0.5)
-        to_px = self.face.lips.to_px.copy()
-        to_px[:, 2] += to_px[:, :2] @ (left, top) - origin_xy
-        if step_px(to_px) > 1.5:
+        a, b, shift_x, c, d, shift_y = Affine.from_array(self.face.lips.to_px)
+        shift_x += a * left + b * top - origin_xy[0]
+        shift_y += c * left + d * top - origin_xy[1]
+        if abs(a * d - b * c) > 1.5**2:
             # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
             # alone
             edge = cv2.resize(edge, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-            to_px[:, :2] /= 2
-            to_px[:, 2] -= to_px[:, :2].sum(1) / 2
+            a, b, c, d = a / 2, b / 2, c / 2, d / 2
+            shift_x, shift_y = shift_x - (a + b) / 2, shift_y - (c + d) / 2
+        to_px = np.array(((a, b, shift_x), (c, d, shift_y)))
         # in an array of its own: rows of `out` are apart, which slows each step
         there: np.ndarray = cv2.warpAffine(
             edge, to_px, out.shape[::-1],
             borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
         )  # fmt: skip
-        there.clip(0, 1, out=there)
+        np.minimum(np.maximum(there, 0, out=there), 1, out=there)
         rest = there * -2
         rest += 3
         there *= there
@@ -216,20 +221,40 @@ def _inward(face: Face, grid: Grid) -> np.ndarray:
     """(H, W) float32 on the grid: 0 at the outer border of the lips and beyond, 1 where they meet
     or the mouth opens.
 
-    It is the share of the distances to both contours, on the patch, where they are drawn.
+    It is the share of the distances to both contours, on the patch, where they are drawn: on the
+    part of it around them.
     """
-    patch = face.lips
-    size = patch.logits.shape
-    to_patch = invert(patch.to_px)
-    away = []
-    for ring, inside in ((LIPS_OUTER, 0), (LIPS_INNER, 1)):
-        points = face.points_px[ring, :2] @ to_patch[:, :2].T + to_patch[:, 2]
-        drawn = np.full(size, inside, np.uint8)
-        fixed = np.rint(np.clip(points, -99, 999) * _SUB).astype(np.int32)
-        cv2.fillPoly(drawn, [fixed], 1 - inside, shift=_SUB_BITS)
-        away.append(cv2.distanceTransform(drawn, cv2.DIST_L2, 3))
-    from_border, to_middle = away
-    share = from_border / np.maximum(from_border + to_middle, 1)
-    share = cv2.GaussianBlur(share, (0, 0), _INWARD_SIGMA_PX)
-    inward: np.ndarray = cv2.resize(share, grid.size_wh, interpolation=cv2.INTER_AREA)
+    to_patch = invert(face.lips.to_px)
+    points = face.points_px.take(_CONTOURS, 0)[:, :2] @ to_patch[:, :2].T
+    points += to_patch[:, 2]
+    np.minimum(np.maximum(points, -99, out=points), 999, out=points)
+    points *= _SUB
+    fixed = np.rint(points, out=points).astype(np.int32)
+    wide, high = grid.size_wh
+    x, y, across, down = cv2.boundingRect(fixed)
+    (left, right), (top, bottom) = _span(x, across, wide), _span(y, down, high)
+    inward = np.zeros((high, wide), np.float32)
+    if right <= left or bottom <= top:  # beyond the patch
+        return inward
+    fixed -= (left * COARSE * _SUB, top * COARSE * _SUB)
+    hw = (bottom - top) * COARSE, (right - left) * COARSE
+    inside, opening = np.zeros(hw, np.uint8), np.ones(hw, np.uint8)
+    cv2.fillPoly(inside, [fixed[: len(LIPS_OUTER)]], 1, shift=_SUB_BITS)
+    cv2.fillPoly(opening, [fixed[len(LIPS_OUTER) :]], 0, shift=_SUB_BITS)
+    from_border: np.ndarray = cv2.distanceTransform(inside, cv2.DIST_L2, 3)
+    whole: np.ndarray = cv2.distanceTransform(opening, cv2.DIST_L2, 3)
+    whole += from_border
+    from_border /= np.maximum(whole, 1, out=whole)
+    share = cv2.GaussianBlur(from_border, (0, 0), _INWARD_SIGMA_PX)
+    size = right - left, bottom - top
+    inward[top:bottom, left:right] = cv2.resize(share, size, interpolation=cv2.INTER_AREA)
     return inward
+
+
+def _span(first: int, length: int, most: int) -> tuple[int, int]:
+    """Where contours lie on the coarse grid, and all that the blur brings them to.
+
+    first, length: in parts of a px of the patch.  most: px of the grid.
+    """
+    step = COARSE * _SUB
+    return max(first // step - _MARGIN, 0), min((first + length) // step + 1 + _MARGIN, most)

@@ -28,6 +28,18 @@ def test_every_item_arrives_once_in_order_and_few_wait(items, capacity):
     assert 0 <= channel.mean_fill <= capacity
 
 
+@given(items=st.lists(st.integers(), max_size=30), most=st.integers(1, 8))
+def test_batches_hold_what_waits_in_order(items, most):
+    channel = Channel("test", 30)
+    for item in items:
+        channel.send(item)
+    channel.close()
+    batches = list(channel.batches(most))
+    assert [item for batch in batches for item in batch] == items
+    assert all(len(batch) == most for batch in batches[:-1])
+    assert all(0 < len(batch) <= most for batch in batches)
+
+
 def test_a_full_channel_makes_the_sender_wait():
     channel = Channel("test", 2)
     channel.send(1)

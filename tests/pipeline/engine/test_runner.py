@@ -275,7 +275,7 @@ def test_a_progress_display_that_fails_ends_the_run():
 
 
 def test_a_slow_sink_keeps_memory_flat():
-    """Back-pressure: the source is never more than the channels' capacity ahead."""
+    """Back-pressure: the source is never more than three times the channels' capacity ahead."""
     produced = []
 
     def source():
@@ -291,4 +291,29 @@ def test_a_slow_sink_keeps_memory_flat():
             ahead.append(len(produced) - item)
 
     Runner(("source", source()), [("a", add_one)], ("sink", Slow()), capacity=2).run()
-    assert max(ahead) <= 2 * 2 + 3  # two channels, and one item held by each actor
+    # two channels, what the stage took from the first, and one item held by source and sink
+    assert max(ahead) <= 2 * 2 + 2 + 2
+
+
+def test_a_stage_works_on_all_that_waits_before_the_next_does():
+    done, has_begun, is_full = [], threading.Event(), threading.Event()
+
+    def source():
+        yield 0
+        has_begun.wait(5)
+        yield from (1, 2, 3)
+        is_full.set()
+
+    def stage(name):
+        def record(item):
+            has_begun.set()
+            is_full.wait(5)
+            done.append((name, item))
+            return item
+
+        return record
+
+    stages = [(name, stage(name)) for name in "ab"]
+    Runner(("source", source()), stages, ("sink", List()), capacity=3, workers=1).run()
+    in_turn = [("a", 0), ("b", 0), *((name, item) for name in "ab" for item in (1, 2, 3))]
+    assert done == in_turn

@@ -1,5 +1,7 @@
 """Where lipstick goes, and how the lips are shaped."""
 
+from dataclasses import replace
+
 import cv2
 import heads
 import numpy as np
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 from makeup import close_up, inside, true_face
 from makeup_video.pipeline.faces.face import MIN_FACE_PX
 from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
-from makeup_video.pipeline.frames.affine import compose
+from makeup_video.pipeline.frames.affine import compose, invert
 from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
 
 HW = (220, 200)
@@ -45,6 +47,26 @@ def test_an_open_mouth_stays_free():
     assert within.sum() > 100
     for softness, most in ((0.0, 0.01), (0.5, 0.05), (1.0, 0.3)):
         assert weight_of(face, softness=softness)[within].max() < most
+
+
+@given(st.sampled_from([40, 100, 150]), st.tuples(*2 * [st.floats(-70, 70)]), st.floats(-180, 180))
+@settings(deadline=None, max_examples=30)
+def test_how_far_inwards_is_as_on_the_whole_patch(frame, shift_xy, degrees):
+    face = true_face(close_up(frame)[1])
+    points = face.points_px.copy()
+    points[:, :2] = turned(points[:, :2], degrees) + shift_xy  # the patch stays
+    face = replace(face, points_px=points)
+    to_patch, hw, away = invert(face.lips.to_px), face.lips.logits.shape, []
+    for ring, bare in ((LIPS_OUTER, 0), (LIPS_INNER, 1)):
+        drawn = np.full(hw, bare, np.uint8)
+        on_patch = points[ring, :2] @ to_patch[:, :2].T + to_patch[:, 2]
+        fixed = np.rint(on_patch.clip(-99, 999) * 16).astype(np.int32)
+        cv2.fillPoly(drawn, [fixed], 1 - bare, shift=4)
+        away.append(cv2.distanceTransform(drawn, cv2.DIST_L2, 3))
+    share = cv2.GaussianBlur(away[0] / np.maximum(away[0] + away[1], 1), (0, 0), 1.0)
+    whole = cv2.resize(share, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    inward = lips_surface(face).fields().inward[0]
+    np.testing.assert_allclose(inward, whole, atol=1e-6)  # float32 rounds in another order
 
 
 def test_a_softer_edge_is_a_wider_one():
