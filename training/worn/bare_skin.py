@@ -22,6 +22,7 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.reference.cheeks import SIDE, Cheeks, density
 from makeup_video.pipeline.reference.colours import Colours
+from makeup_video.pipeline.reference.fit_lips import TEXTURE, shown_by_lips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
@@ -89,7 +90,7 @@ def measure(folder: Path, out: Path) -> None:
         if seen.eyes is None or seen.lips is None or seen.cheeks is None:
             continue
         eyes.append(seen.eyes)
-        lips.append(seen.lips)
+        lips.append(shown_by_lips(seen.neutral))
         bands.append(seen.flat_lips.bands())
         _splat(cheeks, seen.cheeks)
         for _ in range(0 if number % _PAINTED else _COLOURS):
@@ -139,15 +140,18 @@ class Painted:
 
         def wearing(part: str, shapes: Sequence[Mapping[str, float]], opacity: float) -> Colours:
             coat = replace(product(rgb, "matte", part), opacity=opacity)
+            if part == "lips":
+                coat = replace(coat, texture_keep=TEXTURE)
             look = Look([Layer(PARTS[part].name, coat, dict(shape)) for shape in shapes])
             return Colours.of(neutral_of(self._paint(rgb8, look, [face]), face))
 
         bare, eyes = Colours.of(before), wearing("eyes", _ALL_AROUND, 1.0).eyes
         if bare.eyes is not None and eyes is not None:
             self.shown["eyes"].add(bare.eyes, eyes, np.broadcast_to(root, eyes.shape))
-        lips = wearing("lips", [{}], _LIPS).lips
-        if bare.lips is not None and lips is not None:
-            self._add_shares("lips", bare.lips, lips, np.array(_LIPS), root)
+        worn, bare_lips = wearing("lips", [{}], _LIPS).neutral, shown_by_lips(before)
+        lips = shown_by_lips(worn)
+        if bare_lips is not None and lips is not None:
+            self._add_shares("lips", bare_lips, lips, np.array(_LIPS), root)
         cheeks = wearing("blush", [{}], _BLUSH).cheeks
         if bare.cheeks is not None and cheeks is not None:
             dense = _BLUSH * density(bare.cheeks, {}) * bare.cheeks.skin
