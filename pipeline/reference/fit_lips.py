@@ -20,10 +20,7 @@ from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 # Bare lips, and how lipstick of opacity 1 shows on them, as training/worn/bare_skin.py measures.
-FILM = Film(np.array([0.749, 0.613, 0.678]), np.array(0.925), np.array(0.891))
-# Of their lines and folds: lips in 141 photos of makeup are as uneven as bare ones, by the median,
-# and light lips that are more even look like chalk.
-TEXTURE = 0.95
+FILM = Film(np.array([0.749, 0.613, 0.678]), np.array(0.929), np.array(0.899))
 _CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least number of such px
 # Percentiles of their light, between which they show the lipstick: lighter ones have highlights. By
 # the median of all, lips looked too pale in a blind choice.
@@ -97,7 +94,6 @@ def fit_lips(neutral: NeutralFace, lips: GraphicsParams, flat: FlatLips) -> Laye
         gloss=round(gloss, 3),
         gloss_roughness=roughness,
         reflection=reflection,
-        texture_keep=TEXTURE,
     )
     return Layer("lipstick", worn, shape | _rim(skin, worn, roots, flat.bands()))
 

@@ -22,7 +22,7 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.reference.cheeks import SIDE, Cheeks, density
 from makeup_video.pipeline.reference.colours import Colours
-from makeup_video.pipeline.reference.fit_lips import TEXTURE, shown_by_lips
+from makeup_video.pipeline.reference.fit_lips import shown_by_lips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
@@ -140,8 +140,6 @@ class Painted:
 
         def wearing(part: str, shapes: Sequence[Mapping[str, float]], opacity: float) -> Colours:
             coat = replace(product(rgb, "matte", part), opacity=opacity)
-            if part == "lips":
-                coat = replace(coat, texture_keep=TEXTURE)
             look = Look([Layer(PARTS[part].name, coat, dict(shape)) for shape in shapes])
             return Colours.of(neutral_of(self._paint(rgb8, look, [face]), face))
 
