@@ -110,8 +110,8 @@ def fit_shadows(
 def _no_warmer(
     skin: TypicalSkin, worn: Sequence[np.ndarray], shapes: Sequence[_Shape]
 ) -> list[np.ndarray]:
-    """CIELAB of the products, (3,) each, below the eye no redder or yellower than above it, or than
-    skin: the lower lids of many faces are red by themselves, and so are rims of glasses."""
+    """CIELAB of the products, (3,) each, below the eye no redder or yellower than those above or,
+    without any, than skin: many lower lids are red by themselves, and so are rims of glasses."""
     above = [lab for lab, shape in zip(worn, shapes, strict=True) if shape["slot"] != "under"]
     warmest = np.max(above or [skin.lab(np.ones(3))], axis=0)
     return [
