@@ -139,7 +139,7 @@ class FramePicture:
         size, box = luma.shape[1::-1], box.for_chroma(across, down)
         chroma = [shrunk(p, box, max(1, factor // max(across, down)))[0] for p in planes[1:3]]
         chroma = [p if p.shape[1::-1] == size else cv2.resize(p, size) for p in chroma]
-        of_crops = [to_part.after(Affine(*across, *down)) for across, down in maps]
+        of_crops = [to_part.after(Affine(*row_x, *row_y)) for row_x, row_y in maps]
         return self._rgb(luma, chroma), of_crops
 
     def _rgb(self, luma: np.ndarray, chroma: list[np.ndarray]) -> np.ndarray:

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.reference.cheeks import Cheeks, see_cheeks
-from makeup_video.pipeline.reference.fit_lips import seen_lips
+from makeup_video.pipeline.reference.fit_lips import lip_pixels
 from makeup_video.pipeline.reference.flat_eyes import flat_eyes
 from makeup_video.pipeline.reference.flat_lips import FlatLips, flat_lips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
@@ -32,7 +32,7 @@ _FURTHEST = 8.0  # distance from bare faces, beyond which a square says no more
 class Colours:
     """A face in neutral light, and its parts beside plain skin; None where a part is not seen.
 
-    eyes: (27, 48, 3) as of flat_eyes.  lips: (3,) as of seen_lips.
+    eyes: (27, 48, 3) as of flat_eyes.  lips: (N, 3) as of lip_pixels.
     """
 
     neutral: NeutralFace
@@ -43,7 +43,7 @@ class Colours:
 
     @classmethod
     def of(cls, neutral: NeutralFace) -> "Colours":
-        eyes, lips, cheeks = flat_eyes(neutral), seen_lips(neutral), see_cheeks(neutral)
+        eyes, lips, cheeks = flat_eyes(neutral), lip_pixels(neutral), see_cheeks(neutral)
         return cls(neutral, eyes, lips, cheeks, flat_lips(neutral))
 
     def logarithms(self) -> np.ndarray:
@@ -53,7 +53,9 @@ class Colours:
         if self.eyes is not None:
             (down, across), (high, wide) = BLOCKS, CELLS
             eyes = self.eyes.reshape(down, high, across, wide, 3).mean((1, 3))
-        lips = np.full(3, _NO_LIPS) if self.lips is None else self.lips
+        lips = np.full(3, _NO_LIPS)
+        if self.lips is not None:
+            lips = np.median(self.neutral.roots(self.lips), axis=0)
         cheeks = np.full(3, _NO_CHEEKS) if self.cheeks is None else self.cheeks.mean()
         skin = np.log(self.neutral.skin)
         parts = np.concatenate([eyes.ravel(), lips, cheeks])

@@ -214,7 +214,7 @@ def _lipstick(photo: _Photo) -> list[Layer]:
     if lips is None:
         return []
     seen = photo.colours
-    return [fit_lips(seen.neutral, lips, seen.flat_lips)]
+    return [fit_lips(seen.neutral, seen.lips, lips, seen.flat_lips)]
 
 
 def _eyeshadow(photo: _Photo) -> list[Layer]:

@@ -47,38 +47,37 @@ _HARDLY_DARKER, _DARKER, _NARROW = 4.0, 6.0, 2.5
 _SHINE = 0.03  # what gloss 1 adds to the roots of the lips' median
 
 
-def seen_lips(neutral: NeutralFace) -> np.ndarray | None:
-    """(3,) the median root of the lips' share of skin; None where hardly any lips are seen."""
-    pixels = _lip_pixels(neutral)
-    if len(pixels) < _LEAST_PX:
-        return None
-    middle: np.ndarray = np.median(neutral.roots(pixels), axis=0)
+def lip_pixels(neutral: NeutralFace) -> np.ndarray | None:
+    """(N, 3) linear R, G, B of what is surely lips; None where hardly any are seen."""
+    pixels: np.ndarray = neutral.linear[lip_mask(neutral.rgb8, neutral.face) > _CERTAIN]
+    return pixels if len(pixels) >= _LEAST_PX else None
+
+
+def shown_by_lips(neutral: NeutralFace, pixels: np.ndarray) -> np.ndarray:
+    """(3,) what a lipstick is fitted to: the mean root of the lips' share of skin, where they are
+    neither dark nor light.
+
+    pixels: as of lip_pixels.
+    """
+    light = pixels @ LUMINANCE
+    dark, bright = np.percentile(light, _BETWEEN)
+    middle: np.ndarray = neutral.roots(pixels[(light >= dark) & (light <= bright)]).mean(0)
     return middle
 
 
-def shown_by_lips(neutral: NeutralFace) -> np.ndarray | None:
-    """(3,) the root of the lips' share of skin that a lipstick is fitted to; None as above."""
-    pixels = _lip_pixels(neutral)
-    return None if len(pixels) < _LEAST_PX else _shown(neutral, pixels)
-
-
-def _lip_pixels(neutral: NeutralFace) -> np.ndarray:
-    """(N, 3) linear R, G, B of what is surely lips."""
-    pixels: np.ndarray = neutral.linear[lip_mask(neutral.rgb8, neutral.face) > _CERTAIN]
-    return pixels
-
-
-def fit_lips(neutral: NeutralFace, lips: GraphicsParams, flat: FlatLips) -> Layer:
+def fit_lips(
+    neutral: NeutralFace, pixels: np.ndarray | None, lips: GraphicsParams, flat: FlatLips
+) -> Layer:
     """The lipstick with the colour and the opacity that fit, and the finish nearest to both.
 
-    lips: as the net reads it; kept where hardly any lips are seen.  flat: the lips laid flat.
+    pixels: as of lip_pixels.  lips: as the net reads it; kept where hardly any lips are seen.
+    flat: the lips laid flat.
     """
     gradient = min(_STEEPER * flat.fade(), _MOST_GRADIENT)
     shape: dict[str, Any] = {"gradient": round(gradient, 3)}
-    pixels = _lip_pixels(neutral)
-    if len(pixels) < _LEAST_PX:
+    if pixels is None:
         return Layer("lipstick", lips, shape)
-    seen = _shown(neutral, pixels)
+    seen = shown_by_lips(neutral, pixels)
     contrast = float(np.linalg.norm(seen - FILM.bare))
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPAQUE), _MOST_OPAQUE)
     gloss, reflection = _gloss(pixels), min(lips.reflection, _MOST_REFLECTION)
@@ -96,14 +95,6 @@ def fit_lips(neutral: NeutralFace, lips: GraphicsParams, flat: FlatLips) -> Laye
         reflection=reflection,
     )
     return Layer("lipstick", worn, shape | _rim(skin, worn, roots, flat.bands()))
-
-
-def _shown(neutral: NeutralFace, pixels: np.ndarray) -> np.ndarray:
-    """(3,) the mean root of the lips' share of skin, where they are neither dark nor light."""
-    light = pixels @ LUMINANCE
-    dark, bright = np.percentile(light, _BETWEEN)
-    middle: np.ndarray = neutral.roots(pixels[(light >= dark) & (light <= bright)]).mean(0)
-    return middle
 
 
 def _gloss(pixels: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.reference.crops import CROPPED, CROPS, read_input, read_numbers
 from makeup_video.pipeline.reference.estimate import product_with
-from makeup_video.pipeline.reference.fit_lips import fit_lips
+from makeup_video.pipeline.reference.fit_lips import fit_lips, lip_pixels
 from makeup_video.pipeline.reference.flat_lips import flat_lips
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
@@ -129,7 +129,7 @@ def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     if look.lips is None:
         return look
     neutral = neutral_face(seen.rgb8, seen.face, seen.light)
-    lipstick = fit_lips(neutral, look.lips, flat_lips(neutral))
+    lipstick = fit_lips(neutral, lip_pixels(neutral), look.lips, flat_lips(neutral))
     return look.with_kind("lipstick", [lipstick])
 
 

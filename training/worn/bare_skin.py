@@ -90,7 +90,7 @@ def measure(folder: Path, out: Path) -> None:
         if seen.eyes is None or seen.lips is None or seen.cheeks is None:
             continue
         eyes.append(seen.eyes)
-        lips.append(shown_by_lips(seen.neutral))
+        lips.append(shown_by_lips(seen.neutral, seen.lips))
         bands.append(seen.flat_lips.bands())
         _splat(cheeks, seen.cheeks)
         for _ in range(0 if number % _PAINTED else _COLOURS):
@@ -146,10 +146,10 @@ class Painted:
         bare, eyes = Colours.of(before), wearing("eyes", _ALL_AROUND, 1.0).eyes
         if bare.eyes is not None and eyes is not None:
             self.shown["eyes"].add(bare.eyes, eyes, np.broadcast_to(root, eyes.shape))
-        worn, bare_lips = wearing("lips", [{}], _LIPS).neutral, shown_by_lips(before)
-        lips = shown_by_lips(worn)
-        if bare_lips is not None and lips is not None:
-            self._add_shares("lips", bare_lips, lips, np.array(_LIPS), root)
+        worn = wearing("lips", [{}], _LIPS)
+        if bare.lips is not None and worn.lips is not None:
+            shown = (shown_by_lips(one.neutral, one.lips) for one in (bare, worn))
+            self._add_shares("lips", *shown, np.array(_LIPS), root)
         cheeks = wearing("blush", [{}], _BLUSH).cheeks
         if bare.cheeks is not None and cheeks is not None:
             dense = _BLUSH * density(bare.cheeks, {}) * bare.cheeks.skin

@@ -15,7 +15,7 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import rgb_of_hex
 from makeup_video.pipeline.reference.cheeks import see_cheeks
 from makeup_video.pipeline.reference.fit_blush import fit_blush
-from makeup_video.pipeline.reference.fit_lips import fit_lips, seen_lips
+from makeup_video.pipeline.reference.fit_lips import fit_lips, lip_pixels
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, density, flat_eyes
 from makeup_video.pipeline.reference.flat_lips import flat_lips
@@ -41,7 +41,7 @@ def wearing(*layers):
 
 
 def lips_of(neutral, lips):
-    return fit_lips(neutral, lips, flat_lips(neutral))
+    return fit_lips(neutral, lip_pixels(neutral), lips, flat_lips(neutral))
 
 
 def shadows_of(neutral):
@@ -206,7 +206,7 @@ def test_lips_that_are_not_seen_keep_what_the_net_reads():
     away = replace(neutral, face=replace(neutral.face, points_px=neutral.face.points_px + 1e4))
     hidden = replace(away.face, lips=replace(away.face.lips, logits=away.face.lips.logits - 99))
     gone = replace(neutral, face=hidden)
-    assert seen_lips(gone) is None and lips_of(gone, LIPS).product == LIPS
+    assert lip_pixels(gone) is None and lips_of(gone, LIPS).product == LIPS
 
 
 def test_a_violet_blush_is_found_again():
@@ -255,6 +255,6 @@ def test_a_pink_shadow_in_soft_light_is_no_white_veil():
 def test_lips_beside_skin_that_is_too_dark_are_not_chalk():
     neutral = wearing(Layer("lipstick", replace(product((190, 70, 80), "matte", "lips"))))
     shaded = replace(neutral, skin=neutral.skin / 4)
-    read = fit_lips(shaded, LIPS, flat_lips(neutral)).product
+    read = fit_lips(shaded, lip_pixels(neutral), LIPS, flat_lips(neutral)).product
     lab = lab_of(np.array([read.red, read.green, read.blue]))
     assert lab[0] < 75 and lab[1] > 15
