@@ -105,7 +105,10 @@ def test_redder_than_around_counts_as_lip_at_an_opening():
     assert lipstick(mouth, -0.5) == [-2.5, -0.5, 2.0]  # a highlight on a lip stays lip
     assert lipstick(mouth, -9.0) == [-2 - most, -most, 2]
     assert lipstick([model.OPENED / 2, 0.0], 1.0) == [-0.5, 0.5]  # hardly open: half of it
-    assert lipstick([-1.0, -3.0], 1.0) == [1, 3]  # shut: as the net has it
+    less = margin - model.SHUT_MARGIN
+    assert lipstick([-1.0, -3.0], 1.0) == [1 + less, 3 + less]  # shut: whatever is red
+    half = model.AJAR / 2
+    assert lipstick([half], 0.0) == pytest.approx([less / 2 - half])  # between the two margins
 
 
 def test_redness_is_that_of_a_pixel_beside_its_surroundings():
@@ -202,6 +205,8 @@ def test_a_net_laid_out_for_integers_gives_the_same_output():
     torch.manual_seed(1)
     size_wh = (32, 16)
     net = model.LipNet(size_wh, (8, 24, 24, 32), (0, 1, 1, 1), torch.zeros(5, 3), torch.ones(4, 15))
+    with torch.no_grad():
+        net.paint[0].bias[4:] += 9  # an open mouth, whose margin does not depend on how open it is
     net = rounded.rounded(net)
     rgb8 = torch.randint(0, 256, (2, 16, 32, 3), dtype=torch.uint8)
     x = (rgb8.permute(0, 3, 1, 2).float() - 128) / 127.5

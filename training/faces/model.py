@@ -9,6 +9,10 @@ from torch import Tensor, nn
 # opening of 284 measured photos 82 % are painted with 0.75, a little more than careful outlines
 # cover, and 83 % with 0.5, but then 3.4 rather than 3.0 % of their area between them.
 OPENING_MARGIN = 0.75
+# The same for a shut mouth, whose surest px of the opening has log-odds of at most 0; it grows to
+# OPENING_MARGIN until that has AJAR. In the line where lips meet the net is unsure, and with the
+# margin of an open mouth a band of bare lip stays along it.
+SHUT_MARGIN, AJAR = -0.25, 1.0
 # The net draws the border of the opening softer than the picture shows it. Lips are redder than
 # teeth, gaps and most tongues, so a px of the open mouth that is redder than the px around it more
 # likely is lip: REDNESS, log-odds for each code value of Cr, at most REDNESS_MOST either way. Less
@@ -173,10 +177,12 @@ def lipstick_logits(logits: Tensor, redness: Tensor) -> Tensor:
     """
     half = int(logits.shape[1]) // 2
     mouth, opening = logits[:, :half], logits[:, half:]
-    opened = (opening.amax((1, 2, 3), keepdim=True) / OPENED).clamp(0, 1)
+    surest = opening.amax((1, 2, 3), keepdim=True)
+    opened, ajar = (surest / OPENED).clamp(0, 1), (surest / AJAR).clamp(0, 1)
     near = (opening / -REDNESS_FROM + 1).clamp(0, 1)
     evidence = opened * torch.maximum(redness.clamp(max=REDNESS_MOST), -REDNESS_MOST * near)
-    return torch.minimum(mouth, evidence - opening - OPENING_MARGIN)
+    margin = SHUT_MARGIN + (OPENING_MARGIN - SHUT_MARGIN) * ajar
+    return torch.minimum(mouth, evidence - opening - margin)
 
 
 class Lipstick(nn.Module):
