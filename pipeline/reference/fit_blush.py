@@ -21,7 +21,7 @@ _DARKER = 0.02  # by how much a blue blush darkens at least
 _OLIVE = 0.9  # less red than this for what it yellows would be an olive or a ruddy cheek
 # What keeps the light on the cheeks at that of plain skin: for a blush as it stands out from plain
 # skin, and from the cheek around it.
-_EVEN = (1.5, 0.2)
+_EVEN = (2.5, 0.2)
 _DARKEST = 0.1  # light on the cheeks, as a share of the one on plain skin
 _STIFF = 1e-4  # keeps the product's root at that of skin
 # Blush is painted more vivid and lighter than it is fitted: it fades over half of its place.
@@ -29,7 +29,7 @@ _VIVID, _LIGHTEN = 1.1, 0.2
 _STANDS_OUT = 1.5  # more vivid still: part of a blush is taken for light
 # How much of what a red blush yellows is kept: on skin that is warmer than the photo's it would be
 # orange.
-_YELLOWS = 0.4
+_YELLOWS = 0.45
 # For the same reason a rose blues more, by that share of what it reddens; what yellows by more than
 # the other share of it is an orange, which does not.
 _BLUES, _YELLOW = 0.05, 0.15

@@ -33,9 +33,7 @@ _ROUGHEST = 0.4  # rougher gloss is a veil, and what is seen are highlights
 # difference of light lips are matte, and by how much more painted lips with a gloss of 1 differ.
 _HIGHLIGHTS, _MATTE, _GLOSSY, _MOST_GLOSS = (75, 99), 0.07, 0.16, 1.2
 _PALE, _PALER = 60.0, 0.5  # L* on typical skin; what is lighter is lighter by this share of it
-# Of the photo's skin, as of TypicalSkin: on tanned skin a brown or beige is no mauve, nor a pink a
-# lilac.
-_OWN_YELLOW = 0.8
+_OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
 # The gradient of a lipstick that fades, for how much it fades, and at most; and how much less of it
 # the median of the lips shows, for the square of the gradient: measured on painted lips.
 _STEEPER, _MOST_GRADIENT, _THINNER = 1.3, 0.8, 0.37
@@ -82,7 +80,7 @@ def fit_lips(
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPAQUE), _MOST_OPAQUE)
     gloss, reflection = _gloss(pixels), min(lips.reflection, _MOST_REFLECTION)
     roughness = min(lips.gloss_roughness, _ROUGHEST)
-    skin = TypicalSkin.of(neutral, own_yellow=_OWN_YELLOW)
+    skin = TypicalSkin.of(neutral, _OWN_HUE)
     matte = _no_chalk(skin, skin.roots(seen)) - _SHINE * min(gloss, 1) * opacity
     dense = 1 - _THINNER * gradient * gradient
     roots = np.clip(FILM.product_for(matte, opacity * dense), 0, skin.most())

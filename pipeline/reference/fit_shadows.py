@@ -61,7 +61,6 @@ _VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted th
 # The probability from which all of the opacity is painted, and what share of it is painted of a
 # shadow that is hardly likely.
 _ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
-_LIKELY = 0.3  # the probability from which layers below the eye are read
 _NEARLY = 0.92
 # Of the weights: what keeps a layer's colour near that of skin. Where its cells hardly tell the
 # colour, or other layers cover them, it would be an extreme one.
@@ -87,7 +86,7 @@ def fit_shadows(
 
     seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the lid's
     layer has; the others are matte.  probability: that eye-shadow is worn; the less likely, the
-    sheerer, and where it is not likely, nothing is read below the eye.
+    sheerer.
     """
     if seen is None:
         return []
@@ -95,7 +94,7 @@ def fit_shadows(
     finish = nearest_finish(*shine, "eyes", shimmers=False)
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     seen, most = _shaded(skin.roots(seen)), skin.most()
-    chosen = _choose(seen, most, _SHAPES if probability >= _LIKELY else _SHAPES[:-1])
+    chosen = _choose(seen, most)
     chosen, opacities, roots = _without_white(seen, chosen, most)
     share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _ALL_FROM, 1)
     worn = [_as_seen(skin, root, seen, shape) for shape, root in zip(chosen, roots, strict=True)]
@@ -154,15 +153,15 @@ def _as_seen(skin: TypicalSkin, root: np.ndarray, seen: np.ndarray, shape: _Shap
     return worn
 
 
-def _choose(seen: np.ndarray, most: np.ndarray, places: Sequence[Sequence[_Shape]]) -> list[_Shape]:
+def _choose(seen: np.ndarray, most: np.ndarray) -> list[_Shape]:
     """The shapes of the layers that are worth it, in the order of painting."""
     film, weights = _bare_eyes()
-    chosen: list[_Shape | None] = [None] * len(places)
+    chosen: list[_Shape | None] = [None] * len(_SHAPES)
     least = float(((seen - film.bare) ** 2 * weights[..., None]).sum())
     while True:
         tried = [
             (_error(seen, other, most), other)
-            for place, shapes in enumerate(places)
+            for place, shapes in enumerate(_SHAPES)
             for shape in (None, *shapes)
             if (other := [*chosen[:place], shape, *chosen[place + 1 :]]) != chosen
             and len(_worn(other)) <= KINDS["eyeshadow"].most

@@ -24,6 +24,7 @@ PLAIN_SKIN = (
     (6, 197, 195, 5, 4, 45, 220, 196),
     (207, 214, 212, 216),
 )
+_HIDDEN = 0.4  # of the light of the middle one: what is darker is under hair, a beard or a hat
 LUMINANCE = to_xyz(1)[1]  # of linear R, G, B of sRGB
 
 
@@ -84,8 +85,14 @@ def filled(
 
 
 def _skin(linear: np.ndarray, face: Face) -> np.ndarray:
-    """(3,) the median of plain skin, linear."""
-    seen = linear[filled(face, PLAIN_SKIN, linear.shape, mirrored=True)]
-    middle = np.median(seen, axis=0) if len(seen) else np.full(3, 0.5)
+    """(3,) the median of plain skin that is seen, linear."""
+    places = [linear[filled(face, [one], linear.shape, mirrored=True)] for one in PLAIN_SKIN]
+    places = [place for place in places if len(place)]
+    light = np.array([float(np.median(place @ LUMINANCE)) for place in places])
+    seen = [
+        place for place, of_it in zip(places, light, strict=True)
+        if of_it >= _HIDDEN * np.median(light)
+    ]  # fmt: skip
+    middle = np.median(np.concatenate(seen), axis=0) if seen else np.full(3, 0.5)
     skin: np.ndarray = np.maximum(middle, _FAINTEST)
     return skin

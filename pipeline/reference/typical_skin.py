@@ -31,16 +31,11 @@ class TypicalSkin:
     seen: np.ndarray
 
     @classmethod
-    def of(
-        cls, neutral: NeutralFace, own_hue: float = _OWN_HUE, own_yellow: float = 0.0
-    ) -> "TypicalSkin":
-        """own_hue: how much of the hue that sets this skin apart is the person's, 0..1.
-        own_yellow: the same of b* of skin that is yellower than typical skin, if that is more.
-        """
+    def of(cls, neutral: NeutralFace, own_hue: float = _OWN_HUE) -> "TypicalSkin":
+        """own_hue: how much of the hue that sets this skin apart is the person's, 0..1."""
         typical = lab_of_linear(np.array(TYPICAL))
         off = lab_of_linear(neutral.skin) - typical
-        own_b = max(own_hue, own_yellow) if off[2] > 0 else own_hue
-        own = np.array([_OWN_LIGHT, own_hue, own_b]) * off
+        own = np.array([_OWN_LIGHT, own_hue, own_hue]) * off
         own[0] -= (_OWN_DARK - _OWN_LIGHT) * max(-float(off[0]) - _DARK, 0.0)
         return cls(np.maximum(linear_of_lab(typical + own), _FAINTEST), neutral.skin)
 

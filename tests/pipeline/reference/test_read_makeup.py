@@ -24,7 +24,7 @@ COMPANY = [
 
 @given(
     st.fixed_dictionaries(dict.fromkeys(WORN_FROM, SHARE)),
-    st.sampled_from(["eyeshadow", "blush"]),
+    st.sampled_from(["lipstick", "eyeshadow", "blush"]),
     st.sampled_from(sorted(WORN_FROM)),
 )
 def test_a_kind_is_the_likelier_the_more_is_worn(worn, kind, other):
@@ -44,3 +44,12 @@ def test_company_turns_doubtful_makeup_into_worn_one(kind, other):
 def test_beside_a_whole_look_doubtful_makeup_is_worn(kind):
     beside = dict.fromkeys(WORN_FROM, 0.95) | {kind: WORN_FROM[kind]}
     assert in_company(kind, beside) > WORN_FROM[kind]
+
+
+@given(SHARE)
+def test_only_sure_eyeshadow_tells_a_pale_lipstick(probability):
+    alone = dict.fromkeys(WORN_FROM, 0.001) | {"lipstick": probability}
+    beside = [in_company("lipstick", {**alone, "eyeshadow": eyes}) for eyes in (0.001, 0.5, 0.99)]
+    assert beside[0] == pytest.approx(probability, rel=1e-3)
+    assert beside[1] == pytest.approx(probability, rel=0.02)
+    assert beside[2] > min(WORN_FROM["lipstick"], 10 * probability)
