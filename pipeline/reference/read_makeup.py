@@ -43,7 +43,7 @@ _COMPANY: Mapping[str, tuple[Mapping[str, float], float, float]] = {
 WORN_FROM: Mapping[str, float] = {
     "lipstick": 0.3,
     "eyeshadow": 0.155,
-    "eyeliner": 0.2,
+    "eyeliner": 0.187,
     "blush": 0.04,
 }
 
