@@ -14,6 +14,7 @@ from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 _OPACITY = 0.5
+_OWN_HUE = 0.4  # of the photo's skin, as of TypicalSkin
 _LEAST_RED = 0.02  # by how much more red than green it leaves, in roots of shares of skin
 # By how much more blue than red it leaves a cheek that is no lighter than that: no light does both.
 _LEAST_BLUE, _MOST_LIT = 0.2, 0.03
@@ -55,7 +56,7 @@ def fit_blush(
 ) -> list[Layer]:
     """The blush that fits, of a given shape or of that in which it stands out from the cheek; none
     where nothing like blush is seen."""
-    skin = TypicalSkin.of(neutral)
+    skin = TypicalSkin.of(neutral, _OWN_HUE)
     found = None
     if cheeks is not None:
         found = _fitted(replace(cheeks, roots=skin.roots(cheeks.roots)), shape, skin.most())

@@ -86,13 +86,15 @@ def filled(
 
 def _skin(linear: np.ndarray, face: Face) -> np.ndarray:
     """(3,) the median of plain skin that is seen, linear."""
-    places = [linear[filled(face, [one], linear.shape, mirrored=True)] for one in PLAIN_SKIN]
-    places = [place for place in places if len(place)]
-    light = np.array([float(np.median(place @ LUMINANCE)) for place in places])
-    seen = [
-        place for place, of_it in zip(places, light, strict=True)
-        if of_it >= _HIDDEN * np.median(light)
-    ]  # fmt: skip
-    middle = np.median(np.concatenate(seen), axis=0) if seen else np.full(3, 0.5)
-    skin: np.ndarray = np.maximum(middle, _FAINTEST)
+    places = [
+        place
+        for one in PLAIN_SKIN
+        if len(place := linear[filled(face, [one], linear.shape, mirrored=True)])
+    ]
+    if not places:
+        return np.full(3, 0.5)
+    light = [float(np.median(place @ LUMINANCE)) for place in places]
+    least = _HIDDEN * float(np.median(light))
+    seen = [place for place, here in zip(places, light, strict=True) if here >= least]
+    skin: np.ndarray = np.maximum(np.median(np.concatenate(seen), axis=0), _FAINTEST)
     return skin

@@ -1,8 +1,8 @@
 """Takes the colours of a face to typical skin, so that makeup stands out on others as in the photo.
 
 What people see of makeup is how it differs from skin, in CIELAB. How light skin is in a photo
-depends as much on the exposure as on the person, and its hue as much on the light; so most of what
-sets a photo's skin apart from typical skin is taken to be light.
+depends as much on the exposure as on the person, so most of what sets its lightness apart from that
+of typical skin is taken to be light. Of its hue each kind of makeup says how much is the person's.
 """
 
 from dataclasses import dataclass
@@ -14,9 +14,7 @@ from makeup_video.pipeline.reference.neutral_face import NeutralFace
 
 # Plain skin of people in photos of makeup, in neutral light, the median: linear R, G, B.
 TYPICAL = (0.753, 0.48, 0.374)
-# How much of the difference from typical skin is the person's, of L* and, unless told otherwise, of
-# a* and b*: tried on photos between 0 and 1.
-_OWN_LIGHT, _OWN_HUE = 0.4, 0.4
+_OWN_LIGHT = 0.4  # how much of the difference of L* is the person's: tried between 0 and 1
 # Of what skin is darker than that, in L*, that share is the person's: no photo is so underexposed.
 _DARK, _OWN_DARK = 12.0, 0.8
 _BRIGHT = 1.5  # colours down to one part in so much of the skin's L* show all of the light's hue
@@ -31,7 +29,7 @@ class TypicalSkin:
     seen: np.ndarray
 
     @classmethod
-    def of(cls, neutral: NeutralFace, own_hue: float = _OWN_HUE) -> "TypicalSkin":
+    def of(cls, neutral: NeutralFace, own_hue: float) -> "TypicalSkin":
         """own_hue: how much of the hue that sets this skin apart is the person's, 0..1."""
         typical = lab_of_linear(np.array(TYPICAL))
         off = lab_of_linear(neutral.skin) - typical

@@ -34,5 +34,6 @@ def test_hair_or_a_beard_over_skin_is_no_skin(place, rgb):
 def test_skin_in_half_the_light_is_skin(place):
     rgb8 = portrait()
     there = filled(face(), [place], rgb8.shape, mirrored=True)
+    # 0.78 of the code is about half of the light
     dim = np.where(there[..., None], (rgb8 * 0.78).astype(np.uint8), rgb8)
     assert (skin_of(dim) < skin_of(rgb8)).all()
