@@ -181,6 +181,11 @@ static inline float surface_lid_gap(
     return surface_max(gap, LID_LEAST);
 }
 
+/* The row of a curve that is held on the grid, above the curve below it. */
+static inline float surface_lid_held(float row, float below, float share) {
+    return surface_min(surface_max(row, share * below), below - LID_LEAST);
+}
+
 /* The same for a column of a lid's grid. */
 SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT, *z = y + PATCH_WIDE;
@@ -190,10 +195,12 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     __global float *out = scratch + COLUMNS_AT + x;
     float at_lash = y[x], at_brow = y[x + 2 * BROW_LINE * PATCH_WIDE] + LID_BROW_BELOW;
     float crease = at_lash - surface_lid_gap(at_lash, y, creases, x);
+    crease = surface_lid_held(crease, at_lash, LID_HELD);
     float fold = crease - surface_max(
                               surface_lid_gap(crease, creases, folds, x),
                               LID_FOLD_LEAST * (crease - at_brow));
-    float brow = surface_min(at_brow, fold - LID_LEAST);
+    fold = surface_lid_held(fold, crease, LID_HELD);
+    float brow = surface_lid_held(at_brow, fold, LID_BROW_HELD);
     float slope = surface_slope(y, x, LID_WIDE, 1.0f);
     float lower_slope = surface_slope(lower, x, LID_WIDE, 1.0f);
     /* beyond the corners, where the curves end, the surface stays turned as just inside them */

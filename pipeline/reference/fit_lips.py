@@ -25,15 +25,15 @@ _CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least nu
 # Percentiles of their light, between which they show the lipstick: lighter ones have highlights. By
 # the median of all, lips looked too pale in a blind choice.
 _BETWEEN = (30, 60)
-_CONTRAST = 0.2  # of roots between a lipstick and bare lips, from which on it is opaque
-_LEAST_OPAQUE, _MOST_OPAQUE = 0.45, 1.0
+_CONTRAST = 0.1  # of roots between a lipstick and bare lips, from which on it is opaque
+_LEAST_OPAQUE, _MOST_OPAQUE = 0.85, 1.0
 _MOST_REFLECTION = 0.05
 _ROUGHEST = 0.4  # rougher gloss is a veil, and what is seen are highlights
 # Percentiles of the lips' pixels, by their faintest channel, that show highlights; up to which
 # difference of light lips are matte, and by how much more painted lips with a gloss of 1 differ.
 _HIGHLIGHTS, _MATTE, _GLOSSY, _MOST_GLOSS = (75, 99), 0.07, 0.16, 1.2
 _PALE, _PALER = 60.0, 0.5  # L* on typical skin; what is lighter is lighter by this share of it
-_OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
+_OWN_HUE = 0.7  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
 # The gradient of a lipstick that fades, for how much it fades, and at most; and how much less of it
 # the median of the lips shows, for the square of the gradient: measured on painted lips.
 _STEEPER, _MOST_GRADIENT, _THINNER = 1.3, 0.8, 0.37

@@ -15,7 +15,7 @@ from makeup_video.pipeline.frames.sampling import remap
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.fields import LID, EyeChart
 from makeup_video.pipeline.look.look import Layer
-from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH, LidSurface
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
@@ -25,19 +25,36 @@ HEIGHTS = np.concatenate([_UP, _DOWN])
 FLAT_HW = len(HEIGHTS), SIZE_WH[0]
 _ACROSS = (LID_LEFT + LID_STEP * np.arange(SIZE_WH[0]) + 0.5).astype(np.float32)
 _BLUR_PX = 0.9  # of the neutral face: a cell is a little more than a pixel
+# A column of which at most a fifth has more than this share of the light of skin, and all columns
+# further out as well, shows hair or what is behind a face that is turned away.
+_DARK, _FIFTH = 0.2, 80
+_INNER = FLAT_HW[1] // 2  # columns that are skin in any case, black with paint though it may be
 
 
 def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
     """(27, 48, 3) float32: the roots of the shares of skin, the mean over the eyes that are seen.
 
-    None when none is seen.
+    Columns that hair hides beside one eye are those of the other eye, and plain skin where both are
+    hidden. None when no eye is seen.
     """
     soft = cv2.GaussianBlur(neutral.linear, (0, 0), _BLUR_PX)
     eyes = [neutral.roots(_laid_flat(soft, lid)) for lid in lid_surfaces(neutral.face)]
     if not eyes:
         return None
-    mean: np.ndarray = np.stack(eyes).mean(0, dtype=np.float32)
+    seen = np.stack([_is_skin(eye) for eye in eyes])[:, None, :, None]
+    mean: np.ndarray = np.where(
+        seen.any(0), np.sum(eyes, 0, where=seen) / np.maximum(seen.sum(0), 1), np.float32(1)
+    ).astype(np.float32)
     return mean
+
+
+def _is_skin(eye: np.ndarray) -> np.ndarray:
+    """(48,) bool: the columns of a flat eye (27, 48, 3) that neither hair nor background hides."""
+    hidden = np.percentile(eye * eye @ LUMINANCE, _FIFTH, axis=0) < _DARK
+    hidden[:_INNER] = False
+    hidden = np.logical_and.accumulate(hidden[::-1])[::-1]
+    hidden[:-1] |= hidden[1:]  # where hair begins, a column has some of both
+    return ~hidden
 
 
 def _laid_flat(linear: np.ndarray, lid: LidSurface) -> np.ndarray:

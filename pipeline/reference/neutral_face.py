@@ -24,7 +24,9 @@ PLAIN_SKIN = (
     (6, 197, 195, 5, 4, 45, 220, 196),
     (207, 214, 212, 216),
 )
-_HIDDEN = 0.4  # of the light of the middle one: what is darker is under hair, a beard or a hat
+# Of each, the share of the light of the middle one below which it is not counted: it is under hair,
+# a beard or a hat. Hair over the forehead may be light.
+_HIDDEN = (0.65, 0.4, 0.4)
 LUMINANCE = to_xyz(1)[1]  # of linear R, G, B of sRGB
 
 
@@ -87,14 +89,16 @@ def filled(
 def _skin(linear: np.ndarray, face: Face) -> np.ndarray:
     """(3,) the median of plain skin that is seen, linear."""
     places = [
-        place
-        for one in PLAIN_SKIN
-        if len(place := linear[filled(face, [one], linear.shape, mirrored=True)])
+        (share, place)
+        for share, contour in zip(_HIDDEN, PLAIN_SKIN, strict=True)
+        if len(place := linear[filled(face, [contour], linear.shape, mirrored=True)])
     ]
     if not places:
         return np.full(3, 0.5)
-    light = [float(np.median(place @ LUMINANCE)) for place in places]
-    least = _HIDDEN * float(np.median(light))
-    seen = [place for place, here in zip(places, light, strict=True) if here >= least]
+    light = [float(np.median(place @ LUMINANCE)) for _, place in places]
+    middle = float(np.median(light))
+    seen = [
+        place for (share, place), here in zip(places, light, strict=True) if here >= share * middle
+    ]
     skin: np.ndarray = np.maximum(np.median(np.concatenate(seen), axis=0), _FAINTEST)
     return skin

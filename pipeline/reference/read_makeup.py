@@ -42,9 +42,9 @@ _COMPANY: Mapping[str, tuple[Mapping[str, float], float, float]] = {
 # read as worn at most.
 WORN_FROM: Mapping[str, float] = {
     "lipstick": 0.3,
-    "eyeshadow": 0.155,
-    "eyeliner": 0.187,
-    "blush": 0.04,
+    "eyeshadow": 0.14,
+    "eyeliner": 0.155,
+    "blush": 0.039,
 }
 
 

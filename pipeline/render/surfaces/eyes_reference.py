@@ -5,10 +5,12 @@ from makeup_video.kernels.surface import (
     BROW_POINTS,
     LASH_POINTS,
     LID_BROW_BELOW,
+    LID_BROW_HELD,
     LID_CORNERS,
     LID_FALLS,
     LID_FOLD_LEAST,
     LID_FOLD_UP,
+    LID_HELD,
     LID_HW,
     LID_LEAST,
     LID_ROUNDNESS,
@@ -107,15 +109,22 @@ def _heights(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     at the fold, and by `up` of LidSurface; (E, H, W) each."""
     lash, crease, fold, brow = (y[:, curve, None] for curve in range(4))
     apart = crease - fold
-    crease = lash - _gap(lash - crease, lash - crease)
+    crease = _held(lash - _gap(lash - crease, lash - crease), lash, LID_HELD)
     brow = brow + LID_BROW_BELOW
     fold = crease - np.maximum(_gap(crease - fold, apart), LID_FOLD_LEAST * (crease - brow))
-    brow = np.minimum(brow, fold - LID_LEAST)
+    fold = _held(fold, crease, LID_HELD)
+    brow = _held(brow, fold, LID_BROW_HELD)
     ring = (lash - _ROWS) / (lash - crease)
     ring = np.where(ring < 1, ring, 1 + (crease - _ROWS) / (crease - fold))
     up = np.where(ring < 1, ring, 1 + (LID_FOLD_UP - 1) * (ring - 1))
     above = LID_FOLD_UP + (2 - LID_FOLD_UP) * (fold - _ROWS) / (fold - brow)
     return ring, np.where(ring < 2, up, above).astype(np.float32)
+
+
+def _held(rows: np.ndarray, below: np.ndarray, share: float) -> np.ndarray:
+    """Rows of a curve that are held on the grid, above the curve below it."""
+    held: np.ndarray = np.minimum(np.maximum(rows, share * below), below - LID_LEAST)
+    return held
 
 
 def _gap(gap: np.ndarray, apart: np.ndarray) -> np.ndarray:

@@ -15,6 +15,8 @@ from makeup_video.pipeline.faces.topology import (
     RIGHT_BROW,
     RIGHT_EYE,
 )
+from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.kinds.eyeshadow import KIND
 from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
@@ -148,3 +150,15 @@ def test_a_scaled_surface_has_scaled_distances():
         np.testing.assert_allclose(larger.below_px, 2 * region.below_px, rtol=1e-6)
         assert larger.width_px == pytest.approx(2 * region.width_px)
         assert larger.grid.step_px() / LID_STEP == pytest.approx(larger.width_px)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.45, 1.0), st.floats(1.0, 1.3), st.sampled_from([OPEN, SHUT]))
+def test_shadow_up_to_the_brow_ends_within_the_grid(narrow, high, number):
+    """Of an eye that is turned away, too, and below a brow that is raised."""
+    points = close_up(number)[1][:, :2] * (narrow, high)
+    for lid in lid_surfaces(true_face(points)):
+        at, shape = lid.fields(), KIND.whole_shape({"slot": "full", "high": 2.0})
+        (coat,) = KIND.coats(at, product((0, 0, 0), "matte", "eyes"), shape)
+        assert coat.density.max() > 0.9
+        assert coat.density[:, 0].max() < 0.08

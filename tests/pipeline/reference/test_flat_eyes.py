@@ -1,0 +1,61 @@
+"""Tests of pipeline/reference/flat_eyes.py: hair and background beside the eyes are left out."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, flat_eyes
+from makeup_video.pipeline.reference.neutral_face import neutral_face
+from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
+from people import portrait
+from reference_photos import face
+
+FIRST = 38  # column from which hair covers what lies beside an eye
+BESIDE = np.s_[:, FIRST + 2 :]
+BEFORE = np.s_[:, : FIRST - 3]  # where no blur carries hair
+SKINS = (230, 176, 150), (190, 140, 118)  # around the one eye and the other
+
+
+def flat(rgb8):
+    return flat_eyes(neutral_face(rgb8, face(), photo_light(portrait(), face())))
+
+
+def behind_hair(rgb, *eyes):
+    """Even skin around both eyes, and a colour over all that lies beside some of them."""
+    rgb8 = portrait().copy()
+    grids = [lid.grid.to_px for lid in lid_surfaces(face())]
+    for to_px, skin in zip(grids, SKINS, strict=True):
+        cover(rgb8, to_px, 14, skin)
+    for eye in eyes:
+        cover(rgb8, grids[eye], FIRST, rgb)
+    return rgb8
+
+
+def cover(rgb8, to_px, first, rgb):
+    """Fill a grid from its column `first` on, and further out."""
+    ends = FLAT_HW[1] + 8
+    corners = np.array([[first, -8], [ends, -8], [ends, 44], [first, 44]])
+    cv2.fillPoly(rgb8, [np.rint(corners @ to_px[:, :2].T + to_px[:, 2]).astype(np.int32)], rgb)
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.sampled_from([0, 1]), st.tuples(*[st.integers(0, 40)] * 3))
+def test_beside_hair_the_other_eye_counts_alone(eye, rgb):
+    hidden, seen = flat(behind_hair(rgb, eye)), flat(behind_hair(rgb))
+    each = [flat(behind_hair((0, 0, 0), 1 - one))[BESIDE] for one in (0, 1)]
+    np.testing.assert_allclose(hidden[BESIDE], each[1 - eye], atol=0.01)
+    np.testing.assert_allclose(seen[BESIDE], (each[0] + each[1]) / 2, atol=0.01)
+    np.testing.assert_allclose(hidden[BEFORE], seen[BEFORE], atol=0.01)
+
+
+def test_hair_beside_both_eyes_leaves_plain_skin():
+    assert (flat(behind_hair((20, 12, 8), 0, 1))[BESIDE] == 1).all()
+
+
+@pytest.mark.parametrize("rgb", [(120, 90, 80), (90, 70, 140)])
+def test_eye_shadow_far_beyond_the_eyes_is_seen(rgb):
+    worn, bare = flat(behind_hair(rgb, 0, 1))[BESIDE], flat(behind_hair(rgb))[BESIDE]
+    assert (worn.mean((0, 1)) < 0.97 * bare.mean((0, 1))).any()
+    assert worn[..., 0].max() < 0.9
