@@ -42,6 +42,7 @@ _STEEPER, _MOST_GRADIENT, _THINNER = 1.3, 0.8, 0.37
 # how much more a rim differs than is seen, since it is narrow.
 _EVEN = np.array([3.5, -3.4, 0.6])
 _HARDLY_DARKER, _DARKER, _NARROW = 4.0, 6.0, 2.5
+_DARKEST_RIM = 0.5  # of the lipstick's L*: darker ones would stand out as a black outline
 _SHINE = 0.03  # what gloss 1 adds to the roots of the lips' median
 
 
@@ -113,7 +114,10 @@ def _rim(
     rim = min((-float(off[0]) - _HARDLY_DARKER) / _DARKER, 1.0)
     if rim <= 0:
         return {}
-    red, green, blue = skin.codes(skin.roots_of(skin.lab(roots) + _NARROW * off))
+    lips = skin.lab(roots)
+    rim_lab = lips + _NARROW * off
+    rim_lab[0] = max(rim_lab[0], _DARKEST_RIM * lips[0])
+    red, green, blue = skin.codes(skin.roots_of(rim_lab))
     darker = replace(lipstick, red=red, green=green, blue=blue)
     return {"rim": round(rim, 3), "rim_color": darker.hex}
 
