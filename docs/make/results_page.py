@@ -213,8 +213,8 @@ eye-shadow); the nets were trained on the renderer of that time. What
 | | lips | eyes |
 | --- | --- | --- |
 | then, by the nets and the correction of lips of then | 2.07, 4.57 | 2.09, 4.24 |
-| today, the nets, and the lips' colour as the product fits it | 4.45, 7.81 | 2.78, 5.11 |
-| today, the whole product, not told what is worn, and where | 6.34, 20.36 | 7.84, 16.64 |
+| today, the nets, and the lips' colour as the product fits it | 4.70, 7.84 | 2.78, 5.11 |
+| today, the whole product, not told what is worn, and where | 6.56, 20.36 | 7.82, 15.91 |
 | mean colour moved, where the product is known to be | 5.15, 8.99 | 7.18, 13.69 |
 
 So on renders the product reads worse than it did, because it was made for real photographs. It
