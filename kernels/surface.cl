@@ -183,7 +183,7 @@ static inline float surface_lid_gap(
 
 /* The row of a curve that is held on the grid, above the curve below it. */
 static inline float surface_lid_held(float row, float below, float share) {
-    return surface_min(surface_max(row, share * below), below - LID_LEAST);
+    return surface_clamp(row, share * below, below - LID_LEAST);
 }
 
 /* The same for a column of a lid's grid. */

@@ -67,10 +67,10 @@ LID_SEEDS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.41, 0.42))
 LID_FALLS = (0.45, 0.25)
 LID_LEAST = 0.05 / LID_STEP
 LID_FOLD_LEAST = 0.25  # of the way from the crease to the brow, the fold's least
-# The grid's unit is the eye's width, so the curves lie beyond it where an eye is turned away or a
-# brow is raised. There each is held below a share of the row of the curve under it, and what lies
-# between them is narrower: in the first row, heights are LID_HIGHEST at least, where the softest
-# shadow up to the brow ends.
+# The grid's unit is the eye's width. Where an eye is turned away or a brow is raised, curves would
+# lie beyond the grid's first row. So each curve's row is held to at least a share of the row of the
+# curve below it. The first row's heights are then at least LID_HIGHEST, where the softest shadow up
+# to the brow ends.
 LID_HIGHEST = 2.6
 LID_HELD = 0.5  # of crease and fold; that of the brow follows
 LID_BROW_HELD = 1 - (2 - LID_FOLD_UP) / (LID_HIGHEST - LID_FOLD_UP)

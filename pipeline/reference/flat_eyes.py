@@ -25,10 +25,11 @@ HEIGHTS = np.concatenate([_UP, _DOWN])
 FLAT_HW = len(HEIGHTS), SIZE_WH[0]
 _ACROSS = (LID_LEFT + LID_STEP * np.arange(SIZE_WH[0]) + 0.5).astype(np.float32)
 _BLUR_PX = 0.9  # of the neutral face: a cell is a little more than a pixel
-# A column of which at most a fifth has more than this share of the light of skin, and all columns
-# further out as well, shows hair or what is behind a face that is turned away.
-_DARK, _FIFTH = 0.2, 80
-_INNER = FLAT_HW[1] // 2  # columns that are skin in any case, black with paint though it may be
+# A column is dark when this percentile of the light of its cells is below this share of skin's.
+# Where it is dark, and so are all columns further out, it shows hair, or what lies behind a face
+# that is turned away. The inner columns always count: what is black there is makeup.
+_PERCENTILE, _DARK = 80, 0.2
+_INNER = FLAT_HW[1] // 2
 
 
 def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
@@ -50,7 +51,7 @@ def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
 
 def _is_skin(eye: np.ndarray) -> np.ndarray:
     """(48,) bool: the columns of a flat eye (27, 48, 3) that neither hair nor background hides."""
-    hidden = np.percentile(eye * eye @ LUMINANCE, _FIFTH, axis=0) < _DARK
+    hidden = np.percentile(eye * eye @ LUMINANCE, _PERCENTILE, axis=0) < _DARK
     hidden[:_INNER] = False
     hidden = np.logical_and.accumulate(hidden[::-1])[::-1]
     hidden[:-1] |= hidden[1:]  # where hair begins, a column has some of both

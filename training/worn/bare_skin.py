@@ -5,7 +5,7 @@
 DIR has folders `portraits` and `wild`, as of worn/prepare.py; faces without any makeup count.
 Writes bare_eyes.npy and bare_cheeks.npy, and prints how blush and lipstick show, which are
 constants of the product. What it ships was measured while hair over the forehead still counted as
-skin (docs/decisions/reference.md).
+skin, and hair beside the eyes as the skin there (docs/decisions/reference.md).
 """
 
 import argparse

@@ -123,7 +123,7 @@ def _heights(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _held(rows: np.ndarray, below: np.ndarray, share: float) -> np.ndarray:
     """Rows of a curve that are held on the grid, above the curve below it."""
-    held: np.ndarray = np.minimum(np.maximum(rows, share * below), below - LID_LEAST)
+    held: np.ndarray = np.clip(rows, share * below, below - LID_LEAST)
     return held
 
 
