@@ -159,6 +159,7 @@ def _kind(kind: Kind) -> dict[str, Any]:
                 "default": dial.default,
                 "unit": dial.unit,
                 "is_colour": dial.is_colour,
+                "is_map": dial.is_map,
             }
             for dial in kind.dials
         ],

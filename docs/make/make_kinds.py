@@ -9,6 +9,7 @@ from typing import Any
 import contact_sheet as sheet
 import numpy as np
 from makeup_video.pipeline import FINISHES, KINDS, Layer, Look, product
+from makeup_video.pipeline.look.kinds import density_map
 from makeup_video.pipeline.look.kinds.kind import Dial, Kind
 
 PAGE = sheet.DOCS / "kinds.md"
@@ -62,7 +63,7 @@ def draw_dials(kind: Kind) -> np.ndarray:
 
 
 def _is_number(dial: Dial) -> bool:
-    return not dial.choices and not dial.is_colour
+    return not (dial.choices or dial.is_colour or dial.is_map)
 
 
 def _pictures() -> dict[str, Callable[[], np.ndarray]]:
@@ -83,10 +84,14 @@ def _dial_row(dial: Dial) -> list[str]:
         reach = ", ".join(f"`{choice}`" for choice in dial.choices)
     elif dial.is_colour:
         reach = "six hex digits"
+    elif dial.is_map:
+        reach = f"{density_map.HW[0]} rows of {density_map.HW[1]} characters"
     else:
         reach = f"{dial.low:g} to {dial.high:g}"
     unit = f" ({dial.unit})" if dial.unit else ""
     default = f"`{dial.default}`" if isinstance(dial.default, str) else f"{dial.default:g}"
+    if dial.is_map:
+        default = "none"
     return [f"`{dial.name}`", reach + unit, default, dial.meaning]
 
 

@@ -229,7 +229,8 @@ def _eyeliner(photo: _Photo) -> list[Layer]:
     if not is_inside(photo.rgb8, photo.face, CROPS["eyes"].needed):
         return []
     wing = read_wing(photo.rgb8, photo.face)
-    return [liner(photo.makeup.layers["eyeliner", ""], wing)]
+    read = photo.makeup.layers["eyeliner", ""]
+    return [liner(read, wing, photo.makeup.worn["eyeliner"])]
 
 
 def _blush(photo: _Photo) -> list[Layer]:

@@ -13,16 +13,16 @@ import numpy as np
 from makeup_video.kernels.surface import LID_LEFT, LID_STEP
 from makeup_video.pipeline.frames.sampling import remap
 from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.kinds.density_map import heights
 from makeup_video.pipeline.look.kinds.fields import LID, EyeChart
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH, LidSurface
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
-_UP = np.linspace(2.1, 0.06, 18, dtype=np.float32)
-_DOWN = np.linspace(-0.08, -1.3, 9, dtype=np.float32)
-HEIGHTS = np.concatenate([_UP, _DOWN])
-FLAT_HW = len(HEIGHTS), SIZE_WH[0]
+_UP, _DOWN = heights(True), heights(False)
+_HEIGHTS = np.concatenate([_UP, _DOWN])
+FLAT_HW = len(_HEIGHTS), SIZE_WH[0]
 _ACROSS = (LID_LEFT + LID_STEP * np.arange(SIZE_WH[0]) + 0.5).astype(np.float32)
 _BLUR_PX = 0.9  # of the neutral face: a cell is a little more than a pixel
 # A column is dark when this percentile of the light of its cells is below this share of skin's.
@@ -47,6 +47,18 @@ def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
         seen.any(0), np.sum(eyes, 0, where=seen) / np.maximum(seen.sum(0), 1), np.float32(1)
     ).astype(np.float32)
     return mean
+
+
+def is_seen(flat: np.ndarray) -> np.ndarray:
+    """(48,) bool: the columns of flat eyes, (27, 48, 3), that are not hidden beside both."""
+    seen: np.ndarray = (flat != 1).any((0, 2))
+    return seen
+
+
+def flat_places() -> tuple[np.ndarray, np.ndarray]:
+    """Where the columns, (48,), and the rows, (27,), of flat eyes lie: `across` and `height` of
+    EyePlaces."""
+    return _ACROSS, _HEIGHTS
 
 
 def _is_skin(eye: np.ndarray) -> np.ndarray:
@@ -86,7 +98,7 @@ def density(layer: Layer) -> np.ndarray:
 def _charts() -> tuple[EyeChart, EyeChart]:
     """The places above a flat eye, and below it."""
     across = np.broadcast_to(_ACROSS, FLAT_HW)[None]
-    height = np.broadcast_to(HEIGHTS[:, None], FLAT_HW)[None]
+    height = np.broadcast_to(_HEIGHTS[:, None], FLAT_HW)[None]
     return (
         EyeChart(True, across, np.maximum(height, 0)),
         EyeChart(False, across, np.minimum(height, 0)),

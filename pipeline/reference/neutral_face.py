@@ -38,12 +38,14 @@ class NeutralFace:
     linear: (H, W, 3) float32, linear R, G, B as of sRGB: what shows a product's colour p has p.
     face: in px of these pictures.
     skin: (3,) linear R, G, B of plain skin.
+    light: (3,) linear R, G, B of the light that was divided out, mean 1.
     """
 
     rgb8: np.ndarray
     linear: np.ndarray
     face: Face
     skin: np.ndarray
+    light: np.ndarray
 
     def roots(self, linear: np.ndarray) -> np.ndarray:
         """Linear colours (..., 3) -> the square roots of their shares of skin, as films mix."""
@@ -64,7 +66,8 @@ def neutral_face(rgb8: np.ndarray, face: Face, light: SceneLight) -> NeutralFace
     table = to_linear(np.repeat(np.arange(256)[:, None] / 255, 3, axis=1), SRGB)
     gain = np.maximum(light.colour.astype(np.float64) * light.strength, _DARKEST)
     linear = cv2.LUT(crop, (table / gain).astype(np.float32)[None])
-    return NeutralFace(crop, linear, crop_face, _skin(linear, crop_face))
+    colour = light.colour / light.colour.mean()
+    return NeutralFace(crop, linear, crop_face, _skin(linear, crop_face), colour)
 
 
 def filled(

@@ -3,8 +3,10 @@
 import math
 from dataclasses import fields
 
+import numpy as np
 from hypothesis import strategies as st
 from makeup_video.pipeline import KINDS, GraphicsParams, Layer, Look, product
+from makeup_video.pipeline.look.kinds.density_map import HW, to_text
 
 SPECS = {spec.name: spec.metadata for spec in fields(GraphicsParams)}
 SEVEN = ("red", "green", "blue", "opacity", "gloss", "gloss_roughness", "reflection")
@@ -34,7 +36,16 @@ def dial_values(dial):
         return st.sampled_from(dial.choices)
     if dial.is_colour:
         return st.from_regex(r"#[0-9a-fA-F]{6}", fullmatch=True)
+    if dial.is_map:
+        return st.just("") | density_maps().map(to_text)
     return numbers(dial.low, dial.high)
+
+
+def density_maps():
+    """Densities of a layer around the eye, (27, 24) float32, 0..1."""
+    return st.integers(0, 2**32 - 1).map(
+        lambda seed: np.random.default_rng(seed).random(HW, np.float32)
+    )
 
 
 def shapes(kind):

@@ -2,9 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
 from browser import PHONE
+from looks import layer_of
 from makeup_video.pipeline.look.kinds import KINDS, PARTS
+from makeup_video.pipeline.look.kinds.density_map import HW, to_text
+from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.ready import ready_looks
 from people import SAMPLES
 
@@ -33,7 +37,8 @@ def test_each_kind_has_a_tab_and_all_its_dials(page, kind):
     switch.set_checked(False)
     assert not page.look().of(kind.name) and "bare" in page.page.inner_text(f"#{kind.part}-tab")
     page.open_groups()
-    for dial in kind.dials:
+    dials = [dial for dial in kind.dials if not dial.is_map]
+    for dial in dials:
         if dial.choices:
             offered = controls.locator(".choices label").all_inner_texts()
             assert offered == [choice.replace("_", " ") for choice in dial.choices]
@@ -48,9 +53,7 @@ def test_each_kind_has_a_tab_and_all_its_dials(page, kind):
     assert switch.is_checked()  # any change puts it on
     (layer,) = page.look().of(kind.name)
     assert layer.shape == {
-        dial.name: "#102030" if dial.is_colour else dial.high
-        for dial in kind.dials
-        if not dial.choices
+        dial.name: "#102030" if dial.is_colour else dial.high for dial in dials if not dial.choices
     }
     page.page.click(f"#{kind.part}-panel .finishes button:has-text('gloss')")
     assert page.look().of(kind.name)[0].product.opacity == kind.finish("gloss")["opacity"]
@@ -93,11 +96,30 @@ def test_a_slot_gives_the_numbers_and_a_slider_changes_one(page):
         controls.locator(f".choices input[value={slot}]").click(force=True)
         assert page.look().of("eyeshadow")[0].shape == {"slot": slot}
         for dial in PARTS["eyes"].dials[1:]:
-            assert float(number(controls, dial.title).input_value()) == numbers[dial.name]
+            if not dial.is_map:
+                assert float(number(controls, dial.title).input_value()) == numbers[dial.name]
     number(controls, "Outer").fill("1.5")
     assert page.look().of("eyeshadow")[0].shape == {"slot": slot, "outer": 1.5}
     controls.locator(f".choices input[value={slot}]").click(force=True)  # back to its numbers
     assert page.look().of("eyeshadow")[0].shape == {"slot": slot}
+
+
+def test_a_layer_as_in_a_photo_can_get_a_plain_shape(page, tmp_path):
+    shape = {"slot": "outer", "map": to_text(np.full(HW, 0.5))}
+    Look([layer_of("eyeshadow", "#141EA0", shape=shape)]).save(tmp_path / "read.json")
+    page.page.set_input_files("#open-look input", tmp_path / "read.json")
+    page.until(lambda: page.page.input_value("#eyes-panel .hex") == "#141EA0")
+    assert page.look().of("eyeshadow")[0].shape == shape
+    controls = panel(page, "eyes")
+    controls.locator("summary", has_text="Shape").click()
+    assert not number(controls, "Outer").is_visible()
+    controls.get_by_role("button", name="Use a plain shape").click()
+    assert page.look().of("eyeshadow")[0].shape == {"slot": "outer"}
+    assert number(controls, "Outer").is_visible()
+    assert not controls.get_by_text("Lies as in the photo").is_visible()
+    page.page.click("#undo")
+    assert page.look().of("eyeshadow")[0].shape == shape
+    assert controls.get_by_text("Lies as in the photo").is_visible()
 
 
 def test_a_ready_look_replaces_the_look_as_one_step(page):

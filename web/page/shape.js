@@ -17,8 +17,13 @@ export function shapeControls(kind, edit) {
   const controls = kind.dials.map((dial) => [dial, control(kind, dial, edit)]);
   const of = (isChoice) =>
     controls.filter(([{ choices }]) => choices.length > 0 === isChoice).map(([, one]) => one.element);
+  const map = kind.dials.find(({ is_map }) => is_map);
   const set = (whole, shape) => {
-    for (const [dial, one] of controls) one.set(whole[dial.name], shape);
+    for (const [dial, one] of controls) {
+      one.set(whole[dial.name], shape);
+      // beside a map numbers would change nothing
+      if (map && dial !== map && !dial.choices.length) one.element.hidden = whole[map.name] !== "";
+    }
   };
   return { choices: of(true), others: of(false), set };
 }
@@ -26,7 +31,19 @@ export function shapeControls(kind, edit) {
 function control(kind, dial, edit) {
   if (dial.choices.length) return choice(kind, dial, edit);
   const put = (value) => edit((shape) => ({ ...shape, [dial.name]: value }));
+  if (dial.is_map) return map(dial, edit);
   return dial.is_colour ? colour(dial, put) : number(dial, put);
+}
+
+/** Shown of a layer that lies as in a photo: a button gives it the numbers of its slot instead. */
+function map({ name, help }, edit) {
+  const button = el("button", { type: "button", title: help }, "Use a plain shape");
+  button.addEventListener("click", () => edit(({ [name]: _, ...others }) => others));
+  const element = el("div", { className: "map" }, el("span", {}, "Lies as in the photo."), button);
+  const set = (text) => {
+    element.hidden = text === "";
+  };
+  return { element, set };
 }
 
 function number({ name, title, help, unit, low, high }, put) {

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from makeup_video.pipeline.look.kinds.density_map import density_at
 from makeup_video.pipeline.look.kinds.fields import LID, EyePlaces
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
 from makeup_video.pipeline.look.kinds.ramps import fall, rise, smooth
@@ -49,6 +50,8 @@ def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """
     import numpy as np
 
+    if shape["map"]:
+        return [Coat(product, density_at(at, shape["map"]))]
     low, high = shape["low"], shape["high"]
     if not (low < 0 or (at.is_upper and high > 0)):
         return []
@@ -150,6 +153,8 @@ KIND = Kind(
         Dial("lift", _LID["lift"], "Lift", "How steeply the wing rises: its slope.",
              low=-0.5, high=1.5),
         Dial("softness", _LID["softness"], "Softness", "How far its borders fade."),
+        Dial("map", "", "Map", "How densely it lies at each place around the eye, as a photo shows "
+             "it; the other numbers then change nothing.", is_map=True),
     ),
     slot_words={
         "lid": ("lids", "eyelid"),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from makeup_video.pipeline.errors import LookError
+from makeup_video.pipeline.look.kinds.density_map import check_text
 from makeup_video.pipeline.look.params import GraphicsParams, check_number, refuse_unknown, shown
 
 if TYPE_CHECKING:
@@ -26,8 +27,9 @@ class Dial:
 
     title, meaning: what the page and the documents show of it.
     unit: of a number; empty for a share.
-    choices: what it may be; without them it is a number in low..high, or a colour.
+    choices: what it may be; without them it is a number in low..high, a colour, or a map.
     is_colour: a text such as "#B4002E".
+    is_map: a text, as of density_map.py, or an empty one.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Dial:
     high: float = 1.0
     unit: str = ""
     is_colour: bool = False
+    is_map: bool = False
 
     def check(self, value: Any, where: str) -> None:
         """Raises LookError for a value that the dial cannot have; where: its name in messages."""
@@ -50,6 +53,8 @@ class Dial:
         elif self.is_colour:
             if not isinstance(value, str) or not re.fullmatch("#[0-9a-fA-F]{6}", value):
                 raise LookError(f"{where} must be a colour such as '#B4002E', got {shown(value)}")
+        elif self.is_map:
+            check_text(value, where)
         else:
             check_number(where, value, self.low, self.high)
 

@@ -136,7 +136,8 @@ def test_a_shadow_below_the_eye_is_read_however_likely(probability):
     worn = replace(product((200, 70, 70), "matte", "eyes"), opacity=0.7)
     neutral = wearing(*(Layer("eyeshadow", worn, {"slot": slot}) for slot in ("full", "under")))
     read = fit_shadows(neutral, flat_eyes(neutral), LID, probability)
-    assert "under" in {one.shape["slot"] for one in read}
+    below = density(Layer("eyeshadow", worn, {"slot": "under"})) > 0.7
+    assert max(one.product.opacity * density(one)[below].mean() for one in read) > 0.1
 
 
 @given(st.integers(60, 120), st.integers(150, 220))
@@ -147,12 +148,13 @@ def test_below_a_grey_shadow_no_red_one_is_read(grey, red):
     neutral = wearing(
         Layer("eyeshadow", above, {"slot": "full"}), Layer("eyeshadow", below, {"slot": "under"})
     )
-    reds = {True: [-20.0], False: [-20.0]}
-    for layer in shadows_of(neutral):
-        worn = layer.product
-        _, red_green, _ = lab_of(np.array([worn.red, worn.green, worn.blue]))
-        reds[layer.shape["slot"] == "under"].append(float(red_green))
-    assert max(reds[True]) <= max(reds[False]) + 0.5
+    there = density(Layer("eyeshadow", below, {"slot": "under"})) > 0.7
+
+    def redness(eyes):
+        return float(np.median(eyes[there][:, 0] / eyes[there][:, 1]))
+
+    again = flat_eyes(wearing(*shadows_of(neutral)))
+    assert redness(again) < 1.08 * redness(flat_eyes(wearing_nothing()))
 
 
 @pytest.mark.parametrize("slot", ["full", "outer"])
@@ -238,13 +240,14 @@ def hue(product_read):
 
 @settings(max_examples=12, deadline=None)
 @given(st.sampled_from(["full", "outer", "lid"]), st.floats(12, 26), st.floats(5, 8))
-def test_dark_brown_on_tanned_skin_is_not_read_as_blue(slot, lightness, red):
+def test_dark_brown_on_tanned_skin_in_warm_light_is_not_blue(slot, lightness, red):
     skin = linear_of_lab(np.array([66.0, 17.0, 22.0]))
     brown = np.sqrt(linear_of_lab(np.array([lightness, red, 0.5 * red])) / skin)
     dense = density(Layer("eyeshadow", LID, {"slot": slot}))[..., None]
     bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
     seen = (1 - dense) * bare + dense * brown.astype(np.float32)
-    for layer in fit_shadows(replace(wearing_nothing(), skin=skin), seen, LID):
+    warm = replace(wearing_nothing(), skin=skin, light=np.array([1.15, 1.0, 0.85]))
+    for layer in fit_shadows(warm, seen, LID):
         read = layer.product
         assert lab_of(np.array([read.red, read.green, read.blue]))[2] > -6
 

@@ -1,0 +1,87 @@
+"""The colours of eye-shadow with which the fit begins: those of four usual places.
+
+Which four products, painted on the mean bare face, would look most like what is seen? Their colours
+follow by least squares, because films mix linearly in roots of light (film.py).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from makeup_video.pipeline.look.kinds.density_map import HW
+from makeup_video.pipeline.reference.film import bounded
+from makeup_video.pipeline.reference.neutral_face import LUMINANCE
+from makeup_video.pipeline.reference.shadow_cells import Cells, density_of
+
+# In the order of painting.
+_SHAPES: tuple[dict[str, object], ...] = (
+    {"slot": "full"},
+    {"slot": "outer", "outer": 1.3, "low": -0.6},
+    {"slot": "lid"},
+    {"slot": "under", "outer": 1.25, "low": -0.45},
+)
+_MOST_OPAQUE, _LEAST_OPAQUE = 0.8, 0.3
+# A product lighter than the skin is a sheer one: on darker skin it would look like chalk. A vivid
+# one would not: it may be opaque where its least root lies so far below that of skin.
+_LIGHT_OPAQUE, _VIVID_CONTRAST = 0.35, 0.15
+_CONTRAST = 0.35  # of roots between a product and skin, from which on it is as opaque as it can be
+_LIGHTER = 0.03  # of roots: a product that is not lighter than skin by more may be opaque
+_NEARLY = 0.92
+# In cells: what keeps a colour near that of skin. Where its cells hardly tell the colour, or other
+# products cover them, it would be an extreme one.
+_STIFF = 1.0
+
+
+def first_shadows(
+    seen: np.ndarray, cells: Cells, most: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The roots of up to four products, (N, 3), and how much of each shows, (N, 27, 24).
+
+    seen: (27, 24, 3) roots.  most: (3,) the roots of white. Products that would have to be white
+    are left out: their skin is in strong light, and white on other skin would be a grey veil.
+    """
+    shapes = [density_of(shape) for shape in _SHAPES]
+    while True:
+        roots = _fit(seen, cells, _shares(shapes, [_MOST_OPAQUE] * len(shapes), cells), most)
+        opacities = [
+            _opacity(shape, root, cells) for shape, root in zip(shapes, roots, strict=True)
+        ]
+        shares = _shares(shapes, opacities, cells)
+        roots = _fit(seen, cells, shares, most)
+        white = (roots >= _NEARLY * most).sum(1) >= 2
+        if not white.any():
+            return roots, shares
+        del shapes[int(white.argmax())]
+
+
+def _fit(seen: np.ndarray, cells: Cells, shares: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """The roots of products, (N, 3), of which those shares show most like what is seen."""
+    film, weights = cells.film, cells.weights.ravel()
+    rest = seen - film.bare * (1 - film.cover * shares.sum(0))[..., None]
+    parts = (shares * film.response).reshape(len(shares), -1)
+    weighted = parts * weights
+    normal = weighted @ parts.T + _STIFF * np.eye(len(shares))
+    return bounded(normal, weighted @ rest.reshape(-1, 3) + _STIFF, most)
+
+
+def _shares(shapes: Sequence[np.ndarray], opacities: Sequence[float], cells: Cells) -> np.ndarray:
+    """(N, 27, 24): how much of each product shows, where the later ones lie over the others."""
+    shares = np.zeros((len(shapes), *HW), np.float32)
+    through = np.ones(HW, np.float32)
+    for at in reversed(range(len(shapes))):
+        lies = opacities[at] * shapes[at]
+        shares[at] = lies * through
+        through = through * (1 - lies * cells.film.cover)
+    return shares
+
+
+def _opacity(shape: np.ndarray, root: np.ndarray, cells: Cells) -> float:
+    """How opaque a product is: it is the sheerer, the less it differs from skin."""
+    film, share = cells.film, shape * cells.weights
+    pure = film.response[..., None] / np.maximum(film.cover, 0.05)[..., None] * root
+    off = ((pure - film.bare) * share[..., None]).sum((0, 1)) / max(float(share.sum()), 1e-9)
+    most = _MOST_OPAQUE
+    if off @ LUMINANCE > _LIGHTER:
+        vivid = min(max(-float(off.min()) / _VIVID_CONTRAST, 0), 1)
+        most = _LIGHT_OPAQUE + vivid * (_MOST_OPAQUE - _LIGHT_OPAQUE)
+    wanted = _MOST_OPAQUE * float(np.linalg.norm(off)) / _CONTRAST
+    return round(min(max(wanted, _LEAST_OPAQUE), most), 3)

@@ -1,0 +1,95 @@
+"""The skin around the eyes as the cells of a density map: how bare faces look there, how a product
+shows, and where eye-shadow may lie."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.look.kinds.density_map import places_across
+from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.reference.film import Film
+from makeup_video.pipeline.reference.flat_eyes import density, flat_places, is_seen
+
+# Roots of bare eyes as shares of those measured: photos of makeup have more light there than most
+# faces on which a look is painted.
+_DEEPER = 0.95
+# By how much more a layer of one shape hides, and shows of its own colour, than products do that
+# lie all around the eye: least squares over bare faces painted in random colours.
+_HIDES, _SHOWS = 1.13, 1.18
+# Together these reach as far as any eye-shadow does, and fade beyond; where they are as dense as
+# one part in so much, all of what is seen may be makeup.
+_REACH: tuple[dict[str, object], ...] = (
+    {"slot": "full", "high": 1.95, "inner": -0.02, "outer": 1.5},
+    {"slot": "under", "outer": 1.45, "low": -1.0, "inner": 0.0},
+)
+_REACH_FULL = 1.4
+_ENDS = 0.27  # how far beside what is seen eye-shadow ends, in widths of the eye
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """What is known of the cells of a density map before a photo is seen.
+
+    film: bare faces, of each cell, and a product of opacity 1.  weights: (27, 24), what each cell
+    counts, 1 at most: little where bare faces differ much, such as at the lashes.
+    reach: (27, 24), how much of all that is seen may be makeup, 0..1.
+    """
+
+    film: Film
+    weights: np.ndarray
+    reach: np.ndarray
+
+
+@lru_cache(maxsize=1)
+def shadow_cells() -> Cells:
+    """The cells of every face."""
+    numbers = on_map(read_array("bare_eyes.npy").astype(np.float32))
+    bare, hides, shows = numbers[..., :3], numbers[..., 3], numbers[..., 4]
+    film = Film(_DEEPER * bare, _HIDES * hides, _SHOWS * shows)
+    reach = np.max([density_of(shape) for shape in _REACH], axis=0)
+    weights = numbers[..., 5]
+    return Cells(film, weights / weights.max(), np.minimum(_REACH_FULL * reach, 1))
+
+
+def on_map(flat: np.ndarray) -> np.ndarray:
+    """Of flat eyes (27, 48, ...), what the cells of a map show, (27, 24, ...)."""
+    across, _ = flat_places()
+    near = np.abs(across[:, None] - places_across()) / np.diff(places_across()).mean()
+    weights = np.maximum(1 - near, 0).astype(np.float32)
+    shown: np.ndarray = np.moveaxis(np.tensordot(flat, weights / weights.sum(0), (1, 0)), -1, 1)
+    return shown
+
+
+def columns_seen(flat: np.ndarray) -> np.ndarray:
+    """(24,): 1 for the columns of a map that flat eyes (27, 48, 3) show, and the less, down to 0,
+    the further from those they lie."""
+    across, _ = flat_places()
+    there = across[is_seen(flat)]
+    away = np.abs(places_across()[:, None] - there).min(1, initial=1)
+    share: np.ndarray = np.clip(1 - away / _ENDS, 0, 1).astype(np.float32)
+    return share
+
+
+def density_of(shape: Mapping[str, object]) -> np.ndarray:
+    """(27, 24), 0..1: how densely a shape of eye-shadow lies on the cells."""
+    return _density(tuple(shape.items()))
+
+
+@lru_cache(maxsize=32)
+def _density(shape: tuple[tuple[str, object], ...]) -> np.ndarray:
+    return on_map(density(Layer("eyeshadow", product((0, 0, 0), "matte", "eyes"), dict(shape))))
+
+
+def slot_of(found: np.ndarray) -> str:
+    """The slot of which the usual shape is most like a density (27, 24): the smaller of both,
+    summed, as a share of the larger."""
+    alike = {}
+    for slot in KINDS["eyeshadow"].slots:
+        usual = density_of({"slot": slot})
+        larger = max(float(np.maximum(found, usual).sum()), 1e-6)
+        alike[slot] = float(np.minimum(found, usual).sum()) / larger
+    return max(alike, key=alike.__getitem__)

@@ -1,0 +1,224 @@
+"""Spreads colours of eye-shadow over the skin around an eye: how much of each shows in every cell.
+
+The colours to begin with lie in usual places. Then the shares of the colours in all cells and the
+colours themselves are fitted in turn, by least squares; where what is seen is still far off,
+another colour is tried. Films mix linearly in roots of light (film.py),
+so of a cell in which the share e of each colour shows, with the film's response r and cover c,
+
+    seen = bare + sum(e (r root - c bare)).
+
+Hair and shade stand beside makeup. They are told apart by where they lie: makeup ends around the
+eye, and is no denser further out than further in.
+"""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from makeup_video.pipeline.look.kinds.density_map import HW, heights, places_across
+from makeup_video.pipeline.reference.film import Film, bounded
+from makeup_video.pipeline.reference.neutral_face import LUMINANCE
+from makeup_video.pipeline.reference.shadow_cells import Cells
+
+MOST = 4  # colours
+# What unlike neighbours cost, in squares of their difference, and what any share costs.
+_ROUGH, _SPARSE = 0.02, 0.001
+_ROUNDS, _NEW_ROUNDS, _STEPS = 2, 1, 30
+_ALIKE = 0.2  # distance of two roots up to which they are one colour
+_KEEPS = 1.0  # weight of what a colour was before, in cells
+_NEW_WORTH = 0.25  # by how much a new colour must lessen the squared error, summed over all cells
+_NEAR = 2.5, 1.25  # rows and columns: how far around the worst cell a new colour is taken from
+# The opacity with which a new colour is calculated, and the response that a cell must have for it.
+_NEW_OPACITY, _SHOWS = 0.8, 0.15
+# A colour that is lighter than skin by more than this, in roots, must be vivid: its least root must
+# lie so far below that of skin. Else it is light on the skin, or what lies behind the face.
+_LIGHTER, _VIVID = 0.03, 0.15
+_DARK = 0.12  # luminance of a colour as a share of skin's: hair and brows are as dark
+# Cells beyond these places count as further out: above the crease, beside both corners, and below
+# the eye. Borders of shares are that soft before they are compared, and when they are done, cells.
+_CREASE, _INNER, _OUTER, _BELOW = 1.1, 0.1, 1.0, -0.3
+_SOFT, _DONE = (0.4, 0.8), (0.3, 0.6)
+_LEAST_THROUGH, _FAINTEST = 0.1, 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spread:
+    """Colours, in the order of painting.
+
+    roots: (N, 3).  densities: (N, 27, 24), 0..1.  opacities: (N,), of the products.
+    """
+
+    roots: np.ndarray
+    densities: np.ndarray
+    opacities: np.ndarray
+
+
+def spread(
+    seen: np.ndarray, cells: Cells, roots: np.ndarray, shares: np.ndarray, most: np.ndarray
+) -> Spread:
+    """Fit colours to what is seen, (27, 24, 3) roots.
+
+    roots, shares: (N, 3) and (N, 27, 24), what to begin with.  most: (3,) the roots of white.
+    """
+    fit = _Fit(seen, cells, most)
+    if len(roots):
+        roots, shares = _merged(*fit.refined(roots, shares, _ROUNDS))
+    while len(roots) < MOST:
+        new = fit.new_colour(roots, shares)
+        if new is None:
+            break
+        with_new = np.concatenate([shares, np.zeros((1, *HW), np.float32)])
+        tried = _merged(*fit.refined(np.vstack([roots, new]), with_new, _NEW_ROUNDS))
+        gain = fit.error(roots, shares) - fit.error(*tried)
+        if gain < _NEW_WORTH or len(tried[0]) == len(roots):
+            break
+        roots, shares = tried
+    shares = _no_denser_outwards(shares)
+    for at in np.flatnonzero(roots**2 @ LUMINANCE < _DARK):
+        shares[at : at + 1] = _no_denser_outwards(shares[at : at + 1])
+    return Spread(roots, *_as_layers(_softened(shares, _DONE), cells.film.cover))
+
+
+class _Fit:
+    """The least squares of one face."""
+
+    def __init__(self, seen: np.ndarray, cells: Cells, most: np.ndarray) -> None:
+        self._cells, self._seen, self._most = cells, seen, most
+        self._off = seen - cells.film.bare
+
+    def refined(
+        self, roots: np.ndarray, shares: np.ndarray, rounds: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Shares and colours, in turn, and at last the shares."""
+        for _ in range(rounds):
+            shares = self._shares(roots, shares)
+            roots = self._roots(roots, shares)
+        return roots, self._shares(roots, shares)
+
+    def error(self, roots: np.ndarray, shares: np.ndarray) -> float:
+        """The squared error of all cells, by their weights."""
+        rest = self._rest(roots, shares)
+        return float((self._cells.weights * (rest * rest).sum(-1)).sum())
+
+    def new_colour(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray | None:
+        """(3,) the root of what is missing around the worst cell; None where it is light."""
+        film = self._cells.film
+        film = Film(film.bare, film.cover, np.maximum(film.response, _SHOWS))
+        rest = self._rest(roots, shares)
+        off = self._cells.weights * (rest * rest).sum(-1) * (film.response > _SHOWS)
+        y, x = np.unravel_index(int(_softened(off[None], _SOFT)[0].argmax()), off.shape)
+        rows, columns = np.ogrid[: off.shape[0], : off.shape[1]]
+        high, wide = _NEAR
+        near = off * np.exp(-(((rows - y) / high) ** 2 + ((columns - x) / wide) ** 2) / 2)
+        total = float(near.sum())
+        if not total:
+            return None
+        pure = film.product_for(self._seen, _NEW_OPACITY)
+        root = np.clip((pure * near[..., None]).sum((0, 1)) / total, 0, self._most)
+        stands_out = film.response[y, x] / film.cover[y, x] * root - film.bare[y, x]
+        if stands_out @ LUMINANCE > _LIGHTER and stands_out.min() > -_VIVID:
+            return None
+        found: np.ndarray = root
+        return found
+
+    def _rest(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        rest: np.ndarray = self._off - np.einsum("kyxc,kyx->yxc", self._shown(roots), shares)
+        return rest
+
+    def _shown(self, roots: np.ndarray) -> np.ndarray:
+        """(N, 27, 24, 3): by what all of a colour would change a cell."""
+        film = self._cells.film
+        own = film.response[..., None] * roots[:, None, None].astype(np.float32)
+        shown: np.ndarray = own - film.cover[..., None] * film.bare
+        return shown
+
+    def _shares(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        """The best shares of these colours: by projected gradients with momentum (FISTA, Beck and
+        Teboulle 2009)."""
+        shown, weights = self._shown(roots), self._cells.weights
+        squares = np.einsum("kyxc,lyxc->klyx", shown, shown) * weights
+        wanted = np.einsum("kyxc,yxc->kyx", shown, self._off) * weights
+        step = 1 / (float(np.abs(squares).sum(1).max()) + 8 * _ROUGH)
+        at, last, momentum = shares, shares, 1.0
+        for _ in range(_STEPS):
+            slope = (squares * at).sum(1) - wanted + _ROUGH * _unlike(at) + _SPARSE
+            shares = np.maximum(at - step * slope, 0)
+            shares = shares * np.minimum(1, self._cells.reach / np.maximum(shares.sum(0), 1e-6))
+            grown = (1 + math.sqrt(1 + 4 * momentum * momentum)) / 2
+            at = shares + (momentum - 1) / grown * (shares - last)
+            last, momentum = shares, grown
+        return shares
+
+    def _roots(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        """The best colours for these shares, which stay near what they were."""
+        film, weights = self._cells.film, self._cells.weights.ravel()
+        parts = (shares * film.response).reshape(len(shares), -1)
+        through = self._off + (film.cover * shares.sum(0))[..., None] * film.bare
+        normal = (parts * weights) @ parts.T + _KEEPS * np.eye(len(shares))
+        return bounded(
+            normal, (parts * weights) @ through.reshape(-1, 3) + _KEEPS * roots, self._most
+        )
+
+
+def _merged(roots: np.ndarray, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Colours and their shares, with those that are nearly alike in one."""
+    while len(roots) > 1:
+        off = np.linalg.norm(roots[:, None] - roots, axis=2) + np.tri(len(roots))
+        first, second = np.unravel_index(int(off.argmin()), off.shape)
+        if off[first, second] > _ALIKE:
+            break
+        amounts = shares[[first, second]].sum((1, 2)) + _FAINTEST
+        roots, shares = roots.copy(), shares.copy()
+        roots[first] = amounts @ roots[[first, second]] / amounts.sum()
+        shares[first] += shares[second]
+        roots, shares = np.delete(roots, second, 0), np.delete(shares, second, 0)
+    return roots, shares
+
+
+def _unlike(shares: np.ndarray) -> np.ndarray:
+    """By how much cells exceed their four neighbours, in sum."""
+    down, across = np.diff(shares, axis=1), np.diff(shares, axis=2)
+    unlike = np.zeros_like(shares)
+    unlike[:, 1:] += down
+    unlike[:, :-1] -= down
+    unlike[:, :, 1:] += across
+    unlike[:, :, :-1] -= across
+    return unlike
+
+
+def _no_denser_outwards(shares: np.ndarray) -> np.ndarray:
+    """Shares (N, 27, 24) whose sum is, beyond the crease and beside and below the eye, no larger
+    than nearer to the eye: there begin brows and hair."""
+    total = _softened(shares.sum(0, keepdims=True), _SOFT)[0]
+    up, down, across = heights(True), heights(False), places_across()
+    least = total.copy()
+    above = int(np.abs(up - _CREASE).argmin()) + 1
+    least[:above] = np.minimum.accumulate(least[:above][::-1])[::-1]
+    below = len(up) + int(np.abs(down - _BELOW).argmin())
+    least[below:] = np.minimum.accumulate(least[below:])
+    outer, inner = (int(np.abs(across - place).argmin()) for place in (_OUTER, _INNER))
+    least[:, outer:] = np.minimum.accumulate(least[:, outer:], axis=1)
+    least[:, : inner + 1] = np.minimum.accumulate(least[:, inner::-1], axis=1)[:, ::-1]
+    limited: np.ndarray = shares * np.minimum(1, least / np.maximum(total, 1e-6))
+    return limited
+
+
+def _softened(maps: np.ndarray, sigmas: tuple[float, float]) -> np.ndarray:
+    """(N, 27, 24), blurred by that many columns and rows."""
+    across, down = sigmas
+    softened = [cv2.GaussianBlur(one, (0, 0), across, sigmaY=down) for one in maps]
+    return np.array(softened, np.float32).reshape(maps.shape)
+
+
+def _as_layers(shares: np.ndarray, cover: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Densities and opacities of products that are painted one over the other, of which these
+    shares show."""
+    densities, opacities = np.zeros_like(shares), np.zeros(len(shares))
+    through = np.ones_like(cover)
+    for at in reversed(range(len(shares))):
+        hides = np.clip(shares[at] / np.maximum(through, _LEAST_THROUGH), 0, 1)
+        opacities[at] = max(float(hides.max()), _FAINTEST)
+        densities[at] = hides / opacities[at]
+        through = through * (1 - hides * cover)
+    return densities, opacities
