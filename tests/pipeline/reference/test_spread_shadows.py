@@ -11,7 +11,7 @@ from makeup_video.pipeline.reference.spread_shadows import MOST, spread
 
 WHITE = np.full(3, 1.2)
 UP = len(heights(True))
-ACROSS, HEIGHT = np.meshgrid(places_across(), np.concatenate([heights(True), heights(False)]))
+across, height = np.meshgrid(places_across(), np.concatenate([heights(True), heights(False)]))
 
 
 def seen_with(*shares_and_roots):
@@ -61,8 +61,8 @@ COLOURS = st.tuples(*3 * [st.floats(0.05, 0.6)])  # darker than skin: a pale one
 @settings(max_examples=20, deadline=None)
 @given(COLOURS, COLOURS, st.floats(0.3, 0.7))
 def test_two_colours_side_by_side_are_both_found(inner, outer, border):
-    on_lid = (HEIGHT > 0) & (HEIGHT < 1.1) & (ACROSS > 0.1) & (ACROSS < 0.95)
-    seen = seen_with((on_lid & (ACROSS < border), inner), (on_lid & (ACROSS >= border), outer))
+    on_lid = (height > 0) & (height < 1.1) & (across > 0.1) & (across < 0.95)
+    seen = seen_with((on_lid & (across < border), inner), (on_lid & (across >= border), outer))
     off, was = shown(found_in(seen)) - seen, seen - shadow_cells().film.bare
     weights = shadow_cells().weights[on_lid, None]
     left, before = ((weights * one[on_lid] ** 2).sum() for one in (off, was))
@@ -72,14 +72,14 @@ def test_two_colours_side_by_side_are_both_found(inner, outer, border):
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1.3, 1.9), st.floats(0.05, 0.3))
 def test_what_is_dark_below_the_brow_alone_is_its_hair(low, root):
-    seen = seen_with((0.8 * (HEIGHT > low), (root, root, root)))
+    seen = seen_with((0.8 * (height > low), (root, root, root)))
     found = found_in(seen)
-    crease = (HEIGHT > 0) & (HEIGHT < 1.2)
+    crease = (height > 0) & (height < 1.2)
     lies = (found.opacities[:, None, None] * found.densities).sum(0)
-    assert lies[HEIGHT > low].max() < lies[crease].max() + 0.15
+    assert lies[height > low].max() < lies[crease].max() + 0.15
 
 
-@pytest.mark.parametrize("place", [ACROSS > 1.2, HEIGHT < -0.8])
+@pytest.mark.parametrize("place", [across > 1.2, height < -0.8])
 def test_hair_and_shade_away_from_the_eye_are_left_out(place):
     found = found_in(seen_with((0.8 * place, (0.1, 0.1, 0.1))))
     assert (found.opacities[:, None, None] * found.densities).sum(0)[place].max() < 0.25
