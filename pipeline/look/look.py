@@ -27,7 +27,7 @@ from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import GraphicsParams, check_number, refuse_unknown, shown
 from makeup_video.pipeline.look.strict_json import read_json, written
 
-_MOST_BYTES = 1_000_000  # a look has 2 kB
+_MOST_BYTES = 1_000_000  # a look has 2 to 6 kB
 _ORDER = {name: place for place, name in enumerate(PAINTED)}
 _KEYS = ("kind", "strength", "product", "shape")
 
