@@ -38,6 +38,7 @@ _COLDEST, _DENSE, _COLDER = 5, 0.5, 4.0
 # The probability from which all of the opacity is painted, and what share of it is painted of a
 # shadow that is hardly likely.
 _ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
+_DARK = 0.25  # luminance, as a share of skin's, below which shine looks like dust
 _HARDLY = 0.05  # an opacity up to which a layer is not worth painting
 
 
@@ -48,8 +49,8 @@ def fit_shadows(
     seen, or that looks like a bare one.
 
     seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the colour
-    has of which the lid has most; the others are matte.  probability: that eye-shadow is worn; the
-    less likely, the sheerer.
+    has of which the lid has most, unless it is dark; the others are matte.  probability: that
+    eye-shadow is worn; the less likely, the sheerer.
     """
     if seen is None:
         return []
@@ -112,14 +113,16 @@ def _no_colder(found: Spread, seen: np.ndarray, skin: TypicalSkin, light: np.nda
 
 
 def _layers(found: Spread, skin: TypicalSkin, finish: str, share: float) -> list[Layer]:
-    """finish: of the colour of which the lid has most.  share: of all opacities."""
+    """finish: of the colour of which the lid has most, unless it is dark.  share: of all
+    opacities."""
     on_lid = found.opacities * (found.densities * density_of({"slot": "lid"})).sum((1, 2))
     layers = []
     for at, density in enumerate(found.densities):
         opacity = float(found.opacities[at])
         if opacity <= _HARDLY:
             continue
-        chosen = finish if at == on_lid.argmax() else "matte"
+        is_dark = found.roots[at] ** 2 @ LUMINANCE < _DARK
+        chosen = finish if at == on_lid.argmax() and not is_dark else "matte"
         worn = product(skin.codes(found.roots[at]), chosen, "eyes")
         shape = {"slot": slot_of(density), "map": to_text(density)}
         layers.append(Layer("eyeshadow", replace(worn, opacity=round(share * opacity, 3)), shape))

@@ -9,7 +9,8 @@ import numpy as np
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
-from makeup_video.pipeline.look.kinds.density_map import places_across
+from makeup_video.pipeline.look.kinds.density_map import heights, places_across
+from makeup_video.pipeline.look.kinds.ramps import fall, rise
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.film import Film
 from makeup_video.pipeline.reference.flat_eyes import density, flat_places, is_seen
@@ -20,13 +21,10 @@ _DEEPER = 0.95
 # By how much more a layer of one shape hides, and shows of its own colour, than products do that
 # lie all around the eye: least squares over bare faces painted in random colours.
 _HIDES, _SHOWS = 1.13, 1.18
-# Together these reach as far as any eye-shadow does, and fade beyond; where they are as dense as
-# one part in so much, all of what is seen may be makeup.
-_REACH: tuple[dict[str, object], ...] = (
-    {"slot": "full", "high": 1.95, "inner": -0.02, "outer": 1.5},
-    {"slot": "under", "outer": 1.45, "low": -1.0, "inner": 0.0},
-)
-_REACH_FULL = 1.4
+# Where eye-shadow may lie: across from the inner corner outwards, and by height from below the eye
+# to the brow; at each end, where half of what is seen may be makeup, and over how far it fades.
+_INNER, _OUTER = (0.0, 0.35), (1.4, 0.5)
+_LOWER, _UPPER = (-0.85, 0.6), (1.9, 0.6)
 _ENDS = 0.27  # how far beside what is seen eye-shadow ends, in widths of the eye
 
 
@@ -50,9 +48,12 @@ def shadow_cells() -> Cells:
     numbers = on_map(read_array("bare_eyes.npy").astype(np.float32))
     bare, hides, shows = numbers[..., :3], numbers[..., 3], numbers[..., 4]
     film = Film(_DEEPER * bare, _HIDES * hides, _SHOWS * shows)
-    reach = np.max([density_of(shape) for shape in _REACH], axis=0)
+    height, across = np.concatenate([heights(True), heights(False)]), places_across()
+    reach = np.outer(
+        rise(height, *_LOWER) * fall(height, *_UPPER), rise(across, *_INNER) * fall(across, *_OUTER)
+    )
     weights = numbers[..., 5]
-    return Cells(film, weights / weights.max(), np.minimum(_REACH_FULL * reach, 1))
+    return Cells(film, weights / weights.max(), reach)
 
 
 def on_map(flat: np.ndarray) -> np.ndarray:

@@ -24,15 +24,16 @@ from makeup_video.pipeline.reference.shadow_cells import Cells
 MOST = 4  # colours
 # What unlike neighbours cost, in squares of their difference, and what any share costs.
 _ROUGH, _SPARSE = 0.02, 0.001
-_ROUNDS, _NEW_ROUNDS, _STEPS = 2, 1, 30
+_ROUNDS, _NEW_ROUNDS, _STEPS = 2, 2, 20
 _ALIKE = 0.2  # distance of two roots up to which they are one colour
+_KNOWN = 0.4  # distance of the root that a cell asks for from a colour that is there already
 _KEEPS = 1.0  # weight of what a colour was before, in cells
 _NEW_WORTH = 0.25  # by how much a new colour must lessen the squared error, summed over all cells
 _NEAR = 2.5, 1.25  # rows and columns: how far around the worst cell a new colour is taken from
 # The opacity with which a new colour is calculated, and the response that a cell must have for it.
 _NEW_OPACITY, _SHOWS = 0.8, 0.15
 # A colour that is lighter than skin by more than this, in roots, must be vivid: its least root must
-# lie so far below that of skin. Else it is light on the skin, or what lies behind the face.
+# lie so far below that of skin.
 _LIGHTER, _VIVID = 0.03, 0.15
 _DARK = 0.12  # luminance of a colour as a share of skin's: hair and brows are as dark
 # Cells beyond these places count as further out: above the crease, beside both corners, and below
@@ -102,11 +103,15 @@ class _Fit:
         return float((self._cells.weights * (rest * rest).sum(-1)).sum())
 
     def new_colour(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray | None:
-        """(3,) the root of what is missing around the worst cell; None where it is light."""
+        """(3,) the root of what is missing around the worst cell; None where nothing is."""
         film = self._cells.film
         film = Film(film.bare, film.cover, np.maximum(film.response, _SHOWS))
+        pure = film.product_for(self._seen, _NEW_OPACITY)
         rest = self._rest(roots, shares)
-        off = self._cells.weights * (rest * rest).sum(-1) * (film.response > _SHOWS)
+        clipped = np.clip(pure, 0, self._most)
+        known = [np.linalg.norm(clipped - root, axis=-1) < _KNOWN for root in roots]
+        may_be = (film.response > _SHOWS) & ~_is_light(pure, film) & ~np.any(known, axis=0)
+        off = self._cells.weights * self._cells.reach * (rest * rest).sum(-1) * may_be
         y, x = np.unravel_index(int(_softened(off[None], _SOFT)[0].argmax()), off.shape)
         rows, columns = np.ogrid[: off.shape[0], : off.shape[1]]
         high, wide = _NEAR
@@ -114,13 +119,8 @@ class _Fit:
         total = float(near.sum())
         if not total:
             return None
-        pure = film.product_for(self._seen, _NEW_OPACITY)
-        root = np.clip((pure * near[..., None]).sum((0, 1)) / total, 0, self._most)
-        stands_out = film.response[y, x] / film.cover[y, x] * root - film.bare[y, x]
-        if stands_out @ LUMINANCE > _LIGHTER and stands_out.min() > -_VIVID:
-            return None
-        found: np.ndarray = root
-        return found
+        root: np.ndarray = (clipped * near[..., None]).sum((0, 1)) / total
+        return root
 
     def _rest(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray:
         rest: np.ndarray = self._off - np.einsum("kyxc,kyx->yxc", self._shown(roots), shares)
@@ -139,12 +139,11 @@ class _Fit:
         shown, weights = self._shown(roots), self._cells.weights
         squares = np.einsum("kyxc,lyxc->klyx", shown, shown) * weights
         wanted = np.einsum("kyxc,yxc->kyx", shown, self._off) * weights
-        step = 1 / (float(np.abs(squares).sum(1).max()) + 8 * _ROUGH)
+        step = 1 / (np.abs(squares).sum(1).max(0) + 8 * _ROUGH)  # of each cell: Gershgorin
         at, last, momentum = shares, shares, 1.0
         for _ in range(_STEPS):
             slope = (squares * at).sum(1) - wanted + _ROUGH * _unlike(at) + _SPARSE
-            shares = np.maximum(at - step * slope, 0)
-            shares = shares * np.minimum(1, self._cells.reach / np.maximum(shares.sum(0), 1e-6))
+            shares = _within(at - step * slope, self._cells.reach)
             grown = (1 + math.sqrt(1 + 4 * momentum * momentum)) / 2
             at = shares + (momentum - 1) / grown * (shares - last)
             last, momentum = shares, grown
@@ -159,6 +158,24 @@ class _Fit:
         return bounded(
             normal, (parts * weights) @ through.reshape(-1, 3) + _KEEPS * roots, self._most
         )
+
+
+def _within(shares: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """The nearest shares (N, 27, 24) of which none is below 0 and no sum above `most`, (27, 24)
+    (projection onto a simplex, Duchi et al. 2008)."""
+    largest = np.sort(shares, axis=0)[::-1].cumsum(0)
+    counts = np.arange(1, len(shares) + 1, dtype=np.float32)[:, None, None]
+    excess = ((largest - most) / counts).max(0, initial=0)
+    within: np.ndarray = np.maximum(shares - excess, 0)
+    return within
+
+
+def _is_light(pure: np.ndarray, film: Film) -> np.ndarray:
+    """(27, 24) bool: where products, (27, 24, 3) roots, would be pale and not vivid: that is light
+    on the skin, or what lies behind the face."""
+    off = film.response[..., None] / np.maximum(film.cover, _SHOWS)[..., None] * pure - film.bare
+    light: np.ndarray = (off @ LUMINANCE > _LIGHTER) & (off.min(-1) > -_VIVID)
+    return light
 
 
 def _merged(roots: np.ndarray, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
