@@ -221,8 +221,9 @@ def _eyeshadow(photo: _Photo) -> list[Layer]:
     lid = photo.product("eyes")
     if lid is None:
         return []
-    seen, probability = photo.colours, photo.makeup.worn["eyeshadow"]
-    return fit_shadows(seen.neutral, seen.eyes, lid, probability)
+    seen, worn = photo.colours, photo.makeup.worn
+    lined = worn["eyeliner"] >= WORN_FROM["eyeliner"]
+    return fit_shadows(seen.neutral, seen.eyes, lid, worn["eyeshadow"], lined)
 
 
 def _eyeliner(photo: _Photo) -> list[Layer]:

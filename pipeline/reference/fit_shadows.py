@@ -43,14 +43,18 @@ _HARDLY = 0.05  # an opacity up to which a layer is not worth painting
 
 
 def fit_shadows(
-    neutral: NeutralFace, seen: np.ndarray | None, lid: GraphicsParams, probability: float = 1.0
+    neutral: NeutralFace,
+    seen: np.ndarray | None,
+    lid: GraphicsParams,
+    probability: float = 1.0,
+    lined: bool = True,
 ) -> list[Layer]:
     """The layers of eye-shadow of a face, in the order of painting; none for an eye that is not
     seen, or that looks like a bare one.
 
     seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the colour
     has of which the lid has most, unless it is dark; the others are matte.  probability: that
-    eye-shadow is worn; the less likely, the sheerer.
+    eye-shadow is worn; the less likely, the sheerer.  lined: whether eyeliner is worn, too.
     """
     if seen is None:
         return []
@@ -60,7 +64,7 @@ def fit_shadows(
     cells = replace(shadow_cells(), reach=shadow_cells().reach * columns_seen(seen))
     shown = _no_redder_below(_shaded(skin.roots(on_map(seen)), cells.film.bare), skin)
     first = first_shadows(shown, cells, skin.most())
-    found = spread(shown, cells, *first, skin.most())
+    found = spread(shown, cells, *first, skin.most(), lined)
     found = replace(found, roots=_no_colder(found, shown, skin, neutral.light))
     share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _ALL_FROM, 1)
     return _layers(found, skin, finish, share)

@@ -39,6 +39,7 @@ _DARK = 0.12  # luminance of a colour as a share of skin's: hair and brows are a
 # Cells beyond these places count as further out: above the crease, beside both corners, and below
 # the eye. Borders of shares are that soft before they are compared, and when they are done, cells.
 _CREASE, _INNER, _OUTER, _BELOW = 1.1, 0.1, 1.0, -0.3
+_LASHES = 0.8  # height up to which lashes darken the lids
 _SOFT, _DONE = (0.4, 0.8), (0.3, 0.6)
 _LEAST_THROUGH, _FAINTEST = 0.1, 1e-3
 
@@ -56,11 +57,17 @@ class Spread:
 
 
 def spread(
-    seen: np.ndarray, cells: Cells, roots: np.ndarray, shares: np.ndarray, most: np.ndarray
+    seen: np.ndarray,
+    cells: Cells,
+    roots: np.ndarray,
+    shares: np.ndarray,
+    most: np.ndarray,
+    lined: bool = True,
 ) -> Spread:
     """Fit colours to what is seen, (27, 24, 3) roots.
 
     roots, shares: (N, 3) and (N, 27, 24), what to begin with.  most: (3,) the roots of white.
+    lined: whether eyeliner is worn, too; else what is dark along the lash lines alone are lashes.
     """
     fit = _Fit(seen, cells, most)
     if len(roots):
@@ -78,6 +85,8 @@ def spread(
     shares = _no_denser_outwards(shares)
     for at in np.flatnonzero(roots**2 @ LUMINANCE < _DARK):
         shares[at : at + 1] = _no_denser_outwards(shares[at : at + 1])
+        if not lined:
+            shares = _without_lashes(shares, int(at))
     return Spread(roots, *_as_layers(_softened(shares, _DONE), cells.film.cover))
 
 
@@ -219,6 +228,21 @@ def _no_denser_outwards(shares: np.ndarray) -> np.ndarray:
     least[:, : inner + 1] = np.minimum.accumulate(least[:, inner::-1], axis=1)[:, ::-1]
     limited: np.ndarray = shares * np.minimum(1, least / np.maximum(total, 1e-6))
     return limited
+
+
+def _without_lashes(shares: np.ndarray, at: int) -> np.ndarray:
+    """Shares (N, 27, 24), of which the dark colour `at` is, along the lash lines, no denser than a
+    little away from them. There all colours lie as they do a little away."""
+    up, down = heights(True), heights(False)
+    upper = np.arange(int(np.abs(up - _LASHES).argmin()), len(up))
+    lower = np.arange(len(up) + int(np.abs(down + _LASHES).argmin()), len(up) - 1, -1)
+    bare = shares.copy()
+    for rows in (upper, lower):  # towards the lashes
+        near = shares[:, rows[:1]]
+        hidden = shares[at, rows] - np.minimum.accumulate(shares[at, rows])
+        bare[at, rows] -= hidden
+        bare[:, rows] += hidden * near / np.maximum(near.sum(0), 1)
+    return bare
 
 
 def _softened(maps: np.ndarray, sigmas: tuple[float, float]) -> np.ndarray:

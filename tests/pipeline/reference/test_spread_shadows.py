@@ -83,3 +83,19 @@ def test_what_is_dark_below_the_brow_alone_is_its_hair(low, root):
 def test_hair_and_shade_away_from_the_eye_are_left_out(place):
     found = found_in(seen_with((0.8 * place, (0.1, 0.1, 0.1))))
     assert (found.opacities[:, None, None] * found.densities).sum(0)[place].max() < 0.25
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.2, 0.5), COLOURS)
+def test_without_a_liner_lashes_are_no_shadow(reach, lid):
+    on_lid = ((height > 0) & (height < 1.2) | (height < 0) & (height > -0.6)) & (across > 0)
+    lashes = (np.abs(height) < reach) & (across > 0) & (across < 1)
+    seen = seen_with((0.5 * (on_lid & ~lashes), lid), (1.0 * lashes, (0.0, 0.0, 0.0)))
+    cells = shadow_cells()
+    first = first_shadows(seen, cells, WHITE)
+    lit = [
+        shown(spread(seen, cells, *first, WHITE, lined))[lashes].mean() for lined in (True, False)
+    ]
+    assert lit[1] >= lit[0] - 0.01
+    if min(lid) > 0.4:
+        assert lit[1] > lit[0] + 0.02
