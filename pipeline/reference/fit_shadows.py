@@ -8,6 +8,7 @@ has a density map.
 from dataclasses import replace
 
 import numpy as np
+from makeup_video.pipeline.look.ciede2000 import lab_of_linear
 from makeup_video.pipeline.look.finishes import nearest_finish, product
 from makeup_video.pipeline.look.kinds.density_map import heights, places_across, to_text
 from makeup_video.pipeline.look.look import Layer
@@ -27,6 +28,13 @@ from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 _EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and not for makeup
 _VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted than it is seen
 _FAINTEST = 1e-6
+# Skin of this L* is a little pale, or wholly; from how far from skin, in a* and b*, a colour is
+# vivid, and over what it becomes so; how much redder than skin a colour is red; by how much those
+# that are red and not vivid are less vivid beside pale skin.
+_PALE = 78.0, 82.0
+_VIVID_FROM, _SOFTER = 34.0, 12.0
+_RED = 8.0
+_CALMER = 0.25
 _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 # Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
 _WARMEST, _LID_TO = 75, 1.4
@@ -62,12 +70,30 @@ def fit_shadows(
     finish = nearest_finish(*shine, "eyes", shimmers=False)
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     cells = replace(shadow_cells(), reach=shadow_cells().reach * columns_seen(seen))
-    shown = _no_redder_below(_shaded(skin.roots(on_map(seen)), cells.film.bare), skin)
+    shown = _calm(skin.roots(on_map(seen)), skin, neutral.skin)
+    shown = _no_redder_below(_shaded(shown, cells.film.bare), skin)
     first = first_shadows(shown, cells, skin.most())
     found = spread(shown, cells, *first, skin.most(), lined)
     found = replace(found, roots=_no_colder(found, shown, skin, neutral.light))
     share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _ALL_FROM, 1)
     return _layers(found, skin, finish, share)
+
+
+def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
+    """Roots (27, 24, 3) of which soft reds and browns beside pale skin are less vivid.
+
+    Typical skin is darker than pale skin, and a colour that differs as much from it is more vivid:
+    rose-brown became orange. The light of a shorter exposure would be as vivid as it is. Vivid
+    colours may stay so.  own: (3,) linear, the photo's skin.
+    """
+    lab, plain, light = skin.lab(seen), skin.lab(np.ones(3)), float(lab_of_linear(own)[0])
+    first, last = _PALE
+    pale = min(max((light - first) / (last - first), 0), 1)
+    hue = lab[..., 1:] - plain[1:]
+    soft = np.clip((_VIVID_FROM - np.linalg.norm(hue, axis=-1, keepdims=True)) / _SOFTER, 0, 1)
+    red = np.clip(hue[..., :1] / _RED, 0, 1)
+    lab[..., 1:] -= pale * soft * red * _CALMER * hue
+    return skin.roots_of(lab)
 
 
 def _shaded(seen: np.ndarray, bare: np.ndarray) -> np.ndarray:

@@ -265,3 +265,23 @@ def test_lips_beside_skin_that_is_too_dark_are_not_chalk():
     read = fit_lips(shaded, lip_pixels(neutral), LIPS, flat_lips(neutral)).product
     lab = lab_of(np.array([read.red, read.green, read.blue]))
     assert lab[0] < 75 and lab[1] > 15
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.floats(10, 18), st.floats(0, 8))
+def test_soft_browns_of_pale_skin_are_less_vivid(red, yellow):
+    dense = density(Layer("eyeshadow", LID, {"slot": "full"}))[..., None]
+    bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
+
+    def redness(lightness):
+        """How far from skin what is read of a brown is, the more opaque the more."""
+        plain = np.array([lightness, 10.0, 12.0])
+        skin, off = linear_of_lab(plain), np.array([-12, red, yellow])
+        brown = np.sqrt(linear_of_lab(plain + off) / skin)
+        seen = (bare * ((1 - dense) + dense * brown)).astype(np.float32)
+        layers = fit_shadows(replace(wearing_nothing(), skin=skin), seen, LID)
+        labs = lab_of(np.array([rgb_of_hex(one.product.hex) for one in layers]))
+        amounts = np.array([one.product.opacity * density(one).mean() for one in layers])
+        return float(amounts @ (labs[:, 1] - 10))
+
+    assert redness(82.5) < redness(77.5)
