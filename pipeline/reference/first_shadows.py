@@ -10,7 +10,7 @@ import numpy as np
 from makeup_video.pipeline.look.kinds.density_map import HW
 from makeup_video.pipeline.reference.film import bounded
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE
-from makeup_video.pipeline.reference.shadow_cells import Cells, density_of
+from makeup_video.pipeline.reference.shadow_cells import LIGHTER, VIVID, Cells, density_of
 
 # In the order of painting.
 _SHAPES: tuple[dict[str, object], ...] = (
@@ -20,11 +20,8 @@ _SHAPES: tuple[dict[str, object], ...] = (
     {"slot": "under", "outer": 1.25, "low": -0.45},
 )
 _MOST_OPAQUE, _LEAST_OPAQUE = 0.8, 0.3
-# A product lighter than the skin is a sheer one: on darker skin it would look like chalk. A vivid
-# one would not: it may be opaque where its least root lies so far below that of skin.
-_LIGHT_OPAQUE, _VIVID_CONTRAST = 0.35, 0.15
+_PALE_OPAQUE = 0.35  # a pale product is a sheer one: on darker skin it would look like chalk
 _CONTRAST = 0.35  # of roots between a product and skin, from which on it is as opaque as it can be
-_LIGHTER = 0.03  # of roots: a product that is not lighter than skin by more may be opaque
 _NEARLY = 0.92
 # In cells: what keeps a colour near that of skin. Where its cells hardly tell the colour, or other
 # products cover them, it would be an extreme one.
@@ -80,8 +77,8 @@ def _opacity(shape: np.ndarray, root: np.ndarray, cells: Cells) -> float:
     pure = film.response[..., None] / np.maximum(film.cover, 0.05)[..., None] * root
     off = ((pure - film.bare) * share[..., None]).sum((0, 1)) / max(float(share.sum()), 1e-9)
     most = _MOST_OPAQUE
-    if off @ LUMINANCE > _LIGHTER:
-        vivid = min(max(-float(off.min()) / _VIVID_CONTRAST, 0), 1)
-        most = _LIGHT_OPAQUE + vivid * (_MOST_OPAQUE - _LIGHT_OPAQUE)
+    if off @ LUMINANCE > LIGHTER:
+        vivid = min(max(-float(off.min()) / VIVID, 0), 1)
+        most = _PALE_OPAQUE + vivid * (_MOST_OPAQUE - _PALE_OPAQUE)
     wanted = _MOST_OPAQUE * float(np.linalg.norm(off)) / _CONTRAST
     return round(min(max(wanted, _LEAST_OPAQUE), most), 3)

@@ -28,13 +28,11 @@ from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 _EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and not for makeup
 _VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted than it is seen
 _FAINTEST = 1e-6
-# Skin of this L* is a little pale, or wholly; from how far from skin, in a* and b*, a colour is
-# vivid, and over what it becomes so; how much redder than skin a colour is red; by how much those
-# that are red and not vivid are less vivid beside pale skin.
-_PALE = 78.0, 82.0
+_PALE = 78.0, 82.0  # L* of skin from which on it is a little pale, and wholly
+# How far from skin, in a* and b*, a colour is vivid, and over which distance before it becomes so.
 _VIVID_FROM, _SOFTER = 34.0, 12.0
-_RED = 8.0
-_CALMER = 0.25
+_RED = 8.0  # how much redder than skin a colour is wholly red, in a*
+_CALMER = 0.25  # how much less vivid soft reds and browns become beside pale skin
 _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 # Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
 _WARMEST, _LID_TO = 75, 1.4
@@ -82,9 +80,8 @@ def fit_shadows(
 def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
     """Roots (27, 24, 3) of which soft reds and browns beside pale skin are less vivid.
 
-    Typical skin is darker than pale skin, and a colour that differs as much from it is more vivid:
-    rose-brown became orange. The light of a shorter exposure would be as vivid as it is. Vivid
-    colours may stay so.  own: (3,) linear, the photo's skin.
+    Typical skin is darker than pale skin, and what differs from it by as much in CIELAB is more
+    vivid: rose-brown became orange. Vivid colours stay so.  own: (3,) linear, the photo's skin.
     """
     lab, plain, light = skin.lab(seen), skin.lab(np.ones(3)), float(lab_of_linear(own)[0])
     first, last = _PALE

@@ -21,6 +21,9 @@ _DEEPER = 0.95
 # By how much more a layer of one shape hides, and shows of its own colour, than products do that
 # lie all around the eye: least squares over bare faces painted in random colours.
 _HIDES, _SHOWS = 1.13, 1.18
+# A product that is lighter than skin by more than this, in roots, is pale, unless it is vivid: its
+# least root lies so far below that of skin.
+LIGHTER, VIVID = 0.03, 0.15
 # Where eye-shadow may lie: across from the inner corner outwards, and by height from below the eye
 # to the brow; at each end, where half of what is seen may be makeup, and over how far it fades.
 _INNER, _OUTER = (0.0, 0.35), (1.4, 0.5)

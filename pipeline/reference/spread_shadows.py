@@ -2,8 +2,8 @@
 
 The colours to begin with lie in usual places. Then the shares of the colours in all cells and the
 colours themselves are fitted in turn, by least squares; where what is seen is still far off,
-another colour is tried. Films mix linearly in roots of light (film.py),
-so of a cell in which the share e of each colour shows, with the film's response r and cover c,
+another colour is tried. Films mix linearly in roots of light (film.py), so of a cell in which the
+share e of each colour shows, with the film's response r and cover c,
 
     seen = bare + sum(e (r root - c bare)).
 
@@ -19,7 +19,7 @@ import numpy as np
 from makeup_video.pipeline.look.kinds.density_map import HW, heights, places_across
 from makeup_video.pipeline.reference.film import Film, bounded
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE
-from makeup_video.pipeline.reference.shadow_cells import Cells
+from makeup_video.pipeline.reference.shadow_cells import LIGHTER, VIVID, Cells
 
 MOST = 4  # colours
 # What unlike neighbours cost, in squares of their difference, and what any share costs.
@@ -32,14 +32,12 @@ _NEW_WORTH = 0.25  # by how much a new colour must lessen the squared error, sum
 _NEAR = 2.5, 1.25  # rows and columns: how far around the worst cell a new colour is taken from
 # The opacity with which a new colour is calculated, and the response that a cell must have for it.
 _NEW_OPACITY, _SHOWS = 0.8, 0.15
-# A colour that is lighter than skin by more than this, in roots, must be vivid: its least root must
-# lie so far below that of skin.
-_LIGHTER, _VIVID = 0.03, 0.15
 _DARK = 0.12  # luminance of a colour as a share of skin's: hair and brows are as dark
 # Cells beyond these places count as further out: above the crease, beside both corners, and below
-# the eye. Borders of shares are that soft before they are compared, and when they are done, cells.
+# the eye.
 _CREASE, _INNER, _OUTER, _BELOW = 1.1, 0.1, 1.0, -0.3
 _LASHES = 0.8  # height up to which lashes darken the lids
+# By how many columns and rows shares are blurred before they are compared, and in the end.
 _SOFT, _DONE = (0.4, 0.8), (0.3, 0.6)
 _LEAST_THROUGH, _FAINTEST = 0.1, 1e-3
 
@@ -183,7 +181,7 @@ def _is_light(pure: np.ndarray, film: Film) -> np.ndarray:
     """(27, 24) bool: where products, (27, 24, 3) roots, would be pale and not vivid: that is light
     on the skin, or what lies behind the face."""
     off = film.response[..., None] / np.maximum(film.cover, _SHOWS)[..., None] * pure - film.bare
-    light: np.ndarray = (off @ LUMINANCE > _LIGHTER) & (off.min(-1) > -_VIVID)
+    light: np.ndarray = (off @ LUMINANCE > LIGHTER) & (off.min(-1) > -VIVID)
     return light
 
 
