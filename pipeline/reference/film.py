@@ -31,6 +31,12 @@ class Film:
         return roots
 
 
+def likely_share(probability: float, all_from: float, least: float) -> float:
+    """The share of its opacity that a product is painted with: the less likely it is worn, the
+    sheerer. It rises from `least` to 1, which it reaches at the probability `all_from`."""
+    return least + (1 - least) * min(probability / all_from, 1)
+
+
 def bounded(a: np.ndarray, b: np.ndarray, most: np.ndarray) -> np.ndarray:
     """The least squares of `a @ x = b` with 0 <= x <= most.
 

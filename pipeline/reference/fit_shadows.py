@@ -13,6 +13,7 @@ from makeup_video.pipeline.look.finishes import nearest_finish, product
 from makeup_video.pipeline.look.kinds.density_map import heights, places_across, to_text
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
+from makeup_video.pipeline.reference.film import likely_share
 from makeup_video.pipeline.reference.first_shadows import first_shadows
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.shadow_cells import (
@@ -73,7 +74,7 @@ def fit_shadows(
     first = first_shadows(shown, cells, skin.most())
     found = spread(shown, cells, *first, skin.most(), lined)
     found = replace(found, roots=_no_colder(found, shown, skin, neutral.light))
-    share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _ALL_FROM, 1)
+    share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
     return _layers(found, skin, finish, share)
 
 

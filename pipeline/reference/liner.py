@@ -5,6 +5,7 @@ from dataclasses import replace
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.reference.film import likely_share
 from makeup_video.pipeline.reference.makeup_numbers import ReadLayer
 from makeup_video.pipeline.reference.wing import Wing
 
@@ -25,6 +26,6 @@ def liner(read: ReadLayer, wing: Wing | None, probability: float = 1.0) -> Layer
     if wing is not None:
         shape |= {"wing": wing.length, "wing_angle": wing.angle}
     worn = product(read.rgb, kind.first_finish, kind.part)
-    share = _UNLIKELY_SHARE + (1 - _UNLIKELY_SHARE) * min(probability / _ALL_FROM, 1)
+    share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
     opacity = round(share * max(read.opacity, _LEAST_OPAQUE), 3)
     return Layer(kind.name, replace(worn, opacity=opacity), shape)

@@ -16,7 +16,7 @@ from makeup_video.pipeline.look.params import shown
 if TYPE_CHECKING:
     import numpy as np
 
-_LEVELS = "." + "123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+_LEVELS = ".123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 # Of each half of the rows: how many, and the heights of the first and the last, as of EyePlaces.
 _UP, _DOWN = (18, 2.1, 0.06), (9, -0.08, -1.3)
 # How many places a row has, and the first and the last of them, as `across` of EyePlaces.

@@ -10,7 +10,6 @@ from makeup_video.pipeline.reference.shadow_cells import shadow_cells
 from makeup_video.pipeline.reference.spread_shadows import MOST, spread
 
 WHITE = np.full(3, 1.2)
-UP = len(heights(True))
 across, height = np.meshgrid(places_across(), np.concatenate([heights(True), heights(False)]))
 
 
