@@ -230,16 +230,18 @@ SURFACE_STEP void surface_odds(
     int x, int y, __global const float *given, __global const float *scratch, __global float *out) {
     __global const float *column = scratch + COLUMNS_AT + x, *corners = scratch + CORNERS_AT;
     float left = corners[0], right = corners[1], row = (float)y;
-    float reach = REACH * surface_max(right - left, 1.0f);
+    float width = surface_max(right - left, 1.0f);
     int at = y * PATCH_WIDE + x;
     float8 across = (float)x + ROW8;
     float8 from_top = row - EIGHT(column + TOP * PATCH_WIDE),
            to_bottom = EIGHT(column + BOTTOM * PATCH_WIDE) - row;
     float8 from_upper = row - EIGHT(column + UPPER * PATCH_WIDE),
            to_lower = EIGHT(column + LOWER * PATCH_WIDE) - row;
-    float8 inside = surface_min8(
-        from_top * EIGHT(column + AT_TOP * PATCH_WIDE),
-        to_bottom * EIGHT(column + AT_BOTTOM * PATCH_WIDE));
+    float8 border = surface_min8(
+        surface_min8(
+            from_top * EIGHT(column + AT_TOP * PATCH_WIDE),
+            to_bottom * EIGHT(column + AT_BOTTOM * PATCH_WIDE)),
+        surface_min8(across - left, right - across));
     float8 opening = surface_min8(
         from_upper * EIGHT(column + AT_UPPER * PATCH_WIDE),
         to_lower * EIGHT(column + AT_LOWER * PATCH_WIDE));
@@ -248,14 +250,14 @@ SURFACE_STEP void surface_odds(
     float8 more = from_upper < to_lower ? EIGHT(column + UPPER_MORE * PATCH_WIDE)
                                         : EIGHT(column + LOWER_MORE * PATCH_WIDE);
     more *= surface_clamp8(1.0f - opening, 0.0f, 1.0f); /* not in the opening itself */
-    inside =
-        surface_min8(surface_min8(inside, surface_min8(across - left, right - across)), -opening);
+    float8 inside = surface_min8(border, -opening);
+    float8 limit = surface_min8(border + REACH * width, OPENING_REACH * width - opening);
     float8 rim =
         EIGHT(column + GAP * PATCH_WIDE) * surface_clamp8(2.0f * near - RIM_START, 0.0f, 1.0f);
     float8 sum = (1.0f - CONTOUR_SHARE) * EIGHT(given + LOGITS_AT + at) +
                  CONTOUR_SHARE * surface_clamp8(inside, -CONTOUR_MOST, CONTOUR_MOST) +
                  more + (rim > 0.0f ? (float8)0.0f : (float8)WIDER);
-    PUT(out + at, surface_min8(sum, LIMIT_STEEPNESS * (inside + reach)));
+    PUT(out + at, surface_min8(sum, LIMIT_STEEPNESS * limit));
     PUT(out + RIM_AT + at, rim > 0.0f ? ONTO_LIP * rim : OVER_SEAM * rim);
 }
 

@@ -37,7 +37,9 @@ BETWEEN = (0.19, 0.57, 0.88)
 # addition changes on the way to the opening.
 FULLER, FULLER_CHANGE = (-0.30, 0.45), (0.75, -1.0)
 STEEPEST = 2.5
-REACH = 0.06  # of the mouth's width: how far beyond the contours the mask is trusted
+# Of the mouth's width, how far beyond the contours the mask is trusted: out over the skin, and
+# within the opening, whose contour lies on bare lip where a mouth is round.
+REACH, OPENING_REACH = 0.06, 0.15
 LIMIT_STEEPNESS = 3.0  # odds per px beyond the contours' reach
 # Where the mask is unsure, the contours count; both draw the border a little too tight.
 CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.0
@@ -159,6 +161,7 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "FULLER_LOWER_CHANGE": FULLER_CHANGE[1],
         "STEEPEST": STEEPEST,
         "REACH": REACH,
+        "OPENING_REACH": OPENING_REACH,
         "LIMIT_STEEPNESS": LIMIT_STEEPNESS,
         "CONTOUR_SHARE": CONTOUR_SHARE,
         "CONTOUR_MOST": CONTOUR_MOST,

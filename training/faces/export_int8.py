@@ -129,10 +129,10 @@ def _round_both_ways(one: Round) -> Round:
 class PaintedRows(nn.Module):
     """Outputs of Paint, (N, C, H/2, W / 2 / SPAN) -> log-odds of lipstick (N, H, W).
 
-    They come without the evidence of redness.
+    They come without the evidence of colours.
     """
 
-    def forward(self, cells: Tensor, _redness: Tensor) -> Tensor:
+    def forward(self, cells: Tensor, _colour: Tensor) -> Tensor:
         n, c, h, w = (int(side) for side in cells.shape)
         cells = cells.permute(0, 2, 3, 1)
         least = torch.minimum(cells[..., : c // 2], cells[..., c // 2 :])

@@ -15,6 +15,7 @@ from makeup_video.kernels.surface import (
     LOWER_LESS,
     ONTO_LIP,
     OPENED,
+    OPENING_REACH,
     OVER_SEAM,
     REACH,
     RIM_START,
@@ -53,13 +54,13 @@ def lips_surface(face: Face) -> LipsSurface | None:
     rows = np.arange(height, dtype=np.float32)[:, None]
     left, right = xyz[UPPER[0, [0, -1]], 0].tolist()
     y = _curves(xyz, columns)[:, ::3, 0]  # of the border and of the opening
-    inside, within, reach, opening = _contours(y, rows, left, right)
+    inside, within, limit, opening = _contours(y, rows, left, right)
     normals, upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
     odds = np.float32(1 - CONTOUR_SHARE) * patch.logits
     odds += np.float32(CONTOUR_SHARE) * np.clip(inside, -CONTOUR_MOST, CONTOUR_MOST)
     odds += np.float32(WIDER) * (opening <= 0)
     odds += _more(xyz, y, rows) * np.clip(1 - within, 0, 1)  # not in the opening itself
-    np.minimum(odds, LIMIT_STEEPNESS * (inside + reach), out=odds)
+    np.minimum(odds, LIMIT_STEEPNESS * limit, out=odds)
     rim = np.where(opening > 0, ONTO_LIP, OVER_SEAM).astype(np.float32) * opening
     grid = Grid.at(place.to_px, upper.shape)
     return LipsSurface(face, grid, odds, rim, normals, upper)
@@ -76,9 +77,9 @@ def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 def _contours(
     y: np.ndarray, rows: np.ndarray, left: float, right: float
-) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
-    """How far within the lips each px lies, how far within the opening, how far contours may be
-    off, and `opening`.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """How far within the lips each px lies; how far within the opening; how far within all that
+    may be painted, since contours may be off; and `opening`.
 
     y: (2, 2, C), of upper and lower lip, of border and opening.
     """
@@ -87,18 +88,19 @@ def _contours(
     slope = slopes_along(y, 1)
     (at_top, at_upper), (at_bottom, at_lower) = 1 / np.sqrt(1 + slope * slope)
     columns = np.arange(y.shape[-1], dtype=np.float32)
-    reach = REACH * max(right - left, 1.0)
+    width = max(right - left, 1.0)
     beside = np.minimum(columns - np.float32(left), np.float32(right) - columns)
-    inside = np.minimum(np.minimum((rows - top) * at_top, (bottom - rows) * at_bottom), beside)
+    border = np.minimum(np.minimum((rows - top) * at_top, (bottom - rows) * at_bottom), beside)
     within = np.minimum((rows - upper) * at_upper, (lower - rows) * at_lower)  # of the opening
-    gap = np.clip((lower - upper) / reach, 0, 1)
+    limit = np.minimum(border + REACH * width, OPENING_REACH * width - within)
+    gap = np.clip((lower - upper) / (REACH * width), 0, 1)
     near = np.where(
         rows < 0.5 * (upper + lower),
         (rows - top) / np.maximum(upper - top, 1),
         (bottom - rows) / np.maximum(bottom - lower, 1),
     )
     opening = (2 * gap - 1) * np.clip(2 * near - RIM_START, 0, 1)
-    return np.minimum(inside, -within), within, reach, opening
+    return np.minimum(border, -within), within, limit, opening
 
 
 def _more(xyz: np.ndarray, y: np.ndarray, rows: np.ndarray) -> np.ndarray:
