@@ -6,14 +6,7 @@ numbers, so the net that runs is the net that was trained.
 """
 
 import torch
-from makeup_video.training.faces.model import (
-    Colour,
-    Conv,
-    Join,
-    NoColour,
-    PointHead,
-    Residual,
-)
+from makeup_video.training.faces.model import Colour, Conv, Join, NoColour, PointHead, Residual
 from torch import Tensor, nn
 
 # 7-bit weights: processors without VNNI add two 8-bit products in 16 bits, which could overflow.

@@ -22,8 +22,7 @@ SHUT_MARGIN, AJAR = -0.25, 1.0
 # lip_outlines.py.
 REDNESS, REDNESS_MOST, REDNESS_FROM, OPENED = 0.2, 2.0, -1.0, 2.0
 AROUND_CELLS = 5  # cells of 2 x 2 px: the side of the square over which redness is averaged
-CR = 0.5, -0.418688, -0.081312  # of R'G'B', BT.601
-# Where a mouth is round or moves fast, the net's border is some px off. So in a mouth that is not
+# Where a mouth is round or hardly open, the net's border is some px off. So in a mouth that is not
 # wide open the colours of this very mouth count instead of redness: from the colour of what is
 # surely opening to that of what is surely lip, a px has a share of lip. SHARE_WORTH: log-odds for
 # each share beyond one half. A wide opening shows a tongue, whose colour is that of lips: of the
@@ -33,11 +32,12 @@ SHARE_WORTH, WIDE_CELLS = 8.0, (25.0, 65.0)
 # Surely lip: log-odds of the mouth over the first and of the opening below the second number.
 # Surely opening: over the third. There weights go from 0 to 1, the fourth number says how steeply.
 SURE_MOUTH, SURE_LIP, SURE_OPENING, SURE_STEEP = 2.0, -1.0, 2.0, 2.0
-FEW_CELLS = 5.0  # with fewer that are sure, redness counts
+FEW_CELLS = 5.0  # with fewer sure cells of lip or opening, redness counts more
 # Variances of Y', Cb and Cr in code values that the sure px have at least, and the squared distance
 # of both colours, in deviations, at which colours count half.
 LEAST_VARIANCE, HALF_CONTRAST = (60.0, 10.0, 10.0), 4.0
-YCBCR = (0.299, 0.587, 0.114), (-0.168736, -0.331264, 0.5), CR
+# From R'G'B', BT.601.
+YCBCR = (0.299, 0.587, 0.114), (-0.168736, -0.331264, 0.5), (0.5, -0.418688, -0.081312)
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
 # fast as depthwise ones, and they train in bfloat16 where depthwise ones do not.
