@@ -130,15 +130,16 @@ def test_redness_is_that_of_a_pixel_beside_its_surroundings():
 
 
 def coloured_mouth(model, lip, inside, cells_high):
-    """Evidence (80, 112) of lips of one colour around an opening of another, whose first rows the
-    net does not know; the opening is so many cells high and 12 wide."""
+    """Evidence (80, 112) of lips of one colour around an opening of another, whose first and last
+    rows the net does not know; the rest of the opening is so many cells high and 12 wide."""
     torch = model.torch
     opening = torch.full((1, 1, 80, 112), -6.0)
     rgb8 = torch.from_numpy(np.tile(np.uint8(lip), (1, 80, 112, 1)))
     high = 2 * cells_high
     opening[:, :, 20 : 20 + high, 40:64] = 6.0
     opening[:, :, 16:20, 40:64] = 1.0  # half of them lip, half opening
-    rgb8[0, 18 : 20 + high, 40:64] = torch.tensor(inside, dtype=torch.uint8)
+    opening[:, :, 20 + high : 24 + high, 40:64] = 1.0  # half of them opening, half lip
+    rgb8[0, 18 : 22 + high, 40:64] = torch.tensor(inside, dtype=torch.uint8)
     logits = torch.cat([torch.full_like(opening, 6.0), opening], 1)
     cells = torch.nn.functional.pixel_unshuffle(logits, 2)
     found = model.Colour()(model.normalise(rgb8), cells)
@@ -154,24 +155,35 @@ def coloured_mouth(model, lip, inside, cells_high):
 def test_lips_are_told_from_the_opening_by_colour(lip, inside, gain):
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     lip, inside = (tuple(round(gain * value) for value in part) for part in (lip, inside))
-    evidence = coloured_mouth(model, lip, inside, int(model.WIDE_CELLS[0] / 12))
+    high = int(model.WIDE_CELLS[0] / 12) - 1  # with rows that are unsure, below the first of them
+    evidence = coloured_mouth(model, lip, inside, high)
+    below = evidence[20 + 2 * high :]
     assert (evidence[16:18, 40:64] > 0.5).all()
     assert (evidence[18:20, 40:64] < -0.5).all()
+    assert (below[:2, 40:64] < -0.5).all()
+    assert (below[2:4, 40:64] > 0.5).all()
     assert np.abs(evidence).max() <= model.SHARE_WORTH / 2
 
 
-def test_redness_counts_in_a_wide_open_mouth():
+def test_redness_counts_below_the_middle_of_a_wide_open_mouth():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     full, none = (round(cells / 12) for cells in model.WIDE_CELLS)
     lip, dark = (180, 90, 90), (20, 10, 10)
     narrow, between, wide = (
         coloured_mouth(model, lip, dark, high) for high in (full - 1, (full + none) // 2, none + 1)
     )
-    assert np.abs(wide[:8]).max() < 1e-3  # an even colour is not red beside its surroundings
-    assert wide.max() <= model.REDNESS_MOST
-    assert (between[:8] > 0.1).all()
-    assert (between[:8] < narrow[:8]).all()
-    assert (narrow[:8] > model.REDNESS_MOST).all()
+    assert np.abs(wide[-8:]).max() < 1e-3  # an even colour is not red beside its surroundings
+    assert wide[40:].max() <= model.REDNESS_MOST
+    assert (between[-8:] > 0.1).all()
+    assert (between[-8:] < narrow[-8:]).all()
+    assert (narrow[-8:] > model.REDNESS_MOST).all()
+
+
+def test_colours_count_above_the_middle_of_a_wide_open_mouth():
+    model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
+    wide = coloured_mouth(model, (180, 90, 90), (20, 10, 10), round(model.WIDE_CELLS[1] / 12) + 1)
+    assert (wide[:18] > model.REDNESS_MOST).all()
+    assert (wide[18:20, 40:64] < -model.REDNESS_MOST).all()
 
 
 def test_the_shipped_lip_net_can_be_trained_further():

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 # Log-odds by which a px must lie outside the mouth opening to be painted. Of the lips beside the
-# opening of 284 measured photos 84 % are painted, where careful outlines cover 80 %; with less,
+# opening of 284 measured photos 85 % are painted, where careful outlines cover 80 %; with less,
 # more between the lips is painted as well.
 OPENING_MARGIN = 0.75
 # The same for a shut mouth, whose surest px of the opening has log-odds of at most 0; it grows to
@@ -22,20 +22,23 @@ SHUT_MARGIN, AJAR = -0.25, 1.0
 # lip_outlines.py.
 REDNESS, REDNESS_MOST, REDNESS_FROM, OPENED = 0.2, 2.0, -1.0, 2.0
 AROUND_CELLS = 5  # cells of 2 x 2 px: the side of the square over which redness is averaged
-# Where a mouth is round or hardly open, the net's border is some px off. So in a mouth that is not
-# wide open the colours of this very mouth count instead of redness: from the colour of what is
-# surely opening to that of what is surely lip, a px has a share of lip. SHARE_WORTH: log-odds for
-# each share beyond one half. A wide opening shows a tongue, whose colour is that of lips: of the
-# opening's sure cells of 2 x 2 px, colours count in full up to the first of WIDE_CELLS, and redness
-# from the second on.
+# Where a mouth is round or hardly open, the net's border is some px off. So the colours of this
+# very mouth count instead of redness: from the colour of what is surely opening to that of what is
+# surely lip, a px has a share of lip. SHARE_WORTH: log-odds for each share beyond one half. Behind
+# the lower lip a wide opening shows a tongue, whose colour is that of lips: of the opening's sure
+# cells of 2 x 2 px, colours count in full up to the first of WIDE_CELLS, and from the second on
+# only above the mean row of these cells. Below it redness counts.
 SHARE_WORTH, WIDE_CELLS = 8.0, (25.0, 65.0)
 # Surely lip: log-odds of the mouth over the first and of the opening below the second number.
 # Surely opening: over the third. There weights go from 0 to 1, the fourth number says how steeply.
 SURE_MOUTH, SURE_LIP, SURE_OPENING, SURE_STEEP = 2.0, -1.0, 2.0, 2.0
+# Bound of log-odds times SURE_STEEP: beyond, weights would be denormal numbers, which take long.
+SURE_MOST = 20.0
 FEW_CELLS = 5.0  # with fewer sure cells of lip or opening, redness counts more
-# Variances of Y', Cb and Cr in code values that the sure px have at least, and the squared distance
-# of both colours, in deviations, at which colours count half.
-LEAST_VARIANCE, HALF_CONTRAST = (60.0, 10.0, 10.0), 4.0
+# Variances of Y', Cb and Cr in code values that lip and opening are taken to have, and the squared
+# distance of their colours, in deviations, at which colours count half. With less than 400 of Y'
+# some edges of the sample's teeth are taken for lip.
+VARIANCES, HALF_CONTRAST = (400.0, 20.0, 20.0), 4.0
 # From R'G'B', BT.601.
 YCBCR = (0.299, 0.587, 0.114), (-0.168736, -0.331264, 0.5), (0.5, -0.418688, -0.081312)
 
@@ -166,31 +169,39 @@ class Colour(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         pick = torch.eye(4).view(1, 4, 1, 2, 2) * torch.tensor(YCBCR).view(3, 1, 3, 1, 1)
-        # not of a checkpoint: nothing here is learned
-        self.register_buffer("pick", 127.5 * pick.flatten(0, 1), persistent=False)
-        self.register_buffer("none", torch.zeros(12), persistent=False)
-        self.register_buffer("least", torch.tensor(LEAST_VARIANCE), persistent=False)
+        # Of a cell's mean mouth and opening: sure lip is the product of the first and the third
+        # sigmoid, sure opening that of the second and the fourth, which is 1.
+        sure = SURE_STEEP / 4 * torch.tensor([(1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (0.0, 0.0)])
+        off = SURE_STEEP * torch.tensor([-SURE_MOUTH, -SURE_OPENING, SURE_LIP, SURE_MOST])
+        constants = {
+            "pick": 127.5 * pick.flatten(0, 1), "none": torch.zeros(12), "off": off,
+            "sure": sure.repeat_interleave(4, 1)[:, :, None, None],
+            "variances": torch.tensor(VARIANCES),
+        }  # fmt: skip
+        for name, values in constants.items():  # not of a checkpoint: nothing here is learned
+            self.register_buffer(name, values, persistent=False)
 
     def forward(self, crop: Tensor, cells: Tensor) -> Tensor:
         high, wide = (int(side) for side in cells.shape[2:])
         count = high * wide
         colours = nn.functional.conv2d(crop, self.pick, self.none, 2).reshape(-1, 3, 4 * count)
         of_cells = colours.reshape(-1, 3, 4, count).mean(2)
-        # beyond, weights would be denormal numbers, which take long
-        mouth, opening = cells.reshape(-1, 2, 4, count).mean(2).clamp(-8, 8).unbind(1)
-        is_lip = (SURE_STEEP * (mouth - SURE_MOUTH)).sigmoid()
-        is_lip = is_lip * (SURE_STEEP * (SURE_LIP - opening)).sigmoid()
-        is_inside = (SURE_STEEP * (opening - SURE_OPENING)).sigmoid()
-        weights = torch.stack([is_lip, is_inside], 2)  # (N, cells, 2)
-        total = weights.sum(1)
-        evidence = self.evidence(colours, of_cells, weights / (total + 1e-6)[:, None])
-        full, none = WIDE_CELLS
-        counts = (total / FEW_CELLS).clamp(max=1).amin(1)
-        counts = counts * ((none - total[:, 1]) / (none - full)).clamp(0, 1)
+        sure = nn.functional.conv2d(cells, self.sure, self.off).clamp(-SURE_MOST, SURE_MOST)
+        sure = sure.reshape(-1, 4, count).sigmoid()
+        weights = sure[:, :2] * sure[:, 2:]  # (N, 2, cells)
+        rows = torch.arange(high, device=cells.device).float()
+        row_of_cell = rows.repeat_interleave(wide)[:, None]
+        total = weights.sum(2, keepdim=True)
+        mean = weights @ of_cells.transpose(1, 2) / (total + 1e-6)  # (N, 2, 3)
+        evidence = self.evidence(colours, mean).reshape(-1, 4, high, wide)
+        inside, (full, none) = total[:, 1:], WIDE_CELLS
+        middle_row = weights[:, 1:] @ row_of_cell / (inside + 1e-6)
+        is_above = middle_row + 0.5 - rows
+        counts = torch.maximum((none - inside) / (none - full), is_above).clamp(0, 1)
+        counts = counts * (total.amin(1, keepdim=True) / FEW_CELLS).clamp(max=1)  # (N, 1, rows)
         red = colours.reshape(-1, 12, high, wide)[:, 8:]
         redness = self.redness(red, of_cells.reshape(-1, 3, high, wide)[:, 2:])
-        evidence = evidence.reshape(-1, 4, high, wide)
-        return redness + counts[:, None, None, None] * (evidence - redness)
+        return redness + counts.reshape(-1, 1, high, 1) * (evidence - redness)
 
     @staticmethod
     def redness(red: Tensor, of_cells: Tensor) -> Tensor:
@@ -199,17 +210,15 @@ class Colour(nn.Module):
         around = nn.functional.avg_pool2d(of_cells, size, 1, beyond, count_include_pad=False)
         return (REDNESS * (red - around)).clamp(max=REDNESS_MOST)
 
-    def evidence(self, colours: Tensor, of_cells: Tensor, weights: Tensor) -> Tensor:
-        """Log-odds (N, P) of lip. colours: (N, 3, P), and of cells (N, 3, C). weights: (N, C, 2),
-        of cells that are surely lip and surely opening; the sum of each is 1."""
-        mean, square = of_cells @ weights, of_cells.square() @ weights  # (N, 3, 2)
-        lip, inside = mean.unbind(2)
-        spread = (square - mean.square()).clamp(min=0).mean(2) + self.least
-        scaled = (lip - inside) / spread
-        contrast = ((lip - inside) * scaled).sum(1, keepdim=True)
-        share = (scaled[:, None] @ colours)[:, 0] - (inside * scaled).sum(1, keepdim=True)
-        share = (share / (contrast + 1e-3)).clamp(0, 1)
-        return SHARE_WORTH * contrast / (contrast + HALF_CONTRAST) * (share - 0.5)
+    def evidence(self, colours: Tensor, mean: Tensor) -> Tensor:
+        """Log-odds of lip (N, 1, P) by colours (N, 3, P). mean: (N, 2, 3), of lip and opening."""
+        lip, inside = mean.chunk(2, 1)
+        apart = (lip - inside) / self.variances
+        contrast = ((lip - inside) * apart).sum(2, keepdim=True)  # (N, 1, 1)
+        worth = SHARE_WORTH / (contrast + HALF_CONTRAST)
+        half_way = ((lip + inside) * apart).sum(2, keepdim=True) / 2
+        most = contrast / 2
+        return worth * (apart @ colours - half_way).clamp(-most, most)
 
 
 class NoColour(nn.Module):
