@@ -155,7 +155,7 @@ def coloured_mouth(model, lip, inside, cells_high):
 def test_lips_are_told_from_the_opening_by_colour(lip, inside, gain):
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     lip, inside = (tuple(round(gain * value) for value in part) for part in (lip, inside))
-    high = int(model.WIDE_CELLS[0] / 12) - 1  # with rows that are unsure, below the first of them
+    high = int(model.WIDE_CELLS[0] / 12) - 1  # narrow, though unsure rows count in part as opening
     evidence = coloured_mouth(model, lip, inside, high)
     below = evidence[20 + 2 * high :]
     assert (evidence[16:18, 40:64] > 0.5).all()

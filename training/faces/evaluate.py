@@ -28,6 +28,7 @@ from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.training.faces.topology68 import EYES_68, MOUTH_68, POINTS_68
 
+MUCH = 0.25  # of a mouth's interior: where more is painted, the mouth is counted
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "portrait.jpg"
 NOISE_SIGMA, STILL_FRAMES = 4.0, 90  # code values; frames
 
@@ -126,8 +127,11 @@ def measure_masks(folder: Path, nets: FaceNets) -> None:
     for name, scores in (("MediaPipe", theirs), ("ours", ours)):
         iou, share = np.array(scores).T
         print(f"{name:12} lip mask IoU {iou.mean():.3f}  interior painted "
-              f"{100 * np.nanmean(share):.1f} %  (worst tenth of IoU "
-              f"{np.sort(iou)[: len(iou) // 10].mean():.3f})")  # fmt: skip
+              f"{100 * np.nanmean(share):.1f} %, median {100 * np.nanmedian(share):.1f} %  "
+              f"(worst tenth of IoU {np.sort(iou)[: len(iou) // 10].mean():.3f})")  # fmt: skip
+        much = share[share > MUCH]
+        print(f"{'':12} more than {MUCH:.0%} painted: {len(much) / np.isfinite(share).sum():.0%} "
+              f"of the open mouths, {much.sum() / np.nansum(share):.0%} of the mean")  # fmt: skip
     print(f"{'':12} faces not found: {missed}")
 
 

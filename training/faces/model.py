@@ -196,8 +196,9 @@ class Colour(nn.Module):
         evidence = self.evidence(colours, mean).reshape(-1, 4, high, wide)
         inside, (full, none) = total[:, 1:], WIDE_CELLS
         middle_row = weights[:, 1:] @ row_of_cell / (inside + 1e-6)
-        is_above = middle_row + 0.5 - rows
-        counts = torch.maximum((none - inside) / (none - full), is_above).clamp(0, 1)
+        # colours count above the middle row, and everywhere in a narrow mouth
+        above, narrow = middle_row + 0.5 - rows, (none - inside) / (none - full)
+        counts = torch.maximum(narrow, above).clamp(0, 1)
         counts = counts * (total.amin(1, keepdim=True) / FEW_CELLS).clamp(max=1)  # (N, 1, rows)
         red = colours.reshape(-1, 12, high, wide)[:, 8:]
         redness = self.redness(red, of_cells.reshape(-1, 3, high, wide)[:, 2:])
