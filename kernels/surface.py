@@ -42,7 +42,7 @@ STEEPEST = 2.5
 REACH, OPENING_REACH = 0.06, 0.15
 LIMIT_STEEPNESS = 2.5  # odds per px beyond the contours' reach
 # Where the mask is unsure, the contours count; both draw the border a little too tight.
-CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.0
+CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.8
 WIDER = 0.25
 RIM_START = 0.8  # twice the way from border to opening where the rim begins
 # Added to the log-odds at the corners of an open mouth: the net mostly misses lips about as narrow

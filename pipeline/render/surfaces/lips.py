@@ -38,8 +38,8 @@ _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.72, 4.8, 0.7
 _BEYOND = -15.0  # beyond the patch: half the odds
 _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
-_INWARD_SIGMA_PX = 1.2  # of the patch
-_MARGIN = 3  # px of the coarse grid: more than the blur's five px of the patch
+_INWARD_SIGMA_PX = 1.0  # of the patch
+_MARGIN = 3  # px of the coarse grid: more than the blur's four px of the patch
 _AROUND = 3  # px of the patch around what is seen
 # The chart: one row from the border of the lips to where they meet.
 _CHART_PX = 255
