@@ -7,7 +7,7 @@ from torch import Tensor, nn
 
 # Log-odds by which a px must lie outside the mouth opening to be painted: beside teeth, and beside
 # the tongue, gums or the dark, where a little paint in the opening is not seen but bare lip is.
-TEETH_MARGIN, DARK_MARGIN = 0.5, -1.5
+TEETH_MARGIN, DARK_MARGIN = 0.75, 0.4
 TEETH_SURE = 2.0  # log-odds of teeth from which on, either way, one of the margins holds alone
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
