@@ -2,8 +2,9 @@
 
 lip_contours.json holds for each mouth the folder and the index among its packed faces, and closed
 curves: the outer border of the lips, the opening between them, and what covers them; of most also
-the teeth, roughly. The curves are in IOD from the centre of the teacher's lips, along the axes of
-the face's pose. Most mouths were outlined twice, each pass without a look at the other.
+the teeth, roughly, and of the newer ones the tongue. The curves are in IOD from the centre of the
+teacher's lips, along the axes of the face's pose. Most mouths were outlined twice, each pass
+without a look at the other.
 """
 
 import json
