@@ -426,7 +426,7 @@ SURFACE_STEP void surface_finish_lips(
     float8 shrink = surface_shrink8(gx, gy);
     float8 light[4];
     for (int i = 0; i < 4; ++i)
-        light[i] = surface_blur_across(from + i * BLURRED, surface_lip_taps, 10);
+        light[i] = surface_blur_across(from + i * BLURRED, surface_lip_taps, 12);
     float8 above = (light[LIGHT] + faint) / (light[AREA] + FAINT);
     float8 below = (light[LIGHT_BELOW] + faint) / (light[AREA_BELOW] + FAINT);
     PUT(to, below + EIGHT(to + 3 * LIPS_SIZE) * (above - below));
@@ -480,7 +480,7 @@ __kernel void surface(
     for
         EACH(i, is_lips ? LIPS_SIZE / 8 : 0) {
             int x = i % (LIPS_WIDE / 8) * 8, y = i / (LIPS_WIDE / 8);
-            surface_blur_down(layers, blurred, x, y, LIPS_WIDE, LIPS_HIGH, surface_lip_taps, 10, 4);
+            surface_blur_down(layers, blurred, x, y, LIPS_WIDE, LIPS_HIGH, surface_lip_taps, 12, 4);
             surface_blur_down(
                 layers + SLOPE_X * LAYER, blurred + SLOPE_X * BLURRED, x, y, LIPS_WIDE, LIPS_HIGH,
                 surface_seam_taps, 3, 2);

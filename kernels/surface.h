@@ -34,9 +34,10 @@ enum { LIGHT, AREA, LIGHT_BELOW, AREA_BELOW, SLOPE_X, SLOPE_Y };
 
 /* Gaussians from the middle outwards, of LIPS_SIGMA_PX, LID_SIGMA_PX and SEAM_SIGMA_PX in
  * surface.py, cut off at four sigmas; tests/kernels/test_surface.py compares them. */
-__constant float surface_lip_taps[11] = {
-    0.15958068f, 0.14731153f, 0.11587936f, 0.077676256f, 0.044369381f, 0.021596896f,
-    0.0089580236f, 0.0031662554f, 0.00095365779f, 0.00024476655f, 5.3533354e-05f};
+__constant float surface_lip_taps[13] = {
+    0.13298453f, 0.12579799f, 0.10648569f, 0.080659203f, 0.054671578f, 0.03315999f,
+    0.0179975f, 0.0087408777f, 0.00379877f, 0.0014773248f, 0.00051410758f, 0.00016009477f,
+    4.4611344e-05f};
 __constant float surface_lid_taps[8] = {
     0.22164003f, 0.18994482f, 0.1195543f, 0.055266432f, 0.018763599f, 0.004678745f,
     0.00085684267f, 0.00011524744f};

@@ -40,9 +40,9 @@ STEEPEST = 2.5
 # Of the mouth's width, how far beyond the contours the mask is trusted: out over the skin, and
 # within the opening, whose contour lies on bare lip where a mouth is round.
 REACH, OPENING_REACH = 0.06, 0.15
-LIMIT_STEEPNESS = 3.0  # odds per px beyond the contours' reach
+LIMIT_STEEPNESS = 2.5  # odds per px beyond the contours' reach
 # Where the mask is unsure, the contours count; both draw the border a little too tight.
-CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.0
+CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.8
 WIDER = 0.25
 RIM_START = 0.8  # twice the way from border to opening where the rim begins
 # Added to the log-odds at the corners of an open mouth: the net mostly misses lips about as narrow
@@ -93,7 +93,7 @@ LID_LIT = (
 )
 
 # Light is blurred within an area: sigma in px of the grid, and how much the mean counts far away.
-LIPS_SIGMA_PX, LID_SIGMA_PX, SEAM_SIGMA_PX = 2.5, 1.8, 0.8
+LIPS_SIGMA_PX, LID_SIGMA_PX, SEAM_SIGMA_PX = 3.0, 1.8, 0.8
 FAINT = 0.02
 
 # The buffers of surface.cl, all of float32. A point of the frame lies at

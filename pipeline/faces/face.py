@@ -9,7 +9,7 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
-PATCH_SPAN = 1.15  # width of a lip patch, in IOD
+PATCH_SPAN = 0.96  # width of a lip patch, in IOD
 MIN_FACE_PX = 40  # width; smaller faces are not painted
 # mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score
 # under 0.1, mouths over 0.9.

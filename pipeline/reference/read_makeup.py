@@ -41,7 +41,7 @@ _COMPANY: Mapping[str, tuple[Mapping[str, float], float, float]] = {
 # Probabilities from which a kind counts as worn: on real photos about one bare face in seven is
 # read as worn at most.
 WORN_FROM: Mapping[str, float] = {
-    "lipstick": 0.3,
+    "lipstick": 0.32,
     "eyeshadow": 0.14,
     "eyeliner": 0.155,
     "blush": 0.039,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import av
 import numpy as np
-from makeup_video.pipeline.faces.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.faces.face import PATCH_SPAN, Face, FrameFaces, LipPatch
 from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
@@ -40,7 +40,7 @@ def face(points_px, track_id=0, logits=_LOGITS, to_px=None, score=0.9, mouth_vis
         points_px = np.column_stack([points_px, z])
     if to_px is None:
         h, w = logits.shape
-        step = 1.15 * np.linalg.norm(points_px[33, :2] - points_px[263, :2]) / w
+        step = PATCH_SPAN * np.linalg.norm(points_px[33, :2] - points_px[263, :2]) / w
         x, y = points_px[LIPS, :2].mean(0)
         to_px = np.array([[step, 0, x - (w - 1) / 2 * step], [0, step, y - (h - 1) / 2 * step]])
     patch = LipPatch(logits.astype(np.float32), to_px)

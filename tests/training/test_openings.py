@@ -10,11 +10,13 @@ _H, _W = 80, 112
 
 
 def mouth(gap_px: float) -> np.ndarray:
-    """A mask as in Batch: an ellipse of lips with an opening of that half height in it."""
+    """A mask as in Batch: an ellipse of lips with an opening of that half height in it, whose upper
+    half is teeth."""
     whole, opening = np.zeros((2, _H, _W), np.uint8)
     cv2.ellipse(whole, (56, 40), (34, 18), 0, 0, 360, 255, -1, cv2.LINE_AA)
     cv2.ellipse(opening, (56, 40), (24, round(gap_px)), 0, 0, 360, 255, -1, cv2.LINE_AA)
-    return np.dstack([whole, opening, np.full((_H, _W), 255, np.uint8)])
+    teeth = np.where(np.arange(_H)[:, None] < 40, opening, 0).astype(np.uint8)
+    return np.dstack([whole, opening, teeth, np.full((_H, _W), 255, np.uint8)])
 
 
 @given(gap=st.floats(3, 12), seed=st.integers(0, 999))
@@ -37,8 +39,22 @@ def test_pixels_change_only_where_the_mask_says(gap, seed):
     mask, before = mouth(gap), mouth(gap)
     drawn = openings(rgb8, mask)
     assert (mask[..., 1] >= before[..., 1]).all()
-    assert (mask[..., [0, 2]] == before[..., [0, 2]]).all()
+    assert (mask[..., [0, 3]] == before[..., [0, 3]]).all()
     assert (drawn == rgb8)[mask[..., 1] == 0].all()
+
+
+@given(gap=st.floats(6, 12), seed=st.integers(0, 999))
+@settings(max_examples=40, deadline=None)
+def test_a_wider_opening_has_the_teeth_of_what_fills_it(gap, seed):
+    openings = Openings(np.random.default_rng(seed), chance=1.0)
+    mask = mouth(gap)
+    rgb8 = np.where(mask[..., 2:3] > 127, 240, 20).astype(np.uint8).repeat(3, axis=2)
+    drawn = openings(rgb8, mask).astype(float).mean(-1)
+    inside, teeth = mask[..., 1] > 250, mask[..., 2]
+    shown = drawn[inside & (teeth > 230)], drawn[inside & (teeth < 25)]
+    assert min(map(len, shown)) > 30
+    # What fills the opening is darker in the shade of the lips, tongue as well as teeth.
+    assert np.median(shown[0]) > 2 * np.median(shown[1])
 
 
 def test_a_shut_mouth_stays_as_it_is():

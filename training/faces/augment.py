@@ -48,8 +48,8 @@ def grain(shape: tuple[int, ...], rng: np.random.Generator, coarse: bool) -> np.
 
 
 def restyle(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Now and then another lipstick, beard or mouth opening. mask: (H, W, 3) as in Batch."""
-    whole, opening, _ = np.moveaxis(mask, -1, 0)
+    """Now and then another lipstick, beard or mouth opening. mask: (H, W, 4) as in Batch."""
+    whole, opening = mask[..., 0], mask[..., 1]
     u = rng.random(3)
     if u[0] < 0.45:
         rgb8 = lipstick(rgb8, np.minimum(whole, 255 - opening), rng)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.faces.face import PATCH_SPAN
 from makeup_video.pipeline.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.training.faces.augment import Occluder, harsh, photograph, restyle
 from makeup_video.training.faces.openings import Openings
@@ -15,7 +16,7 @@ MASK_FOLDERS, MASK_SPAN = (
     ("portraits", "talking", "wild", "sharp"),
     1.4,
 )  # as lip_masks.py makes them
-MASK_CERTAINTY = 0.36  # leaves out a sixth of `wild`, and hardly any of the others
+MASK_CERTAINTY = 0.44  # leaves out a sixteenth of `wild`, and hardly any of the others
 OUTLINED = 8.0  # how often a mouth outlined by hand is drawn, against another
 HARSH = 0.45  # share of lip crops with light and colours that spoil the border
 LOWER_FACE = 0.55  # IOD below the eyes: what a medical mask may hide
@@ -42,7 +43,7 @@ class CropSpec:
 SPECS = {
     "mesh": CropSpec((96, 96), 2.56, np.arange(478), None, (0.0, 0.42)),
     "lips": CropSpec(
-        (112, 80), 1.15, LIPS, LIPS, jitter=(0.06, 0.06, 0.04), turn=(0.36, 0.2),
+        (112, 80), PATCH_SPAN, LIPS, LIPS, jitter=(0.06, 0.06, 0.04), turn=(0.36, 0.2),
         share={"portraits": 0.4, "wild": 0.28, "talking": 0.22, "sharp": 0.1, "covered": 0.0},
     ),
     "eye": CropSpec(
@@ -145,8 +146,8 @@ class Batch:
     weight: np.ndarray  # (N, K), of each point in the loss
     labels: np.ndarray  # (N, 2): a face; a visible mouth
     index: np.ndarray  # (N,) of the face
-    # (N, H, W, 3) uint8: the whole mouth, the opening between the lips, and whether both are known;
-    # for the lip net only
+    # (N, H, W, 4) uint8: the whole mouth, the opening between the lips, which part of that is teeth
+    # (about 127 where not known), and whether all this is known; for the lip net only
     mask: np.ndarray | None = None
 
 
@@ -223,7 +224,7 @@ class Cropper:
         return {"target": target.astype(np.float32), "source": source.astype(np.float32)}
 
     def lip_mask(self, face: int, source: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """(H, W, 3) as in Batch. Without a good mask, only surely bare places are known."""
+        """(H, W, 4) as in Batch. Without a good mask, only surely bare places are known."""
         w, h = self.spec.size_wh
         if face not in self.faces.masks:
             return sure_places(at, (w, h), w / self.spec.span)
@@ -258,7 +259,7 @@ class Cropper:
         rgb8 = np.empty((n, h, w, 3), np.uint8)
         weight = np.ones((n, len(spec.points)), np.float32)
         labels = np.ones((n, 2), np.float32)
-        masks = np.zeros((n, h, w, 3), np.uint8) if spec is SPECS["lips"] else None
+        masks = np.zeros((n, h, w, 4), np.uint8) if spec is SPECS["lips"] else None
         covered = self.faces.folder[index] == "covered"
         lower = self.faces.mean[spec.points, 1] > LOWER_FACE
         weight[covered] = np.where(lower, 0.1, 1.0)
@@ -350,13 +351,14 @@ def stretch(coarse: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
 def sure_places(at: np.ndarray, size_wh: tuple[int, int], unit: float) -> np.ndarray:
     """A mask of where surely no lipstick goes: far outside the lips, and well inside the mouth.
 
-    at: (80, 2) px, the points of LIPS. unit: px per IOD. Returns (H, W, 3) as in Batch.
+    at: (80, 2) px, the points of LIPS. unit: px per IOD. Returns (H, W, 4) as in Batch.
     """
     outer, inner = 1 - fill(at, LIPS_OUTER, size_wh), fill(at, LIPS_INNER, size_wh)
     outside = cv2.distanceTransform(outer, cv2.DIST_L2, 3) > 0.07 * unit
     within = cv2.distanceTransform(inner, cv2.DIST_L2, 3) > 0.03 * unit
     opening = within * np.uint8(255)
-    return np.dstack([opening, opening, (outside | within) * np.uint8(255)])
+    unknown, known = np.full_like(opening, 127), (outside | within) * np.uint8(255)
+    return np.dstack([opening, opening, unknown, known])
 
 
 def fill(at: np.ndarray, contour: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
@@ -370,4 +372,4 @@ def fill(at: np.ndarray, contour: np.ndarray, size_wh: tuple[int, int]) -> np.nd
 def cover_mask(mask: np.ndarray, shape: np.ndarray) -> None:
     """Mark the pixels of an occluder, in place, as known to be no part of the mouth."""
     mask[..., :2] = mask[..., :2] * (1 - shape[..., None])
-    mask[..., 2] = np.maximum(mask[..., 2], (shape > 0.8) * np.uint8(255))
+    mask[..., 3] = np.maximum(mask[..., 3], (shape > 0.8) * np.uint8(255))

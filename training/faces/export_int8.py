@@ -11,14 +11,12 @@ import numpy as np
 import onnx
 import torch
 from makeup_video.training.faces.fake_quantise import (
-    STEPS,
     WEIGHT_STEPS,
-    Round,
     RoundedConv,
     RoundedLinear,
     RoundedWeights,
 )
-from makeup_video.training.faces.model import OPENING_MARGIN, LipNet
+from makeup_video.training.faces.model import LipNet
 from onnx import helper, numpy_helper
 from torch import Tensor, nn
 
@@ -90,56 +88,6 @@ class FirstConv(nn.Module):
         return self.round(unpack(self.round(torch.relu(x)), SPAN // 2))
 
 
-class Paint(nn.Module):
-    """The last convolution of a lip net, 1 x 1, over SPAN px of a row at once.
-
-    Outputs: the whole mouth, then the opposite of the opening; of each, the upper row of 2 * SPAN
-    px, then the lower row.
-    """
-
-    def __init__(self, conv: PlainConv, before: Round) -> None:
-        """before: the rounding of its input."""
-        super().__init__()
-        sign = torch.tensor([1.0, -1.0]).repeat_interleave(4)
-        weight = conv.weight.detach().flatten(1) * sign[:, None]
-        weight = weight.reshape(2, 2, 2, -1)  # output, dy, dx, C
-        bias = (conv.bias.detach() * sign - OPENING_MARGIN * (sign < 0)).reshape(2, 2, 1, 2)
-        packed = torch.zeros(2, 2, SPAN, 2, SPAN, weight.shape[-1])  # output, dy, px, dx, px in, C
-        for px in range(SPAN):
-            packed[:, :, px, :, px] = weight
-        self.weight = nn.Parameter(packed.flatten(4).flatten(0, 3)[..., None, None])
-        self.bias = nn.Parameter(bias.expand(2, 2, SPAN, 2).flatten())
-        self.before, self.round = before, _round_both_ways(conv.round)
-
-    def forward(self, x: Tensor) -> Tensor:
-        return self.round(F.conv2d(self.before(pack(x, SPAN)), self.weight, self.bias))
-
-
-def _round_both_ways(one: Round) -> Round:
-    """A rounding for the values of `one` and for their opposite log-odds with the margin."""
-    low, step = -float(one.zero * one.scale), float(one.scale)
-    high = low + STEPS * step
-    both = Round(signed=True)
-    both.lowest.fill_(min(low, -high - OPENING_MARGIN))
-    both.highest.fill_(max(high, -low - OPENING_MARGIN))
-    both.settle()
-    return both.eval()
-
-
-class PaintedRows(nn.Module):
-    """Outputs of Paint, (N, C, H/2, W / 2 / SPAN) -> log-odds of lipstick (N, H, W).
-
-    They come without the evidence of colours.
-    """
-
-    def forward(self, cells: Tensor, _colour: Tensor) -> Tensor:
-        n, c, h, w = (int(side) for side in cells.shape)
-        cells = cells.permute(0, 2, 3, 1)
-        least = torch.minimum(cells[..., : c // 2], cells[..., c // 2 :])
-        rows = least.reshape(n, h, w, 2, c // 4).permute(0, 1, 3, 2, 4)
-        return rows.reshape(n, 2 * h, w * c // 4)
-
-
 class Integers(nn.Module):
     """uint8 crops -> outputs by name, scores as probabilities. Changes the net in place."""
 
@@ -173,9 +121,6 @@ def _laid_out(net: nn.Module) -> nn.Module:
             plain = PlainConv(part, count if part is last else max(count, PIECE))
         parent, _, own = name.rpartition(".")
         setattr(net.get_submodule(parent), own, FirstConv(plain) if at == 0 else plain)
-    if isinstance(net, LipNet):
-        net.paint[0] = Paint(net.paint[0], net.merge[2].round)
-        net.lipstick = PaintedRows()
     return net.eval()
 
 

@@ -6,7 +6,7 @@ numbers, so the net that runs is the net that was trained.
 """
 
 import torch
-from makeup_video.training.faces.model import Colour, Conv, Join, NoColour, PointHead, Residual
+from makeup_video.training.faces.model import Conv, Join, PointHead, Residual
 from torch import Tensor, nn
 
 # 7-bit weights: processors without VNNI add two 8-bit products in 16 bits, which could overflow.
@@ -156,8 +156,6 @@ def _rounded_part(part: nn.Module, whole: set[nn.Module]) -> nn.Module:
         return RoundedResidual(_rounded_parts(part.body, whole))
     if isinstance(part, Join):
         return RoundedJoin(part.up)
-    if isinstance(part, Colour):
-        return NoColour()
     if isinstance(part, PointHead):
         of = part.coefficients
         part.coefficients = RoundedLinear(of.weight.detach(), of.bias.detach())

@@ -32,9 +32,7 @@ def folded_weights(path: Path) -> list[tuple[Tensor, Tensor]]:
         return torch.from_numpy(values[name.removesuffix("_half")].astype(np.float32))
 
     convs = (node for node in graph.node if node.op_type == "Conv")
-    # that of Colour is not learned, and the file has its numbers elsewhere
-    named = (n.input[1:3] for n in convs if n.input[1].removesuffix("_half") in values)
-    return [(tensor(weight), tensor(bias)) for weight, bias in named]
+    return [(tensor(node.input[1]), tensor(node.input[2])) for node in convs]
 
 
 def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:

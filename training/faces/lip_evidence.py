@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
-from makeup_video.training.faces.crops import SPECS, CropSpec
+from makeup_video.training.faces.crops import CropSpec
 from makeup_video.training.faces.infer import Net, take
 
 MASK_SPEC = CropSpec((192, 144), 1.4, LIPS, LIPS)
@@ -46,12 +46,14 @@ def line_between(points_px: np.ndarray) -> np.ndarray:
     return middle[np.argsort(middle[:, 0])]
 
 
-def average_of(run: Net, rgb8: np.ndarray, to_image: np.ndarray, seed: int) -> np.ndarray:
+def average_of(
+    run: Net, rgb8: np.ndarray, to_image: np.ndarray, spec: CropSpec, seed: int
+) -> np.ndarray:
     """A net's mean log-odds of lipstick (144, 192) over crops of one mouth.
 
-    The crops are mirrored, shifted, turned, scaled, and in other tones.
+    The crops are mirrored, shifted, turned, scaled, and in other tones. spec: of the net.
     """
-    spec, rng = SPECS["lips"], np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     crops, places = [], []
     for trial in range(TRIALS):
         turn, scale, *shift = rng.normal(size=4) * [*spec.jitter, spec.jitter[2]]

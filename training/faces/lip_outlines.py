@@ -2,9 +2,8 @@
 
 lip_contours.json holds for each mouth the folder and the index among its packed faces, and closed
 curves: the outer border of the lips, the opening between them, and what covers them; of most also
-the teeth, roughly, and of the newer ones the tongue. The curves are in IOD from the centre of the
-teacher's lips, along the axes of the face's pose. Most mouths were outlined twice, each pass
-without a look at the other.
+the teeth. The curves are in IOD from the centre of the teacher's lips, along the axes of the face's
+pose. Most mouths were outlined twice, each pass without a look at the other.
 """
 
 import json
@@ -28,11 +27,14 @@ class Mouth:
     lips: np.ndarray  # (H, W) float32, share of each px that is lip
     interior: np.ndarray  # (H, W) float32, share that shows between the lips
     covered: np.ndarray  # (H, W) float32, share covered by a hand, hair, a microphone
+    # (H, W) float32, of what shows between the lips the share that is teeth; 0.5 where not known
+    teeth: np.ndarray
 
     @property
-    def whole_and_opening(self) -> np.ndarray:
-        """(H, W, 2) float32: the shares that are mouth, and that show between the lips."""
-        return np.dstack([np.minimum(self.lips + self.interior, 1), self.interior])
+    def shares(self) -> np.ndarray:
+        """(H, W, 3) float32: the shares that are mouth, that show between the lips, and, of the
+        latter, that are teeth."""
+        return np.dstack([np.minimum(self.lips + self.interior, 1), self.interior, self.teeth])
 
 
 def spline(corners: list[list[float]], steps: int = 12) -> np.ndarray:
@@ -68,7 +70,9 @@ def read_mouths(size_wh: tuple[int, int], span: float, path: Path = CONTOURS) ->
         )
         interior = np.minimum(inner, 1 - covered)
         lips = np.minimum(np.minimum(outer, 1 - inner), 1 - covered)
-        mouths.append(Mouth(entry["folder"], entry["index"], lips, interior, covered))
+        known = entry.get("teeth")
+        teeth = np.full_like(lips, 0.5) if known is None else filled(known, size_wh, span)
+        mouths.append(Mouth(entry["folder"], entry["index"], lips, interior, covered, teeth))
     return mouths
 
 

@@ -5,42 +5,15 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-# Log-odds by which a px must lie outside the mouth opening to be painted. Of the lips beside the
-# opening of 284 measured photos 85 % are painted, where careful outlines cover 80 %; with less,
-# more between the lips is painted as well.
-OPENING_MARGIN = 0.75
-# The same for a shut mouth, whose surest px of the opening has log-odds of at most 0; it grows to
-# OPENING_MARGIN until that has AJAR. In the line where lips meet the net is unsure, and with the
-# margin of an open mouth a band of bare lip stays along it.
-SHUT_MARGIN, AJAR = -0.25, 1.0
-# The net draws the border of the opening softer than the picture shows it. Lips are redder than
-# teeth, gaps and most tongues, so a px of the open mouth that is redder than the px around it more
-# likely is lip: REDNESS, log-odds for each code value of Cr, at most REDNESS_MOST either way. Less
-# red, such as a highlight, counts only from REDNESS_FROM on, in log-odds of the opening, and fully
-# from 0 on. All of it counts where the surest px of the opening has log-odds of OPENED or more, and
-# none where they are below 0: a shut mouth keeps its mask. REDNESS was fitted on the mouths of
-# lip_outlines.py.
-REDNESS, REDNESS_MOST, REDNESS_FROM, OPENED = 0.2, 2.0, -1.0, 2.0
-AROUND_CELLS = 5  # cells of 2 x 2 px: the side of the square over which redness is averaged
-# Where a mouth is round or hardly open, the net's border is some px off. So the colours of this
-# very mouth count instead of redness: from the colour of what is surely opening to that of what is
-# surely lip, a px has a share of lip. SHARE_WORTH: log-odds for each share beyond one half. Behind
-# the lower lip a wide opening shows a tongue, whose colour is that of lips: of the opening's sure
-# cells of 2 x 2 px, colours count in full up to the first of WIDE_CELLS, and from the second on
-# only above the mean row of these cells. Below it redness counts.
-SHARE_WORTH, WIDE_CELLS = 8.0, (25.0, 65.0)
-# Surely lip: log-odds of the mouth over the first and of the opening below the second number.
-# Surely opening: over the third. There weights go from 0 to 1, the fourth number says how steeply.
-SURE_MOUTH, SURE_LIP, SURE_OPENING, SURE_STEEP = 2.0, -1.0, 2.0, 2.0
-# Bound of log-odds times SURE_STEEP: beyond, weights would be denormal numbers, which take long.
-SURE_MOST = 20.0
-FEW_CELLS = 5.0  # with fewer sure cells of lip or opening, redness counts more
-# Variances of Y', Cb and Cr in code values that lip and opening are taken to have, and the squared
-# distance of their colours, in deviations, at which colours count half. With less than 400 of Y'
-# some edges of the sample's teeth are taken for lip.
-VARIANCES, HALF_CONTRAST = (400.0, 20.0, 20.0), 4.0
-# From R'G'B', BT.601.
-YCBCR = (0.299, 0.587, 0.114), (-0.168736, -0.331264, 0.5), (0.5, -0.418688, -0.081312)
+# Log-odds by which a px must lie outside the mouth's opening to be painted: anywhere, and less
+# where the net doubts and the px is neither tooth nor dark beside its surroundings. There bare lip
+# is seen, but a little paint on the opening's side of the border is not.
+MARGIN, DOUBT_MARGIN = 0.9, -1.5
+TEETH_SURE = 2.0  # log-odds of teeth from which on, either way, one of the margins holds alone
+LIGHT, NEAR_PX = 0.5, 4  # dark: less than this share of the highest brightness so near
+FOR_LIGHT = 120.0  # log-odds for all the range of brightness: as good as a yes or no
+# The net draws the border of the opening softer than it is.
+SHARPER = 3.0
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
 # fast as depthwise ones, and they train in bfloat16 where depthwise ones do not.
@@ -56,9 +29,10 @@ class Conv(nn.Sequential):
 
 
 class Residual(nn.Module):
-    def __init__(self, channels: int) -> None:
+    def __init__(self, channels: int, convolutions: int = 2) -> None:
         super().__init__()
-        self.body = nn.Sequential(Conv(channels, channels), Conv(channels, channels, relu=False))
+        before = [Conv(channels, channels) for _ in range(convolutions - 1)]
+        self.body = nn.Sequential(*before, Conv(channels, channels, relu=False))
 
     def forward(self, x: Tensor) -> Tensor:
         return torch.relu(x + self.body(x))
@@ -128,9 +102,9 @@ class PointNet(nn.Module):
 class LipNet(PointNet):
     """A PointNet with a third output: log-odds of lipstick (N, H, W).
 
-    In training that output is (N, 2, H, W), from which the log-odds follow: the whole mouth (lips
-    and all that shows between them) against skin, and the opening between the lips against all
-    else.
+    In training that output is (N, 3, H, W), from which the log-odds follow: the whole mouth (lips
+    and all that shows between them) against skin, the opening between the lips against all else,
+    and in the opening teeth against tongue, gums and the dark.
     """
 
     def __init__(self, size_wh: tuple[int, int], channels: tuple[int, ...], *rest: Any) -> None:
@@ -142,10 +116,12 @@ class LipNet(PointNet):
             nn.Conv2d(first, first, 1),
         ])  # fmt: skip
         self.join = nn.ModuleList([Join("bilinear") for _ in range(3)])
-        self.merge = nn.ModuleList([Conv(third, third), Conv(second, second), Conv(first, first)])
-        # Eight values per cell of 2 x 2 px: two for each px.
-        self.paint = nn.Sequential(nn.Conv2d(first, 8, 1), nn.PixelShuffle(2))
-        self.colour, self.lipstick = Colour(), Lipstick()
+        self.merge = nn.ModuleList([
+            Conv(third, third), Conv(second, second),
+            nn.Sequential(Conv(first, first), Residual(first, 1)),
+        ])  # fmt: skip
+        # Twelve values per cell of 2 x 2 px: three for each px.
+        self.paint = nn.Sequential(nn.Conv2d(first, 12, 1), nn.PixelShuffle(2))
 
     def forward(self, crop: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         levels, x = [], crop
@@ -159,97 +135,29 @@ class LipNet(PointNet):
         cells = self.paint[0](x).float()
         if self.training:
             return points, score, self.paint[1](cells)
-        return points, score, self.lipstick(cells, self.colour(crop, cells))
+        return points, score, lipstick_logits(cells, crop)
 
 
-class Colour(nn.Module):
-    """Crops in [-1, 1], (N, 3, H, W), and mouth and opening in 2 x 2 cells, (N, 8, H/2, W/2) ->
-    log-odds of lip by the colour of each px of a cell, (N, 4, H/2, W/2)."""
+def lipstick_logits(cells: Tensor, crop: Tensor) -> Tensor:
+    """Mouth, opening and teeth in cells of 2 x 2 px, and the crop -> log-odds of lipstick.
 
-    def __init__(self) -> None:
-        super().__init__()
-        pick = torch.eye(4).view(1, 4, 1, 2, 2) * torch.tensor(YCBCR).view(3, 1, 3, 1, 1)
-        # Of a cell's mean mouth and opening: sure lip is the product of the first and the third
-        # sigmoid, sure opening that of the second and the fourth, which is 1.
-        sure = SURE_STEEP / 4 * torch.tensor([(1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (0.0, 0.0)])
-        off = SURE_STEEP * torch.tensor([-SURE_MOUTH, -SURE_OPENING, SURE_LIP, SURE_MOST])
-        constants = {
-            "pick": 127.5 * pick.flatten(0, 1), "none": torch.zeros(12), "off": off,
-            "sure": sure.repeat_interleave(4, 1)[:, :, None, None],
-            "variances": torch.tensor(VARIANCES),
-        }  # fmt: skip
-        for name, values in constants.items():  # not of a checkpoint: nothing here is learned
-            self.register_buffer(name, values, persistent=False)
-
-    def forward(self, crop: Tensor, cells: Tensor) -> Tensor:
-        high, wide = (int(side) for side in cells.shape[2:])
-        count = high * wide
-        colours = nn.functional.conv2d(crop, self.pick, self.none, 2).reshape(-1, 3, 4 * count)
-        of_cells = colours.reshape(-1, 3, 4, count).mean(2)
-        sure = nn.functional.conv2d(cells, self.sure, self.off).clamp(-SURE_MOST, SURE_MOST)
-        sure = sure.reshape(-1, 4, count).sigmoid()
-        weights = sure[:, :2] * sure[:, 2:]  # (N, 2, cells)
-        rows = torch.arange(high, device=cells.device).float()
-        row_of_cell = rows.repeat_interleave(wide)[:, None]
-        total = weights.sum(2, keepdim=True)
-        mean = weights @ of_cells.transpose(1, 2) / (total + 1e-6)  # (N, 2, 3)
-        evidence = self.evidence(colours, mean).reshape(-1, 4, high, wide)
-        inside, (full, none) = total[:, 1:], WIDE_CELLS
-        middle_row = weights[:, 1:] @ row_of_cell / (inside + 1e-6)
-        # colours count above the middle row, and everywhere in a narrow mouth
-        above, narrow = middle_row + 0.5 - rows, (none - inside) / (none - full)
-        counts = torch.maximum(narrow, above).clamp(0, 1)
-        counts = counts * (total.amin(1, keepdim=True) / FEW_CELLS).clamp(max=1)  # (N, 1, rows)
-        red = colours.reshape(-1, 12, high, wide)[:, 8:]
-        redness = self.redness(red, of_cells.reshape(-1, 3, high, wide)[:, 2:])
-        return redness + counts.reshape(-1, 1, high, 1) * (evidence - redness)
-
-    @staticmethod
-    def redness(red: Tensor, of_cells: Tensor) -> Tensor:
-        """Log-odds of lip by Cr (N, 4, H, W), beside its mean around. of_cells: (N, 1, H, W)."""
-        size, beyond = AROUND_CELLS, AROUND_CELLS // 2
-        around = nn.functional.avg_pool2d(of_cells, size, 1, beyond, count_include_pad=False)
-        return (REDNESS * (red - around)).clamp(max=REDNESS_MOST)
-
-    def evidence(self, colours: Tensor, mean: Tensor) -> Tensor:
-        """Log-odds of lip (N, 1, P) by colours (N, 3, P). mean: (N, 2, 3), of lip and opening."""
-        lip, inside = mean.chunk(2, 1)
-        apart = (lip - inside) / self.variances
-        contrast = ((lip - inside) * apart).sum(2, keepdim=True)  # (N, 1, 1)
-        worth = SHARE_WORTH / (contrast + HALF_CONTRAST)
-        half_way = ((lip + inside) * apart).sum(2, keepdim=True) / 2
-        most = contrast / 2
-        return worth * (apart @ colours - half_way).clamp(-most, most)
-
-
-class NoColour(nn.Module):
-    """Takes the place of Colour in a net in integers, which sees the crop laid out otherwise."""
-
-    def forward(self, crop: Tensor, _cells: Tensor) -> Tensor:
-        return crop.new_zeros(1)
-
-
-def lipstick_logits(logits: Tensor, colour: Tensor) -> Tensor:
-    """Whole mouth and opening, (N, 2 C, H, W) -> log-odds of lipstick (N, C, H, W).
-
-    colour: evidence of lip in log-odds, (N, C, H, W) or one number for all.
+    (N, 12, H/2, W/2), (N, 3, H, W) in [-1, 1] -> (N, H, W). A gap of at most 2 NEAR_PX between
+    painted px, such as the line of shut lips, may be dark.
     """
-    half = int(logits.shape[1]) // 2
-    mouth, opening = logits[:, :half], logits[:, half:]
-    surest = opening.amax((1, 2, 3), keepdim=True)
-    opened, ajar = (surest / OPENED).clamp(0, 1), (surest / AJAR).clamp(0, 1)
-    near = (opening / -REDNESS_FROM + 1).clamp(0, 1)
-    evidence = opened * torch.maximum(colour, -REDNESS_MOST * near)
-    margin = SHUT_MARGIN + (OPENING_MARGIN - SHUT_MARGIN) * ajar
-    return torch.minimum(mouth, evidence - opening - margin)
+    mouth, opening, teeth = cells[:, :4], cells[:, 4:8], cells[:, 8:]
+    toothed = (teeth / (2 * TEETH_SURE) + 0.5).clamp(0, 1)
+    margins = MARGIN, DOUBT_MARGIN + (MARGIN - DOUBT_MARGIN) * toothed
+    parts = [torch.minimum(mouth, SHARPER * (-opening - margin)) for margin in margins]
+    sure, doubtful = nn.functional.pixel_shuffle(torch.cat(parts, 1), 2).split(1, 1)
+    brightness = crop.mean(1, keepdim=True) / 2 + 0.5
+    light = FOR_LIGHT * (brightness - LIGHT * _highest_near(brightness))
+    gap = -_highest_near(-_highest_near(sure))
+    lipstick = torch.maximum(sure, torch.minimum(doubtful, torch.maximum(light, gap)))
+    return lipstick[:, 0]
 
 
-class Lipstick(nn.Module):
-    """Mouth and opening in 2 x 2 cells, (N, 8, H/2, W/2), and the evidence of colours,
-    (N, 4, H/2, W/2) -> log-odds of lipstick (N, H, W)."""
-
-    def forward(self, cells: Tensor, colour: Tensor) -> Tensor:
-        return nn.functional.pixel_shuffle(lipstick_logits(cells, colour), 2)[:, 0]
+def _highest_near(x: Tensor) -> Tensor:
+    return nn.functional.max_pool2d(x, 2 * NEAR_PX + 1, 1, NEAR_PX)
 
 
 def normalise(rgb8: Tensor) -> Tensor:
@@ -259,7 +167,7 @@ def normalise(rgb8: Tensor) -> Tensor:
 
 SHAPES = {  # channels, residual blocks, coefficients
     "mesh": ((16, 32, 48, 96, 160), (0, 1, 1, 1, 1), 100),
-    "lips": ((12, 24, 48, 96), (0, 1, 1, 1), 60),
+    "lips": ((16, 24, 48, 96), (0, 1, 1, 1), 60),
     "eye": ((16, 32, 64, 96), (0, 1, 1, 1), 40),
 }
 

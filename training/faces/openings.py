@@ -22,14 +22,17 @@ class Openings:
         self.rng, self.chance = rng, chance
         self._textures: list[np.ndarray] = []
 
-    def remember(self, rgb8: np.ndarray, opening: np.ndarray) -> None:
-        """Keep the inside of an opening as a texture. opening: (H, W) uint8, its share of a px."""
+    def remember(self, rgb8: np.ndarray, opening: np.ndarray, teeth: np.ndarray) -> None:
+        """Keep the inside of an opening as a texture, R, G, B and teeth.
+
+        opening, teeth: (H, W) uint8, as in Batch.
+        """
         inside = cv2.erode((opening > SURE).astype(np.uint8), np.ones((3, 3), np.uint8))
         if inside.sum() < LEAST_PX:
             return
         x, y, w, h = cv2.boundingRect(inside)
         part = np.s_[y : y + h, x : x + w]
-        texture = without_gaps(rgb8[part], inside[part] > 0)
+        texture = without_gaps(np.dstack([rgb8, teeth])[part], inside[part] > 0)
         if len(self._textures) < KEPT_TEXTURES:
             self._textures.append(texture)
         else:
@@ -38,10 +41,10 @@ class Openings:
     def __call__(self, rgb8: np.ndarray, mask: np.ndarray) -> np.ndarray:
         """The crop, now and then with a mouth that is open wider; its mask is changed in place.
 
-        mask: (H, W, 3), as in Batch.
+        mask: (H, W, 4), as in Batch.
         """
-        rng, (whole, opening) = self.rng, (mask[..., 0], mask[..., 1])
-        self.remember(rgb8, opening)
+        rng, (whole, opening, teeth, _) = self.rng, np.moveaxis(mask, -1, 0)
+        self.remember(rgb8, opening, teeth)
         if not self._textures or (opening > 127).sum() < LEAST_PX or rng.random() > self.chance:
             return rgb8
         wider = widened(whole, opening, rng)
@@ -49,22 +52,26 @@ class Openings:
         texture = self._textures[int(rng.integers(len(self._textures)))]
         if rng.random() < 0.5:
             texture = texture[:, ::-1]
-        filled = np.zeros((*opening.shape, 3), np.float32)
-        filled[y : y + h, x : x + w] = cv2.resize(texture, (w, h), interpolation=cv2.INTER_LINEAR)
-        filled *= shade_of_lips(wider, rng)[..., None] * np.float32(2 ** rng.normal(0, 0.35))
+        filled = np.zeros((*opening.shape, 4), np.float32)
+        part = np.s_[y : y + h, x : x + w]
+        filled[part] = cv2.resize(texture, (w, h), interpolation=cv2.INTER_LINEAR)
+        shade = shade_of_lips(wider, rng) * np.float32(2 ** rng.normal(0, 0.35))
+        filled[..., :3] *= shade[..., None]
         share = np.rint(wider * 255).astype(np.uint8)
-        drawn = rgb8 + (share[..., None] / np.float32(255)) * (filled - rgb8)
+        weight = share[..., None] / np.float32(255)
+        drawn = rgb8 + weight * (filled[..., :3] - rgb8)
+        mask[..., 2] = np.rint(teeth + weight[..., 0] * (filled[..., 3] - teeth)).astype(np.uint8)
         mask[..., 1] = np.maximum(opening, share)
         return np.rint(drawn).clip(0, 255).astype(np.uint8)
 
 
-def without_gaps(rgb8: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """The crop with every px outside `known` (H, W) bool replaced by the nearest known px."""
+def without_gaps(picture: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """A picture with every px outside `known` (H, W) bool replaced by the nearest known px."""
     _, labels = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
-    of_label = np.zeros((int(labels.max()) + 1, 3), rgb8.dtype)
-    of_label[labels[known]] = rgb8[known]
+    of_label = np.zeros((int(labels.max()) + 1, picture.shape[-1]), picture.dtype)
+    of_label[labels[known]] = picture[known]
     filled: np.ndarray = of_label[labels]
     return filled
 

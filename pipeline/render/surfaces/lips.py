@@ -34,7 +34,7 @@ LIP_RINGS = LIPS[np.concatenate([UPPER, LOWER])]
 _CONTOURS = np.concatenate([LIPS_OUTER, LIPS_INNER])
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
-_FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.6, 4.0, 0.7
+_FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.72, 4.8, 0.7
 _BEYOND = -15.0  # beyond the patch: half the odds
 _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn

@@ -32,11 +32,13 @@ def test_hair_or_a_beard_over_skin_is_no_skin(place, rgb):
 
 @pytest.mark.parametrize(("place", "share"), [*zip(PLAIN_SKIN, (0.9, 0.78, 0.78), strict=True)])
 def test_skin_in_less_light_is_skin(place, share):
-    """0.9 of the code is about 0.8 of the light, 0.78 half of it."""
+    """0.9 of the code is about 0.8 of the light, 0.78 half of it. Skin is a median, which need not
+    move in every colour."""
     rgb8 = portrait()
     there = filled(face(), [place], rgb8.shape, mirrored=True)
     dim = np.where(there[..., None], (rgb8 * share).astype(np.uint8), rgb8)
-    assert (skin_of(dim) < skin_of(rgb8)).all()
+    darker, skin = skin_of(dim), skin_of(rgb8)
+    assert (darker <= skin).all() and darker.sum() < skin.sum()
 
 
 def test_light_hair_over_the_forehead_is_no_skin():

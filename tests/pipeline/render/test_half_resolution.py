@@ -174,7 +174,7 @@ def test_a_face_of_varying_size_keeps_one_resolution(monkeypatch):
     composite.level = 3
     calls = []
     monkeypatch.setattr(composite, "_paint_small", lambda *rest: calls.append(True))
-    scenes = [large_scene(size_wh=(size, size * 11 // 10)) for size in (400, 396)]
+    scenes = [large_scene(size_wh=(size, size * 11 // 10)) for size in (400, 390)]
     areas = []
     for scene in scenes:
         size_wh = scene.frame.width_px, scene.frame.height_px

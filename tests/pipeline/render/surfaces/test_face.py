@@ -169,7 +169,8 @@ def test_every_layout_gives_nearly_the_same_surface(pix_fmt):
     want, want_shading, want_mean = surface_made(face_at(points()), reference)
     assert mean == pytest.approx(want_mean, rel=0.1)
     cheek = (np.abs(want.across) < 0.5) & (want.visible > 0.9)
-    np.testing.assert_allclose(shading[cheek], want_shading[cheek], rtol=0.25)
+    rtol = 0.3 if pix_fmt == "gray" else 0.25  # the lightness of red skin is lower in luma alone
+    np.testing.assert_allclose(shading[cheek], want_shading[cheek], rtol=rtol)
     assert surface.likeness[cheek].mean() > 0.85  # folds and shine are not
 
 
