@@ -33,7 +33,7 @@ def test_lipstick_goes_on_the_mouth_but_not_on_its_opening(teeth):
 
 
 @given(DOUBT)
-def test_doubt_is_decided_for_what_is_as_light_as_lips_but_is_no_tooth(doubt):
+def test_doubt_is_decided_for_light_lips_and_not_for_teeth(doubt):
     opening = [-LIP] * 3 + [doubt] * 12 + [OPENING] * 9
     light = [LIPS_LIGHT] * 15 + [DARK] * 9
     assert painted(opening, NO_TOOTH, light) == [True] * 15 + [False] * 9

@@ -141,19 +141,27 @@ class LipNet(PointNet):
 def lipstick_logits(cells: Tensor, crop: Tensor) -> Tensor:
     """Mouth, opening and teeth in cells of 2 x 2 px, and the crop -> log-odds of lipstick.
 
-    (N, 12, H/2, W/2), (N, 3, H, W) in [-1, 1] -> (N, H, W). A gap of at most 2 NEAR_PX between
-    painted px, such as the line of shut lips, may be dark.
+    (N, 12, H/2, W/2), (N, 3 P, H, W/P) in [-1, 1] -> (N, H, W). P: px side by side that the crop
+    has as one (export_int8.py). A gap of at most 2 NEAR_PX between painted px, such as the line of
+    shut lips, may be dark.
     """
     mouth, opening, teeth = cells[:, :4], cells[:, 4:8], cells[:, 8:]
     toothed = (teeth / (2 * TEETH_SURE) + 0.5).clamp(0, 1)
     margins = MARGIN, DOUBT_MARGIN + (MARGIN - DOUBT_MARGIN) * toothed
     parts = [torch.minimum(mouth, SHARPER * (-opening - margin)) for margin in margins]
     sure, doubtful = nn.functional.pixel_shuffle(torch.cat(parts, 1), 2).split(1, 1)
-    brightness = crop.mean(1, keepdim=True) / 2 + 0.5
+    brightness = _mean_colour(crop) / 2 + 0.5
     light = FOR_LIGHT * (brightness - LIGHT * _highest_near(brightness))
     gap = -_highest_near(-_highest_near(sure))
     lipstick = torch.maximum(sure, torch.minimum(doubtful, torch.maximum(light, gap)))
     return lipstick[:, 0]
+
+
+def _mean_colour(crop: Tensor) -> Tensor:
+    if crop.shape[1] == 3:
+        return crop.mean(1, keepdim=True)
+    of_px = crop.unflatten(1, (-1, 3)).mean(2)  # (N, P, H, W/P)
+    return of_px.permute(0, 2, 3, 1).flatten(2)[:, None]
 
 
 def _highest_near(x: Tensor) -> Tensor:
