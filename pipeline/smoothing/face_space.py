@@ -25,8 +25,8 @@ STABLE = np.array([
 # Parts of a face that are compared between moments, and smoothed, independently of each other.
 # Of the eyes only the lids are compared: the rings around the lids hardly move in a blink and would
 # hide it. Of the rest every fifth point is enough.
-PARTS = ("lips", "left lids", "right lids", "rest", "pose", "patch")
-LIPS_PART, POSE_PART, PATCH_PART = 0, 4, 5
+PARTS = ("lips", "left lids", "right lids", "rest", "pose", "lips' place", "patch")
+LIPS_PART, POSE_PART, PLACE_PART, PATCH_PART = 0, 4, 5, 6
 _REST = np.setdiff1d(np.arange(POINTS), np.concatenate([LIPS, EYE, RIGHT_EYE]))
 _LIDS = len(EYE_CONTOUR)
 _KEY_POINTS = [LIPS, EYE[:_LIDS], RIGHT_EYE[:_LIDS], _REST[::5]]
@@ -36,6 +36,7 @@ _PART_OF_POINT = np.full(POINTS, 3)
 for _region, _points in enumerate((LIPS, EYE, RIGHT_EYE)):
     _PART_OF_POINT[_points] = _region
 PART_OF_COLUMN = np.concatenate([np.repeat(_PART_OF_POINT, 2), _PART_OF_POINT])  # of `values`
+PART_OF_POSE = np.repeat([POSE_PART, PLACE_PART], [4, 2])  # of columns of `pose`
 _EVERY = 8  # px between samples of the patch along each side; its logits are smoother than that
 # A crop that is off the track's crop by more than this share of its size becomes the track's crop.
 _MOST_OFF = 0.08
@@ -62,12 +63,15 @@ class Readings:
     """Faces of one track at several moments, as numbers that may be averaged.
 
     values: (N, 478 * 3) float32, x and y of one point after the other in the face's own
-    coordinates, then z of all points.
-    pose: (N, 4) float64, x, y, log scale and turn of those coordinates.
+    coordinates, those of the lips from the mean of the lips, then z of all points.
+    pose: (N, 6) float64, x, y, log scale and turn of those coordinates, x and y of the mean of the
+    lips. That mean stands apart because the lips are found in every frame, and without the errors
+    of the points that tell the pose: within the face it would have them, the other way round.
     patches: (N, H, W) float32, the logits in the track's crop.
     keys: (N, K) float64, what moments are compared by.
     apart: (regions, N, N) float64, mean squared distances between moments: of points; for the pose,
-    of the stable points, in units of the later one; for the patch, of its samples.
+    of the stable points, and for the lips' place, in units of the later one; for the patch, of its
+    samples.
 
     The unit of length is the rms distance of the mean face's stable points from their mean, laid
     over the face that began the track (0.55 of the distance of the outer eye corners). Scale and
@@ -76,7 +80,7 @@ class Readings:
 
     def __init__(self, space: "FaceSpace", count: int) -> None:
         self.values = np.zeros((count, 3 * POINTS), np.float32)
-        self.pose = np.zeros((count, 4))
+        self.pose = np.zeros((count, len(PART_OF_POSE)))
         self.patches = np.zeros((count, *space.patch_hw), np.float32)
         self.keys = np.zeros((count, int(space.key_ends[-1])))
         self.apart = np.zeros((len(PARTS), count, count))
@@ -97,9 +101,9 @@ class FaceSpace:
         sample = -(-self.patch_hw[0] // _EVERY) * -(-self.patch_hw[1] // _EVERY)
         # Where the regions' key columns begin and end, and what the sum of their squares is divided
         # by to give a mean squared distance of points (for the pose: of the stable points).
-        self.key_ends = np.cumsum([*(2 * n for n in _KEY_COUNTS), 4, sample])
+        self.key_ends = np.cumsum([*(2 * n for n in _KEY_COUNTS), 4, 2, sample])
         self.key_starts = np.concatenate([[0], self.key_ends[:-1]])
-        self.key_counts = np.array([*_KEY_COUNTS, 1, sample], np.float64)
+        self.key_counts = np.array([*_KEY_COUNTS, 1, 1, sample], np.float64)
         regions = np.repeat(np.arange(len(PARTS)), np.diff(self.key_ends, prepend=0))
         self._shares = np.eye(len(PARTS))[regions] / self.key_counts  # (K, regions)
 
@@ -113,15 +117,18 @@ class FaceSpace:
         # Turns add up, so that a face turning past 180 degrees does not jump.
         self._turn += math.remainder(cmath.phase(factor) - self._turn, 2 * math.pi)
         xy, z = _xy_and_z(readings.values[index])
+        lips_middle = complex(points.take(LIPS).sum()) / len(LIPS)
         points -= middle
+        points[LIPS] += middle - lips_middle
         points *= cmath.rect(1, -self._turn) / scale
         xy[:] = points
         np.multiply(face.points_px[:, 2], 1 / scale, out=z)
-        moved = (middle - self._origin) / self._unit
-        pose = [moved.real, moved.imag, math.log(scale / self._unit), self._turn]
+        moved, lips = ((at - self._origin) / self._unit for at in (middle, lips_middle))
+        log_scale = math.log(scale / self._unit)
+        pose = [moved.real, moved.imag, log_scale, self._turn, lips.real, lips.imag]
         readings.pose[index] = pose
         own_slot = slot(seconds, _CROP_SECONDS)
-        self._write_patch(face.lips, readings, index, self._lips_to_px(xy, pose), own_slot)
+        self._write_patch(face.lips, readings, index, self._lips_to_px(pose), own_slot)
         self._compare(readings, index)
 
     def join(
@@ -129,46 +136,52 @@ class FaceSpace:
     ) -> tuple[np.ndarray, LipPatch]:
         """points_px (478, 3) and lip patch of one reading, which may be an average.
 
-        values: (478 * 3,), pose: (4,), logits: (H, W) or (H * W,).
+        values: (478 * 3,), pose: (6,), logits: (H, W) or (H * W,).
         """
         plain = pose.tolist()
-        factor, middle = self._to_px(plain)
+        factor, middle, lips_middle = self._to_px(plain)
         xy, z = _xy_and_z(values)
         xy_px = np.multiply(xy, factor, dtype=np.complex128)
         xy_px += middle
+        xy_px[LIPS] += lips_middle - middle
         points = np.empty((POINTS, 3), np.float32)
         points[:, 0], points[:, 1] = xy_px.real, xy_px.imag
         np.multiply(z, abs(factor), out=points[:, 2])
         assert self._crop is not None  # there is no reading before the first `split`
-        to_px = self._lips_to_px(xy, plain).after(self._crop)
+        to_px = self._lips_to_px(plain).after(self._crop)
         return points, LipPatch(logits.reshape(self.patch_hw), to_px.array())
 
     def _compare(self, readings: Readings, index: int) -> None:
         """Write the keys of a moment, and the distances of all moments from it."""
         keys = readings.keys[index]
         keys[: len(_KEYS)] = readings.values[index].take(_KEYS)
-        keys[len(_KEYS) : len(_KEYS) + 4] = readings.pose[index]
+        ends = len(_KEYS), len(_KEYS) + len(PART_OF_POSE)
+        keys[ends[0] : ends[1]] = readings.pose[index]
         sample = readings.patches[index, ::_EVERY, ::_EVERY].ravel()
         # Cheaper than the logistic function, and as good at telling patches apart.
-        keys[len(_KEYS) + 4 :] = sample / (1 + np.abs(sample))
+        keys[ends[1] :] = sample / (1 + np.abs(sample))
         off = readings.keys - keys
         # shifts count by the size that the face has now, not by that of the track's first face
-        off[:, len(_KEYS) : len(_KEYS) + 2] *= math.exp(-readings.pose[index, 2])
+        shrunk = math.exp(-readings.pose[index, 2])
+        off[:, ends[0] : ends[0] + 2] *= shrunk
+        off[:, ends[1] - 2 : ends[1]] *= shrunk
         off *= off
         apart = (off @ self._shares).T
         readings.apart[:, index], readings.apart[:, :, index] = apart, apart
 
-    def _to_px(self, pose: list[float]) -> tuple[complex, complex]:
-        """From the face's own coordinates to px: the factor and the shift."""
-        x, y, log_scale, turn = pose
-        scale = self._unit * math.exp(log_scale)
-        return cmath.rect(scale, turn), self._origin + self._unit * complex(x, y)
+    def _to_px(self, pose: list[float]) -> tuple[complex, complex, complex]:
+        """From the face's own coordinates to px: the factor, the shift, and that of the lips."""
+        x, y, log_scale, turn, lips_x, lips_y = pose
+        factor = cmath.rect(self._unit * math.exp(log_scale), turn)
+        middle, lips = (
+            self._origin + self._unit * at for at in (complex(x, y), complex(lips_x, lips_y))
+        )
+        return factor, middle, lips
 
-    def _lips_to_px(self, xy: np.ndarray, pose: list[float]) -> Affine:
+    def _lips_to_px(self, pose: list[float]) -> Affine:
         """From lip coordinates, which have the mean of the lips as origin, to px."""
-        factor, middle = self._to_px(pose)
-        middle += factor * complex(xy.take(LIPS).sum()) / len(LIPS)
-        return Affine(factor.real, -factor.imag, middle.real, factor.imag, factor.real, middle.imag)
+        factor, _, at = self._to_px(pose)
+        return Affine(factor.real, -factor.imag, at.real, factor.imag, factor.real, at.imag)
 
     def _write_patch(
         self, patch: LipPatch, readings: Readings, index: int, lips_to_px: Affine, own_slot: int

@@ -18,7 +18,7 @@ _NO_WEIGHT = -40.0
 
 # At rest, and at steady speed. Lids have no steady speed: a line through both sides of a blink
 # would only make the blink shallower.
-_MAY_MOVE = np.array([[1, 1, 1, 1, 1, 1], [1, 0, 0, 1, 1, 1]])[..., None]
+_MAY_MOVE = np.array([[1, 1, 1, 1, 1, 1, 1], [1, 0, 0, 1, 1, 1, 1]])[..., None]
 
 
 def local_linear_taps(

@@ -13,6 +13,7 @@ from makeup_video.pipeline.faces.face import Face, FrameFaces, sound_faces, with
 from makeup_video.pipeline.frames.clock import GAP_SECONDS
 from makeup_video.pipeline.smoothing.face_space import (
     PART_OF_COLUMN,
+    PART_OF_POSE,
     PATCH_PART,
     POSE_PART,
     FaceSpace,
@@ -119,7 +120,8 @@ class _TimeWindow:
         taps32 = taps.astype(np.float32)
         values = (taps32[:POSE_PART] @ readings.values).take(_OWN)
         logits = taps32[PATCH_PART] @ readings.patches.reshape(self._size, -1)
-        points_px, lips = self.space.join(values, taps[POSE_PART] @ readings.pose, logits)
+        pose = np.einsum("cn,nc->c", taps[PART_OF_POSE], readings.pose)
+        points_px, lips = self.space.join(values, pose, logits)
         return Face(points_px, min(score, 1.0), min(mouth_visible, 1.0), face.track_id, lips)
 
     def _scores_at(self, now: float) -> tuple[float, float]:

@@ -8,7 +8,9 @@ from makeup_video.pipeline.frames.clock import GAP_SECONDS, EvenTimes
 from makeup_video.pipeline.smoothing.face_space import (
     LIPS_PART,
     PART_OF_COLUMN,
+    PART_OF_POSE,
     PATCH_PART,
+    PLACE_PART,
     POSE_PART,
     FaceSpace,
     Readings,
@@ -29,7 +31,7 @@ class SmoothLive:
     def __init__(
         self,
         min_cutoff_hz: float = 1.0,
-        rise_hz: float = 15.0,
+        rise_hz: float = 20.0,
         speed_cutoff_hz: float = 15.0,
         gap_seconds: float = GAP_SECONDS,
     ) -> None:
@@ -83,11 +85,12 @@ class _Filter:
         last = range(min(self._count, NOISE_MOMENTS))
         self._noise.update(readings.apart, last, self._seconds[: len(last)])
         variance = self._noise.variance().copy()
-        variance[POSE_PART] *= math.exp(2 * readings.pose[index, 2])  # in the unit of the keys
+        # in the unit of the keys
+        variance[[POSE_PART, PLACE_PART]] *= math.exp(2 * readings.pose[index, 2])
         shares = self._filter(readings.keys[index], step, variance)
         values, pose, patch = readings.values[-1], readings.pose[-1], readings.patches[-1]
         values += shares.astype(np.float32)[PART_OF_COLUMN] * (readings.values[index] - values)
-        pose += shares[POSE_PART] * (readings.pose[index] - pose)
+        pose += shares[PART_OF_POSE] * (readings.pose[index] - pose)
         share = max(shares[LIPS_PART], shares[PATCH_PART])
         patch += np.float32(share) * (readings.patches[index] - patch)
         scores = np.array([face.score, face.mouth_visible])

@@ -7,7 +7,9 @@ from makeup_video.pipeline.faces.face import POINTS
 from makeup_video.pipeline.faces.topology import EYE, LIPS
 from makeup_video.pipeline.smoothing.face_space import (
     PART_OF_COLUMN,
+    PART_OF_POSE,
     PARTS,
+    PLACE_PART,
     POSE_PART,
     RIGHT_EYE,
     STABLE,
@@ -72,7 +74,7 @@ def test_regions_name_points_once_and_eyes_mirror_each_other():
     assert len(set(named)) == len(named) and named.min() >= 0 and named.max() < POINTS
     assert len(set(STABLE)) == len(STABLE) and not np.isin(STABLE, LIPS).any()
     assert len(PART_OF_COLUMN) == 3 * POINTS and set(PART_OF_COLUMN) == set(range(4))
-    assert len(PARTS) == 6
+    assert len(PARTS) == 7 and set(PART_OF_POSE) == {POSE_PART, PLACE_PART}
     straight = HEAD_PX[:12].mean(0)
     mirrored = fit_similarity(straight[EYE] * [-1, 1], straight[RIGHT_EYE])
     off = moved(straight[EYE] * [-1, 1], mirrored) - straight[RIGHT_EYE]
@@ -104,8 +106,9 @@ def test_moments_differ_by_the_mean_square_of_their_keys():
     # shifts are in units of the size at the later moment; 0 is the last one
     order = [2, 0, 1]  # of the moments 0, 1 and 2
     later = np.where(np.greater.outer(order, order), *np.ix_(range(3), range(3)))
-    column = space.key_starts[POSE_PART]
-    off[..., column : column + 2] *= np.exp(-readings.pose[later, 2])[..., None]
+    for part in (POSE_PART, PLACE_PART):
+        column = space.key_starts[part]
+        off[..., column : column + 2] *= np.exp(-readings.pose[later, 2])[..., None]
     want = np.add.reduceat(off * off, space.key_starts, 2) / space.key_counts
     np.testing.assert_allclose(readings.apart, np.moveaxis(want, 2, 0), atol=1e-12)
 
@@ -119,7 +122,7 @@ def test_a_face_moved_as_a_whole_keeps_its_shape():
     moved_face.points_px[:, 2] = 1.7 * face(HEAD_PX[0]).points_px[:, 2]
     space.split(moved_face, readings, 1, 0.0)
     np.testing.assert_allclose(readings.values[1], readings.values[0], atol=2e-5)
-    log_scale, turn = readings.pose[1, 2:] - readings.pose[0, 2:]
+    log_scale, turn = readings.pose[1, 2:4] - readings.pose[0, 2:4]
     assert log_scale == pytest.approx(np.log(1.7), abs=1e-5)
     assert turn == pytest.approx(0.6, abs=1e-5)
 

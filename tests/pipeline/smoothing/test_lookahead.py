@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.engine.runner import Runner
 from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
 from noisy_heads import STAGES, noise_px
@@ -174,6 +175,20 @@ def test_a_face_that_was_away_for_long_begins_anew(stage, away, begins_anew):
     alone = run_stage(stage(), items[10 + away :])
     same = np.abs(xy_px(got) - xy_px(alone)).max() < 1e-3
     assert same == begins_anew
+
+
+@pytest.mark.parametrize("stage", STAGES)
+@given(share_of_iod=st.floats(0.0005, 0.01), seed=st.integers(0, 1000))
+@settings(deadline=None, max_examples=10)
+def test_lips_do_not_move_with_errors_of_the_pose(stage, share_of_iod, seed):
+    """All other points jump from frame to frame, as where some frames alone are read anew."""
+    still = np.repeat(HEAD_PX[:1], 40, 0)
+    rng = np.random.default_rng(seed)
+    others = ~np.isin(np.arange(still.shape[1]), LIPS)
+    read = still.copy()
+    read[:, others] += rng.normal(0, share_of_iod * IOD_PX, (40, 1, 2))
+    got = xy_px(run_stage(stage(), film([face(points, logits=SMALL) for points in read])))
+    assert np.abs(got - still)[:, LIPS].max() < 2e-3  # px
 
 
 def test_missed_frames_cause_no_false_motion():
