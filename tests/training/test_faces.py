@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from makeup_video.pipeline.faces.net import SHIPPED, Net
@@ -16,6 +17,7 @@ from makeup_video.training.faces import (
 from makeup_video.training.faces import (
     lip_outlines as lipoutlines,
 )
+from people import SAMPLES
 
 RNG = np.random.default_rng(0)
 
@@ -82,18 +84,38 @@ def test_enclosed_is_sure_on_lips_and_between_them_only():
     assert lipevidence.enclosed(column)[:, 0].tolist() == [-5, 4, 3, 3, 3, -5]
 
 
-def test_the_shipped_lip_net_can_be_trained_further():
+@pytest.mark.parametrize(("name", "most"), [("mesh", 0.02), ("lips", 0.03), ("eye", 0.01)])
+def test_shipped_point_nets_can_be_trained_further(name, most):
+    """Of integers the weights come back rounded, and activations are not rounded any more."""
     restored = pytest.importorskip("makeup_video.training.faces.from_onnx", reason="needs PyTorch")
-    torch, size_wh = restored.torch, (112, 80)
-    net = restored.build("lips", size_wh, torch.zeros(200, len(LIPS), 3))
-    rgb8 = np.random.default_rng(4).integers(0, 256, (4, *size_wh[::-1], 3), np.uint8)
-    crops = restored.normalise(torch.from_numpy(rgb8))
-    restored.restore(net, Path(str(SHIPPED)) / "lips.onnx", crops)
-    with torch.no_grad():
-        points, _score, mask = net.eval()(crops)
-    want = Net("lips")(rgb8)
-    assert np.abs(points.numpy() - want["points"]).max() < 1e-4  # IOD; both in float32
-    assert np.abs(mask.numpy() - want["mask_logits"]).max() < 1e-2
+    spec = restored.SPECS[name]
+    net = restored.build(name, spec.size_wh, restored.torch.zeros(200, len(spec.points), 3))
+    rgb8 = pictures_of(spec.size_wh)
+    points, *_ = computed_again(restored, net, name, rgb8)
+    assert np.abs(points - Net(name)(rgb8)["points"])[..., :2].mean() < most  # IOD
+
+
+def test_the_shipped_detector_can_be_trained_further():
+    restored = pytest.importorskip("makeup_video.training.faces.from_onnx", reason="needs PyTorch")
+    rgb8 = pictures_of((192, 192))
+    (cells,) = computed_again(restored, restored.Detector(), "detector", rgb8)
+    want = Net("detector")(rgb8)["cells"]
+    assert np.abs(cells - want).mean() < 0.1 * np.abs(want).mean()
+
+
+def pictures_of(size_wh):
+    """(4, H, W, 3) uint8: the sample portrait and parts of it."""
+    portrait = cv2.imread(str(SAMPLES / "portrait.jpg"))[..., ::-1]
+    return np.stack([cv2.resize(portrait[at:, at:], size_wh) for at in (0, 40, 80, 120)])
+
+
+def computed_again(restored, net, name, rgb8):
+    """The outputs of a net of PyTorch with the weights of the shipped one."""
+    crops = restored.normalise(restored.torch.from_numpy(rgb8))
+    restored.restore(net, Path(str(SHIPPED)) / f"{name}.onnx", crops)
+    with restored.torch.no_grad():
+        out = net.eval()(crops)
+    return [part.numpy() for part in (out if isinstance(out, tuple) else [out])]
 
 
 def test_lists_of_points_have_no_doubles():

@@ -2,6 +2,8 @@
 
     python -m makeup_video.training.faces.evaluate_detector --weights runs/detector.pt
 
+Weights are checkpoints, or nets as ONNX.
+
 "plain" and "turned" are unchanged pictures. The other scenes are drawn as in training, but with
 other faces and another seed. A face counts as found within half an inter-ocular distance of its
 place and a factor of 1.5 of its size; every other detection is false.
@@ -22,9 +24,10 @@ from makeup_video.training.faces.detector_pictures import (
     Scenes,
     ill_exposed,
 )
-from makeup_video.training.faces.model import normalise
+from makeup_video.training.faces.export import from_checkpoint
+from makeup_video.training.faces.infer import from_onnx
 from makeup_video.training.faces.occluders import cover
-from makeup_video.training.faces.train_detector import decode, letterbox, load_average
+from makeup_video.training.faces.train_detector import decode, letterbox
 
 THRESHOLDS = (0.3, 0.35, 0.45)
 TURNED = 0.16  # IOD between the tip of the nose and the centre line of the face
@@ -157,19 +160,11 @@ def main() -> None:
         count = options.count // 5 if name == "crowd" else options.count
         groups[name] = [getattr(trials, name)() for _ in range(count)]
     for path in options.weights:
-        net = load_average(path)
+        run = from_onnx(path) if path.suffix == ".onnx" else from_checkpoint(path)
         print(f"{path}: recall and false detections per picture at", *THRESHOLDS,
               f"| centre (IOD), log size, turn (degrees) at {THRESHOLDS[1]}")  # fmt: skip
         for name, drawn in groups.items():
-            print(
-                f"{name:8} {len(drawn):4} ",
-                score(
-                    lambda x, net=net: net(
-                        normalise(torch.from_numpy(x)).to(memory_format=torch.channels_last)
-                    ).numpy(),
-                    drawn,
-                ),
-            )
+            print(f"{name:8} {len(drawn):4} ", score(lambda x, run=run: run(x)[0], drawn))
 
 
 if __name__ == "__main__":

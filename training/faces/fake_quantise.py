@@ -13,8 +13,9 @@ from torch import Tensor, nn
 WEIGHT_STEPS = 63
 STEPS = 255
 # Parts that stay float. Rounding the last stage of the mesh net moves the points by as much as
-# rounding all stages before it, and that stage is an eighth of the work.
-KEPT = {"mesh": ("stages.4", "points")}
+# rounding all stages before it, and that stage is an eighth of the work. The last convolution of
+# the lip net is hardly any work, and a step of its output would be a tenth in log-odds.
+KEPT = {"mesh": ("stages.4", "points"), "lips": ("paint.0",)}
 
 
 class Round(nn.Module):

@@ -1,14 +1,16 @@
-"""Makes a checkpoint of a shipped float net, so that training can go on from it.
+"""Makes a checkpoint of a shipped net, so that training can go on from it.
 
     python -m makeup_video.training.faces.from_onnx pipeline/weights/lips.onnx \\
         --out runs/lips_first.pt
 
 The shipped file holds convolutions with their normalisation folded in. The normalisation is put
-back with the mean and the variance that the convolutions have on training crops.
+back with the mean and the variance that the convolutions have on training crops. Of a net in
+integers the weights come back as they were rounded, with 7 bits.
 """
 
 import argparse
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import onnx
@@ -16,36 +18,81 @@ import torch
 from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.crops import SPECS
 from makeup_video.training.faces.export import examples
+from makeup_video.training.faces.export_int8 import SPAN
 from makeup_video.training.faces.model import Conv, build, normalise
+from makeup_video.training.faces.train_detector import Detector
 from onnx import numpy_helper
 from torch import Tensor, nn
 
-CROPS = 512  # from which means and variances are computed
+CROPS, SCENES = 512, 64  # from which means and variances are computed
 
 
-def folded_weights(path: Path) -> list[tuple[Tensor, Tensor]]:
-    """Weight and bias of a float net's learned convolutions, in the order in which they run."""
+class Layer(NamedTuple):
+    """A convolution, or the layer of the shape coefficients: its node, and what it learned."""
+
+    node: str
+    weight: Tensor
+    bias: Tensor
+
+
+def layers(path: Path) -> list[Layer]:
+    """In the order in which they run; integers as the numbers that they stand for."""
     graph = onnx.load(path).graph
     values = {t.name.removesuffix("_half"): numpy_helper.to_array(t) for t in graph.initializer}
+    found = []
+    for node in graph.node:
+        names = [name.removesuffix("_half") for name in node.input]
+        if node.op_type in ("QLinearConv", "QGemm"):
+            scale, codes, step, sums = (1, 3, 4, 8) if len(names) == 9 else (1, 3, 4, 6)
+            unit = values[names[step]]
+            column = unit.reshape(-1, *[1] * (values[names[codes]].ndim - 1))
+            weight = values[names[codes]] * column
+            bias = values[names[sums]] * unit * values[names[scale]]
+        elif node.op_type in ("Conv", "FusedConv"):
+            weight, bias = values[names[1]], values[names[2]]
+        else:
+            continue
+        numbers = (torch.from_numpy(np.array(part, np.float32)) for part in (weight, bias))
+        found.append(Layer(node.name, *numbers))
+    return found
 
-    def tensor(name: str) -> Tensor:
-        return torch.from_numpy(values[name.removesuffix("_half")].astype(np.float32))
 
-    convs = (node for node in graph.node if node.op_type == "Conv")
-    return [(tensor(node.input[1]), tensor(node.input[2])) for node in convs]
+def unpacked(layer: Layer) -> Layer:
+    """The first convolution as it was before export_int8.FirstConv laid it out."""
+    count = len(layer.bias) // (SPAN // 2)
+    packed = layer.weight[:count].unflatten(1, (SPAN, 3))  # O, px in, C, y, block
+    places = [divmod(x - 1 + SPAN, SPAN) for x in range(3)]
+    weight = torch.stack([packed[:, px, :, :, block] for block, px in places], -1)
+    # That layout takes 128 for the middle of the codes.
+    bias = layer.bias[:count] - weight.sum((1, 2, 3)) * (0.5 / 127.5)
+    return Layer(layer.node, weight, bias)
+
+
+def folded_weights(path: Path) -> list[Layer]:
+    """A net's 3 x 3 convolutions with their normalisation, in the order in which they run."""
+    found = [layer for layer in layers(path) if layer.weight.ndim == 4]
+    if found[0].weight.shape[1] == 3 * SPAN:
+        found[0] = unpacked(found[0])
+    return [layer for layer in found if layer.weight.shape[-1] == 3]
 
 
 def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
     """The parameters that the file keeps under the names of the net itself, and the mean points."""
     graph, state, found = onnx.load(path).graph, net.state_dict(), {}
-    mean = next(n.input[2] for n in graph.node if n.output[0].endswith("points/Gemm_output_0"))
+    of_points = (n.input[2] for n in graph.node if n.output[0].endswith("points/Gemm_output_0"))
+    mean = next(of_points, None)  # the detector has none
     for tensor in graph.initializer:
         name = tensor.name.removesuffix("_half").removeprefix("net.")
-        if tensor.name == mean:  # laid flat, under a number
-            name = "points.mean"
+        if tensor.name.removesuffix("_half") == str(mean).removesuffix("_half"):
+            name = "points.mean"  # laid flat, under a number
         if name in state:
             values = torch.from_numpy(numpy_helper.to_array(tensor).astype(np.float32))
             found[name] = values.view(state[name].shape)
+    for node, weight, bias in layers(path):
+        name = ".".join(node.split("/")[2:-1])
+        if f"{name}.weight" in state:
+            rows, inputs = state[f"{name}.weight"].shape[:2]  # integers have further ones, all 0
+            found |= {f"{name}.weight": weight[:rows, :inputs], f"{name}.bias": bias[:rows]}
     return found
 
 
@@ -59,13 +106,13 @@ def restore(net: nn.Module, path: Path, crops: Tensor) -> None:
     net.eval()(crops[:1])
     for hook in hooks:
         hook.remove()
-    folded = [pair for pair in folded_weights(path) if pair[0].shape[-1] == 3]
-    for part, (weight, bias) in zip(seen, folded, strict=True):
+    for part, (_, weight, bias) in zip(seen, folded_weights(path), strict=True):
         conv, norm = part[0], part[1]
-        conv.weight.copy_(weight)
+        rows, inputs = conv.weight.shape[:2]
+        conv.weight.copy_(weight[:rows, :inputs])
         norm.reset_parameters()
         norm.running_var.fill_(1 - norm.eps)
-        norm.bias.copy_(bias)
+        norm.bias.copy_(bias[:rows])
     moments: dict[nn.Module, tuple[Tensor, Tensor]] = {}
 
     def watch(conv: nn.Module, _inputs: tuple, out: Tensor) -> None:
@@ -90,12 +137,15 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     name = options.weights.stem
-    spec = SPECS[name]
-    net = build(name, spec.size_wh, torch.zeros(200, len(spec.points), 3))
-    crops = torch.from_numpy(examples(name, options.data, CROPS))
-    restore(net, options.weights, normalise(crops))
+    if name == "detector":
+        net: nn.Module = Detector()
+        count, crops = 0, examples(name, options.data, SCENES)
+    else:
+        count, crops = len(SPECS[name].points), examples(name, options.data, CROPS)
+        net = build(name, SPECS[name].size_wh, torch.zeros(200, count, 3))
+    restore(net, options.weights, normalise(torch.from_numpy(crops)))
     optimizer = torch.optim.AdamW(net.parameters())
-    Checkpoint(options.out, net, optimizer, 0.999).save((name, len(spec.points)))
+    Checkpoint(options.out, net, optimizer, 0.999).save((name, count))
 
 
 if __name__ == "__main__":

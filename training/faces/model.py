@@ -160,8 +160,9 @@ def lipstick_logits(cells: Tensor, crop: Tensor) -> Tensor:
 def _mean_colour(crop: Tensor) -> Tensor:
     if crop.shape[1] == 3:
         return crop.mean(1, keepdim=True)
-    of_px = crop.unflatten(1, (-1, 3)).mean(2)  # (N, P, H, W/P)
-    return of_px.permute(0, 2, 3, 1).flatten(2)[:, None]
+    n, channels, h, w = (int(side) for side in crop.shape)
+    of_px = crop.reshape(n, channels // 3, 3, h, w).mean(2)  # (N, P, H, W/P)
+    return of_px.permute(0, 2, 3, 1).reshape(n, h, w * channels // 3)[:, None]
 
 
 def _highest_near(x: Tensor) -> Tensor:
