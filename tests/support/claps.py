@@ -40,8 +40,11 @@ def _frame(sound, at, count):
 
 
 def marks(path):
-    """Seconds at which the picture flashes, and at which the sound claps."""
-    flashes, claps, last = [], [], 0.0
+    """Seconds at which the picture flashes, and at which the sound claps.
+
+    A film that begins within a flash may lack its clap, so the first picture is no flash.
+    """
+    flashes, claps, last = [], [], 255.0
     with av.open(str(path)) as container:
         for picture in container.decode(video=0):
             bright = picture.to_ndarray(format="gray").mean()
