@@ -31,6 +31,9 @@ _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
 # Least scores after each pass of the mesh net from a detection, below which there is no further
 # pass. A detection may be off by half a face, so the score means nothing before the second pass.
 _LEAST_SCORES, _LEAST_SCORES_AVERAGE = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
+# How often the nets of lips and eyes read a face that was located anew, each time at the place that
+# they found before. After three readings its crops hardly move in the frames that follow.
+_READINGS, _READINGS_AVERAGE = 3, 2
 # How far a face moves between two frames: IOD, log scale or radians, whichever is largest.
 _MOVED_FAR = 0.12  # more: the mesh net reads the face once more, at its new pose
 _AT_REST = 0.015  # less: no more than noise
@@ -44,6 +47,9 @@ _STRAYED = 0.2
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
 _SHRUNK = 0.3  # log scale in MESH_SECONDS: more than any face changes
 _CORRECTION = 0.3  # share of the way to the mesh net's pose; a full step would jolt the crops
+# Of each new reading in the steady centres: the least share, and the distance in IOD at which it
+# alone counts.
+_STEADY_SHARE, _STEADY_IOD = 0.1, 0.02
 _SAME_FACE = 0.6  # IOD between the centres of two poses of one face
 _PART_OF_FACE = 1.15, 0.7  # IOD of the larger face, and ratio of sizes: a mouth taken for a face
 # Mean distance, in IOD, between the points of a crop and of the same crop mirrored. 99 % of faces
@@ -61,6 +67,8 @@ class FaceLandmarks:
     lips: where lipstick goes; its to_px leads to upright px.
     layout: where the crops of the nets lay.
     centres: five, as of FaceNets.part_centres.
+    steady_centres: the same, but of a resting face means of the last readings; crops lie around
+    them.
     meshed_seconds: when the mesh net last read the face.
     step: the motion since the previous frame, px -> px.
     moved: how far the pose moved in it: IOD, log scale or radians, whichever is largest.
@@ -75,6 +83,7 @@ class FaceLandmarks:
     lips: LipPatch
     layout: CropLayout
     centres: list[complex]
+    steady_centres: list[complex]
     meshed_seconds: float = -math.inf
     step: Similarity = STAY
     moved: float = 0.0
@@ -126,11 +135,17 @@ def locate(
         meshes = [nets.read_mesh(picture, p, m) for p in _around(pose) for m in (False, True)]
         meshes += [mesh, mirrored]
         xy, z = np.mean([m.xy for m in meshes], 0), np.mean([m.z for m in meshes], 0)
-    for _ in range(2):
-        layout = nets.crop_layout(xy)
+    layout = nets.crop_layout(xy)
+    parts = nets.read_parts(picture, layout, with_mirrored=average)
+    xy[nets.part_points] = parts.xy
+    for _ in range((_READINGS_AVERAGE if average else _READINGS) - 1):
+        # in films, the layout of the frames that follow
+        layout = nets.crop_layout(xy) if average else nets.layout_around(parts.centres).rounded()
         parts = nets.read_parts(picture, layout, with_mirrored=average)
         xy[nets.part_points] = parts.xy
-    return FaceLandmarks(xy, z, (face, mouth), nets.fit_pose(xy), parts.lips, layout, parts.centres)
+    return FaceLandmarks(
+        xy, z, (face, mouth), nets.fit_pose(xy), parts.lips, layout, parts.centres, parts.centres
+    )
 
 
 def relocate(
@@ -171,11 +186,12 @@ def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmark
         return None
     xy = step.apply(before.xy)
     xy[nets.part_points] = part_xy
-    layout = nets.layout_around(centres).rounded(before.layout)
+    steady = _steady(before, centres)
+    layout = nets.layout_around(steady).rounded(before.layout)
     to_px = lip_patch_to_px(layout)
     logits = motion.move_patch(before.lips.logits, before.lips.to_px, to_px)
     found = FaceLandmarks(
-        xy, before.z, before.scores, pose, LipPatch(logits, to_px), layout, centres,
+        xy, before.z, before.scores, pose, LipPatch(logits, to_px), layout, centres, steady,
         before.meshed_seconds, step, moved,
     )  # fmt: skip
     return None if _is_odd(before, found) else found
@@ -222,8 +238,9 @@ def _follow(
         pose = step.after(before.pose).towards(nets.fit_pose(xy), _CORRECTION)
     moved = distance(before.pose, pose)
     return FaceLandmarks(
-        xy, z, scores, pose, parts.lips, layout, parts.centres, meshed_seconds, step, moved
-    )
+        xy, z, scores, pose, parts.lips, layout, parts.centres, _steady(before, parts.centres),
+        meshed_seconds, step, moved,
+    )  # fmt: skip
 
 
 def _step_between(before: Sequence[complex], now: Sequence[complex]) -> Similarity:
@@ -232,6 +249,19 @@ def _step_between(before: Sequence[complex], now: Sequence[complex]) -> Similari
     across = right - left
     turn = (new_right - new_left) / across if across else 1 + 0j
     return Similarity(turn, new_left - turn * left)
+
+
+def _steady(before: FaceLandmarks, centres: Sequence[complex]) -> list[complex]:
+    """The steady centres with one more reading: noise fades, and motion is followed.
+
+    A layout around single readings would swing between two grid points that lie about as near.
+    """
+    far = _STEADY_IOD * iod_of(before.pose)
+    steady = []
+    for mean, new in zip(before.steady_centres, centres, strict=True):
+        off = new - mean
+        steady.append(mean + min(max(abs(off) / far, _STEADY_SHARE), 1) * off)
+    return steady
 
 
 def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
@@ -249,7 +279,7 @@ def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
 def _expected_layout(nets: FaceNets, before: FaceLandmarks) -> CropLayout:
     """Where the crops of a face lie in the next frame, if the face moves on as it does."""
     step = _going_on(before)
-    centres = [step.apply(centre) for centre in before.centres]
+    centres = [step.apply(centre) for centre in before.steady_centres]
     return nets.layout_around(centres).rounded(before.layout)
 
 

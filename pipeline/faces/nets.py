@@ -64,7 +64,7 @@ _EYE = _NetInput((64, 48), 0.72)
 
 
 _LAYOUT_STEPS = 64  # to an IOD, at least: of the grid on which layouts lie
-_KEPT = 0.3  # of a step: with 0.15 some still faces swing between two layouts
+_KEPT = 0.15  # of a step; more would let two runs keep different layouts for longer
 _SAME_IOD = 0.005  # a share: within it, two measurements of a still face differ
 
 

@@ -37,7 +37,8 @@ def warm_up(build: BuildScene, paint: Composite) -> None:
     xy = where.apply(mean[:, 0] + 1j * mean[:, 1])
     layout = nets.crop_layout(xy)
     parts = nets.read_parts(picture, layout)
-    seen = FaceLandmarks(xy, _IOD_PX * mean[:, 2], (1, 1), where, parts.lips, layout, parts.centres)
+    z, centres = _IOD_PX * mean[:, 2], parts.centres
+    seen = FaceLandmarks(xy, z, (1, 1), where, parts.lips, layout, centres, centres)
     faces = (to_face(seen, picture, 0),)
     scene = build(FrameFaces(frame, faces))
     for count in (1, 2):  # of layers: one and several are painted by two versions of a kernel
