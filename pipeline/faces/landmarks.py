@@ -135,12 +135,12 @@ def locate(
         meshes = [nets.read_mesh(picture, p, m) for p in _around(pose) for m in (False, True)]
         meshes += [mesh, mirrored]
         xy, z = np.mean([m.xy for m in meshes], 0), np.mean([m.z for m in meshes], 0)
-    layout = nets.crop_layout(xy)
-    parts = nets.read_parts(picture, layout, with_mirrored=average)
-    xy[nets.part_points] = parts.xy
-    for _ in range((_READINGS_AVERAGE if average else _READINGS) - 1):
-        # in films, the layout of the frames that follow
-        layout = nets.crop_layout(xy) if average else nets.layout_around(parts.centres).rounded()
+    for reading in range(_READINGS_AVERAGE if average else _READINGS):
+        if average or reading == 0:
+            layout = nets.crop_layout(xy)
+        else:  # as in the frames that follow
+            centres = nets.part_centres(xy[nets.part_points])
+            layout = nets.layout_around(centres).rounded()
         parts = nets.read_parts(picture, layout, with_mirrored=average)
         xy[nets.part_points] = parts.xy
     return FaceLandmarks(

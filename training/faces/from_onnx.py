@@ -35,19 +35,23 @@ class Layer(NamedTuple):
     bias: Tensor
 
 
+def plain(name: str) -> str:
+    """The name that a tensor had before export.py stored it in half precision."""
+    return name.removesuffix("_half")
+
+
 def layers(path: Path) -> list[Layer]:
     """In the order in which they run; integers as the numbers that they stand for."""
     graph = onnx.load(path).graph
-    values = {t.name.removesuffix("_half"): numpy_helper.to_array(t) for t in graph.initializer}
+    values = {plain(t.name): numpy_helper.to_array(t) for t in graph.initializer}
     found = []
     for node in graph.node:
-        names = [name.removesuffix("_half") for name in node.input]
+        names = [plain(name) for name in node.input]
         if node.op_type in ("QLinearConv", "QGemm"):
-            scale, codes, step, sums = (1, 3, 4, 8) if len(names) == 9 else (1, 3, 4, 6)
-            unit = values[names[step]]
-            column = unit.reshape(-1, *[1] * (values[names[codes]].ndim - 1))
-            weight = values[names[codes]] * column
-            bias = values[names[sums]] * unit * values[names[scale]]
+            codes, steps = values[names[3]], values[names[4]]
+            sums = values[names[8 if node.op_type == "QLinearConv" else 6]]
+            weight = codes * steps.reshape(-1, *[1] * (codes.ndim - 1))
+            bias = sums * steps * values[names[1]]  # in steps of the weights and of the input
         elif node.op_type in ("Conv", "FusedConv"):
             weight, bias = values[names[1]], values[names[2]]
         else:
@@ -79,12 +83,11 @@ def folded_weights(path: Path) -> list[Layer]:
 def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
     """The parameters that the file keeps under the names of the net itself, and the mean points."""
     graph, state, found = onnx.load(path).graph, net.state_dict(), {}
-    of_points = (n.input[2] for n in graph.node if n.output[0].endswith("points/Gemm_output_0"))
-    mean = next(of_points, None)  # the detector has none
+    heads = (node for node in graph.node if node.output[0].endswith("points/Gemm_output_0"))
+    means = [plain(head.input[2]) for head in heads]  # laid flat, under a number; of no detector
     for tensor in graph.initializer:
-        name = tensor.name.removesuffix("_half").removeprefix("net.")
-        if tensor.name.removesuffix("_half") == str(mean).removesuffix("_half"):
-            name = "points.mean"  # laid flat, under a number
+        name = plain(tensor.name)
+        name = "points.mean" if name in means else name.removeprefix("net.")
         if name in state:
             values = torch.from_numpy(numpy_helper.to_array(tensor).astype(np.float32))
             found[name] = values.view(state[name].shape)
