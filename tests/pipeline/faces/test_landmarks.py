@@ -91,7 +91,7 @@ def test_the_crops_of_a_still_face_come_to_rest(off, seed):
 
 
 @given(hnp.arrays(float, 10, elements=st.floats(-50, 50)), st.integers(0, 2**32 - 1))
-def test_crops_around_steady_centres_hardly_move_in_strong_noise(off, seed):
+def test_crops_around_steady_centres_hardly_move(off, seed):
     """Readings vary by half a step. Around single ones, crops would move up to 30 times.
 
     With noise of any size nothing keeps crops from moving at all: of 12,000 draws 249 moved a
