@@ -73,7 +73,8 @@ def material(
     keep_highlights: how much of the skin's own highlights stays on the product, 0..1.
     """
     whole = worn(params, amount, coding)
-    share, strength, ceiling = params.light_adaptation, light.strength * shade, whole.ceiling
+    share, ceiling = params.light_adaptation, whole.ceiling
+    strength = light.strength_for_products * shade
     gain = [1 + share * (part * strength - 1) for part in _turned(light, whole.to_film)]
     cell, spot, seen = _cells(params, axes)
     fine = 1 - 0.5 * seen  # sparkles that are not seen one by one make a sheen

@@ -47,8 +47,8 @@ def _lit(job: Job, rect: Rect, coding: Coding) -> LitRegion:
     light = job.light
     return LitRegion(
         (a, b, x - rect.x, c, d, y - rect.y), job.skin_px, coat_records(job.coats, coding),
-        job.amount, light.strength * job.shade, light.colour.tolist(), light.direction.tolist(),
-        light.environment, job.part.seen,
+        job.amount, light.strength_for_products * job.shade, light.colour.tolist(),
+        light.direction.tolist(), light.environment, job.part.seen,
     )  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 """What the renderer knows of a frame: its faces as painted regions, and the light on them."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,13 +11,18 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.surfaces.surface import Surface
 
+# Skin of less luminance than this is as often in the dark as it is dark itself: products on it get
+# less light, as this power of its luminance, but at least so much of it.
+_DARK_SKIN, _DARKER, _LEAST = 0.28, 0.65, 0.5
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneLight:
     """The light on one face, in the frame's own primaries.
 
     colour: (3,) float32, linear; its luminance is 1, and (1, 1, 1) is white light.
-    strength: 1 when a product of colour p shows as p, 0.5 when it shows with half that light.
+    strength: 1 for the light in which a product of colour p shows as p, 0.5 for half that light;
+    the most probable one.
     direction: (3,) float32 unit vector from the face to the light, in the axes of points_px (x
     right and y down in the stored picture, z away from the viewer, so the light has z < 0).
     environment: (16, 16, 3) float32, linear light that a mirror held before the face would show:
@@ -34,6 +40,17 @@ class SceneLight:
         shapes = self.colour.shape, self.direction.shape, self.environment.shape
         if shapes != ((3,), (3,), (ENVIRONMENT_PX, ENVIRONMENT_PX, 3)):
             raise ValueError(f"a light has shapes (3,), (3,), (16, 16, 3); got {shapes}")
+
+    @property
+    def strength_for_products(self) -> float:
+        """The strength that products are painted with: less than `strength` on dark skin.
+
+        Whether a face is dark or in the dark is a guess. Makeup that is too light for its face
+        glows, and makeup that is too dark looks like a deeper shade.
+        """
+        if self.skin <= 0:
+            return self.strength
+        return self.strength * min(max(math.pow(self.skin / _DARK_SKIN, _DARKER), _LEAST), 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

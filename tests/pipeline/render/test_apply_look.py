@@ -7,6 +7,8 @@ import cv2
 import numpy as np
 import pyopencl as cl
 import pytest
+from lit_faces import lit
+from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
 from makeup_video.pipeline import (
     InstallError,
     Look,
@@ -17,11 +19,13 @@ from makeup_video.pipeline import (
     process_video,
     product,
 )
+from makeup_video.pipeline.faces.lip_mask import lip_mask
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from media import decoded, make_clip
 from people import SAMPLES, clip, clip_points, face_of, film, grey, portrait, put
 from picture_files import read_picture
 
+RED = Look(lips=product((192, 32, 64), "matte"))
 BLUE = Look(lips=product((10, 42, 140), "matte"))
 BOTH = Look(lips=product((10, 42, 140), "matte"), eyes=product((0, 90, 40), "matte", "eyes"))
 
@@ -76,6 +80,19 @@ def test_lips_alone_leave_the_eyes_alone():
     assert changed(portrait(), lips)[middle:].any()
     assert changed(portrait(), both)[:middle].any()
     np.testing.assert_array_equal(lips[middle:], both[middle:])
+
+
+@pytest.mark.parametrize("exposure", [1, 0.7, 0.5, 0.35, 0.25])
+def test_lipstick_does_not_glow_on_a_face_in_the_dark(exposure):
+    dim = lit(exposure, exposure, exposure)
+    face = find_faces(dim)[0]
+    lips = lip_mask(dim, face) > 0.95
+    cheeks = np.rint(face.points_px[[50, 280], :2]).astype(int)
+    painted, skin = (
+        to_linear(codes / 255, SRGB).mean(0) @ to_xyz(1)[1]
+        for codes in (apply_look(dim, RED)[lips], dim[cheeks[:, 1], cheeks[:, 0]])
+    )
+    assert 0.3 < painted / skin < 0.6  # 0.44 in full light
 
 
 def test_apply_look_returns_a_copy_changed_only_on_the_face():

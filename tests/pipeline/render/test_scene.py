@@ -1,7 +1,11 @@
-"""Scene lights check the shapes of their arrays."""
+"""Scene lights check the shapes of their arrays, and give products on dark skin less light."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from makeup import white_light
 from makeup_video.pipeline.render.scene import SceneLight
 
@@ -19,3 +23,19 @@ def test_a_light_of_other_shapes_is_refused(wrong):
     parts[wrong] = np.ones((4, 4))
     with pytest.raises(ValueError, match=r"\(16, 16, 3\)"):
         SceneLight(parts[0], 1.0, parts[1], parts[2])
+
+
+@given(st.floats(0.15, 2.0), st.floats(1e-3, 1.0), st.floats(1.0, 1.3))
+def test_products_on_darker_skin_get_less_light_but_never_less_than_half(strength, skin, lighter):
+    on_dark, on_light = (
+        replace(white_light(), strength=strength, skin=luminance).strength_for_products
+        for luminance in (skin, lighter * skin)
+    )
+    assert strength / 2 <= on_dark <= on_light <= strength
+    assert on_light <= lighter * on_dark * (1 + 1e-9)  # no step, or a film would flicker
+
+
+@pytest.mark.parametrize("skin", [0.0, 0.3, 0.9])
+def test_products_on_light_or_unknown_skin_get_all_of_the_light(skin):
+    light = replace(white_light(), strength=0.7, skin=skin)
+    assert light.strength_for_products == 0.7
