@@ -41,7 +41,8 @@ def to_px(angle, skin_px, step, off):
 def lit_region(given_coats, amount, light, place, coding, shade=1.0):
     return LitRegion(
         to_px(*place), place[1], coat_records(tuple(coat for coat, _ in given_coats), coding),
-        amount, light.strength * shade, light.colour, light.direction, light.environment,
+        amount, light.strength_for_products * shade, light.colour, light.direction,
+        light.environment,
         [seen for _, seen in given_coats],
     )  # fmt: skip
 

@@ -73,7 +73,7 @@ def product(**given: float) -> GraphicsParams:
     return GraphicsParams(**{**plain, **given})
 
 
-def light_of(colour, tilt, strength: float, room: float, seed: int) -> SceneLight:
+def light_of(colour, tilt, strength: float, room: float, seed: int, skin: float) -> SceneLight:
     """Light of a colour (logarithms of red, green, blue) from a direction (x and y)."""
     rgb = np.exp(np.array(colour))
     direction = np.array([*tilt, -np.sqrt(1 - np.square(tilt).sum())])
@@ -83,6 +83,7 @@ def light_of(colour, tilt, strength: float, room: float, seed: int) -> SceneLigh
         strength,
         direction.astype(np.float32),
         environment.astype(np.float32),
+        skin,
     )
 
 
@@ -92,7 +93,7 @@ def lights():
         light_of,
         st.tuples(*[st.floats(-1.2, 1.2)] * 3),
         st.tuples(*[st.floats(-0.7, 0.7)] * 2),
-        st.floats(0.02, 8), st.floats(0, 4), st.integers(0, 9),
+        st.floats(0.02, 8), st.floats(0, 4), st.integers(0, 9), st.floats(0, 1),
     )  # fmt: skip
 
 
