@@ -13,7 +13,7 @@ from makeup_video.pipeline.render.surfaces.surface import Surface
 
 # Skin of less luminance than this is as often in the dark as it is dark itself: products on it get
 # less light, as this power of its luminance, but at least so much of it.
-_DARK_SKIN, _DARKER, _LEAST = 0.28, 0.65, 0.5
+_DARK_SKIN, _DARKER, _LEAST = 0.27, 0.9, 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
