@@ -26,7 +26,7 @@ def test_a_light_of_other_shapes_is_refused(wrong):
 
 
 @given(st.floats(0.15, 2.0), st.floats(1e-3, 1.0), st.floats(1.0, 1.3))
-def test_products_on_darker_skin_get_less_light_but_nearly_half_at_least(strength, skin, lighter):
+def test_darker_skin_gets_less_light_but_half_at_least(strength, skin, lighter):
     on_dark, on_light = (
         replace(white_light(), strength=strength, skin=luminance).strength_for_products
         for luminance in (skin, lighter * skin)
@@ -36,6 +36,6 @@ def test_products_on_darker_skin_get_less_light_but_nearly_half_at_least(strengt
 
 
 @pytest.mark.parametrize("skin", [0.0, 0.3, 0.9])
-def test_products_on_light_or_unknown_skin_get_all_of_the_light(skin):
+def test_light_or_unknown_skin_gives_all_of_the_light(skin):
     light = replace(white_light(), strength=0.7, skin=skin)
     assert light.strength_for_products == 0.7
