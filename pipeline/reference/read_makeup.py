@@ -24,10 +24,10 @@ _MOST_ODDS = 15.0
 # (`--ratio lips 0.8`): nearly all photos of makeup show lipstick, and free scales would tell those
 # photos from others.
 _CALIBRATION: Mapping[str, tuple[float, float, float]] = {
-    "lipstick": (0.365, 0.456, -2.012),
-    "eyeshadow": (0.683, 0.577, -1.171),
-    "eyeliner": (0.577, 0.669, -2.539),
-    "blush": (0.936, 0.239, -1.183),
+    "lipstick": (0.364, 0.455, -2.037),
+    "eyeshadow": (1.137, 0.487, -0.718),
+    "eyeliner": (0.865, 0.542, -2.415),
+    "blush": (1.224, 0.479, -0.539),
 }
 # Kinds that are hardly ever worn alone: what each other kind adds to their log-odds where it is
 # certain, the power of its probability of which it adds that much otherwise, and the shift without
@@ -41,9 +41,9 @@ _COMPANY: Mapping[str, tuple[Mapping[str, float], float, float]] = {
 # Probabilities from which a kind counts as worn: on real photos about one bare face in seven is
 # read as worn at most.
 WORN_FROM: Mapping[str, float] = {
-    "lipstick": 0.32,
-    "eyeshadow": 0.14,
-    "eyeliner": 0.155,
+    "lipstick": 0.3,
+    "eyeshadow": 0.125,
+    "eyeliner": 0.165,
     "blush": 0.039,
 }
 

@@ -5,24 +5,28 @@ from makeup_video.pipeline.reference.makeup_input import PLACES
 from torch import Tensor, nn
 from torch.nn import functional
 
-CHANNELS = (16, 32, 48, 64, 64)
+# Channels of each stage: of the net that is shipped, and of those that it learns from.
+CHANNELS = {"small": (16, 32, 48, 64, 64), "large": (32, 64, 96, 128, 128)}
 # How much smaller each part is made: most photos of the training are small, but a line along the
 # lashes is thin.
-SHRINK = {"eyes": 1, "face": 2, "lips": 2}
+SHRINK = {
+    "small": {"eyes": 1, "face": 2, "lips": 2},
+    "large": {"eyes": 1, "face": 1, "lips": 1},
+}
 
 
 class Tower(nn.Sequential):
-    """(N, 3, H, W) -> (N, 2 * CHANNELS[-1]): means and maxima of the last features."""
+    """(N, 3, H, W) -> (N, 2 * channels[-1]): means and maxima of the last features."""
 
-    def __init__(self, shrink: int) -> None:
-        """shrink: how much smaller the input is made first."""
+    def __init__(self, channels: tuple[int, ...], shrink: int) -> None:
+        """channels: of each stage.  shrink: how much smaller the input is made first."""
         layers: list[nn.Module] = []
         before = 3
-        for number, channels in enumerate(CHANNELS[: len(CHANNELS) - shrink + 1]):
-            layers += _block(before, channels, 2)
+        for number, here in enumerate(channels[: len(channels) - shrink + 1]):
+            layers += _block(before, here, 2)
             if number:
-                layers += _block(channels, channels, 1)
-            before = channels
+                layers += _block(here, here, 1)
+            before = here
         super().__init__(*layers)
         self.shrink = shrink
 
@@ -42,10 +46,12 @@ def _block(before: int, channels: int, stride: int) -> list[nn.Module]:
 class MakeupNet(nn.Module):
     """Inputs (N, 160, 192, 3) uint8 -> log-odds of what is worn and the numbers of the look."""
 
-    def __init__(self, labels: int, numbers: int) -> None:
+    def __init__(self, labels: int, numbers: int, size: str = "small") -> None:
+        """size: one of CHANNELS."""
         super().__init__()
-        self.towers = nn.ModuleDict({part: Tower(SHRINK[part]) for part in PLACES})
-        features = 2 * CHANNELS[-1] * len(PLACES)
+        channels, shrink = CHANNELS[size], SHRINK[size]
+        self.towers = nn.ModuleDict({part: Tower(channels, shrink[part]) for part in PLACES})
+        features = 2 * len(PLACES) * channels[-1]
         self.worn, self.numbers = _head(features, labels), _head(features, numbers)
 
     def forward(self, rgb8: Tensor) -> tuple[Tensor, Tensor]:

@@ -5,13 +5,13 @@
 
 DIR has a folder for each set, with pictures and worn.csv: name, the labels of LABELS (0 bare, 1 do
 not know, 2 clear) and flags. A look is painted only on faces where all labels are 0, so that
-nothing else is worn. Beside each input stand the log-odds of the real face's colours
-(fit_colours.py comes first).
+nothing else is worn. With --unlabelled the pictures are packed that worn.csv does not name. Beside
+each input stand the log-odds of the real face's colours (fit_colours.py comes first).
 """
 
 import argparse
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import cv2
@@ -61,9 +61,26 @@ def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
             yield folder / row["name"], labels
 
 
+def rows_without_labels(folder: Path) -> Iterator[tuple[Path, list[int]]]:
+    """The other pictures of a set, of which nothing is known."""
+    table = folder / "worn.csv"
+    text = table.read_text(encoding="utf-8") if table.exists() else ""
+    named = {line.split(",")[0] for line in text.splitlines()}
+    for path in sorted(folder.glob("*.jpg")):
+        if path.name not in named:
+            yield path, [UNKNOWN] * len(LABELS)
+
+
 def labelled_faces(folder: Path) -> Iterator[tuple[np.ndarray, Face, list[int]]]:
     """The largest face of each picture of a set, (H, W, 3) uint8, with its labels as of `rows`."""
-    for path, known in rows(folder):
+    return faces_of(rows(folder))
+
+
+def faces_of(
+    pictures: Iterable[tuple[Path, list[int]]],
+) -> Iterator[tuple[np.ndarray, Face, list[int]]]:
+    """As labelled_faces, of these pictures with their labels."""
+    for path, known in pictures:
         bgr = cv2.imread(str(path))
         rgb8 = None if bgr is None else np.ascontiguousarray(bgr[..., ::-1])
         faces = [] if rgb8 is None else find_faces(rgb8)
@@ -105,7 +122,8 @@ def pack(options: argparse.Namespace) -> None:
     paint = PaintPictures()
     packed: dict[str, list[np.ndarray]] = {key: [] for key in _KEYS}
     for number, name in enumerate(options.sets):
-        for count, (rgb8, face, known) in enumerate(labelled_faces(options.faces / name)):
+        pictures = (rows_without_labels if options.unlabelled else rows)(options.faces / name)
+        for count, (rgb8, face, known) in enumerate(faces_of(pictures)):
             light = photo_light(rgb8, face)
             colours = Colours.of(neutral_face(rgb8, face, light)).log_odds()
             made = [(makeup_input(rgb8, face, light), known, None)]
@@ -131,7 +149,7 @@ def _example(seen: np.ndarray, worn: list[int], look: Look | None, source: int) 
     return [seen, labels, vector, weights, np.uint8(source), np.bool_(look is None)]
 
 
-def options_of(description: str | None, *, looks: int) -> argparse.Namespace:
+def parser_of(description: str | None, *, looks: int) -> argparse.ArgumentParser:
     """The command's options: which faces are packed, and the looks that are painted on them.
 
     looks: on each face, by default.
@@ -143,8 +161,11 @@ def options_of(description: str | None, *, looks: int) -> argparse.Namespace:
     parser.add_argument("--looks", type=int, default=looks, help="painted on each bare face")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, required=True)
-    return parser.parse_args()
+    return parser
 
 
 if __name__ == "__main__":
-    pack(options_of(__doc__, looks=4))
+    parser = parser_of(__doc__, looks=4)
+    parser.add_argument("--unlabelled", action="store_true",
+                        help="the pictures that worn.csv does not name")  # fmt: skip
+    pack(parser.parse_args())

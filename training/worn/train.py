@@ -2,8 +2,11 @@
 
     python -m makeup_video.training.worn.train --data runs/*.npz --out runs/reference_makeup.onnx
 
-Light, colour, sharpness and noise vary as in photos. The last tenth of the real faces of a set is
-held out, with what was painted on them: neighbours in a set are often the same person.
+Light, colour, sharpness and noise vary as in photos. One fold of the real faces of a set is held
+out, with what was painted on them: neighbours in a set are often the same person. Beside the net
+lie its log-odds of all faces (OUT.npy). Given those of one net for each fold (--teachers), a net
+learns what they tell of faces that they were not trained on, beside the labels: labels of one look
+are sometimes wrong, and faces without labels teach as well.
 """
 
 import argparse
@@ -14,14 +17,18 @@ import numpy as np
 import torch
 from makeup_video.pipeline.reference.makeup_input import PLACES, mirrored
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
-from makeup_video.training.worn.model import MakeupNet
+from makeup_video.training.worn.evaluate import log_odds
+from makeup_video.training.worn.model import CHANNELS, MakeupNet
 from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 from torch import Tensor, nn
 from torch.nn import functional
 
-HELD_OUT = 0.1
-BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 40, 2e-3, 200, 5.0, 2e-2, 0.998
+FOLDS = 10  # by default, of which the last is held out
+RATE, WARM_UP, CLIP, DECAY, AVERAGE = 2e-3, 200, 5.0, 2e-2, 0.998
 PAINTED_SHARE = 0.4  # of a batch: faces that wear drawn looks
+UNLABELLED_SHARE = 0.3  # of a batch: faces without labels, where there are teachers
+TAUGHT = 0.8  # of the target of a known label: what the teachers tell
+ALIKE = 40  # pictures that are made coarser alike
 SMOOTH = 0.05  # of labels: some are wrong
 NUMBERS = 8.0  # weight of the numbers' squared error beside the labels' entropy
 _KEYS = "inputs", "labels", "vectors", "weights", "real"
@@ -29,25 +36,30 @@ _KEYS = "inputs", "labels", "vectors", "weights", "real"
 
 def varied(rgb8: Tensor) -> Tensor:
     """Pictures (N, H, W, 3) uint8 as other cameras would take them in other light."""
+    return torch.cat([_varied(few) for few in rgb8.split(ALIKE)])
+
+
+def _varied(rgb8: Tensor) -> Tensor:
     x = rgb8.float() / 255
     n = len(x)
 
     def drawn(spread: float, *shape: int) -> Tensor:
-        return torch.randn(n, *shape) * spread
+        return torch.randn(n, *shape, device=x.device) * spread
 
-    x = x ** torch.exp(drawn(0.18, 1, 1, 1))
-    x = x * torch.exp(drawn(0.15, 1, 1, 1) + drawn(0.05, 1, 1, 3))
+    x = x ** torch.exp(drawn(0.3, 1, 1, 1))
+    x = x * torch.exp(drawn(0.25, 1, 1, 1) + drawn(0.085, 1, 1, 3))
     grey = x.mean(3, keepdim=True)
     x = grey + (x - grey) * torch.exp(drawn(0.2, 1, 1, 1))
     x = _by_parts(x)
-    x = x + torch.randn_like(x) * (0.03 * torch.rand(n, 1, 1, 1))
+    x = x + torch.randn_like(x) * (0.03 * torch.rand(n, 1, 1, 1, device=x.device))
     return (x.clamp(0, 1) * 255).round().to(torch.uint8)
 
 
 def _by_parts(x: Tensor) -> Tensor:
-    """Mirror, shift, turn and blur each part by itself; the mirror is the same for all parts."""
+    """Mirror, shift, turn, light from a side and blur each part by itself, and cover a piece of it;
+    the mirror is the same for all parts."""
     out = x.clone()
-    flip = torch.rand(len(x)) < 0.5
+    flip = torch.rand(len(x), device=x.device) < 0.5
     coarse = torch.rand(()) < 0.6
     factor = float(torch.empty(()).uniform_(1.2, 3.5))
     for left, top, wide, high in PLACES.values():
@@ -58,16 +70,18 @@ def _by_parts(x: Tensor) -> Tensor:
             part = functional.interpolate(part, size, mode="area")
             part = functional.interpolate(part, (high, wide), mode="bilinear")
         part = functional.grid_sample(
-            part, _moved(len(x), high, wide), padding_mode="border", align_corners=False
+            part, _moved(part), padding_mode="border", align_corners=False
         )
+        part = _covered(part * _from_a_side(part))
         out[:, top : top + high, left : left + wide] = part.permute(0, 2, 3, 1)
     return out
 
 
-def _moved(n: int, high: int, wide: int) -> Tensor:
-    angle, scale = torch.randn(n) * 0.05, torch.exp(torch.randn(n) * 0.05)
+def _moved(part: Tensor) -> Tensor:
+    n, _, high, wide = part.shape
+    angle, scale, shift = (torch.randn(n, k, device=part.device) for k in (1, 1, 2))
+    angle, scale, shift = angle[:, 0] * 0.05, torch.exp(scale[:, 0] * 0.05), shift * 0.03
     cos, sin = torch.cos(angle) * scale, torch.sin(angle) * scale
-    shift = torch.randn(n, 2) * 0.03
     rows = [
         torch.stack([cos, -sin * high / wide, shift[:, 0]], 1),
         torch.stack([sin * wide / high, cos, shift[:, 1] * wide / high], 1),
@@ -75,71 +89,128 @@ def _moved(n: int, high: int, wide: int) -> Tensor:
     return functional.affine_grid(torch.stack(rows, 1), [n, 3, high, wide], align_corners=False)
 
 
-def loss_of(
-    found: tuple[Tensor, Tensor], labels: Tensor, vectors: Tensor, weights: Tensor
-) -> Tensor:
-    """Cross-entropy of the labels that are known, and squared error of the numbers by weight."""
-    logits, numbers = found
+def _from_a_side(part: Tensor) -> Tensor:
+    """Light (N, 1, H, W) that grows evenly in any direction."""
+    n, _, high, wide = part.shape
+    slope = torch.randn(n, 2, 1, 1, 1, device=part.device) * 0.12
+    across = torch.linspace(-1, 1, wide, device=part.device)
+    down = torch.linspace(-1, 1, high, device=part.device)[:, None]
+    return torch.exp(slope[:, 0] * across + slope[:, 1] * down)
+
+
+def _covered(part: Tensor) -> Tensor:
+    """Three of ten have a box in a colour of any kind before them, of up to two fifths."""
+    n, _, high, wide = part.shape
+    middle, size = torch.rand(2, n, 2, 1, 1, device=part.device)
+    size = size * 0.2 * (torch.rand(n, 1, 1, 1, device=part.device) < 0.3)
+    across = torch.linspace(0, 1, wide, device=part.device)
+    down = torch.linspace(0, 1, high, device=part.device)[:, None]
+    near = ((across - middle[:, 0]).abs() < size[:, 0]) & ((down - middle[:, 1]).abs() < size[:, 1])
+    return torch.where(near[:, None], torch.rand(n, 3, 1, 1, device=part.device), part)
+
+
+def targets_of(labels: np.ndarray, taught: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """The probabilities (N, labels) that a net is to learn, and whether they are known.
+
+    taught: log-odds of the teachers.
+    """
     known = labels != UNKNOWN
-    target = (labels == 1).float()
-    soft = target * (1 - 2 * SMOOTH) + SMOOTH
-    each = functional.binary_cross_entropy_with_logits(logits, soft, reduction="none")
+    probabilities = np.where(labels == 1, 1 - SMOOTH, SMOOTH)
+    if taught is not None:
+        told = 1 / (1 + np.exp(-taught))
+        probabilities = np.where(known, probabilities * (1 - TAUGHT) + told * TAUGHT, told)
+        known = np.ones_like(known)
+    return probabilities.astype(np.float32), known
+
+
+def loss_of(
+    found: tuple[Tensor, Tensor], targets: Tensor, known: Tensor, vectors: Tensor, weights: Tensor
+) -> Tensor:
+    """Cross-entropy of the targets that are known, and squared error of the numbers by weight."""
+    logits, numbers = found
+    each = functional.binary_cross_entropy_with_logits(logits, targets, reduction="none")
     off = weights * (numbers - vectors) ** 2
     return (each * known).sum() / known.sum().clamp(min=1) + NUMBERS * off.mean()
 
 
-def split(sources: np.ndarray, real: np.ndarray) -> np.ndarray:
-    """(N,) bool: the examples that are held out."""
+def split(sources: np.ndarray, real: np.ndarray, folds: int, fold: int) -> np.ndarray:
+    """(N,) bool: the examples of one of the folds, which are held out."""
     person = np.cumsum(real)  # what is painted follows its face
     held = np.zeros(len(real), bool)
     for source in np.unique(sources):
         of = np.unique(person[sources == source])
-        first = of[int(len(of) * (1 - HELD_OUT))]
-        held |= (sources == source) & (person >= first)
+        first, end = len(of) * fold // folds, len(of) * (fold + 1) // folds
+        held |= (sources == source) & np.isin(person, of[first:end])
     return held
 
 
+def teachers_of(odds: list[np.ndarray], data: dict[str, np.ndarray]) -> np.ndarray:
+    """The log-odds (N, labels) of one net for each fold: of the net that did not learn from a face,
+    and of faces without labels, which none learned from, the mean.
+    """
+    labels, taught = data["labels"], np.mean(odds, 0)
+    labelled = (labels != UNKNOWN).any(1)
+    for fold, told in enumerate(odds):
+        held = labelled & split(data["sources"], data["real"], len(odds), fold)
+        taught[held] = told[held]
+    return taught
+
+
 @torch.no_grad()
-def scores_of(net: nn.Module, inputs: np.ndarray) -> np.ndarray:
+def scores_of(net: nn.Module, inputs: Tensor) -> np.ndarray:
     """Log-odds (N, labels): the mean over each picture and its mirror image."""
     net.eval()
     found = []
-    for at in range(0, len(inputs), 128):
-        rgb8 = inputs[at : at + 128]
-        one, other = (net(torch.from_numpy(each))[0] for each in (rgb8, mirrored(rgb8)))
-        found.append((one + other) / 2)
+    for rgb8 in inputs.split(128):
+        other = torch.from_numpy(mirrored(rgb8.cpu().numpy())).to(rgb8.device)
+        found.append((net(rgb8)[0] + net(other)[0]) / 2)
     net.train()
-    return torch.cat(found).numpy()
+    return torch.cat(found).cpu().numpy()
 
 
 def train(options: argparse.Namespace) -> None:
-    torch.manual_seed(0)
+    torch.manual_seed(options.seed)
     torch.set_num_threads(options.threads)
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(options.seed)
     data = _read(options.data)
-    inputs, labels, real = data["inputs"], data["labels"], data["real"]
-    held = split(data["sources"], real)
-    shown, painted = np.flatnonzero(real & ~held), np.flatnonzero(~real & ~held)
-    share = _shares(labels[shown])
-    net = MakeupNet(labels.shape[1], data["vectors"].shape[1])
+    labels, real = data["labels"], data["real"]
+    odds = [np.load(path) for path in options.teachers]
+    if options.older:
+        older = log_odds(options.older, data["inputs"])
+        odds = [(told + older) / 2 for told in odds]
+    taught = teachers_of(odds, data) if odds else None
+    held = split(data["sources"], real, options.folds, options.fold)
+    labelled = (labels != UNKNOWN).any(1)
+    shown, painted = np.flatnonzero(real & labelled & ~held), np.flatnonzero(~real & ~held)
+    others = np.flatnonzero(~labelled)
+    share, batch = _shares(labels[shown]), options.batch
+    few = round(batch * PAINTED_SHARE)
+    more = round(batch * UNLABELLED_SHARE) if odds and len(others) else 0
+    net = MakeupNet(labels.shape[1], data["vectors"].shape[1], options.size).to(options.device)
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
     state.resume()
-    began, few = time.monotonic(), round(BATCH * PAINTED_SHARE)
+    inputs, *truth = (
+        torch.from_numpy(each).to(options.device)
+        for each in (data["inputs"], *targets_of(labels, taught), data["vectors"], data["weights"])
+    )
+    began = time.monotonic()
     for step in range(state.step, options.steps):
-        at = np.concatenate([rng.choice(shown, BATCH - few, p=share), rng.choice(painted, few)])
-        batch = (torch.from_numpy(data[key][at]) for key in ("labels", "vectors", "weights"))
-        loss = loss_of(net(varied(torch.from_numpy(inputs[at]))), *batch)
+        drawn = [rng.choice(shown, batch - few - more, p=share)]
+        drawn += [rng.choice(others, more)] if more else []
+        drawn += [rng.choice(painted, few)]
+        at = torch.from_numpy(np.concatenate(drawn)).to(options.device)
+        loss = loss_of(net(varied(inputs[at])), *(each[at] for each in truth))
         state.learn(loss, rate_at(step, options.steps, RATE, WARM_UP), CLIP)
-        if state.step % 200 == 0:
+        if state.step % options.report == 0 or state.step == options.steps:
             seconds = time.monotonic() - began
-            print(
-                f"step {state.step}, {seconds:.0f} s, loss {float(loss.detach()):.3f}", flush=True
-            )
-        if state.step % 500 == 0 or state.step == options.steps:
+            print(f"step {state.step}, {seconds:.0f} s, loss {float(loss.detach()):.3f}")
             state.save(("makeup", labels.shape[1]))
-            _report(state.average.module, inputs, labels, held & real)
-            export(state.average.module, options.out)
+            average = state.average.module
+            _report(scores_of(average, inputs[torch.from_numpy(held & real)]), labels[held & real])
+    average = state.average.module.cpu()
+    np.save(options.out.with_suffix(".npy"), scores_of(average.to(options.device), inputs))
+    export(average.cpu(), options.out)
 
 
 def _read(paths: list[Path]) -> dict[str, np.ndarray]:
@@ -158,11 +229,11 @@ def _shares(labels: np.ndarray) -> np.ndarray:
     return np.asarray(share / share.sum())
 
 
-def _report(net: nn.Module, inputs: np.ndarray, labels: np.ndarray, which: np.ndarray) -> None:
-    scores, areas = scores_of(net, inputs[which]), []
+def _report(scores: np.ndarray, labels: np.ndarray) -> None:
+    areas = []
     for column in range(labels.shape[1]):
-        known = labels[which, column] != UNKNOWN
-        areas.append(area_under_curve(scores[known, column], labels[which, column][known] == 1))
+        known = labels[:, column] != UNKNOWN
+        areas.append(area_under_curve(scores[known, column], labels[known, column] == 1))
     print(f"held out: area under curve {', '.join(f'{area:.3f}' for area in areas)}", flush=True)
 
 
@@ -180,6 +251,17 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, nargs="+", required=True)
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--size", choices=list(CHANNELS), default="small")
     parser.add_argument("--steps", type=int, default=6000)
+    parser.add_argument("--batch", type=int, default=40)
+    parser.add_argument("--report", type=int, default=500, help="after so many steps, and save")
+    parser.add_argument("--folds", type=int, default=FOLDS)
+    parser.add_argument("--fold", type=int, default=FOLDS - 1, help="the one that is held out")
+    parser.add_argument("--teachers", type=Path, nargs="+", default=[],
+                        help="log-odds by nets of all folds, in the order of the folds")  # fmt: skip
+    parser.add_argument("--older", type=Path, metavar="NET.onnx",
+                        help="an exported net, averaged with each of the teachers")  # fmt: skip
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--device", default="cpu")
     parser.add_argument("--threads", type=int, default=2)
     train(parser.parse_args())

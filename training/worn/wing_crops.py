@@ -23,7 +23,7 @@ from makeup_video.pipeline.reference.wing import (
 )
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.worn.draw_looks import draw_look, read_shades
-from makeup_video.training.worn.prepare import LABELS, labelled_faces, options_of
+from makeup_video.training.worn.prepare import LABELS, labelled_faces, parser_of
 
 SHARES = {"eyeshadow": 0.55, "eyeliner": 0.78}
 _LEAST_OPACITY = 0.3  # of a liner that can be seen
@@ -138,4 +138,4 @@ def pack(options: argparse.Namespace) -> None:
 
 
 if __name__ == "__main__":
-    pack(options_of(__doc__, looks=5))
+    pack(parser_of(__doc__, looks=5).parse_args())
