@@ -37,6 +37,7 @@ from makeup_video.pipeline.reference.fit_blush import fit_blush
 from makeup_video.pipeline.reference.fit_lips import fit_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.liner import liner
+from makeup_video.pipeline.reference.lower_line import lower_line
 from makeup_video.pipeline.reference.nets import MAKEUP, WING, forget_nets, loading, reference_net
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
@@ -231,7 +232,8 @@ def _eyeliner(photo: _Photo) -> list[Layer]:
         return []
     wing = read_wing(photo.rgb8, photo.face)
     read = photo.makeup.layers["eyeliner", ""]
-    return [liner(read, wing, photo.makeup.worn["eyeliner"])]
+    lower = lower_line(photo.colours.eyes)
+    return [liner(read, wing, lower, photo.makeup.worn["eyeliner"])]
 
 
 def _blush(photo: _Photo) -> list[Layer]:

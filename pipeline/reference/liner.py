@@ -13,16 +13,20 @@ _LEAST_OPAQUE = 0.85  # a thin line in a small photo looks sheerer than it is
 # The probability from which all of that is painted, and what share of it is painted of a line that
 # is hardly likely: beside a heavy line thin ones, or mere lashes, are read as less likely.
 _ALL_FROM, _UNLIKELY_SHARE = 0.8, 0.5
-_LEAST_LOWER = 0.32  # less is none: a net that is not sure returns a little
 
 
-def liner(read: ReadLayer, wing: Wing | None, probability: float = 1.0) -> Layer:
-    """The layer of a liner that is worn.  wing: None for none.  probability: that it is worn; the
-    less likely, the sheerer."""
+def liner(
+    read: ReadLayer, wing: Wing | None, lower: float = 0.0, probability: float = 1.0
+) -> Layer:
+    """The layer of a liner that is worn.
+
+    wing: None for none.  lower: the dial of the lower line, 0 for none.  probability: that the
+    liner is worn; the less likely, the sheerer.
+    """
     kind = KINDS["eyeliner"]
     shape = {"thickness": read.shape["thickness"]}
-    if read.shape["lower"] >= _LEAST_LOWER:
-        shape["lower"] = read.shape["lower"]
+    if lower:
+        shape["lower"] = lower
     if wing is not None:
         shape |= {"wing": wing.length, "wing_angle": wing.angle}
     worn = product(read.rgb, kind.first_finish, kind.part)

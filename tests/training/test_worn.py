@@ -120,7 +120,17 @@ def test_packed_faces_have_all_that_is_read_later(tmp_path):
     for name in ("lip_shades.csv", "eyeshadow_shades.csv"):
         (tmp_path / name).write_text("hex\n#B4002E\n")
     out = tmp_path / "packed.npz"
-    pack(Namespace(faces=tmp_path, sets=["faces"], shades=tmp_path, looks=1, seed=0, out=out))
+    pack(
+        Namespace(
+            faces=tmp_path,
+            sets=["faces"],
+            shades=tmp_path,
+            looks=1,
+            seed=0,
+            out=out,
+            unlabelled=False,
+        )
+    )
     with np.load(out) as packed:
         assert {len(packed[name]) for name in packed} == {2}  # bare, and with a look
         assert {"inputs", "labels", "vectors", "weights", "sources", "real", "colours"} == set(

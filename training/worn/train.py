@@ -258,7 +258,7 @@ if __name__ == "__main__":
     parser.add_argument("--folds", type=int, default=FOLDS)
     parser.add_argument("--fold", type=int, default=FOLDS - 1, help="the one that is held out")
     parser.add_argument("--teachers", type=Path, nargs="+", default=[],
-                        help="log-odds by nets of all folds, in the order of the folds")  # fmt: skip
+                        help="log-odds by nets of all folds, in their order")  # fmt: skip
     parser.add_argument("--older", type=Path, metavar="NET.onnx",
                         help="an exported net, averaged with each of the teachers")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0)

@@ -10,6 +10,7 @@ from people import SAMPLES
 
 
 def test_each_net_is_loaded_once_while_the_photo_is_decoded(monkeypatch):
+    nets.forget_nets()  # that earlier tests left
     loaded = []
 
     class Noted(Net):
