@@ -33,7 +33,7 @@ _ROUGHEST = 0.4  # rougher gloss is a veil, and what is seen are highlights
 # difference of light lips are matte, and by how much more painted lips with a gloss of 1 differ.
 _HIGHLIGHTS, _MATTE, _GLOSSY, _MOST_GLOSS = (75, 99), 0.07, 0.16, 1.2
 _PALE, _PALER = 60.0, 0.5  # L* on typical skin; what is lighter is lighter by this share of it
-_OWN_HUE = 0.7  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
+_OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
 # The gradient of a lipstick that fades, for how much it fades, and at most; and how much less of it
 # the median of the lips shows, for the square of the gradient: measured on painted lips.
 _STEEPER, _MOST_GRADIENT, _THINNER = 1.3, 0.8, 0.37

@@ -18,6 +18,7 @@ _OWN_LIGHT = 0.4  # how much of the difference of L* is the person's: tried betw
 # Of what skin is darker than that, in L*, that share is the person's: no photo is so underexposed.
 _DARK, _OWN_DARK = 12.0, 0.8
 _BRIGHT = 1.5  # colours down to one part in so much of the skin's L* show all of the light's hue
+_BLACK = 16.0  # what L* lacks to be in proportion to the cube root of light
 _FAINTEST = 1e-4
 
 
@@ -40,12 +41,15 @@ class TypicalSkin:
     def roots(self, roots: np.ndarray) -> np.ndarray:
         """Roots of shares of the photo's skin (..., 3) -> of this skin: as different in CIELAB.
 
-        The darker a colour is, the less it shows the hue of the light: black stays black.
+        The darker a colour is, the less it shows the hue of the light: black stays black. Where the
+        photo's skin is too light, all colours lose the same share of their light, as in a shorter
+        exposure: reds do not become black.
         """
         lab, skin = lab_of_linear(roots * roots * self.seen), lab_of_linear(self.seen)
+        off = lab_of_linear(self.linear) - skin
         moved = np.repeat(np.clip(_BRIGHT * lab[..., :1] / skin[0], 0, 1), 3, axis=-1)
-        moved[..., 0] = 1
-        here = linear_of_lab(lab + moved * (lab_of_linear(self.linear) - skin))
+        moved[..., 0] = (lab[..., 0] + _BLACK) / (skin[0] + _BLACK) if off[0] < 0 else 1
+        here = linear_of_lab(lab + moved * off)
         shares: np.ndarray = np.sqrt(np.maximum(here, _FAINTEST) / self.linear)
         return shares
 

@@ -33,6 +33,7 @@ _LONGEST_PX = 700
 _ODD = UNUSABLE | {"p"}  # flags: face paint, in square pixels, as well
 _SHEET_PX = 300
 _BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+_ALARMS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)  # where the ROC curves are told
 
 
 @dataclass
@@ -54,6 +55,10 @@ class Worn:
     def alarms_at(self, found: float) -> float:
         """The share of bare faces read as worn where this share of clear ones is found."""
         return float((np.array(self.bare) >= np.quantile(self.clear, 1 - found)).mean())
+
+    def found_at(self, alarms: float) -> float:
+        """The share of clear ones that is found where this share of bare faces is read as worn."""
+        return float((np.array(self.clear) >= np.quantile(self.bare, 1 - alarms)).mean())
 
 
 def read(path: Path) -> np.ndarray:
@@ -131,7 +136,7 @@ def section(
 ) -> str:
     """The section as Markdown, down to the end of its tables.
 
-    made_up: further labelled faces, for the reliability of the probabilities alone.
+    made_up: further labelled faces, for ROC curves and the reliability of the probabilities alone.
     """
     rows = []
     for name, kind in LABELS.items():
@@ -161,6 +166,10 @@ def section(
         )
         for name in LABELS
     }
+    roc = [
+        [kind, *(f"{everyone[name].found_at(alarms):.0%}" for alarms in _ALARMS)]
+        for name, kind in LABELS.items()
+    ]
     curves = [
         [
             kind,
@@ -172,6 +181,7 @@ def section(
     return _PAGE.format(
         worn=_table(head, rows),
         zones=_table(["zone", "photos", "comes across", "a perfect transfer"], zones),
+        roc=_table(["kind", *(f"{alarms:.0%}" for alarms in _ALARMS)], roc),
         curves=_table(["kind", *bins], curves),
     )
 
@@ -204,7 +214,12 @@ bare faces differ as well. Photos count in the zones where they are clearly made
 
 {zones}
 
-Of all these faces, bare, labelled and made up, with a probability in each column, so many wear that
+ROC curves over all these faces, bare, labelled and made up: of the clear ones so many are found
+where that many of the bare ones are read as worn:
+
+{roc}
+
+Of the same faces with a probability in each column, so many wear that
 kind clearly:
 
 {curves}

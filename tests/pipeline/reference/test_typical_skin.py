@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import SRGB, to_encoded
 from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
-from makeup_video.pipeline.reference.neutral_face import neutral_face
+from makeup_video.pipeline.reference.neutral_face import LUMINANCE, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.reference.typical_skin import TYPICAL, TypicalSkin
 from people import portrait
@@ -71,6 +71,14 @@ def test_what_is_darker_than_skin_stays_darker(seen, share):
     skin = skin_of(seen)
     lightness = lab_of_linear(skin.roots(np.sqrt(share)) ** 2 * skin.linear)[0]
     assert lightness <= lab_of_linear(skin.linear)[0] + 1e-6
+
+
+@given(st.floats(0.6, 1), st.floats(0.05, 1))
+def test_grey_beside_too_light_skin_loses_as_much_light(light, share):
+    skin = skin_of(np.full(3, light))
+    grey = skin.roots(np.full(3, np.sqrt(share))) ** 2 * skin.linear @ LUMINANCE
+    lost = float(skin.linear @ LUMINANCE) / light
+    assert lost >= 1 or abs(float(grey) - lost * light * share) < 0.01
 
 
 @given(LIGHT)
