@@ -34,6 +34,7 @@ _PALE = 78.0, 82.0  # L* of skin from which on it is a little pale, and wholly
 _VIVID_FROM, _SOFTER = 34.0, 12.0
 _RED = 8.0  # how much redder than skin a colour is wholly red, in a*
 _CALMER = 0.25  # how much less vivid soft reds and browns become beside pale skin
+_LESS_YELLOW = 0.3  # of what makes soft colours yellower than skin: with all of it browns are orange
 _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 # Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
 _WARMEST, _LID_TO = 75, 1.4
@@ -79,7 +80,8 @@ def fit_shadows(
 
 
 def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
-    """Roots (27, 24, 3) of which soft reds and browns beside pale skin are less vivid.
+    """Roots (27, 24, 3) of which soft reds and browns beside pale skin are less vivid, and all soft
+    colours less yellow.
 
     Typical skin is darker than pale skin, and what differs from it by as much in CIELAB is more
     vivid: rose-brown became orange. Vivid colours stay so.  own: (3,) linear, the photo's skin.
@@ -88,10 +90,17 @@ def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
     first, last = _PALE
     pale = min(max((light - first) / (last - first), 0), 1)
     hue = lab[..., 1:] - plain[1:]
-    soft = np.clip((_VIVID_FROM - np.linalg.norm(hue, axis=-1, keepdims=True)) / _SOFTER, 0, 1)
     red = np.clip(hue[..., :1] / _RED, 0, 1)
-    lab[..., 1:] -= pale * soft * red * _CALMER * hue
+    hue -= pale * _softness(hue) * red * _CALMER * hue
+    hue[..., 1:] -= _LESS_YELLOW * _softness(hue) * np.maximum(hue[..., 1:], 0)
+    lab[..., 1:] = plain[1:] + hue
     return skin.roots_of(lab)
+
+
+def _softness(hue: np.ndarray) -> np.ndarray:
+    """(..., 1): 1 for soft colours, 0 for vivid ones; hue: (..., 2), how they differ from skin."""
+    soft: np.ndarray = (_VIVID_FROM - np.linalg.norm(hue, axis=-1, keepdims=True)) / _SOFTER
+    return np.clip(soft, 0, 1)
 
 
 def _shaded(seen: np.ndarray, bare: np.ndarray) -> np.ndarray:
