@@ -5,6 +5,7 @@ usual places (first_shadows.py) are then spread as they are seen (spread_shadows
 has a density map.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +35,9 @@ _PALE = 78.0, 82.0  # L* of skin from which on it is a little pale, and wholly
 _VIVID_FROM, _SOFTER = 34.0, 12.0
 _RED = 8.0  # how much redder than skin a colour is wholly red, in a*
 _CALMER = 0.25  # how much less vivid soft reds and browns become beside pale skin
-_LESS_YELLOW = 0.3  # of what makes soft colours yellower than skin: with all of it browns are orange
+_LESS_YELLOW = (
+    0.3  # of what makes soft colours yellower than skin: with all of it browns are orange
+)
 _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 # Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
 _WARMEST, _LID_TO = 75, 1.4
@@ -47,6 +50,10 @@ _COLDEST, _DENSE, _COLDER = 5, 0.5, 4.0
 # shadow that is hardly likely.
 _ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
 _DARK = 0.25  # luminance, as a share of skin's, below which shine looks like dust
+# Colours like brow hair: wholly as dark, and a little, as shares of skin's luminance; less cold,
+# less green and less vivid than that, in b*, a* and chroma. They fade out over these heights.
+_HAIR_DARK, _HAIR_COLD, _HAIR_GREEN, _HAIR_VIVID = (0.125, 0.25), -15.0, -10.0, 35.0
+_BROW = 1.1, 1.7
 _HARDLY = 0.05  # an opacity up to which a layer is not worth painting
 
 
@@ -75,6 +82,7 @@ def fit_shadows(
     first = first_shadows(shown, cells, skin.most())
     found = spread(shown, cells, *first, skin.most(), lined)
     found = replace(found, roots=_no_colder(found, shown, skin, neutral.light))
+    found = replace(found, densities=_without_brows(found, skin))
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
     return _layers(found, skin, finish, share)
 
@@ -147,6 +155,22 @@ def _no_colder(found: Spread, seen: np.ndarray, skin: TypicalSkin, light: np.nda
             lab[1:] += warm * colder[1:]
             root[:] = skin.roots_of(lab)
     return roots
+
+
+def _without_brows(found: Spread, skin: TypicalSkin) -> np.ndarray:
+    """(N, 27, 24): the densities, where those of black, grey and brown fade out above the crease:
+    low brows and the shade below them, which looked like blotches of smoke, lie there."""
+    above = heights(True)
+    low, high = _BROW
+    fades = np.clip((high - above) / (high - low), 0, 1)[:, None]
+    densities = found.densities.copy()
+    for root, density in zip(found.roots, densities, strict=True):
+        _, a, b = skin.lab(root).tolist()
+        if b > _HAIR_COLD and a > _HAIR_GREEN and math.hypot(a, b) < _HAIR_VIVID:
+            first, last = _HAIR_DARK
+            like_hair = np.clip((last - root**2 @ LUMINANCE) / (last - first), 0, 1)
+            density[: len(above)] *= 1 - like_hair + like_hair * fades
+    return densities
 
 
 def _layers(found: Spread, skin: TypicalSkin, finish: str, share: float) -> list[Layer]:

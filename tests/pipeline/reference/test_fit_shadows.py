@@ -1,0 +1,71 @@
+"""What is made of the colours around the eyes: hair is no makeup, soft browns are no orange."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from makeup_video.pipeline import Look, apply_look, product
+from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.look.ciede2000 import lab_of, linear_of_lab
+from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.look.params import rgb_of_hex
+from makeup_video.pipeline.reference.fit_shadows import fit_shadows
+from makeup_video.pipeline.reference.flat_eyes import density, flat_eyes, flat_places
+from makeup_video.pipeline.reference.neutral_face import neutral_face
+from makeup_video.pipeline.reference.photo_light import photo_light
+from people import portrait
+from reference_photos import face
+
+LID = product((90, 58, 46), "matte", "eyes")
+FULL = {"slot": "full"}
+
+
+def neutral_of(rgb8):
+    return neutral_face(rgb8, face(), photo_light(rgb8, face()))
+
+
+@cache
+def bare():
+    return neutral_of(portrait())
+
+
+def opacity_read(rgb, above):
+    """Of the shadow in one colour from the lashes to the brow: how much is read above a height."""
+    worn = replace(product(rgb, "matte", "eyes"), opacity=0.9)
+    neutral = neutral_of(apply_look(portrait(), Look([Layer("eyeshadow", worn, FULL)]), [face()]))
+    across, height = flat_places()
+    there = np.ix_(height > above, (across > 0.2) & (across < 0.9))
+    layers = fit_shadows(neutral, flat_eyes(neutral), LID)
+    return max((one.product.opacity * density(one)[there].max() for one in layers), default=0.0)
+
+
+@pytest.mark.parametrize("hair", [(12, 10, 10), (40, 28, 22)])
+def test_what_may_be_brow_hair_is_not_painted_below_the_brow(hair):
+    assert opacity_read(hair, 1.5) < 0.15 < opacity_read(hair, 0.2)
+
+
+@pytest.mark.parametrize("shadow", [(20, 40, 150), (0, 110, 40), (110, 20, 160)])
+def test_colours_that_no_hair_has_go_up_to_the_brow(shadow):
+    assert opacity_read(shadow, 1.5) > 0.3
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(2, 8), st.floats(8, 16))
+def test_soft_browns_are_less_yellow_than_they_are_seen(red, yellow):
+    dense = density(Layer("eyeshadow", LID, FULL))[..., None]
+    eyes = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
+    plain = np.array([72.0, 12.0, 14.0])
+    skin = linear_of_lab(plain)
+
+    def yellowness(more):
+        brown = np.sqrt(linear_of_lab(plain + np.array([-14, red, more])) / skin)
+        seen = (eyes * ((1 - dense) + dense * brown)).astype(np.float32)
+        layers = fit_shadows(replace(bare(), skin=skin), seen, LID)
+        labs = lab_of(np.array([rgb_of_hex(one.product.hex) for one in layers]))
+        amounts = np.array([one.product.opacity * density(one).mean() for one in layers])
+        return float(amounts @ (labs[:, 2] - 14))
+
+    assert yellowness(yellow) > yellowness(0)  # still yellower than what is not
