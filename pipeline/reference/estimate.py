@@ -238,7 +238,7 @@ def _eyeliner(photo: _Photo) -> list[Layer]:
 
 def _blush(photo: _Photo) -> list[Layer]:
     seen, shape = photo.colours, photo.makeup.layers["blush", ""].shape
-    return fit_blush(seen.neutral, seen.cheeks, shape)
+    return fit_blush(seen.neutral, seen.cheeks, shape, photo.makeup.worn["blush"])
 
 
 # By kind: its layers in a photo that wears it.

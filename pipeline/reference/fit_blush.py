@@ -9,11 +9,15 @@ from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.cheeks import COVER, RESPONSE, Cheeks, density
+from makeup_video.pipeline.reference.film import likely_share
 from makeup_video.pipeline.reference.flush import Flush, find_flush
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 _OPACITY = 0.5
+# The probability from which all of the opacity is painted, and what share of it is painted of a
+# blush that is hardly likely.
+_ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
 _OWN_HUE = 0.4  # of the photo's skin, as of TypicalSkin
 _LEAST_RED = 0.02  # by how much more red than green it leaves, in roots of shares of skin
 # By how much more blue than red it leaves a cheek that is no lighter than that: no light does both.
@@ -40,7 +44,7 @@ _REDDENS, _ROSE = 0.12, np.array([-0.12, -0.55, -0.48])
 # A blush that stands out from the cheek around it: by how much more red than green one of opacity 1
 # leaves, for the logarithm of that of the light, and at least and at most of it. Faint blush is
 # painted more vivid than it is seen, strong blush less.
-_TINT, _FAINTER, _LEAST_PATCH, _MOST_RED = 0.84, 0.6, 0.1, 0.45
+_TINT, _FAINTER, _LEAST_PATCH, _MOST_RED = 0.68, 0.6, 0.1, 0.45
 _DARK = -0.25  # by how much less light a dark blush leaves, as contours are
 _DARKENS = 0.35  # by how much less light it leaves for what it reddens
 # By how much more blue than green it leaves for what it reddens: more, where nothing tells it but
@@ -52,10 +56,16 @@ _KIND = KINDS["blush"]
 
 
 def fit_blush(
-    neutral: NeutralFace, cheeks: Cheeks | None, shape: Mapping[str, float]
+    neutral: NeutralFace,
+    cheeks: Cheeks | None,
+    shape: Mapping[str, float],
+    probability: float = 1.0,
 ) -> list[Layer]:
     """The blush that fits, of a given shape or of that in which it stands out from the cheek; none
-    where nothing like blush is seen."""
+    where nothing like blush is seen.
+
+    probability: that blush is worn; the less likely, the sheerer.
+    """
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     found = None
     if cheeks is not None:
@@ -64,7 +74,8 @@ def fit_blush(
         return []
     roots, shape = found
     worn = product(skin.codes(roots), _KIND.first_finish, _KIND.part)
-    return [Layer("blush", replace(worn, opacity=_OPACITY), dict(shape))]
+    opacity = round(_OPACITY * likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE), 3)
+    return [Layer("blush", replace(worn, opacity=opacity), dict(shape))]
 
 
 def _fitted(

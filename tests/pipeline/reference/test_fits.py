@@ -267,6 +267,19 @@ def test_lips_beside_skin_that_is_too_dark_are_not_chalk():
     assert lab[0] < 75 and lab[1] > 15
 
 
+@given(st.floats(0, 1))
+def test_blush_is_the_sheerer_the_less_likely_it_is(probability):
+    neutral = wearing_nothing()
+    cheeks = replace(see_cheeks(neutral), roots=see_cheeks(neutral).roots * [1.0, 0.85, 0.88])
+    sure, doubtful = (
+        [layer.product.opacity for layer in fit_blush(neutral, cheeks, {}, share)]
+        for share in (1.0, probability)
+    )
+    assert len(sure) == len(doubtful) == 1
+    assert 0.59 * sure[0] <= doubtful[0] <= sure[0]
+    assert probability < 0.3 or doubtful == sure
+
+
 @settings(max_examples=8, deadline=None)
 @given(st.floats(10, 18), st.floats(0, 8))
 def test_soft_browns_of_pale_skin_are_less_vivid(red, yellow):
