@@ -107,8 +107,10 @@ def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
 
 def _softness(hue: np.ndarray) -> np.ndarray:
     """(..., 1): 1 for soft colours, 0 for vivid ones; hue: (..., 2), how they differ from skin."""
-    soft: np.ndarray = (_VIVID_FROM - np.linalg.norm(hue, axis=-1, keepdims=True)) / _SOFTER
-    return np.clip(soft, 0, 1)
+    soft: np.ndarray = np.clip(
+        (_VIVID_FROM - np.linalg.norm(hue, axis=-1, keepdims=True)) / _SOFTER, 0, 1
+    )
+    return soft
 
 
 def _shaded(seen: np.ndarray, bare: np.ndarray) -> np.ndarray:
