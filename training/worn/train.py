@@ -1,6 +1,7 @@
 """Trains the net that reads what is worn, and exports it.
 
-    python -m makeup_video.training.worn.train --data runs/*.npz --out runs/reference_makeup.onnx
+    python -m makeup_video.training.worn.train --data runs/portraits.npz runs/wild.npz \
+        --out runs/reference_makeup.onnx
 
 Light, colour, sharpness and noise vary as in photos. One fold of the real faces of a set is held
 out, with what was painted on them: neighbours in a set are often the same person. Beside the net
