@@ -33,7 +33,7 @@ def test_the_darker_the_skin_the_sooner_there_is_a_line(one, other):
     assert lower_line(eyes_of(low)) >= lower_line(eyes_of(high))
 
 
-def test_bare_eyes_and_eyes_that_are_not_seen_have_no_lower_line():
+def test_bare_and_hidden_eyes_have_no_lower_line():
     assert lower_line(eyes_of(0.9)) == lower_line(None) == 0
     assert lower_line(eyes_of(0.3)) > 0
 
