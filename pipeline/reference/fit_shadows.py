@@ -35,9 +35,7 @@ _PALE = 78.0, 82.0  # L* of skin from which on it is a little pale, and wholly
 _VIVID_FROM, _SOFTER = 34.0, 12.0
 _RED = 8.0  # how much redder than skin a colour is wholly red, in a*
 _CALMER = 0.25  # how much less vivid soft reds and browns become beside pale skin
-_LESS_YELLOW = (
-    0.3  # of what makes soft colours yellower than skin: with all of it browns are orange
-)
+_LESS_YELLOW = 0.3  # of what makes soft colours yellower than skin: browns came out orange
 _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 # Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
 _WARMEST, _LID_TO = 75, 1.4

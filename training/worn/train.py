@@ -209,8 +209,8 @@ def train(options: argparse.Namespace) -> None:
             state.save(("makeup", labels.shape[1]))
             average = state.average.module
             _report(scores_of(average, inputs[torch.from_numpy(held & real)]), labels[held & real])
-    average = state.average.module.cpu()
-    np.save(options.out.with_suffix(".npy"), scores_of(average.to(options.device), inputs))
+    average = state.average.module
+    np.save(options.out.with_suffix(".npy"), scores_of(average, inputs))
     export(average.cpu(), options.out)
 
 

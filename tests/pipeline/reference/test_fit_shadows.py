@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.look.ciede2000 import lab_of, linear_of_lab
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import rgb_of_hex
+from makeup_video.pipeline.reference import fit_shadows as shadows
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.flat_eyes import density, flat_eyes, flat_places
 from makeup_video.pipeline.reference.neutral_face import neutral_face
@@ -68,4 +70,7 @@ def test_soft_browns_are_less_yellow_than_they_are_seen(red, yellow):
         amounts = np.array([one.product.opacity * density(one).mean() for one in layers])
         return float(amounts @ (labs[:, 2] - 14))
 
-    assert yellowness(yellow) > yellowness(0)  # still yellower than what is not
+    less = yellowness(yellow)
+    with patch.object(shadows, "_LESS_YELLOW", 0.0):
+        as_seen = yellowness(yellow)
+    assert yellowness(0) < less < as_seen  # still yellower than what is not
