@@ -261,6 +261,25 @@ def test_a_black_and_white_portrait_is_left_out(tmp_path):
         assert (prepare.entry_of(path) is not None) == is_packed
 
 
+def test_only_what_is_labelled_as_bare_is_painted(tmp_path):
+    table = "name,lips,shadow,liner,blush,flags\n" + "\n".join(
+        ("none.jpg,0,0,0,0,", "lips.jpg,2,0,0,0,", "liner.jpg,0,0,2,0,", "shadow.jpg,1,2,0,0,",
+         "unsure.jpg,1,0,1,0,", "hidden.jpg,0,0,0,0,h", "unusable.jpg,0,0,0,0,x")
+    )  # fmt: skip
+    (tmp_path / "worn.csv").write_text(table + "\n")
+    names = [f"{name}.jpg" for name in
+             "none lips liner shadow unsure hidden unusable unlabelled".split()]  # fmt: skip
+    bare = prepare.labelled_bare(tmp_path, np.array(names))
+    assert bare["lips"].tolist() == [True, False, True, *[False] * 5]
+    assert bare["eyes"].tolist() == [True, True, *[False] * 6]
+    colours = np.random.default_rng(0).normal(size=(len(names), 10))
+    found = [
+        {"picture": np.zeros(4, np.uint8), "tone": np.int64(0), "colours": each} for each in colours
+    ]
+    packed = prepare.pack(found, np.zeros(len(names), np.int64), bare)
+    assert all((packed[f"bare_{region}"] == bare[region]).all() for region in CROPPED)
+
+
 def test_every_source_of_people_is_split_by_its_order():
     picture = cv2.imencode(".png", portrait()[..., ::-1])[1].ravel()
     found = [

@@ -1,6 +1,9 @@
 """The reference net: its initial state, its error and its training."""
 
 import pytest
+from makeup_video.pipeline.faces.net import Net
+from makeup_video.pipeline.reference.crops import CROPPED
+from makeup_video.training.reference.fixed_crops import fixed_crops
 
 
 def test_the_net_begins_at_the_mean_and_has_the_lite_sizes():
@@ -57,3 +60,20 @@ def test_dense_layers_are_trained_before_the_convolutions():
     assert (taught - targets[:16]).square().mean() < before
     assert torch.allclose(taught, torch.relu(net.head(torch.cat(
         [torch.zeros(16, 1280), net.colours(squares[:16])], 1))), atol=1e-6)  # fmt: skip
+
+
+def test_training_goes_on_from_a_shipped_reference_net():
+    torch = pytest.importorskip("torch")
+    from makeup_video.training.reference.from_onnx import WEIGHTS, restored
+    from makeup_video.training.reference.model import ReferenceNet
+    from makeup_video.training.reference.train import inputs
+
+    for region in CROPPED:
+        crops = inputs(torch.from_numpy(fixed_crops(region)))
+        net = ReferenceNet("lite0", torch.ones(7), region, shrink=2)
+        restored(WEIGHTS / f"reference_{region}.onnx", net, crops)
+        shipped = torch.tensor(Net(f"reference_{region}")(fixed_crops(region))["targets"])
+        with torch.no_grad():
+            assert (net.eval()(crops) - shipped).abs().max() < 5e-3
+            net.train().drop.eval()
+            assert (torch.relu(net(crops)) - shipped).abs().max() < 5e-3

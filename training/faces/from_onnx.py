@@ -103,13 +103,25 @@ def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
 def restore(net: nn.Module, path: Path, crops: Tensor) -> None:
     """Fill the net, in place, so that it computes what the file does, in training as well."""
     net.load_state_dict(other_weights(path, net), strict=False)
-    convs = [part for part in net.modules() if isinstance(part, Conv)]
-    seen: list[Conv] = []
+    restore_convs(net, Conv, folded_weights(path), crops)
+
+
+@torch.no_grad()
+def restore_convs(
+    net: nn.Module, kind: type[nn.Sequential], weights: list[Layer], crops: Tensor
+) -> None:
+    """Fill the convolutions of a net and their normalisations, in place.
+
+    kind: of the modules that begin with a convolution and its normalisation.  weights: of the
+    convolutions with the normalisation folded in, in the order in which they run.
+    """
+    convs = [part for part in net.modules() if isinstance(part, kind)]
+    seen: list[nn.Sequential] = []
     hooks = [part.register_forward_hook(lambda part, *_: seen.append(part)) for part in convs]
     net.eval()(crops[:1])
     for hook in hooks:
         hook.remove()
-    for part, (_, weight, bias) in zip(seen, folded_weights(path), strict=True):
+    for part, (_, weight, bias) in zip(seen, weights, strict=True):
         conv, norm = part[0], part[1]
         rows, inputs = conv.weight.shape[:2]
         conv.weight.copy_(weight[:rows, :inputs])

@@ -3,9 +3,10 @@
     python -m makeup_video.training.reference.prepare --portraits DIR --out runs/reference.npz
 
 DIR holds pictures and labels.npz with their names and, where there are several, sources. Painting
-the packed portraits needs no net. Many people in portraits wear light makeup. So the colour of lips
-and lids is predicted from that of the skin, and portraits furthest from the prediction are not
-painted.
+the packed portraits needs no net. Many people in portraits wear makeup, and those are not painted:
+DIR/worn.csv tells which lips and eyes are bare, as of worn/prepare.py. Without that table the
+colour of lips and lids is predicted from that of the skin, and the portraits furthest from the
+prediction are taken for made up.
 """
 
 import argparse
@@ -20,11 +21,13 @@ from makeup_video.pipeline.reference.crops import CROPPED
 from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 from makeup_video.training.faces.evaluate import skin_tone
+from makeup_video.training.worn.prepare import LABELS, rows
 
 # As in faces/prepare.py, the last pictures of each source are held out. The first half is for
 # validation, the second half, which no face net was trained on either, for the test.
 VALIDATION_SHARE, TEST_SHARE = 0.06, 0.08
 WORN_SHARE = 1 / 3  # of each skin tone: the portraits that look most made up
+SHOWS = {"lips": ("lips",), "eyes": ("shadow", "liner")}  # the labels of LABELS that a region shows
 TONES_DEGREES = (
     -30,
     10,
@@ -110,6 +113,17 @@ def bare(score: np.ndarray, tone: np.ndarray) -> np.ndarray:
     return kept
 
 
+def labelled_bare(folder: Path, names: np.ndarray) -> dict[str, np.ndarray]:
+    """For each region, (N,) whether it is labelled as bare; a picture without labels is not."""
+    labels = {path.name: dict(zip(LABELS, values, strict=True)) for path, values in rows(folder)}
+    return {
+        region: np.array([
+            name in labels and not any(labels[name][label] for label in shown) for name in names
+        ])
+        for region, shown in SHOWS.items()
+    }  # fmt: skip
+
+
 def split_of(source: np.ndarray) -> np.ndarray:
     """(N,) index into draw_products.SPLITS, by the order within each source."""
     split = np.zeros(len(source), np.int64)
@@ -139,18 +153,27 @@ def entry_of(path: Path) -> dict[str, np.ndarray] | None:
     }  # fmt: skip
 
 
-def pack(found: list[dict[str, np.ndarray]], split: np.ndarray) -> dict[str, np.ndarray]:
-    """One array per column; the pictures are one array of the bytes of their files."""
+def pack(
+    found: list[dict[str, np.ndarray]],
+    split: np.ndarray,
+    labelled: dict[str, np.ndarray] | None = None,
+) -> dict[str, np.ndarray]:
+    """One array per column; the pictures are one array of the bytes of their files.
+
+    labelled: by region, (N,) whether it is bare; None: as its colours tell.
+    """
     packed = {
         key: np.stack([entry[key] for entry in found]) for key in found[0] if key != "picture"
     }
     pictures = [entry["picture"] for entry in found]
     scores = made_up(packed["colours"])
+    if labelled is None:
+        labelled = {name: bare(score, packed["tone"]) for name, score in scores.items()}
     return {
         **packed, "split": split,
         "pictures": np.concatenate(pictures), "ends": np.cumsum([len(data) for data in pictures]),
         **{f"made_up_{name}": score for name, score in scores.items()},
-        **{f"bare_{name}": bare(score, packed["tone"]) for name, score in scores.items()},
+        **{f"bare_{name}": is_bare for name, is_bare in labelled.items()},
     }  # fmt: skip
 
 
@@ -179,8 +202,13 @@ def main() -> None:
     seen = [entry_of(options.portraits / name) for name in labels["name"][chosen]]
     found = [entry for entry in seen if entry is not None]
     source = labels["source"] if "source" in labels else np.full(len(labels["name"]), "")
-    split = split_of(source[chosen])[[entry is not None for entry in seen]]
-    packed = pack(found, split)
+    kept = np.array([entry is not None for entry in seen])
+    labelled = (
+        labelled_bare(options.portraits, labels["name"][chosen][kept])
+        if (options.portraits / "worn.csv").exists()
+        else None
+    )
+    packed = pack(found, split_of(source[chosen])[kept], labelled)
     print(f"{len(found)} of {len(chosen)} portraits have one face that can be painted")
     report(packed)
     options.out.parent.mkdir(parents=True, exist_ok=True)
