@@ -34,9 +34,11 @@ _ROUGHEST = 0.4  # rougher gloss is a veil, and what is seen are highlights
 _HIGHLIGHTS, _MATTE, _GLOSSY, _MOST_GLOSS = (75, 99), 0.07, 0.16, 1.2
 _PALE, _PALER = 60.0, 0.5  # L* on typical skin; what is lighter is lighter by this share of it
 _OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
-# The gradient of a lipstick that fades, for how much it fades, and at most; and how much less of it
-# the median of the lips shows, for the square of the gradient: measured on painted lips.
-_STEEPER, _MOST_GRADIENT, _THINNER = 1.3, 0.8, 0.37
+# Up to how much lips seem to fade though their lipstick is even, and the gradient of one that fades,
+# for how much more it does, and at most: so painted lips fade as much as those of the photo. And how
+# much less of it the median of the lips shows, for the square of the gradient, as measured on
+# painted lips.
+_HARDLY_FADES, _STEEPER, _MOST_GRADIENT, _THINNER = 0.11, 2.8, 0.9, 0.37
 # How light and red the border of an even lipstick is beside its middle, in CIELAB: the median of
 # 141 photos. What is darker than that by less is no rim, and by so much more a whole one; and by
 # how much more a rim differs than is seen, since it is narrow.
@@ -72,7 +74,7 @@ def fit_lips(
     pixels: as of lip_pixels.  lips: as the net reads it; kept where hardly any lips are seen.
     flat: the lips laid flat.
     """
-    gradient = min(_STEEPER * flat.fade(), _MOST_GRADIENT)
+    gradient = min(_STEEPER * max(flat.fade() - _HARDLY_FADES, 0.0), _MOST_GRADIENT)
     shape: dict[str, Any] = {"gradient": round(gradient, 3)}
     if pixels is None:
         return Layer("lipstick", lips, shape)

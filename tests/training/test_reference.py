@@ -262,13 +262,13 @@ def test_a_black_and_white_portrait_is_left_out(tmp_path):
 
 
 def test_only_what_is_labelled_as_bare_is_painted(tmp_path):
-    table = "name,lips,shadow,liner,blush,flags\n" + "\n".join(
-        ("none.jpg,0,0,0,0,", "lips.jpg,2,0,0,0,", "liner.jpg,0,0,2,0,", "shadow.jpg,1,2,0,0,",
-         "unsure.jpg,1,0,1,0,", "hidden.jpg,0,0,0,0,h", "unusable.jpg,0,0,0,0,x")
-    )  # fmt: skip
-    (tmp_path / "worn.csv").write_text(table + "\n")
-    names = [f"{name}.jpg" for name in
-             "none lips liner shadow unsure hidden unusable unlabelled".split()]  # fmt: skip
+    labels = {
+        "none": "0,0,0,0,", "lips": "2,0,0,0,", "liner": "0,0,2,0,", "shadow": "1,2,0,0,",
+        "unsure": "1,0,1,0,", "hidden": "0,0,0,0,h", "unusable": "0,0,0,0,x",
+    }  # fmt: skip
+    table = [f"{name}.jpg,{values}\n" for name, values in labels.items()]
+    (tmp_path / "worn.csv").write_text("name,lips,shadow,liner,blush,flags\n" + "".join(table))
+    names = [f"{name}.jpg" for name in (*labels, "unlabelled")]
     bare = prepare.labelled_bare(tmp_path, np.array(names))
     assert bare["lips"].tolist() == [True, False, True, *[False] * 5]
     assert bare["eyes"].tolist() == [True, True, *[False] * 6]

@@ -192,6 +192,9 @@ def test_the_whole_product_reads_a_strong_lipstick():
     found = evaluate.measure(made("lips", 4), {"ours": nets}, with_product=True)
     read, bare = (np.median(found.only(name)) for name in (evaluate.PRODUCT, evaluate.SOURCE))
     assert read < bare / 2
+    alone, fitted = (found.pair(name, "lips")[1] for name in (evaluate.ALONE, "ours"))
+    assert np.allclose(alone, alone[0], atol=1e-3) and np.ptp(fitted, axis=0).max() > 1
+    assert np.median(found.only(evaluate.ALONE)) < bare / 2
 
 
 def test_a_photo_without_a_face_leaves_the_source_as_it_is(monkeypatch):

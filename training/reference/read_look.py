@@ -120,12 +120,17 @@ def see(rgb8: np.ndarray) -> Seen | None:
     return cut(rgb8, faces[0], photo_light(rgb8, faces[0]))
 
 
+def look_of_nets(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
+    """The look as the nets tell it."""
+    regions = nets.keys() & seen.crops.keys()
+    numbers = {region: read_numbers(nets[region], seen.crops[region]) for region in regions}
+    return look_with(numbers, zone)
+
+
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     """The look that the nets read: the lipstick fitted as in the product, the eye-shadow as the net
     tells it."""
-    regions = nets.keys() & seen.crops.keys()
-    numbers = {region: read_numbers(nets[region], seen.crops[region]) for region in regions}
-    look = look_with(numbers, zone)
+    look = look_of_nets(seen, nets, zone)
     if look.lips is None:
         return look
     neutral = neutral_face(seen.rgb8, seen.face, seen.light)

@@ -193,8 +193,11 @@ def test_an_orange_blush_is_read_as_no_more_orange(red, green, opacity):
         assert seen.green - seen.blue <= 40 and seen.red - seen.green >= 30
 
 
-def test_even_cheeks_have_no_blush():
-    assert blush_of(wearing_nothing()) == []
+@given(st.floats(0.5, 1.6), st.floats(-0.015, 0.015))
+def test_cheeks_like_bare_ones_have_no_blush_in_any_light(light, warm):
+    cheeks = see_cheeks(wearing_nothing())
+    roots = light * cheeks.film().bare * [1 + warm, 1, 1 - warm]
+    assert fit_blush(wearing_nothing(), replace(cheeks, roots=roots), {}) == []
 
 
 @settings(max_examples=10, deadline=None)
