@@ -227,7 +227,7 @@ correlation of gloss is 0.88 and 0.49 (goal: 0.8); before they were trained anew
 18.8, 0.87 and 0.38.
 
 On renders the whole product reads worse than its nets, because it was made for real photographs:
-there the nets' lips come across by 0.55, and those that are measured by 0.66 (every other photo of
+there the nets' lips come across by 0.55, and those that are measured by 0.67 (every other photo of
 makeup). It takes most of what sets a photo's skin apart from typical skin for exposure, while in
 these renders it is the person's. And it calls many drawn lipsticks and eye-shadows, most of them
 sheer, bare: its thresholds let one bare real face in seven pass. Gloss is told by highlights: on
