@@ -216,7 +216,7 @@ median and 90 %:
 | --- | --- | --- |
 | then, by the nets and the correction of lips of then | 2.07, 4.57 | 2.09, 4.24 |
 | today, the nets alone | 2.29, 3.73 | 2.29, 4.23 |
-| before they were trained anew | 3.33, 7.15 | 3.03, 5.98 |
+| today, the nets alone, before they were trained anew | 3.33, 7.15 | 3.03, 5.98 |
 | today, the lips' colour as the product fits it | 3.55, 6.20 | |
 | today, the whole product, not told what is worn, and where | 4.43, 18.26 | 7.10, 14.02 |
 | the true parameters (the best possible) | 0.80, 2.64 | 0.93, 2.50 |
@@ -226,13 +226,12 @@ Of the nets alone colours are off by 9.4 (lips) and 14.0 of 255 (eyes; goal: 12)
 correlation of gloss is 0.88 and 0.49 (goal: 0.8); before they were trained anew 16.5 and
 18.8, 0.87 and 0.38.
 
-On renders the whole product reads worse than its nets, because it was made for real photographs:
-there the nets' lips come across by 0.55, and those that are measured by 0.67 (every other photo of
-makeup). It takes most of what sets a photo's skin apart from typical skin for exposure, while in
-these renders it is the person's. And it calls many drawn lipsticks and eye-shadows, most of them
-sheer, bare: its thresholds let one bare real face in seven pass. Gloss is told by highlights: on
-122 real photos whose lips are called matte, satin or glossy they have a rank correlation of 0.53
-with those words, the net's gloss 0.24; in renders the net knows it better.
+On renders the whole product reads worse than its nets, because it was made for real photographs
+([decisions](decisions/reference.md)). It takes most of what sets a photo's skin apart from
+typical skin for exposure, while in these renders it is the person's. And it calls many drawn
+lipsticks and eye-shadows, most of them sheer, bare: its thresholds let one bare real face in
+seven pass. Gloss is told by highlights, as on real photographs; in renders the net knows it
+better.
 
 The renderer paints each look with all of its 17 parameters, including those that no net estimates.
 The photos are saved as JPEG {TEST_QUALITY}. The look is then read from such a photo alone, as the

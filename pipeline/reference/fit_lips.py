@@ -34,9 +34,9 @@ _ROUGHEST = 0.4  # rougher gloss is a veil, and what is seen are highlights
 _HIGHLIGHTS, _MATTE, _GLOSSY, _MOST_GLOSS = (75, 99), 0.07, 0.16, 1.2
 _PALE, _PALER = 60.0, 0.5  # L* on typical skin; what is lighter is lighter by this share of it
 _OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
-# Up to how much lips seem to fade whose lipstick is even; the gradient of one that fades, for how
-# much more it does, and at most: so painted lips fade as those of the photo. And how much less
-# of it the median of the lips shows, for the square of the gradient: measured on painted lips.
+# An even lipstick seems to fade by up to the first of these. What a lipstick fades beyond it, times
+# the second, is its gradient, up to the third: so painted lips fade as in the photo. The fourth is
+# how much less the median of painted lips shows, for the square of the gradient.
 _HARDLY_FADES, _STEEPER, _MOST_GRADIENT, _THINNER = 0.11, 2.8, 0.9, 0.37
 # How light and red the border of an even lipstick is beside its middle, in CIELAB: the median of
 # 141 photos. What is darker than that by less is no rim, and by so much more a whole one; and by

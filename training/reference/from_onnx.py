@@ -1,7 +1,7 @@
 """Makes a checkpoint of a shipped reference net, so that training can go on from it.
 
     python -m makeup_video.training.reference.from_onnx lips --shades lip_shades.csv \\
-        --out runs/lips_first.pt
+        --out runs/lips-first.pt
 
 As training/faces/from_onnx.py does it for the nets that find faces.
 """
@@ -11,6 +11,7 @@ from pathlib import Path
 
 import cv2
 import torch
+from makeup_video.pipeline.faces.net import SHIPPED
 from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
 from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.from_onnx import layers, other_weights, restore_convs
@@ -19,7 +20,7 @@ from makeup_video.training.reference.rendered_crops import renderer
 from makeup_video.training.reference.train import AVERAGE, inputs, name_of, parser_of
 from torch import Tensor
 
-WEIGHTS = Path(__file__).parents[2] / "pipeline/weights"
+WEIGHTS = Path(str(SHIPPED))
 CROPS = 256  # from which the means and variances of the normalisations are computed
 
 
