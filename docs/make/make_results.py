@@ -49,7 +49,7 @@ class Measuring:
                 people, *halves(people), {region: self.products[region] for region in regions},
                 self.options.count, seed=at,
             )  # fmt: skip
-            found[name] = measure(made, self.nets, self.whole)
+            found[name] = measure(made, self.nets, self.whole, with_product=True)
             log(f"{name}: {self.options.count} triplets")
         return found
 

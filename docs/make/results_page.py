@@ -12,6 +12,7 @@ from makeup_video.training.reference.evaluate import (
     KNOWN,
     MEAN,
     MEASURES,
+    PRODUCT,
     SOURCE,
     TRUE,
     Measured,
@@ -36,8 +37,12 @@ PAPER_MAE = {"red": "28.25", "green": "89.93", "blue": "83.64", "gloss": "0.29 (
 PAPER_TRIPLETS = {"BeautyGAN": (0.123, 0.371, 0.093), "CA-GAN": (0.085, 0.304, 0.077),
                   "the paper": (0.083, 0.283, 0.060)}  # fmt: skip
 _RANGES = {"red": "0 to 255", "green": "0 to 255", "blue": "0 to 255", "gloss": "0 to 4"}
-_METHODS = {TRUE: "the true parameters (the best possible)", MEAN: "mean colour moved",
-            SOURCE: "source unchanged"}  # fmt: skip
+_METHODS = {
+    PRODUCT: "the whole product, not told what is worn, and where",
+    TRUE: "the true parameters (the best possible)",
+    MEAN: "mean colour moved",
+    SOURCE: "source unchanged",
+}
 _UNMEASURED, MISSED = "not measured", "**missed**"
 
 
@@ -134,7 +139,7 @@ def triplet_tables(results: Results) -> str:
     """Return a table for each combination of worn regions."""
     parts = []
     for worn, found in results.main.items():
-        methods = {results.nets[0]: "**ours**", **_METHODS}
+        methods = {results.nets[0]: "**the nets**", **_METHODS}
         rows = []
         for method, label in methods.items():
             if method not in found.scores:
@@ -206,39 +211,20 @@ def _beginning(results: Results) -> str:
 `python docs/make/make_results.py` measures what follows, down to the last heading of the page. The
 people and the products are unseen: no net was trained on them.
 
-Measured before products were given their true colours (highlights without a veil, darker
-eye-shadow), with nets that were trained on the renderer of that time. The nets have been trained
-anew since, on today's renderer and on faces that are labelled as bare. What
-`training/reference/evaluate.py` measures today on 300 photos of each, of such faces, CIEDE2000,
-median and 90 %:
-
-| | lips | eyes |
-| --- | --- | --- |
-| then, by the nets and the correction of lips of then | 2.07, 4.57 | 2.09, 4.24 |
-| today, the nets alone | 2.29, 3.73 | 2.29, 4.23 |
-| today, the nets alone, before they were trained anew | 3.33, 7.15 | 3.03, 5.98 |
-| today, the lips' colour as the product fits it | 3.55, 6.20 | |
-| today, the whole product, not told what is worn, and where | 4.43, 18.26 | 7.10, 14.02 |
-| the true parameters (the best possible) | 0.80, 2.64 | 0.93, 2.50 |
-| mean colour moved, where the product is known to be | 7.19, 14.30 | 8.08, 14.93 |
-
-Of the nets alone colours are off by 9.4 (lips) and 14.0 of 255 (eyes; goal: 12), and the rank
-correlation of gloss is 0.88 and 0.49 (goal: 0.8); before they were trained anew 16.5 and
-18.8, 0.87 and 0.38.
-
-On renders the whole product reads worse than its nets, because it was made for real photographs
-([decisions](decisions/reference.md)). It takes most of what sets a photo's skin apart from
-typical skin for exposure, while in these renders it is the person's. And it calls many drawn
-lipsticks and eye-shadows, most of them sheer, bare: its thresholds let one bare real face in
-seven pass. Gloss is told by highlights, as on real photographs; in renders the net knows it
-better.
-
 The renderer paints each look with all of its 17 parameters, including those that no net estimates.
 The photos are saved as JPEG {TEST_QUALITY}. The look is then read from such a photo alone, as the
 nets do: find the face, read the light, cut the crop, estimate seven parameters, and take the
-others from the nearest finish. The colour and the gloss of the lips are then fitted as in the
-product; the colour of the eyes is the net's, whose shine alone the product keeps. People are drawn
-so that all skin tones that occur are about equally frequent.
+others from the nearest finish. People are drawn so that all skin tones that occur are about
+equally frequent; none of them is labelled as made up.
+
+The tables measure the nets by themselves, told what is worn, and where. The product uses the
+finish that they tell, and measures colours on the photo. What it reads, not told what is worn, and
+where, stands beside the nets under [Triplets](#triplets). On renders it reads worse than its nets,
+because it was made for real photographs ([decisions](decisions/reference.md)). It takes most of
+what sets a photo's skin apart from typical skin for exposure, while in these renders it is the
+person's. And it calls many drawn lipsticks and eye-shadows, most of them sheer, bare: its
+thresholds let one bare real face in seven pass. Gloss is told by highlights, as on real
+photographs; in renders the net knows it better.
 
 ## Goals
 

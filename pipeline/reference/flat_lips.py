@@ -35,8 +35,6 @@ _BLOCKS = (slice(0, 2), slice(2, 5), slice(5, 7), slice(7, 10), slice(10, 12))
 _HALVES = (slice(0, 3), slice(3, 5), slice(5, 8))
 # Blocks in the middle of the lips: of the upper one, outer and inner, and of the lower one.
 _MIDDLES = (8, 11, 23, 26)
-# Distance that few bare lips exceed, and what each unit beyond it adds to the log-odds.
-_FURTHEST_BARE, _FOR_UNLIKE = 4.0, 3.0
 _LIPS = slice(5, 19)  # rows that lie on the lips
 _BORDERS = (slice(1, 8), slice(16, 23))  # rows about the upper and the lower border
 # Rows of the upper lip near its border and further in, which count with those of the lower lip, and
@@ -73,11 +71,13 @@ class FlatLips:
         ])  # fmt: skip
 
     def log_odds(self) -> float:
-        """That lipstick is worn. No labelled lips are blue or green, so a colour that no bare lips
-        have counts by its distance from theirs."""
-        numbers, weights = self.numbers(), _weights()
-        unlike = _FOR_UNLIKE * max(away_from_bare(numbers, _bare()) - _FURTHEST_BARE, 0.0)
-        return float(weights[:-1] @ numbers + weights[-1]) + unlike
+        """That lipstick is worn, in colours as of labelled faces: none of them is blue or green."""
+        weights = _weights()
+        return float(weights[:-1] @ self.numbers() + weights[-1])
+
+    def away(self) -> float:
+        """How far the lips are from bare ones, as of away_from_bare."""
+        return away_from_bare(self.numbers(), _bare())
 
     def bands(self) -> np.ndarray:
         """(2, 3) mean roots of both lips near their border, and further in."""

@@ -29,6 +29,13 @@ _CALIBRATION: Mapping[str, tuple[float, float, float]] = {
     "eyeliner": (0.865, 0.542, -2.415),
     "blush": (1.224, 0.479, -0.539),
 }
+# Green, pale violet, black: no labelled face wears such lipstick, but the net, which learned from
+# painted faces, too, sees it. It counts in two ways. Where the net is sure though the colours lack
+# red: from these log-odds of both on, by the product of what exceeds them; of 373 bare faces three
+# lie there, by little. And by how much further the lips are from bare ones than those hardly ever
+# are: all of it where the net's log-odds reach 1, nothing where they are below 0.
+_SEEN_BY_NET, _LACKING_RED, _FOR_LACKING = 1.0, -2.0, 2.0
+_FURTHEST_BARE, _FOR_UNLIKE = 4.0, 1.4
 # Kinds that are hardly ever worn alone: what each other kind adds to their log-odds where it is
 # certain, the power of its probability of which it adds that much otherwise, and the shift without
 # company. Fitted on the same photos. Sure eye-shadow tells a lipstick as pale as bare lips; eyes
@@ -68,16 +75,30 @@ def read_makeup(rgb8: np.ndarray, face: Face, light: SceneLight, colours: Colour
     seen = makeup_input(rgb8, face, light)
     found = reference_net(MAKEUP)(np.stack([seen, mirrored(seen)]))
     odds = zip(WORN, found["log_odds"].mean(0).tolist(), colours.log_odds().tolist(), strict=True)
-    worn = {kind: probability(kind, by_net, by_colours) for kind, by_net, by_colours in odds}
+    worn = {
+        kind: probability(kind, by_net, by_colours, colours.flat_lips.away())
+        for kind, by_net, by_colours in odds
+    }
     worn |= {kind: in_company(kind, worn) for kind in _COMPANY}
     layers = from_vector(found["numbers"].mean(0))
     return Makeup(worn, {(layer.kind, layer.slot): layer for layer in layers})
 
 
-def probability(kind: str, by_net: float, by_colours: float) -> float:
-    """That a kind is worn, from both log-odds."""
+def probability(kind: str, by_net: float, by_colours: float, away: float = 0.0) -> float:
+    """That a kind is worn, from both log-odds.
+
+    away: how far the lips are from bare ones, as of FlatLips; only lipstick depends on it.
+    """
     net, colours, shift = _CALIBRATION[kind]
-    return _share(net * by_net + colours * by_colours + shift)
+    more = _for_unusual(by_net, by_colours, away) if kind == "lipstick" else 0.0
+    return _share(net * by_net + colours * by_colours + shift + more)
+
+
+def _for_unusual(by_net: float, by_colours: float, away: float) -> float:
+    """What lips in a colour that no labelled face wears add to the log-odds of lipstick."""
+    lacking = max(by_net - _SEEN_BY_NET, 0.0) * max(_LACKING_RED - by_colours, 0.0)
+    unlike = min(max(by_net, 0.0), 1.0) * max(away - _FURTHEST_BARE, 0.0)
+    return _FOR_LACKING * lacking + _FOR_UNLIKE * unlike
 
 
 def in_company(kind: str, worn: Mapping[str, float]) -> float:

@@ -95,8 +95,7 @@ def test_a_look_is_read_from_a_photo_that_has_a_face():
     nets = {"lips": knowing(RED)}
     look = read_look.estimate_look(portrait(), nets)
     read = triplets.numbers_of(look, "lips")
-    assert np.isclose(read[6], RED[6]) and look.eyes is None
-    assert (read[1:4] != RED[1:4]).any()  # the face is bare, so the correction changes the colour
+    assert np.allclose(read, RED, atol=1e-3) and look.eyes is None
     assert read_look.estimate_look(np.full((300, 300, 3), 90, np.uint8), nets) is None
 
 
@@ -192,9 +191,7 @@ def test_the_whole_product_reads_a_strong_lipstick():
     found = evaluate.measure(made("lips", 4), {"ours": nets}, with_product=True)
     read, bare = (np.median(found.only(name)) for name in (evaluate.PRODUCT, evaluate.SOURCE))
     assert read < bare / 2
-    alone, fitted = (found.pair(name, "lips")[1] for name in (evaluate.ALONE, "ours"))
-    assert np.allclose(alone, alone[0], atol=1e-3) and np.ptp(fitted, axis=0).max() > 1
-    assert np.median(found.only(evaluate.ALONE)) < bare / 2
+    assert np.ptp(found.pair("ours", "lips")[1], axis=0).max() < 1e-3  # the product is not told
 
 
 def test_a_photo_without_a_face_leaves_the_source_as_it_is(monkeypatch):

@@ -3,14 +3,14 @@
     python -m makeup_video.training.reference.evaluate lips runs/lips-lite0.pt \\
         --shades lip_shades.csv
 
-The estimated look and the true look are painted on another bare person and compared there. So is
-what the whole product reads, which is not told what is worn, and where.
+The look that a net estimates and the true look are painted on another bare person and compared
+there. So is what the whole product reads, which is not told what is worn, and where.
 docs/make/make_results.py measures everything and writes it to docs/results.md.
 """
 
 import argparse
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,7 +44,6 @@ from makeup_video.training.reference.read_look import (
     Net,
     Seen,
     cut,
-    look_of_nets,
     look_seen,
     look_with,
     net_of,
@@ -64,7 +63,7 @@ from scipy.stats import spearmanr
 COUNT = 300
 TRUE, MEAN, SOURCE = "true numbers", "mean colour", "source unchanged"
 KNOWN = "known points and light"
-ALONE, PRODUCT = "the nets alone", "the whole product"
+PRODUCT = "the whole product"
 MEASURES = ("CIEDE2000", *WHOLE)
 
 
@@ -73,10 +72,9 @@ class Measured:
     """What was measured.
 
     numbers: by name and region, (N, 7): TRUE numbers of the look, those that each set of nets
-    reads, with lips fitted as in the product; KNOWN, which the first set reads with the points and
-    light of the bare portrait; with_product ALONE, too, which the first set tells.
+    reads, and KNOWN, which the first set reads with the points and light of the bare portrait.
 
-    scores: by method (a set of nets, TRUE, MEAN, SOURCE), (N, 4) MEASURES.
+    scores: by method (a set of nets, PRODUCT, TRUE, MEAN, SOURCE), (N, 4) MEASURES.
     person, tone: (N,) of the wearers.
     unread: how many photos had no face that was found; they are not in `numbers`, and for `scores`
     the source is not painted.
@@ -124,8 +122,7 @@ def measure(
     """Measures nets on triplets.
 
     nets: by name, then by region; only the first must have all regions. whole: metrics of the whole
-    face; None: only CIEDE2000. with_product: score the first nets by themselves, too, as ALONE, and
-    the whole product as PRODUCT.
+    face; None: only CIEDE2000. with_product: score what the whole product reads, too.
     """
     composite, first = Composite(Look()), next(iter(nets.values()))
     numbers: dict[str, dict[str, list[np.ndarray]]] = {}
@@ -136,16 +133,15 @@ def measure(
         seen, regions = see(one.photo), worn(one.look)
         able = {name: each for name, each in nets.items() if each.keys() >= set(regions)}
         read = {name: _read(seen, each, one.look) for name, each in able.items()}
-        alone = {ALONE: _read(seen, first, one.look, look_of_nets)} if with_product else {}
         if seen:
             own = cut(one.photo, one.wearer.scene.faces[0].face, one.wearer.light)
             known = _read(own, first, one.look)
-            for name, look in {TRUE: one.look, KNOWN: known, **read, **alone}.items():
+            for name, look in {TRUE: one.look, KNOWN: known, **read}.items():
                 for region in worn(look):
                     rows = numbers.setdefault(name, {}).setdefault(region, [])
                     rows.append(numbers_of(look, region))
         unread += seen is None
-        painted = {**read, **alone, PRODUCT: read_by_product(one)} if with_product else read
+        painted = {**read, PRODUCT: read_by_product(one)} if with_product else read
         for method, score in _scores(one, seen, painted, composite, whole).items():
             scores.setdefault(method, []).append(score)
     person, tone = np.array(who).T
@@ -157,17 +153,12 @@ def _stacked(rows: Mapping[str, list[np.ndarray]]) -> dict[str, np.ndarray]:
     return {key: np.array(values) for key, values in rows.items()}
 
 
-def _read(
-    seen: Seen | None,
-    nets: Mapping[str, Net],
-    look: Look,
-    read: Callable[[Seen, Mapping[str, Net], str], Look] = look_seen,
-) -> Look:
+def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
     """The regions that wear something, as the nets read them; the zone is known."""
     if seen is None:
         return Look()
     chosen = {region: nets[region] for region in worn(look) if region in nets}
-    return read(seen, chosen, look.zone)
+    return look_seen(seen, chosen, look.zone)
 
 
 def read_by_product(one: Triplet) -> Look:
@@ -235,13 +226,12 @@ def main() -> None:
     made = triplets(people, *halves(people), products, options.count, seed=2)
     nets = {"estimated": {options.region: net_of(options.net)}}
     found = measure(made, nets, with_product=True)
-    for name in (ALONE, "estimated"):
-        true, estimated = found.pair(name, options.region)
-        print(f"{name}, mean errors:", errors_in_words(true, estimated))
-        print(
-            f"  colour {colour_error(true, estimated):.1f}; "
-            f"gloss: rank correlation {gloss_rank(true, estimated):.3f}"
-        )
+    true, estimated = found.pair("estimated", options.region)
+    print("mean errors:", errors_in_words(true, estimated))
+    print(
+        f"colour {colour_error(true, estimated):.1f}; "
+        f"gloss: rank correlation {gloss_rank(true, estimated):.3f}"
+    )
     print(f"CIEDE2000 to the true look, {len(found.tone)} times, {found.unread} without a face")
     for method in found.scores:
         print(_line(f"  {method}", found.only(method)))

@@ -13,9 +13,6 @@ from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.reference.crops import CROPPED, CROPS, read_input, read_numbers
 from makeup_video.pipeline.reference.estimate import product_with
-from makeup_video.pipeline.reference.fit_lips import fit_lips, lip_pixels
-from makeup_video.pipeline.reference.flat_lips import flat_lips
-from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.scene import SceneLight
 
@@ -120,22 +117,11 @@ def see(rgb8: np.ndarray) -> Seen | None:
     return cut(rgb8, faces[0], photo_light(rgb8, faces[0]))
 
 
-def look_of_nets(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
+def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
     """The look as the nets tell it."""
     regions = nets.keys() & seen.crops.keys()
     numbers = {region: read_numbers(nets[region], seen.crops[region]) for region in regions}
     return look_with(numbers, zone)
-
-
-def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
-    """The look that the nets read: the lipstick fitted as in the product, the eye-shadow as the net
-    tells it."""
-    look = look_of_nets(seen, nets, zone)
-    if look.lips is None:
-        return look
-    neutral = neutral_face(seen.rgb8, seen.face, seen.light)
-    lipstick = fit_lips(neutral, lip_pixels(neutral), look.lips, flat_lips(neutral))
-    return look.with_kind("lipstick", [lipstick])
 
 
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:

@@ -6,7 +6,7 @@ from functools import cache
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import (
     FINISHES,
@@ -111,6 +111,17 @@ def test_an_opaque_lipstick_is_read_closer_than_bare_lips_are(hex_rgb):
     where = lip_mask(portrait(), face()) > 0.5
     lab = [lab_of(picture[where]) for picture in (painted, repainted, portrait())]
     assert ciede2000(lab[0], lab[1]).mean() < ciede2000(lab[0], lab[2]).mean()
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.tuples(*[st.integers(0, 255)] * 3), st.sampled_from(["matte", "satin", "gloss"]))
+def test_lips_that_stand_out_and_are_not_red_are_made_up(rgb, finish):
+    assume(rgb[0] <= max(rgb[1:]))
+    painted = apply_look(portrait(), Look(lips=product(rgb, finish)), [face()])
+    where = lip_mask(portrait(), face()) > 0.5
+    off = ciede2000(lab_of(painted[where]), lab_of(portrait()[where]))
+    assume(np.median(off) > 20)
+    assert estimate(painted).worn["lipstick"] >= WORN_FROM["lipstick"]
 
 
 def test_a_file_is_named_in_its_refusal(tmp_path):

@@ -14,6 +14,20 @@ def test_a_probability_is_never_quite_certain(kind, by_net, by_colours):
     assert 0 < probability(kind, by_net, by_colours) < 1
 
 
+@given(ODDS, ODDS, st.floats(0, 50))
+def test_lips_unlike_bare_ones_are_never_less_likely_made_up(by_net, by_colours, away):
+    near, far = (probability("lipstick", by_net, by_colours, each) for each in (0.0, away))
+    assert near <= far
+    if by_net <= 0:  # the net sees no lipstick: a strange light does not make one
+        assert near == far
+
+
+@given(st.floats(1.5, 10), st.floats(-20, -4))
+def test_a_sure_net_outweighs_lips_that_lack_red(by_net, by_colours):
+    assert probability("lipstick", by_net, by_colours - 4) > WORN_FROM["lipstick"]
+    assert probability("lipstick", 0.5, by_colours) < WORN_FROM["lipstick"]
+
+
 COMPANY = [
     ("eyeshadow", "lipstick"),
     ("eyeshadow", "blush"),
