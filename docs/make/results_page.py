@@ -222,7 +222,7 @@ finish that they tell, and measures colours on the photo. What it reads, not tol
 where, stands beside the nets under [Triplets](#triplets). On renders it reads worse than its nets,
 because it was made for real photographs ([decisions](decisions/reference.md)). It takes most of
 what sets a photo's skin apart from typical skin for exposure, while in these renders it is the
-person's. And it calls many drawn lipsticks and eye-shadows, most of them sheer, bare: its
+person's. And it calls many drawn eye-shadows bare, and lipsticks that are close to bare lips: its
 thresholds let one bare real face in seven pass. Gloss is told by highlights, as on real
 photographs; in renders the net knows it better.
 
