@@ -20,7 +20,7 @@ ANGLE_UNIT = 60.0  # degrees that are 1 for the net
 _INNER = (133, 362)
 # An eye that is narrower than this share of the other one is turned away, and does not count.
 _TURNED_AWAY = 0.8
-WORN_FROM = 1.0  # log-odds: on real photos hardly any eye without a wing reaches it
+WORN_FROM = 0.6  # log-odds: on real photos few eyes without a wing reach it
 
 
 @dataclass(frozen=True, slots=True)
