@@ -75,10 +75,8 @@ def read_makeup(rgb8: np.ndarray, face: Face, light: SceneLight, colours: Colour
     seen = makeup_input(rgb8, face, light)
     found = reference_net(MAKEUP)(np.stack([seen, mirrored(seen)]))
     odds = zip(WORN, found["log_odds"].mean(0).tolist(), colours.log_odds().tolist(), strict=True)
-    worn = {
-        kind: probability(kind, by_net, by_colours, colours.flat_lips.away())
-        for kind, by_net, by_colours in odds
-    }
+    away = colours.flat_lips.away()
+    worn = {kind: probability(kind, by_net, by_colours, away) for kind, by_net, by_colours in odds}
     worn |= {kind: in_company(kind, worn) for kind in _COMPANY}
     layers = from_vector(found["numbers"].mean(0))
     return Makeup(worn, {(layer.kind, layer.slot): layer for layer in layers})

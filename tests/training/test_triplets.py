@@ -192,6 +192,7 @@ def test_the_whole_product_reads_a_strong_lipstick():
     read, bare = (np.median(found.only(name)) for name in (evaluate.PRODUCT, evaluate.SOURCE))
     assert read < bare / 2
     assert np.ptp(found.pair("ours", "lips")[1], axis=0).max() < 1e-3  # the product is not told
+    assert np.median(found.only("ours")) < bare / 2
 
 
 def test_a_photo_without_a_face_leaves_the_source_as_it_is(monkeypatch):
