@@ -6,7 +6,15 @@ from typing import Annotated, Any
 
 import typer
 from makeup_video.cli.console import child_stderr, print_result
-from makeup_video.cli.options import FILM, MEASUREMENTS, OUTPUT, PrintJson, RefPhoto, SavedLook
+from makeup_video.cli.options import (
+    FILM,
+    MEASUREMENTS,
+    OUTPUT,
+    Debug,
+    PrintJson,
+    RefPhoto,
+    SavedLook,
+)
 from makeup_video.cli.outcome import report_errors
 
 EXAMPLES = (
@@ -118,13 +126,14 @@ def bench(
             rich_help_panel=OUTPUT,
         ),
     ] = None,
+    debug: Debug = False,
 ) -> None:
     """Measure the product beside a bare decode-and-encode loop: speed, CPU, memory, start."""
     from tempfile import TemporaryDirectory
 
     from makeup_video.cli.progress import show_steps
 
-    with report_errors("bench"):
+    with report_errors("bench", debug=debug):
         from makeup_video.benchmark import suite
 
         heights = suite.heights_of(sizes)

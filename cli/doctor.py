@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 from makeup_video.cli.console import print_result
-from makeup_video.cli.options import RUN, PrintJson
+from makeup_video.cli.options import RUN, Debug, PrintJson
+from makeup_video.cli.outcome import report_errors
 
 EXAMPLES = ("makeup-video doctor", "makeup-video doctor --json")
 
@@ -20,6 +21,7 @@ def doctor(
         ),
     ] = "",
     as_json: PrintJson = False,
+    debug: Debug = False,
 ) -> None:
     """Test this machine for some seconds: versions, devices, speed, what is wrong."""
     from dataclasses import asdict
@@ -27,10 +29,11 @@ def doctor(
     from makeup_video.cli.findings import BAD, findings
 
     found = []
-    for finding in findings(device):
-        found.append(finding)
-        if not as_json:
-            print_result(f"{finding.state:4}  {finding.what}: {finding.words}\n")
+    with report_errors("doctor", debug=debug):
+        for finding in findings(device):
+            found.append(finding)
+            if not as_json:
+                print_result(f"{finding.state:4}  {finding.what}: {finding.words}\n")
     if as_json:
         print_result(json.dumps([asdict(finding) for finding in found], indent=2) + "\n")
     if any(finding.state == BAD for finding in found):

@@ -210,15 +210,18 @@ class LookOptions(Changes, with_parts(_WholeLook)):  # type: ignore[misc]
 
 
 def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Look":
-    """The look of a photo, logged in one line unless quiet. Raises InputError, PhotoError."""
-    from makeup_video.pipeline import PhotoError, look_from_photo
-    from makeup_video.pipeline.look.finishes import look_in_words
+    """The look of a photo, logged in one line, with how sure it is, unless quiet.
 
-    look = look_from_photo(photo, face)
-    if look.is_bare and not may_be_bare:
+    Raises InputError, PhotoError.
+    """
+    from makeup_video.pipeline import PhotoError
+    from makeup_video.pipeline.reference.estimate import estimate_photo
+
+    read = estimate_photo(photo, face)
+    if read.look.is_bare and not may_be_bare:
         raise PhotoError(
             f"{photo}: no makeup was found to paint: add --color '#B4002E', or give another photo"
         )
     if not quiet:
-        log(f"{photo}: {look_in_words(look)}")
-    return look
+        log(f"{photo}: {read.in_words()}")
+    return read.look

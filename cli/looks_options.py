@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from makeup_video.cli.console import log
 from makeup_video.cli.look_options import (
     LOOK_HELP,
     Changes,
@@ -146,8 +147,13 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         return self._painted(load_look(name))
 
     def _read(self, photo: str, quiet: bool) -> "Look":
+        from makeup_video.pipeline.look.finishes import look_in_words
+
         base = look_of_photo(photo, self.ref_face or "", self.gives_makeup, quiet)
-        return self._painted(base)
+        painted = self._painted(base)
+        if painted != base and not quiet:
+            log(f"painted: {look_in_words(painted)}")
+        return painted
 
     def _rows(self) -> Iterator[WantedLook]:
         """The looks of the catalogue's rows."""

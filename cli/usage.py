@@ -8,6 +8,7 @@ from typing import Any
 from makeup_video.cli.options import COLOUR, DEFAULT
 from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
 
+_FEW = 3  # commands that a message names
 _ALIKE = 0.7  # of difflib: --top is not taken for --output
 # by the first word of the type of pydantic's error
 _KINDS = {"int": "a whole number", "float": "a number"}
@@ -81,6 +82,8 @@ def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, list[str]
     text = f"{as_typed(command)} has no option {option}"
     commands = ctx.find_root().command.commands
     owners = [name for name, other in commands.items() if option in _options(other.params)]
+    if len(owners) > _FEW:
+        return f"{text}: other commands have it", [command]
     if owners:
         return f"{text}: it is an option of {join_words([*map(as_typed, owners)])}", owners
     params = ctx.command.get_params(ctx)

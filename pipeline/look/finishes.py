@@ -18,10 +18,12 @@ from makeup_video.pipeline.look.words import (
 # What a finish and an opacity are called where a look is put into words. Every kind of makeup has
 # all finishes.
 _SHINES = {
-    "matte": "matte", "satin": "satin", "sheer": "soft sheen", "gloss": "glossy",
+    "matte": "matte", "satin": "satin", "sheer": "sheer", "gloss": "glossy",
     "metallic": "metallic", "shimmer": "shimmering",
 }  # fmt: skip
-_COVERS = ((0.85, "opaque"), (0.6, "medium cover"), (0.35, "fairly sheer"), (0.0, "very sheer"))
+_COVERS = (
+    (0.85, "opaque"), (0.6, "medium cover"), (0.35, "light cover"), (0.0, "very light cover"),
+)  # fmt: skip
 
 
 # Parts that a look in words names when they are bare, too.
@@ -53,7 +55,7 @@ def nearest_finish(
 
 
 def in_words(params: GraphicsParams, part: str = "lips") -> str:
-    """How a product looks, colour aside: "glossy, fairly sheer"."""
+    """How a product looks, colour aside: "glossy, light cover"."""
     numbers = params.opacity, params.gloss, params.gloss_roughness, params.reflection
     finish = nearest_finish(*numbers, part, shimmers=params.shimmer > 0)
     covers = next(word for least, word in _COVERS if params.opacity >= least)
@@ -61,12 +63,13 @@ def in_words(params: GraphicsParams, part: str = "lips") -> str:
 
 
 def look_in_words(look: Look) -> str:
-    """A look in one line: "lips #B4002E, glossy, opaque; eyes bare"."""
-    return "; ".join(
+    """A look in one line: "lips #B4002E, glossy, opaque; eyes bare; all at 50%"."""
+    parts = [
         f"{kind.part} {part_in_words(look, kind.name) or 'bare'}"
         for kind in KINDS.values()
         if kind.part in _ALWAYS_NAMED or look.of(kind.name)
-    )
+    ]
+    return "; ".join([*parts, *([f"all at {look.strength:.0%}"] if look.strength < 1 else [])])
 
 
 def part_in_words(look: Look, kind: str) -> str:

@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from makeup_video.pipeline.errors import LookError
+from makeup_video.pipeline.errors import LookError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.kinds.kind import Kind
@@ -231,8 +231,11 @@ class Look:
             raise LookError(f"{path}: {error}") from None
 
     def save(self, path: str | Path) -> None:
-        """Write the look as indented UTF-8 JSON."""
-        Path(path).write_text(written(self.to_dict()), encoding="utf-8")
+        """Write the look as indented UTF-8 JSON. Raises OutputError."""
+        try:
+            Path(path).write_text(written(self.to_dict()), encoding="utf-8")
+        except OSError as error:
+            raise OutputError(f"{path} cannot be written: {error.strerror}") from error
 
 
 def check_look(look: object) -> None:

@@ -83,7 +83,9 @@ class Decoder:
         origin = source.start_seconds  # people count from where a player begins
         start = start_seconds + origin if start_seconds else None
         end = end_seconds + origin if end_seconds is not None else None
-        self.trim: Trim[av.VideoFrame] = segment or Trim(start, end, source.time_base)
+        self.trim: Trim[av.VideoFrame] = segment or Trim(
+            start, end, source.time_base, source.late_start
+        )
         self._streams = [] if segment is None else [source.video]  # none: all of them
         self.stats = DecodeStats()
         self._base = source.time_base
@@ -202,6 +204,10 @@ class Decoder:
         if shift < 0:
             self.muxer.converted.append(
                 f"all times: {float(-shift):g} s later, since the video began before 0"
+            )
+        elif shift > 0 and trim.start is None:
+            self.muxer.converted.append(
+                f"all times: {float(shift):g} s earlier, since the file's clock began so late"
             )
 
     def _refuse_changes(self) -> None:

@@ -87,6 +87,16 @@ class VideoSource:
         return max(Fraction(0), min(starts, default=Fraction(0)))
 
     @property
+    def late_start(self) -> Fraction:
+        """What is subtracted from all times of a film whose clock begins late, in seconds: a whole
+        number of ticks of the video; 0 for a clock that begins within a second of 0.
+
+        Players of such a file begin where it does, but those of a copy would wait for hours.
+        """
+        start = self.start_seconds
+        return start // self.time_base * self.time_base if start >= 1 else Fraction(0)
+
+    @property
     def bit_depth(self) -> int:
         fmt = self.video.codec_context.format
         return int(fmt.components[0].bits) if fmt else 8

@@ -140,6 +140,8 @@ class Muxer:
         packets = [packet]
         if convert is not None:
             packets = self._unless_damaged(convert, packet)
+        elif self.format in MATROSKA and _is_cut_away(packet):
+            return
         self._mux_others(stream, packets)
 
     def _mux_others(self, stream: Any, packets: list[Any]) -> None:
@@ -216,6 +218,14 @@ class Muxer:
                 with contextlib.suppress(Exception):
                     self._container.close()
             self.target.discard()
+
+
+def _is_cut_away(packet: Any) -> bool:
+    """True for sound before 0 that an edit list hides: Matroska has no such lists, and would play
+    it. The packet before 0 stays, since a decoder needs it to get going."""
+    if packet.stream.type != "audio" or not packet.is_discard or packet.pts is None:
+        return False
+    return bool(packet.pts + 2 * (packet.duration or 0) <= 0)
 
 
 def _is_of_the_system(error: av.FFmpegError) -> bool:

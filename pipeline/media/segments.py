@@ -131,7 +131,8 @@ class _Kept:
         self.shift = 0
         self.begins_with_a_still = False
         if self.times:
-            self.shift = self.times[0] if is_cut else min(0, self.times[0])
+            late_start = int(source.late_start / tick)
+            self.shift = self.times[0] if is_cut else min(late_start, self.times[0])
             self.begins_with_a_still = (
                 is_cut and start is not None and self.times[0] * tick - start > STILL_SECONDS
             )

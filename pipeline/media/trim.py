@@ -15,11 +15,18 @@ class Trim(Generic[T]):
 
     start, end: seconds on the container's clock, None where nothing is cut.
     tick: seconds; the shift is a whole number of ticks, so that times stay exact.
+    late_start: seconds that a whole film's times are earlier, as VideoSource.late_start.
     shift: seconds to subtract from every time of the clip, None until the first picture is kept.
     """
 
-    def __init__(self, start: Fraction | None, end: Fraction | None, tick: Fraction) -> None:
-        self.start, self.end, self.tick = start, end, tick
+    def __init__(
+        self,
+        start: Fraction | None,
+        end: Fraction | None,
+        tick: Fraction,
+        late_start: Fraction = Fraction(0),
+    ) -> None:
+        self.start, self.end, self.tick, self.late_start = start, end, tick, late_start
         self.shift: Fraction | None = None
         self.is_past_end = False
         self._held: T | None = None
@@ -40,7 +47,7 @@ class Trim(Generic[T]):
             return [(picture, seconds - self.shift if self.shift else seconds)]
         if self.start is None:
             # players do not show what lies before 0
-            self.shift = min(Fraction(0), seconds)
+            self.shift = min(self.late_start, seconds)
             return [(picture, seconds - self.shift)]
         if seconds - self.start <= STILL_SECONDS:
             self.shift = seconds

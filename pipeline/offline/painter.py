@@ -36,6 +36,7 @@ class Painter:
     """
 
     def __init__(self, look: Look, *, faces: str = "all", device: str = "") -> None:
+        faces, device = str(faces), str(device)
         check_look(look)
         check_faces(faces)
         self._composite = Composite(look, device, faces)
@@ -102,6 +103,7 @@ def paint_frames(
     Yields new arrays, encoded alike.  Raises TypeError and UsageError at once; while frames are
     read, ValueError for another shape, dtype, size or order of times, and InstallError.
     """
+    faces, device = str(faces), str(device)
     check_look(look)
     check_faces(faces)
     if not (math.isfinite(fps) and fps > 0):

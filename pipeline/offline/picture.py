@@ -28,6 +28,8 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
+_ICC_PROFILE = 2
+_COLOUR_SPACES = "CMYK", "GRAY", "RGB"  # of profiles, that pictures may have
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,11 +119,12 @@ def _write(
     if settings.compare:
         untouched = stored if painted.shape == stored.shape else with_colour(stored)
         painted = side_by_side(untouched, painted, picture.orientation)
-    written = encode_picture(target.part, _fitting(painted, report), picture.metadata)
+    metadata = _of_these_colours(picture.metadata, painted, report)
+    written = encode_picture(target.part, _fitting(painted, report), metadata)
     report.bytes_in, report.bytes_out = picture.bytes_in, len(written)
     with write_errors(target.part):
         target.own_path.write_bytes(written)
-    report.dropped += _lost_metadata(written, target.part, picture.metadata)
+    report.dropped += _lost_metadata(written, target.part, metadata)
     if settings.strict and (lost := report.dropped + report.conversions):
         raise StrictError(
             f"{option('strict')}: {suffix} cannot keep {'; '.join(lost)}. Use .png, or leave "
@@ -143,6 +146,25 @@ def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
         weight = pixels[..., 3:] / 255
         pixels = (pixels[..., :3] * weight + 255 * (1 - weight) + 0.5).astype(np.uint8)
     return pixels
+
+
+def _of_these_colours(
+    metadata: dict[int, np.ndarray], pixels: np.ndarray, report: Report
+) -> dict[int, np.ndarray]:
+    """Metadata without an ICC profile of other colours than those of the pixels: what was stored as
+    CMYK is read as RGB, and a grey picture that is painted becomes RGB."""
+    profile = metadata.get(_ICC_PROFILE)
+    space = "GRAY" if pixels.shape[2] < 3 else "RGB"
+    found = "" if profile is None else _colour_space(profile)
+    if found not in _COLOUR_SPACES or found == space:
+        return metadata
+    report.dropped.append(f"ICC profile: it is of {found}, and the picture is written as {space}")
+    return {kind: blob for kind, blob in metadata.items() if kind != _ICC_PROFILE}
+
+
+def _colour_space(profile: np.ndarray) -> str:
+    """The data colour space of an ICC profile (ICC.1:2022, section 7.2.8), such as "RGB"."""
+    return profile[16:20].tobytes().decode("ascii", "ignore").strip(" \0")
 
 
 def _lost_metadata(data: bytes, path: Path, metadata: dict[int, np.ndarray]) -> list[str]:

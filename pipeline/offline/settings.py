@@ -41,6 +41,7 @@ class Settings:
     bit_depth: 8, 10 or 12 bits a sample; None: that of the source, but 8 in H.264.
     sdr: turn HDR into SDR.
     faces: whom to paint: "all", "largest", or the number of a face, as inspect_video draws it.
+    Numbers of faces and devices may be int, and times int, float or Decimal, by their decimals.
     compare: show before and after side by side.
     split_minutes: paint the film in segments of about so many minutes, each in a process of its
     own, and join them; None: in one run.
@@ -77,6 +78,10 @@ class Settings:
     on_whole: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
+        for name in ("faces", "device"):
+            object.__setattr__(self, name, str(getattr(self, name)))
+        for name in ("start_seconds", "end_seconds", "split_minutes"):
+            object.__setattr__(self, name, exact(getattr(self, name), name))
         check_faces(self.faces)
         check_hardware(self.hardware)
         if self.bit_depth not in (None, *BIT_DEPTHS):
@@ -117,6 +122,17 @@ class Settings:
         """Names of the settings that are given and apply to videos only."""
         default = Settings()
         return [name for name in _OF_VIDEOS if getattr(self, name) != getattr(default, name)]
+
+
+def exact(value: object, name: str) -> Fraction | None:
+    """A time of any type of number, by the decimals that it is shown with: a float of 0.1 is a
+    little more, so a frame at 1/10 s would be left out. Raises UsageError."""
+    if value is None or isinstance(value, Fraction):
+        return value
+    try:
+        return Fraction(str(value))
+    except ValueError as error:
+        raise UsageError(f"{option(name)} must be a number, got {value!r}") from error
 
 
 def check_faces(faces: str) -> None:

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from makeup_video.cli.app import app
 from makeup_video.pipeline import Layer, Look, look_from_photo, product
+from makeup_video.pipeline.look.finishes import look_in_words
 from makeup_video.pipeline.reference import estimate
 from media import decoded, make_clip
 from people import SAMPLES, clip, film, portrait
+from reference_photos import certain
 from typer.testing import CliRunner
 
 PHOTO = SAMPLES / "portrait.jpg"
@@ -159,7 +161,7 @@ def reads(monkeypatch):
     """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        monkeypatch.setattr(estimate, "look_from_photo", lambda *_: look)
+        monkeypatch.setattr(estimate, "estimate_photo", lambda *_: certain(look))
 
     return pretend
 
@@ -194,7 +196,12 @@ def test_options_override_what_the_photo_showed(folder, reads, words, look):
     words = [*words, "-o", "out.png", "--save-look", "look.json"]
     done = run(PHOTO, "--ref", PHOTO, *words)
     assert done.exit_code == 0, done.output
-    assert done.output.splitlines()[0] == f"{PHOTO}: lips #B4002E, glossy, opaque; eyes bare"
+    read, painted = done.output.splitlines()[:2]
+    assert read.startswith(f"{PHOTO}: lips #B4002E, glossy, opaque (almost certain); eyes bare (li")
+    is_changed = look != Look(lips=product((180, 0, 46), "gloss"))
+    assert painted.startswith("painted: ") == is_changed
+    if is_changed:
+        assert painted == f"painted: {look_in_words(look)}"
     assert Look.load("look.json") == look
     assert run(PHOTO, "--ref", PHOTO, *words, "-q", "-y").output == ""
 
@@ -229,7 +236,7 @@ def test_options_are_refused_before_the_photo_is_read(folder, monkeypatch, words
     def fails(*_):
         raise AssertionError("the photo was read")
 
-    monkeypatch.setattr(estimate, "look_from_photo", fails)
+    monkeypatch.setattr(estimate, "estimate_photo", fails)
     (folder / "old.png").write_text("precious")
     done = run(PHOTO, "--ref", PHOTO, "-o", "out.png", *words)
     assert done.exit_code == 2, done.output

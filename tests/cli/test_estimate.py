@@ -14,8 +14,8 @@ from makeup_video.cli.app import app
 from makeup_video.pipeline import GraphicsParams, Layer, Look, look_from_photo, product
 from makeup_video.pipeline.look.finishes import in_words
 from makeup_video.pipeline.reference import estimate
-from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from people import SAMPLES, face_of, grey, portrait, put
+from reference_photos import certain
 from typer.testing import CliRunner
 
 PHOTO = SAMPLES / "portrait.jpg"
@@ -43,9 +43,7 @@ def reads(monkeypatch):
     """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        worn = {kind: 0.97 if look.of(kind) else 0.1 for kind in WORN_FROM}
-        read = estimate.Estimate(look, worn)
-        monkeypatch.setattr(estimate, "estimate_photo", lambda *_: read)
+        monkeypatch.setattr(estimate, "estimate_photo", lambda *_: certain(look))
 
     return pretend
 
@@ -61,7 +59,7 @@ def test_both_regions_print_colour_words_and_numbers(folder, reads):
     assert done.output.splitlines() == [
         "lips  #B4002E  glossy, opaque (almost certain)",
         "      opacity 0.94, gloss 1.30, gloss_roughness 0.20, reflection 0.25",
-        "eyes  #5A463C  soft sheen, very sheer (almost certain)",
+        "eyes  #5A463C  sheer, very light cover (almost certain)",
         "      opacity 0.28, gloss 0.10, gloss_roughness 0.80, reflection 0.00",
         "liner  bare (likely)",
         "blush  bare (likely)",

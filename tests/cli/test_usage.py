@@ -40,8 +40,8 @@ def folder(tmp_path, monkeypatch):
         ),
         (
             ["in.mp4", "--json"],
-            "has no option --json: it is an option of makeup-video looks, makeup-video estimate, ",
-            "makeup-video looks --help, makeup-video estimate --help, makeup-video inspect --help, makeup-video devices --help, makeup-video doctor --help and makeup-video bench --help",
+            "has no option --json: other commands have it.",
+            "makeup-video --help",
         ),
         (
             ["live", "--codec", "av1"],

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from looks import SEVEN, SPECS, layer_of, look_objects
-from makeup_video.pipeline import KINDS, GraphicsParams, Layer, Look, LookError
+from makeup_video.pipeline import KINDS, GraphicsParams, Layer, Look, LookError, OutputError
 from makeup_video.pipeline.look.kinds import PAINTED
 
 LIPS = {"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss": 0.6, "gloss_roughness": 0.4,
@@ -197,3 +197,8 @@ def test_bare_means_that_nothing_will_be_painted():
     assert [layer.strength for layer in Look([Layer("blush", lips, {}, 0.5)], 0.5).painted] == [
         0.25
     ]
+
+
+def test_a_look_that_cannot_be_saved_names_its_file(tmp_path):
+    with pytest.raises(OutputError, match=r"no/look\.json cannot be written: No such file"):
+        Look().save(tmp_path / "no" / "look.json")

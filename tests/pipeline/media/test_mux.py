@@ -255,3 +255,22 @@ def test_an_aborted_output_leaves_nothing(tmp_path):
     assert (tmp_path / "out.part.mp4").exists()
     muxer.abort()
     assert list(tmp_path.iterdir()) == [source]
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
+def test_sound_that_an_edit_list_hides_stays_hidden(tmp_path, end):
+    """A film whose first second was cut away, as on a phone: its packets are there, before 0."""
+    whole, src = make_clip(tmp_path / "whole.mp4", frames=90, audio="aac"), tmp_path / "in.mp4"
+    with av.open(str(whole)) as container, av.open(str(src), "w") as out:
+        streams = [out.add_stream_from_template(each, opaque=True) for each in container.streams]
+        for packet in container.demux():
+            if packet.size:
+                packet.pts -= round(1 / packet.time_base)
+                packet.dts -= round(1 / packet.time_base)
+                packet.stream = streams[packet.stream.index]
+                out.mux(packet)
+    dst = tmp_path / f"out{end}"
+    process_video(src, dst)
+    with av.open(str(dst)) as container:
+        first = next(container.decode(audio=0))
+    assert float(first.pts * first.time_base) > -0.05

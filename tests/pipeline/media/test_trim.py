@@ -125,3 +125,37 @@ def test_a_video_that_begins_before_zero_is_shown_whole(tmp_path, end):
     assert len(decoded(tmp_path / f"out{end}")) == report.frames_out == 60
     assert times_of(tmp_path / f"out{end}")[0] == 0
     assert any("later" in text for text in report.converted)
+
+
+@pytest.mark.parametrize("settings", [{}, {"start_seconds": Fraction(0)},
+                                      {"split_minutes": Fraction(1, 60)}])  # fmt: skip
+@pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
+def test_a_clock_that_begins_late_begins_at_zero(tmp_path, end, settings):
+    src = late_film(tmp_path / "in.ts", [3000 * i for i in range(60)])
+    report = process_video(src, tmp_path / f"out{end}", None, Settings(**settings))
+    times = times_of(tmp_path / f"out{end}")
+    assert len(times) == report.frames_out == 60
+    assert times[0] == 0
+    assert times[-1] == pytest.approx(59 / 30, abs=0.001)
+    assert any("36000 s earlier" in text for text in report.converted)
+
+
+def test_a_late_clock_keeps_sound_and_picture_together(tmp_path):
+    src = late_film(tmp_path / "in.ts", [45000 + 3000 * i for i in range(30)], sound=True)
+    out = tmp_path / "out.mp4"
+    process_video(src, out)
+    before, after = (times_of(file)[0] - packets_of(file, "audio")[0][0] for file in (src, out))
+    assert after == before
+    assert packets_of(out, "audio")[0][0] == 0
+
+
+def late_film(path, pts, sound=False):
+    """A broadcast's film of 90,000 ticks a second, on a clock that says ten in the morning."""
+    late = 10 * 3600
+    with av.open(str(path), "w", container_options={"mpegts_copyts": "1", "muxdelay": "0"}) as out:
+        video = add_video(out, "h264", time_base=Fraction(1, 90000))
+        audio = out.add_stream("aac", rate=48000, layout="stereo") if sound else None
+        encode_frames(out, video, [late * 90000 + ticks for ticks in pts])
+        if audio is not None:
+            tone(out, audio, 1.5, start_seconds=late)
+    return path

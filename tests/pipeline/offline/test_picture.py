@@ -93,6 +93,16 @@ def test_metadata_that_a_format_refuses_is_reported(tmp_path):
     assert report.dropped == ["ICC profile: not accepted in .png"]
 
 
+@pytest.mark.parametrize("space", ["CMYK", "GRAY"])
+@pytest.mark.parametrize("end", [".jpg", ".png", ".webp"])
+def test_a_profile_of_other_colours_is_left_out(tmp_path, space, end):
+    profile = PROFILE[:16] + space.encode() + PROFILE[20:]
+    src = write(tmp_path / "in.jpg", scene(), {ICC: profile})
+    report = process_video(src, tmp_path / f"out{end}")
+    assert report.dropped == [f"ICC profile: it is of {space}, and the picture is written as RGB"]
+    assert int(ICC) not in read_picture(tmp_path / f"out{end}")[1]
+
+
 def test_transparency_into_jpeg_is_reported_and_laid_on_white(tmp_path):
     pixels = np.zeros((16, 16, 4), np.uint8)
     report = process_video(write(tmp_path / "in.png", pixels), tmp_path / "out.jpg")

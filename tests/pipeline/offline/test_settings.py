@@ -1,8 +1,11 @@
 """The settings of a run: refused values, and settings that do not apply to pictures."""
 
+from decimal import Decimal
 from fractions import Fraction
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from makeup_video.pipeline import Settings, UsageError, process_video
 from people import SAMPLES
 
@@ -15,11 +18,25 @@ from people import SAMPLES
         ({"bit_depth": 9}, "bit_depth must be one of 8, 10, 12, got 9"),
         ({"start_seconds": Fraction(-1)}, "start_seconds must be at least 0"),
         ({"start_seconds": Fraction(2), "end_seconds": Fraction(2)}, "end_seconds later than it"),
+        ({"start_seconds": float("nan")}, "start_seconds must be a number, got nan"),
+        ({"end_seconds": "soon"}, "end_seconds must be a number, got 'soon'"),
+        ({"faces": -1}, "faces must be"),
     ],
 )
 def test_settings_that_do_not_fit_are_refused(values, message):
     with pytest.raises(UsageError, match=message):
         Settings(**values)
+
+
+@given(tenths=st.integers(0, 10**6), kind=st.sampled_from([float, Decimal, str]))
+def test_times_are_taken_by_their_decimals(tenths, kind):
+    seconds = kind(f"{tenths // 10}.{tenths % 10}")
+    assert Settings(start_seconds=seconds).start_seconds == Fraction(tenths, 10)
+
+
+def test_faces_and_devices_may_be_given_as_int():
+    settings = Settings(faces=0, device=1)
+    assert (settings.faces, settings.device) == ("0", "1")
 
 
 @pytest.mark.parametrize("name", ["decoder_threads", "encoder_threads", "stage_threads"])
