@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import PATCH_SPAN, POINTS, LipPatch
 from makeup_video.pipeline.faces.net import SHIPPED, Net, read_array
+from makeup_video.pipeline.faces.shut_eyes import close_shut_eyes
 from makeup_video.pipeline.faces.similarity import (
     BELOW_EYES,
     Similarity,
@@ -117,6 +118,13 @@ def _snap(new: float, old: float, step: float) -> float:
     return old if is_kept else round(new / step) * step
 
 
+def _eye_crops(layout: CropLayout) -> tuple[np.ndarray, tuple[int, int]]:
+    """The maps (2, 2, 3), crop px -> upright px, of both eyes; the right one is mirrored."""
+    pose, centres = layout.pose, layout.centres
+    to_px = [_EYE.to_px(pose, centres[1 + side], bool(side)) for side in (0, 1)]
+    return np.array(to_px), _EYE.size_wh
+
+
 def lip_patch_to_px(layout: CropLayout) -> AffineArray:
     """(2, 3), px of the lip patch -> upright px."""
     return np.array(_LIPS.to_px(layout.pose, layout.centres[0]))
@@ -157,6 +165,7 @@ class FaceNets:
         self.lips, self.eye = Net("lips", folder), Net("eye", folder)
         self.mean_face = read_array("mean_face.npy", folder).astype(np.float64)  # (478, 3) IOD
         self.mirror = read_array("mirror.npy", folder).astype(int)  # (478,) mirror image of a point
+        self._shut = read_array("shut_eyes.npy").astype(np.float64)  # fitted with the shipped nets
         parts = LIPS, EYE, self.mirror[EYE]
         self.part_points = np.concatenate(parts)
         self.rest_points = np.setdiff1d(np.arange(POINTS), self.part_points)
@@ -254,14 +263,22 @@ class FaceNets:
         """
         pose, centres = layout
         to_px = lip_patch_to_px(layout)[None]
-        eyes_to_px = np.array([_EYE.to_px(pose, centres[1 + side], bool(side)) for side in (0, 1)])
-        lips, eyes = picture.crops(((to_px, _LIPS.size_wh), (eyes_to_px, _EYE.size_wh)))
+        lips, eyes = picture.crops(((to_px, _LIPS.size_wh), _eye_crops(layout)))
         lip_offsets, logits = self._read_lips(lips, with_mirrored)
         eye_offsets = self.eye(eyes)["points"]
+        close_shut_eyes(eye_offsets, eyes, self._shut, _EYE.span)
         eye_offsets[1, :, 0] *= -1  # the crop of the right eye is mirrored
         xy = _complex(np.concatenate([lip_offsets, *eye_offsets])) * pose.turn
         xy += np.array(centres)[self._part_of_point]
         return Parts(xy, LipPatch(logits, to_px[0]), self.part_centres(xy))
+
+    def read_eyes(
+        self, picture: Picture, layout: CropLayout
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """What `close_shut_eyes` is given: the points of both eyes as the net reads them, their
+        crops, and the width of a crop in IOD."""
+        (eyes,) = picture.crops((_eye_crops(layout),))
+        return self.eye(eyes)["points"], eyes, _EYE.span
 
     def merge_mesh(self, xy: np.ndarray, z: np.ndarray, mesh: Mesh, strayed_px: float) -> bool:
         """Moves the points, in place, to those of the mesh.
