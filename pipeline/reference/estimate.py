@@ -9,6 +9,7 @@ lips and lids is read by a net of each, from a crop whose light is divided out a
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from makeup_video.pipeline.engine.machine import READ_PHOTO, check_memory, give_back_memory
@@ -46,7 +47,7 @@ from makeup_video.pipeline.reference.read_makeup import (
     Makeup,
     read_makeup,
 )
-from makeup_video.pipeline.reference.wing import read_wing
+from makeup_video.pipeline.reference.wing import Wing, read_wing
 from makeup_video.pipeline.render.scene import SceneLight
 
 # More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips
@@ -187,7 +188,7 @@ def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
     return GraphicsParams(**{**FINISHES[finish][region], **g})
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Photo:
     """A photo, one of its faces, and what is known of it."""
 
@@ -196,6 +197,14 @@ class _Photo:
     light: SceneLight
     colours: Colours
     makeup: Makeup
+
+    @property
+    def is_lined(self) -> bool:
+        return self.makeup.worn["eyeliner"] >= WORN_FROM["eyeliner"]
+
+    @cached_property
+    def wing(self) -> Wing | None:
+        return read_wing(self.rgb8, self.face)
 
     def product(self, region: str) -> GraphicsParams | None:
         """What the net of a crop reads, a key of CROPS; None when the region cannot be seen."""
@@ -222,18 +231,17 @@ def _eyeshadow(photo: _Photo) -> list[Layer]:
     lid = photo.product("eyes")
     if lid is None:
         return []
-    seen, worn = photo.colours, photo.makeup.worn
-    lined = worn["eyeliner"] >= WORN_FROM["eyeliner"]
-    return fit_shadows(seen.neutral, seen.eyes, lid, worn["eyeshadow"], lined)
+    seen, probability = photo.colours, photo.makeup.worn["eyeshadow"]
+    winged = photo.is_lined and photo.wing is not None and photo.wing.is_sure
+    return fit_shadows(seen.neutral, seen.eyes, lid, probability, photo.is_lined, winged)
 
 
 def _eyeliner(photo: _Photo) -> list[Layer]:
     if not is_inside(photo.rgb8, photo.face, CROPS["eyes"].needed):
         return []
-    wing = read_wing(photo.rgb8, photo.face)
     read = photo.makeup.layers["eyeliner", ""]
     lower = lower_line(photo.colours.eyes)
-    return [liner(read, wing, lower, photo.makeup.worn["eyeliner"])]
+    return [liner(read, photo.wing, lower, photo.makeup.worn["eyeliner"])]
 
 
 def _blush(photo: _Photo) -> list[Layer]:

@@ -61,6 +61,7 @@ def fit_shadows(
     lid: GraphicsParams,
     probability: float = 1.0,
     lined: bool = True,
+    winged: bool = False,
 ) -> list[Layer]:
     """The layers of eye-shadow of a face, in the order of painting; none for an eye that is not
     seen, or that looks like a bare one.
@@ -68,6 +69,7 @@ def fit_shadows(
     seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the colour
     has of which the lid has most, unless it is dark; the others are matte.  probability: that
     eye-shadow is worn; the less likely, the sheerer.  lined: whether eyeliner is worn, too.
+    winged: whether that surely has a wing.
     """
     if seen is None:
         return []
@@ -78,7 +80,7 @@ def fit_shadows(
     shown = _calm(skin.roots(on_map(seen)), skin, neutral.skin)
     shown = _no_redder_below(_shaded(shown, cells.film.bare), skin)
     first = first_shadows(shown, cells, skin.most())
-    found = spread(shown, cells, *first, skin.most(), lined)
+    found = spread(shown, cells, *first, skin.most(), lined, winged)
     found = replace(found, roots=_no_colder(found, shown, skin, neutral.light))
     found = replace(found, densities=_without_brows(found, skin))
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)

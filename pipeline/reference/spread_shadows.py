@@ -36,6 +36,8 @@ _DARK = 0.12  # luminance of a colour as a share of skin's: hair and brows are a
 # Cells beyond these places count as further out: above the crease, beside both corners, and below
 # the eye.
 _CREASE, _INNER, _OUTER, _BELOW = 1.1, 0.1, 1.0, -0.3
+# How much of a dark colour stays in each column beside a wing: all up to the corner, then less.
+_WITHOUT_WING = np.clip((_OUTER + 0.25 - places_across()) / 0.25, 0, 1)
 _LASHES = 0.8  # height up to which lashes darken the lids
 # By how many columns and rows shares are blurred before they are compared, and in the end.
 _SOFT, _DONE = (0.4, 0.8), (0.3, 0.6)
@@ -61,11 +63,13 @@ def spread(
     shares: np.ndarray,
     most: np.ndarray,
     lined: bool = True,
+    winged: bool = False,
 ) -> Spread:
     """Fit colours to what is seen, (27, 24, 3) roots.
 
     roots, shares: (N, 3) and (N, 27, 24), what to begin with.  most: (3,) the roots of white.
     lined: whether eyeliner is worn, too; else what is dark along the lash lines alone are lashes.
+    winged: whether it surely has a wing; then what is dark beyond the outer corner is the wing.
     """
     fit = _Fit(seen, cells, most)
     if len(roots):
@@ -85,6 +89,8 @@ def spread(
         shares[at : at + 1] = _no_denser_outwards(shares[at : at + 1])
         if not lined:
             shares = _without_lashes(shares, int(at))
+        if winged:
+            shares[at] *= _WITHOUT_WING
     return Spread(roots, *_as_layers(_softened(shares, _DONE), cells.film.cover))
 
 

@@ -21,14 +21,19 @@ _INNER = (133, 362)
 # An eye that is narrower than this share of the other one is turned away, and does not count.
 _TURNED_AWAY = 0.8
 WORN_FROM = 0.6  # log-odds: on real photos few eyes without a wing reach it
+_SURE_FROM = 2.0  # from here on what is dark beside the corner is the wing, not smoke
 
 
 @dataclass(frozen=True, slots=True)
 class Wing:
-    """The dials of eyeliner that tell of its wing: length in widths of the eye, and degrees."""
+    """The dials of eyeliner that tell of its wing: length in widths of the eye, and degrees.
+
+    is_sure: a wing that cannot be smoke.
+    """
 
     length: float
     angle: float
+    is_sure: bool = False
 
 
 def read_wing(rgb8: np.ndarray, face: Face) -> Wing | None:
@@ -40,7 +45,7 @@ def read_wing(rgb8: np.ndarray, face: Face) -> Wing | None:
     if log_odds < WORN_FROM:
         return None
     length, angle = np.clip((length, angle), 0, 1).tolist()
-    return Wing(round(length, 3), round(ANGLE_UNIT * angle, 1))
+    return Wing(round(length, 3), round(ANGLE_UNIT * angle, 1), log_odds >= _SURE_FROM)
 
 
 def wing_numbers(rgb8: np.ndarray, face: Face) -> tuple[float, float, float]:

@@ -72,7 +72,7 @@ def test_layers_are_added_changed_and_removed_one_by_one(page):
     before = page.look().of(SEVERAL.name)
     controls.get_by_role("button", name="Layer 2:").click()
     controls.locator(".hex").first.fill("#102030")
-    number(controls, "Intensity").fill("0.25")
+    number(controls, "Strength").fill("0.25")
     after = page.look().of(SEVERAL.name)
     assert (after[1].product.hex, after[1].strength) == ("#102030", 0.25)
     assert (after[0], *after[2:]) == (before[0], *before[2:])

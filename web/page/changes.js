@@ -25,7 +25,7 @@ function changesOf(before, now) {
     ["colour", (layer) => COLOURS.map((code) => layer.product[code])],
     ["finish", ({ product }) => ({ ...product, red: 0, green: 0, blue: 0 })],
     ["shape", (layer) => layer.shape],
-    ["intensity", (layer) => layer.strength],
+    ["strength", (layer) => layer.strength],
   ]
     .filter(([, part]) => differs(part))
     .map(([word]) => word);

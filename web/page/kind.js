@@ -230,7 +230,7 @@ export class KindControls {
   }
 
   #makeStrength() {
-    const spec = portion("strength", "Intensity", "How much of this product is worn.");
+    const spec = portion("strength", "Strength", "How much of this product is worn.");
     const { element, set } = slider(
       spec,
       (value) => this.#edit((_, layer) => (layer.strength = value)),

@@ -98,3 +98,24 @@ def test_without_a_liner_lashes_are_no_shadow(reach, lid):
     assert lit[1] >= lit[0] - 0.01
     if min(lid) > 0.4:
         assert lit[1] > lit[0] + 0.02
+
+
+@settings(max_examples=10, deadline=None)
+@given(COLOURS)
+def test_what_is_dark_beside_a_sure_wing_is_the_wing(lid):
+    everywhere = 0.5 * ((np.abs(height) < 1.2) & (across > 0.1) & (across < 1.5))
+    dark = 0.9 * ((np.abs(height) < 0.6) & (across > 0.5) & (across < 1.5))
+    seen = seen_with((everywhere, lid), (dark, (0.0, 0.0, 0.0)))
+    cells = shadow_cells()
+    first = first_shadows(seen, cells, WHITE)
+    without, beside = (spread(seen, cells, *first, WHITE, True, winged) for winged in (False, True))
+    is_dark = without.roots.max(1) < 0.1
+    np.testing.assert_array_equal(beside.roots, without.roots)
+    beyond = np.broadcast_to(across > 1.35, height.shape)
+    inside = np.broadcast_to(across < 0.9, height.shape)
+    assert beside.densities[is_dark][:, beyond].max(initial=0) < 0.02
+    if is_dark.any():
+        assert without.densities[is_dark][:, beyond & (dark > 0)].max() > 0.02
+    np.testing.assert_allclose(
+        beside.densities[is_dark][:, inside], without.densities[is_dark][:, inside], atol=0.15
+    )
