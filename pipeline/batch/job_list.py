@@ -54,6 +54,8 @@ def _rows(
     lines: Iterator[str], path: str | os.PathLike[str], known: Sequence[str]
 ) -> Iterator[ListedJob]:
     first = next(lines, "")
+    if not first.strip():
+        raise UsageError(f"{path}, line 1: it is empty: it names the columns, such as {INPUT}")
     between = "," if "," in first or ";" not in first else ";"
     names = [name.strip().lower().replace("-", "_") for name in first.strip().split(between)]
     _check_columns(f"{path}, line 1", names, known)
