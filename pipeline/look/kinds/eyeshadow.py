@@ -141,7 +141,7 @@ KIND = Kind(
     follows_color=True,
     remark="a powder, so softer borders and broader highlights",
     dials=(
-        Dial("slot", "lid", "Zone", "The zone in which the eye-shadow lies.", choices=tuple(_SLOTS)),
+        Dial("slot", "lid", "Zone", "The zone in which it lies.", choices=tuple(_SLOTS)),
         Dial("low", _LID["low"], "From", "Its lower border: 0 the lash line, 1 the crease, "
              "2 the brow; below 0 under the eye.", low=-1.3, high=2),
         Dial("high", _LID["high"], "To", "Its upper border, in the same heights.",
