@@ -27,6 +27,7 @@ class DecodeStats:
 
     corrupt_frames: decoded with visible damage.  lost_frames: in the file, but not decodable.
     mended_times: frames without a time, or with one that did not increase.
+    moved: a line for what moved all times, which loses nothing.
     """
 
     frames: int = 0
@@ -35,6 +36,7 @@ class DecodeStats:
     lost_frames: int = 0
     decode_errors: int = 0
     mended_times: int = 0
+    moved: str = ""
     truncated: bool = False
 
     @property
@@ -202,13 +204,12 @@ class Decoder:
         trim, shift = self.trim, self.trim.shift or Fraction(0)
         self.muxer.trim(trim.start, trim.end, shift)
         if shift < 0:
-            self.muxer.converted.append(
-                f"all times: {float(-shift):g} s later, since the video began before 0"
-            )
+            why = "later, since the video began before 0"
         elif shift > 0 and trim.start is None:
-            self.muxer.converted.append(
-                f"all times: {float(shift):g} s earlier, since the file's clock began so late"
-            )
+            why = "earlier, since the file's clock began so late"
+        else:
+            return
+        self.stats.moved = f"all times: {float(abs(shift)):g} s {why}"
 
     def _refuse_changes(self) -> None:
         if self.muxer.strict and self.convert.unasked:

@@ -127,7 +127,7 @@ def test_a_video_that_begins_before_zero_is_shown_whole(tmp_path, end):
     assert any("later" in text for text in report.converted)
 
 
-@pytest.mark.parametrize("settings", [{}, {"start_seconds": Fraction(0)},
+@pytest.mark.parametrize("settings", [{}, {"start_seconds": Fraction(0)}, {"strict": True},
                                       {"split_minutes": Fraction(1, 60)}])  # fmt: skip
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
 def test_a_clock_that_begins_late_begins_at_zero(tmp_path, end, settings):
