@@ -55,7 +55,7 @@ def _rows(
 ) -> Iterator[ListedJob]:
     first = next(lines, "")
     if not first.strip():
-        raise UsageError(f"{path}, line 1: it is empty: it names the columns, such as {INPUT}")
+        raise UsageError(f"{path}, line 1 is empty: it must name the columns, such as {INPUT!r}")
     between = "," if "," in first or ";" not in first else ";"
     names = [name.strip().lower().replace("-", "_") for name in first.strip().split(between)]
     _check_columns(f"{path}, line 1", names, known)

@@ -16,7 +16,7 @@ _OPEN, _NARROW = 0.17, 0.14
 # Log-odds up to which lids stay where they are, and from which on they meet.
 _STAY, _MEET = -0.5, 1.5
 _TOGETHER = 0.3  # of the other eye's log-odds: eyes blink together
-_LASHES = 0.7  # of the way from the upper to the lower lid: there lies the line where they meet
+_MEETING_LINE = 0.7  # of the way from the upper to the lower lid
 _LID = slice(0, len(EYE_CONTOUR))  # places in EYE
 _LOWER = slice(1, 8)  # from the outer to the inner corner, without these
 _UPPER = slice(15, 8, -1)  # the same above
@@ -39,19 +39,21 @@ def close_shut_eyes(
     R'G'B', of eyes at the left of the face, or mirrored ones. weights: (NUMBERS + 1,) of the model,
     the constant last. span: width of a crop in IOD.
     """
-    openings = [opening_of(eye) for eye in points]
-    if min(openings) >= _OPEN:
+    narrow = [
+        min(max((_OPEN - opening_of(eye)) / (_OPEN - _NARROW), 0.0), 1.0) for eye in points
+    ]  # 0 for open eyes
+    if not any(narrow):
         return
     odds = [
-        float(weights[:-1] @ numbers_of(eye, crop, span) + weights[-1]) if opening < _OPEN else 0.0
-        for eye, crop, opening in zip(points, crops, openings, strict=True)
+        float(weights[:-1] @ numbers_of(eye, crop, span) + weights[-1]) if share else 0.0
+        for eye, crop, share in zip(points, crops, narrow, strict=True)
     ]
-    for eye, own, opening in zip(points, odds, openings, strict=True):
-        sure = own + _TOGETHER * (sum(odds) - own)
-        share = min(max((sure - _STAY) / (_MEET - _STAY), 0.0), 1.0)
-        share *= min(max((_OPEN - opening) / (_OPEN - _NARROW), 0.0), 1.0)
+    told = sum(own * share for own, share in zip(odds, narrow, strict=True))
+    for eye, own, share in zip(points, odds, narrow, strict=True):
+        sure = own + _TOGETHER * (told - own * share)
+        share *= min(max((sure - _STAY) / (_MEET - _STAY), 0.0), 1.0)
         upper, lower = eye[_UPPER], eye[_LOWER]
-        meet = upper + _LASHES * (lower - upper)
+        meet = upper + _MEETING_LINE * (lower - upper)
         eye[_UPPER] = upper + share * (meet - upper)
         eye[_LOWER] = lower + share * (meet - lower)
 
@@ -63,7 +65,7 @@ def opening_of(eye: np.ndarray) -> float:
 
 def numbers_of(eye: np.ndarray, crop: np.ndarray, span: float) -> np.ndarray:
     """(NUMBERS,) that the model reads: the points in widths of the eye from the middle of its lids,
-    the opening, and logarithms of colours beside that of the skin around."""
+    the opening, and logarithms of colours less those of the skin around."""
     numbers = np.empty(NUMBERS)
     places, colours = numbers[:_PLACES].reshape(-1, 2), numbers[_PLACES + 1 :]
     places[:] = eye[:, :2] - eye[_LID, :2].sum(0) * (1 / _LID.stop)

@@ -38,10 +38,11 @@ class Clip:
         seconds = time * base
         if self.end is not None and seconds >= self.end:
             return False
-        if self.start is not None:
-            stop = seconds + (packet.duration or 0) * base
-            if stop <= self.shift if is_text else seconds < self.shift:
-                return is_cover(packet.stream)
+        stop = seconds + (packet.duration or 0) * base
+        is_before = stop <= self.shift if is_text else seconds < self.shift
+        # of a film of which nothing is cut, a late clock leaves out words alone
+        if is_before and (self.start is not None or (is_text and self.shift > 0)):
+            return is_cover(packet.stream)
         if is_text and self.end is not None:
             packet.duration = min(packet.duration, round((self.end - seconds) / base))
         ticks = round(self.shift / base)
@@ -51,7 +52,7 @@ class Clip:
         if packet.dts is not None:
             packet.dts += cut_ticks - ticks
         if cut_ticks:
-            packet.duration -= cut_ticks
+            packet.duration = max(0, packet.duration - cut_ticks)
         return True
 
     def chapters(self, chapters: list[Any]) -> list[Any]:
@@ -61,7 +62,7 @@ class Clip:
         kept = []
         for chapter in chapters:
             base = chapter["time_base"]
-            first = max(chapter["start"] * base, self.start or _ZERO)
+            first = max(chapter["start"] * base, self.start or _ZERO, self.shift)
             last = chapter["end"] * base
             last = last if self.end is None else min(last, self.end)
             if last > first:

@@ -47,13 +47,12 @@ class DecodeStats:
 class StreamCopier(Protocol):
     """Takes the rest of the input to the output; see Muxer, which is one.
 
-    dropped, converted: one line each for what the output cannot hold, or holds in another form.
+    dropped: one line for each stream or property that the output cannot hold.
     strict: such losses are errors.
     """
 
     strict: bool
     dropped: list[str]
-    converted: list[str]
 
     def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None: ...
     def copy(self, packet: Any) -> None: ...
@@ -206,10 +205,10 @@ class Decoder:
         if shift < 0:
             why = "later, since the video began before 0"
         elif shift > 0 and trim.start is None:
-            why = "earlier, since the file's clock began so late"
+            why = "earlier, since the file's clock begins that late"
         else:
             return
-        self.stats.moved = f"all times: {float(abs(shift)):g} s {why}"
+        self.stats.moved = f"all times: {round(float(abs(shift)), 2):.12g} s {why}"
 
     def _refuse_changes(self) -> None:
         if self.muxer.strict and self.convert.unasked:

@@ -54,7 +54,7 @@ class CopyFrames:
 class CopyToAll:
     """Takes the packets of a film's other streams to several outputs; see StreamCopier.
 
-    dropped, converted: what holds for all outputs.
+    dropped: what holds for all outputs.
     errors: what ended each output, None where nothing did; such an output gets no more packets. An
     output that cannot take a packet gets an entry here.
     """
@@ -63,7 +63,6 @@ class CopyToAll:
         self._muxers, self._errors = muxers, errors
         self.strict = muxers[0].strict
         self.dropped: list[str] = []
-        self.converted: list[str] = []
 
     def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None:
         for muxer in self._muxers:

@@ -91,7 +91,7 @@ class VideoSource:
         """What is subtracted from all times of a film whose clock begins late, in seconds: a whole
         number of ticks of the video; 0 for a clock that begins within a second of 0.
 
-        Players of such a file begin where it does, but those of a copy would wait for hours.
+        In mp4 and mov a late start becomes an empty edit, which players wait through.
         """
         start = self.start_seconds
         return start // self.time_base * self.time_base if start >= 1 else Fraction(0)

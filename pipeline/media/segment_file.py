@@ -79,7 +79,6 @@ class SegmentWriter:
     def __init__(self, path: Path, container_format: str) -> None:
         self.path, self.format = path, container_format
         self.dropped: list[str] = []
-        self.converted: list[str] = []
         self.is_finished = False
         self._own_format = _RAW
         self._container: Any = None

@@ -15,7 +15,7 @@ class Trim(Generic[T]):
 
     start, end: seconds on the container's clock, None where nothing is cut.
     tick: seconds; the shift is a whole number of ticks, so that times stay exact.
-    late_start: seconds that a whole film's times are earlier, as VideoSource.late_start.
+    late_start: seconds to subtract from the times of a film of which nothing is cut.
     shift: seconds to subtract from every time of the clip, None until the first picture is kept.
     """
 

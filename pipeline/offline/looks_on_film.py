@@ -172,7 +172,6 @@ class _Film:
         report = film_report(source, path, self.decoder, sink.encoder, self._muxers[at])
         add_times(report, times | sink.times, runner.channels)
         report.dropped = self._copier.dropped + report.dropped
-        report.converted = self._copier.converted + report.converted
         report.bytes_in = source.container.size
         if painter is not None:
             self.faces.count(report)

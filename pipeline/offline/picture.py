@@ -29,7 +29,6 @@ from makeup_video.pipeline.offline.settings import Settings
 
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
 _ICC_PROFILE = 2
-_COLOUR_SPACES = "CMYK", "GRAY", "RGB"  # of profiles, that pictures may have
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,8 +125,9 @@ def _write(
         target.own_path.write_bytes(written)
     report.dropped += _lost_metadata(written, target.part, metadata)
     if settings.strict and (lost := report.dropped + report.conversions):
+        advice = "Leave" if suffix == ".png" else "Use .png, or leave"
         raise StrictError(
-            f"{option('strict')}: {suffix} cannot keep {'; '.join(lost)}. Use .png, or leave "
+            f"{option('strict')}: {suffix} cannot keep {'; '.join(lost)}. {advice} "
             f"{option('strict')} out."
         )
     return report
@@ -154,11 +154,10 @@ def _of_these_colours(
     """Metadata without an ICC profile of other colours than those of the pixels: what was stored as
     CMYK is read as RGB, and a grey picture that is painted becomes RGB."""
     profile = metadata.get(_ICC_PROFILE)
-    space = "GRAY" if pixels.shape[2] < 3 else "RGB"
     found = "" if profile is None else _colour_space(profile)
-    if found not in _COLOUR_SPACES or found == space:
+    if found != "CMYK" and (found != "GRAY" or pixels.shape[2] < 3):
         return metadata
-    report.dropped.append(f"ICC profile: it is of {found}, and the picture is written as {space}")
+    report.dropped.append(f"ICC profile: it is of {found}, and the picture is written as RGB")
     return {kind: blob for kind, blob in metadata.items() if kind != _ICC_PROFILE}
 
 

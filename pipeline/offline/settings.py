@@ -131,7 +131,7 @@ def exact(value: object, name: str) -> Fraction | None:
         return value
     try:
         return Fraction(str(value))
-    except ValueError as error:
+    except (ValueError, ZeroDivisionError) as error:
         raise UsageError(f"{option(name)} must be a number, got {value!r}") from error
 
 

@@ -24,7 +24,7 @@ def test_rows_are_read(tmp_path, between):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "line 1: it is empty: it names the columns, such as in"),
+        ("", "line 1 is empty: it must name the columns, such as 'in'"),
         ("look\nnude", r"line 1: the column in, .* is missing"),
         ("in,lisp\na,b", r"line 1: there is no column 'lisp': did you mean lips\?"),
         ("in,look,look\na,b,c", "line 1: the column look stands there twice"),

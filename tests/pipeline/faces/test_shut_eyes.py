@@ -18,7 +18,7 @@ from makeup_video.pipeline.faces.topology import EYE
 from people import SAMPLES, portrait
 
 SPAN = 0.72  # IOD
-LASHES = [*range(1, 8), *range(9, 16)]  # of EYE: all of its lids but the corners
+LID_POINTS = [*range(1, 8), *range(9, 16)]  # of EYE: all of its lids but the corners
 
 
 def always(odds):
@@ -51,7 +51,7 @@ def test_the_lids_of_a_shut_eye_meet(opening, seed):
     before = points.copy()
     close_shut_eyes(points, crops, always(100), SPAN)
     assert max(map(opening_of, points)) < 1e-5
-    rest = np.setdiff1d(np.arange(len(EYE)), LASHES)
+    rest = np.setdiff1d(np.arange(len(EYE)), LID_POINTS)
     np.testing.assert_array_equal(points[:, rest], before[:, rest])
 
 

@@ -103,6 +103,15 @@ def test_a_profile_of_other_colours_is_left_out(tmp_path, space, end):
     assert int(ICC) not in read_picture(tmp_path / f"out{end}")[1]
 
 
+def test_a_grey_picture_that_stays_grey_keeps_its_profile(tmp_path):
+    for space in ("GRAY", "RGB"):
+        profile = PROFILE[:16] + space.ljust(4).encode() + PROFILE[20:]
+        src = write(tmp_path / f"{space}.jpg", scene((40, 60, 1)), {ICC: profile})
+        report = process_video(src, tmp_path / f"out-{space}.jpg", None, Settings(strict=True))
+        assert report.dropped == []
+        assert bytes(read_picture(tmp_path / f"out-{space}.jpg")[1][int(ICC)]) == profile
+
+
 def test_transparency_into_jpeg_is_reported_and_laid_on_white(tmp_path):
     pixels = np.zeros((16, 16, 4), np.uint8)
     report = process_video(write(tmp_path / "in.png", pixels), tmp_path / "out.jpg")

@@ -20,6 +20,7 @@ from people import SAMPLES
         ({"start_seconds": Fraction(2), "end_seconds": Fraction(2)}, "end_seconds later than it"),
         ({"start_seconds": float("nan")}, "start_seconds must be a number, got nan"),
         ({"end_seconds": "soon"}, "end_seconds must be a number, got 'soon'"),
+        ({"end_seconds": "1/0"}, "end_seconds must be a number, got '1/0'"),
         ({"faces": -1}, "faces must be"),
     ],
 )
