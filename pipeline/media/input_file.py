@@ -29,6 +29,7 @@ _LOOK_FURTHER = {
 }
 _STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
 logging.getLogger("libav").addHandler(logging.NullHandler())  # else Python prints its warnings
+_FREE_CLOCKS = "mpegts", "mpeg"  # containers whose clock may begin at any time
 _FAKE_RATE = 240  # FFmpeg guesses rates such as 1000 or 90000 for files of variable frame rate
 
 
@@ -88,13 +89,15 @@ class VideoSource:
 
     @property
     def late_start(self) -> Fraction:
-        """What is subtracted from all times of a film whose clock begins late, in seconds: a whole
-        number of ticks of the video; 0 for a clock that begins within a second of 0.
+        """What is subtracted from all times of an MPEG stream whose clock begins late, in seconds:
+        a whole number of ticks of the video; 0 for a clock that begins within a second of 0.
 
-        In mp4 and mov a late start becomes an empty edit, which players wait through.
+        The clock of such a stream may say anything. In mp4 a late start becomes an empty edit,
+        which players wait through. Where another container begins late, that is meant.
         """
-        start = self.start_seconds
-        return start // self.time_base * self.time_base if start >= 1 else Fraction(0)
+        start, name = self.start_seconds, self.container.format.name
+        is_late = start >= 1 and name in _FREE_CLOCKS
+        return start // self.time_base * self.time_base if is_late else Fraction(0)
 
     @property
     def bit_depth(self) -> int:

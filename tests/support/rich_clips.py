@@ -18,9 +18,8 @@ def add_titles(container, codec="mov_text", language="fre"):
     return stream
 
 
-def write_titles(container, stream, titles=TITLES):
-    """titles: (start ms, length ms, text) each."""
-    for start, length, text in titles:
+def write_titles(container, stream):
+    for start, length, text in TITLES:
         line = b"0,0,Default,,0,0,0,," + text
         packet = stream.codec_context.encode_subtitle(SubtitleSet.create(line, 0, length))
         packet.stream, packet.time_base = stream, Fraction(1, 1000)

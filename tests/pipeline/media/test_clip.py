@@ -62,3 +62,19 @@ def test_chapters_are_cut_and_moved_and_others_dropped():
     kept = [(c["id"], c["start"], c["end"]) for c in CLIP.chapters(chapters)]
     assert kept == [(1, 0, 1000), (2, 1000, 2000), (3, 2000, 3000)]
     assert Clip().chapters(chapters) is chapters
+
+
+@given(start_ms=st.integers(0, 4000), length_ms=st.integers(0, 3000))
+def test_words_before_a_late_clock_go_and_sound_stays(start_ms, length_ms):
+    late = Clip(shift=Fraction(2))  # nothing is cut
+    sound, text = packet(start_ms), packet(start_ms, length_ms, "subtitle")
+    assert late.take(sound) and sound.pts == start_ms - 2000
+    assert late.take(text) == (start_ms + length_ms > 2000)
+    if start_ms + length_ms > 2000:
+        assert text.pts == max(0, start_ms - 2000)
+        assert text.pts + text.duration == start_ms + length_ms - 2000
+    chapter = {"id": 1, "start": start_ms, "end": start_ms + length_ms, "time_base": BASE}
+    kept = [(one["start"], one["end"]) for one in late.chapters([chapter])]
+    end_ms = start_ms + length_ms - 2000
+    there = end_ms > max(0, start_ms - 2000)
+    assert kept == ([(max(0, start_ms - 2000), end_ms)] if there else [])
