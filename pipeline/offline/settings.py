@@ -41,7 +41,8 @@ class Settings:
     bit_depth: 8, 10 or 12 bits a sample; None: that of the source, but 8 in H.264.
     sdr: turn HDR into SDR.
     faces: whom to paint: "all", "largest", or the number of a face, as inspect_video draws it.
-    Numbers of faces and devices may be int, and times int, float or Decimal, by their decimals.
+    An int in place of text is taken as its number, a float or Decimal in place of a Fraction by the
+    decimals that it is shown with.
     compare: show before and after side by side.
     split_minutes: paint the film in segments of about so many minutes, each in a process of its
     own, and join them; None: in one run.
