@@ -12,10 +12,10 @@ from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR
 
 # Opening in widths of the eye. From the first on an eye is open; below the second only the model
 # decides.
-_OPEN, _NARROW = 0.17, 0.14
+_OPEN, _NARROW = 0.2, 0.16
 # Log-odds up to which lids stay where they are, and from which on they meet.
 _STAY, _MEET = -0.5, 1.5
-_TOGETHER = 0.3  # of the other eye's log-odds: eyes blink together
+_TOGETHER = 0.5  # of the other eye's log-odds: eyes blink together
 _MEETING_LINE = 0.7  # of the way from the upper to the lower lid
 _LID = slice(0, len(EYE_CONTOUR))  # places in EYE
 _LOWER = slice(1, 8)  # from the outer to the inner corner, without these
