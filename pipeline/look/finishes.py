@@ -69,7 +69,9 @@ def look_in_words(look: Look) -> str:
         for kind in KINDS.values()
         if kind.part in _ALWAYS_NAMED or look.of(kind.name)
     ]
-    return "; ".join([*parts, *([f"all at {look.strength:.0%}"] if look.strength < 1 else [])])
+    if look.strength < 1:
+        parts.append(f"all at {look.strength:.0%}")
+    return "; ".join(parts)
 
 
 def part_in_words(look: Look, kind: str) -> str:

@@ -52,7 +52,7 @@ class Clip:
         if packet.dts is not None:
             packet.dts += cut_ticks - ticks
         if cut_ticks:
-            packet.duration = max(0, packet.duration - cut_ticks)
+            packet.duration -= cut_ticks
         return True
 
     def chapters(self, chapters: list[Any]) -> list[Any]:

@@ -1,7 +1,7 @@
 """Demuxes the input and decodes its video; the packets of other streams go to the output."""
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -27,7 +27,7 @@ class DecodeStats:
 
     corrupt_frames: decoded with visible damage.  lost_frames: in the file, but not decodable.
     mended_times: frames without a time, or with one that did not increase.
-    moved: a line for what moved all times, which loses nothing.
+    moved: a line where all times move, which loses nothing.
     """
 
     frames: int = 0
@@ -36,7 +36,7 @@ class DecodeStats:
     lost_frames: int = 0
     decode_errors: int = 0
     mended_times: int = 0
-    moved: str = ""
+    moved: list[str] = field(default_factory=list)
     truncated: bool = False
 
     @property
@@ -208,7 +208,7 @@ class Decoder:
             why = "earlier, since the file's clock begins that late"
         else:
             return
-        self.stats.moved = f"all times: {round(float(abs(shift)), 2):.12g} s {why}"
+        self.stats.moved.append(f"all times: {round(float(abs(shift)), 2):.12g} s {why}")
 
     def _refuse_changes(self) -> None:
         if self.muxer.strict and self.convert.unasked:

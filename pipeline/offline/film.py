@@ -118,7 +118,7 @@ def film_report(
         skipped_packets=muxer.skipped_packets,
         damaged=stats.is_damaged or muxer.skipped_packets > 0,
         dropped=muxer.dropped,
-        converted=[*filter(None, [stats.moved]), *muxer.converted],
+        converted=stats.moved + muxer.converted,
         conversions=list(decoder.convert.conversions),
         media_seconds=float(decoder.media_seconds),
         first_packet_unix_seconds=encoder.first_packet_at,

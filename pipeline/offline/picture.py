@@ -28,7 +28,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
-_ICC_PROFILE = 2
+_ICC_PROFILE = _KINDS.index("ICC profile")
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,17 +153,14 @@ def _of_these_colours(
 ) -> dict[int, np.ndarray]:
     """Metadata without an ICC profile of other colours than those of the pixels: what was stored as
     CMYK is read as RGB, and a grey picture that is painted becomes RGB."""
-    profile = metadata.get(_ICC_PROFILE)
-    found = "" if profile is None else _colour_space(profile)
-    if found != "CMYK" and (found != "GRAY" or pixels.shape[2] < 3):
+    profile = metadata.get(_ICC_PROFILE, np.empty(0, np.uint8))
+    found = profile[16:20].tobytes()  # the data colour space (ICC.1:2022, section 7.2.8)
+    if found != b"CMYK" and (found != b"GRAY" or pixels.shape[2] < 3):
         return metadata
-    report.dropped.append(f"ICC profile: it is of {found}, and the picture is written as RGB")
+    report.dropped.append(
+        f"ICC profile: it is of {found.decode()}, and the picture is written as RGB"
+    )
     return {kind: blob for kind, blob in metadata.items() if kind != _ICC_PROFILE}
-
-
-def _colour_space(profile: np.ndarray) -> str:
-    """The data colour space of an ICC profile (ICC.1:2022, section 7.2.8), such as "RGB"."""
-    return profile[16:20].tobytes().decode("ascii", "ignore").strip(" \0")
 
 
 def _lost_metadata(data: bytes, path: Path, metadata: dict[int, np.ndarray]) -> list[str]:

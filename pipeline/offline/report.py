@@ -15,7 +15,8 @@ class Report:
     output: 0.0 in mp4 and mov, at most half a millisecond in mkv and webm.
     lost_frames: in the file, but not decodable.
     skipped_packets: damaged packets of other streams.
-    dropped, converted: streams and metadata that the output could not hold, or not as they were.
+    dropped, converted: streams and metadata that the output could not hold, or not as they were;
+    the latter names moved times, too.
     conversions: changes of the pixel format or the size before painting.
     frames_with_face, faces: how many frames show a face, and how many faces there are in all; None
     in a run that does not find faces.

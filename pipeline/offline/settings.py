@@ -82,7 +82,7 @@ class Settings:
         for name in ("faces", "device"):
             object.__setattr__(self, name, str(getattr(self, name)))
         for name in ("start_seconds", "end_seconds", "split_minutes"):
-            object.__setattr__(self, name, exact(getattr(self, name), name))
+            object.__setattr__(self, name, _exact(getattr(self, name), name))
         check_faces(self.faces)
         check_hardware(self.hardware)
         if self.bit_depth not in (None, *BIT_DEPTHS):
@@ -125,7 +125,7 @@ class Settings:
         return [name for name in _OF_VIDEOS if getattr(self, name) != getattr(default, name)]
 
 
-def exact(value: object, name: str) -> Fraction | None:
+def _exact(value: object, name: str) -> Fraction | None:
     """A time of any type of number, by the decimals that it is shown with: a float of 0.1 is a
     little more, so a frame at 1/10 s would be left out. Raises UsageError."""
     if value is None or isinstance(value, Fraction):
