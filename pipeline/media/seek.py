@@ -20,6 +20,8 @@ def seek_before(source: VideoSource, decoder: Any, start: Fraction) -> None:
     video, container = source.video, source.container
     if container.duration is None:
         return  # a bare stream has no times to seek by: decode it from its beginning
+    if video.start_time is not None and start <= video.start_time * source.time_base:
+        return  # to seek the first picture would lose the sound before it
     for back in _BACK_SECONDS:
         try:
             ticks = int(max(Fraction(0), start - back) / source.time_base)

@@ -167,3 +167,19 @@ def test_a_late_start_that_is_meant_is_kept(tmp_path):
                     time_base=Fraction(1, 1000))  # fmt: skip
     process_video(src, tmp_path / "out.mkv")
     assert times_of(tmp_path / "out.mkv")[0] == times_of(src)[0] == 2
+
+
+@pytest.mark.parametrize("name", ["in.mkv", "in.mp4", "in.ts"])
+def test_sound_before_a_late_picture_stays_after_start(tmp_path, name):
+    src = tmp_path / name
+    with av.open(str(src), "w") as out:
+        video = add_video(out, "h264", time_base=Fraction(1, 90000))
+        audio = out.add_stream("aac", rate=48000, layout="stereo")
+        tone(out, audio, 4)
+        encode_frames(out, video, [180000 + 3000 * i for i in range(60)])
+    process_video(src, tmp_path / "out.mkv", None, Settings(start_seconds=Fraction(1)))
+    sound = [seconds for seconds, *_ in packets_of(tmp_path / "out.mkv", "audio")]
+    assert sound[0] == pytest.approx(0, abs=0.03)
+    assert sound[-1] == pytest.approx(3, abs=0.05)
+    assert max(b - a for a, b in pairwise(sound)) < 0.05
+    assert times_of(tmp_path / "out.mkv")[0] == pytest.approx(1, abs=0.05)
