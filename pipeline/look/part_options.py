@@ -76,7 +76,7 @@ def layers_of(part: str, text: str, finish: str | None = None) -> tuple[Layer, .
 
 def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
     colour, *words = text.split(":")
-    if finish_of(colour):
+    if rgb_of(colour) is None and _is_word(kind, colour):
         raise UsageError(
             f"{option(kind.part)} begins with a colour, as in {COLOUR[:-1]}:{colour.strip()}', "
             f"got {text!r}"
@@ -94,6 +94,11 @@ def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
         kept[name] = value
     chosen = said.get("finish") or finish or kind.first_finish
     return Layer(kind.name, product(rgb, chosen, kind.part), shape, said.get("strength", 1.0))
+
+
+def _is_word(kind: Kind, text: str) -> bool:
+    """Whether a text is a finish, a place or a share, which come after the colour."""
+    return bool(finish_of(text) or place_of(text, kind) or number_of(text) is not None)
 
 
 def _names_of_dials(kind: Kind) -> list[str]:

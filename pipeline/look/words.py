@@ -28,6 +28,17 @@ FINISH_WORDS: Mapping[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 
+# Colours that are called by a product's shade and have no name in CSS: the medians of the lipsticks
+# of a shade table whose shade is so named, taupe that of eye-shadows (training/shade_names.py).
+SHADES: Mapping[str, str] = {
+    "apricot": "#E1A29D", "berry": "#9D354F", "bordeaux": "#731D37", "caramel": "#B2625E",
+    "cherry": "#962629", "coffee": "#803231", "grape": "#91325B", "lilac": "#B27DB0",
+    "mauve": "#B6697A", "melon": "#F45C5F", "merlot": "#8F212E", "nude": "#BD766B",
+    "peach": "#EF7563", "poppy": "#EE4140", "raspberry": "#963950", "rose": "#D05D66",
+    "ruby": "#A81D38", "strawberry": "#DC4C6F", "tangerine": "#FC7C48", "taupe": "#A6887E",
+    "watermelon": "#D65E78", "wine": "#92273A",
+}  # fmt: skip
+
 
 def plain(word: str) -> str:
     """A word without what does not matter: "Brow-Bone " is "browbone"."""
@@ -42,9 +53,9 @@ def is_none(word: str) -> bool:
 def rgb_of(text: str) -> tuple[int, int, int] | None:
     """Red, green, blue, sRGB code values 0..255; None for what is no colour.
 
-    text: hex digits with or without a #, a name of CSS, or CSS's rgb(...) or hsl(...).
+    text: hex digits with or without a #, a name of CSS or of SHADES, or CSS's rgb(...) or hsl(...).
     """
-    rgb = rgb_of_hex(text.strip())
+    rgb = rgb_of_hex(SHADES.get(plain(text), text.strip()))
     if rgb is not None:
         return rgb
     from PIL import ImageColor  # 20 ms that hex digits need not wait for
@@ -62,7 +73,7 @@ def like_a_colour(text: str) -> str:
     """ ": did you mean darkred?" for a mistyped name of a colour, else nothing."""
     from PIL import ImageColor
 
-    return did_you_mean(text, ImageColor.colormap)
+    return did_you_mean(text, [*ImageColor.colormap, *SHADES])
 
 
 def finish_of(word: str) -> str | None:

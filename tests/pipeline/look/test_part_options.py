@@ -93,6 +93,8 @@ def test_commas_within_a_colour_do_not_separate_layers():
         ("eyes", "red,", "--eyes has no colour: quote one"),
         ("lips", "gloss", "--lips begins with a colour, as in '#B4002E:gloss', got 'gloss'"),
         ("lips", "matte:red", "--lips begins with a colour"),
+        ("blush", "50%", "--blush begins with a colour, as in '#B4002E:50%', got '50%'"),
+        ("eyes", "outer:red", "--eyes begins with a colour, as in '#B4002E:outer'"),
         ("lips", "drakred", "--lips must be a colour such as .*, got 'drakred': did you mean darkred?"),
         ("lips", "red:", "--lips: '' is no finish"),
         ("lips", "red:mate", "--lips: 'mate' is no finish .*: did you mean matte?"),

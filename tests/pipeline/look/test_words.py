@@ -25,6 +25,15 @@ def test_every_colour_of_css_is_known(name):
     assert words.rgb_of(name.title()) == ImageColor.getrgb(name)
 
 
+def test_shades_of_lipstick_are_colours_that_css_lacks():
+    assert not set(words.SHADES) & set(ImageColor.colormap)
+    for name, code in words.SHADES.items():
+        assert name == words.plain(name)
+        assert parse_color(f" {name.title()} ") == parse_color(code)
+    with refused(UsageError, "got 'wien': did you mean wine?"):
+        parse_color("wien")
+
+
 @pytest.mark.parametrize(
     ("text", "rgb"),
     [("red", (255, 0, 0)), ("Dark Red", (139, 0, 0)), ("rebecca-purple", (102, 51, 153)),
