@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from makeup_video.cli.console import log
 from makeup_video.cli.looks_options import LooksOptions, WantedLook
 from makeup_video.cli.options import (
     OUTPUT,
@@ -22,7 +23,7 @@ from makeup_video.cli.outcome import error_text, print_summary, report_errors
 from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
-    from makeup_video.pipeline import Report, Settings
+    from makeup_video.pipeline import Look, Report, Settings
     from makeup_video.pipeline.media.sidecar import JsonFile
     from makeup_video.pipeline.offline.looks import Outcome
 
@@ -130,6 +131,25 @@ class _Run:
     quiet: bool
 
 
+def _check(run: _Run, looks: list[WantedLook]) -> None:
+    """Check the film's name and the looks, before outputs: mistakes there are said first."""
+    from makeup_video.pipeline.media.input_file import local_file
+
+    local_file(run.source)
+    for look in looks:
+        look.check()
+
+
+def _look_for(run: _Run, look: WantedLook) -> "Look":
+    """The look of a run; one that paints nothing is logged."""
+    from makeup_video.pipeline.look.words import is_none
+
+    painted, name = look.load(run.quiet), look.fields["look"]
+    if painted.is_bare and not is_none(name) and not run.quiet:
+        log(f"nothing is worn in the look {name or 'given'}: {run.source} stays as it is")
+    return painted
+
+
 def _paint_one(
     run: _Run, output: str, look: WantedLook, settings: "Settings", cluster: ClusterOptions
 ) -> "Report":
@@ -137,8 +157,9 @@ def _paint_one(
     from makeup_video.pipeline import process_video
     from makeup_video.pipeline.engine.machine import return_large_blocks
 
+    _check(run, [look])
     with _sidecars(run, [output], settings.overwrite) as files:
-        painted = look.load(run.quiet)
+        painted = _look_for(run, look)
         return_large_blocks()  # from now on: a photo is read in large blocks, which are used again
         with (
             cluster.workers(settings.jobs, lambda count: None) as workers,
@@ -161,9 +182,10 @@ def _paint_several(
 
     if run.save_look is not None:
         raise UsageError("--save-look writes one look, and several are painted: leave it out")
+    _check(run, looks)
     with _sidecars(run, outputs, settings.overwrite) as (file, _):
         painted = {
-            Path(one): look.load(run.quiet) for one, look in zip(outputs, looks, strict=True)
+            Path(one): _look_for(run, look) for one, look in zip(outputs, looks, strict=True)
         }
         return_large_blocks()
         names = dict(zip(painted, (look.fields["look"] for look in looks), strict=True))

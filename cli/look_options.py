@@ -209,14 +209,26 @@ class LookOptions(Changes, with_parts(_WholeLook)):  # type: ignore[misc]
         return load_look(self.look)
 
 
+def check_photo(photo: str) -> None:
+    """Check the name of a photo. Raises UsageError for the name of a look, InputError."""
+    from makeup_video.pipeline import UsageError
+    from makeup_video.pipeline.look.ready import is_file
+    from makeup_video.pipeline.media.input_file import local_file
+
+    if photo.lower().endswith(".json") or not is_file(photo):
+        raise UsageError(f"--ref takes a photo, and {photo} is a look: --look {photo}")
+    local_file(photo, "photo")
+
+
 def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Look":
     """The look of a photo, logged in one line, with how sure it is, unless quiet.
 
-    Raises InputError, PhotoError.
+    Raises UsageError, InputError, PhotoError.
     """
     from makeup_video.pipeline import PhotoError
     from makeup_video.pipeline.reference.estimate import estimate_photo
 
+    check_photo(photo)
     read = estimate_photo(photo, face)
     if read.look.is_bare and not may_be_bare:
         raise PhotoError(

@@ -11,6 +11,7 @@ from makeup_video.cli.console import log
 from makeup_video.cli.look_options import (
     LOOK_HELP,
     Changes,
+    check_photo,
     look_of_photo,
     ready_names,
     with_parts,
@@ -75,10 +76,12 @@ class WantedLook:
 
     fields: its name, and what else a template of outputs may hold of it.
     load(quiet): reads the look; the one of a photo is logged in one line, unless quiet.
+    check(): raises what `load` would, as far as that can be told without reading a photo.
     """
 
     fields: dict[str, str]
     load: "Callable[[bool], Look]"
+    check: "Callable[[], object]"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,11 +109,11 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         self._check()
         check_options(self.choice())
         found = [*self._named(), *self._rows()] or [
-            WantedLook({}, lambda quiet: self._painted(None))
+            WantedLook({}, lambda quiet: self._painted(None), lambda: self._painted(None))
         ]
         names = numbered([one.fields.get("look", "") for one in found])
         return [
-            WantedLook(one.fields | {"look": name}, one.load)
+            replace(one, fields=one.fields | {"look": name})
             for one, name in zip(found, names, strict=True)
         ]
 
@@ -132,14 +135,16 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
 
         files = [] if self.looks is None else map(str, look_files(self.looks))
         for name in self.look or []:
-            yield self._wanted(name, partial(self._load, name))
+            yield self._of_file(name)
         for photo in self.ref or []:
-            yield self._wanted(photo, partial(self._read, photo))
+            fields = {"look": Path(photo).stem}
+            yield WantedLook(fields, partial(self._read, photo), partial(check_photo, photo))
         for file in files:
-            yield self._wanted(file, partial(self._load, file))
+            yield self._of_file(file)
 
-    def _wanted(self, path: str, load: "Callable[[bool], Look]") -> WantedLook:
-        return WantedLook({"look": Path(path).stem}, load)
+    def _of_file(self, name: str) -> WantedLook:
+        load = partial(self._load, name)
+        return WantedLook({"look": Path(name).stem}, load, partial(load, True))
 
     def _load(self, name: str, quiet: bool) -> "Look":
         from makeup_video.pipeline.look.ready import load_look
@@ -165,7 +170,8 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         finish = None if self.finish is None else parse_finish(self.finish)
         parts = () if self.parts is None else parse_parts(self.parts)
         for row in looks_of_catalogue(self.catalogue, self.where or (), finish, parts):
-            yield WantedLook(row.fields, partial(self._on_row, row))
+            load = partial(self._on_row, row)
+            yield WantedLook(row.fields, load, partial(load, True))
 
     def _on_row(self, row: "NamedLook", quiet: bool) -> "Look":
         """The look of a row with what the other options change; they chose its part already."""

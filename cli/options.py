@@ -203,5 +203,7 @@ def parse_time(text: str | None, option: str) -> "Fraction | None":
         raise UsageError(f"{option} must be seconds or [hh:]mm:ss[.fraction], got {text!r}")
     values = [Fraction(part) for part in text.split(":")]
     if any(value >= 60 for value in values[1:]):
-        raise UsageError(f"{option} has a part of 60 or more after a colon: {text!r}")
+        raise UsageError(
+            f"{option}: what follows a colon must be below 60, as in 1:30, got {text!r}"
+        )
     return sum((v * 60**i for i, v in enumerate(reversed(values))), Fraction(0))

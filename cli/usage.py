@@ -56,8 +56,13 @@ def _message(error: Any) -> str:
         needs = "requires" in typers
         return f"{error.option_name} {'needs a value' if needs else 'takes no value'}"
     if extra := re.fullmatch(r"Got unexpected extra argument\S* \((.*)\)", typers):
-        return f"too many arguments: {extra[1]}"
+        photo = f"; the photo of a look is --ref {extra[1]}" if _is_photo(extra[1]) else ""
+        return f"too many arguments: {extra[1]}{photo}"
     return typers
+
+
+def _is_photo(name: str) -> bool:
+    return name.lower().endswith((".jpg", ".jpeg", ".png", ".webp", ".heic"))
 
 
 def _bad_value(error: Any, param: Any) -> str | None:

@@ -52,7 +52,9 @@ def parse_share(text: str, what: str) -> float:
     number = number_of(text)
     if number is None or not 0 <= number <= 1:
         is_percent = number is not None and 1 < number <= 100 and "%" not in text
-        meant = f": did you mean {text.strip()}%?" if is_percent else ""
+        is_more = number is not None and number > 1 and not is_percent
+        meant = ": 100% is the most" if is_more else ""
+        meant = f": did you mean {text.strip()}%?" if is_percent else meant
         raise UsageError(
             f"{what} must be a number in 0..1 or a percentage such as 80%, got {text!r}{meant}"
         )
@@ -70,7 +72,9 @@ def layers_of(part: str, text: str, finish: str | None = None) -> tuple[Layer, .
     kind, texts = PARTS[part], _BETWEEN_LAYERS.split(text)
     if len(texts) > kind.most:
         most = "one colour" if kind.most == 1 else f"at most {kind.most} layers"
-        raise UsageError(f"{option(part)} takes {most}, got {len(texts)}: {text!r}")
+        raise UsageError(
+            f"{option(part)} takes {most}, got {len(texts)}: {text!r}{_meant(kind, texts)}"
+        )
     return tuple(_layer(kind, one, finish) for one in texts)
 
 
@@ -81,7 +85,11 @@ def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
             f"{option(kind.part)} begins with a colour, as in {COLOUR[:-1]}:{colour.strip()}', "
             f"got {text!r}"
         )
-    rgb = parse_color(colour, kind.part)
+    rgb = rgb_of(colour)
+    if rgb is None:
+        if meant := _spaced(kind, colour):
+            raise UsageError(f"{option(kind.part)}: words follow the colour after colons{meant}")
+        rgb = parse_color(colour, kind.part)
     said: dict[str, Any] = {}
     shape: dict[str, Any] = {}
     for word in words:
@@ -94,6 +102,26 @@ def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
         kept[name] = value
     chosen = said.get("finish") or finish or kind.first_finish
     return Layer(kind.name, product(rgb, chosen, kind.part), shape, said.get("strength", 1.0))
+
+
+def _meant(kind: Kind, texts: list[str]) -> str:
+    """ ": did you mean red:matte?" where commas or spaces stand for colons, else nothing."""
+    first, *rest = texts
+    if len(texts) == 3 and all(one.strip().isdigit() for one in texts):
+        return f": did you mean 'rgb({', '.join(one.strip() for one in texts)})'?"
+    if rest and rgb_of(first) is not None and all(_is_word(kind, one) for one in rest):
+        return f": did you mean '{':'.join(one.strip() for one in texts)}'?"
+    return ""
+
+
+def _spaced(kind: Kind, text: str) -> str:
+    """ ": did you mean 'dark red:matte'?" for words after spaces rather than colons."""
+    words = text.split()
+    for count in range(len(words) - 1, 0, -1):
+        meant = _meant(kind, [" ".join(words[:count]), *words[count:]])
+        if meant:
+            return meant
+    return ""
 
 
 def _is_word(kind: Kind, text: str) -> bool:
@@ -116,11 +144,22 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
         return "finish", finish
     if slot := place_of(word, kind):
         return "slot", slot
+    if dial := next((one for one in kind.dials if plain(one.name) == plain(word)), None):
+        raise UsageError(
+            f"{option(kind.part)}: {word.strip()} needs a value, as in {_example(dial)}"
+        )
     places = f", a place ({', '.join(kind.slots)})" if kind.slots else ""
     raise UsageError(
         f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){places}, share (80%) "
         f"or NAME=NUMBER of its shape{did_you_mean(word, [*finish_names(), *kind.slots])}"
     )
+
+
+def _example(dial: Dial) -> str:
+    value = (
+        "maroon" if dial.is_colour else dial.choices[0] if dial.choices else f"{dial.high / 2:g}"
+    )
+    return f"{dial.name}={value}"
 
 
 def _dial_value(kind: Kind, name: str, value: str) -> tuple[str, Any]:

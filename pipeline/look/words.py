@@ -12,6 +12,7 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import rgb_of_hex
 
+_BEGINS = 3  # letters with which a name begins, where no other begins so
 _ALIKE = 0.7  # of difflib: a word this close to a known one is a mistyped one
 _NUMBER = re.compile(r"([+-]?(?:\d{1,9}\.?\d{0,9}|\.\d{1,9}))\s*(%?)", re.ASCII)
 NONE = "none"
@@ -105,7 +106,11 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
     by_plain: dict[str, str] = {}
     for name in names:
         by_plain.setdefault(plain(name), name)
-    close = get_close_matches(plain(word), by_plain, 1, _ALIKE)
+    wanted = plain(word)
+    close = get_close_matches(wanted, by_plain, 1, _ALIKE)
+    if not close and len(wanted) >= _BEGINS:
+        close = [name for name in by_plain if name.startswith(wanted)]
+        close = close if len(close) == 1 else []  # "cat" is cat-eye, but "dark" may be any of many
     return f": did you mean {by_plain[close[0]]}?" if close else ""
 
 

@@ -275,3 +275,30 @@ def test_painting_nothing_loads_no_nets_and_no_opencl(folder):
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--look", "caty"], "did you mean cat-eye?"),
+        (["--finish", "gloss"], "--finish gloss needs a colour"),
+        (["--ref", "cat-eye"], "--ref takes a photo, and cat-eye is a look: --look cat-eye"),
+        (["--look", "empty.json"], "out.mp4 exists already: add -y"),
+    ],
+)
+def test_a_mistake_in_the_look_is_said_before_an_old_file(folder, words, message):
+    make_clip(folder / "in.mp4")
+    Look().save("empty.json")
+    (folder / "out.mp4").write_bytes(b"old")
+    done = run("in.mp4", *words, "-o", "out.mp4")
+    assert done.exit_code in (2, 3) and message in done.output
+    assert (folder / "out.mp4").read_bytes() == b"old"
+
+
+@pytest.mark.parametrize(("name", "told"), [("empty.json", True), ("none", False)])
+def test_a_look_without_makeup_is_said_to_paint_nothing(folder, name, told):
+    make_clip(folder / "in.mp4")
+    Look().save("empty.json")
+    done = run("in.mp4", "--look", name, "-o", "out.mp4")
+    assert done.exit_code == 0
+    assert ("nothing is worn in the look empty: in.mp4 stays as it is" in done.output) == told

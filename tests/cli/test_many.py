@@ -84,7 +84,7 @@ def test_an_unreadable_row_is_named_with_its_line(folder):
 
 
 def looks_named(*names):
-    return [WantedLook({"look": name}, lambda quiet: Look()) for name in names]
+    return [WantedLook({"look": name}, lambda quiet: Look(), Look) for name in names]
 
 
 @pytest.mark.parametrize(

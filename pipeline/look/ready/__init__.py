@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from makeup_video.pipeline.errors import LookError
+from makeup_video.pipeline.errors import LookError, option
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.strict_json import read_json
 from makeup_video.pipeline.look.words import NONE, did_you_mean, plain
 
 _FOLDER = Path(__file__).parent
+_PHOTOS = (".jpg", ".jpeg", ".png", ".webp", ".heic", ".heif", ".avif", ".tif", ".tiff", ".bmp")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,7 @@ def ready_look(name: str) -> ReadyLook:
 
 def is_file(name: str) -> bool:
     """Whether `load_look` reads a file for a name, not a ready look: files come first."""
-    return plain(name) != NONE and (os.path.lexists(name) or _named(name) is None)
+    return plain(name) != NONE and (_is_there(name) or _named(name) is None)
 
 
 def load_look(name: str) -> Look:
@@ -67,10 +68,17 @@ def load_look(name: str) -> Look:
         return Look()
     if not is_file(name):
         return ready_look(name).look
-    if os.path.lexists(name) or not name or name.lower().endswith(".json"):
+    if name.lower().endswith(_PHOTOS) and os.path.exists(name):
+        raise LookError(f"{name} is no look file: {option('ref', name)} reads the look of a photo")
+    if _is_there(name) or not name or name.lower().endswith(".json"):
         return Look.load(name)
     names = [one.name for one in ready_looks()]
     raise LookError(f"there is no look file and no ready look {name!r}{_instead(name, names)}")
+
+
+def _is_there(name: str) -> bool:
+    """Whether a file has that name; a folder may be called like a ready look."""
+    return os.path.lexists(name) and not os.path.isdir(name)
 
 
 def _named(name: str) -> ReadyLook | None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from makeup_video.pipeline import KINDS, Look, LookError, ready_look, ready_looks
 from makeup_video.pipeline.look.ready import is_file, load_look
+from refusals import refused
 
 DOCS = Path(__file__).parents[3] / "docs"
 NAMES = [one.name for one in ready_looks()]
@@ -92,3 +93,23 @@ def test_an_unknown_name_lists_the_ready_looks(name, words, tmp_path, monkeypatc
     assert words in str(caught.value) and "\n" not in str(caught.value)
     with pytest.raises(LookError, match="there is no ready look"):
         ready_look(name)
+
+
+def test_a_folder_does_not_hide_a_ready_look(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "glam").mkdir()
+    assert load_look("glam") == ready_look("glam").look and not is_file("glam")
+
+
+def test_a_photo_in_place_of_a_look_is_said_to_be_one(tmp_path):
+    photo = tmp_path / "her.JPG"
+    photo.write_bytes(b"\xff\xd8")
+    with refused(LookError, f"{photo} is no look file: --ref {photo} reads the look of a photo"):
+        load_look(str(photo))
+
+
+def test_the_beginning_of_one_name_alone_is_understood():
+    with refused(LookError, "there is no ready look 'cat': did you mean cat-eye"):
+        ready_look("cat")
+    with refused(LookError, "there is no ready look 'smo'; ready looks are berry"):
+        ready_look("smo")
