@@ -57,7 +57,11 @@ def _rows(
     if not first.strip():
         raise UsageError(f"{path}, line 1 is empty: it must name the columns, such as {INPUT!r}")
     between = "," if "," in first or ";" not in first else ";"
-    names = [name.strip().lower().replace("-", "_") for name in first.strip().split(between)]
+    try:
+        cells = next(csv.reader([first], strict=True, delimiter=between))
+    except csv.Error as error:
+        raise UsageError(f"{path}, line 1: no proper CSV: {error}") from error
+    names = [name.strip().lower().replace("-", "_") for name in cells]
     _check_columns(f"{path}, line 1", names, known)
     reader = csv.reader(lines, strict=True, delimiter=between)
     try:
@@ -69,11 +73,11 @@ def _rows(
                 raise UsageError(
                     f"{where}: {len(names)} cells were expected, as in line 1, got {len(row)}"
                 )
-            cells = {name: cell.strip() for name, cell in zip(names, row, strict=True)}
-            source, output = cells.pop(INPUT), cells.pop(OUTPUT, "")
+            values = {name: cell.strip() for name, cell in zip(names, row, strict=True)}
+            source, output = values.pop(INPUT), values.pop(OUTPUT, "")
             if not source:
                 raise UsageError(f"{where}: the column {INPUT} is empty: give a file")
-            options = {name: cell for name, cell in cells.items() if cell}
+            options = {name: cell for name, cell in values.items() if cell}
             yield ListedJob(where, source, output or None, options)
     except csv.Error as error:
         raise UsageError(f"{path}, line {reader.line_num + 1}: no proper CSV: {error}") from error

@@ -133,7 +133,7 @@ def key_of(job: Job, look: JobLook) -> str:
     try:
         status = os.stat(job.source)
         source = [os.path.abspath(job.source), status.st_size, status.st_mtime_ns]
-    except OSError:
+    except (OSError, ValueError):  # no such file, or a name that no file can have
         source = [os.path.abspath(job.source)]
     settings = {
         field.name: str(getattr(job.settings, field.name))
@@ -148,7 +148,7 @@ def identity(path: str) -> Identity | None:
     """Of a file; None where there is none."""
     try:
         status = os.stat(path)
-    except OSError:
+    except (OSError, ValueError):
         return None
     return status.st_ino, status.st_size, status.st_mtime_ns
 

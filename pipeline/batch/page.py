@@ -58,7 +58,10 @@ def write_page(
     target = OutputFile(path, None, overwrite=True)
     try:
         with write_errors(path):
-            target.own_path.write_text(page_of(path.parent, jobs, results, say), encoding="utf-8")
+            # names of files may be no UTF-8
+            target.own_path.write_text(
+                page_of(path.parent, jobs, results, say), "utf-8", "backslashreplace"
+            )
         target.keep()
     except BaseException:
         target.discard()

@@ -47,7 +47,12 @@ def _what(given: str) -> str:
 
 def _files_of(given: str) -> list[str]:
     if os.path.isdir(given):
-        files = sorted(entry.path for entry in os.scandir(given) if entry.is_file())
+        # a name that begins with a dot is hidden: macOS writes ._clip.mp4 beside clip.mp4
+        files = sorted(
+            entry.path
+            for entry in os.scandir(given)
+            if entry.is_file() and not entry.name.startswith(".")
+        )
         return [file for file in files if os.path.splitext(file)[1].lower() in _ENDS]
     if os.path.lexists(given) or not glob.has_magic(given):
         return [given]

@@ -9,11 +9,12 @@ import av
 from makeup_video.pipeline.errors import DecodeError, StrictError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.media.clock_jumps import ClockJumps
 from makeup_video.pipeline.media.duration import beyond_end
 from makeup_video.pipeline.media.frame_times import FrameTimes
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover, late_streams, packets_of
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
-from makeup_video.pipeline.media.seek import seek_before
+from makeup_video.pipeline.media.seek import seek_before, words_on_screen
 from makeup_video.pipeline.media.segment_trim import SegmentTrim
 from makeup_video.pipeline.media.trim import Trim
 
@@ -93,6 +94,8 @@ class Decoder:
         self._last = Fraction(0), 0  # of the last frame: its time in the clip, its length in ticks
         self._context = _decoder_context(source, threads)
         self._times = FrameTimes(source)
+        self._jumps = ClockJumps(source)
+        self._early: set[tuple[int, int]] = set()  # packets that were copied before the seek
         self._ended: set[int] = set()
         self._ends: dict[int, int] = {}  # of the packets read, in ticks of their streams
         self.packets = self._read()
@@ -101,6 +104,9 @@ class Decoder:
         """Raises DecodeError when nothing can be decoded or the picture's size changes, and
         UsageError when the film ends before `start_seconds`."""
         if self.trim.start is not None:
+            for packet in () if self._streams else words_on_screen(self.source, self.trim.start):
+                self._early.add((packet.stream.index, packet.pts))
+                self.muxer.copy(packet)
             seek_before(self.source, self._context, self.trim.start)
         index, base = self.source.video.index, self._base
         for packet in self.packets:
@@ -117,6 +123,11 @@ class Decoder:
     def finish(self) -> None:
         """Complete the counts, once all packets are read. Raises as `frames` does."""
         self._account()
+        self.stats.moved += [
+            f"all times from {_in_words(at - self.source.start_seconds)} on: "
+            f"{_in_words(abs(by))} {'later' if by > 0 else 'earlier'}, since the clock jumps there"
+            for at, by in self._jumps.jumps
+        ]
         self.muxer.dropped += [
             f"{stream}: it begins where the streams of the output are fixed already"
             for stream in late_streams(self.source.container)
@@ -141,6 +152,9 @@ class Decoder:
             if packet is None:
                 return
             index = packet.stream.index
+            if (index, packet.pts) in self._early:
+                continue
+            self._jumps(packet)
             if packet.pts is not None and packet.size:
                 end = packet.pts + (packet.duration or 0)
                 self._ends[index] = max(self._ends.get(index, 0), end)
@@ -208,7 +222,7 @@ class Decoder:
             why = "earlier, since the file's clock begins that late"
         else:
             return
-        self.stats.moved.append(f"all times: {round(float(abs(shift)), 2):.12g} s {why}")
+        self.stats.moved.append(f"all times: {_in_words(abs(shift))} {why}")
 
     def _refuse_changes(self) -> None:
         if self.muxer.strict and self.convert.unasked:
@@ -299,3 +313,8 @@ def _decoder_context(source: VideoSource, threads: int) -> Any:
     context.thread_type = "AUTO"
     context.thread_count = threads
     return context
+
+
+def _in_words(seconds: Fraction) -> str:
+    """ "3.03 s" """
+    return f"{round(float(seconds), 2):.12g} s"

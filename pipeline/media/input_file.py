@@ -95,9 +95,14 @@ class VideoSource:
         The clock of such a stream may say anything. In mp4 a late start becomes an empty edit,
         which players wait through. Where another container begins late, that is meant.
         """
-        start, name = self.start_seconds, self.container.format.name
-        is_late = start >= 1 and name in _FREE_CLOCKS
+        start = self.start_seconds
+        is_late = start >= 1 and self.has_free_clock
         return start // self.time_base * self.time_base if is_late else Fraction(0)
+
+    @property
+    def has_free_clock(self) -> bool:
+        """True for MPEG streams, whose clock may begin at any time and jump."""
+        return self.container.format.name in _FREE_CLOCKS
 
     @property
     def bit_depth(self) -> int:

@@ -6,8 +6,34 @@ from typing import Any
 import av
 from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 
+_WORDS_SECONDS = 60  # subtitles that begin longer before a start are not looked for
 _BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
 _NEVER = Fraction(2**62)
+
+
+def words_on_screen(source: VideoSource, start: Fraction) -> list[Any]:
+    """The packets of Matroska's subtitles that begin before `start` (seconds) and end after it.
+
+    Where a seek goes to a key frame it lands behind them; in other containers each stream is sought
+    by itself. The file is left anywhere.
+    """
+    container, found = source.container, []
+    streams = [stream for stream in container.streams if stream.type == "subtitle"]
+    if not streams or "matroska" not in container.format.name:
+        return []
+    try:
+        container.seek(int(max(Fraction(0), start - _WORDS_SECONDS) * av.time_base))
+        for packet in packets_of(container, *streams):
+            if packet.pts is None or not packet.size:
+                continue
+            begins = packet.pts * packet.time_base
+            if begins >= start:
+                break
+            if begins + (packet.duration or 0) * packet.time_base > start:
+                found.append(packet)
+    except av.FFmpegError:
+        pass  # what was found is good
+    return found
 
 
 def seek_before(source: VideoSource, decoder: Any, start: Fraction) -> None:

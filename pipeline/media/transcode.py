@@ -41,7 +41,7 @@ class AudioConverter:
 
     def __init__(self, container: Any, source: Any, codec: str, decoder: Any) -> None:
         self._decoder = decoder
-        self._rate = _OPUS_RATE if codec == "libopus" else source.rate
+        self._rate = _OPUS_RATE if codec == "libopus" else _nearest_rate(codec, source.rate)
         self._layout = _LAYOUTS.get(source.codec_context.layout.nb_channels, "stereo")
         self.stream = container.add_stream(codec, rate=self._rate)
         context = self.stream.codec_context
@@ -106,3 +106,10 @@ class SubtitleConverter:
         out.stream, out.time_base = self.stream, packet.time_base
         out.pts, out.dts, out.duration = packet.pts, packet.pts, packet.duration
         return [out]
+
+
+def _nearest_rate(codec: str, rate: int) -> int:
+    """The lowest rate of an encoder that keeps all of a sound, or else its highest: cameras have
+    rates such as 11024 Hz, which AAC lacks."""
+    rates = av.Codec(codec, "w").audio_rates or [rate]
+    return min((one for one in rates if one >= rate), default=max(rates))

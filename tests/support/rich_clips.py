@@ -20,12 +20,17 @@ def add_titles(container, codec="mov_text", language="fre"):
 
 def write_titles(container, stream):
     for start, length, text in TITLES:
-        line = b"0,0,Default,,0,0,0,," + text
-        packet = stream.codec_context.encode_subtitle(SubtitleSet.create(line, 0, length))
-        packet.stream, packet.time_base = stream, Fraction(1, 1000)
-        packet.pts = packet.dts = start
-        packet.duration = length
-        container.mux(packet)
+        write_title(container, stream, start, length, text)
+
+
+def write_title(container, stream, start, length, text):
+    """start, length: in milliseconds."""
+    line = b"0,0,Default,,0,0,0,," + text
+    packet = stream.codec_context.encode_subtitle(SubtitleSet.create(line, 0, length))
+    packet.stream, packet.time_base = stream, Fraction(1, 1000)
+    packet.pts = packet.dts = start
+    packet.duration = length
+    container.mux(packet)
 
 
 def titles_of(path):

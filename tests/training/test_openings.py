@@ -57,6 +57,15 @@ def test_a_wider_opening_has_the_teeth_of_what_fills_it(gap, seed):
     assert np.median(shown[0]) > 2 * np.median(shown[1])
 
 
+def test_an_opening_without_a_mouth_stays_as_it_is():
+    openings, mask = Openings(np.random.default_rng(0), chance=1.0), mouth(9)
+    rgb8 = np.full((_H, _W, 3), 90, np.uint8)
+    openings(rgb8, mouth(9))  # a texture to fill with
+    mask[..., 0] = 0
+    before = mask.copy()
+    assert (openings(rgb8, mask) == rgb8).all() and (mask == before).all()
+
+
 def test_a_shut_mouth_stays_as_it_is():
     openings = Openings(np.random.default_rng(0), chance=1.0)
     rgb8 = np.full((_H, _W, 3), 90, np.uint8)

@@ -49,6 +49,8 @@ class Openings:
             return rgb8
         wider = widened(whole, opening, rng)
         x, y, w, h = cv2.boundingRect((wider > 0.01).astype(np.uint8))
+        if not w:  # a labeller may see an opening, but no mouth around it
+            return rgb8
         texture = self._textures[int(rng.integers(len(self._textures)))]
         if rng.random() < 0.5:
             texture = texture[:, ::-1]

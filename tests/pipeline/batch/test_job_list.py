@@ -21,6 +21,13 @@ def test_rows_are_read(tmp_path, between):
     assert second.where == f"{path}, line 4"
 
 
+@pytest.mark.parametrize("first", ['"in","look"', '"in";"look"'])
+def test_names_of_columns_may_stand_in_quotes(tmp_path, first):
+    (tmp_path / "jobs.csv").write_text(f'{first}\n"a.mp4"{first[4]}"nude"\n')
+    (job,) = read_jobs(tmp_path / "jobs.csv", COLUMNS)
+    assert (job.source, job.options) == ("a.mp4", {"look": "nude"})
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -31,6 +38,7 @@ def test_rows_are_read(tmp_path, between):
         ("in,look\na", "line 2: 2 cells were expected, as in line 1, got 1"),
         ("in,look\na,b\n,nude", "line 3: the column in is empty"),
         ('in,look\n"a,b', "line 2: no proper CSV"),
+        ('"in,look\na,b', "line 1: no proper CSV"),
         ("in,look\n", "has no rows"),
     ],
 )

@@ -1,5 +1,6 @@
 """The page of results: everything in one file, names escaped, links that lead to the files."""
 
+import os
 import re
 from html.parser import HTMLParser
 from urllib.parse import unquote
@@ -87,3 +88,11 @@ def test_what_was_not_reached_is_left_out(tmp_path):
     page = Reader(page_of(tmp_path, [job, Job("other.mp4", (), Settings())], results))
     assert "2 of 2 outputs done" in page.text and "look <2>" not in page.text
     assert "other.mp4" not in page.text
+
+
+def test_a_name_that_is_no_utf8_stands_on_the_page(tmp_path):
+    source = tmp_path / os.fsdecode(b"caf\xe9.mp4")
+    job = Job(str(source), (JobLook("red", Look(), str(tmp_path / "out.mp4")),), Settings())
+    failed = Failed(job.looks[0].output, OutputError(f"{source} is gone"))
+    write_page(tmp_path / "index.html", [job], {job.looks[0].output: failed})
+    assert r"caf\udce9.mp4 is gone" in (tmp_path / "index.html").read_text(encoding="utf-8")

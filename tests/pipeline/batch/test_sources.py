@@ -9,7 +9,7 @@ from makeup_video.pipeline.batch.sources import inputs_of
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name in ("clips/b.mp4", "clips/a.MOV", "clips/note.txt", "clips/b-red.mp4",
-                 "clips/c.part.mp4", "clips/deep/d.mkv", "clips/f.jpg", "empty/x.txt"):  # fmt: skip
+                 "clips/c.part.mp4", "clips/deep/d.mkv", "clips/f.jpg", "clips/._a.mp4", "empty/x.txt"):  # fmt: skip
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True, parents=True)
         path.write_text("x")

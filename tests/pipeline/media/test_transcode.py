@@ -36,6 +36,19 @@ def test_a_tone_stays_the_same_tone_at_the_same_time(
     assert np.abs(middle).max() == pytest.approx(0.2, abs=0.04)
 
 
+@pytest.mark.parametrize(("rate", "kept"), [(11024, 11025), (5512, 7350), (96001, 96000)])
+def test_rates_that_the_codec_lacks_become_the_nearest(tmp_path, rate, kept):
+    with av.open(str(tmp_path / "in.avi"), "w") as out:
+        video = add_video(out, "mpeg4")
+        sound = out.add_stream("pcm_u8", rate=rate, layout="mono")
+        encode_frames(out, video, range(30))
+        tone(out, sound, 1.0)
+    report = process_video(tmp_path / "in.avi", tmp_path / "out.mp4")
+    assert len(report.converted) == 1 and not report.damaged
+    found, samples, _ = decoded_audio(tmp_path / "out.mp4", "aac")
+    assert found == kept and len(samples) / found == pytest.approx(1, abs=0.2)
+
+
 @pytest.mark.parametrize("layout", ["5.1", "5.1(side)", "quad", "4.0", "2.1", "3.0", "6.1"])
 def test_any_arrangement_of_channels_goes_into_webm(tmp_path, layout):
     src, dst = tmp_path / "in.mkv", tmp_path / "out.webm"

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError, Settings, process_video
 from makeup_video.pipeline.media.trim import Trim
 from media import add_video, decoded, encode_frames, make_clip, packets_of, times_of, tone
+from rich_clips import add_titles, titles_of, write_title
 
 TICK = Fraction(1, 1000)
 
@@ -183,3 +184,20 @@ def test_sound_before_a_late_picture_stays_after_start(tmp_path, name):
     assert sound[-1] == pytest.approx(3, abs=0.05)
     assert max(b - a for a, b in pairwise(sound)) < 0.05
     assert times_of(tmp_path / "out.mkv")[0] == pytest.approx(1, abs=0.05)
+
+
+@pytest.mark.parametrize("split", [None, Fraction(1, 60)])
+@pytest.mark.parametrize("codec", ["subrip", "ass"])
+def test_words_on_screen_at_the_start_are_kept_once(tmp_path, codec, split):
+    with av.open(str(tmp_path / "in.mkv"), "w") as out:
+        video, text = add_video(out, options={"g": "30"}), add_titles(out, codec)
+        for start, length in ((500, 3000), (1800, 400), (2100, 300), (3600, 100)):
+            write_title(out, text, start, length, b"Hello %d" % start)
+        encode_frames(out, video, range(150))
+    cut = Settings(start_seconds=Fraction(2), split_minutes=split)
+    process_video(tmp_path / "in.mkv", tmp_path / "out.mkv", None, cut)
+    found = titles_of(tmp_path / "out.mkv")
+    assert [(start, length, text.strip()) for start, length, text in found] == [
+        (0, 1500, b"Hello 500"), (0, 200, b"Hello 1800"), (100, 300, b"Hello 2100"),
+        (1600, 100, b"Hello 3600"),
+    ]  # fmt: skip
