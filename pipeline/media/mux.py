@@ -50,6 +50,8 @@ class Muxer:
         self._others: OtherStreams
         self._sent: dict[int, SentStream] = {}
         self._covers: set[int] = set()
+        self._begun: set[int] = set()  # other video tracks that had a key frame
+        self._headless: set[str] = set()
         self._waiting: list[Any] | None = []  # packets that come before the header; then None
         self._lock = threading.Lock()
 
@@ -132,7 +134,7 @@ class Muxer:
 
     def _copy(self, packet: Any) -> None:
         route = self._others.route(packet.stream.index)
-        if route is None or not self._clip.take(packet):
+        if route is None or not self._clip.take(packet) or self._is_undecodable(packet):
             return
         stream, convert = route
         if packet.stream.name == "mov_text" and packet.size <= 2:
@@ -143,6 +145,18 @@ class Muxer:
         elif self.format in MATROSKA and _is_cut_away(packet):
             return
         self._mux_others(stream, packets)
+
+    def _is_undecodable(self, packet: Any) -> bool:
+        """True for what a cut leaves of another video track before its first key frame."""
+        stream = packet.stream
+        if self._clip.start is None or stream.type != "video" or is_cover(stream):
+            return False
+        if packet.is_keyframe:
+            self._begun.add(stream.index)
+        elif stream.index not in self._begun:
+            self._headless.add(f"{label_of(stream)}: what lies before its first key frame")
+            return True
+        return False
 
     def _mux_others(self, stream: Any, packets: list[Any]) -> None:
         """Mux packets of another stream; those that the muxer refuses are counted."""
@@ -182,6 +196,7 @@ class Muxer:
             for converter in self._others.audio_converters:
                 self._mux_others(converter.stream, self._unless_damaged(converter.flush))
             self._container.close()
+            self.dropped += sorted(self._headless)
             if not self._keep_pixel_aspect():
                 self.dropped.append("pixel aspect ratio: no room for it in the header")
             self.bytes_out = self.target.own_path.stat().st_size

@@ -1,11 +1,11 @@
 """A camera that can be exchanged for another one, or for another size, while the run goes on."""
 
 from collections.abc import Callable, Generator
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from threading import Condition
+from threading import Condition, Lock
 
 from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.frames.frame import Frame
@@ -13,6 +13,7 @@ from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
 from makeup_video.pipeline.live.sources.device import devices_found
 from makeup_video.pipeline.live.sources.file_sound import FileSound
 
+_RETRY_SECONDS = 1.0  # how often a camera is opened that a failed change left closed
 SIZES = ("640x360", "640x480", "1280x720", "1920x1080")  # what most cameras know
 
 
@@ -27,35 +28,55 @@ class CameraSwitch:
         self._camera = Camera(settings, log)
         self._settings = settings
         self._changed = Condition()
-        self._is_switching = self._is_closed = False
+        self._is_switching = self._is_closed = self._is_lost = False
+        self._opening = Lock()
         self._dropped_before = self._damaged_before = 0  # by cameras that are closed
 
     def choose(self, name: str, size: str) -> None:
         """Close the camera and open another one, or the same in another size.
 
         Blocks until the camera is open. Raises UsageError, InputError or DecodeError when it cannot
-        be opened; the run then goes on with the old one.
+        be opened; the run then goes on with the old one, as soon as that opens again.
         """
         wanted = replace(self._settings, name=name, size=size)
         with self._changed:
             self._is_switching = True
         try:
-            self._camera.close()  # a device opens once
-            self._put(wanted)
-        except MakeupVideoError:
-            self._put(self._settings)
-            raise
+            with self._opening:
+                self._camera.close()  # a device opens once
+                self._exchange(wanted)
         finally:
             with self._changed:
                 self._is_switching = False
                 self._changed.notify_all()
+
+    def _exchange(self, wanted: CameraSettings) -> None:
+        """Open a camera, or again the one that was closed for it."""
+        try:
+            self._put(wanted)
+        except MakeupVideoError:
+            try:
+                self._put(self._settings)
+            except MakeupVideoError:
+                self._is_lost = True
+            raise
+
+    def _reopen(self) -> None:
+        """Open the camera that a failed change left closed, once it can be opened, or a change that
+        succeeds has opened another."""
+        while self._is_lost and not self._is_closed:
+            with self._opening, suppress(MakeupVideoError):
+                if self._is_lost:
+                    self._put(self._settings)
+            with self._changed:
+                self._changed.wait_for(lambda: self._is_closed or not self._is_lost, _RETRY_SECONDS)
 
     def _put(self, settings: CameraSettings) -> None:
         camera = Camera(settings, self._log)
         with self._changed:
             self._dropped_before += self._camera.dropped
             self._damaged_before += self._camera.damaged
-            self._camera, self._settings = camera, settings
+            self._camera, self._settings, self._is_lost = camera, settings, False
             if self._is_closed:
                 camera.close()
 
@@ -68,13 +89,15 @@ class CameraSwitch:
                 yield from frames
             with self._changed:
                 self._changed.wait_for(lambda: not self._is_switching)
-                if self._is_closed:
-                    return
+            self._reopen()
+            if self._is_closed:
+                return
 
     def close(self) -> None:
         """End `frames`, even while it waits; from another thread."""
         with self._changed:
             self._is_closed = True
+            self._changed.notify_all()
         self._camera.close()
 
     def file_sound(self) -> FileSound | None:

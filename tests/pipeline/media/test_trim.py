@@ -201,3 +201,16 @@ def test_words_on_screen_at_the_start_are_kept_once(tmp_path, codec, split):
         (0, 1500, b"Hello 500"), (0, 200, b"Hello 1800"), (100, 300, b"Hello 2100"),
         (1600, 100, b"Hello 3600"),
     ]  # fmt: skip
+
+
+def test_another_video_track_begins_with_a_key_frame(tmp_path):
+    with av.open(str(tmp_path / "in.mkv"), "w") as out:
+        first, second = (add_video(out, options={"g": "30"}) for _ in range(2))
+        encode_frames(out, first, range(90))
+        encode_frames(out, second, range(90))
+    cut = Settings(start_seconds=Fraction("1.5"))
+    report = process_video(tmp_path / "in.mkv", tmp_path / "out.mkv", None, cut)
+    with av.open(str(tmp_path / "out.mkv")) as container:
+        (packet, *_) = container.demux(container.streams.video[1])
+        assert packet.is_keyframe and packet.pts * packet.time_base == pytest.approx(0.5, abs=0.002)
+    assert report.dropped == ["video #1 (h264): what lies before its first key frame"]

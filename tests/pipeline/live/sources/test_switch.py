@@ -1,9 +1,11 @@
 """A live run whose camera is exchanged for another."""
 
+import os
 import threading
 
 import pytest
 from makeup_video.pipeline import MakeupVideoError
+from makeup_video.pipeline.live.sources import switch as switch_module
 from makeup_video.pipeline.live.sources.camera import CameraSettings
 from makeup_video.pipeline.live.sources.switch import CameraSwitch
 from media import make_clip
@@ -64,6 +66,30 @@ def test_a_camera_that_does_not_open_leaves_the_old_one(clips, name, size):
 
     widths = frames_of(switch, None, on_frame)
     assert set(widths) == {64} and len(refused) == 1 and "\n" not in refused[0]
+
+
+def test_a_camera_that_is_gone_for_a_while_comes_back(clips, tmp_path, monkeypatch):
+    monkeypatch.setattr(switch_module, "_RETRY_SECONDS", 0.01)
+    switch = CameraSwitch(CameraSettings(name=clips["a"], loop=True), pytest.fail)
+    seen = []
+
+    def choose():
+        os.rename(clips["a"], tmp_path / "hidden")
+        with pytest.raises(MakeupVideoError):
+            switch.choose("/nowhere/x.mp4", "64x64")
+        seen.append("gone")
+        os.rename(tmp_path / "hidden", clips["a"])
+
+    def on_frame(count):
+        if count == 2:
+            threading.Thread(target=choose).start()
+        if seen:
+            seen.append("frame")
+        if len(seen) > 30:
+            switch.close()
+
+    assert set(frames_of(switch, None, on_frame)) == {64}
+    assert seen[0] == "gone" and len(seen) > 30
 
 
 def test_a_film_that_ends_ends_the_run(clips):
