@@ -104,7 +104,7 @@ def _slots(kind: Kind) -> str:
         for slot, numbers in kind.slots.items()
     ]
     return f"""
-A slot stands for these numbers; a number that is given counts more than that of the slot:
+A slot stands for these numbers; a number that is given overrides that of the slot:
 
 {sheet.table(["slot", *names], rows)}
 
