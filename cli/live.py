@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from makeup_video.cli.console import log
-from makeup_video.cli.look_options import LookOptions
+from makeup_video.cli.look_options import LookOptions, log_changes
 from makeup_video.cli.options import (
     CAMERA,
     OUTPUT,
@@ -127,7 +127,10 @@ def live(
     with report_errors("live", None, debug), ExitStack() as stack:
         log_line = _discard if quiet else log
         settings = CameraSettings(name=camera, size=size, rate=fps, pixels=pixels, loop=loop)
-        first = _first_look(look.choice(), look.base_look(quiet), preview)
+        base = look.base_look(quiet)
+        first = _first_look(look.choice(), base, preview)
+        if base is not None and look.ref is not None and not quiet:
+            log_changes(base, first)
         source = stack.enter_context(closing(CameraSwitch(settings, log_line)))
         sound = _Sound(source, lambda: _opened_sound(source, audio, log_line))
         stack.callback(sound.close)

@@ -237,3 +237,11 @@ def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Loo
     if not quiet:
         log(f"{photo}: {read.in_words()}")
     return read.look
+
+
+def log_changes(read: "Look", painted: "Look") -> None:
+    """Log what is painted in one line, where options change the look that was read."""
+    from makeup_video.pipeline.look.finishes import look_in_words
+
+    if painted != read:
+        log(f"painted: {look_in_words(painted)}")

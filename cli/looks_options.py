@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.console import log
 from makeup_video.cli.look_options import (
     LOOK_HELP,
     Changes,
     check_photo,
+    log_changes,
     look_of_photo,
     ready_names,
     with_parts,
@@ -152,12 +152,10 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         return self._painted(load_look(name))
 
     def _read(self, photo: str, quiet: bool) -> "Look":
-        from makeup_video.pipeline.look.finishes import look_in_words
-
         base = look_of_photo(photo, self.ref_face or "", self.gives_makeup, quiet)
         painted = self._painted(base)
-        if painted != base and not quiet:
-            log(f"painted: {look_in_words(painted)}")
+        if not quiet:
+            log_changes(base, painted)
         return painted
 
     def _rows(self) -> Iterator[WantedLook]:

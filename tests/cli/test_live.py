@@ -140,6 +140,22 @@ def test_without_a_look_the_page_begins_bare(folder):
     assert done.exit_code == 0 and "lips #" in done.output
 
 
+def test_the_look_that_options_change_is_described(folder):
+    words = [
+        "--camera",
+        "in.mkv",
+        "-o",
+        "out.mkv",
+        "-y",
+        "--no-preview",
+        "--ref",
+        SAMPLES / "look.jpg",
+    ]
+    changed = run(*words, "--lips", "berry:matte").output
+    assert "painted: lips #9D354F, matte" in changed
+    assert "painted: " not in run(*words).output
+
+
 def test_a_page_open_to_the_network_is_announced_as_one(folder):
     done = run("--camera", "in.mkv", "--port", "0", "--no-browser", "--host", "0.0.0.0")
     assert done.exit_code == 0 and "everybody who reaches this machine" in done.output
