@@ -136,7 +136,7 @@ def text() -> str:
     kinds = ", ".join(f"`{name}`" for name in sorted(KINDS, key=lambda name: KINDS[name].order))
     return f"""# Kinds of makeup
 
-`python docs/make/make_kinds.py` writes this page from the code. Change the code, not the page.
+<!-- Written by docs/make/make_kinds.py: change the code, not the page. -->
 
 A look is a list of layers. A layer has a kind, a product (its 17 parameters:
 [parameters.md](parameters.md)), a shape and a strength. Whatever their order in the file, layers

@@ -141,7 +141,7 @@ def text() -> str:
     specs = fields(GraphicsParams)
     return f"""# Parameters of a look
 
-`python docs/make/make_parameters.py` writes this page from the code. Change the code, not the page.
+<!-- Written by docs/make/make_parameters.py: change the code, not the page. -->
 
 A product, of whatever kind of makeup, has {len(specs)} parameters. The seven required ones describe
 the product itself. The others describe how the product is applied and how it responds to light.

@@ -76,8 +76,9 @@ def text() -> str:
     rows = [[f"`{one.name}`", one.words] for one in ready_looks()]
     return f"""# Ready looks
 
-`python docs/make/make_ready.py` writes this page down to its last heading. The script needs the
-extra `samples`. Nothing is retouched. How to use and edit them: [looks.md](looks.md#ready-looks).
+<!-- Written by docs/make/make_ready.py (extra: samples), down to the last heading. -->
+
+Nothing is retouched. How to use and edit the looks: [looks.md](looks.md#ready-looks).
 
 {sheet.table(["look", "what it is"], rows)}
 

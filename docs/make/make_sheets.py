@@ -89,8 +89,9 @@ def text() -> str:
     """Return the page down to the heading JUDGEMENT."""
     return f"""# Looks on faces
 
-`python docs/make/make_sheets.py` writes this page down to its last heading. The script needs the
-extra `samples`. Nothing is retouched: each cell is a part of a picture that `apply_look` painted.
+<!-- Written by docs/make/make_sheets.py (extra: samples), down to the last heading. -->
+
+Nothing is retouched: each cell is a part of a picture that `apply_look` painted.
 The faces are those of the samples; `samples/README.md` gives their origin.
 The effect of each parameter: [parameters.md](parameters.md). Ready looks: [ready.md](ready.md).
 
