@@ -27,7 +27,7 @@ from makeup_video.web.room import Room
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.same_origin import SameOrigin, is_loopback
 from makeup_video.web.session import SeveralFaces
-from makeup_video.web.upload import Uploads, file_name, read_body
+from makeup_video.web.upload import LOOK_BYTES, Uploads, file_name, read_body
 from makeup_video.web.viewer import Viewer
 from makeup_video.web.worker import Worker
 from starlette.applications import Starlette
@@ -202,8 +202,8 @@ class Endpoints:
     async def look_thumbnail(self, request: Request) -> Response:
         """Serve the portrait of a session with the look of the request's body on, a small JPEG."""
         room = self._room(request)
+        look = look_in(await read_body(request, LOOK_BYTES))
         async with self._one_thumbnail:
-            look = look_in(await read_body(request))
             data = await self._worker.run(lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")
 

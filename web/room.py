@@ -138,6 +138,9 @@ class Room:
 
     def _deliver(self) -> None:
         self._is_delivery_due = False
+        if not self.viewers:  # the last page left meanwhile; another room may have wishes now
+            self._arrived.clear()
+            return
         self._arrived_at = self._loop.time()
         while self._arrived:
             self._newest = self._arrived.popleft()

@@ -15,9 +15,9 @@ from makeup_video.web.app import Log, make_app
 from makeup_video.web.connection import Connection, Requests
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.session import Show
+from makeup_video.web.upload import LOOK_BYTES
 from makeup_video.web.worker import Worker
 
-_MESSAGE_BYTES = 64 * 1024  # a look with all its layers is 5 kB
 _GOODBYE_SECONDS = 0.3
 _STOP_SECONDS = 5.0
 _CONNECTIONS = 128
@@ -90,7 +90,7 @@ class Server:
             loop="asyncio",
             http=Requests,
             ws=Connection,
-            ws_max_size=_MESSAGE_BYTES,
+            ws_max_size=LOOK_BYTES,
             ws_ping_interval=self._ping_seconds,
             ws_ping_timeout=self._ping_seconds,
             ws_per_message_deflate=False,  # JPEG does not compress

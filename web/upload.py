@@ -1,4 +1,4 @@
-"""A photo that a page uploads: the body of a POST, kept in memory alone."""
+"""What a page uploads, a photo or a look: the body of a POST, kept in memory alone."""
 
 import asyncio
 import re
@@ -8,6 +8,7 @@ from makeup_video.web.session import PHOTO_BYTES
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
+LOOK_BYTES = 64 * 1024  # a look with all its layers is 5 kB
 _SECONDS = 60  # for the whole body
 _SILENT_SECONDS = 10  # between two parts: a stalled upload must not keep others waiting
 # A body that is too large is read and discarded up to this size, since a browser that is cut off
@@ -36,11 +37,11 @@ class Uploads:
         self._now -= 1
 
 
-async def read_body(request: Request) -> bytes:
+async def read_body(request: Request, most_bytes: int = PHOTO_BYTES) -> bytes:
     """Read the body. Raises HTTPException: 413 when it is too large, 408 when it is too slow."""
     declared = request.headers.get("content-length", "0")
     is_number = declared.isascii() and declared.isdigit()
-    too_large = not is_number or int(declared[:18]) > PHOTO_BYTES
+    too_large = not is_number or int(declared[:18]) > most_bytes
     data = bytearray()
     size = 0
     try:
@@ -48,7 +49,7 @@ async def read_body(request: Request) -> bytes:
             async for chunk in request.stream():
                 silent.reschedule(asyncio.get_running_loop().time() + _SILENT_SECONDS)
                 size += len(chunk)
-                too_large = too_large or size > PHOTO_BYTES
+                too_large = too_large or size > most_bytes
                 if too_large:
                     data.clear()
                 else:
@@ -62,7 +63,7 @@ async def read_body(request: Request) -> bytes:
     if too_large:
         raise HTTPException(
             413,
-            f"{file_name(request)} is larger than {PHOTO_BYTES // 1_000_000} MB: make it smaller",
+            f"{file_name(request)} is larger than {most_bytes / 1e6:.2g} MB: make it smaller",
         )
     return bytes(data)
 

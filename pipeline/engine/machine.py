@@ -3,14 +3,19 @@
 import ctypes
 import gc
 import os
-import resource
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from makeup_video.pipeline.errors import TooLittleMemoryError
+
+try:
+    import resource
+except ImportError:  # Windows sets no such limits
+    resource = None  # type: ignore[assignment]
 
 _PROC = Path("/proc")
 _GROUPS = Path("/sys/fs/cgroup")
@@ -60,14 +65,22 @@ def check_memory(need: Need, frame_px: int = 0) -> None:
         round((least + core * count + (per_px + both * count) * mpx) * 1e6)
         for least, core, per_px, both in (need.address_mb, need.held_mb)
     )
-    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if allowed != resource.RLIM_INFINITY and allowed < address:
+    allowed = _address_limit_bytes()
+    if allowed is not None and allowed < address:
         raise TooLittleMemoryError(_line(need, address, "address space", allowed, "ulimit -v"))
     group = group_limit_bytes()
     if group is not None and group < held:
         raise TooLittleMemoryError(
             _line(need, held, "memory", group, "the limit of its control group or container")
         )
+
+
+def _address_limit_bytes() -> int | None:
+    """The limit on this process's address space; None where there is none."""
+    if resource is None:
+        return None
+    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
+    return None if allowed == resource.RLIM_INFINITY else allowed
 
 
 def _line(need: Need, wanted: int, what: str, allowed: int, limit: str) -> str:
@@ -128,8 +141,8 @@ def free_memory_bytes() -> int:
     free = [1 << 40] if (group := group_limit_bytes()) is None else [group]
     with suppress(OSError, ValueError):
         free += [int(line.split()[1]) * 1024 for line in _lines_of("meminfo", "MemAvailable:")]
-    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if allowed != resource.RLIM_INFINITY:
+    allowed = _address_limit_bytes()
+    if allowed is not None:
         with suppress(OSError, ValueError):
             taken = [int(line.split()[1]) * 1024 for line in _lines_of("self/status", "VmSize:")]
             free.append(max(0, allowed - sum(taken)))
@@ -137,11 +150,13 @@ def free_memory_bytes() -> int:
 
 
 def peak_memory_bytes() -> int:
-    """The most memory that this process has held so far (its resident set)."""
+    """The most memory that this process has held so far (its resident set); 0 on Windows."""
     if sys.platform == "linux":
         # getrusage includes the parent's memory from before exec
         for line in _lines_of("self/status", "VmHWM:"):
             return int(line.split()[1]) * 1024
+    if resource is None:
+        return 0
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else peak * 1024  # others count in kB
 
@@ -179,13 +194,40 @@ def one_opencv_thread() -> Iterator[None]:
     """Keep OpenCV on the thread that calls it within the block.
 
     Pictures of lips and eyes are too small to share: waking OpenCV's own threads for them costs
-    0.7 ms of CPU time per frame and makes no run shorter.
+    0.7 ms of CPU time per frame and makes no run shorter. The setting is one for the process: it
+    lasts until the last of the blocks that overlap, in other threads, has ended.
     """
-    import cv2  # late: `check_memory` must run before large libraries are loaded
-
-    before = cv2.getNumThreads()
-    cv2.setNumThreads(1)
+    _opencv.enter()
     try:
         yield
     finally:
-        cv2.setNumThreads(before)
+        _opencv.leave()
+
+
+class _OpenCVThreads:
+    """The number of OpenCV's threads, kept at one while anybody wants that."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._wanted = 0  # blocks that have not ended
+        self._before = 0
+
+    def enter(self) -> None:
+        import cv2  # late: `check_memory` must run before large libraries are loaded
+
+        with self._lock:
+            if not self._wanted:
+                self._before = cv2.getNumThreads()
+                cv2.setNumThreads(1)
+            self._wanted += 1
+
+    def leave(self) -> None:
+        import cv2
+
+        with self._lock:
+            self._wanted -= 1
+            if not self._wanted:
+                cv2.setNumThreads(self._before)
+
+
+_opencv = _OpenCVThreads()

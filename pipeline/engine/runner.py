@@ -153,9 +153,15 @@ class Runner:
             threading.Thread(target=self._guard, args=(job,), name=f"makeup-{name}", daemon=True)
             for name, job in jobs
         ]
-        self._running = len(threads)
         for thread in threads:
-            thread.start()
+            with self._ended:
+                self._running += 1
+            try:
+                thread.start()
+            except BaseException:  # the system has no more threads: those that run are cancelled
+                with self._ended:
+                    self._running -= 1
+                raise
         return threads
 
     def _guard(self, job: Callable[[], None]) -> None:

@@ -15,10 +15,11 @@ _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, a supervisor, a terminal tha
 def stop_signals() -> list[signal.Signals]:
     """The signals that end a run on this system.
 
-    Signals that this process was started to ignore, as by nohup, are not among them.
+    Signals that this process was started to ignore, as by nohup, are not among them, nor are those
+    that a host program handles outside Python, whose handlers could not be restored.
     """
     known = [signal.Signals[name] for name in _NAMES if hasattr(signal, name)]  # Windows: no SIGHUP
-    return [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
+    return [number for number in known if signal.getsignal(number) not in (signal.SIG_IGN, None)]
 
 
 @contextmanager

@@ -1,11 +1,14 @@
-"""The orientation that a picture's EXIF block declares."""
+"""The orientation that a picture's EXIF block declares, and the small picture in it."""
 
 import warnings
-from typing import Any
+from typing import Any, Literal
 
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 
 _ORIENTATION_TAG = 0x0112
+_HEADER = b"Exif\0\0"
+# Where the small picture lies and how long it is: as JPEG, and as plain pixels.
+_THUMBNAIL_TAGS = ((0x0201, 0x0202), (0x0111, 0x0117))
 
 
 def orientation(metadata: dict[int, Any]) -> Orientation:
@@ -25,3 +28,35 @@ def orientation(metadata: dict[int, Any]) -> Orientation:
             return orientation_of(exif.get(_ORIENTATION_TAG, 1))
     except Exception:  # noqa: BLE001  # a damaged block may make Pillow raise anything
         return UPRIGHT
+
+
+def without_thumbnail(block: bytes) -> bytes:
+    """An EXIF block without the small picture, which would still show the face unpainted.
+
+    A block that is damaged stays as it is.
+    """
+    base = len(_HEADER) if block.startswith(_HEADER) else 0
+    order: Literal["little", "big"] = "little" if block[base : base + 2] == b"II" else "big"
+
+    def number(at: int, size: int) -> int:
+        if at < base or at + size > len(block):
+            raise ValueError("beyond the block")
+        return int.from_bytes(block[at : at + size], order)
+
+    try:
+        first = base + number(base + 4, 4)
+        link = first + 2 + 12 * number(first, 2)  # where the place of the second directory stands
+        second = base + number(link, 4)
+        if second == base:
+            return block
+        entries = range(second + 2, second + 2 + 12 * number(second, 2), 12)
+        values = {number(at, 2): number(at + 8, 4) for at in entries}
+    except ValueError:
+        return block
+    changed = bytearray(block)
+    changed[link : link + 4] = bytes(4)
+    for place, length in _THUMBNAIL_TAGS:
+        begin = base + values.get(place, 0)
+        end = min(begin + values.get(length, 0), len(block))
+        changed[begin:end] = b"" if end == len(block) else bytes(end - begin)
+    return bytes(changed)

@@ -3,7 +3,9 @@
 HEIC is read by pi-heif, and written as none of them.
 """
 
+import os
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
@@ -16,6 +18,8 @@ WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
 # APP1 segments of a JPEG begin with what they hold (XMP specification part 3, section 1.1.3)
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
 _EXIF_IN_HEIF = b"Exif\0\0"
+_PNG = b"\x89PNG\r\n\x1a\n"
+_ANIMATION = 2  # of the flags in WebP's VP8X
 _MOST_BYTES = 1_000_000_000  # the largest picture has no more, even uncompressed
 _NO_MEMORY = -4  # cv2.Error.StsNoMem
 
@@ -30,17 +34,30 @@ def is_picture(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             head = file.read(4096)
+            if head.startswith(_PNG):
+                return not _is_animated_png(file)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
-        if b"ANIM" in head[12:64]:
+        if head[12:16] == b"VP8X" and head[20] & _ANIMATION:
             raise DecodeError(f"{path} is an animated WebP: convert it to a video first")
         return True
-    if head.startswith(b"\x89PNG\r\n\x1a\n"):
-        return b"acTL" not in head  # the mark of an animated PNG, which is read as a video
     if is_heif(head):
         return True
     return head.startswith(b"\xff\xd8\xff") and path.suffix.lower() not in (".mjpeg", ".mjpg")
+
+
+def _is_animated_png(file: IO[bytes]) -> bool:
+    """True for a PNG with the mark of an animation, which is read as a video.
+
+    The mark stands before the pixels, behind profiles and EXIF of any length.
+    """
+    file.seek(len(_PNG))
+    while len(head := file.read(8)) == 8 and head[4:] != b"IDAT":
+        if head[4:] == b"acTL":
+            return True
+        file.seek(int.from_bytes(head[:4], "big") + 4, os.SEEK_CUR)  # its data and its checksum
+    return False
 
 
 def read_bytes(path: Path) -> bytes:

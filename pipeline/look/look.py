@@ -56,6 +56,7 @@ class Layer:
             )
         kind.check_shape(self.shape, "shape")
         check_number("strength", self.strength, 0, 1)
+        object.__setattr__(self, "shape", dict(self.shape))  # the caller may change its own
 
     def __hash__(self) -> int:
         return hash((self.kind, self.product, tuple(sorted(self.shape.items())), self.strength))

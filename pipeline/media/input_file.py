@@ -171,8 +171,20 @@ def _opened(path: Path, **more: str) -> Any:
     # With `file:` a name such as "concat:a|b" or "http:x" stays a file name. Metadata that is not
     # UTF-8 must not stop a run.
     return av.open(
-        f"file:{path.absolute()}", container_options=options | more, metadata_errors="replace"
+        f"file:{path.absolute()}",
+        format="apng" if _begins_as_png(path) else None,
+        container_options=options | more,
+        metadata_errors="replace",
     )
+
+
+def _begins_as_png(path: Path) -> bool:
+    """True for a PNG, where FFmpeg finds the mark of an animation in the first 2 kB alone."""
+    try:
+        with path.open("rb") as file:
+            return file.read(8) == b"\x89PNG\r\n\x1a\n"
+    except OSError:
+        return False
 
 
 def lacks_format(stream: Any) -> bool:

@@ -49,6 +49,7 @@ class Painter:
         """Forget every face."""
         self._find, self._smooth = FindFaces(), SmoothLive()
         self._scene = BuildScene(self._device)
+        self._composite.forget()
 
     @property
     def look(self) -> Look:

@@ -16,7 +16,7 @@ from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.orientation import Orientation
 from makeup_video.pipeline.frames.rgb import merge, to_frame, with_colour
-from makeup_video.pipeline.images.exif import orientation
+from makeup_video.pipeline.images.exif import orientation, without_thumbnail
 from makeup_video.pipeline.images.picture_file import (
     WRITERS,
     decode_picture,
@@ -28,7 +28,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
-_ICC_PROFILE = _KINDS.index("ICC profile")
+_EXIF, _ICC_PROFILE = _KINDS.index("EXIF"), _KINDS.index("ICC profile")
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ def _write(
     if settings.compare:
         untouched = stored if painted.shape == stored.shape else with_colour(stored)
         painted = side_by_side(untouched, painted, picture.orientation)
-    metadata = _of_these_colours(picture.metadata, painted, report)
+    metadata = _of_these_colours(_without_thumbnail(picture.metadata), painted, report)
     written = encode_picture(target.part, _fitting(painted, report), metadata)
     report.bytes_in, report.bytes_out = picture.bytes_in, len(written)
     with write_errors(target.part):
@@ -146,6 +146,13 @@ def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
         weight = pixels[..., 3:] / 255
         pixels = (pixels[..., :3] * weight + 255 * (1 - weight) + 0.5).astype(np.uint8)
     return pixels
+
+
+def _without_thumbnail(metadata: dict[int, np.ndarray]) -> dict[int, np.ndarray]:
+    exif = metadata.get(_EXIF)
+    if exif is None:
+        return metadata
+    return metadata | {_EXIF: np.frombuffer(without_thumbnail(exif.tobytes()), np.uint8)}
 
 
 def _of_these_colours(

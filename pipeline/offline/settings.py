@@ -138,7 +138,7 @@ def _exact(value: object, name: str) -> Fraction | None:
 
 def check_faces(faces: str) -> None:
     """Raises UsageError unless it says whom to paint."""
-    if not re.fullmatch(r"all|largest|[0-9]{1,9}", faces):
+    if not re.fullmatch(r"all|largest|0|[1-9][0-9]{0,8}", faces):
         raise UsageError(
             f"{option('faces')} must be all, largest, or the number of a face, got {faces!r}"
         )

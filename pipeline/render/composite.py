@@ -56,6 +56,11 @@ class Composite:
         self._is_small = False
         self.set_look(look)
 
+    def forget(self) -> None:
+        """Forget the faces of the frames so far: another film begins."""
+        self.largest_id = -1
+        self._reader.kept.clear()
+
     def set_look(self, look: Look) -> None:
         """Take effect from the next frame on."""
         self.look = look

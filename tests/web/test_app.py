@@ -116,6 +116,11 @@ def test_a_thumbnail_of_no_look_is_refused_in_one_line(url, body):
     assert answer.status_code == 400 and "\n" not in answer.json()["error"]
 
 
+def test_a_thumbnail_of_too_large_a_look_is_refused(url):
+    with Page(url) as page:
+        assert page.post("/look-thumbnail", b" " * 70_000).status_code == 413
+
+
 def test_thumbnails_of_photo_and_portrait_are_served(show, url):
     with Page(url) as page:
         first = httpx.get(f"{url}/photo-thumbnail?session=stand-in")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from loops import Loop
 from makeup_video.pipeline import Look
 from makeup_video.web.room import LOOKS_SECONDS, Room
-from makeup_video.web.session import PhotoLook
+from makeup_video.web.session import PhotoLook, ShownPicture
 from makeup_video.web.viewer import Viewer
 from shows import BLUE, RED, StandIn
 
@@ -184,3 +184,18 @@ def test_pages_always_end_up_with_the_painted_look(happens):
         assert last in (None, room.session.look.to_dict())
 
     in_a_room(conversation)
+
+
+def test_a_picture_that_comes_after_the_last_page_wants_nothing():
+    async def called():
+        loop, session = Loop(), Session()
+        room = Room(session, loop)
+        page = Page(room)
+        push = session.push
+        push(ShownPicture(0, 0, b"a picture", None, None))
+        room.remove(page.viewer)
+        session.wanted = "of another room"
+        loop.go_on(0.1)
+        assert session.wanted == "of another room"
+
+    asyncio.run(called())

@@ -3,8 +3,13 @@
 import subprocess
 import sys
 
+import cv2
 import numpy as np
-from makeup_video.pipeline.engine.machine import give_back_memory, peak_memory_bytes
+from makeup_video.pipeline.engine.machine import (
+    give_back_memory,
+    one_opencv_thread,
+    peak_memory_bytes,
+)
 
 _FREED = """
 from pathlib import Path
@@ -88,3 +93,26 @@ def test_freed_memory_is_given_back_and_the_rest_stays():
     if sys.platform == "linux":
         freed = subprocess.check_output([sys.executable, "-c", _FREED], text=True)
         assert int(freed) > 30e6
+
+
+def test_opencv_gets_its_threads_back_when_the_last_block_ends():
+    cv2.setNumThreads(2)
+    first, second = one_opencv_thread(), one_opencv_thread()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert cv2.getNumThreads() == 1
+    second.__exit__(None, None, None)
+    assert cv2.getNumThreads() == 2
+
+
+def test_a_system_without_limits_has_none():
+    """Windows has no module `resource`."""
+    code = (
+        "import sys; sys.modules['resource'] = None\n"
+        "from makeup_video.pipeline import Look, process_video\n"
+        "from makeup_video.pipeline.engine.machine import *\n"
+        "check_memory(PAINT_VIDEO, 10**6); assert free_memory_bytes() > 0\n"
+        "sys.platform = 'win32'; assert peak_memory_bytes() == 0"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

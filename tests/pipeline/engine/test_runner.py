@@ -317,3 +317,20 @@ def test_a_stage_works_on_all_that_waits_before_the_next_does():
     Runner(("source", source()), stages, ("sink", List()), capacity=3, workers=1).run()
     in_turn = [("a", 0), ("b", 0), *((name, item) for name in "ab" for item in (1, 2, 3))]
     assert done == in_turn
+
+
+@pytest.mark.parametrize("fails_at", [1, 2, 3])
+def test_threads_that_the_system_refuses_end_the_run(monkeypatch, fails_at):
+    start, started = threading.Thread.start, []
+
+    def refuse(thread):
+        started.append(thread)
+        if len(started) == fails_at:
+            raise RuntimeError("can't start new thread")
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    runner = Runner(("source", forever()), [("a", add_one)], ("sink", List()))
+    with pytest.raises(RuntimeError, match="can't start new thread"):
+        runner.run()
+    assert our_threads() == []

@@ -31,3 +31,8 @@ def test_signals_ignored_at_start_end_no_run():
         assert signal.SIGHUP in stop_signals()
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+def test_a_handler_outside_python_stays(monkeypatch):
+    monkeypatch.setattr(signal, "getsignal", lambda number: None)
+    assert stop_signals() == []

@@ -7,7 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from looks import SEVEN, SPECS, layer_of, look_objects
-from makeup_video.pipeline import KINDS, GraphicsParams, Layer, Look, LookError, OutputError
+from makeup_video.pipeline import (
+    KINDS,
+    GraphicsParams,
+    Layer,
+    Look,
+    LookError,
+    OutputError,
+    product,
+)
 from makeup_video.pipeline.look.kinds import PAINTED
 
 LIPS = {"red": 180, "green": 0, "blue": 46, "opacity": 0.8, "gloss": 0.6, "gloss_roughness": 0.4,
@@ -202,3 +210,13 @@ def test_bare_means_that_nothing_will_be_painted():
 def test_a_look_that_cannot_be_saved_names_its_file(tmp_path):
     with pytest.raises(OutputError, match=r"no/look\.json cannot be written: No such file"):
         Look().save(tmp_path / "no" / "look.json")
+
+
+def test_a_layer_keeps_its_shape_whatever_becomes_of_the_callers():
+    red, shape = product("red", "matte"), {"gradient": 0.5}
+    layers = (
+        Layer("lipstick", red, shape),
+        Layer.from_dict(Layer("lipstick", red).to_dict() | {"shape": shape}),
+    )
+    shape["gradient"] = 7
+    assert all(layer.shape == {"gradient": 0.5} for layer in layers)

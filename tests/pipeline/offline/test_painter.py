@@ -1,5 +1,6 @@
 """Frames in memory: painted like a film's, in order, and everything else stays as it was."""
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -89,6 +90,16 @@ def test_an_earlier_time_begins_a_new_video():
     np.testing.assert_array_equal(painter(frames[0], 0.0), first)
     np.testing.assert_array_equal(painter(frames[0], 0.0), first)
     assert painter(portrait(), 0.1).shape == portrait().shape  # so does another size
+
+
+def test_a_new_video_has_its_own_largest_face():
+    large = portrait()
+    small = cv2.resize(large, None, fx=0.95, fy=0.95, interpolation=cv2.INTER_AREA)
+    small = cv2.copyMakeBorder(small, 0, len(large) - len(small), 0, 0, cv2.BORDER_REPLICATE)
+    one, other = np.hstack([large, small]), np.hstack([small, large])
+    painter, fresh = (Painter(BLUE, faces="largest") for _ in range(2))
+    painter(one, 1.0)
+    np.testing.assert_array_equal(painter(other, 0.0), fresh(other, 0.0))
 
 
 def test_the_look_of_a_painter_may_change():

@@ -1,6 +1,7 @@
 """Picture files painted: what is kept, what is reported, what is refused."""
 
 import struct
+import zlib
 from fractions import Fraction
 
 import av
@@ -147,7 +148,14 @@ def test_an_animated_picture_is_a_video(tmp_path):
     jpegs = b"".join(write(tmp_path / "one.jpg", scene(seed=i)).read_bytes() for i in range(5))
     (tmp_path / "in.mjpeg").write_bytes(jpegs)
     assert process_video(tmp_path / "in.mjpeg", tmp_path / "mjpeg.mp4").frames_out == 5
-    (tmp_path / "in.webp").write_bytes(b"RIFF\0\0\0\0WEBPVP8X" + bytes(14) + b"ANIM" + bytes(40))
+    png = (tmp_path / "in.png").read_bytes()
+    text = struct.pack(">I", 9006) + b"tEXt" + b"Title\0" + b"a" * 9000
+    text += struct.pack(">I", zlib.crc32(text[4:]))  # before the mark of an animation
+    (tmp_path / "late.png").write_bytes(png[:33] + text + png[33:])
+    assert process_video(tmp_path / "late.png", tmp_path / "late.mp4").frames_out == 5
+    flags = bytes([0x20 | 2, 0, 0, 0])  # an ICC profile and an animation
+    webp = b"RIFF\0\0\0\0WEBPVP8X\x0a\0\0\0" + flags + bytes(6) + b"ICCP" + bytes(900)
+    (tmp_path / "in.webp").write_bytes(webp + b"ANIM" + bytes(40))
     with pytest.raises(DecodeError, match="animated WebP"):
         process_video(tmp_path / "in.webp", tmp_path / "out.png")
 

@@ -15,6 +15,7 @@ from people import SAMPLES
     [
         ({"faces": "me"}, "faces must be all, largest, or the number"),
         ({"faces": "-1"}, "faces must be"),
+        ({"faces": "01"}, "faces must be"),
         ({"bit_depth": 9}, "bit_depth must be one of 8, 10, 12, got 9"),
         ({"start_seconds": Fraction(-1)}, "start_seconds must be at least 0"),
         ({"start_seconds": Fraction(2), "end_seconds": Fraction(2)}, "end_seconds later than it"),
