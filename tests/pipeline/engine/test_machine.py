@@ -95,7 +95,7 @@ def test_freed_memory_is_given_back_and_the_rest_stays():
         assert int(freed) > 30e6
 
 
-def test_opencv_gets_its_threads_back_when_the_last_block_ends():
+def test_opencv_has_its_threads_back_after_the_last_block():
     cv2.setNumThreads(2)
     first, second = one_opencv_thread(), one_opencv_thread()
     first.__enter__()
