@@ -212,7 +212,7 @@ def test_a_look_that_cannot_be_saved_names_its_file(tmp_path):
         Look().save(tmp_path / "no" / "look.json")
 
 
-def test_a_layer_keeps_its_shape_whatever_becomes_of_the_callers():
+def test_a_layer_keeps_its_shape_when_the_callers_changes():
     red, shape = product("red", "matte"), {"gradient": 0.5}
     layers = (
         Layer("lipstick", red, shape),
