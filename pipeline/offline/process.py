@@ -8,6 +8,7 @@ from fractions import Fraction
 from makeup_video.pipeline.engine.jobs import Worker
 from makeup_video.pipeline.engine.machine import COPY_VIDEO, FIND_FACES, check_memory
 from makeup_video.pipeline.engine.runner import Stage
+from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.input_file import VideoSource, local_file
@@ -68,11 +69,15 @@ def _in_segments(
 
     check_name(dst)
     plan = plan_of(src, look, minutes, settings)
+    obstacle = plan.obstacle
     if len(plan.segments) > 1:
-        return process_in_segments(src, dst, plan, look, settings, on_progress, workers)
+        try:
+            return process_in_segments(src, dst, plan, look, settings, on_progress, workers)
+        except DecodeError:  # one run may still find frames that are whole, or says what is wrong
+            obstacle = "a segment of it is damaged"
     whole = replace(settings, split_minutes=None, jobs=None)
     report = process_video(src, dst, look, whole, on_progress)
-    report.why_whole = plan.obstacle
+    report.why_whole = obstacle
     return report
 
 

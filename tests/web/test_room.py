@@ -186,7 +186,7 @@ def test_pages_always_end_up_with_the_painted_look(happens):
     in_a_room(conversation)
 
 
-def test_a_picture_that_comes_after_the_last_page_wants_nothing():
+def test_a_picture_after_the_last_page_wants_nothing():
     async def called():
         loop, session = Loop(), Session()
         room = Room(session, loop)

@@ -15,7 +15,7 @@ from makeup_video.pipeline import (
     process_video,
 )
 from makeup_video.pipeline.offline import split as split_module
-from media import damage, decoded, make_clip
+from media import damage, decoded, make_clip, packets_of
 from people import SAMPLES
 from split_films import FILMS, GROUP, differences, rich
 
@@ -114,6 +114,19 @@ def test_damage_is_counted_once(tmp_path):
     assert split.segments > 1 and whole.damaged
     for name in ("frames_out", "corrupt_frames", "decode_errors", "lost_frames", "truncated"):
         assert getattr(split, name) == getattr(whole, name), name
+
+
+def test_a_film_with_a_segment_that_is_all_damaged_is_whole(tmp_path):
+    src = make_clip(tmp_path / "in.mkv", "mpeg4", frames=96, options={"g": "1"})
+    data = src.read_bytes()
+    for _, payload in packets_of(src, "video")[30:66]:
+        data = data.replace(payload, bytes(len(payload)))
+    src.write_bytes(data)
+    whole = process_video(src, tmp_path / "whole.mp4")
+    split = process_video(src, tmp_path / "split.mp4", None, Settings(split_minutes=SECOND))
+    assert split.why_whole == "a segment of it is damaged" and split.damaged
+    assert 0 < split.frames_out == whole.frames_out < 96
+    assert split.decode_errors == whole.decode_errors
 
 
 def test_before_and_after_works_in_segments(tmp_path):
