@@ -2,13 +2,14 @@
 
 from fractions import Fraction
 from itertools import pairwise
+from types import SimpleNamespace
 
 import av
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import Settings, process_video
-from makeup_video.pipeline.media.clock_jumps import is_jump
+from makeup_video.pipeline.media.clock_jumps import ClockJumps
 from media import add_video, encode_frames, packets_of, times_of, tone
 
 
@@ -28,7 +29,7 @@ def joined(folder, *begins):
     return src
 
 
-@pytest.mark.parametrize("begins", [(4, 0), (0, 50), (7, 0, 90)], ids=str)
+@pytest.mark.parametrize("begins", [(4, 0), (2, 0, 0), (70, 50, 0)], ids=str)
 @pytest.mark.parametrize("name", ["out.mp4", "out.mkv"])
 def test_nothing_is_lost_where_the_clock_jumps(tmp_path, name, begins):
     src, out = joined(tmp_path, *begins), tmp_path / name
@@ -60,7 +61,47 @@ def test_a_film_whose_clock_jumps_is_painted_whole(tmp_path):
     assert report.frames_out == 120 and "clock jumps" in report.why_whole
 
 
-@given(st.fractions(min_value=-1, max_value=10))
-def test_a_step_of_frames_is_no_jump(step):
-    assert is_jump(step) == (step in (-1, 10))
-    assert is_jump(-1 - abs(step)) and is_jump(10 + abs(step))
+@pytest.mark.parametrize("gap", [30, 3600])
+def test_a_pause_stays_a_pause(tmp_path, gap):
+    src = joined(tmp_path, 0, gap)
+    report = process_video(src, tmp_path / "out.mkv")
+    assert report.converted == [] and report.frames_out == 120
+    assert times_of(tmp_path / "out.mkv")[-1] - times_of(tmp_path / "out.mkv")[0] > gap
+
+
+def packet(kind, seconds):
+    tick = Fraction(1, 90000)
+    stream = SimpleNamespace(type=kind, index=("video", "audio", "subtitle").index(kind))
+    ticks = round(seconds * 90000)
+    return SimpleNamespace(stream=stream, time_base=tick, dts=ticks, pts=ticks, duration=3000)
+
+
+def test_words_move_with_sound_and_picture():
+    jumps = ClockJumps(SimpleNamespace(has_free_clock=True))
+    film = [
+        ("video", 5),
+        ("audio", 5),
+        ("subtitle", 5),
+        ("audio", 0),
+        ("video", 0),
+        ("subtitle", 40),
+    ]
+    moved = [packet(kind, seconds) for kind, seconds in film]
+    for one in moved:
+        jumps(one)
+    (_, by), *more = jumps.jumps
+    assert not more and 5 < by < 5.1
+    assert [one.pts / 90000 - seconds for one, (_, seconds) in zip(moved, film, strict=True)] == (
+        pytest.approx([0, 0, 0, by, by, by])
+    )
+
+
+@given(st.lists(st.fractions(min_value=Fraction(-9, 10), max_value=100), max_size=20))
+def test_a_clock_that_never_jumps_back_stays(steps):
+    jumps, seconds = ClockJumps(SimpleNamespace(has_free_clock=True)), Fraction(100)
+    for step in steps:
+        seconds += step
+        one = packet("video", seconds)
+        before = one.dts
+        jumps(one)
+        assert one.dts == before and not jumps.jumps
