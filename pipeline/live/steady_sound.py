@@ -7,6 +7,7 @@ Larger gaps are filled with silence, and what lies before the sequence is left o
 """
 
 from collections import deque
+from collections.abc import Iterator
 
 import numpy as np
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
@@ -41,24 +42,28 @@ class SteadySound:
         """How much sound went out."""
         return self.count / RATE
 
-    def add(self, block: SoundBlock) -> np.ndarray:
-        """Return the next samples of the sequence, (channels, N) float32; N may be 0."""
+    def add(self, block: SoundBlock) -> Iterator[np.ndarray]:
+        """Yield the next samples of the sequence, (channels, N) float32; N may be 0.
+
+        Silence comes in parts of a second, however long it is.
+        """
         samples = block.samples
         error = self._begin_of(block) - (self._zero + self.count / RATE)
         self._in += samples.shape[1]
         gap = _GAP_SECONDS if self.count else 0.0
         if error > gap:
-            return self._out(self._silence(round(error * RATE)), samples)
-        if error < -gap:
-            return self._out(samples[:, min(round(-error * RATE), samples.shape[1]) :])
-        return self._out(_stretched(samples, error))
+            yield from self._silence(round(error * RATE))
+            yield self._out(samples)
+        elif error < -gap:
+            yield self._out(samples[:, min(round(-error * RATE), samples.shape[1]) :])
+        else:
+            yield self._out(_stretched(samples, error))
 
-    def pad(self, until_seconds: float) -> np.ndarray:
-        """Return silence where the source is far behind a time of time.monotonic()."""
+    def pad(self, until_seconds: float) -> Iterator[np.ndarray]:
+        """Yield silence, as `add` does, where the source is far behind a time of time.monotonic()."""
         behind = until_seconds - self._zero - self.count / RATE
-        if behind <= _BEHIND_SECONDS:
-            return self._silence(0)
-        return self._out(self._silence(round((behind - _BEHIND_SECONDS / 2) * RATE)))
+        if behind > _BEHIND_SECONDS:
+            yield from self._silence(round((behind - _BEHIND_SECONDS / 2) * RATE))
 
     def _begin_of(self, block: SoundBlock) -> float:
         """When the block's first sample was taken, by the earliest of the last arrivals."""
@@ -74,12 +79,13 @@ class SteadySound:
             self._least.popleft()
         return self._least[0][1] + self._in / RATE
 
-    def _silence(self, count: int) -> np.ndarray:
-        self.silent += count
-        return np.zeros((self._channels, count), np.float32)
+    def _silence(self, count: int) -> Iterator[np.ndarray]:
+        for begin in range(0, count, RATE):
+            part = min(RATE, count - begin)
+            self.silent += part
+            yield self._out(np.zeros((self._channels, part), np.float32))
 
-    def _out(self, *parts: np.ndarray) -> np.ndarray:
-        samples = np.concatenate(parts, axis=1) if len(parts) > 1 else parts[0]
+    def _out(self, samples: np.ndarray) -> np.ndarray:
         self.count += samples.shape[1]
         return samples
 

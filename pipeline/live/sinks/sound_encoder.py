@@ -1,6 +1,6 @@
 """The sound of a live run -> packets beside those of the pictures, in a recording or a stream."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -55,12 +55,16 @@ class SoundEncoder:
         until_seconds: of time.monotonic(), when the newest picture arrived. Raises EncodeError.
         """
         for block in self._tap.take():
-            yield from self._encode(self._steady.add(block))
-        yield from self._encode(self._steady.pad(until_seconds))
+            yield from self._encoded(self._steady.add(block))
+        yield from self._encoded(self._steady.pad(until_seconds))
 
     def flush(self) -> Iterator[Any]:
         """Encode what waits in the encoder. Raises EncodeError."""
         yield from self._packets(None)
+
+    def _encoded(self, parts: Iterable[np.ndarray]) -> Iterator[Any]:
+        for samples in parts:
+            yield from self._encode(samples)
 
     def _encode(self, samples: np.ndarray) -> Iterator[Any]:
         count = samples.shape[1]

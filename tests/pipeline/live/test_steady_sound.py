@@ -32,7 +32,7 @@ def card(seconds, claps, *, faster=0.0, late_ms=0.0, block=480, lost=()):
 def heard(blocks, steady=None):
     """Seconds at which the claps stand in what comes out."""
     steady = steady or SteadySound(1, ZERO)
-    out = np.concatenate([steady.add(block)[0] for block in blocks])
+    out = np.concatenate([part[0] for block in blocks for part in steady.add(block)])
     loud = np.flatnonzero(out > CLAP / 4)
     starts = loud[np.diff(loud, prepend=-RATE) > RATE / 100]
     return starts / RATE
@@ -84,11 +84,11 @@ def test_exact_times_hold_at_once():
 def test_a_source_that_falls_silent_is_padded_and_fits_again():
     blocks = list(card(20, [2, 18]))
     steady = SteadySound(1, ZERO)
-    out = [steady.add(block) for block in blocks[:500]]
+    out = [part for block in blocks[:500] for part in steady.add(block)]
     for seconds in np.arange(5, 15, 0.033):
-        out.append(steady.pad(ZERO + seconds))
+        out += steady.pad(ZERO + seconds)
     assert steady.seconds == pytest.approx(14.6, abs=0.4)
-    out += [steady.add(block) for block in blocks[1500:]]
+    out += [part for block in blocks[1500:] for part in steady.add(block)]
     loud = np.flatnonzero(np.concatenate(out, axis=1)[0] > CLAP / 4) / RATE
     assert loud[[0, -1]] == pytest.approx([2, 18], abs=0.003)
 
@@ -101,12 +101,21 @@ def test_a_source_that_falls_silent_is_padded_and_fits_again():
 def test_whatever_comes_the_count_is_what_went_out(pieces, channels):
     steady, at, out = SteadySound(channels, ZERO), ZERO, 0
     for count, shift in pieces:
-        got = steady.add(SoundBlock(np.ones((channels, count), np.float32), at + shift))
-        assert got.shape[0] == channels and got.dtype == np.float32 and np.isfinite(got).all()
-        out += got.shape[1]
+        for got in steady.add(SoundBlock(np.ones((channels, count), np.float32), at + shift)):
+            assert got.shape[0] == channels and got.dtype == np.float32 and np.isfinite(got).all()
+            assert got.shape[1] <= max(RATE, 2 * count)
+            out += got.shape[1]
         at += count / RATE
-    assert steady.count == out
-    assert got.shape[1] <= 8 * RATE
+    assert steady.count == out <= 8 * RATE * len(pieces)
+
+
+def test_an_hour_without_a_camera_takes_no_more_memory():
+    steady = SteadySound(2, ZERO)
+    block = SoundBlock(np.ones((2, 480), np.float32), ZERO + 3600, True)
+    parts = [part.shape[1] for part in steady.add(block)]
+    assert max(parts) <= RATE and sum(parts) == 3600 * RATE + 480
+    assert max(part.shape[1] for part in steady.pad(ZERO + 7200)) <= RATE
+    assert steady.seconds == pytest.approx(7200, abs=0.5)
 
 
 def test_a_tap_that_is_not_read_keeps_the_last_seconds():
