@@ -60,7 +60,7 @@ class SteadySound:
             yield self._out(_stretched(samples, error))
 
     def pad(self, until_seconds: float) -> Iterator[np.ndarray]:
-        """Yield silence, as `add` does, where the source is far behind a time of time.monotonic()."""
+        """Yield silence, as `add` does, where the source is far behind that monotonic time."""
         behind = until_seconds - self._zero - self.count / RATE
         if behind > _BEHIND_SECONDS:
             yield from self._silence(round((behind - _BEHIND_SECONDS / 2) * RATE))
