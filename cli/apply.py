@@ -146,7 +146,7 @@ def _look_for(run: _Run, look: WantedLook) -> "Look":
 
     painted, name = look.load(run.quiet), look.fields["look"]
     if painted.is_bare and not is_none(name) and not run.quiet:
-        log(f"nothing is worn in the look {name or 'given'}: {run.source} stays as it is")
+        log(f"nothing is worn in the look {name or 'given'}: no makeup is painted on {run.source}")
     return painted
 
 

@@ -109,7 +109,14 @@ class InputError(MakeupVideoError, OSError):
 
 
 class DecodeError(InputError):
-    pass
+    """shows_nothing: not one frame could be decoded."""
+
+    def __init__(self, message: str = "", shows_nothing: bool = False) -> None:
+        super().__init__(message)
+        self.shows_nothing = shows_nothing
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self._message, self.shows_nothing)
 
 
 class PhotoError(InputError):

@@ -202,7 +202,7 @@ class Endpoints:
     async def look_thumbnail(self, request: Request) -> Response:
         """Serve the portrait of a session with the look of the request's body on, a small JPEG."""
         room = self._room(request)
-        look = look_in(await read_body(request, LOOK_BYTES))
+        look = look_in(await read_body(request, LOOK_BYTES, "the look"))
         async with self._one_thumbnail:
             data = await self._worker.run(lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")

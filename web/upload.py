@@ -37,8 +37,13 @@ class Uploads:
         self._now -= 1
 
 
-async def read_body(request: Request, most_bytes: int = PHOTO_BYTES) -> bytes:
-    """Read the body. Raises HTTPException: 413 when it is too large, 408 when it is too slow."""
+async def read_body(
+    request: Request, most_bytes: int = PHOTO_BYTES, what: str | None = None
+) -> bytes:
+    """Read the body. what: names it in messages; None: by the name of its file.
+
+    Raises HTTPException: 413 when it is too large, 408 when it is too slow.
+    """
     declared = request.headers.get("content-length", "0")
     is_number = declared.isascii() and declared.isdigit()
     too_large = not is_number or int(declared[:18]) > most_bytes
@@ -63,7 +68,8 @@ async def read_body(request: Request, most_bytes: int = PHOTO_BYTES) -> bytes:
     if too_large:
         raise HTTPException(
             413,
-            f"{file_name(request)} is larger than {most_bytes / 1e6:.2g} MB: make it smaller",
+            f"{what or file_name(request)} is larger than {most_bytes / 1e6:.2g} MB: make it "
+            "smaller",
         )
     return bytes(data)
 

@@ -8,6 +8,7 @@ from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orien
 _ORIENTATION_TAG = 0x0112
 _HEADER = b"Exif\0\0"
 # Where the small picture lies and how long it is: as JPEG, and as plain pixels.
+_SIZES = {3: 2, 4: 4}  # bytes, by the type of a number: SHORT and LONG
 _THUMBNAIL_TAGS = ((0x0201, 0x0202), (0x0111, 0x0117))
 
 
@@ -33,7 +34,7 @@ def orientation(metadata: dict[int, Any]) -> Orientation:
 def without_thumbnail(block: bytes) -> bytes:
     """An EXIF block without the small picture, which would still show the face unpainted.
 
-    A block that is damaged stays as it is.
+    Where its place is told in another way, only the way to it goes. A block that is damaged stays.
     """
     base = len(_HEADER) if block.startswith(_HEADER) else 0
     order: Literal["little", "big"] = "little" if block[base : base + 2] == b"II" else "big"
@@ -50,13 +51,20 @@ def without_thumbnail(block: bytes) -> bytes:
         if second == base:
             return block
         entries = range(second + 2, second + 2 + 12 * number(second, 2), 12)
-        values = {number(at, 2): number(at + 8, 4) for at in entries}
+        # one number, of a type that holds offsets: others stand for a place where numbers are
+        values = {
+            number(at, 2): number(at + 8, _SIZES[number(at + 2, 2)])
+            for at in entries
+            if number(at + 2, 2) in _SIZES and number(at + 4, 4) == 1
+        }
     except ValueError:
         return block
     changed = bytearray(block)
     changed[link : link + 4] = bytes(4)
     for place, length in _THUMBNAIL_TAGS:
-        begin = base + values.get(place, 0)
-        end = min(begin + values.get(length, 0), len(block))
-        changed[begin:end] = b"" if end == len(block) else bytes(end - begin)
+        if values.get(place) and values.get(length):
+            begin = base + values[place]
+            end = min(begin + values[length], len(block))
+            changed[begin:end] = b"" if end == len(block) else bytes(max(end - begin, 0))
+            break
     return bytes(changed)

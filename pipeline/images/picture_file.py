@@ -39,7 +39,7 @@ def is_picture(path: Path) -> bool:
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
-        if head[12:16] == b"VP8X" and head[20] & _ANIMATION:
+        if head[12:16] == b"VP8X" and head[20:21] and head[20] & _ANIMATION:
             raise DecodeError(f"{path} is an animated WebP: convert it to a video first")
         return True
     if is_heif(head):

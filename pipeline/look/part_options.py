@@ -52,9 +52,11 @@ def parse_share(text: str, what: str) -> float:
     number = number_of(text)
     if number is None or not 0 <= number <= 1:
         is_percent = number is not None and 1 < number <= 100 and "%" not in text
-        is_more = number is not None and number > 1 and not is_percent
-        meant = ": 100% is the most" if is_more else ""
-        meant = f": did you mean {text.strip()}%?" if is_percent else meant
+        meant = ""
+        if is_percent:
+            meant = f": did you mean {text.strip()}%?"
+        elif number is not None and number > 1:
+            meant = ": 100% is the most"
         raise UsageError(
             f"{what} must be a number in 0..1 or a percentage such as 80%, got {text!r}{meant}"
         )
@@ -75,6 +77,8 @@ def layers_of(part: str, text: str, finish: str | None = None) -> tuple[Layer, .
         raise UsageError(
             f"{option(part)} takes {most}, got {len(texts)}: {text!r}{_meant(kind, texts)}"
         )
+    if len(texts) > 1 and (meant := _meant(kind, texts)):
+        raise UsageError(f"{option(part)}: words follow the colour after colons{meant}")
     return tuple(_layer(kind, one, finish) for one in texts)
 
 
@@ -105,10 +109,12 @@ def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
 
 
 def _meant(kind: Kind, texts: list[str]) -> str:
-    """ ": did you mean red:matte?" where commas or spaces stand for colons, else nothing."""
+    """ ": did you mean 'red:matte'?" where commas or spaces stand for colons, or the same for
+    'rgb(180, 0, 46)' where only its numbers are given, else nothing."""
     first, *rest = texts
-    if len(texts) == 3 and all(one.strip().isdigit() for one in texts):
-        return f": did you mean 'rgb({', '.join(one.strip() for one in texts)})'?"
+    numbers = f"rgb({', '.join(one.strip() for one in texts)})"
+    if len(texts) == 3 and all(one.strip().isdigit() for one in texts) and rgb_of(numbers):
+        return f": did you mean '{numbers}'?"
     if rest and rgb_of(first) is not None and all(_is_word(kind, one) for one in rest):
         return f": did you mean '{':'.join(one.strip() for one in texts)}'?"
     return ""
@@ -126,7 +132,9 @@ def _spaced(kind: Kind, text: str) -> str:
 
 def _is_word(kind: Kind, text: str) -> bool:
     """Whether a text is a finish, a place or a share, which come after the colour."""
-    return bool(finish_of(text) or place_of(text, kind) or number_of(text) is not None)
+    number = number_of(text)
+    is_share = number is not None and 0 <= number <= 1
+    return bool(finish_of(text) or place_of(text, kind) or is_share)
 
 
 def _names_of_dials(kind: Kind) -> list[str]:
@@ -144,7 +152,8 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
         return "finish", finish
     if slot := place_of(word, kind):
         return "slot", slot
-    if dial := next((one for one in kind.dials if plain(one.name) == plain(word)), None):
+    dials = [dial for dial in kind.dials if not dial.is_map]
+    if dial := next((one for one in dials if plain(one.name) == plain(word)), None):
         raise UsageError(
             f"{option(kind.part)}: {word.strip()} needs a value, as in {_example(dial)}"
         )

@@ -12,7 +12,7 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import rgb_of_hex
 
-_BEGINS = 3  # letters with which a name begins, where no other begins so
+_BEGINS = 3  # from so many letters on a word may be the beginning of a name, if of one alone
 _ALIKE = 0.7  # of difflib: a word this close to a known one is a mistyped one
 _NUMBER = re.compile(r"([+-]?(?:\d{1,9}\.?\d{0,9}|\.\d{1,9}))\s*(%?)", re.ASCII)
 NONE = "none"
@@ -29,8 +29,9 @@ FINISH_WORDS: Mapping[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 
-# Colours that are called by a product's shade and have no name in CSS: the medians of the lipsticks
-# of a shade table whose shade is so named, taupe that of eye-shadows (training/shade_names.py).
+# Colours that people call by the shade of a product, and that have no name in CSS: the medians of
+# the lipsticks of a table whose shade has that word, taupe that of the eye-shadows
+# (training/shade_names.py).
 SHADES: Mapping[str, str] = {
     "apricot": "#E1A29D", "berry": "#9D354F", "bordeaux": "#731D37", "caramel": "#B2625E",
     "cherry": "#962629", "coffee": "#803231", "grape": "#91325B", "lilac": "#B27DB0",

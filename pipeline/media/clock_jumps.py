@@ -27,32 +27,46 @@ class ClockJumps:
         self._is_free = source.has_free_clock
         self._met: dict[int, int] = {}  # of each stream, the jumps that it has made
         self._ends: dict[int, Fraction] = {}  # of each stream, on the mended clock, in seconds
+        # both of these before the last packet, where that was the first behind a jump
+        self._before: dict[int, tuple[int, Fraction]] = {}
 
     def __call__(self, packet: Any) -> None:
         """Move a packet in place."""
-        if not self._is_free or packet.dts is None:
+        time = packet.pts if packet.dts is None else packet.dts
+        if not self._is_free or time is None:
             return
         base, stream = packet.time_base, packet.stream
         if stream.type in ("audio", "video"):
-            met = self._met_by(stream.index, packet.dts * base)
+            met = self._met[stream.index] = self._met_by(stream.index, time * base)
         else:  # too few packets to show a jump: they are moved as sound and picture are
             met = max(self._met.values(), default=0)
         ticks = round(self._moved(met) / base)
-        packet.dts += ticks
+        if packet.dts is not None:
+            packet.dts += ticks
         if packet.pts is not None:
             packet.pts += ticks
-        self._ends[stream.index] = (packet.dts + (packet.duration or 0)) * base
+        self._ends[stream.index] = (time + ticks + (packet.duration or 0)) * base
 
     def _met_by(self, index: int, seconds: Fraction) -> int:
         """How many jumps a stream has made up to a packet of this time on the file's clock."""
-        met, end = self._met.get(index, 0), self._ends.get(index)
-        if end is not None and is_jump(seconds + self._moved(met) - end):
-            met += 1
-            if met > len(self.jumps):  # no other stream has jumped yet
-                now = max(self._ends.values())
-                self.jumps.append((now, now - seconds))
-        self._met[index] = met
-        return met
+        met, end = self._met.get(index), self._ends.get(index)
+        if met is None or end is None:
+            return max(self._met.values(), default=0)  # a stream that begins behind a jump
+        before = self._before.pop(index, None)
+        if before is not None and abs(seconds + self._moved(before[0]) - before[1]) < BACK_SECONDS:
+            met, end = before  # one packet was astray, and no clock has jumped
+            if all(others <= met for at, others in self._met.items() if at != index):
+                del self.jumps[met:]
+        for known in range(met, len(self.jumps) + 1):
+            if not is_jump(seconds + self._moved(known) - end):
+                break
+        else:  # no other stream has jumped yet
+            known = len(self.jumps) + 1
+            now = max(self._ends.values())
+            self.jumps.append((now, now - seconds))
+        if known > met:
+            self._before[index] = met, end
+        return known
 
     def _moved(self, met: int) -> Fraction:
         return self.jumps[met - 1][1] if met else Fraction(0)

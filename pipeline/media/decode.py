@@ -274,7 +274,8 @@ class Decoder:
             where = "in it" if is_whole else "in the chosen part"
             raise DecodeError(
                 f"{source.path}: no frame could be decoded {where} "
-                f"({stats.packets} packets, {stats.decode_errors} errors). Give a file that plays."
+                f"({stats.packets} packets, {stats.decode_errors} errors). Give a file that plays.",
+                shows_nothing=True,
             )
 
     def _ends_early(self) -> bool:

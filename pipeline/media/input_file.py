@@ -63,9 +63,13 @@ class VideoSource:
         mine = object()
         if self._taken.setdefault(stream.index, mine) is mine:
             return stream.codec_context
+        return self.open_again().streams[stream.index].codec_context
+
+    def open_again(self) -> Any:
+        """The file opened once more, until `close`. Raises InputError."""
         container = open_container(self.path)
         self._reopened.append(container)
-        return container.streams[stream.index].codec_context
+        return container
 
     @property
     def time_base(self) -> Fraction:

@@ -196,7 +196,6 @@ class Muxer:
             for converter in self._others.audio_converters:
                 self._mux_others(converter.stream, self._unless_damaged(converter.flush))
             self._container.close()
-            self.dropped += sorted(self._headless)
             if not self._keep_pixel_aspect():
                 self.dropped.append("pixel aspect ratio: no room for it in the header")
             self.bytes_out = self.target.own_path.stat().st_size
@@ -204,6 +203,7 @@ class Muxer:
                 self.target.leave()
             else:
                 self._refuse_loss()
+                self.dropped += sorted(self._headless)  # as sound is cut at packets: no loss
                 self._check_written()
                 self.target.keep()
             self.is_finished = True

@@ -1,5 +1,6 @@
 """Finds the place in a file from which a decoder returns every frame of the wanted part."""
 
+from contextlib import suppress
 from fractions import Fraction
 from typing import Any
 
@@ -14,25 +15,25 @@ _NEVER = Fraction(2**62)
 def words_on_screen(source: VideoSource, start: Fraction) -> list[Any]:
     """The packets of Matroska's subtitles that begin before `start` (seconds) and end after it.
 
-    Where a seek goes to a key frame it lands behind them; in other containers each stream is sought
-    by itself. The file is left anywhere.
+    A seek to a key frame lands behind them; in other containers each stream is sought by itself.
+    The file is opened once more for this. Raises InputError where it cannot be opened again.
     """
-    container, found = source.container, []
-    streams = [stream for stream in container.streams if stream.type == "subtitle"]
-    if not streams or "matroska" not in container.format.name:
+    texts = [stream.index for stream in source.container.streams if stream.type == "subtitle"]
+    if not texts or "matroska" not in source.container.format.name:
         return []
-    try:
+    found, container = [], source.open_again()
+    with suppress(av.FFmpegError):  # what was found until then is good
         container.seek(int(max(Fraction(0), start - _WORDS_SECONDS) * av.time_base))
+        streams = [container.streams[index] for index in (source.video.index, *texts)]
         for packet in packets_of(container, *streams):
             if packet.pts is None or not packet.size:
                 continue
             begins = packet.pts * packet.time_base
             if begins >= start:
                 break
-            if begins + (packet.duration or 0) * packet.time_base > start:
+            ends = begins + (packet.duration or 0) * packet.time_base
+            if packet.stream.type == "subtitle" and ends > start:
                 found.append(packet)
-    except av.FFmpegError:
-        pass  # what was found is good
     return found
 
 

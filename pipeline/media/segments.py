@@ -88,7 +88,7 @@ def plan_segments(
             if source.has_free_clock and packet.dts is not None:
                 if last is not None and is_jump((packet.dts - last) * source.time_base):
                     return _whole("its clock jumps")
-                last = packet.dts
+                last = packet.dts + (packet.duration or 0)
             times.append(packet.pts)
             if packet.is_keyframe:
                 keys.append(packet.pts)

@@ -41,7 +41,7 @@ class AudioConverter:
 
     def __init__(self, container: Any, source: Any, codec: str, decoder: Any) -> None:
         self._decoder = decoder
-        self._rate = _OPUS_RATE if codec == "libopus" else _nearest_rate(codec, source.rate)
+        self._rate = _OPUS_RATE if codec == "libopus" else _rate_for(codec, source.rate)
         self._layout = _LAYOUTS.get(source.codec_context.layout.nb_channels, "stereo")
         self.stream = container.add_stream(codec, rate=self._rate)
         context = self.stream.codec_context
@@ -108,7 +108,7 @@ class SubtitleConverter:
         return [out]
 
 
-def _nearest_rate(codec: str, rate: int) -> int:
+def _rate_for(codec: str, rate: int) -> int:
     """The lowest rate of an encoder that keeps all of a sound, or else its highest: cameras have
     rates such as 11024 Hz, which AAC lacks."""
     rates = av.Codec(codec, "w").audio_rates or [rate]

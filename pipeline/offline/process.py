@@ -73,8 +73,10 @@ def _in_segments(
     if len(plan.segments) > 1:
         try:
             return process_in_segments(src, dst, plan, look, settings, on_progress, workers)
-        except DecodeError:  # one run may still find frames that are whole, or says what is wrong
-            obstacle = "a segment of it is damaged"
+        except DecodeError as error:
+            if not error.shows_nothing:
+                raise
+            obstacle = "a segment of it is damaged"  # other frames of the film may be whole
     whole = replace(settings, split_minutes=None, jobs=None)
     report = process_video(src, dst, look, whole, on_progress)
     report.why_whole = obstacle

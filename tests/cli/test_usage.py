@@ -68,6 +68,7 @@ def folder(tmp_path, monkeypatch):
         (["estimate"], "PHOTO is missing.", "makeup-video estimate --help"),
         (["in.mp4", "--crf", "9"], "-o/--output is missing.", "makeup-video --help"),
         (["a", "b", "-o", "c"], "too many arguments: b.", "makeup-video --help"),
+        (["a", "b.jpg", "c.jpg", "-o", "d"], "too many arguments: b.jpg c.jpg. See", "makeup-video --help"),
         (["a", "b.jpg", "-o", "c"], "too many arguments: b.jpg; the photo of a look is --ref b.jpg.", "makeup-video --help"),
         (["in.mp4", "-o", "o.mp4", "--end", "0:90"], "--end: what follows a colon must be below 60, as in 1:30, got '0:90'", "makeup-video --help"),
         (["help"], "there is no command and no file help.", "makeup-video --help"),

@@ -118,7 +118,8 @@ def test_a_thumbnail_of_no_look_is_refused_in_one_line(url, body):
 
 def test_a_thumbnail_of_too_large_a_look_is_refused(url):
     with Page(url) as page:
-        assert page.post("/look-thumbnail", b" " * 70_000).status_code == 413
+        answer = page.post("/look-thumbnail", b" " * 70_000)
+    assert answer.status_code == 413 and answer.json()["error"].startswith("the look is larger")
 
 
 def test_thumbnails_of_photo_and_portrait_are_served(show, url):

@@ -13,7 +13,7 @@ from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
 from makeup_video.pipeline.live.sources.device import devices_found
 from makeup_video.pipeline.live.sources.file_sound import FileSound
 
-_RETRY_SECONDS = 1.0  # how often a camera is opened that a failed change left closed
+_RETRY_SECONDS = 1.0  # between two attempts to open a camera that a failed change left closed
 SIZES = ("640x360", "640x480", "1280x720", "1920x1080")  # what most cameras know
 
 

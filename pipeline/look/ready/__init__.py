@@ -19,7 +19,18 @@ from makeup_video.pipeline.look.strict_json import read_json
 from makeup_video.pipeline.look.words import NONE, did_you_mean, plain
 
 _FOLDER = Path(__file__).parent
-_PHOTOS = (".jpg", ".jpeg", ".png", ".webp", ".heic", ".heif", ".avif", ".tif", ".tiff", ".bmp")
+PHOTO_ENDINGS = (
+    ".jpg",
+    ".jpeg",
+    ".png",
+    ".webp",
+    ".heic",
+    ".heif",
+    ".avif",
+    ".tif",
+    ".tiff",
+    ".bmp",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +79,7 @@ def load_look(name: str) -> Look:
         return Look()
     if not is_file(name):
         return ready_look(name).look
-    if name.lower().endswith(_PHOTOS) and os.path.exists(name):
+    if name.lower().endswith(PHOTO_ENDINGS) and os.path.exists(name):
         raise LookError(f"{name} is no look file: {option('ref', name)} reads the look of a photo")
     if _is_there(name) or not name or name.lower().endswith(".json"):
         return Look.load(name)
@@ -77,8 +88,8 @@ def load_look(name: str) -> Look:
 
 
 def _is_there(name: str) -> bool:
-    """Whether a file has that name; a folder may be called like a ready look."""
-    return os.path.lexists(name) and not os.path.isdir(name)
+    """Whether a file has that name. A folder counts unless it is called like a ready look."""
+    return os.path.lexists(name) and not (os.path.isdir(name) and _named(name))
 
 
 def _named(name: str) -> ReadyLook | None:

@@ -38,6 +38,20 @@ def test_the_small_picture_goes_and_the_rest_stays(order, header, behind):
     assert without_thumbnail(changed) == changed
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_only_single_numbers_say_where_the_small_picture_lies(order):
+    block = with_thumbnail(order, b"makernote")
+    place = block.index(struct.pack(order + "HH", 0x0201, 4))
+    # another tag in place of that of the place, and an array in place of one number
+    for at, part in ((place, b"\0\0"), (place + 4, struct.pack(order + "I", 2))):
+        odd = block[:at] + part + block[at + len(part) :]
+        assert without_thumbnail(odd)[26:] == odd[26:]
+    length = struct.pack(order + "HHI", 0x0202, 3, 1) + struct.pack(order + "HH", len(SMALL), 0)
+    at = block.index(struct.pack(order + "HH", 0x0202, 4))
+    changed = without_thumbnail(block[:at] + length + block[at + 12 :])
+    assert SMALL not in changed and changed.endswith(b"makernote")
+
+
 @given(st.binary(max_size=80) | st.binary(max_size=60).map(lambda data: b"II*\0\x08\0\0\0" + data))
 def test_any_bytes_stay_as_long_or_become_shorter(data):
     assert len(without_thumbnail(data)) <= len(data)

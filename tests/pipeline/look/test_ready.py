@@ -99,6 +99,9 @@ def test_a_folder_does_not_hide_a_ready_look(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "glam").mkdir()
     assert load_look("glam") == ready_look("glam").look and not is_file("glam")
+    (tmp_path / "mine").mkdir()
+    with refused(LookError, "mine: a look file cannot be read: Is a directory"):
+        load_look("mine")
 
 
 def test_a_photo_in_place_of_a_look_is_said_to_be_one(tmp_path):

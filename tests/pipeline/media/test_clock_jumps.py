@@ -76,6 +76,45 @@ def packet(kind, seconds):
     return SimpleNamespace(stream=stream, time_base=tick, dts=ticks, pts=ticks, duration=3000)
 
 
+def test_one_packet_astray_moves_nothing_else():
+    jumps = ClockJumps(SimpleNamespace(has_free_clock=True))
+    film = [
+        ("video", 5),
+        ("audio", 5),
+        ("audio", 1),
+        ("audio", 5.1),
+        ("video", 5.1),
+        ("audio", 5.2),
+    ]
+    moved = [packet(kind, seconds) for kind, seconds in film]
+    for one in moved:
+        jumps(one)
+    assert jumps.jumps == []
+    off = [one.pts / 90000 - seconds for one, (_, seconds) in zip(moved, film, strict=True)]
+    assert [round(by, 3) for at, by in enumerate(off) if at != 2] == [0] * 5
+
+
+def test_a_stream_joins_at_the_jump_that_the_others_have_made():
+    jumps = ClockJumps(SimpleNamespace(has_free_clock=True))
+    film = [
+        ("video", 5),
+        ("video", 0),
+        ("video", 0.1),
+        ("audio", 0.1),
+        ("video", -2),
+        ("video", -1.9),
+    ]
+    film += [("audio", -1.9), ("audio", -1.8)]
+    moved = [packet(kind, seconds) for kind, seconds in film]
+    for one in moved:
+        jumps(one)
+    times = {
+        kind: [one.pts / 90000 for one in moved if one.stream.type == kind] for kind, _ in film
+    }
+    assert len(jumps.jumps) == 2 and times["video"] == sorted(times["video"])
+    assert times["audio"][1:] == pytest.approx([times["video"][-1], times["video"][-1] + 0.1])
+
+
 def test_words_move_with_sound_and_picture():
     jumps = ClockJumps(SimpleNamespace(has_free_clock=True))
     film = [

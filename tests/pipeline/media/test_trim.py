@@ -186,6 +186,20 @@ def test_sound_before_a_late_picture_stays_after_start(tmp_path, name):
     assert times_of(tmp_path / "out.mkv")[0] == pytest.approx(1, abs=0.05)
 
 
+def test_words_cost_a_film_no_frames_where_nothing_is_sought(tmp_path):
+    """A picture that begins late is decoded from the beginning of the file, without a seek."""
+    with av.open(str(tmp_path / "in.mkv"), "w") as out:
+        video, text = add_video(out, time_base=Fraction(1, 1000)), add_titles(out, "subrip")
+        audio = out.add_stream("aac", rate=48000, layout="stereo")
+        write_title(out, text, 500, 3000, b"Hello")
+        tone(out, audio, 4)
+        encode_frames(out, video, [2000 + 33 * i for i in range(60)])
+    cut = Settings(start_seconds=Fraction(1))
+    report = process_video(tmp_path / "in.mkv", tmp_path / "out.mkv", None, cut)
+    assert report.frames_out == 60 and titles_of(tmp_path / "out.mkv")[0][:2] == (0, 2500)
+    assert len(packets_of(tmp_path / "out.mkv", "audio")) == pytest.approx(141, abs=2)
+
+
 @pytest.mark.parametrize("split", [None, Fraction(1, 60)])
 @pytest.mark.parametrize("codec", ["subrip", "ass"])
 def test_words_on_screen_at_the_start_are_kept_once(tmp_path, codec, split):
@@ -208,7 +222,7 @@ def test_another_video_track_begins_with_a_key_frame(tmp_path):
         first, second = (add_video(out, options={"g": "30"}) for _ in range(2))
         encode_frames(out, first, range(90))
         encode_frames(out, second, range(90))
-    cut = Settings(start_seconds=Fraction("1.5"))
+    cut = Settings(start_seconds=Fraction("1.5"), strict=True)
     report = process_video(tmp_path / "in.mkv", tmp_path / "out.mkv", None, cut)
     with av.open(str(tmp_path / "out.mkv")) as container:
         (packet, *_) = container.demux(container.streams.video[1])
