@@ -131,15 +131,6 @@ class _Run:
     quiet: bool
 
 
-def _check(run: _Run, looks: list[WantedLook]) -> None:
-    """Check the film's name and the looks, before outputs: mistakes there are said first."""
-    from makeup_video.pipeline.media.input_file import local_file
-
-    local_file(run.source)
-    for look in looks:
-        look.check()
-
-
 def _look_for(run: _Run, look: WantedLook) -> "Look":
     """The look of a run; one that paints nothing is logged."""
     from makeup_video.pipeline.look.words import is_none
@@ -157,8 +148,7 @@ def _paint_one(
     from makeup_video.pipeline import process_video
     from makeup_video.pipeline.engine.machine import return_large_blocks
 
-    _check(run, [look])
-    with _sidecars(run, [output], settings.overwrite) as files:
+    with _sidecars(run, [output], [look], settings.overwrite) as files:
         painted = _look_for(run, look)
         return_large_blocks()  # from now on: a photo is read in large blocks, which are used again
         with (
@@ -182,8 +172,7 @@ def _paint_several(
 
     if run.save_look is not None:
         raise UsageError("--save-look writes one look, and several are painted: leave it out")
-    _check(run, looks)
-    with _sidecars(run, outputs, settings.overwrite) as (file, _):
+    with _sidecars(run, outputs, looks, settings.overwrite) as (file, _):
         painted = {
             Path(one): _look_for(run, look) for one, look in zip(outputs, looks, strict=True)
         }
@@ -209,15 +198,18 @@ def _values(output: str, outcome: "Outcome") -> dict[str, Any]:
 
 @contextmanager
 def _sidecars(
-    run: _Run, outputs: list[str], overwrite: bool
+    run: _Run, outputs: list[str], looks: list[WantedLook], overwrite: bool
 ) -> "Generator[tuple[JsonFile | None, JsonFile | None], None, None]":
-    """Open the report and the look file; all outputs and both of them are checked before any is
-    begun. Raises UsageError, OutputError."""
+    """Open the report and the look file; first the film's name and the looks are checked, then all
+    outputs and both files, before any is begun. Raises UsageError, LookError, InputError,
+    OutputError."""
     from makeup_video.pipeline.files.output_file import check_place, keep_apart
     from makeup_video.pipeline.media.input_file import local_file
     from makeup_video.pipeline.media.sidecar import LookFile, ReportFile
 
     source = local_file(run.source)
+    for look in looks:
+        look.check()
     for output in outputs:
         check_place(output, source, overwrite=overwrite)
         for file in run.inputs:
