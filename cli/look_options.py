@@ -210,14 +210,12 @@ class LookOptions(Changes, with_parts(_WholeLook)):  # type: ignore[misc]
 
 
 def check_photo(photo: str) -> None:
-    """Check the name of a photo. Raises UsageError for the name of a look, InputError."""
+    """Raises UsageError for the name of a look in place of a photo's."""
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.look.ready import is_file
-    from makeup_video.pipeline.media.input_file import local_file
 
     if photo.lower().endswith(".json") or not is_file(photo):
-        raise UsageError(f"--ref takes a photo, and {photo} is a look: --look {photo}")
-    local_file(photo, "photo")
+        raise UsageError(f"--ref takes a photo, and {photo} is a look: use --look {photo}")
 
 
 def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Look":

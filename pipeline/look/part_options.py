@@ -78,7 +78,7 @@ def layers_of(part: str, text: str, finish: str | None = None) -> tuple[Layer, .
             f"{option(part)} takes {most}, got {len(texts)}: {text!r}{_meant(kind, texts)}"
         )
     if len(texts) > 1 and (meant := _meant(kind, texts)):
-        raise UsageError(f"{option(part)}: words follow the colour after colons{meant}")
+        raise UsageError(f"{option(part)}: put words after colons{meant}")
     return tuple(_layer(kind, one, finish) for one in texts)
 
 
@@ -92,7 +92,7 @@ def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
     rgb = rgb_of(colour)
     if rgb is None:
         if meant := _spaced(kind, colour):
-            raise UsageError(f"{option(kind.part)}: words follow the colour after colons{meant}")
+            raise UsageError(f"{option(kind.part)}: put words after colons{meant}")
         rgb = parse_color(colour, kind.part)
     said: dict[str, Any] = {}
     shape: dict[str, Any] = {}

@@ -135,7 +135,7 @@ def local_file(path: str | os.PathLike[str], wanted: str = "video or picture") -
         if file.is_dir():
             raise InputError(f"{path} is a folder: give one {wanted} file")
         if "://" in str(path) and not file.exists():
-            raise InputError(f"{path} is an address: download the {wanted} first")
+            raise InputError(f"{path} is an address: give a {wanted} file on this machine")
         if not file.exists():
             raise InputError(f"{path} does not exist: give a {wanted} file on this machine")
         if not file.is_file():

@@ -282,7 +282,7 @@ def test_painting_nothing_loads_no_nets_and_no_opencl(folder):
     [
         (["--look", "caty"], "did you mean cat-eye?"),
         (["--finish", "gloss"], "--finish gloss needs a colour"),
-        (["--ref", "cat-eye"], "--ref takes a photo, and cat-eye is a look: --look cat-eye"),
+        (["--ref", "cat-eye"], "--ref takes a photo, and cat-eye is a look: use --look cat-eye"),
         (["--look", "empty.json"], "out.mp4 exists already: add -y"),
     ],
 )

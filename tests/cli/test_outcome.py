@@ -22,7 +22,11 @@ from media import damage, decoded, make_clip
         ),
         (["in.mp4", "--ref", "a.jpg", "-o", "out.mp4"], 3, "InputError: a.jpg does not exist"),
         (["in.mp4", "--ref", "in.mp4", "-o", "out.mp4"], 3, "PhotoError: in.mp4 is a video"),
-        (["in.mp4", "--ref", "look.json", "-o", "out.mp4"], 3, "look.json is no photo that can"),
+        (
+            ["in.mp4", "--ref", "look.json", "-o", "out.mp4"],
+            2,
+            "look.json is a look: use --look look.json",
+        ),
         (["in.mp4", "--ref", "a.jpg", "--look", "none", "-o", "o.mp4"], 2, "2 looks need a name"),
         (["in.mp4", "--ref-face", "0", "--look", "none", "-o", "o.mp4"], 2, "add --ref PHOTO"),
         (["in.mp4", "--ref", "a.jpg", "--ref-face", "x", "-o", "o.mp4"], 2, "must be largest, or"),
@@ -58,7 +62,7 @@ from media import damage, decoded, make_clip
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--crf", "99"], 2, "--crf must be in 0..51"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--preset", "x"], 2, "--preset must be"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--start", "abc"], 2, "--start must be"),
-        (["in.mp4", "--look", "none", "-o", "out.mp4", "--start", "1:99"], 2, "60 or more"),
+        (["in.mp4", "--look", "none", "-o", "out.mp4", "--start", "1:99"], 2, "must be below 60"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--end", "0"], 2, "--end later"),
         (["in.mp4", "--look", "none", "-o", "out.webm", "--strict"], 6, "StrictError: --strict"),
         (

@@ -80,7 +80,7 @@ def load_look(name: str) -> Look:
     if not is_file(name):
         return ready_look(name).look
     if name.lower().endswith(PHOTO_ENDINGS) and os.path.exists(name):
-        raise LookError(f"{name} is no look file: {option('ref', name)} reads the look of a photo")
+        raise LookError(f"{name} is a photo and no look file: use {option('ref', name)}")
     if _is_there(name) or not name or name.lower().endswith(".json"):
         return Look.load(name)
     names = [one.name for one in ready_looks()]

@@ -107,7 +107,7 @@ def test_a_folder_does_not_hide_a_ready_look(tmp_path, monkeypatch):
 def test_a_photo_in_place_of_a_look_is_said_to_be_one(tmp_path):
     photo = tmp_path / "her.JPG"
     photo.write_bytes(b"\xff\xd8")
-    with refused(LookError, f"{photo} is no look file: --ref {photo} reads the look of a photo"):
+    with refused(LookError, f"{photo} is a photo and no look file: use --ref {photo}"):
         load_look(str(photo))
 
 
