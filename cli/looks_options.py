@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -84,6 +84,12 @@ class WantedLook:
     check: "Callable[[], object]"
 
 
+def _at_once(fields: dict[str, str], read: "Callable[[], Look]") -> WantedLook:
+    """A look of no photo: it is read, once, when it is checked or loaded."""
+    once = cache(read)
+    return WantedLook(fields, lambda quiet: once(), once)
+
+
 @dataclass(frozen=True, kw_only=True)
 class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
     """The options of a command that paints one look or several."""
@@ -108,9 +114,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
 
         self._check()
         check_options(self.choice())
-        found = [*self._named(), *self._rows()] or [
-            WantedLook({}, lambda quiet: self._painted(None), lambda: self._painted(None))
-        ]
+        found = [*self._named(), *self._rows()] or [_at_once({}, lambda: self._painted(None))]
         names = numbered([one.fields.get("look", "") for one in found])
         return [
             replace(one, fields=one.fields | {"look": name})
@@ -135,18 +139,14 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
 
         files = [] if self.looks is None else map(str, look_files(self.looks))
         for name in self.look or []:
-            yield self._of_file(name)
+            yield _at_once({"look": Path(name).stem}, partial(self._load, name))
         for photo in self.ref or []:
             fields = {"look": Path(photo).stem}
             yield WantedLook(fields, partial(self._read, photo), partial(check_photo, photo))
         for file in files:
-            yield self._of_file(file)
+            yield _at_once({"look": Path(file).stem}, partial(self._load, file))
 
-    def _of_file(self, name: str) -> WantedLook:
-        load = partial(self._load, name)
-        return WantedLook({"look": Path(name).stem}, load, partial(load, True))
-
-    def _load(self, name: str, quiet: bool) -> "Look":
+    def _load(self, name: str) -> "Look":
         from makeup_video.pipeline.look.ready import load_look
 
         return self._painted(load_look(name))
@@ -168,10 +168,9 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         finish = None if self.finish is None else parse_finish(self.finish)
         parts = () if self.parts is None else parse_parts(self.parts)
         for row in looks_of_catalogue(self.catalogue, self.where or (), finish, parts):
-            load = partial(self._on_row, row)
-            yield WantedLook(row.fields, load, partial(load, True))
+            yield _at_once(row.fields, partial(self._on_row, row))
 
-    def _on_row(self, row: "NamedLook", quiet: bool) -> "Look":
+    def _on_row(self, row: "NamedLook") -> "Look":
         """The look of a row with what the other options change; they chose its part already."""
         from makeup_video.pipeline.look.options import choose_look
 

@@ -46,8 +46,6 @@ def usage_line(error: Any) -> str:
 
 def _message(error: Any) -> str:
     """What is wrong, in our words; in Typer's where the error is of no known kind."""
-    from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
-
     kind, typers = type(error).__name__, " ".join(error.format_message().split())
     param = getattr(error, "param", None)
     if kind == "MissingParameter" and param is not None:
@@ -58,6 +56,8 @@ def _message(error: Any) -> str:
         needs = "requires" in typers
         return f"{error.option_name} {'needs a value' if needs else 'takes no value'}"
     if extra := re.fullmatch(r"Got unexpected extra argument\S* \((.*)\)", typers):
+        from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
+
         is_photo = " " not in extra[1] and extra[1].lower().endswith(PHOTO_ENDINGS)
         photo = f"; the photo of a look is --ref {extra[1]}" if is_photo else ""
         return f"too many arguments: {extra[1]}{photo}"

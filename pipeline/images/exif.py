@@ -6,9 +6,9 @@ from typing import Any, Literal
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 
 _ORIENTATION_TAG = 0x0112
-_HEADER = b"Exif\0\0"
-# Where the small picture lies and how long it is: as JPEG, and as plain pixels.
+EXIF_MARK = b"Exif\0\0"  # with which a block may begin, as in JPEG and HEIC
 _SIZES = {3: 2, 4: 4}  # bytes, by the type of a number: SHORT and LONG
+# Where the small picture lies and how long it is: as JPEG, and as plain pixels.
 _THUMBNAIL_TAGS = ((0x0201, 0x0202), (0x0111, 0x0117))
 
 
@@ -36,7 +36,7 @@ def without_thumbnail(block: bytes) -> bytes:
 
     Where its place is told in another way, only the way to it goes. A block that is damaged stays.
     """
-    base = len(_HEADER) if block.startswith(_HEADER) else 0
+    base = len(EXIF_MARK) if block.startswith(EXIF_MARK) else 0
     order: Literal["little", "big"] = "little" if block[base : base + 2] == b"II" else "big"
 
     def number(at: int, size: int) -> int:

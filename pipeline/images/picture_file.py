@@ -10,15 +10,15 @@ from typing import IO
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
+from makeup_video.pipeline.images.exif import EXIF_MARK
 from makeup_video.pipeline.images.heif import DamagedHeifError, decode, is_heif
 from makeup_video.pipeline.images.picture_size import check_size
+from makeup_video.pipeline.media.input_file import PNG_MARK
 
 # The extensions of pictures that we write.
 WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
 # APP1 segments of a JPEG begin with what they hold (XMP specification part 3, section 1.1.3)
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
-_EXIF_IN_HEIF = b"Exif\0\0"
-_PNG = b"\x89PNG\r\n\x1a\n"
 _ANIMATION = 2  # of the flags in WebP's VP8X
 _MOST_BYTES = 1_000_000_000  # the largest picture has no more, even uncompressed
 _NO_MEMORY = -4  # cv2.Error.StsNoMem
@@ -34,12 +34,12 @@ def is_picture(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             head = file.read(4096)
-            if head.startswith(_PNG):
+            if head.startswith(PNG_MARK):
                 return not _is_animated_png(file)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
-        if head[12:16] == b"VP8X" and head[20:21] and head[20] & _ANIMATION:
+        if head[12:16] == b"VP8X" and len(head) > 20 and head[20] & _ANIMATION:
             raise DecodeError(f"{path} is an animated WebP: convert it to a video first")
         return True
     if is_heif(head):
@@ -52,7 +52,7 @@ def _is_animated_png(file: IO[bytes]) -> bool:
 
     The mark stands before the pixels, behind profiles and EXIF of any length.
     """
-    file.seek(len(_PNG))
+    file.seek(len(PNG_MARK))
     while len(head := file.read(8)) == 8 and head[4:] != b"IDAT":
         if head[4:] == b"acTL":
             return True
@@ -118,7 +118,7 @@ def _decode_heif(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndar
     if pixels.shape[2] >= 3:
         pixels = np.ascontiguousarray(pixels[..., [2, 1, 0, 3][: pixels.shape[2]]])
     kinds = {
-        cv2.IMAGE_METADATA_EXIF: (info.get("exif") or b"").removeprefix(_EXIF_IN_HEIF),
+        cv2.IMAGE_METADATA_EXIF: (info.get("exif") or b"").removeprefix(EXIF_MARK),
         cv2.IMAGE_METADATA_XMP: info.get("xmp") or b"",
         cv2.IMAGE_METADATA_ICCP: info.get("icc_profile") or b"",
     }

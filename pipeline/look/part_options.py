@@ -72,25 +72,24 @@ def layers_of(part: str, text: str, finish: str | None = None) -> tuple[Layer, .
     if is_none(text):
         return ()
     kind, texts = PARTS[part], _BETWEEN_LAYERS.split(text)
+    meant = _meant(kind, texts)
     if len(texts) > kind.most:
         most = "one colour" if kind.most == 1 else f"at most {kind.most} layers"
-        raise UsageError(
-            f"{option(part)} takes {most}, got {len(texts)}: {text!r}{_meant(kind, texts)}"
-        )
-    if len(texts) > 1 and (meant := _meant(kind, texts)):
+        raise UsageError(f"{option(part)} takes {most}, got {len(texts)}: {text!r}{meant}")
+    if meant:
         raise UsageError(f"{option(part)}: put words after colons{meant}")
     return tuple(_layer(kind, one, finish) for one in texts)
 
 
 def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
     colour, *words = text.split(":")
-    if rgb_of(colour) is None and _is_word(kind, colour):
-        raise UsageError(
-            f"{option(kind.part)} begins with a colour, as in {COLOUR[:-1]}:{colour.strip()}', "
-            f"got {text!r}"
-        )
     rgb = rgb_of(colour)
     if rgb is None:
+        if _is_word(kind, colour):
+            raise UsageError(
+                f"{option(kind.part)} begins with a colour, as in {COLOUR[:-1]}:{colour.strip()}', "
+                f"got {text!r}"
+            )
         if meant := _spaced(kind, colour):
             raise UsageError(f"{option(kind.part)}: put words after colons{meant}")
         rgb = parse_color(colour, kind.part)
@@ -152,8 +151,7 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
         return "finish", finish
     if slot := place_of(word, kind):
         return "slot", slot
-    dials = [dial for dial in kind.dials if not dial.is_map]
-    if dial := next((one for one in dials if plain(one.name) == plain(word)), None):
+    if (dial := _dial_named(kind, word)) and not dial.is_map:
         raise UsageError(
             f"{option(kind.part)}: {word.strip()} needs a value, as in {_example(dial)}"
         )
@@ -164,15 +162,19 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
     )
 
 
+def _dial_named(kind: Kind, name: str) -> Dial | None:
+    return next((dial for dial in kind.dials if plain(dial.name) == plain(name)), None)
+
+
 def _example(dial: Dial) -> str:
-    value = (
-        "maroon" if dial.is_colour else dial.choices[0] if dial.choices else f"{dial.high / 2:g}"
-    )
-    return f"{dial.name}={value}"
+    """A value of a dial as it is typed: "wing=0.5"."""
+    if dial.is_colour:
+        return f"{dial.name}=maroon"
+    return f"{dial.name}={dial.choices[0] if dial.choices else f'{dial.high / 2:g}'}"
 
 
 def _dial_value(kind: Kind, name: str, value: str) -> tuple[str, Any]:
-    dial = next((dial for dial in kind.dials if plain(dial.name) == plain(name)), None)
+    dial = _dial_named(kind, name)
     if dial is None:
         names = _names_of_dials(kind)
         raise UsageError(

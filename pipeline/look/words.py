@@ -110,8 +110,8 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
     wanted = plain(word)
     close = get_close_matches(wanted, by_plain, 1, _ALIKE)
     if not close and len(wanted) >= _BEGINS:
-        close = [name for name in by_plain if name.startswith(wanted)]
-        close = close if len(close) == 1 else []  # "cat" is cat-eye, but "dark" may be any of many
+        begun = [name for name in by_plain if name.startswith(wanted)]
+        close = begun if len(begun) == 1 else []  # "cat" is cat-eye, but "dark" may be any of many
     return f": did you mean {by_plain[close[0]]}?" if close else ""
 
 

@@ -10,10 +10,10 @@ from typing import Any
 
 from makeup_video.pipeline.media.input_file import VideoSource
 
-BACK_SECONDS = 1  # from where on a step back is a jump, and no disorder of packets
+_BACK_SECONDS = 1  # from where on a step back is a jump, and no disorder of packets
 # From where on a step ahead is one: FFmpeg takes a clock that says a minute less than the file's
 # first time for one that has passed the largest time, 26.5 hours.
-AHEAD_SECONDS = 12 * 3600
+_AHEAD_SECONDS = 12 * 3600
 
 
 class ClockJumps:
@@ -25,44 +25,47 @@ class ClockJumps:
     def __init__(self, source: VideoSource) -> None:
         self.jumps: list[tuple[Fraction, Fraction]] = []
         self._is_free = source.has_free_clock
-        self._met: dict[int, int] = {}  # of each stream, the jumps that it has made
-        self._ends: dict[int, Fraction] = {}  # of each stream, on the mended clock, in seconds
-        # both of these before the last packet, where that was the first behind a jump
+        # of sound and picture, by stream: the jumps that it has made, and where its last packet
+        # ends on the mended clock, in seconds
+        self._states: dict[int, tuple[int, Fraction]] = {}
+        # the same before the last packet, where that was the first behind a jump
         self._before: dict[int, tuple[int, Fraction]] = {}
 
     def __call__(self, packet: Any) -> None:
         """Move a packet in place."""
-        time = packet.pts if packet.dts is None else packet.dts
-        if not self._is_free or time is None:
+        if not self._is_free:
             return
-        base, stream = packet.time_base, packet.stream
-        if stream.type in ("audio", "video"):
-            met = self._met[stream.index] = self._met_by(stream.index, time * base)
-        else:  # too few packets to show a jump: they are moved as sound and picture are
-            met = max(self._met.values(), default=0)
+        time = packet.pts if packet.dts is None else packet.dts
+        if time is None:
+            return
+        base, index = packet.time_base, packet.stream.index
+        # a stream that begins behind a jump has made it, and words, whose packets are too few to
+        # show a jump, move as sound and picture do
+        met = max((met for met, _ in self._states.values()), default=0)
+        if index in self._states:
+            met = self._met_by(index, time * base)
         ticks = round(self._moved(met) / base)
         if packet.dts is not None:
             packet.dts += ticks
         if packet.pts is not None:
             packet.pts += ticks
-        self._ends[stream.index] = (time + ticks + (packet.duration or 0)) * base
+        if packet.stream.type in ("audio", "video"):
+            self._states[index] = met, (time + ticks + (packet.duration or 0)) * base
 
     def _met_by(self, index: int, seconds: Fraction) -> int:
         """How many jumps a stream has made up to a packet of this time on the file's clock."""
-        met, end = self._met.get(index), self._ends.get(index)
-        if met is None or end is None:
-            return max(self._met.values(), default=0)  # a stream that begins behind a jump
+        met, end = self._states[index]
         before = self._before.pop(index, None)
-        if before is not None and abs(seconds + self._moved(before[0]) - before[1]) < BACK_SECONDS:
+        if before is not None and abs(seconds + self._moved(before[0]) - before[1]) < _BACK_SECONDS:
             met, end = before  # one packet was astray, and no clock has jumped
-            if all(others <= met for at, others in self._met.items() if at != index):
+            if all(others <= met for at, (others, _) in self._states.items() if at != index):
                 del self.jumps[met:]
         for known in range(met, len(self.jumps) + 1):
-            if not is_jump(seconds + self._moved(known) - end):
+            if not _is_jump(seconds + self._moved(known) - end):
                 break
         else:  # no other stream has jumped yet
             known = len(self.jumps) + 1
-            now = max(self._ends.values())
+            now = max(end for _, end in self._states.values())
             self.jumps.append((now, now - seconds))
         if known > met:
             self._before[index] = met, end
@@ -72,6 +75,6 @@ class ClockJumps:
         return self.jumps[met - 1][1] if met else Fraction(0)
 
 
-def is_jump(step_seconds: Fraction) -> bool:
+def _is_jump(step_seconds: Fraction) -> bool:
     """Whether a step between the decoding times of a stream is a jump of its clock."""
-    return not -BACK_SECONDS < step_seconds < AHEAD_SECONDS
+    return not -_BACK_SECONDS < step_seconds < _AHEAD_SECONDS

@@ -317,5 +317,5 @@ def _decoder_context(source: VideoSource, threads: int) -> Any:
 
 
 def _in_words(seconds: Fraction) -> str:
-    """ "3.03 s" """
+    """A time in seconds, such as "3.03 s"."""
     return f"{round(float(seconds), 2):.12g} s"

@@ -29,6 +29,7 @@ _LOOK_FURTHER = {
 }
 _STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
 logging.getLogger("libav").addHandler(logging.NullHandler())  # else Python prints its warnings
+PNG_MARK = b"\x89PNG\r\n\x1a\n"  # with which a PNG begins
 _FREE_CLOCKS = "mpegts", "mpeg"  # containers whose clock may begin at any time
 _FAKE_RATE = 240  # FFmpeg guesses rates such as 1000 or 90000 for files of variable frame rate
 
@@ -134,9 +135,9 @@ def local_file(path: str | os.PathLike[str], wanted: str = "video or picture") -
     try:
         if file.is_dir():
             raise InputError(f"{path} is a folder: give one {wanted} file")
-        if "://" in str(path) and not file.exists():
-            raise InputError(f"{path} is an address: give a {wanted} file on this machine")
         if not file.exists():
+            if "://" in str(path):
+                raise InputError(f"{path} is an address: give a {wanted} file on this machine")
             raise InputError(f"{path} does not exist: give a {wanted} file on this machine")
         if not file.is_file():
             raise InputError(f"{path} is not an ordinary file: give a {wanted} file")
@@ -186,7 +187,7 @@ def _begins_as_png(path: Path) -> bool:
     """True for a PNG, where FFmpeg finds the mark of an animation in the first 2 kB alone."""
     try:
         with path.open("rb") as file:
-            return file.read(8) == b"\x89PNG\r\n\x1a\n"
+            return file.read(len(PNG_MARK)) == PNG_MARK
     except OSError:
         return False
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import av
-from makeup_video.pipeline.media.clock_jumps import is_jump
+from makeup_video.pipeline.media.clock_jumps import ClockJumps
 from makeup_video.pipeline.media.frame_times import has_guessed_times
 from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 from makeup_video.pipeline.media.trim import STILL_SECONDS
@@ -80,15 +80,14 @@ def plan_segments(
     follows the film over time.
     """
     times, keys = [], []
-    last: int | None = None
+    clock = ClockJumps(source)
     try:
         for packet in packets_of(source.container, source.video):
             if not packet.size or packet.is_discard:
                 continue  # an edit list hides the second kind
-            if source.has_free_clock and packet.dts is not None:
-                if last is not None and is_jump((packet.dts - last) * source.time_base):
-                    return _whole("its clock jumps")
-                last = packet.dts + (packet.duration or 0)
+            clock(packet)
+            if clock.jumps:
+                return _whole("its clock jumps")
             times.append(packet.pts)
             if packet.is_keyframe:
                 keys.append(packet.pts)

@@ -19,18 +19,9 @@ from makeup_video.pipeline.look.strict_json import read_json
 from makeup_video.pipeline.look.words import NONE, did_you_mean, plain
 
 _FOLDER = Path(__file__).parent
-PHOTO_ENDINGS = (
-    ".jpg",
-    ".jpeg",
-    ".png",
-    ".webp",
-    ".heic",
-    ".heif",
-    ".avif",
-    ".tif",
-    ".tiff",
-    ".bmp",
-)
+PHOTO_ENDINGS = (  # of files that --look is given by mistake
+    ".jpg", ".jpeg", ".png", ".webp", ".heic", ".heif", ".avif", ".tif", ".tiff", ".bmp",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

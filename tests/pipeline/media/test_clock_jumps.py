@@ -1,7 +1,7 @@
 """A clock that jumps goes on: no frame and no sound is lost, and they stay together."""
 
 from fractions import Fraction
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from types import SimpleNamespace
 
 import av
@@ -76,8 +76,16 @@ def packet(kind, seconds):
     return SimpleNamespace(stream=stream, time_base=tick, dts=ticks, pts=ticks, duration=3000)
 
 
+def mended(film):
+    """The clock's jumps, and the seconds of a film's packets, [(kind, seconds)], on that clock."""
+    jumps, moved = ClockJumps(SimpleNamespace(has_free_clock=True)), []
+    for kind, seconds in film:
+        moved.append(packet(kind, seconds))
+        jumps(moved[-1])
+    return jumps.jumps, [one.pts / 90000 for one in moved]
+
+
 def test_one_packet_astray_moves_nothing_else():
-    jumps = ClockJumps(SimpleNamespace(has_free_clock=True))
     film = [
         ("video", 5),
         ("audio", 5),
@@ -86,16 +94,13 @@ def test_one_packet_astray_moves_nothing_else():
         ("video", 5.1),
         ("audio", 5.2),
     ]
-    moved = [packet(kind, seconds) for kind, seconds in film]
-    for one in moved:
-        jumps(one)
-    assert jumps.jumps == []
-    off = [one.pts / 90000 - seconds for one, (_, seconds) in zip(moved, film, strict=True)]
+    jumps, times = mended(film)
+    assert jumps == []
+    off = [time - seconds for time, (_, seconds) in zip(times, film, strict=True)]
     assert [round(by, 3) for at, by in enumerate(off) if at != 2] == [0] * 5
 
 
 def test_a_stream_joins_at_the_jump_that_the_others_have_made():
-    jumps = ClockJumps(SimpleNamespace(has_free_clock=True))
     film = [
         ("video", 5),
         ("video", 0),
@@ -105,18 +110,16 @@ def test_a_stream_joins_at_the_jump_that_the_others_have_made():
         ("video", -1.9),
     ]
     film += [("audio", -1.9), ("audio", -1.8)]
-    moved = [packet(kind, seconds) for kind, seconds in film]
-    for one in moved:
-        jumps(one)
-    times = {
-        kind: [one.pts / 90000 for one in moved if one.stream.type == kind] for kind, _ in film
-    }
-    assert len(jumps.jumps) == 2 and times["video"] == sorted(times["video"])
-    assert times["audio"][1:] == pytest.approx([times["video"][-1], times["video"][-1] + 0.1])
+    jumps, times = mended(film)
+    video, audio = (
+        [time for time, (kind, _) in zip(times, film, strict=True) if kind == wanted]
+        for wanted in ("video", "audio")
+    )
+    assert len(jumps) == 2 and video == sorted(video)
+    assert audio[1:] == pytest.approx([video[-1], video[-1] + 0.1])
 
 
 def test_words_move_with_sound_and_picture():
-    jumps = ClockJumps(SimpleNamespace(has_free_clock=True))
     film = [
         ("video", 5),
         ("audio", 5),
@@ -125,22 +128,21 @@ def test_words_move_with_sound_and_picture():
         ("video", 0),
         ("subtitle", 40),
     ]
-    moved = [packet(kind, seconds) for kind, seconds in film]
-    for one in moved:
-        jumps(one)
-    (_, by), *more = jumps.jumps
+    jumps, times = mended(film)
+    (_, by), *more = jumps
     assert not more and 5 < by < 5.1
-    assert [one.pts / 90000 - seconds for one, (_, seconds) in zip(moved, film, strict=True)] == (
+    assert [time - seconds for time, (_, seconds) in zip(times, film, strict=True)] == (
         pytest.approx([0, 0, 0, by, by, by])
     )
 
 
+def test_words_that_stay_long_leave_no_gap_at_a_jump():
+    _, times = mended([("video", 5), ("subtitle", 60), ("video", 0)])
+    assert times[-1] == pytest.approx(5, abs=0.1)
+
+
 @given(st.lists(st.fractions(min_value=Fraction(-9, 10), max_value=100), max_size=20))
 def test_a_clock_that_never_jumps_back_stays(steps):
-    jumps, seconds = ClockJumps(SimpleNamespace(has_free_clock=True)), Fraction(100)
-    for step in steps:
-        seconds += step
-        one = packet("video", seconds)
-        before = one.dts
-        jumps(one)
-        assert one.dts == before and not jumps.jumps
+    film = [("video", seconds) for seconds in accumulate(steps, initial=Fraction(100))]
+    jumps, times = mended(film)
+    assert not jumps and times == [packet(*one).pts / 90000 for one in film]
