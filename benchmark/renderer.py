@@ -20,7 +20,7 @@ import numpy as np
 from makeup_video.benchmark.films import LIKE_A_FILM, frame_of, pictures, write_film
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.engine.machine import one_opencv_thread
-from makeup_video.pipeline.faces.face import Face, FrameFaces, LipPatch
+from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.frame import Frame
@@ -97,7 +97,7 @@ def paste_into_larger(
     def moved(face: Face) -> Face:
         points = face.points_px + np.array([*margins[::-1], 0], np.float32)
         return replace(
-            face, points_px=points, lips=LipPatch(face.lips.logits, compose(shift, face.lips.to_px))
+            face, points_px=points, lips=replace(face.lips, to_px=compose(shift, face.lips.to_px))
         )
 
     return target, [tuple(moved(face) for face in in_frame) for in_frame in faces]

@@ -53,6 +53,7 @@ def test_only_the_listed_modules_use_threads():
         "engine/runner.py",
         "engine/signals.py",  # only the main thread may set handlers
         "engine/channel.py",  # its lock
+        "render/apply_look.py",  # keeps the kernels of each thread
         "live/runner.py",
         "live/sources/device.py",  # reads the camera even when nobody fetches frames
         "live/sources/file.py",  # an event that ends a wait

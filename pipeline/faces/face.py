@@ -1,6 +1,7 @@
 """Face, its lip patch, and the faces of one frame."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,8 +10,10 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
-PATCH_SPAN = 0.96  # width of a lip patch, in IOD
+PATCH_HW = 80, 112  # px of a lip patch
+PATCH_SPAN = 0.96  # IOD: the width of a lip crop for which the lip net tells its points
 MIN_FACE_PX = 40  # width; smaller faces are not painted
+_FURTHEST_PX = 1e6  # from the picture's corner: further than any picture reaches
 # mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score
 # under 0.1, mouths over 0.9.
 _MOUTH_SEEN = 0.2, 0.5
@@ -22,15 +25,17 @@ class LipPatch:
 
     logits: (80, 112) float32, log-odds of lipstick at each pixel of the crop.
     to_px: (2, 3) float64, crop px (x, y, 1) -> picture px.
+    span: the width of the crop in IOD, which is wider around a wide mouth.
     """
 
     logits: np.ndarray
     to_px: np.ndarray
+    span: float = PATCH_SPAN
 
     def __post_init__(self) -> None:
-        if self.logits.ndim != 2 or self.to_px.shape != (2, 3):
+        if self.logits.shape != PATCH_HW or self.to_px.shape != (2, 3):
             raise ValueError(
-                "a lip patch has (H, W) logits and a (2, 3) matrix, got "
+                f"a lip patch has {PATCH_HW} logits and a (2, 3) matrix, got "
                 f"{self.logits.shape} and {self.to_px.shape}"
             )
 
@@ -55,8 +60,11 @@ class Face:
     lips: LipPatch
 
     def __post_init__(self) -> None:
-        if self.points_px.shape != (POINTS, 3):
-            raise ValueError(f"points_px must be ({POINTS}, 3), got {self.points_px.shape}")
+        points = self.points_px
+        if points.shape != (POINTS, 3) or points.dtype != np.float32:
+            raise ValueError(
+                f"points_px must be ({POINTS}, 3) float32, got {points.shape} {points.dtype}"
+            )
 
     @property
     def mouth_weight(self) -> float:
@@ -120,12 +128,37 @@ def iod_px(face: Face) -> float:
     return max(math.dist((x0, y0), (x1, y1)), 1.0)
 
 
+def check_faces(faces: Iterable[Face]) -> tuple[Face, ...]:
+    """The faces as a tuple. Raises TypeError for anything else, and for a face without a list."""
+    if isinstance(faces, Face):
+        raise TypeError("faces must be a list of faces, got one Face: give [face]")
+    found = tuple(faces)
+    for face in found:
+        check_face_type(face)
+    return found
+
+
+def check_face_type(face: object) -> None:
+    """Raises TypeError for anything but one face."""
+    if not isinstance(face, Face):
+        how = "give one of them, such as faces[0]" if isinstance(face, tuple | list) else (
+            "find_faces(picture) returns the faces of a picture"
+        )  # fmt: skip
+        raise TypeError(f"a face must be a Face, got {type(face).__name__}: {how}")
+
+
 def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
-    """The faces whose numbers are all finite: one NaN would spread through the smoothing."""
-    return tuple(face for face in item.faces if _is_finite(face))
+    """The faces that can be painted.
+
+    Their numbers are finite, or one NaN would spread through the smoothing, and not larger than any
+    picture; and their lip patch has an area.
+    """
+    return tuple(face for face in item.faces if _is_sound(face))
 
 
-def _is_finite(face: Face) -> bool:
-    across, down = face.lips.to_px.tolist()
-    numbers = face.score, face.mouth_visible, *across, *down
-    return math.isfinite(sum(numbers) + float(face.points_px.sum() + face.lips.logits.sum()))
+def _is_sound(face: Face) -> bool:
+    (a, b, x), (c, d, y) = face.lips.to_px.tolist()
+    numbers = face.score, face.mouth_visible, a, b, c, d, x, y
+    if not math.isfinite(sum(numbers) + float(face.lips.logits.sum())) or a * d == b * c:
+        return False
+    return float(np.abs(face.points_px).max()) < _FURTHEST_PX  # False for NaN

@@ -1,6 +1,5 @@
 """Finds the faces of a picture that stands alone; tracker.py follows faces through a film."""
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -14,6 +13,7 @@ from makeup_video.pipeline.faces.landmarks import (
     to_face,
 )
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
+from makeup_video.pipeline.faces.right_way_up import right_way_up
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import FramePicture, Picture, RgbPicture
 
@@ -58,13 +58,14 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
             landmarks = locate(nets, picture, detection, average=True)
             if landmarks is None:
                 continue
+            landmarks = right_way_up(nets, picture, landmarks, DETECTOR_SIDES_PX, average=True)
             if not any(is_same(landmarks.pose, other.pose) for other in (*found, *tiny)):
                 (tiny if is_tiny(landmarks.pose) else found).append(landmarks)
         if found or tiny:
             break
-    faces = _in_order([to_face(landmarks, picture, 0) for landmarks in found])
     # Numbers go by size, so they do not depend on scores, nor on how the picture is stored.
-    return tuple(replace(face, track_id=index) for index, face in enumerate(faces)), len(tiny)
+    ordered = enumerate(_in_order(found))
+    return tuple(to_face(landmarks, picture, index) for index, landmarks in ordered), len(tiny)
 
 
 def fine_sides(picture: Picture) -> tuple[int, ...]:
@@ -80,14 +81,19 @@ def largest_first(faces: list[Face]) -> tuple[Face, ...]:
     return tuple(faces)
 
 
-def _in_order(faces: list[Face]) -> tuple[Face, ...]:
+def _in_order(faces: list[FaceLandmarks]) -> list[FaceLandmarks]:
     """Faces sorted by size, equally large ones from left to right and from top to bottom.
 
     Which of two such faces measures larger would change with the least detail of the picture.
     """
-    rest, ordered = largest_first(faces), []
+    rest, ordered = sorted(faces, key=lambda face: -_area_px2(face)), []
     while rest:
-        equal = [face for face in rest if face.area_px2 > _SAME_WIDTH**2 * rest[0].area_px2]
-        ordered += sorted(equal, key=lambda face: float(face.points_px[:, :2].mean(0) @ (3, 1)))
+        equal = [face for face in rest if _area_px2(face) > _SAME_WIDTH**2 * _area_px2(rest[0])]
+        ordered += sorted(equal, key=lambda face: 3 * face.xy.mean().real + face.xy.mean().imag)
         rest = rest[len(equal) :]
-    return tuple(ordered)
+    return ordered
+
+
+def _area_px2(face: FaceLandmarks) -> float:
+    """The area of the box around the points."""
+    return float(np.ptp(face.xy.real)) * float(np.ptp(face.xy.imag))

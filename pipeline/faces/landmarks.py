@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from makeup_video.pipeline.faces.face import MIN_FACE_PX, POINTS, Face, LipPatch
-from makeup_video.pipeline.faces.nets import CropLayout, FaceNets, Mesh, lip_patch_to_px
+from makeup_video.pipeline.faces.nets import CropLayout, FaceNets, Mesh, Parts, lip_patch_to_px
 from makeup_video.pipeline.faces.optical_flow import LumaCrop, Motion
 from makeup_video.pipeline.faces.similarity import (
     STAY,
@@ -44,6 +44,8 @@ MESH_SECONDS = 0.1
 # IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of
 # the lip and eye nets lie in the wrong place.
 _STRAYED = 0.2
+# Steps that the crop of the lips is too narrow by: the lips then reach its border.
+_BEYOND_CROP = 1.0
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
 _SHRUNK = 0.3  # log scale in MESH_SECONDS: more than any face changes
 _CORRECTION = 0.3  # share of the way to the mesh net's pose; a full step would jolt the crops
@@ -69,6 +71,7 @@ class FaceLandmarks:
     centres: five, as of FaceNets.part_centres.
     steady_centres: the same, but of a resting face means of the last readings; crops lie around
     them.
+    steady_widening: what FaceNets.widening gives, likewise the mean of the last readings.
     meshed_seconds: when the mesh net last read the face.
     step: the motion since the previous frame, px -> px.
     moved: how far the pose moved in it: IOD, log scale or radians, whichever is largest.
@@ -84,6 +87,7 @@ class FaceLandmarks:
     layout: CropLayout
     centres: list[complex]
     steady_centres: list[complex]
+    steady_widening: float
     meshed_seconds: float = -math.inf
     step: Similarity = STAY
     moved: float = 0.0
@@ -135,17 +139,19 @@ def locate(
         meshes = [nets.read_mesh(picture, p, m) for p in _around(pose) for m in (False, True)]
         meshes += [mesh, mirrored]
         xy, z = np.mean([m.xy for m in meshes], 0), np.mean([m.z for m in meshes], 0)
-    for reading in range(_READINGS_AVERAGE if average else _READINGS):
-        if average or reading == 0:
-            layout = nets.crop_layout(xy)
-        else:  # as in the frames that follow
-            centres = nets.part_centres(xy[nets.part_points])
-            layout = nets.layout_around(centres).rounded()
+    layout = nets.crop_layout(xy)
+    for further in reversed(range(_READINGS_AVERAGE if average else _READINGS)):
         parts = nets.read_parts(picture, layout, with_mirrored=average)
+        widening = nets.widening(parts.xy, layout.pose)
         xy[nets.part_points] = parts.xy
+        if further and average:
+            layout = nets.crop_layout(xy)
+        elif further:  # as in the frames that follow
+            layout = nets.layout_around(parts.centres, widening).rounded()
     return FaceLandmarks(
-        xy, z, (face, mouth), nets.fit_pose(xy), parts.lips, layout, parts.centres, parts.centres
-    )
+        xy, z, (face, mouth), nets.fit_pose(xy), parts.lips, layout, parts.centres, parts.centres,
+        widening,
+    )  # fmt: skip
 
 
 def relocate(
@@ -187,12 +193,12 @@ def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmark
     xy = step.apply(before.xy)
     xy[nets.part_points] = part_xy
     steady = _steady(before, centres)
-    layout = nets.layout_around(steady).rounded(before.layout)
+    layout = nets.layout_around(steady, before.steady_widening).rounded(before.layout)
     to_px = lip_patch_to_px(layout)
     logits = motion.move_patch(before.lips.logits, before.lips.to_px, to_px)
     found = FaceLandmarks(
-        xy, before.z, before.scores, pose, LipPatch(logits, to_px), layout, centres, steady,
-        before.meshed_seconds, step, moved,
+        xy, before.z, before.scores, pose, LipPatch(logits, to_px, layout.lip_span), layout,
+        centres, steady, before.steady_widening, before.meshed_seconds, step, moved,
     )  # fmt: skip
     return None if _is_odd(before, found) else found
 
@@ -217,7 +223,7 @@ def _follow(
     """mesh_seconds: the time, when the mesh net is to run; None: the other points move along."""
     layout = _expected_layout(nets, before)
     if mesh_seconds is None:
-        parts = nets.read_parts(picture, layout)
+        layout, parts, widening = _read_parts(nets, picture, layout)
         step = _step_between(before.centres, parts.centres)
         xy, z, scores = step.apply(before.xy), before.z, before.scores
         pose, meshed_seconds = step.after(before.pose), before.meshed_seconds
@@ -231,7 +237,7 @@ def _follow(
         strayed_px = _STRAYED * iod_of(layout.pose) if is_where_expected else 0
         if nets.merge_mesh(xy, z, mesh, strayed_px):
             layout = nets.crop_layout(xy).rounded()
-        parts = nets.read_parts(picture, layout)
+        layout, parts, widening = _read_parts(nets, picture, layout)
         step = _step_between(before.centres, parts.centres)
     xy[nets.part_points] = parts.xy
     if mesh_seconds is not None:
@@ -239,8 +245,24 @@ def _follow(
     moved = distance(before.pose, pose)
     return FaceLandmarks(
         xy, z, scores, pose, parts.lips, layout, parts.centres, _steady(before, parts.centres),
-        meshed_seconds, step, moved,
+        _steady_number(before.steady_widening, widening), meshed_seconds, step, moved,
     )  # fmt: skip
+
+
+def _read_parts(
+    nets: FaceNets, picture: Picture, layout: CropLayout
+) -> tuple[CropLayout, Parts, float]:
+    """Where the crops lay, what was read in them, and how much wider that of the lips should be.
+
+    A mouth that opens at once, beyond its crop, is read again in a wider one.
+    """
+    parts = nets.read_parts(picture, layout)
+    widening = nets.widening(parts.xy, layout.pose)
+    if widening > layout.widening + _BEYOND_CROP:
+        layout = layout._replace(widening=widening).rounded()
+        parts = nets.read_parts(picture, layout)
+        widening = nets.widening(parts.xy, layout.pose)
+    return layout, parts, widening
 
 
 def _step_between(before: Sequence[complex], now: Sequence[complex]) -> Similarity:
@@ -264,6 +286,11 @@ def _steady(before: FaceLandmarks, centres: Sequence[complex]) -> list[complex]:
     return steady
 
 
+def _steady_number(mean: float, new: float) -> float:
+    """The same for the widening of the lips' crop; a whole step counts at once."""
+    return mean + max(_STEADY_SHARE, min(abs(new - mean), 1)) * (new - mean)
+
+
 def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
     """Whether the lips jumped or vanished, or a resting face moved at once.
 
@@ -280,7 +307,7 @@ def _expected_layout(nets: FaceNets, before: FaceLandmarks) -> CropLayout:
     """Where the crops of a face lie in the next frame, if the face moves on as it does."""
     step = _going_on(before)
     centres = [step.apply(centre) for centre in before.steady_centres]
-    return nets.layout_around(centres).rounded(before.layout)
+    return nets.layout_around(centres, before.steady_widening).rounded(before.layout)
 
 
 def _read_mesh_again(
@@ -314,7 +341,7 @@ def to_face(landmarks: FaceLandmarks, picture: Picture, track_id: int) -> Face:
         return Face(points, *landmarks.scores, track_id, landmarks.lips)
     points[:, :2] = upright @ to_stored[:, :2].T + to_stored[:, 2]
     points[:, 2] = landmarks.z * step_px(to_stored)
-    lips = LipPatch(landmarks.lips.logits, compose(to_stored, landmarks.lips.to_px))
+    lips = replace(landmarks.lips, to_px=compose(to_stored, landmarks.lips.to_px))
     return Face(points, *landmarks.scores, track_id, lips)
 
 

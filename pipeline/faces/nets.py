@@ -62,6 +62,10 @@ class _NetInput:
 _MESH = _NetInput((96, 96), 2.56)
 _LIPS = _NetInput((112, 80), PATCH_SPAN)
 _EYE = _NetInput((64, 48), 0.72)
+# The crop of the lips is as fine as the mouth allows. Its width is the least one, or steps of a
+# tenth more, so that it stays the same while a mouth hardly changes.
+_LEAST_SPAN, _SPAN_STEP, _MOST_STEPS = 0.92, 1.1, 2
+_AROUND_LIPS = 1.12  # width and height of the crop in those of the lips
 
 
 _LAYOUT_STEPS = 64  # to an IOD, at least: of the grid on which layouts lie
@@ -73,11 +77,17 @@ class CropLayout(NamedTuple):
     """Where the crops of a face lie, in upright px.
 
     pose: turn and scale of all crops. centres: of the crops of the lips, the left and the right
-    eye.
+    eye. widening: of the crop of the lips, in steps above its least width.
     """
 
     pose: Similarity
     centres: tuple[complex, complex, complex]
+    widening: float = 0.0
+
+    @property
+    def lip_span(self) -> float:
+        """The width of the crop of the lips, in IOD."""
+        return float(_LEAST_SPAN * _SPAN_STEP**self.widening)
 
     def distance(self, other: "CropLayout") -> float:
         """How far two layouts differ: the largest of shift (IOD), log scale and turn (radians)."""
@@ -95,6 +105,7 @@ class CropLayout(NamedTuple):
         """
         now = (*self.pose, *self.centres)
         kept = now if before is None else (*before.pose, *before.centres)
+        old_widening = self.widening if before is None else before.widening
         iod = iod_of(self.pose)
         step = _step(iod * (1 + _SAME_IOD))
         if not all(number.real % step == 0 == number.imag % step for number in kept):
@@ -104,7 +115,8 @@ class CropLayout(NamedTuple):
             for new, old in zip(now, kept, strict=True)
         )
         lips, left, right = centres
-        return CropLayout(Similarity(turn, shift), (lips, left, right))
+        widening = _snap(self.widening, old_widening, 1)
+        return CropLayout(Similarity(turn, shift), (lips, left, right), widening)
 
 
 def _step(iod: float) -> float:
@@ -127,7 +139,8 @@ def _eye_crops(layout: CropLayout) -> tuple[np.ndarray, tuple[int, int]]:
 
 def lip_patch_to_px(layout: CropLayout) -> AffineArray:
     """(2, 3), px of the lip patch -> upright px."""
-    return np.array(_LIPS.to_px(layout.pose, layout.centres[0]))
+    crop = _NetInput(_LIPS.size_wh, layout.lip_span)
+    return np.array(crop.to_px(layout.pose, layout.centres[0]))
 
 
 class Mesh(NamedTuple):
@@ -241,18 +254,31 @@ class FaceNets:
 
     def crop_layout(self, xy: np.ndarray) -> CropLayout:
         """Where the crops of a face with these points (478,) lie."""
-        lips, left, right, *_ = self.part_centres(xy[self.part_points])
-        return CropLayout(self.fit_pose(xy), (lips, left, right))
+        part_xy = xy[self.part_points]
+        lips, left, right, *_ = self.part_centres(part_xy)
+        pose = self.fit_pose(xy)
+        return CropLayout(pose, (lips, left, right), self.widening(part_xy, pose))
 
-    def layout_around(self, centres: Sequence[complex]) -> CropLayout:
+    def layout_around(self, centres: Sequence[complex], widening: float = 0.0) -> CropLayout:
         """Where the crops of a face with these `part_centres` lie."""
         of_pose = [centres[index] for index in _POSE_CENTRES]
         turn = sum(a * b for a, b in zip(self._fit_centres, of_pose, strict=True))
         middle = sum(of_pose) / len(of_pose)
         lips, left, right, *_ = centres
-        return CropLayout(
-            Similarity(turn, middle - turn * self._middle_of_centres), (lips, left, right)
-        )
+        pose = Similarity(turn, middle - turn * self._middle_of_centres)
+        return CropLayout(pose, (lips, left, right), widening)
+
+    def widening(self, part_xy: np.ndarray, pose: Similarity) -> float:
+        """The steps above its least width by which the crop of these lips must be wider.
+
+        part_xy: (186,), the points `part_points`.
+        """
+        lips = part_xy[self._parts[0]]
+        off = (lips - lips.mean()) / (pose.turn or 1)
+        wide, high = _LIPS.size_wh
+        reach = max(float(np.abs(off.real).max()), float(np.abs(off.imag).max()) * wide / high)
+        steps = math.log(max(2 * _AROUND_LIPS * reach / _LEAST_SPAN, 1)) / math.log(_SPAN_STEP)
+        return min(steps, _MOST_STEPS)
 
     def read_parts(
         self, picture: Picture, layout: CropLayout, with_mirrored: bool = False
@@ -261,16 +287,18 @@ class FaceNets:
 
         with_mirrored: read the mirrored lips too, and take the mean: more precise, for more work.
         """
-        pose, centres = layout
+        pose, centres, _ = layout
         to_px = lip_patch_to_px(layout)[None]
         lips, eyes = picture.crops(((to_px, _LIPS.size_wh), _eye_crops(layout)))
         lip_offsets, logits = self._read_lips(lips, with_mirrored)
         eye_offsets = self.eye(eyes)["points"]
         close_shut_eyes(eye_offsets, eyes, self._shut, _EYE.span)
         eye_offsets[1, :, 0] *= -1  # the crop of the right eye is mirrored
+        lip_offsets *= layout.lip_span / PATCH_SPAN
         xy = _complex(np.concatenate([lip_offsets, *eye_offsets])) * pose.turn
         xy += np.array(centres)[self._part_of_point]
-        return Parts(xy, LipPatch(logits, to_px[0]), self.part_centres(xy))
+        patch = LipPatch(logits, to_px[0], layout.lip_span)
+        return Parts(xy, patch, self.part_centres(xy))
 
     def read_eyes(
         self, picture: Picture, layout: CropLayout

@@ -32,6 +32,7 @@ from makeup_video.pipeline.faces.landmarks import (
 )
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
+from makeup_video.pipeline.faces.right_way_up import right_way_up
 from makeup_video.pipeline.faces.similarity import Similarity, distance, iod_of, middle_of
 from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.frame import Frame
@@ -129,8 +130,10 @@ class FindFaces:
         lost = self._follow(
             picture, seconds, verify=is_due and slot(seconds, DETECT_SECONDS) % 2 == 0
         )
-        if (cut or self._frames == 1) and self.level < QualityLevel.FEWER_DETECTIONS:
-            self._search_everywhere(picture, seconds)
+        begins = self._is_cut.begins or self._frames == 1
+        is_new = cut or (begins and not self._followed())
+        if is_new and self.level < QualityLevel.FEWER_DETECTIONS:
+            self._search_everywhere(picture, seconds, TILTS_DEGREES if begins else ())
         elif cut or lost:
             self._detect(picture, seconds, DETECTOR_SIDES_PX)
         elif is_due and self._fine_is_due(picture, seconds):
@@ -206,11 +209,13 @@ class FindFaces:
             wait = search
         return _is_new_slot(seconds, self._last_detection_seconds, wait)
 
-    def _search_everywhere(self, picture: Picture, seconds: float) -> None:
-        """Search a new scene at every size; a new film turned, too, when no face is upright."""
+    def _search_everywhere(
+        self, picture: Picture, seconds: float, tilts_degrees: tuple[float, ...]
+    ) -> None:
+        """Search a new scene at every size, and turned when no face is upright."""
         self._last_fine_seconds = seconds
         self._detect(picture, seconds, (*DETECTOR_SIDES_PX, *fine_sides(picture)))
-        for tilt_degrees in TILTS_DEGREES if self._frames == 1 else ():
+        for tilt_degrees in tilts_degrees:
             if not self._followed():
                 self._detect(picture, seconds, DETECTOR_SIDES_PX, tilt_degrees)
 
@@ -241,7 +246,10 @@ class FindFaces:
             if any(is_same(detection, track.landmarks.pose) for track in followed):
                 continue
             found = locate(self.nets, picture, detection)
-            if found is None or any(is_same(found.pose, t.landmarks.pose) for t in followed):
+            if found is None:
+                continue
+            found = right_way_up(self.nets, picture, found, DETECTOR_SIDES_PX)
+            if any(is_same(found.pose, track.landmarks.pose) for track in followed):
                 continue
             if is_tiny(found.pose):
                 self.tiny_faces += 1

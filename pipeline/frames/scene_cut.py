@@ -10,7 +10,8 @@ _GRID_WH = (32, 18)
 # At least so many samples are averaged for each cell, so that grain does not look like another
 # scene. They come from few whole rows, because memory is read 64 px at a time.
 _SAMPLES = 128
-# Correlation of neighbouring frames: pans and waving hands stay above 0.8, other scenes below 0.4.
+# Correlation of neighbouring frames: pans and waving hands stay above 0.8, and so low only a face
+# that leaves a plain wall. One in ten cuts to another scene stays above it and is not found.
 _SAME_SCENE = 0.5
 # 8-bit codes: a grid with less contrast (black, white, the end of a fade) is not compared.
 _FLAT = 3.0
@@ -21,10 +22,15 @@ class CutDetector:
 
     The correlation does not depend on brightness and contrast, and flat frames are skipped. So
     flashes and fades are no cuts, unless another scene follows.
+
+    begins: whether the last frame was the first one that is not flat, of the film or after flat
+    ones.
     """
 
     def __init__(self) -> None:
         self._last: np.ndarray | None = None
+        self._was_flat = True
+        self.begins = False
 
     def __call__(self, luma: np.ndarray, bit_depth: int = 8) -> bool:
         """True when this frame begins another scene; False for the first frame.
@@ -35,7 +41,9 @@ class CutDetector:
         grid = coarse.astype(np.float64).ravel()
         grid -= grid.sum() / grid.size
         norm = math.sqrt(grid @ grid)
-        if norm < _FLAT * 2 ** (bit_depth - 8) * math.sqrt(grid.size):
+        is_flat = norm < _FLAT * 2 ** (bit_depth - 8) * math.sqrt(grid.size)
+        self.begins, self._was_flat = self._was_flat and not is_flat, is_flat
+        if is_flat:
             return False
         grid /= norm
         last, self._last = self._last, grid

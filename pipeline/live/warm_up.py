@@ -38,7 +38,7 @@ def warm_up(build: BuildScene, paint: Composite) -> None:
     layout = nets.crop_layout(xy)
     parts = nets.read_parts(picture, layout)
     z, centres = _IOD_PX * mean[:, 2], parts.centres
-    seen = FaceLandmarks(xy, z, (1, 1), where, parts.lips, layout, centres, centres)
+    seen = FaceLandmarks(xy, z, (1, 1), where, parts.lips, layout, centres, centres, 0.0)
     faces = (to_face(seen, picture, 0),)
     scene = build(FrameFaces(frame, faces))
     for count in (1, 2):  # of layers: one and several are painted by two versions of a kernel

@@ -163,7 +163,10 @@ def _changed(layer: Layer, part: str, rgb: Sequence[float] | None, finish: str |
     old = layer.product
     colour = rgb or (old.red, old.green, old.blue)
     if finish is not None:
-        return replace(layer, product=product(colour, finish, part))
+        new = product(colour, finish, part)
+        if layer.shape.get("map"):  # read from a photo: densities and opacity are one measurement
+            new = replace(new, opacity=old.opacity)
+        return replace(layer, product=new)
     red, green, blue = colour
     return replace(layer, product=replace(old, red=red, green=green, blue=blue))
 

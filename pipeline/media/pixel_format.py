@@ -193,17 +193,24 @@ def _text(key: tuple[int, int, str]) -> str:
 
 
 def _reformat(picture: av.VideoFrame, pix_fmt: str) -> av.VideoFrame:
-    """Change the pixel format and keep the colour coding: same matrix, same range."""
+    """Change the pixel format and keep the colour coding: same matrix, same range.
+
+    On one thread: with several, FFmpeg's converter writes random pixels where its slices meet, when
+    a sample of the new format has more than 8 bits and the width is no multiple of 16.
+    """
     if picture.format.is_rgb:
         # RGB has no matrix of its own. Every player assumes limited-range BT.709 for HD.
         out = picture.reformat(
-            format=pix_fmt, dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG
-        )
+            format=pix_fmt, dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG,
+            threads=1,
+        )  # fmt: skip
         out.colorspace, out.color_range = Colorspace.ITU709, ColorRange.MPEG
         return out
     full = picture.color_range == ColorRange.JPEG or picture.format.name.startswith("yuvj")
     range_ = ffmpeg_range(full)
-    out = picture.reformat(format=pix_fmt, src_color_range=range_, dst_color_range=range_)
+    out = picture.reformat(
+        format=pix_fmt, src_color_range=range_, dst_color_range=range_, threads=1
+    )
     out.colorspace, out.color_trc = picture.colorspace, picture.color_trc
     out.color_primaries = picture.color_primaries
     out.color_range = ColorRange.JPEG if full else picture.color_range

@@ -142,7 +142,10 @@ def _timed(
     size: tuple[int, ...] = ()
     last = -math.inf
     for number, item in enumerate(frames):
-        rgb8, seconds = item if isinstance(item, tuple) else (item, number / fps)
+        pair = item if isinstance(item, tuple | list) else (item, number / fps)
+        if len(pair) != 2:
+            _refuse(number, f"give a picture, or a picture and its seconds, got {len(pair)} items")
+        rgb8, seconds = pair
         check_frame(rgb8, seconds)
         if seconds <= last:
             _refuse(number, f"its time must be later than {last:g} s, got {seconds:g} s")

@@ -76,13 +76,13 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
     """Raises PhotoError when makeup cannot be read from this face."""
     if width_px(face) < MIN_WIDTH_PX:
         raise PhotoError(
-            f"the face is {width_px(face):.0f} px wide, and at least {MIN_WIDTH_PX} px are needed: "
-            "give a larger photo, or one from closer"
+            f"the face is {math.floor(width_px(face))} px wide, and at least {MIN_WIDTH_PX} px are "
+            "needed: give a larger photo, or one from closer"
         )
     if (turn := turn_degrees(face)) > MAX_TURN_DEGREES:
         raise PhotoError(
-            f"the face is turned by {turn:.0f} degrees, and at most {MAX_TURN_DEGREES} are read: "
-            "give a photo that shows it more from the front"
+            f"the face is turned by {math.ceil(turn)} degrees, and at most {MAX_TURN_DEGREES} are "
+            "read: give a photo that shows it more from the front"
         )
     if face.mouth_weight < 1 or not is_inside(rgb8, face, LIPS):
         raise PhotoError(

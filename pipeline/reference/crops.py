@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
-from makeup_video.pipeline.faces.face import PATCH_SPAN, Face
+from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE, EYE_CORNERS, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, invert
 from makeup_video.pipeline.frames.sampling import pixel_places
@@ -79,7 +79,7 @@ def turned_crop(
     middle: (2,) px of the picture.  rise, span: height above it, and width of the crop, in IOD.
     """
     patch, (w, h) = face.lips, size_wh
-    axes = patch.to_px[:, :2] * (patch.logits.shape[1] / PATCH_SPAN)  # px of the picture per IOD
+    axes = patch.to_px[:, :2] * (patch.logits.shape[1] / patch.span)  # px of the picture per IOD
     linear = axes * (span / w)
     centre = middle - axes @ [0, rise]
     return np.column_stack([linear, centre - linear @ [(w - 1) / 2, (h - 1) / 2]]), size_wh

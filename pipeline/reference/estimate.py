@@ -19,7 +19,7 @@ from makeup_video.pipeline.errors import (
     UsageError,
     option,
 )
-from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.face import Face, check_face_type
 from makeup_video.pipeline.frames.views import RgbPicture, check_rgb8
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish, part_in_words
@@ -92,8 +92,8 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
 
     Raises PhotoError with the reason when no look can be read: no face, several faces and none
     chosen, a face that is too small, turned too far, too dark or grey, a mouth that is covered,
-    overexposed lips. Raises ValueError for another shape or dtype, InstallError when the nets are
-    missing.
+    overexposed lips. Raises ValueError for another shape or dtype, TypeError for what is no face,
+    InstallError when the nets are missing.
     """
     return estimate(rgb8, face).look
 
@@ -101,7 +101,9 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
 def estimate(rgb8: np.ndarray, face: Face | None = None) -> Estimate:
     """The same, with the probability of each kind of makeup."""
     check_rgb8(rgb8)
-    face = choose_face(faces_within(rgb8)) if face is None else face
+    if face is None:
+        face = choose_face(faces_within(rgb8))
+    check_face_type(face)
     check_face(rgb8, face)
     light = photo_light(rgb8, face)
     colours = Colours.of(neutral_face(rgb8, face, light))

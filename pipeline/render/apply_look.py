@@ -1,9 +1,11 @@
 """Paints looks on RGB pictures in memory."""
 
+import os
+import threading
 from collections.abc import Iterable
 
 import numpy as np
-from makeup_video.pipeline.faces.face import Face, FrameFaces, sound_faces
+from makeup_video.pipeline.faces.face import Face, FrameFaces, check_faces, sound_faces
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.frames.rgb import merge, to_frame
 from makeup_video.pipeline.frames.views import check_rgb8
@@ -20,9 +22,17 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
     those with numbers that are not finite are left alone.
     Returns a new (H, W, 3) uint8 array, encoded like rgb8; a plain copy when there is no face or
     the look is bare.  Raises ValueError for another shape or dtype, TypeError for a look of another
-    type, InstallError when the face nets or OpenCL are missing.
+    type and for faces that are not faces, InstallError when the face nets or OpenCL are missing.
     """
-    return PaintPictures()(rgb8, look, faces)
+    kept = _of_thread.__dict__
+    if kept.get("process") != os.getpid():  # a forked process cannot use its parent's kernels
+        kept.update(process=os.getpid(), paint=PaintPictures())
+    paint: PaintPictures = kept["paint"]
+    return paint(rgb8, look, faces)
+
+
+# PyOpenCL keeps some of every kernel that was ever loaded, so each thread keeps its own.
+_of_thread = threading.local()
 
 
 class PaintPictures:
@@ -46,7 +56,10 @@ class PaintPictures:
         stored = np.ascontiguousarray(rgb8[..., ::-1])
         frame = to_frame(stored)
         before = [plane.copy() for plane in frame.planes]
-        item = find_faces_in_frame(frame)[0] if faces is None else FrameFaces(frame, tuple(faces))
+        if faces is None:
+            item, _ = find_faces_in_frame(frame)
+        else:
+            item = FrameFaces(frame, check_faces(faces))
         sound = FrameFaces(frame, sound_faces(item))
         self._composite = self._composite or Composite(look)
         self._composite.set_look(look)

@@ -97,6 +97,7 @@ class FaceSpace:
         self._turn = 0.0
         self._crop: Affine | None = None  # the track's crop: patch px -> lip coordinates
         self._crop_slot = 0
+        self._span = face.lips.span  # the width of the track's crop in IOD
         self.patch_hw = face.lips.logits.shape
         sample = -(-self.patch_hw[0] // _EVERY) * -(-self.patch_hw[1] // _EVERY)
         # Where the regions' key columns begin and end, and what the sum of their squares is divided
@@ -149,7 +150,7 @@ class FaceSpace:
         np.multiply(z, abs(factor), out=points[:, 2])
         assert self._crop is not None  # there is no reading before the first `split`
         to_px = self._lips_to_px(plain).after(self._crop)
-        return points, LipPatch(logits.reshape(self.patch_hw), to_px.array())
+        return points, LipPatch(logits.reshape(self.patch_hw), to_px.array(), self._span)
 
     def _compare(self, readings: Readings, index: int) -> None:
         """Write the keys of a moment, and the distances of all moments from it."""
@@ -192,14 +193,15 @@ class FaceSpace:
         interpolation, on arrival, lets all patches of the track be averaged pixel by pixel.
         """
         to_px = Affine.from_array(patch.to_px)
-        if self._crop is None or own_slot != self._crop_slot:
+        if self._crop is None or own_slot != self._crop_slot or patch.span > self._span:
             self._take_crop(lips_to_px.inverse().after(to_px), readings)
-            self._crop_slot = own_slot
+            self._crop_slot, self._span = own_slot, patch.span
         assert self._crop is not None
         to_patch = to_px.inverse().after(lips_to_px.after(self._crop))
         off_px = self._off_px(to_patch)
         if off_px > _MOST_OFF * max(self.patch_hw):
             self._take_crop(lips_to_px.inverse().after(to_px), readings)
+            self._span = patch.span
             to_patch = to_px.inverse().after(lips_to_px.after(self._crop))
             off_px = self._off_px(to_patch)
         readings.patches[index] = (

@@ -2,14 +2,14 @@
 
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
-from makeup_video.pipeline.look.kinds.ramps import stroke
+from makeup_video.pipeline.look.kinds.ramps import faded, stroke
 from makeup_video.pipeline.look.params import GraphicsParams
 
 # Rows in the order of SETTINGS.
 _FINISHES = {
     "matte":    (0.30, 0.00, 0.95, 0.00, 0.80, 1.00, 0.00, 0.50, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
     "satin":    (0.28, 0.12, 0.80, 0.00, 0.80, 1.00, 0.05, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
-    "sheer":    (0.16, 0.05, 0.80, 0.00, 0.90, 1.00, 0.08, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.16, 0.05, 0.80, 0.00, 0.80, 1.00, 0.08, 0.80, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
     "gloss":    (0.26, 0.60, 0.50, 0.05, 0.80, 1.00, 0.08, 0.70, 0.50, 0.60, 0.00, 0.50, 0.50, 1.0),
     "metallic": (0.32, 0.50, 0.65, 0.05, 0.80, 0.90, 0.05, 0.60, 0.50, 0.60, 0.40, 0.10, 1.00, 1.0),
     "shimmer":  (0.29, 0.30, 0.70, 0.02, 0.80, 0.95, 0.05, 0.60, 0.40, 0.60, 0.45, 0.10, 0.70, 1.0),
@@ -28,7 +28,7 @@ def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     start = _between(_APPLE, _CHEEKBONE, shape["height"])
     end = _between(start, _TEMPLE, shape["reach"])
     radius = 0.12 + 0.22 * shape["size"]
-    soft = 0.25 + 0.75 * shape["softness"]
+    soft = faded(0.25 + 0.75 * shape["softness"], product)
     density = stroke(beside, at.down, (start, end), radius, soft, _BEYOND)
     if shape["across"] > 0:
         band = stroke(beside, at.down, (_NOSE, start), 0.65 * radius, soft, _BEYOND)

@@ -24,6 +24,7 @@ _FINISHES = {
 _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as thick as it was
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
+_FULL_WING = 0.04  # thickness from which on a wing is as high as the lid's rise lets it be
 _THINNED = -1e3  # px: no line at all
 _SHORTEST_PX = 0.01  # of a wing, so that none divides by zero
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
@@ -36,7 +37,7 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     over_px = over * at.width_px
     upper, lower = _columns(at.across.tobytes(), thick, over, shape["lower"])
     strokes = [_along(at.above_px, over_px, _thickness_px(upper, at))]
-    if shape["wing"] > 0:
+    if shape["wing"] > 0 and thick > 0:
         strokes.append(_wing(at, shape, strokes[0], over_px, thick * at.width_px))
     if shape["lower"] > 0:
         strokes.append(_along(at.below_px, 0.5 * over_px, _thickness_px(lower, at)))
@@ -100,7 +101,7 @@ def _wing(
     share = wide_px / np.maximum(length * wide_px - back, _SHORTEST_PX)
     below = left * share**_SLIM
     np.minimum(below, 1, out=below)
-    below *= np.maximum(height, thick_px) + over_px
+    below *= np.maximum(height * min(shape["thickness"] / _FULL_WING, 1), thick_px) + over_px
     below -= beside_px
     below += beyond
     return Stroke(above, below)

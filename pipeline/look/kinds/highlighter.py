@@ -2,14 +2,14 @@
 
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
-from makeup_video.pipeline.look.kinds.ramps import stroke
+from makeup_video.pipeline.look.kinds.ramps import faded, stroke
 from makeup_video.pipeline.look.params import GraphicsParams
 
 # Rows in the order of SETTINGS.
 _FINISHES = {
     "matte":    (0.50, 0.00, 0.95, 0.00, 0.80, 1.00, 0.00, 0.50, 0.20, 0.90, 0.00, 0.50, 0.50, 1.0),
     "satin":    (0.42, 0.80, 0.60, 0.02, 0.80, 1.00, 0.05, 0.50, 0.40, 0.70, 0.00, 0.50, 0.50, 1.0),
-    "sheer":    (0.26, 0.50, 0.65, 0.02, 0.90, 1.00, 0.08, 0.60, 0.40, 0.70, 0.00, 0.50, 0.50, 1.0),
+    "sheer":    (0.26, 0.50, 0.65, 0.02, 0.80, 1.00, 0.08, 0.60, 0.40, 0.70, 0.00, 0.50, 0.50, 1.0),
     "gloss":    (0.34, 2.00, 0.35, 0.06, 0.80, 1.00, 0.05, 0.50, 0.60, 0.50, 0.00, 0.50, 0.50, 1.0),
     "metallic": (0.58, 1.60, 0.50, 0.06, 0.80, 0.90, 0.00, 0.30, 0.60, 0.50, 0.20, 0.05, 1.00, 1.0),
     "shimmer":  (0.42, 1.10, 0.55, 0.04, 0.80, 0.95, 0.05, 0.40, 0.50, 0.60, 0.30, 0.00, 0.40, 1.0),
@@ -27,7 +27,7 @@ def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     import numpy as np
 
     beside = np.abs(at.across)
-    soft = 0.3 + 0.7 * shape["softness"]
+    soft = faded(0.3 + 0.7 * shape["softness"], product)
     density = np.zeros(np.broadcast_shapes(at.across.shape, at.down.shape), np.float32)
     for name, ends in (("cheekbone", _CHEEKBONE), ("nose", _NOSE), ("bow", _BOW)):
         if shape[name] > 0:

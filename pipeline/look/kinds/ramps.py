@@ -5,6 +5,8 @@ numpy is imported where it is used: help pages read the kinds, too, and need not
 
 from typing import TYPE_CHECKING
 
+from makeup_video.pipeline.look.params import GraphicsParams
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -40,6 +42,14 @@ def _ramp(at: "np.ndarray", middle: float, slope: float) -> "np.ndarray":
     share = at * np.float32(slope)
     share += np.float32(0.5 - middle * slope)
     return smooth(share)
+
+
+def faded(soft: float, product: GraphicsParams) -> float:
+    """The share of a stroke's radius over which a product fades, for `stroke`.
+
+    soft: the same at the edge softness of the finishes, 0.8.
+    """
+    return min(soft * (0.2 + product.edge_softness), 1.0)
 
 
 def stroke(

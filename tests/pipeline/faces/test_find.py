@@ -176,3 +176,12 @@ def test_any_picture_gives_sound_faces(picture):
 def test_anything_but_a_picture_is_refused(bad):
     with pytest.raises(ValueError, match="8-bit RGB"):
         find_faces(bad)
+
+
+@pytest.mark.parametrize("rotation", [0, 90, 180, 270])
+def test_equal_faces_are_numbered_from_left_to_right_upright(rotation):
+    picture = put(put(grey(), face_of(90), 60, 120), face_of(90), 420, 120)
+    faces = find_faces_in_frame(frame_of(picture, rotation_degrees=rotation))[0].faces
+    x, y = np.array([middle(face) for face in faces]).T
+    along = {0: x, 90: y, 180: -x, 270: -y}[rotation]
+    assert len(faces) == 2 and along[0] < along[1]

@@ -11,11 +11,20 @@ from makeup_video.pipeline.faces.face import LipPatch
 from makeup_video.pipeline.faces.landmarks import (
     FaceLandmarks,
     _is_odd,
+    _read_parts,
     _steady,
+    _steady_number,
     _step_between,
 )
-from makeup_video.pipeline.faces.nets import CropLayout, load_nets
+from makeup_video.pipeline.faces.nets import (
+    CropLayout,
+    FaceNets,
+    Parts,
+    lip_patch_to_px,
+    load_nets,
+)
 from makeup_video.pipeline.faces.similarity import Similarity
+from makeup_video.pipeline.frames.affine import invert
 from makeup_video.training.faces.similarity_fit import fit_similarity
 
 CENTRES = hnp.arrays(np.float64, (5, 2), elements=st.floats(-4000, 4000))
@@ -30,13 +39,13 @@ def test_a_step_is_the_similarity_between_the_rims(before, now):
 
 
 def landmarks(moved: float, lips_at: complex = 0j, painted: int = 100) -> FaceLandmarks:
-    logits = np.full((20, 20), -1.0, np.float32)
+    logits = np.full((80, 112), -1.0, np.float32)
     logits.ravel()[:painted] = 1
     pose, centres = Similarity(100 + 0j, 0j), (lips_at, -30 - 40j, 30 - 40j)
     layout, five = CropLayout(pose, centres), [*centres, -30 - 40j, 30 - 40j]
     return FaceLandmarks(
         np.zeros(478, complex), np.zeros(478), (1.0, 1.0), pose, LipPatch(logits, np.eye(2, 3)),
-        layout, five, five, moved=moved,
+        layout, five, five, 0.0, moved=moved,
     )  # fmt: skip
 
 
@@ -131,3 +140,59 @@ def test_crops_lie_within_a_step_of_where_they_are_expected(speed):
     path = [moved_by(start, speed * np.sin(frame / 2)) for frame in range(40)]
     for expected, layout in zip(path, follow(start, path), strict=True):
         assert np.abs(numbers(layout) - numbers(expected)).max() <= 0.66  # px: the step is 1
+
+
+def a_mouth(wide: float, high: float, pose: Similarity) -> np.ndarray:
+    """Part points (186,) of a mouth of that width and height in IOD."""
+    nets = load_nets()
+    xy = np.zeros(len(nets.part_points), complex)
+    turns = np.linspace(0, 2 * np.pi, 80, endpoint=False)
+    xy[:80] = (wide * np.cos(turns) + 1j * high * np.sin(turns)) / 2
+    return pose.apply(xy)
+
+
+@given(TURNS, SHIFTS, st.floats(0.2, 0.95), st.floats(0.05, 0.65))
+def test_the_crop_of_the_lips_holds_every_mouth(turn, shift, wide, high):
+    nets, pose = load_nets(), Similarity(turn, shift)
+    part_xy = a_mouth(wide, high, pose)
+    layout = CropLayout(pose, (pose.apply(0j), 0j, 0j), nets.widening(part_xy, pose)).rounded()
+    lips = part_xy[:80].view(float).reshape(80, 2)
+    x, y = invert(lip_patch_to_px(layout)) @ np.column_stack([lips, np.ones(80)]).T
+    assert x.min() > -0.5 and x.max() < 111.5
+    assert y.min() > -0.5 and y.max() < 79.5
+
+
+@given(st.floats(0.5, 0.95), st.integers(0, 2**32 - 1))
+def test_the_crop_of_still_lips_keeps_its_width(wide, seed):
+    """With noise of a fiftieth of a mouth's width, where a step is a tenth."""
+    nets, pose, seen = load_nets(), Similarity(100 + 0j), []
+    steady, layout = nets.widening(a_mouth(wide, 0.2, pose), pose), None
+    for noise in np.random.default_rng(seed).uniform(-0.02, 0.02, 60):
+        now = nets.widening(a_mouth(wide * (1 + noise), 0.2, pose), pose)
+        steady = _steady_number(steady, now)
+        layout = CropLayout(pose, (0j, 0j, 0j), steady).rounded(layout)
+        seen.append(layout.widening)
+    assert (np.diff(seen) != 0).sum() <= 1
+
+
+@given(st.floats(0, 3), st.floats(0, 3))
+def test_a_wider_mouth_gets_a_wider_crop_soon(before, now):
+    for _ in range(20):
+        before = _steady_number(before, now)
+    assert abs(before - now) < 0.5
+
+
+def test_a_mouth_that_opens_beyond_its_crop_is_read_again(monkeypatch):
+    nets, pose, spans = load_nets(), Similarity(100 + 0j), []
+    xy = a_mouth(1.0, 0.3, pose)
+
+    def read(self, picture, layout):
+        spans.append(layout.lip_span)
+        return Parts(xy, LipPatch(np.zeros((80, 112)), np.eye(2, 3)), self.part_centres(xy))
+
+    monkeypatch.setattr(FaceNets, "read_parts", read)
+    narrow = CropLayout(pose, (0j, 0j, 0j))
+    layout, _, widening = _read_parts(nets, None, narrow)
+    assert spans == [narrow.lip_span, layout.lip_span] and layout.lip_span > 1
+    _read_parts(nets, None, CropLayout(pose, (0j, 0j, 0j), widening))
+    assert len(spans) == 3

@@ -43,6 +43,14 @@ def test_a_talking_head_keeps_its_number_and_its_points():
     assert max(errors) < 6
 
 
+@pytest.mark.parametrize("lead", range(3, 12, 2))
+def test_a_face_after_black_frames_is_found_in_its_first(lead):
+    black = np.zeros_like(clip()[0])
+    items = run([*[black] * lead, *clip()[:2], *[black] * 3, clip()[0]])
+    assert [len(item.faces) for item in items[lead : lead + 2]] == [1, 1]
+    assert len(items[-1].faces) == 1
+
+
 def test_frames_come_back_with_their_own_face_and_unchanged():
     finder = FindFaces()
     for index in range(4):

@@ -28,6 +28,14 @@ def colour_of(layer):
     return layer.product.red, layer.product.green, layer.product.blue
 
 
+def finished(layer, part, finish):
+    """All but the colour of a layer whose finish was chosen; a density map keeps its opacity."""
+    if finish is None:
+        return rest_of(layer)
+    kept = {"opacity": layer.product.opacity} if layer.shape.get("map") else {}
+    return FINISHES[finish][part] | kept
+
+
 def rest_of(layer):
     return {name: getattr(layer.product, name) for name in FINISHES["matte"]["lips"]}
 
@@ -57,8 +65,7 @@ def test_a_colour_and_a_finish_override_those_of_a_look(base, rgb, finish):
         if part in coloured:
             for before, after in zip(old, look.of(kind.name), strict=True):
                 assert colour_of(after) == rgb and after.shape == before.shape
-                unchanged = rest_of(before) if finish is None else FINISHES[finish][part]
-                assert rest_of(after) == unchanged
+                assert rest_of(after) == finished(before, part, finish)
         elif part == "lips" and not coloured:
             assert look.of(kind.name) == (new(part, rgb, finish),)
         else:
@@ -70,7 +77,9 @@ def test_a_finish_keeps_the_colours_of_the_look(base, finish):
     look = choose_look(Choice(base=base, finish=finish))
     assert [colour_of(layer) for layer in look.layers] == [colour_of(one) for one in base.layers]
     for part in FOLLOW:
-        assert all(rest_of(one) == FINISHES[finish][part] for one in look.of(PARTS[part].name))
+        name = PARTS[part].name
+        for before, after in zip(base.of(name), look.of(name), strict=True):
+            assert rest_of(after) == finished(before, part, finish)
 
 
 @given(looks(), st.sampled_from(NAMED), st.none() | COLOURS)

@@ -73,3 +73,16 @@ def test_a_change_of_size_or_layout_names_both_and_the_place(change):
     other.pts = 4711
     with pytest.raises(DecodeError, match=r"from 64x48 yuv420p to .* at pts 4711"):
         convert(other)
+
+
+@pytest.mark.parametrize("size_wh", [(854, 480), (566, 1006)])
+def test_a_picture_gets_the_same_10_bits_each_time(size_wh):
+    """FFmpeg's converter wrote random pixels with several threads, which junk in memory showed."""
+    rng, seen = np.random.default_rng(0), set()
+    frame = picture(3, *size_wh, "bgr0")
+    for _ in range(20):
+        junk = [rng.integers(0, 255, n, np.uint8) for n in (1000, 5000, 20000, 100000, 600000)]
+        del junk
+        out = ConvertPixelFormat(CODECS["ffv1"], 10)(frame)
+        seen.add(b"".join(plane.tobytes() for plane in plane_views(out, 10)))
+    assert len(seen) == 1

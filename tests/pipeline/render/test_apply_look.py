@@ -1,7 +1,9 @@
 """Painting videos, picture files and arrays: which faces are painted, and what stays as it is."""
 
+import linecache
 import subprocess
 import sys
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -11,10 +13,12 @@ from lit_faces import lit
 from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
 from makeup_video.pipeline import (
     InstallError,
+    Layer,
     Look,
     Settings,
     UsageError,
     apply_look,
+    estimate_look,
     find_faces,
     process_video,
     product,
@@ -228,3 +232,48 @@ def test_public_names_load_their_libraries_only_when_used():
         "assert 'pyopencl' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_many_pictures_load_the_kernels_once():
+    rgb8, faces = portrait(), find_faces(portrait())
+    apply_look(rgb8, RED, faces)
+    loaded = len(linecache.cache)
+    for _ in range(3):
+        apply_look(rgb8, BLUE, faces)
+    assert len(linecache.cache) == loaded
+
+
+def test_what_is_no_face_is_refused_with_what_to_give():
+    rgb8, (face, *_) = portrait(), find_faces(portrait())
+    with pytest.raises(TypeError, match=r"got one Face: give \[face\]"):
+        apply_look(rgb8, RED, face)
+    for take in (lip_mask, estimate_look):
+        with pytest.raises(TypeError, match=r"got tuple: give one of them, such as faces\[0\]"):
+            take(rgb8, (face,))
+    for take in (lip_mask, estimate_look, lambda rgb8, face: apply_look(rgb8, RED, [face])):
+        with pytest.raises(TypeError, match="got int: find_faces"):
+            take(rgb8, 3)
+
+
+@pytest.mark.parametrize("flaw", [np.nan, 1e20])
+def test_a_face_that_cannot_be_painted_is_left_alone(flaw):
+    rgb8, (face, *_) = portrait(), find_faces(portrait())
+    points = face.points_px.copy()
+    points[40] = flaw
+    flat = replace(face.lips, to_px=np.zeros((2, 3)))
+    for broken in (replace(face, points_px=points), replace(face, lips=flat)):
+        np.testing.assert_array_equal(apply_look(rgb8, BOTH, [broken]), rgb8)
+
+
+def test_a_liner_of_no_thickness_has_no_wing():
+    rgb8, faces = portrait(), find_faces(portrait())
+    inked = [
+        changed(rgb8, apply_look(rgb8, Look([liner(thickness)]), faces)).sum()
+        for thickness in (0.0, 0.001, 0.01, 0.04, 0.1)
+    ]
+    assert inked[0] == 0 and inked == sorted(inked)
+
+
+def liner(thickness: float) -> Layer:
+    black = product("#120E0E", "matte", "liner")
+    return Layer("eyeliner", black, {"thickness": thickness, "wing": 0.3})

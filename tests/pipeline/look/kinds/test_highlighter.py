@@ -1,5 +1,7 @@
 """Highlighter lies on the cheekbones, the ridge of the nose and cupid's bow, and nowhere else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -22,6 +24,16 @@ def density(**shape):
     (coat,) = KIND.coats(FIELDS, worn, KIND.whole_shape(shape))
     assert coat.density.shape == (1, 151, 201) and coat.density.dtype == np.float32
     return coat.density[0]
+
+
+@pytest.mark.parametrize("kind", ["highlighter", "blush"])
+def test_a_softer_edge_fades_further(kind):
+    drawn = []
+    for softness in (0.0, 0.4, 0.8, 1.0):
+        worn = replace(product((250, 226, 200), "matte", kind), edge_softness=softness)
+        (coat,) = KINDS[kind].coats(FIELDS, worn, KINDS[kind].whole_shape({}))
+        drawn.append((coat.density > 0.01).sum() - (coat.density > 0.99).sum())
+    assert (np.diff(drawn) > 0).all()
 
 
 def at(found, across, down):
