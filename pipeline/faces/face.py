@@ -10,7 +10,6 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
-PATCH_HW = 80, 112  # px of a lip patch
 PATCH_SPAN = 0.96  # IOD: the width of a lip crop for which the lip net tells its points
 MIN_FACE_PX = 40  # width; smaller faces are not painted
 _FURTHEST_PX = 1e6  # from the picture's corner: further than any picture reaches
@@ -33,9 +32,9 @@ class LipPatch:
     span: float = PATCH_SPAN
 
     def __post_init__(self) -> None:
-        if self.logits.shape != PATCH_HW or self.to_px.shape != (2, 3):
+        if self.logits.ndim != 2 or self.to_px.shape != (2, 3):
             raise ValueError(
-                f"a lip patch has {PATCH_HW} logits and a (2, 3) matrix, got "
+                "a lip patch has (H, W) logits and a (2, 3) matrix, got "
                 f"{self.logits.shape} and {self.to_px.shape}"
             )
 
