@@ -150,14 +150,13 @@ def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
     """The faces that can be painted.
 
     Their numbers are finite, or one NaN would spread through the smoothing, and not larger than any
-    picture; and their lip patch has an area.
+    picture.
     """
     return tuple(face for face in item.faces if _is_sound(face))
 
 
 def _is_sound(face: Face) -> bool:
-    (a, b, x), (c, d, y) = face.lips.to_px.tolist()
-    numbers = face.score, face.mouth_visible, a, b, c, d, x, y
-    if not math.isfinite(sum(numbers) + float(face.lips.logits.sum())) or a * d == b * c:
-        return False
-    return float(np.abs(face.points_px).max()) < _FURTHEST_PX  # False for NaN
+    across, down = face.lips.to_px.tolist()
+    numbers = face.score, face.mouth_visible, *across, *down
+    is_finite = math.isfinite(sum(numbers) + float(face.lips.logits.sum()))
+    return is_finite and float(np.abs(face.points_px).max()) < _FURTHEST_PX  # False for NaN

@@ -172,10 +172,10 @@ class LipsSurface:
 
 
 def lip_place(face: Face) -> GridPlace | None:
-    """Where the lips' coarse grid and patch lie; None when the mouth is hidden."""
-    if face.mouth_weight <= 0:
-        return None
+    """Where the lips' coarse grid and patch lie; None when the mouth is hidden or has no area."""
     (a, b, left), (c, d, top) = face.lips.to_px.tolist()
+    if face.mouth_weight <= 0 or a * d == b * c:
+        return None
     middle = (COARSE - 1) / 2
     coarse = (
         COARSE * a, COARSE * b, left + middle * (a + b),
