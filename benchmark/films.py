@@ -143,7 +143,7 @@ def _upright(source: Path) -> Iterator[np.ndarray]:
             yield np.rot90(planes, round(picture.rotation / 90), axes=(1, 2))
     except av.FFmpegError as error:
         raise InputError(
-            f"{source} is damaged: {error.strerror}. Give a whole film to measure with"
+            f"{source} is damaged: {error.strerror}. Give an undamaged video to measure with"
         ) from error
     finally:
         opened.close()

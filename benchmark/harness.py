@@ -56,7 +56,7 @@ class Bench:
 
     def film(self, height_px: int, seconds: float | None = None, **options: Any) -> Film:
         """The film to measure with, at a height; options: those of make_film."""
-        self.log(f"{height_px}p: making the film")
+        self.log(f"{height_px}p: making the video")
         frames = round((seconds or self.seconds) * RATE)
         target = self.folder / f"film{height_px}.mp4"
         return make_film(self.source, target, height_px, frames, as_is=self.as_is, **options)

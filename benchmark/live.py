@@ -93,7 +93,7 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     seen = _seen(counted, viewed_at)
     if np.isnan(seen).all():
         raise OutputError(
-            f"the viewer had none of {len(counted)} pictures in time: make the film longer "
+            f"the viewer had none of {len(counted)} pictures in time: make the video longer "
             "(--seconds 20), or close other programs"
         )
     painted = _column(counted, "work ends")

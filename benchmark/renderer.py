@@ -49,7 +49,7 @@ def full_look() -> Look:
 
 def whole_look() -> Look:
     """Every kind of makeup at once, in the colours that the page begins with, and three layers of
-    eye-shadow."""
+    eyeshadow."""
     layers = []
     for kind in KINDS.values():
         worn = product(kind.first_rgb, kind.first_finish, kind.part)

@@ -109,7 +109,7 @@ def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:
     made = bench.film(height_px, loops=True)
     times = max(1, round(minutes * 60 * RATE / made.frames))
     film = repeat_film(made.path, bench.folder / "long.mp4", times)
-    bench.log(f"{height_px}p: {times * made.frames / RATE / 60:.1f} minutes of film")
+    bench.log(f"{height_px}p: {times * made.frames / RATE / 60:.1f} minutes of video")
     every = max(0.1, minutes * 60 / 5 / _MEMORY_SAMPLES)
     values = run_command(
         film,

@@ -251,13 +251,13 @@ def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
         yield title, ("", "frames/s", "CPU ms a frame"), list(_threads(threads))
     if "looks" in results:
         found = results["looks"]
-        title = f"{found['looks']} looks of one film, {found['size']}"
+        title = f"{found['looks']} looks of one video, {found['size']}"
         yield title, ("", "measured"), list(_looks(found))
     if "length" in results:
         film = results["length"]
         shape = "{minutes:.1f} {fps:.1f} {peak_memory_mb:.0f} {growth:.3f}"
-        head = ("minutes of film", "frames/s", "peak memory, MB", "memory, end / beginning")
-        yield f"a long film, {film['size']}", head, [tuple(shape.format(**film).split())]
+        head = ("minutes of video", "frames/s", "peak memory, MB", "memory, end / beginning")
+        yield f"a long video, {film['size']}", head, [tuple(shape.format(**film).split())]
 
 
 def _looks(found: _Values) -> Iterator[Row]:

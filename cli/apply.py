@@ -66,7 +66,8 @@ def apply(
         int | None,
         typer.Option(
             metavar="N",
-            help="Segments painted at once; default: half the cores, or all of a cluster.",
+            help="Segments painted at once; default: one for every two cores, of this machine or "
+            "the cluster.",
             rich_help_panel=RUN,
         ),
     ] = None,
@@ -74,7 +75,9 @@ def apply(
     save_look: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE", help="Write the look that is painted as JSON.", rich_help_panel=OUTPUT
+            metavar="FILE",
+            help="Write the painted look to a look file (JSON).",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     report: Annotated[
@@ -86,7 +89,7 @@ def apply(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Paint the makeup of a look on every frame of a video; everything else stays as it was."""
+    """Paint a look on the faces of a video or a picture; everything else stays as it was."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.many import NewFolders, name_outputs, print_outcomes
@@ -137,7 +140,7 @@ def _look_for(run: _Run, look: WantedLook) -> "Look":
 
     painted, name = look.load(run.quiet), look.fields["look"]
     if painted.is_bare and not is_none(name) and not run.quiet:
-        log(f"nothing is worn in the look {name or 'given'}: no makeup is painted on {run.source}")
+        log(f"the look {name or 'given'} has no makeup: nothing is painted on {run.source}")
     return painted
 
 

@@ -47,8 +47,8 @@ def batch(
         typer.Option(
             "--list",
             metavar="CSV",
-            help="A table with a row for each input: the column in, and as many as needed of out, "
-            "look, ref, start, end and the names of other look options.",
+            help="A CSV file with a row for each input. The column in is required; out, look, ref, "
+            "start, end and the names of other look options are optional.",
             rich_help_panel=RUN,
         ),
     ] = None,
@@ -70,8 +70,8 @@ def batch(
         str | None,
         typer.Option(
             metavar="FILE",
-            help="Where to note what is done; default: makeup-video.jsonl in the folder of the "
-            "outputs.",
+            help="Where to record which outputs are complete; default: makeup-video.jsonl in the "
+            "folder of the outputs.",
             rich_help_panel=RUN,
         ),
     ] = None,
@@ -79,15 +79,15 @@ def batch(
         bool,
         typer.Option(
             "--resume",
-            help="Go on with a batch that was stopped: an error where there is no journal. The "
-            "same command without it goes on, too.",
+            help="Resume a batch that was stopped, and fail where there is no journal. Without "
+            "--resume the same command resumes, too, but starts a new batch where there is none.",
             rich_help_panel=RUN,
         ),
     ] = False,
     retry: Annotated[
         bool,
         typer.Option(
-            "--retry", help="Also do again what failed in an earlier run.", rich_help_panel=RUN
+            "--retry", help="Also retry what failed in an earlier run.", rich_help_panel=RUN
         ),
     ] = False,
     jobs: Annotated[
@@ -102,8 +102,9 @@ def batch(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Paint many videos and pictures; what is done is never done twice, and a failure stops
-    nothing else. At the end index.html, beside the outputs, shows every input before and after."""
+    """Paint many videos and pictures. Outputs that are complete are not painted again, and one
+    that fails does not stop the others. At the end, index.html next to the outputs shows every
+    input before and after."""
     from makeup_video.cli.batch_jobs import open_batch
     from makeup_video.cli.many import NewFolders
     from makeup_video.pipeline.batch.run import local_workers
@@ -138,7 +139,7 @@ def _run(
             events = _Events(plan.todo, log_line, show)
             results = plan.known | run_batch(plan.todo, work.journal, events, workers)
     except StoppedError:
-        log("stopped: the same command goes on where it stopped")
+        log("stopped: run the same command again to resume")
         raise typer.Exit(StoppedError.exit_code) from None
     write_page(work.page, work.jobs, results, error_text)
     return results

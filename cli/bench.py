@@ -39,7 +39,7 @@ def bench(
         float,
         typer.Option(
             metavar="S",
-            help="Length of the film: CLIP is played forwards and backwards.",
+            help="Length of the video: CLIP is played forwards and backwards.",
             rich_help_panel=FILM,
         ),
     ] = 20.0,
@@ -55,7 +55,7 @@ def bench(
         int,
         typer.Option(
             metavar="N",
-            help="Runs of each kind; medians are printed.",
+            help="How often each variant runs; medians are printed.",
             rich_help_panel=MEASUREMENTS,
         ),
     ] = 5,
@@ -80,7 +80,7 @@ def bench(
         int,
         typer.Option(
             metavar="N",
-            help="Also measure N looks of one film, beside N runs.",
+            help="Also compare one run that paints N looks with N separate runs.",
             rich_help_panel=MEASUREMENTS,
         ),
     ] = 0,
@@ -89,7 +89,7 @@ def bench(
         typer.Option(
             "--length",
             metavar="MINUTES",
-            help="Also measure a film of this length.",
+            help="Also measure a video of this length.",
             rich_help_panel=MEASUREMENTS,
         ),
     ] = 0.0,
@@ -113,7 +113,7 @@ def bench(
         str | None,
         typer.Option(
             metavar="PYTHON",
-            help="Measure only this version beside that of another Python, in turn.",
+            help="Compare only this version with the one installed in another Python, in turn.",
             rich_help_panel=MEASUREMENTS,
         ),
     ] = None,

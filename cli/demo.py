@@ -26,7 +26,9 @@ def demo(
     page: PageOptions,
     portrait: Annotated[
         str | None,
-        typer.Argument(metavar="[PORTRAIT]", help="Whom to paint; default: our own portrait."),
+        typer.Argument(
+            metavar="[PORTRAIT]", help="The portrait to paint; default: one that is included."
+        ),
     ] = None,
     ref: RefPhoto = None,
     look: SavedLook = None,

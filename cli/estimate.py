@@ -27,12 +27,12 @@ _NUMBERS = ("opacity", "gloss", "gloss_roughness", "reflection")  # printed of e
 
 
 def estimate(
-    photo: Annotated[str, typer.Argument(metavar="PHOTO", help="Somebody who wears makeup.")],
+    photo: Annotated[str, typer.Argument(metavar="PHOTO", help="A photo of a face with makeup.")],
     ref_face: Annotated[
         str,
         typer.Option(
             metavar="FACE",
-            help="Whose makeup: largest, or a face's number as inspect shows it.",
+            help="Which face to read: largest, or its number as inspect shows it.",
             callback=faces_meant,
             rich_help_panel=FACES,
         ),
@@ -52,7 +52,8 @@ def estimate(
         str | None,
         typer.Option(
             metavar="CSV",
-            help="Name the nearest products: brand, product, shade, hex, maybe category.",
+            help="Name the nearest products of a CSV file: brand, product, shade, hex, optionally "
+            "category.",
             rich_help_panel=OUTPUT,
         ),
     ] = None,

@@ -127,7 +127,7 @@ def _self_test(device: str) -> Finding:
     done = self_test(device)
     stages = ", ".join(f"{name} {ms:.1f}" for name, ms in done.stages_ms.items())
     words = (
-        f"720p, ready after {done.start_seconds:.1f} s, then {done.fps:.0f} frames/s on one thread "
+        f"720p, ready after {done.start_seconds:.1f} s, then {done.fps:.0f} fps on one thread "
         f"(ms a frame: {stages})"
     )
     if done.painted < done.frames:
@@ -136,6 +136,6 @@ def _self_test(device: str) -> Finding:
         return Finding(
             NOTE,
             "self-test",
-            f"{words}: slower than {_REAL_TIME_FPS} a second; close other programs",
+            f"{words}: slower than {_REAL_TIME_FPS} fps; close other programs",
         )
     return Finding(OK, "self-test", words)

@@ -24,7 +24,7 @@ _EXIT_CODES = (
     ("4", "the output cannot be written"),
     ("5", "done, but the input was damaged, or some of several outputs failed"),
     ("6", "--strict, and something could not be kept"),
-    ("130", "stopped by Ctrl-C before the output was whole"),
+    ("130", "stopped by Ctrl-C before the output was complete"),
 )
 
 

@@ -55,11 +55,15 @@ def live(
     ] = None,
     size: Annotated[
         str,
-        typer.Option(metavar="WxH", help="Asked of the camera.", rich_help_panel=CAMERA),
+        typer.Option(
+            metavar="WxH", help="Size to request from the camera.", rich_help_panel=CAMERA
+        ),
     ] = "1280x720",
     fps: Annotated[
         int,
-        typer.Option(metavar="N", help="Frames/s asked of the camera.", rich_help_panel=CAMERA),
+        typer.Option(
+            metavar="N", help="Frame rate to request from the camera.", rich_help_panel=CAMERA
+        ),
     ] = 30,
     pixels: Annotated[
         str | None,
@@ -71,14 +75,14 @@ def live(
     ] = None,
     loop: Annotated[
         bool,
-        typer.Option("--loop", help="Begin a video anew at its end.", rich_help_panel=CAMERA),
+        typer.Option("--loop", help="Start a video again when it ends.", rich_help_panel=CAMERA),
     ] = False,
     audio: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="A microphone, file (the video's sound) or none; default: the video's sound, or "
-            "the first microphone.",
+            help="A microphone, file (the audio of the video) or none; default: the audio of the "
+            "video, or the first microphone.",
             rich_help_panel=CAMERA,
         ),
     ] = None,
@@ -101,7 +105,7 @@ def live(
         bool,
         typer.Option(
             "--virtual-camera",
-            help="Be a camera to other programs (extra virtualcam).",
+            help="Act as a camera for other programs (needs makeup-video[virtualcam]).",
             rich_help_panel=OUTPUT,
         ),
     ] = False,
@@ -245,7 +249,7 @@ def _opened_sound(
     if name == "file" or (name is None and camera.path is not None):
         source = camera.file_sound()
         if source is None and name == "file":
-            raise UsageError("--audio file needs a video with sound as --camera")
+            raise UsageError("--audio file needs a video with audio as --camera")
         if source is None:
             return None  # the closing line says so
     else:
@@ -254,9 +258,9 @@ def _opened_sound(
         except InputError as error:
             if name is not None:
                 raise
-            log_line(f"{error}; the outputs have no sound")
+            log_line(f"{error}; the outputs have no audio")
             return None
-        log_line(f"the sound is that of the microphone {source.name}; --audio none leaves it out")
+        log_line(f"the audio comes from the microphone {source.name}; --audio none turns it off")
     sound = LiveSound(source, log_line)
     sound.start()
     return sound

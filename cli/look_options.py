@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 
 LOOK_HELP = (
-    "A look file (JSON), a ready look where no such file exists (`makeup-video looks` lists them), "
-    "or 'none' to paint nothing"
+    "A look file (JSON) or, where no such file exists, a ready look (`makeup-video looks` lists "
+    "them); 'none' paints nothing"
 )
 
 
@@ -62,7 +62,7 @@ def _help_of_part(kind: "Kind") -> str:
     slot = next((dial.default for dial in kind.dials if dial.name == "slot"), None)
     colour = "#" + bytes(kind.first_rgb).hex().upper()
     words = [colour, kind.first_finish, *([slot, "80%"] if slot else [])]
-    layers = f"; up to {kind.most} layers, with commas" if kind.most > 1 else ""
+    layers = f"; up to {kind.most} layers, separated by commas" if kind.most > 1 else ""
     return f"{kind.product}, as in '{':'.join(words)}', or 'none'{layers}."
 
 
@@ -116,25 +116,25 @@ class Changes:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Where eye-shadow goes: {zone}.",
+            help="Zone of the eyeshadow: {zone}.",
             rich_help_panel=LOOK,
         ),
     ] = None
     intensity: Annotated[
         str | None,
-        typer.Option(metavar="0..1", help="How much eye-shadow.", rich_help_panel=LOOK),
+        typer.Option(metavar="0..1", help="Strength of the eyeshadow.", rich_help_panel=LOOK),
     ] = None
     strength: Annotated[
         str | None,
         typer.Option(
-            metavar="0..1", help="How much of the whole look; or 70%.", rich_help_panel=LOOK
+            metavar="0..1", help="Strength of the whole look; or 70%.", rich_help_panel=LOOK
         ),
     ] = None
     faces: Annotated[
         str,
         typer.Option(
             metavar="FACE",
-            help="Whom to paint: all, largest, or a face's number as inspect shows it.",
+            help="Which faces to paint: all, largest, or the number of one as inspect shows it.",
             callback=faces_meant,
             rich_help_panel=FACES,
         ),
@@ -143,7 +143,7 @@ class Changes:
         str | None,
         typer.Option(
             metavar="FACE",
-            help="Whose makeup in PHOTO: largest, or a number as inspect shows it.",
+            help="Which face of PHOTO to read: largest, or its number as inspect shows it.",
             callback=faces_meant,
             rich_help_panel=FACES,
         ),

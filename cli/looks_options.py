@@ -56,7 +56,7 @@ class _WholeLooks:
         str | None,
         typer.Option(
             metavar="CSV",
-            help="A look for every row of a table with columns brand, product, shade, hex.",
+            help="A look for every row of a catalogue with the columns brand, product, shade, hex.",
             rich_help_panel=LOOK,
         ),
     ] = None
@@ -64,7 +64,8 @@ class _WholeLooks:
         list[str] | None,
         typer.Option(
             metavar="COLUMN=VALUE",
-            help="Only these rows of CSV, as in 'brand=X'; may be given several times.",
+            help="Only the rows of the catalogue with this value, as in 'brand=X'; may be given "
+            "several times.",
             rich_help_panel=LOOK,
         ),
     ] = None

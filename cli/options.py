@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 PROGRAM, DEFAULT = "makeup-video", "apply"  # the default command needs no name
 
 # Groups of options in the help, in the order in which a page lists them.
-LOOK, FACES, CAMERA, FILM, MEASUREMENTS = "Look", "Faces", "Camera", "Film", "Measurements"
+LOOK, FACES, CAMERA, FILM, MEASUREMENTS = "Look", "Faces", "Camera", "Video", "Measurements"
 OUTPUT, PAGE, RUN = "Output", "Page", "Run"
 GROUPS = (LOOK, FACES, CAMERA, FILM, MEASUREMENTS, OUTPUT, PAGE, RUN)
 
@@ -128,7 +128,7 @@ class ClusterOptions:
         bool,
         typer.Option(
             "--ship",
-            help="Send inputs and outputs through the cluster, whose machines share no folder.",
+            help="Send inputs and outputs through the cluster, for machines that share no folder.",
             rich_help_panel=RUN,
         ),
     ] = False

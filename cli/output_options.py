@@ -38,7 +38,8 @@ class OutputOptions:
         int | None,
         typer.Option(
             metavar="N",
-            help="Quality: lower is better and larger; default: by codec.",
+            help="Quality: a lower number gives better quality and a larger file; default: by "
+            "codec.",
             rich_help_panel=OUTPUT,
         ),
     ] = None
@@ -54,7 +55,7 @@ class OutputOptions:
         str,
         typer.Option(
             metavar="NAME",
-            help="Encode on a graphics chip: {hardware}, or auto for one that works.",
+            help="Use a hardware encoder: {hardware}, or auto for the first that works.",
             rich_help_panel=OUTPUT,
         ),
     ] = "none"
@@ -76,7 +77,7 @@ class OutputOptions:
         bool,
         typer.Option(
             "--strict",
-            help="Fail rather than drop or convert anything unasked.",
+            help="Fail instead of dropping or converting anything that you did not ask for.",
             rich_help_panel=OUTPUT,
         ),
     ] = False

@@ -199,8 +199,8 @@ def show_live(quiet: bool) -> Generator[Any, None, None]:
 def live_text(figures: "LiveFigures") -> str:
     """Frames/s, delay, dropped frames and notices, in one line."""
     if figures.latency_ms is None:
-        return figures.notice or "waiting for the first picture"
-    parts = [f"{figures.fps:.0f} fps", f"delay {figures.latency_ms:.0f} ms"]
+        return figures.notice or "waiting for the first frame"
+    parts = [f"{figures.fps:.0f} fps", f"latency {figures.latency_ms:.0f} ms"]
     if figures.dropped:
         parts.append(f"{figures.dropped} dropped")
     return ", ".join([*parts, *filter(None, (figures.level_notice, figures.notice))])
@@ -209,9 +209,7 @@ def live_text(figures: "LiveFigures") -> str:
 def live_summary(figures: "LiveFigures", seconds: float) -> str:
     """The closing line: pictures painted, and what each output got of them."""
     fps = figures.pictures / seconds if seconds else 0.0
-    text = (
-        f"{figures.pictures} pictures in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"
-    )
+    text = f"{figures.pictures} frames in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"
     for sink in figures.sinks:
         if sink.name != "preview":
             lost = f" ({sink.dropped} dropped)" if sink.dropped else ""

@@ -35,7 +35,10 @@ def serve_page(
     try:
         log_line(f"{url} shows the page; Ctrl-C ends it")
         if options.https and options.certificate is None:
-            log_line("browsers warn of its certificate, which this machine has made: go on to it")
+            log_line(
+                "browsers warn about its certificate, which this machine generated: continue "
+                "to the page"
+            )
         if not is_local(options.host):
             log_line(_who_sees(options.host, url))
         if options.browser and has_screen():
@@ -73,9 +76,7 @@ def _who_sees(host: str, url: str) -> str:
     if host in ("0.0.0.0", "::") and (address := lan_address()):
         parts = urlsplit(url)
         where = f" at {parts.scheme}://{address}:{parts.port}/"
-    return (
-        f"everybody who reaches this machine sees that page{where}, and can change what is painted"
-    )
+    return f"everybody who reaches this machine can open the page{where} and change the look"
 
 
 def has_screen() -> bool:

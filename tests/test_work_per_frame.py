@@ -38,7 +38,7 @@ def test_a_frame_costs_no_more_work_than_its_limit(work, name):
 
 
 def test_opencv_returns_little_more_than_a_third_of_a_frame(work):
-    """In RGB; eye-shadow that covers all of the lid, up to the brow, is a third of it."""
+    """In RGB; eyeshadow that covers all of the lid, up to the brow, is a third of it."""
     assert 0 < work["bytes_converted"] < 0.36 * 1280 * 720 * 3
 
 

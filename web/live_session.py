@@ -168,7 +168,7 @@ class LiveSession:
                 time.sleep(0.01)
         finally:
             self._run.compare = self._sink.compares
-        raise InputError("the camera gives no picture now: try again when it does")
+        raise InputError("the camera sends no frames now: try again later")
 
 
 def _bare(picture: LivePicture) -> np.ndarray:

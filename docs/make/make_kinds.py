@@ -104,9 +104,9 @@ def _slots(kind: Kind) -> str:
         for slot, numbers in kind.slots.items()
     ]
     return f"""
-A slot stands for these numbers; a number that is given overrides that of the slot:
+Each zone (`slot`) stands for these values; a value that is given overrides that of the zone:
 
-{sheet.table(["slot", *names], rows)}
+{sheet.table(["zone", *names], rows)}
 
 {sheet.picture(f"{kind.name}-slots")}
 """
@@ -121,7 +121,7 @@ def _section(kind: Kind) -> str:
 
 {sheet.table(["shape", "range", "default", "meaning"], [_dial_row(dial) for dial in kind.dials])}
 {_slots(kind)}
-Each number of the shape from its least to its largest value:
+Each shape parameter from its lowest to its highest value:
 
 {sheet.picture(f"{kind.name}-shape")}
 

@@ -22,7 +22,7 @@ from makeup_video.pipeline import find_faces
 LIVE = "live.jpg"
 PICTURES = {LIVE: lambda: draw()}
 _SIZE = {"width": 1280, "height": 800}
-_LOOK = "smoky brown"  # as its thumbnail names it; it has several layers of eye-shadow
+_LOOK = "smoky brown"  # as its thumbnail names it; it has several layers of eyeshadow
 _HAS_THUMBNAILS = """() => [...document.querySelectorAll("#ready img")]
     .every((one) => !one.hidden)"""
 _PAUSE_MS = 1_500  # a screenshot delays the page, and its figures show the delay for a while

@@ -20,12 +20,12 @@ _OPEN, _SHUT = 0, 24
 RED, PLUM, NUDE, PINK, BROWN, BRONZE = "B4002E", "4A1030", "B5705A", "F0D0D8", "5A3A2E", "8A5A34"
 
 _FINISHES = {
-    "matte": "dry, with full cover and no shine",
-    "satin": "full cover with a soft shine",
+    "matte": "dry, with full coverage and no shine",
+    "satin": "full coverage with a soft shine",
     "sheer": "a tint that lets the skin show through",
     "gloss": "wet, with sharp highlights and some reflection",
-    "metallic": "full cover with a broad bright sheen and fine sparkles of its own colour",
-    "shimmer": "good cover with sparkles",
+    "metallic": "full coverage with a broad bright sheen and fine sparkles of its own colour",
+    "shimmer": "good coverage with sparkles",
 }
 
 
@@ -33,7 +33,7 @@ _FINISHES = {
 class Strip:
     """The product that a parameter is shown on; the parameter rises from 0 to `most`.
 
-    eyes: adds a second row, with eye-shadow on a closed lid.  light: a key of
+    eyes: adds a second row, with eyeshadow on a closed lid.  light: a key of
     contact_sheet.LIGHTS.  others: parameters that differ from those of the finish.
     """
 

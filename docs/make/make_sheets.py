@@ -124,7 +124,7 @@ Frames of `samples/in.mp4`, whose teeth and tongue are drawn. Colours:
 
 {sheet.picture("lips-mouths")}
 
-## Eye-shadow
+## Eyeshadow
 
 #{_SHADOW} in each zone and finish, on an open and on a closed eye (frames of `samples/in.mp4`).
 The last row shows an eye behind glasses.

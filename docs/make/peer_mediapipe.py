@@ -1,6 +1,6 @@
 """Measure the peer: what a skilled user would write with MediaPipe's Face Mesh and OpenCV.
 
-The peer paints lips and eye-shadow on BGR frames in one loop and encodes as `makeup-video bench`
+The peer paints lips and eyeshadow on BGR frames in one loop and encodes as `makeup-video bench`
 does. It runs in turn with the bare codec loop and the product, on the same film:
 
     python3.11 -m venv peer && peer/bin/pip install mediapipe==0.10.21 av

@@ -222,7 +222,7 @@ finish that they tell, and measures colours on the photo. What it reads, not tol
 where, stands beside the nets under [Triplets](#triplets). On renders it reads worse than its nets,
 because it was made for real photographs ([decisions](decisions/reference.md)). It takes most of
 what sets a photo's skin apart from typical skin for exposure, while in these renders it is the
-person's. And it calls many drawn eye-shadows bare, and lipsticks that are close to bare lips: its
+person's. And it calls many drawn eyeshadows bare, and lipsticks that are close to bare lips: its
 thresholds let one bare real face in seven pass. Gloss is told by highlights, as on real
 photographs; in renders the net knows it better.
 
@@ -301,7 +301,7 @@ Size of the weights, time of one crop, and the measures above on the same triple
 
 A look is painted on a reference, read from that photo saved as JPEG {TEST_QUALITY}, and painted on
 another picture, beside the truth. Lipsticks go from Grace Hopper to Eileen Collins. Hopper's lids
-are behind the rims of her glasses. So eye-shadow goes from the photograph of Collins to a frame of
+are behind the rims of her glasses. So eyeshadow goes from the photograph of Collins to a frame of
 `samples/in.mp4`, which is made from that photograph and shows the same person. Both photographs are
 in the public domain.
 

@@ -147,7 +147,7 @@ def save_test_people(
 
 
 def save_clips(nets: Mapping[str, "Net"], folder: Path) -> None:
-    """Paint samples/in.mp4 with a lipstick and an eye-shadow that were read from photos."""
+    """Paint samples/in.mp4 with a lipstick and an eyeshadow that were read from photos."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, (region, code, finish) in _CLIPS.items():
         look = worn(region, code, finish)

@@ -166,7 +166,7 @@ class RayWorker:
                 if self._stopped:
                     raise StoppedError("stopped by the user") from None
                 reason, job = type(error).__name__, job.again()
-        raise WorkerError(f"its machine was lost {_ATTEMPTS} times ({reason})")
+        raise WorkerError(f"the machine that did this job was lost {_ATTEMPTS} times ({reason})")
 
     def stop(self) -> None:
         """End the task at once. Any thread may call this."""

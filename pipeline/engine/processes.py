@@ -115,8 +115,8 @@ class ChildProcess:
         if code is not None and code < 0:
             name = signal.Signals(-code).name
             memory = ", perhaps because memory ran out" if name == "SIGKILL" else ""
-            return f"the process that painted it was ended by {name}{times}{memory}"
-        return f"the process that painted it ended with exit code {code}{times}"
+            return f"the painting process was ended by {name}{times}{memory}"
+        return f"the painting process ended with exit code {code}{times}"
 
 
 def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], None]) -> Ended:

@@ -182,7 +182,7 @@ class LiveRunner:
     def _hand_out(self, picture: LivePicture) -> None:
         working = [outlet for outlet in self.outlets if outlet.error is None]
         if self.outlets and not working:
-            raise ChannelClosed("no sink takes pictures any more")
+            raise ChannelClosed("no output takes frames any more")
         for outlet in working:
             if outlet.is_over:
                 continue

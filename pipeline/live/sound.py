@@ -109,4 +109,4 @@ class LiveSound:
                     tap.put(block)
         except MakeupVideoError as error:
             if not self._is_closing:
-                self._log(f"{error}; the pictures go on without sound")
+                self._log(f"{error}; the video continues without audio")

@@ -22,7 +22,8 @@ _SHINES = {
     "metallic": "metallic", "shimmer": "shimmering",
 }  # fmt: skip
 _COVERS = (
-    (0.85, "opaque"), (0.6, "medium cover"), (0.35, "light cover"), (0.0, "very light cover"),
+    (0.85, "opaque"), (0.6, "medium coverage"), (0.35, "light coverage"),
+    (0.0, "very light coverage"),
 )  # fmt: skip
 
 
@@ -55,7 +56,7 @@ def nearest_finish(
 
 
 def in_words(params: GraphicsParams, part: str = "lips") -> str:
-    """How a product looks, colour aside: "glossy, light cover"."""
+    """How a product looks, colour aside: "glossy, light coverage"."""
     numbers = params.opacity, params.gloss, params.gloss_roughness, params.reflection
     finish = nearest_finish(*numbers, part, shimmers=params.shimmer > 0)
     covers = next(word for least, word in _COVERS if params.opacity >= least)

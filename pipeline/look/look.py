@@ -10,9 +10,10 @@
                     "gloss_roughness": 0.9, "reflection": 0},
         "shape": {"slot": "outer", "softness": 0.6}}]}
 
-In a product, renderer settings may follow the seven parameters; `strength` and `shape` may be left
-out, and so may each number of a shape. Files of version 1, with one product for `lips` and one for
-`eyes`, are read, too. Reading is strict: a typo is an error, never a silently ignored key.
+In a product, ten optional parameters may follow the seven required ones; `strength` and `shape`
+may be left out, and so may each parameter of a shape. Files of version 1, with one product for
+`lips` and one for `eyes`, are read, too. Reading is strict: a typo is
+an error, never a silently ignored key.
 """
 
 from collections.abc import Iterable, Mapping
@@ -37,7 +38,7 @@ class Layer:
     """A product of one kind.
 
     kind: a key of KINDS.  shape: values of some of the kind's dials; the others have those of the
-    slot, or their defaults.  strength: how much of the product, 0 to 1.
+    zone (`slot`), or their defaults.  strength: how much of the product, 0 to 1.
     Raises LookError for a kind that is unknown, and for a value out of range.
     """
 
@@ -105,7 +106,7 @@ class Look:
     """Makeup: layers in the order of painting, and the strength of all, 0..1.
 
     layers are sorted into the order of painting; layers of one kind keep theirs. lips and eyes are
-    the short way to one lipstick and one eye-shadow: zone is then the eye-shadow's slot, intensity
+    the short way to one lipstick and one eyeshadow: zone is then the eyeshadow's slot, intensity
     its strength.  Raises LookError for a number out of range and for too many layers of a kind.
     """
 
@@ -130,7 +131,7 @@ class Look:
         slot.check(zone, "zone")
         given = list(layers)
         if eyes is None and (zone != ZONES[0] or intensity != 1):
-            raise LookError("zone and intensity are of the eye-shadow in eyes, which was not given")
+            raise LookError("zone and intensity are of the eyeshadow in eyes, which was not given")
         if eyes is not None:
             given.append(Layer("eyeshadow", eyes, {"slot": zone}, intensity))
         if lips is not None:
@@ -147,12 +148,12 @@ class Look:
 
     @property
     def eyes(self) -> GraphicsParams | None:
-        """The eye-shadow, the first of several, None on bare lids."""
+        """The eyeshadow, the first of several, None on bare lids."""
         return self._first("eyeshadow")
 
     @property
     def zone(self) -> str:
-        """The place of the first eye-shadow."""
+        """The zone of the first eyeshadow."""
         return next((layer.whole_shape["slot"] for layer in self.of("eyeshadow")), ZONES[0])
 
     def _first(self, kind: str) -> GraphicsParams | None:

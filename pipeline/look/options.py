@@ -135,7 +135,7 @@ def parse_parts(text: str) -> tuple[str, ...]:
 
 
 def parse_zone(text: str) -> str:
-    """The place of eye-shadow that "outer" or "outer corner" names. Raises UsageError."""
+    """The place of eyeshadow that "outer" or "outer corner" names. Raises UsageError."""
     slot = place_of(text, _SHADOW)
     if slot is None:
         raise UsageError(
@@ -172,7 +172,7 @@ def _changed(layer: Layer, part: str, rgb: Sequence[float] | None, finish: str |
 
 
 def _with_dials(look: Look, choice: Choice) -> Look:
-    """The look with the strength, and with the place and the strength of its eye-shadow."""
+    """The look with the strength, and with the place and the strength of its eyeshadow."""
     if choice.strength is not None:
         look = replace(look, strength=parse_share(choice.strength, option("strength")))
     shadows = look.of(_SHADOW.name)
@@ -180,13 +180,13 @@ def _with_dials(look: Look, choice: Choice) -> Look:
         if getattr(choice, name) is not None and not shadows:
             flag = option(name)
             raise UsageError(
-                f"{flag} is for eye-shadow, and no eyes are painted: add "
+                f"{flag} is for eyeshadow, and no eyes are painted: add "
                 f"{option(_SHADOW.part, COLOUR)}, or leave {flag} out"
             )
     if choice.zone is not None and len(shadows) > 1:
         raise UsageError(
-            f"{option('zone')} is for one eye-shadow, and the look has {len(shadows)}, each in a "
-            f"place of its own: leave {option('zone')} out"
+            f"{option('zone')} is for one eyeshadow, and the look has {len(shadows)}, each in a "
+            f"zone of its own: leave {option('zone')} out"
         )
     if choice.zone is not None:
         shape = {"slot": parse_zone(choice.zone)}

@@ -35,7 +35,7 @@ def _number(low: float, high: float, meaning: str, default: float | None = None)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraphicsParams:
-    """The 17 rendering parameters of one region (the paper's g, section 3.1, then the renderer's).
+    """The 17 rendering parameters of one product (the paper's g, section 3.1, then the renderer's).
 
     red, green, blue are sRGB-encoded code values 0..255, fractions allowed: the product's
     colour as under neutral light. Everything else has no unit.
@@ -60,7 +60,7 @@ class GraphicsParams:
     reflection: float = _number(0, 1, "How strongly the product mirrors its surroundings.")
 
     edge_softness: float = _number(
-        0, 1, "How soft the border is: 0 is crisp, as drawn with a liner, 1 is blended out.", 0.5
+        0, 1, "How soft the border is: 0 is crisp, as drawn with a pencil, 1 is blended out.", 0.5
     )
     texture_keep: float = _number(
         0, 1, "How visible fine lines and folds stay: 0 fills them, 1 keeps them all.", 0.5
@@ -78,7 +78,7 @@ class GraphicsParams:
         0,
         1,
         "How much stronger reflections are at grazing angles: 0 is even all over, 1 strongest at "
-        "the rims.",
+        "the edges.",
         0.5,
     )
     environment_blur: float = _number(

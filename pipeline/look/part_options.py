@@ -155,10 +155,11 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
         raise UsageError(
             f"{option(kind.part)}: {word.strip()} needs a value, as in {_example(dial)}"
         )
-    places = f", a place ({', '.join(kind.slots)})" if kind.slots else ""
+    places = f", a zone ({', '.join(kind.slots)})" if kind.slots else ""
     raise UsageError(
-        f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){places}, share (80%) "
-        f"or NAME=NUMBER of its shape{did_you_mean(word, [*finish_names(), *kind.slots])}"
+        f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){places}, "
+        f"strength (80%) or NAME=VALUE of its shape"
+        f"{did_you_mean(word, [*finish_names(), *kind.slots])}"
     )
 
 

@@ -30,7 +30,7 @@ FINISH_WORDS: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 # Colours that people call by the shade of a product, and that have no name in CSS: the medians of
-# the lipsticks of a table whose shade has that word, taupe that of the eye-shadows
+# the lipsticks of a table whose shade has that word, taupe that of the eyeshadows
 # (training/shade_names.py).
 SHADES: Mapping[str, str] = {
     "apricot": "#E1A29D", "berry": "#9D354F", "bordeaux": "#731D37", "caramel": "#B2625E",

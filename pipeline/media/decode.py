@@ -271,7 +271,7 @@ class Decoder:
                 stats.lost_frames = max(0, promised - stats.frames)
         if not stats.frames:
             self._check_start()
-            where = "in it" if is_whole else "in the chosen part"
+            where = "in it" if is_whole else "in the chosen excerpt"
             raise DecodeError(
                 f"{source.path}: no frame could be decoded {where} "
                 f"({stats.packets} packets, {stats.decode_errors} errors). Give a file that plays.",
@@ -298,8 +298,8 @@ class Decoder:
         if max(end, self._file_end_seconds) <= start:
             raise beyond_end(source, start - origin, max(end, self._file_end_seconds) - origin)
         raise UsageError(
-            f"{option('start_seconds')} {float(start - origin):g} s is beyond the last picture: "
-            f"{source.path} shows pictures until {round(float(end - origin), 2)} s"
+            f"{option('start_seconds')} {float(start - origin):g} s is beyond the last frame: "
+            f"{source.path} has frames until {round(float(end - origin), 2)} s"
         )
 
 

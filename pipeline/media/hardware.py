@@ -161,7 +161,7 @@ def _why_not(row: VideoCodec, wanted: Wanted, *, is_named: bool) -> str:
     from makeup_video.pipeline.media.pixel_format import pick_pix_fmt
 
     if wanted.interlaced:
-        return "it cannot keep the fields of an interlaced film"
+        return "it cannot keep the fields of an interlaced video"
     try:
         options = encoder_options(row, wanted.crf, wanted.preset)
         pix_fmt = pick_pix_fmt(wanted.pix_fmt, row, wanted.depth)

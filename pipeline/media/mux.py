@@ -216,7 +216,7 @@ class Muxer:
             self.target.leave()
             self.is_finished = True
             raise OutputError(
-                f"{self.target.path} did not come out whole: {missing}; what was written is kept "
+                f"{self.target.path} is incomplete: {missing}; what was written is kept "
                 f"as {self.part}. Try another container, such as .mkv, and report it"
             )
 

@@ -57,7 +57,7 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
             if last is None:  # a damaged file may have some pictures
                 raise DecodeError(f"{path} cannot be decoded: {error.strerror}") from error
         if last is None:
-            raise DecodeError(f"{path} has no picture at {start_seconds:g} s")
+            raise DecodeError(f"{path} has no frame at {start_seconds:g} s")
         turned = np.rot90(last.to_ndarray(format="bgr24"), round(last.rotation / 90))
         return np.ascontiguousarray(turned)
     finally:

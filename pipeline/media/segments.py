@@ -100,7 +100,7 @@ def plan_segments(
         return _whole("")
     kept = _Kept(source, times, part)
     if kept.begins_with_a_still:
-        return _whole("its first picture was on screen before the start already")
+        return _whole("its first frame was already on screen before the start")
     if not (times := kept.times):
         return _whole("")
     keys = [key for key in sorted(keys) if _is_apart(times, key, source.time_base)]

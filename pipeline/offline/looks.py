@@ -84,11 +84,11 @@ def _on_film(
 
     if settings.split_minutes is not None:
         raise UsageError(
-            f"several looks of one film are painted in one run: leave out {option('split_minutes')}"
-            ", or paint each look in a run of its own"
+            "several looks of one video are painted in one run: leave out "
+            f"{option('split_minutes')}, or paint each look in a run of its own"
         )
     if len({output.suffix.lower() for output in looks}) > 1:
-        raise UsageError("the outputs of several looks of one film must have one extension")
+        raise UsageError("the outputs of several looks of one video must have one extension")
     done: dict[Path, Outcome] = {}
     while rest := {output: look for output, look in looks.items() if output not in done}:
         source = open_video(path)

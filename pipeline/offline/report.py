@@ -82,7 +82,7 @@ class Report:
     def warnings(self) -> list[str]:
         """One line for everything that differs from the source, or was not painted."""
         lines = [f"changed: {text}" for text in (*self.conversions, *self.converted)]
-        lines += [f"left out: {text}" for text in self.dropped]
+        lines += [f"dropped: {text}" for text in self.dropped]
         if self.encoder_note:
             lines.append(f"encoder: {self.encoder_note}")
         if self.why_whole:
@@ -98,7 +98,7 @@ class Report:
             lines.append("no face was found")
         if self.tiny_faces:
             lines.append(
-                f"faces under {MIN_FACE_PX} px wide were left alone ({self.tiny_faces} seen)"
+                f"faces under {MIN_FACE_PX} px wide were not painted ({self.tiny_faces} seen)"
             )
         return lines
 
@@ -108,7 +108,7 @@ class Report:
 
         Most faces that lie on their side are found.
         """
-        return f"if the {'picture' if self.is_picture else 'film'} is upside down, turn it first"
+        return f"if the {'picture' if self.is_picture else 'video'} is upside down, turn it first"
 
     def _damage(self) -> str:
         counts = {

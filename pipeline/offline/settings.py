@@ -33,9 +33,9 @@ class Settings:
     """How to write the output. None: the default that suits source and container.
 
     codec, crf, preset: of the video encoder.
-    hardware: the encoder of a graphics chip, see `media/hardware.py`: "auto" takes the first that
-    works, and else the codec's own; "none" never takes one.
-    start_seconds, end_seconds: the part to keep, counted from where the file begins.
+    hardware: a hardware encoder, see `media/hardware.py`: "auto" takes the first that works, and
+    else the codec's own encoder; "none" never takes one.
+    start_seconds, end_seconds: the excerpt to keep, counted from where the file begins.
     overwrite: replace an output that exists.
     strict: raise rather than drop or convert a stream.
     bit_depth: 8, 10 or 12 bits a sample; None: that of the source, but 8 in H.264.
@@ -115,7 +115,8 @@ class Settings:
         if self.hardware != NONE:
             # other machines and later attempts must write the same headers
             raise UsageError(
-                f"{option('hardware')} does not go with {option('split_minutes')}: leave one of "
+                f"{option('hardware')} cannot be combined with {option('split_minutes')}: leave "
+                f"one of "
                 "them out"
             )
 

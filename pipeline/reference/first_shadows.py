@@ -1,4 +1,4 @@
-"""The colours of eye-shadow with which the fit begins: those of four usual places.
+"""The colours of eyeshadow with which the fit begins: those of four usual places.
 
 Which four products, painted on the mean bare face, would look most like what is seen? Their colours
 follow by least squares, because films mix linearly in roots of light (film.py).

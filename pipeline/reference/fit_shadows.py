@@ -1,4 +1,4 @@
-"""Fits layers of eye-shadow to the skin around the eyes of a photo.
+"""Fits layers of eyeshadow to the skin around the eyes of a photo.
 
 The skin is laid flat (flat_eyes.py) and freed of what is light rather than makeup. The colours of
 usual places (first_shadows.py) are then spread as they are seen (spread_shadows.py), so each layer
@@ -63,12 +63,12 @@ def fit_shadows(
     lined: bool = True,
     winged: bool = False,
 ) -> list[Layer]:
-    """The layers of eye-shadow of a face, in the order of painting; none for an eye that is not
+    """The layers of eyeshadow of a face, in the order of painting; none for an eye that is not
     seen, or that looks like a bare one.
 
     seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the colour
     has of which the lid has most, unless it is dark; the others are matte.  probability: that
-    eye-shadow is worn; the less likely, the sheerer.  lined: whether eyeliner is worn, too.
+    eyeshadow is worn; the less likely, the sheerer.  lined: whether eyeliner is worn, too.
     winged: whether that surely has a wing.
     """
     if seen is None:

@@ -2,7 +2,7 @@
 
 A column is a place across the eye, as on the eyes' surface. A row is a height: the first ones lie
 above the upper lash line, in heights of look/kinds/fields.py, the others below the lower one. So
-the maps of different faces may be compared cell by cell, and a shape of eye-shadow covers the same
+the maps of different faces may be compared cell by cell, and a shape of eyeshadow covers the same
 cells of every face.
 """
 
@@ -84,7 +84,7 @@ def _laid_flat(linear: np.ndarray, lid: LidSurface) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def density(layer: Layer) -> np.ndarray:
-    """(27, 48) float32: how densely a layer of eye-shadow lies on each cell, 0..1."""
+    """(27, 48) float32: how densely a layer of eyeshadow lies on each cell, 0..1."""
     flat = np.zeros(FLAT_HW, np.float32)
     for fields, rows in zip(_charts(), (slice(0, len(_UP)), slice(len(_UP), None)), strict=True):
         for coat in KINDS[layer.kind].coats(fields, layer.product, layer.whole_shape):

@@ -1,7 +1,7 @@
 """Lays both lids flat, as the input of the reference net: every zone always has the same place.
 
 Lids are thin, and their height differs from face to face: in a plain crop a net spends its capacity
-on finding them. Here a row is a height between lash line, crease and fold, as in the eye-shadow's
+on finding them. Here a row is a height between lash line, crease and fold, as in the eyeshadow's
 zones (render/surfaces/eyes.py), and a column a place between the corners. The eye and some skin
 follow below the lash line.
 """

@@ -1,6 +1,6 @@
 """Output of the net that reads what is worn: a look as a vector of fixed places.
 
-Every slot of eye-shadow and every other kind has numbers of its own in the vector, so the order of
+Every slot of eyeshadow and every other kind has numbers of its own in the vector, so the order of
 a look's layers never matters: opacity and colour first, then dials of the kind.
 """
 

@@ -38,7 +38,7 @@ _SEEN_BY_NET, _LACKING_RED, _FOR_LACKING = 1.0, -2.0, 2.0
 _FURTHEST_BARE, _FOR_UNLIKE = 4.0, 1.4
 # Kinds that are hardly ever worn alone: what each other kind adds to their log-odds where it is
 # certain, the power of its probability of which it adds that much otherwise, and the shift without
-# company. Fitted on the same photos. Sure eye-shadow tells a lipstick as pale as bare lips; eyes
+# company. Fitted on the same photos. Sure eyeshadow tells a lipstick as pale as bare lips; eyes
 # that may be made up say nothing about lips.
 _COMPANY: Mapping[str, tuple[Mapping[str, float], float, float]] = {
     "lipstick": ({"eyeshadow": 4.0}, 8.0, 0.0),
@@ -101,7 +101,7 @@ def _for_unusual(by_net: float, by_colours: float, away: float) -> float:
 
 def in_company(kind: str, worn: Mapping[str, float]) -> float:
     """The probability of a kind of _COMPANY beside what else is worn: of the labelled faces with
-    clear eye-shadow hardly one has bare lips.
+    clear eyeshadow hardly one has bare lips.
 
     worn: by kind, the probability of each by itself.
     """

@@ -1,5 +1,5 @@
 """The skin around the eyes as the cells of a density map: how bare faces look there, how a product
-shows, and where eye-shadow may lie."""
+shows, and where eyeshadow may lie."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,11 +24,11 @@ _HIDES, _SHOWS = 1.13, 1.18
 # A product that is lighter than skin by more than this, in roots, is pale, unless it is vivid: its
 # least root lies so far below that of skin.
 LIGHTER, VIVID = 0.03, 0.15
-# Where eye-shadow may lie: across from the inner corner outwards, and by height from below the eye
+# Where eyeshadow may lie: across from the inner corner outwards, and by height from below the eye
 # to the brow; at each end, where half of what is seen may be makeup, and over how far it fades.
 _INNER, _OUTER = (0.0, 0.35), (1.4, 0.5)
 _LOWER, _UPPER = (-0.85, 0.6), (1.9, 0.6)
-_ENDS = 0.27  # how far beside what is seen eye-shadow ends, in widths of the eye
+_ENDS = 0.27  # how far beside what is seen eyeshadow ends, in widths of the eye
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +79,7 @@ def columns_seen(flat: np.ndarray) -> np.ndarray:
 
 
 def density_of(shape: Mapping[str, object]) -> np.ndarray:
-    """(27, 24), 0..1: how densely a shape of eye-shadow lies on the cells."""
+    """(27, 24), 0..1: how densely a shape of eyeshadow lies on the cells."""
     return _density(tuple(shape.items()))
 
 

@@ -1,4 +1,4 @@
-"""Spreads colours of eye-shadow over the skin around an eye: how much of each shows in every cell.
+"""Spreads colours of eyeshadow over the skin around an eye: how much of each shows in every cell.
 
 The colours to begin with lie in usual places. Then the shares of the colours in all cells and the
 colours themselves are fitted in turn, by least squares; where what is seen is still far off,

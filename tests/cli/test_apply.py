@@ -134,7 +134,7 @@ def test_a_film_without_a_face_is_reported_but_no_error(folder):
     make_clip(folder / "in.mp4")
     done = run("in.mp4", "--color", "B02", "-o", "out.mp4")
     assert done.exit_code == 0
-    assert done.output.startswith("no face was found: nothing was painted; if the film is upside")
+    assert done.output.startswith("no face was found: nothing was painted; if the video is upside")
     quiet = run("in.mp4", "--color", "B02", "-o", "out.mp4", "-y", "-q")
     assert (quiet.exit_code, quiet.output) == (0, "")
 
@@ -301,6 +301,4 @@ def test_a_look_without_makeup_is_said_to_paint_nothing(folder, name, told):
     Look().save("empty.json")
     done = run("in.mp4", "--look", name, "-o", "out.mp4")
     assert done.exit_code == 0
-    assert (
-        "nothing is worn in the look empty: no makeup is painted on in.mp4" in done.output
-    ) == told
+    assert ("the look empty has no makeup: nothing is painted on in.mp4" in done.output) == told

@@ -197,7 +197,7 @@ def test_ctrl_c_ends_with_130_and_the_batch_goes_on_later(folder):
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate()
     assert process.returncode == 130
-    assert errors.strip().splitlines()[-1] == "stopped: the same command goes on where it stopped"
+    assert errors.strip().splitlines()[-1] == "stopped: run the same command again to resume"
     assert not list(folder.glob("**/*.part.*"))
     assert run(*words, "--resume").exit_code == 0
     assert len(list(folder.glob("out/*.mkv"))) == 4

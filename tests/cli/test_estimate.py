@@ -59,7 +59,7 @@ def test_both_regions_print_colour_words_and_numbers(folder, reads):
     assert done.output.splitlines() == [
         "lips  #B4002E  glossy, opaque (almost certain)",
         "      opacity 0.94, gloss 1.30, gloss_roughness 0.20, reflection 0.25",
-        "eyes  #5A463C  sheer, very light cover (almost certain)",
+        "eyes  #5A463C  sheer, very light coverage (almost certain)",
         "      opacity 0.28, gloss 0.10, gloss_roughness 0.80, reflection 0.00",
         "liner  bare (likely)",
         "blush  bare (likely)",

@@ -29,7 +29,7 @@ def test_https_makes_a_certificate_and_says_browsers_warn(folder):
     done = run("--https")
     assert done.exit_code == 0, done.output
     assert re.search(r"^https://127\.0\.0\.1:\d+/ shows the page", done.output, re.MULTILINE)
-    assert "browsers warn of its certificate" in done.output
+    assert "browsers warn about its certificate" in done.output
     if os.name == "posix":
         (file,) = (folder / "data" / "makeup-video").iterdir()
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
@@ -62,4 +62,6 @@ def test_a_page_open_to_all_names_its_address_for_others(folder):
     if lan_address() is None:
         pytest.skip("this machine has no network")
     done = run("--host", "0.0.0.0")
-    assert re.search(rf"sees that page at http://{re.escape(lan_address())}:\d+/, and", done.output)
+    assert re.search(
+        rf"can open the page at http://{re.escape(lan_address())}:\d+/ and", done.output
+    )

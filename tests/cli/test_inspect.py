@@ -159,6 +159,6 @@ def test_faces_that_are_too_small_are_counted_in_a_picture(folder):
     picture = put(put(grey(640, 360), face_of(28), 60, 100), face_of(100), 300, 80)
     cv2.imwrite("in.png", picture[..., ::-1])
     done = run("in.png", "-o", "out.png")
-    assert "faces under 40 px wide were left alone (1 seen)" in done.output
+    assert "faces under 40 px wide were not painted (1 seen)" in done.output
     assert "faces: 1, in 1 frame" in done.output
     assert inspect_video("in.png", "again.png").tiny_faces == 1

@@ -48,7 +48,7 @@ def test_a_film_is_painted_and_recorded_at_clock_times(folder):
     assert done.exit_code == 0, done.output
     assert [p.name for p in folder.iterdir() if "part" in p.name] == []
     times = np.array([float(t) for t in times_of(folder / "out.mkv")])
-    summary = r"(\d+) pictures in [\d.]+ s, [\d.]+ fps, (\d+) dropped; out.mkv got (\d+) of them.*"
+    summary = r"(\d+) frames in [\d.]+ s, [\d.]+ fps, (\d+) dropped; out.mkv got (\d+) of them.*"
     counts = re.fullmatch(summary, lines(done)[-1])
     assert times[0] == 0 and len(times) == int(counts[1]) == int(counts[3])
     assert len(times) + int(counts[2]) == 12  # a busy machine drops some frames
@@ -128,7 +128,7 @@ def test_ctrl_c_is_the_usual_end_and_the_recording_is_whole(folder, name):
             time.sleep(0.02)
         rest = process.stderr.read()
     assert process.returncode == 0, rest
-    assert "pictures in" in rest and len(rest.splitlines()) == 1
+    assert "frames in" in rest and len(rest.splitlines()) == 1
     with av.open(str(folder / "out.mp4")) as whole:
         assert sum(1 for _ in whole.decode(video=0)) >= 1
 
@@ -186,11 +186,11 @@ def figures(**given):
 
 
 def test_the_terminal_line_has_speed_delay_and_notices():
-    assert live_text(figures()) == "30 fps, delay 12 ms"
+    assert live_text(figures()) == "30 fps, latency 12 ms"
     assert live_text(figures(dropped=3, level_notice="slow", notice="gone")) == (
-        "30 fps, delay 12 ms, 3 dropped, slow, gone"
+        "30 fps, latency 12 ms, 3 dropped, slow, gone"
     )
-    assert live_text(figures(latency_ms=None)) == "waiting for the first picture"
+    assert live_text(figures(latency_ms=None)) == "waiting for the first frame"
     assert live_text(figures(latency_ms=None, notice="no camera")) == "no camera"
 
 
@@ -218,7 +218,7 @@ def test_the_closing_line_counts_every_output_but_the_page():
     outputs = SinkFigures("out.mkv", 300, 0), SinkFigures("rtmp://host", 0, 0)
     text = live_summary(figures(sinks=(SinkFigures("preview", 5, 90), *outputs)), 10.0)
     assert text == (
-        "300 pictures in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 300 of them; "
+        "300 frames in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 300 of them; "
         "rtmp://host got none of them"
     )
 
@@ -233,7 +233,7 @@ def test_a_stream_that_always_refuses_exits_with_4(folder, words):
         )
     assert done.exit_code == 4
     errors = [line for line in lines(done) if line.startswith("OutputError: rtmp://127.0.0.1: ")]
-    assert len(errors) == 1 and "no picture was sent" in errors[0] and "s3cr3t" not in done.output
+    assert len(errors) == 1 and "no frame was sent" in errors[0] and "s3cr3t" not in done.output
     assert ("rtmp://127.0.0.1 got none of them" in done.output) is ("-q" not in words)
     if words:
         assert decoded(folder / "out.mkv")  # the recording is complete all the same
@@ -252,4 +252,4 @@ def test_a_sink_that_fails_gives_its_exit_code(folder, monkeypatch):
         "--camera", "in.mkv", "--look", "a.json", "-o", "out.mkv", "--port", "0", "--no-browser"
     )
     assert done.exit_code == EncodeError.exit_code
-    assert "the encoder broke; the rest goes on" in done.output and "pictures in" in done.output
+    assert "the encoder broke; the rest goes on" in done.output and "frames in" in done.output

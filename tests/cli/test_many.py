@@ -120,7 +120,7 @@ def test_common_warnings_are_printed_once(capsys):
     dropped = {"dropped": ["audio #1"]}
     print_outcomes([report("a", **dropped), report("b", converted=["x"], **dropped)], "in", False)
     assert capsys.readouterr().err.splitlines() == [
-        "left out: audio #1", "b: changed: x", "a: 3 frames, 0.0 kB", "b: 3 frames, 0.0 kB",
+        "dropped: audio #1", "b: changed: x", "a: 3 frames, 0.0 kB", "b: 3 frames, 0.0 kB",
         "2 of 2 looks of in in 2.0 s",
     ]  # fmt: skip
 

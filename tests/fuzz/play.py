@@ -25,7 +25,7 @@ _OLD = b"an older output\n" * 9
 _SHOWN = 4000  # characters of output or of a traceback
 # The command's own lines in a successful run; --quiet suppresses all others.
 _OURS = re.compile(
-    r"changed: |left out: |the input is damaged: |no face was found|nothing was painted"
+    r"changed: |dropped: |the input is damaged: |no face was found|nothing was painted"
     r"|faces under |in\.\w+: no makeup was found"
 )
 

@@ -85,7 +85,7 @@ def surface_weight(
 
 
 def shadow(slot: str = "lid", softness: float = 0.5) -> Layer:
-    """Eye-shadow in a slot, with the borders of a product of this softness."""
+    """Eyeshadow in a slot, with the borders of a product of this softness."""
     return Layer("eyeshadow", product(edge_softness=softness), {"slot": slot})
 
 

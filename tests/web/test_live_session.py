@@ -161,9 +161,9 @@ def test_the_looks_are_shown_on_whom_the_camera_sees(parts):
 
 def test_without_a_picture_the_camera_gives_no_portrait(parts, monkeypatch):
     monkeypatch.setattr(live_session, "_BARE_SECONDS", 0.05)
-    with pytest.raises(InputError, match="the camera gives no picture now"):
+    with pytest.raises(InputError, match="the camera sends no frames now"):
         parts[3].enter("").take_portrait(b"", "")
-    with pytest.raises(InputError, match="the camera gives no picture now"):
+    with pytest.raises(InputError, match="the camera sends no frames now"):
         parts[3].enter("").whole_picture(True)
 
 

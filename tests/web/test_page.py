@@ -65,9 +65,7 @@ def test_the_camera_s_picture_arrives_upright_and_moves(live, visit):
     page.wait_for_pictures(10)
     assert page.picture().shape == (360, 640, 3)  # the clip is stored lying on its side
     page.until(lambda: page.lips() is not None)
-    page.until(
-        lambda: re.search(r"\d+ frames/s.*\d+ ms", page.page.inner_text("#figures"), re.DOTALL)
-    )
+    page.until(lambda: re.search(r"\d+ fps.*\d+ ms", page.page.inner_text("#figures"), re.DOTALL))
 
 
 def test_a_colour_set_on_the_page_appears_on_the_lips(live, visit):
@@ -85,9 +83,9 @@ def test_keys_alone_reach_a_slider_and_change_the_lips(demo, visit):
     reached = "() => document.activeElement.labels?.[0]?.textContent ?? ''"
     for _ in range(40):
         keys.press("Tab")
-        if page.page.evaluate(reached) == "Coverage":
+        if page.page.evaluate(reached) == "Opacity":
             break
-    assert page.page.evaluate(reached) == "Coverage"
+    assert page.page.evaluate(reached) == "Opacity"
     keys.press("Home")
     page.until(lambda: not is_red(page.lips()))
     keys.press("Control+z")
@@ -123,8 +121,8 @@ def test_a_dragged_slider_is_not_reset_by_another_page(live, visit):
     mouse.down()
     value = gloss.input_value()
     theirs("Gloss, as a number").fill("0.11")
-    theirs("Coverage, as a number").fill("0.77")
-    page.until(lambda: mine("Coverage", exact=True).input_value() == "0.77")
+    theirs("Opacity, as a number").fill("0.77")
+    page.until(lambda: mine("Opacity", exact=True).input_value() == "0.77")
     assert gloss.input_value() == value
     mouse.move(box["x"] + box["width"], y)
     mouse.up()

@@ -35,7 +35,7 @@ def test_a_recording_is_started_and_stopped_with_its_sound(chromium, visit, tmp_
         assert min(abs(clap - flash) for clap in claps) < 0.020
     page.server_may_stop = True
     assert served.stop() == 0
-    assert f"{path.name} got" in served.lines[-1] and "sound of clap.mp4" in served.lines[-1]
+    assert f"{path.name} got" in served.lines[-1] and "audio from clap.mp4" in served.lines[-1]
 
 
 def test_the_looks_are_shown_on_whom_the_camera_sees(live, visit):

@@ -164,7 +164,7 @@ def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
 def read_by_product(one: Triplet) -> Look:
     """The look that the product reads from the photo, of the regions that wear something.
 
-    Unlike the nets it is not told that they are made up, nor where eye-shadow goes.
+    Unlike the nets it is not told that they are made up, nor where eyeshadow goes.
     """
     try:
         found = estimate(one.photo).look

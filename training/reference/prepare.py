@@ -99,7 +99,7 @@ def made_up(colours: np.ndarray) -> dict[str, np.ndarray]:
     redder, yellower = off[:, 1], off[:, 2]
     lip_score = standard(np.hypot(redder, yellower)) + standard(redder) + 0.5 * standard(-off[:, 0])
     lip_score += 0.7 * standard(shine[:, 0])
-    off = beyond_skin(lids, skin)  # eye-shadow may be of any colour, lighter or darker
+    off = beyond_skin(lids, skin)  # eyeshadow may be of any colour, lighter or darker
     lid_score = (off**2 / off.var(0)).sum(1)
     return {"lips": lip_score, "eyes": lid_score}
 

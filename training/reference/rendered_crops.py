@@ -202,7 +202,7 @@ class Renderer:
         return to_px
 
     def zone(self) -> str:
-        """A random zone: the net does not read where eye-shadow goes."""
+        """A random zone: the net does not read where eyeshadow goes."""
         return ZONES[self.rng.integers(len(ZONES))] if self.region == "eyes" else ZONES[0]
 
     def stream(self, looks: int = LOOKS) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:

@@ -11,7 +11,7 @@ from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import rgb_of_hex
 
 Rgb = tuple[float, float, float]
-# How often each kind is worn, and each slot where there is eye-shadow.
+# How often each kind is worn, and each slot where there is eyeshadow.
 KIND_SHARE = {"lipstick": 0.5, "eyeshadow": 0.6, "eyeliner": 0.45, "blush": 0.4}
 SLOT_SHARE = {
     "lid": 0.8, "crease": 0.55, "outer": 0.4, "under": 0.4, "inner": 0.15, "brow_bone": 0.2,

@@ -6,7 +6,7 @@ DIR has folders `portraits` and `wild` with worn.csv, as of worn/prepare.py. Wri
 bare_colours.npy and bare_lips.npy, what areas of bare faces and lips look like; worn_lips.npy, for
 lipstick a weight for each number, and a constant; worn_colours.npy, the same by further kind. The
 product ships what was fitted while hair over the forehead still counted as skin, and hair beside
-the eyes as eye-shadow (docs/decisions/reference.md).
+the eyes as eyeshadow (docs/decisions/reference.md).
 """
 
 import argparse

@@ -3,7 +3,7 @@
     python -m makeup_video.training.worn.wing_crops --faces DIR --sets portraits wild \
         --shades DIR --out runs/wings.npz
 
-DIR is as for prepare.py. Only faces without liner are painted, and without clear eye-shadow: nobody
+DIR is as for prepare.py. Only faces without liner are painted, and without clear eyeshadow: nobody
 has labelled how long a wing is, so the truth is that of the drawn look. `varied` puts before such a
 corner what else is dark there in real photos: lashes, hair and folds.
 """

@@ -19,7 +19,7 @@ import { Zoom } from "./zoom.js";
 
 const LOST = "The connection was lost. Reconnecting …";
 const STOPPED = "makeup-video was stopped. Start it again to see the picture here.";
-const WAITING = "Waiting for the first picture …";
+const WAITING = "Waiting for the first frame …";
 
 const byId = (id) => document.getElementById(id);
 let hello = null;

@@ -20,8 +20,8 @@ export function showFigures(values) {
   const delay = values.screen_ms ?? values.latency_ms;
   const parts = [
     ...outputs(values.sinks),
-    [`${Math.round(values.fps)} frames/s`, ""],
-    delay == null ? null : [`${Math.round(delay)} ms delay`, delay > LATE_MS ? "alarming" : ""],
+    [`${Math.round(values.fps)} fps`, ""],
+    delay == null ? null : [`${Math.round(delay)} ms latency`, delay > LATE_MS ? "alarming" : ""],
     values.level > 0 ? ["slow machine", "alarming", values.level_notice] : null,
     values.dropped > 0 ? [`${values.dropped} dropped`, "minor"] : null,
     whyJpeg ? ["JPEG", "", whyJpeg] : null,

@@ -85,7 +85,7 @@ class SoundEncoder:
 def sound_in_words(tap: SoundTap | None, encoder: SoundEncoder | None) -> str:
     """What the closing line says of an output's sound: whose, and how much is missing."""
     if tap is None:
-        return ", without sound"
+        return ", without audio"
     missing = encoder.silent_seconds if encoder is not None else 0.0
     silent = f", of which {missing:.1f} s silent because nothing came" if missing >= 0.1 else ""
-    return f", with the sound of {tap.name}{silent}"
+    return f", with audio from {tap.name}{silent}"

@@ -90,7 +90,7 @@ class Stream:
     @property
     def state(self) -> str:
         """Whose sound was sent, and what is wrong now."""
-        sound = "without sound" if self._sound is None else f"with the sound of {self._sound.name}"
+        sound = "without audio" if self._sound is None else f"with audio from {self._sound.name}"
         return f", {sound}; {self._reason}" if self.notice else f", {sound}"
 
     def __call__(self, picture: LivePicture) -> None:
@@ -119,7 +119,7 @@ class Stream:
         self._hang_up()
         if not self._sent_before and (was_open or self._reason):
             raise OutputError(
-                f"{self.name}: {self._reason or 'no connection'}; no picture was sent in the whole "
+                f"{self.name}: {self._reason or 'no connection'}; no frame was sent in the whole "
                 "run: check the address, and whether the receiver listens"
             )
 

@@ -63,9 +63,7 @@ class VirtualCamera:
             self._camera.send(self._codes)
         except (RuntimeError, OSError, ValueError) as error:
             self.finish(stopped=True)
-            raise OutputError(
-                f"{self.name} no longer takes pictures: {_one_line(error)}"
-            ) from error
+            raise OutputError(f"{self.name} no longer takes frames: {_one_line(error)}") from error
         self.sent += 1
 
     def finish(self, stopped: bool) -> None:

@@ -146,7 +146,7 @@ class DeviceCamera:
         with self._news:
             while not self._news.wait_for(self._has_news, _SILENT_SECONDS):
                 if not self.notice:
-                    self._notify(f"camera {self.name} sends no pictures: waiting for it")
+                    self._notify(f"camera {self.name} sends no frames: waiting for it")
             if self._failure is not None:
                 raise self._failure
             frame, self._newest = self._newest, None
@@ -284,7 +284,7 @@ class DeviceCamera:
                     self.name = name
                     return container
                 container.close()
-                reason = "it gives no pictures"
+                reason = "it gives no frames"
         raise InputError(_no_camera(self._requested_name, reason))
 
     def _log_mode(self, container: Any) -> None:

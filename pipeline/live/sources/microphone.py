@@ -106,7 +106,7 @@ def _first_open(names: list[str], wanted: str | None) -> tuple[Any, str]:
         if container.streams.audio:
             return container, name
         container.close()
-        reason = "it gives no sound"
+        reason = "it gives no audio"
     found = ", ".join(name for name, _ in microphones_found()) or "none"
     problem = f"the microphone {wanted} cannot be opened" if wanted else "no microphone opens"
     raise InputError(f"{problem} ({reason}; found: {found}): name another one, or none")

@@ -1,4 +1,4 @@
-"""Eye-shadow: up to four layers, each in a place of its own around the eye."""
+"""Eyeshadow: up to four layers, each in a place of its own around the eye."""
 
 from typing import TYPE_CHECKING
 
@@ -131,7 +131,7 @@ KIND = Kind(
     name="eyeshadow",
     part="eyes",
     title="Eyes",
-    product="Eye-shadow",
+    product="Eyeshadow",
     words=("eye", "shadow", "shadows", "eye shadow", "lid", "lids", "eyelid", "eyelids"),
     hidden="eyes",
     category=r"(?<![a-z])eye(?![ _-]?(brow|lash|lin))",

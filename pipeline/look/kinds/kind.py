@@ -23,7 +23,7 @@ Shape = Mapping[str, Any]  # values of a kind's dials by name, none missing
 
 @dataclass(frozen=True, slots=True)
 class Dial:
-    """One number, choice or colour of a kind's shape.
+    """One parameter of a kind's shape: a number, a choice, a colour or a map.
 
     title, meaning: what the page and the documents show of it.
     unit: of a number; empty for a share.

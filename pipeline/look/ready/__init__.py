@@ -28,7 +28,7 @@ PHOTO_ENDINGS = (  # of files that --look is given by mistake
 class ReadyLook:
     """A look with a name.
 
-    words: what it is, in one line.  path: the file of the package that has both.
+    words: its description, in one line.  path: the file of the package that has both.
     """
 
     name: str

@@ -99,7 +99,7 @@ def test_commas_within_a_colour_do_not_separate_layers():
         ("lips", "red:", "--lips: '' is no finish"),
         ("lips", "red:mate", "--lips: 'mate' is no finish .*: did you mean matte?"),
         ("lips", "red:outer", "--lips: 'outer' is no finish"),
-        ("eyes", "red:outr", r"--eyes: 'outr' is no finish \(.*\), a place \(lid, .*mean outer?"),
+        ("eyes", "red:outr", r"--eyes: 'outr' is no finish \(.*\), a zone \(lid, .*mean outer?"),
         ("lips", "red:gloss:matt", "--lips gives the finish twice: 'red:gloss:matt'"),
         ("eyes", "red:80%:.5", "--eyes gives the strength twice"),
         ("eyes", "red:lid:slot=outer", "--eyes gives the slot twice"),

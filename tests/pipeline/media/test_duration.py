@@ -89,7 +89,7 @@ def test_a_start_in_sound_after_the_last_picture_is_refused(tmp_path):
         encode_frames(out, video, range(30))
         tone(out, sound, 8.0)
     with pytest.raises(
-        UsageError, match=r"start_seconds 5 s is beyond the last picture: .* pictures until 1.0 s"
+        UsageError, match=r"start_seconds 5 s is beyond the last frame: .* frames until 1.0 s"
     ):
         process_video(src, tmp_path / "out.mkv", None, start(5))
     assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
@@ -114,5 +114,5 @@ def test_a_part_that_does_not_decode_is_damage(tmp_path):
     size = int.from_bytes(data[offset - 8 : offset - 4], "big") - 8
     data[offset : offset + size] = bytes(size)
     src.write_bytes(data)
-    with pytest.raises(DecodeError, match="no frame could be decoded in the chosen part"):
+    with pytest.raises(DecodeError, match="no frame could be decoded in the chosen excerpt"):
         process_video(src, tmp_path / "out.mp4", None, start(1))

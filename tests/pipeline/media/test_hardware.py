@@ -118,7 +118,7 @@ def test_an_encoder_that_opens_and_encodes_nothing_is_left(working, monkeypatch)
 @pytest.mark.parametrize(
     ("wanted", "reason"),
     [
-        (FILM._replace(interlaced=True), "fields of an interlaced film"),
+        (FILM._replace(interlaced=True), "fields of an interlaced video"),
         (FILM._replace(preset="veryfast"), "preset must be one of p1"),
         (FILM._replace(depth=10), "bit_depth must be 8 for h264"),
     ],
@@ -192,6 +192,6 @@ def test_machines_without_hardware_list_none(broken):
 def test_other_names_and_segments_are_refused():
     with pytest.raises(UsageError, match="hardware must be auto, none, videotoolbox, nvenc"):
         Settings(hardware="cuda")
-    with pytest.raises(UsageError, match="hardware does not go with split_minutes"):
+    with pytest.raises(UsageError, match="hardware cannot be combined with split_minutes"):
         Settings(hardware="auto", split_minutes=1)
     assert Settings(hardware="auto").of_videos() == ["hardware"]

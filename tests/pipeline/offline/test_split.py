@@ -102,7 +102,7 @@ def test_a_part_that_begins_with_a_still_is_painted_whole(tmp_path):
     src = make_clip(tmp_path / "in.mkv", frames=len(times), pts=times, options=GROUP)
     part = {"start_seconds": Fraction(1)}
     whole, split, report = both(src, tmp_path, ".mkv", trimmed=True, **part)
-    assert report.why_whole.startswith("its first picture was on screen before the start")
+    assert report.why_whole.startswith("its first frame was already on screen")
     assert differences(whole, split) == []
 
 

@@ -89,7 +89,7 @@ def test_a_look_that_changes_nothing_is_the_reason(tmp_path):
 
 def test_where_no_face_was_found_turning_may_help(tmp_path):
     line = "no face was found: nothing was painted; " + TURN
-    assert only_line(make_clip(tmp_path / "in.mp4")) == line.format("film")
+    assert only_line(make_clip(tmp_path / "in.mp4")) == line.format("video")
     assert only_line(saved(tmp_path / "in.png", grey())) == line.format("picture")
 
 
@@ -97,7 +97,7 @@ def test_a_film_that_is_upside_down_is_reported(tmp_path):
     """Faces found in single frames have no visible mouth."""
     frames = [np.ascontiguousarray(np.rot90(rgb8, 2)) for rgb8 in clip(12)]
     line = only_line(film(tmp_path / "in.mkv", frames), codec="ffv1")
-    assert line.endswith(TURN.format("film"))
+    assert line.endswith(TURN.format("video"))
 
 
 def test_a_film_whose_header_turns_it_is_painted(tmp_path):
@@ -124,7 +124,7 @@ def test_small_faces_are_reported_by_their_size_alone():
     report = Report("in.mp4", "o.mp4", "h264", painted_frames=0, frames_with_face=0, tiny_faces=3)
     assert report.warnings() == [
         "no face was found: nothing was painted",
-        "faces under 40 px wide were left alone (3 seen)",
+        "faces under 40 px wide were not painted (3 seen)",
     ]
 
 

@@ -163,7 +163,7 @@ def test_any_output_of_a_net_gives_a_look(targets):
     [
         ("matte", "matte, opaque"),
         ("gloss", "glossy, opaque"),
-        ("sheer", "sheer, light cover"),
+        ("sheer", "sheer, light coverage"),
     ],
 )
 def test_a_product_is_described_in_words(finish, words):

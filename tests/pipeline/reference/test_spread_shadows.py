@@ -1,4 +1,4 @@
-"""Tests of pipeline/reference/spread_shadows.py: colours of eye-shadow lie where they are seen."""
+"""Tests of pipeline/reference/spread_shadows.py: colours of eyeshadow lie where they are seen."""
 
 import numpy as np
 import pytest

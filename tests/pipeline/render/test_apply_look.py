@@ -192,7 +192,7 @@ def test_a_film_without_a_face_is_not_painted_and_warned_of(tmp_path, name):
         make_clip(tmp_path / name)
     report = process_video(tmp_path / name, tmp_path / f"out{name[2:]}", BLUE)
     assert (report.painted_frames, report.faces) == (0, 0)
-    kind = "picture" if name == "in.png" else "film"
+    kind = "picture" if name == "in.png" else "video"
     warning = f"no face was found: nothing was painted; if the {kind} is upside down, turn it first"
     assert report.warnings() == [warning]
     assert report.to_dict()["painted_frames"] == 0

@@ -77,7 +77,7 @@ def test_the_sound_is_sent_in_step_with_the_pictures(pieces, scheme):
         stream(live_picture)
         part = sound[:, number * 4800 : (number + 1) * 4800]
         tap.put(SoundBlock(part, 55555.123 + number / 10))
-    assert stream.state == ", with the sound of card"
+    assert stream.state == ", with audio from card"
     stream.finish(stopped=True)
     with av.open(str(pieces[0])) as got:
         first = min(float(p.pts * p.time_base) for p in got.demux(video=0) if p.size)
@@ -202,7 +202,7 @@ def test_a_stream_that_never_connected_is_an_error_at_the_end(slammed, closed):
         stream(live_picture)
     assert stream.sent == 0 and len(lines) == 1
     with pytest.raises(
-        OutputError, match=r"^rtmp://127.0.0.1: .*; no picture was sent in the"
+        OutputError, match=r"^rtmp://127.0.0.1: .*; no frame was sent in the"
     ) as caught:
         stream.finish(stopped=True)
     assert SECRET not in str(caught.value) and "\n" not in str(caught.value)
@@ -308,7 +308,7 @@ def test_a_relay_that_ends_counts_as_a_lost_receiver(program):
         stream(live_picture)
         if lines or time.monotonic() > deadline:
             break
-    with pytest.raises(OutputError, match="Broken pipe; no picture was sent"):
+    with pytest.raises(OutputError, match="Broken pipe; no frame was sent"):
         stream.finish(stopped=True)
     assert stream.sent == 0
     assert lines == ["srt://127.0.0.1: Broken pipe; trying again"]
@@ -319,7 +319,7 @@ def test_a_relay_that_never_connected_has_sent_nothing(program):
     stream = Stream("srt://127.0.0.1:1", log=pytest.fail)
     for live_picture in live([0, 40]):
         stream(live_picture)
-    with pytest.raises(OutputError, match=r"srt://127.0.0.1: no connection; no picture was sent"):
+    with pytest.raises(OutputError, match=r"srt://127.0.0.1: no connection; no frame was sent"):
         stream.finish(stopped=True)
     assert stream.sent == 0
 

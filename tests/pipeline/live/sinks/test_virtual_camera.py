@@ -118,7 +118,7 @@ def test_a_device_that_goes_away_is_one_line_and_closed(library):
         raise RuntimeError("write failed")
 
     library.made[0].send = gone
-    with pytest.raises(OutputError, match="no longer takes pictures"):
+    with pytest.raises(OutputError, match="no longer takes frames"):
         sink(shown())
     assert library.made[0].closed and sink.sent == 1
 

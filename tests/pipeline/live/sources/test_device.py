@@ -148,7 +148,7 @@ def test_a_hanging_camera_is_logged_and_close_does_not_wait(tmp_path, plug, monk
     assert ended.wait(20)
     list(camera.frames())
     hanging.set()
-    assert lines == ["camera /dev/video0 sends no pictures: waiting for it"]
+    assert lines == ["camera /dev/video0 sends no frames: waiting for it"]
     assert camera.notice == lines[0]
 
 

@@ -40,7 +40,7 @@ def test_flash_and_clap_of_a_film_stay_together(tmp_path, end):
     flashes, claps = marks(path)
     assert len(flashes) == len(claps) == 2
     assert np.abs(np.subtract(flashes, claps)).max() < 0.020
-    assert recording.state.endswith("s, with the sound of clap.mp4")
+    assert recording.state.endswith("s, with audio from clap.mp4")
 
 
 def test_further_passes_are_in_step_too(tmp_path):

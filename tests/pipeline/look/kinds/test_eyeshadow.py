@@ -1,4 +1,4 @@
-"""Where eye-shadow ends below the eye."""
+"""Where eyeshadow ends below the eye."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def density(**shape):
 
 
 def depth(found, across):
-    """How far below the lash line eye-shadow is seen, in heights."""
+    """How far below the lash line eyeshadow is seen, in heights."""
     dense = found[:, np.abs(ACROSS - across).argmin()] > 0.1
     return float(-HEIGHT[dense.argmax()]) if dense.any() else 0.0
 

@@ -1,4 +1,4 @@
-"""Slots of eye-shadow: where they lie, and how they follow the lid."""
+"""Slots of eyeshadow: where they lie, and how they follow the lid."""
 
 import cv2
 import heads
