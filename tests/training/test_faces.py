@@ -252,3 +252,22 @@ def test_kept_parts_stay_float_and_fitted_ranges_are_closer():
         assert quantise.difference("mesh", calibrated, expected) < before
         got = integers.Integers(net, ["points", "scores"])(rgb8)
     assert torch.allclose(got[0], calibrated[0], atol=1e-4)
+
+
+def test_a_finished_run_says_so_rather_than_train_nothing(tmp_path):
+    checkpoint = pytest.importorskip("makeup_video.training.faces.checkpoint")
+    import torch
+
+    net = torch.nn.Linear(2, 1)
+    optimizer = torch.optim.SGD(net.parameters(), lr=0.1)
+    run = checkpoint.Checkpoint(tmp_path / "net.pt", net, optimizer, 0.9)
+    run.resume(3)  # nothing to resume
+    for _ in range(3):
+        run.learn(net(torch.ones(1, 2)).sum(), 0.1, clip=1.0)
+    run.save(("net", 1))
+    for left, steps in ((1, 4), (7, 10)):
+        again = checkpoint.Checkpoint(tmp_path / "net.pt", net, optimizer, 0.9)
+        again.resume(steps)
+        assert steps - again.step == left
+    with pytest.raises(SystemExit, match="finished: it has 3 steps, and 3 were asked for; move it"):
+        run.resume(3)

@@ -25,8 +25,11 @@ class Checkpoint:
         )
         self.step = 0
 
-    def resume(self) -> None:
-        """Resume from the file, if there is one."""
+    def resume(self, steps: int | None = None) -> None:
+        """Resume from the file, if there is one.
+
+        steps: of the whole run; the command ends with a message when none of them is left.
+        """
         if not self.path.exists():
             return
         saved = torch.load(self.path, weights_only=True)
@@ -34,6 +37,11 @@ class Checkpoint:
         self.average.load_state_dict(saved["average"])
         self.optimizer.load_state_dict(saved["optimizer"])
         self.step = saved["step"]
+        if steps is not None and self.step >= steps:
+            raise SystemExit(
+                f"{self.path} is finished: it has {self.step} steps, and {steps} were asked for; "
+                "move it away to start again, or ask for more samples"
+            )
         print("resumed at step", self.step)
 
     def start_from(self, path: Path) -> None:

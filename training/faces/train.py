@@ -152,7 +152,7 @@ def inherit(net: nn.Module, average: dict[str, Tensor]) -> None:
         value[common] = old[common]
 
 
-def beginning(options: argparse.Namespace, faces: Faces) -> Checkpoint:
+def beginning(options: argparse.Namespace, faces: Faces, steps: int) -> Checkpoint:
     """A net, its running average and its optimizer: new, or from the last run."""
     spec = SPECS[options.net]
     drawer = Cropper(faces, spec, seed=0)
@@ -164,7 +164,7 @@ def beginning(options: argparse.Namespace, faces: Faces) -> Checkpoint:
     net = net.to(memory_format=torch.channels_last).train()
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.05, fused=True)
     run = Checkpoint(options.out / f"{options.net}.pt", net, optimizer, AVERAGE)
-    run.resume()
+    run.resume(steps)
     return run
 
 
@@ -179,7 +179,8 @@ def main() -> None:
     options = parser.parse_args()
     torch.set_num_threads(2)
     faces, held_out = Faces(options.data, False), Faces(options.data, True)
-    run, steps = beginning(options, faces), int(options.samples / BATCH)
+    steps = int(options.samples / BATCH)
+    run = beginning(options, faces, steps)
     worth = point_worth(options.net, faces.mirror)
     loader = iter(DataLoader(Stream(faces, options.net, seed=run.step), None, num_workers=1,
                              prefetch_factor=8))  # fmt: skip

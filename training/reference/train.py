@@ -118,8 +118,11 @@ def name_of(options: argparse.Namespace) -> str:
     return f"{options.region}-{options.net}-{options.shrink}"
 
 
-def beginning(options: argparse.Namespace) -> Checkpoint:
-    """A net, its running average and its optimizer: new, or from the last run."""
+def beginning(options: argparse.Namespace, steps: int | None = None) -> Checkpoint:
+    """A net, its running average and its optimizer: new, or from the last run.
+
+    steps: as of Checkpoint.resume.
+    """
     torch.manual_seed(0)
     options.out.mkdir(parents=True, exist_ok=True)
     products = read_products(options.shades, options.region)
@@ -131,7 +134,7 @@ def beginning(options: argparse.Namespace) -> Checkpoint:
     run = Checkpoint(options.out / f"{options.region}-{options.net}.pt", net, optimizer, AVERAGE)
     if options.start and not run.path.exists():
         run.start_from(options.start)
-    run.resume()
+    run.resume(steps)
     return run
 
 
@@ -170,7 +173,8 @@ def main() -> None:
     os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"  # inherited by the processes that draw
     cv2.setNumThreads(1)
     torch.set_num_threads(options.threads)
-    run, steps = beginning(options), int(options.samples / options.batch)
+    steps = int(options.samples / options.batch)
+    run = beginning(options, steps)
     watched = held_out(options)
     # OpenCL does not survive a fork.
     loader = iter(DataLoader(

@@ -172,4 +172,5 @@ if __name__ == "__main__":
     parser.add_argument("--faces", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     measure(options.faces, options.out)

@@ -59,6 +59,8 @@ def main() -> None:
                         help="of the net's scale to the colours', if not to be fitted")  # fmt: skip
     options = parser.parse_args()
     ratios = {name: float(ratio) for name, ratio in options.ratio}
+    if unknown := sorted(ratios.keys() - set(LABELS)):
+        parser.error(f"--ratio is for {', '.join(LABELS)}, got {unknown[0]}")
     packed = [np.load(path) for path in options.sets]
     labels = np.concatenate([data["labels"] for data in packed])
     by_net = log_odds(options.net, np.concatenate([data["inputs"] for data in packed]))

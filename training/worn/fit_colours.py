@@ -84,6 +84,7 @@ def main() -> None:
     parser.add_argument("--faces", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     logarithms, lips, labels = read(options.faces)
     bare = bare_areas(logarithms, labels)
     np.save(options.out / "bare_colours.npy", bare)

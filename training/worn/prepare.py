@@ -118,6 +118,7 @@ def _seen(bare: np.ndarray, made_up: np.ndarray, part: str) -> int:
 
 
 def pack(options: argparse.Namespace) -> None:
+    options.out.parent.mkdir(parents=True, exist_ok=True)
     rng, shades = np.random.default_rng(options.seed), read_shades(options.shades)
     paint = PaintPictures()
     packed: dict[str, list[np.ndarray]] = {key: [] for key in _KEYS}

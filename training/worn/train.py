@@ -257,7 +257,8 @@ if __name__ == "__main__":
     parser.add_argument("--batch", type=int, default=40)
     parser.add_argument("--report", type=int, default=500, help="after so many steps, and save")
     parser.add_argument("--folds", type=int, default=FOLDS)
-    parser.add_argument("--fold", type=int, default=FOLDS - 1, help="the one that is held out")
+    parser.add_argument("--fold", type=int,
+                        help="the one that is held out; default: the last")  # fmt: skip
     parser.add_argument("--teachers", type=Path, nargs="+", default=[],
                         help="log-odds by nets of all folds, in their order")  # fmt: skip
     parser.add_argument("--older", type=Path, metavar="NET.onnx",
@@ -265,4 +266,9 @@ if __name__ == "__main__":
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--device", default="cpu")
     parser.add_argument("--threads", type=int, default=2)
-    train(parser.parse_args())
+    chosen = parser.parse_args()
+    if chosen.fold is None:
+        chosen.fold = chosen.folds - 1
+    if not 0 <= chosen.fold < chosen.folds:
+        parser.error(f"--fold must be 0 to {chosen.folds - 1}, got {chosen.fold}")
+    train(chosen)

@@ -120,6 +120,7 @@ def _moved(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def pack(options: argparse.Namespace) -> None:
+    options.out.parent.mkdir(parents=True, exist_ok=True)
     rng, shades = np.random.default_rng(options.seed), read_shades(options.shades)
     paint = PaintPictures()
     inputs: list[np.ndarray] = []
