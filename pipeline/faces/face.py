@@ -10,7 +10,7 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
-PATCH_SPAN = 0.96  # IOD: the width of a lip crop for which the lip net tells its points
+PATCH_SPAN = 0.96  # least width of a lip patch, in IOD; the lip net learned from such crops
 MIN_FACE_PX = 40  # width; smaller faces are not painted
 _FURTHEST_PX = 1e6  # from the picture's corner: further than any picture reaches
 # mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score
@@ -24,7 +24,7 @@ class LipPatch:
 
     logits: (80, 112) float32, log-odds of lipstick at each pixel of the crop.
     to_px: (2, 3) float64, crop px (x, y, 1) -> picture px.
-    span: the width of the crop in IOD, which is wider around a wide mouth.
+    span: the width of the crop in IOD, which is more for a mouth that is wide open.
     """
 
     logits: np.ndarray

@@ -44,8 +44,9 @@ MESH_SECONDS = 0.1
 # IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of
 # the lip and eye nets lie in the wrong place.
 _STRAYED = 0.2
-# Steps that the crop of the lips is too narrow by: the lips then reach its border.
-_BEYOND_CROP = 1.0
+# Where the crop of the lips would cut them off: IOD from its centre to theirs, and steps that it is
+# too narrow by.
+_OFF_CENTRE, _TOO_NARROW = 0.08, 1.0
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
 _SHRUNK = 0.3  # log scale in MESH_SECONDS: more than any face changes
 _CORRECTION = 0.3  # share of the way to the mesh net's pose; a full step would jolt the crops
@@ -254,12 +255,13 @@ def _read_parts(
 ) -> tuple[CropLayout, Parts, float]:
     """Where the crops lay, what was read in them, and how much wider that of the lips should be.
 
-    A mouth that opens at once, beyond its crop, is read again in a wider one.
+    Lips that moved or opened at once, beyond their crop, are read again in a crop around them.
     """
     parts = nets.read_parts(picture, layout)
     widening = nets.widening(parts.xy, layout.pose)
-    if widening > layout.widening + _BEYOND_CROP:
-        layout = layout._replace(widening=widening).rounded()
+    off_iod = abs(parts.centres[0] - layout.centres[0]) / iod_of(layout.pose)
+    if off_iod > _OFF_CENTRE or widening > layout.widening + _TOO_NARROW:
+        layout = nets.layout_around(parts.centres, widening).rounded()
         parts = nets.read_parts(picture, layout)
         widening = nets.widening(parts.xy, layout.pose)
     return layout, parts, widening

@@ -62,9 +62,9 @@ class _NetInput:
 _MESH = _NetInput((96, 96), 2.56)
 _LIPS = _NetInput((112, 80), PATCH_SPAN)
 _EYE = _NetInput((64, 48), 0.72)
-# The crop of the lips is as fine as the mouth allows. Its width is the least one, or steps of a
-# tenth more, so that it stays the same while a mouth hardly changes.
-_LEAST_SPAN, _SPAN_STEP, _MOST_STEPS = 0.92, 1.1, 2
+# The crop of the lips is PATCH_SPAN wide, or for a wide-open mouth up to three tenths wider, in
+# steps, so that it stays the same while a mouth hardly changes.
+_SPAN_STEP, _MOST_STEPS = 1.1, 3
 _AROUND_LIPS = 1.12  # width and height of the crop in those of the lips
 
 
@@ -87,7 +87,7 @@ class CropLayout(NamedTuple):
     @property
     def lip_span(self) -> float:
         """The width of the crop of the lips, in IOD."""
-        return float(_LEAST_SPAN * _SPAN_STEP**self.widening)
+        return float(PATCH_SPAN * _SPAN_STEP**self.widening)
 
     def distance(self, other: "CropLayout") -> float:
         """How far two layouts differ: the largest of shift (IOD), log scale and turn (radians)."""
@@ -277,7 +277,7 @@ class FaceNets:
         off = (lips - lips.mean()) / (pose.turn or 1)
         wide, high = _LIPS.size_wh
         reach = max(float(np.abs(off.real).max()), float(np.abs(off.imag).max()) * wide / high)
-        steps = math.log(max(2 * _AROUND_LIPS * reach / _LEAST_SPAN, 1)) / math.log(_SPAN_STEP)
+        steps = math.log(max(2 * _AROUND_LIPS * reach / PATCH_SPAN, 1)) / math.log(_SPAN_STEP)
         return min(steps, _MOST_STEPS)
 
     def read_parts(

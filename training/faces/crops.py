@@ -53,11 +53,6 @@ SPECS = {
 }  # fmt: skip
 
 
-def lip_span(reach):
-    w, h = SPECS["lips"].size_wh
-    return np.clip(2.24 * np.maximum(reach[0], reach[1] * (w / h)), 0.8, 1.1)
-
-
 class Faces:
     """The packed faces of one split."""
 
@@ -198,9 +193,6 @@ class Cropper:
         centre = np.array([spec.centre]).repeat(n, 0)
         if spec.around is not None:
             centre = turned[:, spec.around, :2].mean(1)
-        if spec is SPECS["lips"]:
-            reach = np.abs(turned[:, spec.around, :2] - centre[:, None]).max(1)
-            log_scale = log_scale + np.log(spec.span / lip_span(reach.T))
         centre = centre + shift
         c, s = np.cos(turn) * np.exp(log_scale), np.sin(turn) * np.exp(log_scale)
         tilt = np.stack([c, -s, s, c], -1).reshape(n, 2, 2)  # face's coordinates -> crop
