@@ -24,7 +24,7 @@ class LipPatch:
 
     logits: (80, 112) float32, log-odds of lipstick at each pixel of the crop.
     to_px: (2, 3) float64, crop px (x, y, 1) -> picture px.
-    span: the width of the crop in IOD, which is more for a mouth that is wide open.
+    span: the width of the crop in IOD, which is more for a wide or open mouth.
     """
 
     logits: np.ndarray
@@ -158,5 +158,6 @@ def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
 def _is_sound(face: Face) -> bool:
     across, down = face.lips.to_px.tolist()
     numbers = face.score, face.mouth_visible, *across, *down
-    is_finite = math.isfinite(sum(numbers) + float(face.lips.logits.sum()))
+    is_near = max(map(abs, numbers)) < _FURTHEST_PX and math.isfinite(sum(numbers))
+    is_finite = is_near and math.isfinite(float(face.lips.logits.sum()))
     return is_finite and float(np.abs(face.points_px).max()) < _FURTHEST_PX  # False for NaN

@@ -13,7 +13,7 @@ from makeup_video.pipeline.faces.landmarks import (
     to_face,
 )
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
-from makeup_video.pipeline.faces.right_way_up import right_way_up
+from makeup_video.pipeline.faces.right_way_up import UpsideDown
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import FramePicture, Picture, RgbPicture
 
@@ -48,6 +48,7 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
     """The faces of any picture with any nets, and how many faces were too small."""
     found: list[FaceLandmarks] = []
     tiny: list[FaceLandmarks] = []
+    upside_down = UpsideDown(nets, picture, DETECTOR_SIDES_PX, average=True)
     for tilt_degrees in (0, *TILTS_DEGREES):
         sides_px = DETECTOR_SIDES_PX if tilt_degrees else (*DETECTOR_SIDES_PX, *fine_sides(picture))
         for detection in detect(nets, picture, sides_px, tilt_degrees):
@@ -58,7 +59,7 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
             landmarks = locate(nets, picture, detection, average=True)
             if landmarks is None:
                 continue
-            landmarks = right_way_up(nets, picture, landmarks, DETECTOR_SIDES_PX, average=True)
+            landmarks = upside_down.right_way_up(landmarks)
             if not any(is_same(landmarks.pose, other.pose) for other in (*found, *tiny)):
                 (tiny if is_tiny(landmarks.pose) else found).append(landmarks)
         if found or tiny:

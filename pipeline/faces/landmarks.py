@@ -77,7 +77,7 @@ class FaceLandmarks:
     step: the motion since the previous frame, px -> px.
     moved: how far the pose moved in it: IOD, log scale or radians, whichever is largest.
     luma: the face's luma, kept only when the motion to the next frame will be measured.
-    painted_px: how many px of the lip patch take lipstick.
+    painted_px: how many px of a lip patch that is 1 IOD wide take lipstick.
     """
 
     xy: np.ndarray
@@ -93,10 +93,10 @@ class FaceLandmarks:
     step: Similarity = STAY
     moved: float = 0.0
     luma: LumaCrop | None = None
-    painted_px: int = field(init=False)
+    painted_px: float = field(init=False)
 
     def __post_init__(self) -> None:
-        self.painted_px = int(np.count_nonzero(self.lips.logits > 0))
+        self.painted_px = int(np.count_nonzero(self.lips.logits > 0)) * self.lips.span**2
 
 
 def detect(
@@ -259,8 +259,8 @@ def _read_parts(
     """
     parts = nets.read_parts(picture, layout)
     widening = nets.widening(parts.xy, layout.pose)
-    off_iod = abs(parts.centres[0] - layout.centres[0]) / iod_of(layout.pose)
-    if off_iod > _OFF_CENTRE or widening > layout.widening + _TOO_NARROW:
+    is_off = abs(parts.centres[0] - layout.centres[0]) > _OFF_CENTRE * iod_of(layout.pose)
+    if is_off or widening > layout.widening + _TOO_NARROW:
         layout = nets.layout_around(parts.centres, widening).rounded()
         parts = nets.read_parts(picture, layout)
         widening = nets.widening(parts.xy, layout.pose)

@@ -62,8 +62,8 @@ class _NetInput:
 _MESH = _NetInput((96, 96), 2.56)
 _LIPS = _NetInput((112, 80), PATCH_SPAN)
 _EYE = _NetInput((64, 48), 0.72)
-# The crop of the lips is PATCH_SPAN wide, or for a wide-open mouth up to three tenths wider, in
-# steps, so that it stays the same while a mouth hardly changes.
+# The crop of the lips is PATCH_SPAN wide, or for a wide or open mouth up to a third wider; while a
+# face is followed, in steps, so that it stays the same while a mouth hardly changes.
 _SPAN_STEP, _MOST_STEPS = 1.1, 3
 _AROUND_LIPS = 1.12  # width and height of the crop in those of the lips
 

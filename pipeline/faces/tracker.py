@@ -32,7 +32,7 @@ from makeup_video.pipeline.faces.landmarks import (
 )
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
-from makeup_video.pipeline.faces.right_way_up import right_way_up
+from makeup_video.pipeline.faces.right_way_up import UpsideDown
 from makeup_video.pipeline.faces.similarity import Similarity, distance, iod_of, middle_of
 from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.frames.frame import Frame
@@ -115,6 +115,7 @@ class FindFaces:
         self._next_id = 0
         self._last_detection_seconds = -math.inf
         self._last_fine_seconds = -math.inf
+        self._last_begin_seconds = -math.inf
         self._detections = -1
         self._frames = 0
         self._motion = MeasureMotion()
@@ -130,7 +131,7 @@ class FindFaces:
         lost = self._follow(
             picture, seconds, verify=is_due and slot(seconds, DETECT_SECONDS) % 2 == 0
         )
-        begins = self._is_cut.begins or self._frames == 1
+        begins = self._frames == 1 or self._scene_begins(seconds)
         is_new = cut or (begins and not self._followed())
         if is_new and self.level < QualityLevel.FEWER_DETECTIONS:
             self._search_everywhere(picture, seconds, TILTS_DEGREES if begins else ())
@@ -209,6 +210,15 @@ class FindFaces:
             wait = search
         return _is_new_slot(seconds, self._last_detection_seconds, wait)
 
+    def _scene_begins(self, seconds: float) -> bool:
+        """True in the first frame that is not flat, but not at each flash of a stroboscope."""
+        if not self._is_cut.begins or not _is_new_slot(
+            seconds, self._last_begin_seconds, DETECT_SECONDS
+        ):
+            return False
+        self._last_begin_seconds = seconds
+        return True
+
     def _search_everywhere(
         self, picture: Picture, seconds: float, tilts_degrees: tuple[float, ...]
     ) -> None:
@@ -239,6 +249,7 @@ class FindFaces:
     ) -> None:
         """Start to follow the faces that the detector finds and no track follows yet."""
         self._last_detection_seconds = seconds
+        upside_down = UpsideDown(self.nets, picture, DETECTOR_SIDES_PX)
         for detection in detect(self.nets, picture, sides_px, tilt_degrees):
             followed = self._followed()
             if len(followed) >= MAX_FACES:
@@ -248,7 +259,7 @@ class FindFaces:
             found = locate(self.nets, picture, detection)
             if found is None:
                 continue
-            found = right_way_up(self.nets, picture, found, DETECTOR_SIDES_PX)
+            found = upside_down.right_way_up(found)
             if any(is_same(found.pose, track.landmarks.pose) for track in followed):
                 continue
             if is_tiny(found.pose):

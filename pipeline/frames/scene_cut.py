@@ -10,8 +10,8 @@ _GRID_WH = (32, 18)
 # At least so many samples are averaged for each cell, so that grain does not look like another
 # scene. They come from few whole rows, because memory is read 64 px at a time.
 _SAMPLES = 128
-# Correlation of neighbouring frames: pans and waving hands stay above 0.8, and so low only a face
-# that leaves a plain wall. One in ten cuts to another scene stays above it and is not found.
+# Correlation of neighbouring frames: pans and waving hands stay above 0.8, and only a face that
+# leaves a plain wall comes near this. One in ten cuts to another scene stays above it: not found.
 _SAME_SCENE = 0.5
 # 8-bit codes: a grid with less contrast (black, white, the end of a fade) is not compared.
 _FLAT = 3.0

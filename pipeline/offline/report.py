@@ -104,10 +104,7 @@ class Report:
 
     @property
     def turn_first(self) -> str:
-        """Advice for films stored upside down, in which no face is found.
-
-        Most faces that lie on their side are found.
-        """
+        """Advice for films stored upside down, where faces are found less often."""
         return f"if the {'picture' if self.is_picture else 'video'} is upside down, turn it first"
 
     def _damage(self) -> str:

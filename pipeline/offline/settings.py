@@ -116,8 +116,7 @@ class Settings:
             # other machines and later attempts must write the same headers
             raise UsageError(
                 f"{option('hardware')} cannot be combined with {option('split_minutes')}: leave "
-                f"one of "
-                "them out"
+                "one of them out"
             )
 
     def of_videos(self) -> list[str]:

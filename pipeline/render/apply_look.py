@@ -19,7 +19,7 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
 
     rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
     faces: those to paint, as `find_faces` found them in this very picture; None: all there are;
-    those with numbers that are not finite are left alone.
+    those with numbers that are not finite, or beyond a million px, are left alone.
     Returns a new (H, W, 3) uint8 array, encoded like rgb8; a plain copy when there is no face or
     the look is bare.  Raises ValueError for another shape or dtype, TypeError for a look of another
     type and for faces that are not faces, InstallError when the face nets or OpenCL are missing.

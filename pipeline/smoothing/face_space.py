@@ -68,6 +68,7 @@ class Readings:
     lips. That mean stands apart because the lips are found in every frame, and without the errors
     of the points that tell the pose: within the face it would have them, the other way round.
     patches: (N, H, W) float32, the logits in the track's crop.
+    spans: (N,) float64, the widths of the crops that the logits were read from, in IOD.
     keys: (N, K) float64, what moments are compared by.
     apart: (regions, N, N) float64, mean squared distances between moments: of points; for the pose,
     of the stable points, and for the lips' place, in units of the later one; for the patch, of its
@@ -82,6 +83,7 @@ class Readings:
         self.values = np.zeros((count, 3 * POINTS), np.float32)
         self.pose = np.zeros((count, len(PART_OF_POSE)))
         self.patches = np.zeros((count, *space.patch_hw), np.float32)
+        self.spans = np.zeros(count)
         self.keys = np.zeros((count, int(space.key_ends[-1])))
         self.apart = np.zeros((len(PARTS), count, count))
 
@@ -193,20 +195,32 @@ class FaceSpace:
         interpolation, on arrival, lets all patches of the track be averaged pixel by pixel.
         """
         to_px = Affine.from_array(patch.to_px)
-        if self._crop is None or own_slot != self._crop_slot or patch.span > self._span:
-            self._take_crop(lips_to_px.inverse().after(to_px), readings)
-            self._crop_slot, self._span = own_slot, patch.span
-        assert self._crop is not None
-        to_patch = to_px.inverse().after(lips_to_px.after(self._crop))
-        off_px = self._off_px(to_patch)
-        if off_px > _MOST_OFF * max(self.patch_hw):
-            self._take_crop(lips_to_px.inverse().after(to_px), readings)
-            self._span = patch.span
-            to_patch = to_px.inverse().after(lips_to_px.after(self._crop))
-            off_px = self._off_px(to_patch)
+        readings.spans[index] = patch.span
+        # The track's crop is as wide as the widest that is held, or it would cut off the lips of a
+        # mouth that was wide open a moment ago.
+        span = float(readings.spans.max())
+        wider = self._about_the_middle(span / patch.span)
+        crop = lips_to_px.inverse().after(to_px.after(wider))
+        is_new = self._crop is None or own_slot != self._crop_slot or span > self._span
+        if is_new or self._off_px(self._to_track(crop)) > _MOST_OFF * max(self.patch_hw):
+            self._take_crop(crop, readings)
+            self._span = span
+            self._crop_slot = own_slot if is_new else self._crop_slot
+        to_patch = wider.after(self._to_track(crop))
         readings.patches[index] = (
-            patch.logits if off_px < _SAME_PX else _warp(patch.logits, to_patch)
+            patch.logits if self._off_px(to_patch) < _SAME_PX else _warp(patch.logits, to_patch)
         )
+
+    def _to_track(self, crop: Affine) -> Affine:
+        """From px of the track's crop to those of another."""
+        assert self._crop is not None  # there is no reading before the first crop is taken
+        return crop.inverse().after(self._crop)
+
+    def _about_the_middle(self, scale: float) -> Affine:
+        """A map of patch px that scales about the patch's middle."""
+        h, w = self.patch_hw
+        x, y = (1 - scale) * (w - 1) / 2, (1 - scale) * (h - 1) / 2
+        return Affine(scale, 0.0, x, 0.0, scale, y)
 
     def _take_crop(self, crop: Affine, readings: Readings) -> None:
         """Make a frame's crop that of the track; the other patches move to it."""

@@ -183,7 +183,7 @@ def main() -> None:
     run = Checkpoint(options.out / "detector.pt", net, optimizer, AVERAGE)
     if options.start and not run.path.exists():
         run.start_from(options.start)
-    run.resume()
+    run.resume(int(options.samples / BATCH))
     faces = Faces(options.data, False)
     if options.start:
         strangers = hide_strangers(faces, load_average(options.start))

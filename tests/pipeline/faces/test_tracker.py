@@ -46,7 +46,7 @@ def test_a_talking_head_keeps_its_number_and_its_points():
 @pytest.mark.parametrize("lead", range(3, 12, 2))
 def test_a_face_after_black_frames_is_found_in_its_first(lead):
     black = np.zeros_like(clip()[0])
-    items = run([*[black] * lead, *clip()[:2], *[black] * 3, clip()[0]])
+    items = run([*[black] * lead, *clip()[:2], *[black] * 8, clip()[0]])
     assert [len(item.faces) for item in items[lead : lead + 2]] == [1, 1]
     assert len(items[-1].faces) == 1
 

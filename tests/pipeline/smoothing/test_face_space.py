@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from heads import HEAD_PX, face
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline.faces.face import POINTS
+from makeup_video.pipeline.faces.face import POINTS, LipPatch
 from makeup_video.pipeline.faces.topology import EYE, LIPS
 from makeup_video.pipeline.smoothing.face_space import (
     PART_OF_COLUMN,
@@ -165,3 +167,29 @@ def test_readings_do_not_depend_on_where_a_track_begins():
         values.append(readings.values.copy())
     np.testing.assert_allclose(patches[1], patches[0], atol=1e-3)
     np.testing.assert_allclose(values[1], values[0], atol=1e-5)
+
+
+def test_a_mouth_that_closes_keeps_lips_that_were_wide_open():
+    """Moments before the present one are painted from crops that may have been wider."""
+    narrow = face(HEAD_PX[0])
+    step = narrow.lips.to_px[0, 0]
+    h, w = narrow.lips.logits.shape
+    logits = np.full((h, w), -5, np.float32)
+    logits[2:-2, 2:-2] = 5  # lips nearly up to the border of the wider crop
+    shift = narrow.lips.to_px[:, 2] - 0.15 * step * np.array([w - 1, h - 1])
+    to_px = np.column_stack([1.3 * narrow.lips.to_px[:, :2], shift])
+    wide = replace(narrow, lips=LipPatch(logits, to_px, 1.3 * narrow.lips.span))
+    space = FaceSpace(wide)
+    readings = Readings(space, 5)
+    for index, one in enumerate([wide, wide, narrow, narrow]):
+        space.split(one, readings, index, 0.04 * index)
+    _, patch = space.join(readings.values[1], readings.pose[1], readings.patches[1])
+    assert patch.span == wide.lips.span
+    painted = [(p.logits > 0).sum() * np.linalg.det(p.to_px[:, :2]) for p in (patch, wide.lips)]
+    assert painted[0] == pytest.approx(painted[1], rel=0.01)
+    for index in range(5):  # until no wide crop is held any more
+        space.split(narrow, readings, index, 0.6 + 0.04 * index)
+    space.split(narrow, readings, 0, 1.2)
+    _, patch = space.join(readings.values[0], readings.pose[0], readings.patches[0])
+    assert patch.span == narrow.lips.span
+    np.testing.assert_allclose(patch.to_px, narrow.lips.to_px, atol=1e-6)
