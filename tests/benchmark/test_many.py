@@ -20,4 +20,4 @@ def test_one_run_and_separate_runs_paint_all_looks(tmp_path):
     memory = found["memory_mb"]
     assert memory["further"] == pytest.approx((memory["many"] - memory["one"]) / 2)
     ((title, head, rows),) = more_tables({"looks": {"size": "144p", **found}})
-    assert title == "3 looks of one film, 144p" and {len(row) for row in rows} == {len(head)}
+    assert title == "3 looks of one video, 144p" and {len(row) for row in rows} == {len(head)}

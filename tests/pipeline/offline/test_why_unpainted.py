@@ -93,11 +93,11 @@ def test_where_no_face_was_found_turning_may_help(tmp_path):
     assert only_line(saved(tmp_path / "in.png", grey())) == line.format("picture")
 
 
-def test_a_film_that_is_upside_down_is_reported(tmp_path):
-    """Faces found in single frames have no visible mouth."""
+def test_a_film_that_is_upside_down_is_painted(tmp_path):
     frames = [np.ascontiguousarray(np.rot90(rgb8, 2)) for rgb8 in clip(12)]
-    line = only_line(film(tmp_path / "in.mkv", frames), codec="ffv1")
-    assert line.endswith(TURN.format("video"))
+    src = film(tmp_path / "in.mkv", frames)
+    report = process_video(src, tmp_path / "out.mkv", BLUE, Settings(codec="ffv1"))
+    assert report.painted_frames == report.frames_in == 12 and report.warnings() == []
 
 
 def test_a_film_whose_header_turns_it_is_painted(tmp_path):

@@ -1,5 +1,6 @@
 """What holds for every kind: borders do not shake, and thin lines do not crawl."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -34,7 +35,7 @@ LAYERS = {slot: shadow(slot) for slot in SLOTS} | {
     "smudged": liner(0.3, wing=0.3, lower=0.6, softness=0.5),
 }
 for name in set(KINDS) - {"lipstick", "eyeshadow", "eyeliner"}:
-    LAYERS[name] = Layer(name, product())
+    LAYERS[name] = Layer(name, replace(product(), edge_softness=0.8))  # as in all their finishes
 
 
 def shake(scenes, layer):
