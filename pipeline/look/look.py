@@ -12,8 +12,8 @@
 
 In a product, ten optional parameters may follow the seven required ones; `strength` and `shape`
 may be left out, and so may each parameter of a shape. Files of version 1, with one product for
-`lips` and one for `eyes`, are read, too. Reading is strict: a
-typo is an error, never a silently ignored key.
+`lips` and one for `eyes`, are read, too. Reading is strict: a typo is an error, never a silently
+ignored key.
 """
 
 from collections.abc import Iterable, Mapping

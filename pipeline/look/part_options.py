@@ -158,7 +158,7 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
     places = f", a zone ({', '.join(kind.slots)})" if kind.slots else ""
     raise UsageError(
         f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){places}, "
-        f"strength (80%) or NAME=VALUE of its shape"
+        "strength (80%) or NAME=VALUE of its shape"
         f"{did_you_mean(word, [*finish_names(), *kind.slots])}"
     )
 
