@@ -41,6 +41,8 @@ def main() -> None:
         # Typer takes a tenth of a second: Ctrl-C in that time is handled here, too
         from makeup_video.cli.app import app
 
+        if _came:  # a callback of Python's imports has swallowed the exception
+            raise KeyboardInterrupt
         code = app(prog_name="makeup-video", standalone_mode=False) or 0
         if code == _STOPPED and not has_logged():
             raise KeyboardInterrupt  # Typer turned it into a bare exit code
