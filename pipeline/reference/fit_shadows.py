@@ -47,6 +47,9 @@ _COLDEST, _DENSE, _COLDER = 5, 0.5, 4.0
 # The probability from which all of the opacity is painted, and what share of it is painted of a
 # shadow that is hardly likely.
 _ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
+# The luminance that powder has at least, since its surface reflects light, too. Without it, a black
+# lid that shuts is a hole.
+_BLACK = 0.0116
 _DARK = 0.25  # luminance, as a share of skin's, below which shine looks like dust
 # Colours like brow hair: wholly as dark, and a little, as shares of skin's luminance; less cold,
 # less green and less vivid than that, in b*, a* and chroma. They fade out over these heights.
@@ -175,18 +178,30 @@ def _without_brows(found: Spread, skin: TypicalSkin) -> np.ndarray:
     return densities
 
 
+def _no_blacker(root: np.ndarray, opacity: float, skin: TypicalSkin) -> tuple[np.ndarray, float]:
+    """The root (3,) of a product that is no darker than powder, and the opacity with which it
+    darkens skin as much, or at most 1."""
+    linear = root * root * skin.linear
+    more = max(_BLACK - float(linear @ LUMINANCE), 0.0)
+    lighter = np.sqrt((linear + more) / skin.linear)
+    if not more:
+        return root, opacity
+    before, after = (1 - math.sqrt(float(one * one @ LUMINANCE)) for one in (root, lighter))
+    return lighter, min(opacity * before / after, 1.0) if after > 0 else opacity
+
+
 def _layers(found: Spread, skin: TypicalSkin, finish: str, share: float) -> list[Layer]:
     """finish: of the colour of which the lid has most, unless it is dark.  share: of all
     opacities."""
     on_lid = found.opacities * (found.densities * density_of({"slot": "lid"})).sum((1, 2))
     layers = []
     for at, density in enumerate(found.densities):
-        opacity = float(found.opacities[at])
+        root, opacity = _no_blacker(found.roots[at], float(found.opacities[at]), skin)
         if opacity <= _HARDLY:
             continue
-        is_dark = found.roots[at] ** 2 @ LUMINANCE < _DARK
+        is_dark = root**2 @ LUMINANCE < _DARK
         chosen = finish if at == on_lid.argmax() and not is_dark else "matte"
-        worn = product(skin.codes(found.roots[at]), chosen, "eyes")
+        worn = product(skin.codes(root), chosen, "eyes")
         shape = {"slot": slot_of(density), "map": to_text(density)}
         layers.append(Layer("eyeshadow", replace(worn, opacity=round(share * opacity, 3)), shape))
     return layers

@@ -16,8 +16,9 @@ from makeup_video.pipeline.look.params import rgb_of_hex
 from makeup_video.pipeline.reference import fit_shadows as shadows
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.flat_eyes import density, flat_eyes, flat_places
-from makeup_video.pipeline.reference.neutral_face import neutral_face
+from makeup_video.pipeline.reference.neutral_face import LUMINANCE, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 from people import portrait
 from reference_photos import face
 
@@ -74,3 +75,25 @@ def test_soft_browns_are_less_yellow_than_they_are_seen(red, yellow):
     with patch.object(shadows, "_LESS_YELLOW", 0.0):
         as_seen = yellowness(yellow)
     assert yellowness(0) < less < as_seen  # still yellower than what is not
+
+
+@pytest.mark.parametrize("black", [(0, 0, 0), (12, 10, 10), (0, 20, 8)])
+def test_no_shadow_is_read_as_blacker_than_powder(black):
+    worn = replace(product(black, "matte", "eyes"), opacity=1.0)
+    neutral = neutral_of(apply_look(portrait(), Look([Layer("eyeshadow", worn, FULL)]), [face()]))
+    read = [one.product for one in fit_shadows(neutral, flat_eyes(neutral), LID)]
+    lightness = [lab_of(np.array(rgb_of_hex(one.hex)))[0] for one in read if one.opacity > 0.5]
+    assert lightness and 9 < min(lightness) < 16
+
+
+@given(st.floats(0, 0.12), st.floats(0, 0.12), st.floats(0, 0.12), st.floats(0.05, 0.85))
+def test_sheer_black_darkens_skin_as_much_as_before(red, green, blue, opacity):
+    skin = TypicalSkin.of(bare(), 1.0)
+    root = np.array([red, green, blue])
+    lighter, denser = shadows._no_blacker(root, opacity, skin)
+    assert denser >= opacity and (lighter >= root).all()
+    before, after = (
+        part * (1 - np.sqrt(one**2 @ LUMINANCE))
+        for part, one in ((opacity, root), (denser, lighter))
+    )
+    assert after == pytest.approx(before) or denser == 1.0
