@@ -11,9 +11,8 @@ import numpy as np
 from makeup_video.kernels.colour import SRGB, to_encoded
 from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.render.skin_light import TYPICAL_SKIN
 
-# Plain skin of people in photos of makeup, in neutral light, the median: linear R, G, B.
-TYPICAL = (0.753, 0.48, 0.374)
 _OWN_LIGHT = 0.4  # how much of the difference of L* is the person's: tried between 0 and 1
 # Of what skin is darker than that, in L*, that share is the person's: no photo is so underexposed.
 _DARK, _OWN_DARK = 12.0, 0.8
@@ -32,7 +31,7 @@ class TypicalSkin:
     @classmethod
     def of(cls, neutral: NeutralFace, own_hue: float) -> "TypicalSkin":
         """own_hue: how much of the hue that sets this skin apart is the person's, 0..1."""
-        typical = lab_of_linear(np.array(TYPICAL))
+        typical = lab_of_linear(np.array(TYPICAL_SKIN))
         off = lab_of_linear(neutral.skin) - typical
         own = np.array([_OWN_LIGHT, own_hue, own_hue]) * off
         own[0] -= (_OWN_DARK - _OWN_LIGHT) * max(-float(off[0]) - _DARK, 0.0)

@@ -245,8 +245,9 @@ def jobs_of(
             continue
         parts = _lines(lits, group) if group.is_line else _areas(lits, group, amount, reader.device)
         for part in parts:
-            shade = region.shade(scene.light, part.lit.mean)
-            yield Job(part, scene.light, amount, shade, skin_px)
+            light = scene.light.for_veils if part.surface.is_broad else scene.light
+            shade = region.shade(light, part.lit.mean)
+            yield Job(part, light, amount, shade, skin_px)
 
 
 def _areas(lits: Sequence[Lit], group: Group, amount: float, device: Device) -> Iterator[Part]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
@@ -28,6 +28,9 @@ class SceneLight:
     environment: (16, 16, 3) float32, linear light that a mirror held before the face would show:
     the frame, much reduced; rows and columns as in the stored picture.
     skin: luminance of the bare face under this light, linear; 0 when it is not known.
+    veil_colour, veil_share: the colour, as `colour`, and the share of the strength, 0..1, of the
+    light that soft veils are painted in. On skin that is darker and warmer than pale skin they
+    share some of that. None: as `colour`.
     """
 
     colour: np.ndarray
@@ -35,11 +38,20 @@ class SceneLight:
     direction: np.ndarray
     environment: np.ndarray
     skin: float = 0.0
+    veil_colour: np.ndarray | None = None
+    veil_share: float = 1.0
 
     def __post_init__(self) -> None:
         shapes = self.colour.shape, self.direction.shape, self.environment.shape
         if shapes != ((3,), (3,), (ENVIRONMENT_PX, ENVIRONMENT_PX, 3)):
             raise ValueError(f"a light has shapes (3,), (3,), (16, 16, 3); got {shapes}")
+
+    @property
+    def for_veils(self) -> "SceneLight":
+        """The light that soft veils, such as blush, are painted in."""
+        if self.veil_colour is None:
+            return self
+        return replace(self, colour=self.veil_colour, strength=self.strength * self.veil_share)
 
     @property
     def strength_for_products(self) -> float:

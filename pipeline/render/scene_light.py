@@ -38,8 +38,8 @@ class _Room:
 
 @dataclass(slots=True)
 class _Track:
-    """The light of one face as 8 numbers: log strength, log colour, direction, log light of its
-    skin."""
+    """The light of one face as 12 numbers: log strength, log colour, direction, log light of its
+    skin, and log share and log colour of its light for veils."""
 
     reading: int  # the slot of time when it was read last
     last_seconds: float
@@ -105,13 +105,21 @@ def _read(face: Face, frame: Frame, optics: Optics, room: _Room) -> list[float]:
 
 
 def _light(state: list[float], optics: Optics, room: np.ndarray) -> SceneLight:
-    strength, *logs, x, y, z, skin = state
+    strength, *logs, x, y, z, skin, veil_share, veil_red, veil_green, veil_blue = state
+    colour = _colour(logs, optics)
+    veil_colour = _colour([veil_red, veil_green, veil_blue], optics)
+    length = math.hypot(x, y, z)
+    numbers = colour, (x / length, y / length, z / length), veil_colour
+    rgb, direction, veil_rgb = np.array(numbers, np.float32)
+    share = math.exp(veil_share)
+    return SceneLight(rgb, math.exp(strength), direction, room, math.exp(skin), veil_rgb, share)
+
+
+def _colour(logs: list[float], optics: Optics) -> list[float]:
+    """Log colour -> colour, of luminance 1."""
     colour = [math.exp(log) for log in logs]
     luminance = sum(c * w for c, w in zip(colour, optics.luminance.tolist(), strict=True))
-    length = math.hypot(x, y, z)
-    numbers = [c / luminance for c in colour], (x / length, y / length, z / length)
-    rgb, direction = np.array(numbers, np.float32)
-    return SceneLight(rgb, math.exp(strength), direction, room, math.exp(skin))
+    return [c / luminance for c in colour]
 
 
 def light_of(item: FrameFaces) -> tuple[SceneLight, ...]:

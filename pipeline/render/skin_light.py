@@ -31,6 +31,10 @@ _TINT = 0.8  # largest log of a channel of the light's colour: 2.2 times
 _BLACK = 1e-3  # linear light; darker is noise
 _DIM = 0.01  # skin darker than this has a doubtful colour
 _CLIPPED = 0.9  # of SDR: a channel of typical skin from here on is clipped in parts
+# How much of what makes skin darker and warmer than TYPICAL_SKIN veils share, of its hue and of its
+# light, in logarithms: the pink of a blush on pale skin is lilac on tanned skin, and ashes on dark
+# skin. And how much of it counts at most.
+_VEIL_HUE, _VEIL_LIGHT, _DEEPEST = 0.8, 0.3, 2.5
 _GREY = 0.06  # skin whose channels differ by less than this share of the brightest has no colour
 
 # Log linear light in sRGB's primaries. `python -m makeup_video.training.skin_light` fits both: the
@@ -42,6 +46,8 @@ SKIN_COVARIANCE = np.array([
     [0.3841, 0.5707, 0.7271],
     [0.4720, 0.7271, 0.9933],
 ])  # fmt: skip
+# Plain skin of people in photos of makeup, in neutral light, the median: linear R, G, B.
+TYPICAL_SKIN = 0.753, 0.48, 0.374
 _USUAL_SKIN = float(np.log(to_xyz(1)[1] @ np.exp(SKIN_MEAN)))
 _EXPECTED_TINT = SKIN_MEAN - SKIN_MEAN.mean()
 # Mean log red - 2 log green + log blue: a warm or cold light leaves it as it is.
@@ -179,7 +185,7 @@ def _codes(frame: Frame, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) -> np.ndarray:
-    """The light on a face from this frame alone: 8 numbers, as scene_light keeps them.
+    """The light on a face from this frame alone: 12 numbers, as scene_light keeps them.
 
     room_log: what `log_mean` gives of the frame.
     """
@@ -188,11 +194,14 @@ def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) ->
     skin = _read_skin(face.points_px, frame, optics)
     if skin is None:
         light = _sane(_FROM_ROOM @ off, 1.0, optics)
-        return np.concatenate([light, expected, [light[0] + _USUAL_SKIN]])
+        veil = np.append(0.0, light[1:])
+        return np.concatenate([light, expected, [light[0] + _USUAL_SKIN], veil])
     gain = _FROM_SKIN @ (skin.log - SKIN_MEAN) + _FROM_ROOM_TOO @ off
+    light = _sane(gain, skin.trust, optics)
     direction = _direction(face.points_px, skin, expected)
     usual = math.log(max(skin.usual, _BLACK))
-    return np.concatenate([_sane(gain, skin.trust, optics), direction, [usual]])
+    veil = _veil(skin, gain, optics)
+    return np.concatenate([light, direction, [usual], veil])
 
 
 def _read_skin(points_px: np.ndarray, frame: Frame, optics: Optics) -> _Skin | None:
@@ -236,10 +245,27 @@ def _sane(gain: np.ndarray, trust: float, optics: Optics) -> np.ndarray:
     """Bound a light: log (3,) in sRGB's primaries -> log strength and log colour (4,) in the
     frame's primaries."""
     strength = math.log(np.exp(gain) @ _SRGB_LUMINANCE)
-    tint = np.exp(np.clip(trust * (gain - strength), -_TINT, _TINT))
-    colour = np.maximum(optics.from_srgb @ tint, 0.1)
-    strength = min(max(strength, math.log(STRENGTHS[0])), math.log(STRENGTHS[1]))
-    return np.append(strength, np.log(colour / (colour @ optics.luminance)))
+    colour = _log_colour(trust * (gain - strength), optics)
+    return np.append(min(max(strength, math.log(STRENGTHS[0])), math.log(STRENGTHS[1])), colour)
+
+
+def _veil(skin: _Skin, gain: np.ndarray, optics: Optics) -> np.ndarray:
+    """Log share and log colour (4,) of the light for veils: see SceneLight.
+
+    gain: the log of the light on the face, (3,) in sRGB's primaries.
+    """
+    deeper = np.clip(skin.log - gain - np.log(TYPICAL_SKIN), -_DEEPEST, 0)
+    darker = math.log(np.exp(deeper) @ _SRGB_LUMINANCE)
+    strength = math.log(np.exp(gain) @ _SRGB_LUMINANCE)
+    tint = np.clip(gain - strength, -_TINT, _TINT) + _VEIL_HUE * (deeper - darker)
+    return np.append(_VEIL_LIGHT * darker, _log_colour(skin.trust * tint, optics))
+
+
+def _log_colour(tint: np.ndarray, optics: Optics) -> np.ndarray:
+    """Logs (3,) of a light in sRGB's primaries -> in the frame's primaries, of luminance 1."""
+    colour = np.maximum(optics.from_srgb @ np.exp(np.clip(tint, -_TINT, _TINT)), 0.1)
+    log: np.ndarray = np.log(colour / (colour @ optics.luminance))
+    return log
 
 
 def _expected_direction(face: Face, frame: Frame) -> np.ndarray:

@@ -9,7 +9,8 @@ from makeup_video.kernels.colour import SRGB, to_encoded
 from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
-from makeup_video.pipeline.reference.typical_skin import TYPICAL, TypicalSkin
+from makeup_video.pipeline.reference.typical_skin import TypicalSkin
+from makeup_video.pipeline.render.skin_light import TYPICAL_SKIN
 from people import portrait
 from reference_photos import face
 
@@ -28,7 +29,7 @@ def test_skin_stays_skin(seen):
 
 @given(LIGHT)
 def test_typical_skin_leaves_colours_as_they_are(roots):
-    np.testing.assert_allclose(skin_of(TYPICAL).roots(roots), roots, atol=0.01)
+    np.testing.assert_allclose(skin_of(TYPICAL_SKIN).roots(roots), roots, atol=0.01)
 
 
 @given(LIGHT, LIGHT)
@@ -39,7 +40,7 @@ def test_a_colour_in_cielab_goes_back_to_its_roots(seen, roots):
 
 @given(LIGHT)
 def test_skin_is_taken_nearer_to_typical_skin(seen):
-    here, typical = lab_of_linear(skin_of(seen).linear), lab_of_linear(np.array(TYPICAL))
+    here, typical = lab_of_linear(skin_of(seen).linear), lab_of_linear(np.array(TYPICAL_SKIN))
     before = np.abs(lab_of_linear(seen) - typical)
     assert (np.abs(here - typical) <= before + 1e-6).all()
 
@@ -48,7 +49,7 @@ def test_skin_is_taken_nearer_to_typical_skin(seen):
 def test_so_much_of_the_hue_of_skin_is_kept(seen, own):
     neutral = neutral_face(portrait(), face(), photo_light(portrait(), face()))
     neutral = replace(neutral, skin=np.asarray(seen))
-    typical = lab_of_linear(np.array(TYPICAL))
+    typical = lab_of_linear(np.array(TYPICAL_SKIN))
     skin = TypicalSkin.of(neutral, own)
     kept = lab_of_linear(skin.linear) - typical
     hue = own * (lab_of_linear(np.asarray(seen)) - typical)[1:]
@@ -58,7 +59,7 @@ def test_so_much_of_the_hue_of_skin_is_kept(seen, own):
 
 @given(st.floats(1, 60), st.floats(1, 10))
 def test_darker_skin_keeps_as_much_of_its_darkness_or_more(darker, by):
-    typical = lab_of_linear(np.array(TYPICAL))
+    typical = lab_of_linear(np.array(TYPICAL_SKIN))
     kept = [
         (typical[0] - lab_of_linear(skin_of(linear_of_lab(typical - [off, 0, 0])).linear)[0]) / off
         for off in (darker, darker + by)

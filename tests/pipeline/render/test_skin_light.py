@@ -19,10 +19,12 @@ from makeup_video.kernels.colour import (
     to_encoded,
     to_linear,
 )
+from makeup_video.pipeline import Layer, Look, apply_look, product
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import FramePicture
+from makeup_video.pipeline.look.ciede2000 import lab_of
 from makeup_video.pipeline.render.scene_light import light_of
 from makeup_video.pipeline.render.skin_light import SKIN_POINTS, TRIANGLES
 from people import frame_of, portrait
@@ -48,17 +50,38 @@ def test_a_darker_picture_of_the_same_face_means_weaker_light():
     assert strengths[2] < 0.8 * strengths[4] and strengths[1] < 0.8 * strengths[2]
 
 
-def test_darker_skin_is_not_taken_for_dim_light():
-    # the portrait as if its skin were much darker: along the line of real skin, not of exposure
-    tone = np.exp(-0.9 * np.array([0.52, 0.75, 1.0]))
-    skin, dim = lit(*tone), lit(*[float(tone[1])] * 3)
+def on_skin(depth):
+    """The portrait as if its skin were darker: along the line of real skin, not of exposure."""
+    skin = lit(*np.exp(-depth * np.array([0.52, 0.75, 1.0])))
     mask = np.zeros(portrait().shape[:2], np.uint8)
-    hull = cv2.convexHull(points()[:, :2].astype(np.int32))
-    cv2.fillConvexPoly(mask, hull, 1)
-    dark_face = np.where(mask[..., None] > 0, skin, portrait())
+    cv2.fillConvexPoly(mask, cv2.convexHull(points()[:, :2].astype(np.int32)), 1)
+    return np.where(mask[..., None] > 0, skin, portrait())
+
+
+def test_darker_skin_is_not_taken_for_dim_light():
+    dark_face, dim = on_skin(0.9), lit(*[float(np.exp(-0.9 * 0.75))] * 3)
     assert light(dark_face).strength > 0.85 * light(portrait()).strength
     assert light(dim).strength < 0.75 * light(portrait()).strength
     assert abs(warmth(light(dark_face)) - warmth(light(portrait()))) < 0.1
+
+
+def test_veils_share_what_makes_skin_darker_and_warmer():
+    lights = [light(on_skin(depth)) for depth in (-0.6, 0.0, 0.5, 1.0, 1.5)]
+    shares = [one.veil_share for one in lights]
+    assert shares == sorted(shares, reverse=True) and shares[0] > 0.95 and 0.5 < shares[-1] < 0.85
+    warmer = [warmth(one.for_veils) - warmth(one) for one in lights]
+    assert warmer == sorted(warmer) and warmer[0] < 0.25 and warmer[-1] > 0.6
+
+
+@pytest.mark.parametrize("depth", [0.5, 1.0, 1.5])
+def test_a_pink_blush_stays_a_pink_on_darker_skin(depth):
+    """In the colours of pale skin it would be lilac on tanned skin, and ashes on dark skin."""
+    pink = Look([Layer("blush", product((219, 130, 142), "matte", "blush"))])
+    bare = on_skin(depth)
+    changed = lab_of(apply_look(bare, pink, [face_at(points())])) - lab_of(bare)
+    off = np.linalg.norm(changed, axis=-1)
+    lightness, red, yellow = changed[off > 0.6 * off.max()].mean(0)
+    assert lightness < 1 and red > 2.5 and yellow > -4
 
 
 def test_a_warm_cast_gives_warm_light_and_a_blue_one_blue():
