@@ -17,7 +17,8 @@ import av
 import numpy as np
 from makeup_video.pipeline import ColourTags, Frame, InputError
 from makeup_video.pipeline.faces.find import find_faces_in_frame
-from makeup_video.pipeline.media.input_file import local_file, open_video
+from makeup_video.pipeline.files.local_file import local_file
+from makeup_video.pipeline.media.input_file import open_video
 
 CODEC, PRESET, CRF = "libx264", "veryfast", 20
 RATE = 30  # frames/s of every film here

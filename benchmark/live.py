@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from makeup_video.benchmark.films import RATE, repeat_film
 from makeup_video.benchmark.runs import check_painted
-from makeup_video.pipeline.errors import OutputError
+from makeup_video.pipeline.errors import OutputError, option
 
 if TYPE_CHECKING:
     from makeup_video.benchmark.harness import Bench
@@ -94,7 +94,7 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     if np.isnan(seen).all():
         raise OutputError(
             f"the viewer had none of {len(counted)} pictures in time: make the video longer "
-            "(--seconds 20), or close other programs"
+            f"({option('seconds', 20)}), or close other programs"
         )
     painted = _column(counted, "work ends")
     latency = _latency_ms(counted, viewed_at)

@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import subprocess
 import sys
 import time
@@ -19,10 +18,8 @@ from makeup_video.pipeline.engine.runner import Observe
 
 SETTINGS = Settings(codec="h264", preset=PRESET, crf=CRF, overwrite=True)
 LEAST_PAINTED = 0.95  # of the frames: a run that paints nothing is quick
-_KERNEL_CACHES = (
-    "POCL_CACHE_DIR",
-    "XDG_CACHE_HOME",
-)  # where PoCL and PyOpenCL keep what they compile
+# Where PoCL and PyOpenCL keep what they compile.
+_KERNEL_CACHES = ("POCL_CACHE_DIR", "XDG_CACHE_HOME")
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,8 +158,8 @@ def run_command(
 
 def _cpu_of_children() -> float:
     """CPU seconds of the child processes that have ended, and of theirs."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+    used = os.times()
+    return used.children_user + used.children_system
 
 
 def _as_installed(folder: Path) -> dict[str, str]:

@@ -100,7 +100,7 @@ def other_version(python: str) -> "Version":
 def sample_clip(clip: str | None) -> Path:
     """The clip to measure with, by default our sample. Raises InputError where it is missing."""
     from makeup_video.pipeline import InputError
-    from makeup_video.pipeline.media.input_file import local_file
+    from makeup_video.pipeline.files.local_file import local_file
 
     source = Path(clip) if clip else _SAMPLES / "in.mp4"
     if clip is None and not source.exists():
@@ -114,7 +114,7 @@ def check_look(look: str | None, ref: str | None) -> None:
     Raises UsageError, InputError.
     """
     from makeup_video.pipeline.errors import UsageError, option
-    from makeup_video.pipeline.media.input_file import local_file
+    from makeup_video.pipeline.files.local_file import local_file
 
     if look is not None and ref is not None:
         raise UsageError(

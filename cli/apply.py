@@ -24,7 +24,7 @@ from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look, Report, Settings
-    from makeup_video.pipeline.media.sidecar import JsonFile
+    from makeup_video.pipeline.files.sidecar import JsonFile
     from makeup_video.pipeline.offline.looks import Outcome
 
 EXAMPLES = (
@@ -206,9 +206,9 @@ def _sidecars(
     """Open the report and the look file; first the film's name and the looks are checked, then all
     outputs and both files, before any is begun. Raises UsageError, LookError, InputError,
     OutputError."""
+    from makeup_video.pipeline.files.local_file import local_file
     from makeup_video.pipeline.files.output_file import check_place, keep_apart
-    from makeup_video.pipeline.media.input_file import local_file
-    from makeup_video.pipeline.media.sidecar import LookFile, ReportFile
+    from makeup_video.pipeline.files.sidecar import LookFile, ReportFile
 
     source = local_file(run.source)
     for look in looks:

@@ -1,5 +1,6 @@
 """`makeup-video batch IN... -o TEMPLATE`: many inputs, many looks, and a journal."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -148,7 +149,12 @@ def _run(
 class _Events:
     """Shows what a batch does: a line for each output, and the job in hand."""
 
-    def __init__(self, jobs: "Sequence[Job]", log_line, show) -> None:  # type: ignore[no-untyped-def]
+    def __init__(
+        self,
+        jobs: "Sequence[Job]",
+        log_line: Callable[[str], None],
+        show: Callable[[str], None],
+    ) -> None:
         self._log, self._show, self._total, self._done = log_line, show, len(jobs), 0
 
     def progress(self, job: "Job", progress: "JobProgress") -> None:

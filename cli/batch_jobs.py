@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.looks_options import LooksOptions
 from makeup_video.cli.many import NewFolders, fields_of
 from makeup_video.cli.output_options import OutputOptions
@@ -21,17 +22,8 @@ from makeup_video.pipeline.look.kinds import PARTS
 
 _JOURNAL, _PAGE = "makeup-video.jsonl", "index.html"
 _LOOK_COLUMNS = ("look", "ref")  # each is a whole look
-_CHANGES = (
-    "ref_face",
-    *PARTS,
-    "color",
-    "finish",
-    "parts",
-    "zone",
-    "intensity",
-    "strength",
-    "faces",
-)
+_FACES = ("ref_face", "faces")
+_CHANGES = (*_FACES, *PARTS, "color", "finish", "parts", "zone", "intensity", "strength")
 _TIMES = ("start", "end")
 
 
@@ -107,6 +99,7 @@ def _listed(
         changes: dict[str, Any] = {
             name: row.options[name] for name in _CHANGES if name in row.options
         }
+        changes |= {name: faces_meant(changes[name]) for name in _FACES if name in changes}
         whole = {name: [row.options[name]] for name in _LOOK_COLUMNS if name in row.options}
         if whole:  # in place of the command's own looks
             none = {"look": None, "ref": None, "looks": None, "catalogue": None, "where": None}

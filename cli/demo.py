@@ -55,11 +55,9 @@ def demo(
 
 
 def _portrait(path: str | None) -> "Portrait":
-    from makeup_video.web.app import PAGE
-    from makeup_video.web.portrait import Portrait
+    from makeup_video.web.portrait import Portrait, own_portrait
 
-    file = str(PAGE / "portrait.jpg") if path is None else path
-    return Portrait(_bytes(file), file)
+    return own_portrait() if path is None else Portrait(_bytes(path), path)
 
 
 def _first_look(ref: str | None, look: str | None) -> "Look":
@@ -77,6 +75,6 @@ def _first_look(ref: str | None, look: str | None) -> "Look":
 
 
 def _bytes(path: str) -> bytes:
-    from makeup_video.pipeline.media.input_file import local_file
+    from makeup_video.pipeline.files.local_file import local_file
 
     return local_file(path, "photo").read_bytes()

@@ -65,9 +65,9 @@ def estimate(
     from makeup_video.pipeline.engine.machine import FIND_FACES, check_memory
 
     check_memory(FIND_FACES)  # with less, the libraries of the nets crash while they are loaded
+    from makeup_video.pipeline.files.sidecar import LookFile
     from makeup_video.pipeline.look.catalogue import read_catalogue
     from makeup_video.pipeline.look.kinds import KINDS, PARTS
-    from makeup_video.pipeline.media.sidecar import LookFile
     from makeup_video.pipeline.reference.estimate import estimate_photo
 
     with report_errors("estimate", output, debug):

@@ -216,6 +216,7 @@ class _Sound:
         """One output's end of the sound; None for none. Raises InputError, UsageError."""
         if self._opened_for != (path := self._camera.path):  # the page may choose another camera
             self.close()
+            self._sound, self._opened_for = None, "nothing yet"
             self._sound, self._opened_for = self._open(), path
         return None if self._sound is None else self._sound.tap()
 

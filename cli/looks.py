@@ -47,7 +47,7 @@ def looks(
         if output is None:
             print_result(written(ready.look.to_dict()))
             return
-        from makeup_video.pipeline.media.sidecar import LookFile
+        from makeup_video.pipeline.files.sidecar import LookFile
 
         with LookFile(output, ready.path, None, overwrite=overwrite) as file:
             file.write(ready.look.to_dict())

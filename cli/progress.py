@@ -183,7 +183,7 @@ def show_steps() -> Generator[Callable[[str], None], None, None]:
         yield log
         return
     with _console().status("") as status:
-        yield lambda text: status.update(text)
+        yield lambda text: status.update(_rich_text(text))
 
 
 @contextmanager
@@ -193,7 +193,7 @@ def show_live(quiet: bool) -> Generator[Any, None, None]:
         yield lambda figures: None
         return
     with _console().status("") as status:
-        yield lambda figures: status.update(live_text(figures))
+        yield lambda figures: status.update(_rich_text(live_text(figures)))
 
 
 def live_text(figures: "LiveFigures") -> str:

@@ -43,7 +43,7 @@ static inline void face_terms(float8 x, float8 y, float8 *terms) {
 }
 
 /* Computes normals, variance and terms of eight points. */
-SURFACE_STEP void face_points(
+EIGHT_STEP void face_points(
     int i, __global const float *given, __global const float *tables, __global float *scratch) {
     __global const float *points = given + POINTS_AT;
     float8 tangents[6];
@@ -72,10 +72,10 @@ SURFACE_STEP void face_points(
         int p = (int)tables[FRONT_AT + f];
         float8 nearer = face_line(away - points[2 * PADDED + p], NEARER_FROM, NEARER_TO);
         float8 across = x - points[p], down = y - points[PADDED + p];
-        float8 hides = surface_clamp8(nearer, 0.0f, 1.0f) *
+        float8 hides = eight_clamp8(nearer, 0.0f, 1.0f) *
                        face_bell(across * across + down * down, PER_CLOSE) *
                        EIGHT(tables + MAY_HIDE_AT + f * PADDED + i);
-        hidden = surface_max8(hidden, hides);
+        hidden = eight_max8(hidden, hides);
     }
     float8 seen = face_at_least(1.0f - HIDES * hidden, 0.0f);
     float8 weight =
@@ -87,7 +87,7 @@ SURFACE_STEP void face_points(
 }
 
 /* Fills a row of the equations of the fit, with its right-hand sides in the last eight. */
-SURFACE_STEP void face_equation(
+EIGHT_STEP void face_equation(
     int row, __global const float *given, __global const float *tables, __global float *scratch) {
     __global const float *points = given + POINTS_AT, *terms = scratch + TERMS_AT;
     __global float *out = scratch + SYSTEM_AT + row * ROW;
@@ -109,11 +109,11 @@ SURFACE_STEP void face_equation(
 
 /* Solves the equations, by elimination: the matrix is symmetric, and no pivot is less than NOISE
  * but for rounding. The last eight of each row become the heights of its point's Gaussians. */
-SURFACE_STEP void face_solve(__global float *scratch) {
+EIGHT_STEP void face_solve(__global float *scratch) {
     __global float *system = scratch + SYSTEM_AT;
     for (int k = 0; k < POINTS; ++k) {
         __global float *from = system + k * ROW;
-        float share = 1.0f / surface_max(from[k], 0.5f * NOISE);
+        float share = 1.0f / eight_max(from[k], 0.5f * NOISE);
         for (int row = k + 1; row < POINTS; ++row) {
             __global float *to = system + row * ROW;
             float times = from[row] * share;
@@ -125,7 +125,7 @@ SURFACE_STEP void face_solve(__global float *scratch) {
         __global float *row = system + k * ROW;
         float8 sum = EIGHT(row + PADDED);
         for (int i = k + 1; i < POINTS; ++i) sum -= row[i] * EIGHT(system + i * ROW + PADDED);
-        PUT(row + PADDED, sum * (1.0f / surface_max(row[k], 0.5f * NOISE)));
+        PUT(row + PADDED, sum * (1.0f / eight_max(row[k], 0.5f * NOISE)));
     }
     for (int t = 0; t < TERMS; ++t) {
         float8 sum = (float8)0.0f;
@@ -136,7 +136,7 @@ SURFACE_STEP void face_solve(__global float *scratch) {
 }
 
 /* Computes the Gaussians of a point at eight columns, or rows, of the grid. */
-SURFACE_STEP void face_near(
+EIGHT_STEP void face_near(
     int point, int i, int axis, __global const float *given, __global float *scratch) {
     float8 off = STEP * ((float)i - 0.5f * (SIDE - 1) + ROW8) -
                  given[POINTS_AT + axis * PADDED + point];
@@ -145,7 +145,7 @@ SURFACE_STEP void face_near(
 }
 
 /* Blurs eight px of both drawn masks along their row. */
-SURFACE_STEP void face_borders(
+EIGHT_STEP void face_borders(
     int x, int row, __global const float *given, __global float *scratch) {
     __global const float *inside = given + INSIDE_AT + row * DRAWN + x + MARGIN;
     __global const float *holes = given + HOLES_AT + row * DRAWN + x + MARGIN;
@@ -168,11 +168,11 @@ static inline float8 face_shown(int x, int y, __global const float *scratch) {
         edge += face_edge_taps[i] * (EIGHT(edges - i * SIDE) + EIGHT(edges + i * SIDE));
     for (int i = 1; i <= MARGIN / 2; ++i)
         hole += face_hole_taps[i] * (EIGHT(holes - i * SIDE) + EIGHT(holes + i * SIDE));
-    return surface_min8(face_line(edge, ON_EDGE, 255.0f), face_line(hole, IN_HOLE, 0.0f));
+    return eight_min8(face_line(edge, ON_EDGE, 255.0f), face_line(hole, IN_HOLE, 0.0f));
 }
 
 /* Computes the place, the normal and the visibility of eight nodes. */
-SURFACE_STEP void face_nodes(
+EIGHT_STEP void face_nodes(
     int x, int y, __global const float *given, __global const float *scratch, __global float *out) {
     float8 fields[5], terms[TERMS];
     float8 right = STEP * ((float)x - 0.5f * (SIDE - 1) + ROW8);
@@ -190,12 +190,12 @@ SURFACE_STEP void face_nodes(
 #pragma unroll
         for (int k = 0; k < 5; ++k) fields[k] += bumps[k] * near;
     }
-    float8 facing = surface_clamp8(fields[4], 0.0f, 1.0f), down = fields[1];
+    float8 facing = eight_clamp8(fields[4], 0.0f, 1.0f), down = fields[1];
     int at = y * SIDE + x;
     float8 visible = face_shown(x, y, scratch);
-    visible = surface_min8(visible, face_line(facing, FACING_FROM, FACING_TO));
-    visible = surface_min8(visible, face_line(down, HIGHEST_FROM, HIGHEST_TO));
-    visible = surface_min8(visible, face_line(down, LOWEST_FROM, LOWEST_TO));
+    visible = eight_min8(visible, face_line(facing, FACING_FROM, FACING_TO));
+    visible = eight_min8(visible, face_line(down, HIGHEST_FROM, HIGHEST_TO));
+    visible = eight_min8(visible, face_line(down, LOWEST_FROM, LOWEST_TO));
     PUT(out + ACROSS_AT + at, fields[0]);
     PUT(out + DOWN_AT + at, down);
     PUT(out + NORMALS_AT + at, fields[2]);
@@ -205,7 +205,7 @@ SURFACE_STEP void face_nodes(
 }
 
 /* Reads the linear light of eight nodes. */
-SURFACE_STEP void face_light(
+EIGHT_STEP void face_light(
     int x, int y, __global const float *given, __global const SAMPLE *luma,
     __global const float *table, __global float *light) {
     __global const float *to_steps = given + TO_STEPS_AT;
@@ -219,7 +219,7 @@ SURFACE_STEP void face_light(
     for (int j = 0; j < 3; ++j) {
         __global const float *to = to_steps + 4 * j;
         float8 steps = to[0] * codes + to[1] * blue + to[2] * red + to[3];
-        int8 at = surface_whole8(surface_clamp8(steps, 0.0f, given[LAST_STEP_AT]));
+        int8 at = eight_whole8(eight_clamp8(steps, 0.0f, given[LAST_STEP_AT]));
         float8 linear = (float8)(table[at.s0], table[at.s1], table[at.s2], table[at.s3],
                                  table[at.s4], table[at.s5], table[at.s6], table[at.s7]);
         PUT(light + (RED + j) * NODES + y * SIDE + x, linear);
@@ -233,7 +233,7 @@ SURFACE_STEP void face_light(
 }
 
 /* Computes the likeness and the light of the area, for eight nodes. */
-SURFACE_STEP void face_area(int at, __global float *scratch, __global float *out) {
+EIGHT_STEP void face_area(int at, __global float *scratch, __global float *out) {
     float8 likeness = face_likeness(at, out, scratch);
     float8 area = likeness * EIGHT(out + VISIBLE_AT + at);
     PUT(out + LIKENESS_AT + at, likeness);
@@ -242,14 +242,14 @@ SURFACE_STEP void face_area(int at, __global float *scratch, __global float *out
 }
 
 /* Computes the mean light of all that is seen, and that of the cheeks. */
-SURFACE_STEP void face_means(__global float *scratch, __global float *out) {
+EIGHT_STEP void face_means(__global float *scratch, __global float *out) {
     float8 sums[5];
     for (int k = 0; k < 5; ++k) sums[k] = (float8)0.0f;
     for (int at = 0; at < NODES; at += 8) {
         float8 seen = EIGHT(scratch + LAYERS_AT + at),
                area = EIGHT(scratch + LAYERS_AT + NODES + at);
         float8 across = EIGHT(out + ACROSS_AT + at), down = EIGHT(out + DOWN_AT + at);
-        float8 aside = surface_max8(across, -across);
+        float8 aside = eight_max8(across, -across);
         int8 is_cheek = (aside > CHEEK_INNER) & (aside < CHEEK_OUTER) & (down > CHEEK_TOP) &
                         (down < CHEEK_BOTTOM);
         sums[0] += seen;
@@ -259,19 +259,19 @@ SURFACE_STEP void face_means(__global float *scratch, __global float *out) {
         sums[4] += is_cheek ? area : (float8)0.0f;
     }
     float sum[5];
-    for (int k = 0; k < 5; ++k) sum[k] = surface_sum8(sums[k]);
+    for (int k = 0; k < 5; ++k) sum[k] = eight_sum8(sums[k]);
     scratch[TOTAL_AT] = sum[1] >= 1.0f ? sum[0] / sum[1] : sum[2] * (1.0f / NODES);
     out[MEAN_AT] = sum[4] >= 1.0f ? sum[3] / sum[4] : scratch[TOTAL_AT];
 }
 
 /* Blurs eight nodes of both layers over the rows above and below, mirrored at both ends. */
-SURFACE_STEP void face_blur_down(int x, int y, __global float *scratch) {
+EIGHT_STEP void face_blur_down(int x, int y, __global float *scratch) {
     for (int k = 0; k < 2; ++k) {
         __global const float *layer = scratch + LAYERS_AT + k * NODES + x;
         float8 sum = face_taps[0] * EIGHT(layer + y * SIDE);
         for (int i = 1; i < 4; ++i)
-            sum += face_taps[i] * (EIGHT(layer + surface_mirror(y - i, SIDE) * SIDE) +
-                                   EIGHT(layer + surface_mirror(y + i, SIDE) * SIDE));
+            sum += face_taps[i] * (EIGHT(layer + eight_mirror(y - i, SIDE) * SIDE) +
+                                   EIGHT(layer + eight_mirror(y + i, SIDE) * SIDE));
         __global float *row = scratch + BLURRED_AT + (k * SIDE + y) * BLURRED + PAD;
         PUT(row + x, sum);
         if (x < PAD) PUT(row - x - 7, sum.s76543210);
@@ -280,7 +280,7 @@ SURFACE_STEP void face_blur_down(int x, int y, __global float *scratch) {
 }
 
 /* Finishes the broad light of eight nodes. */
-SURFACE_STEP void face_finish(int x, int y, __global const float *scratch, __global float *out) {
+EIGHT_STEP void face_finish(int x, int y, __global const float *scratch, __global float *out) {
     float8 sums[2];
     for (int k = 0; k < 2; ++k) {
         __global const float *at = scratch + BLURRED_AT + (k * SIDE + y) * BLURRED + PAD + x;

@@ -18,7 +18,7 @@ enum { LUMINANCE, RED, GREEN, BLUE, ACROSS, DOWN };
 enum { IS_KNOWN, DARKEST, PLANES, DEVIATIONS = PLANES + 9 };
 
 static inline float8 face_at_least(float8 x, float least) {
-    return surface_max8(x, (float8)least);
+    return eight_max8(x, (float8)least);
 }
 
 /* 0 at `from`, 1 at `to`, and straight on. */
@@ -27,7 +27,7 @@ static inline float8 face_line(float8 x, float from, float to) {
 }
 
 static inline float8 face_smooth(float8 share) {
-    share = surface_clamp8(share, 0.0f, 1.0f);
+    share = eight_clamp8(share, 0.0f, 1.0f);
     return share * share * (3.0f - 2.0f * share);
 }
 
@@ -55,7 +55,7 @@ static inline float8 face_log(float8 x) {
     sum = sum * z + 0.480939442f;
     sum = sum * z - 0.721357149f;
     sum = sum * z + 1.44269477f;
-    return 0.693147181f * (surface_float8(exponent) + z * sum);
+    return 0.693147181f * (eight_float8(exponent) + z * sum);
 }
 
 static inline float8 face_bell(float8 square, float per_square) {
@@ -64,7 +64,7 @@ static inline float8 face_bell(float8 square, float per_square) {
 
 /* Collects the samples of the skin: each second node that is seen in the picture. Returns their
  * number, and fills the last eight up with copies of the first. */
-SURFACE_STEP int face_collect(
+EIGHT_STEP int face_collect(
     __global const float *given, __global const float *out, __global float *scratch) {
     __global const float *to = given + TO_FRAME_AT;
     __global float *samples = scratch + SAMPLE_AT;
@@ -97,7 +97,7 @@ static inline int8 face_order8(float8 x) {
 }
 
 /* The number that has half of `count` numbers, rounded down, before it: found bit by bit. */
-SURFACE_STEP float face_median(__global const float *numbers, int count) {
+EIGHT_STEP float face_median(__global const float *numbers, int count) {
     int low = (int)0x80000000, high = 0x7fffffff, end = count & ~7;
     while (low < high) {
         int middle = (low >> 1) + (high >> 1) + (low & high & 1), before = 0;
@@ -131,7 +131,7 @@ static inline void face_numbers(
 
 /* Finds the part of the face that is most like skin: its medians in `start`. Returns 0 where no
  * part is seen. */
-SURFACE_STEP int face_start(int count, float usual, __global float *scratch, float *start) {
+EIGHT_STEP int face_start(int count, float usual, __global float *scratch, float *start) {
     const float from[3] = {FIRST_PART_FROM, SECOND_PART_FROM, THIRD_PART_FROM};
     const float to[3] = {FIRST_PART_TO, SECOND_PART_TO, THIRD_PART_TO};
     __global const float *across = scratch + SAMPLE_AT + ACROSS * SAMPLES;
@@ -149,8 +149,8 @@ SURFACE_STEP int face_start(int count, float usual, __global float *scratch, flo
         if (here < FEWEST) continue;
         float medians[3];
         for (int k = 0; k < 3; ++k) medians[k] = face_median(scratch + PART_AT + k * SAMPLES, here);
-        float likely = LIGHTER * surface_min(medians[0] - usual, MOST_LIGHTER) +
-                       REDDER * surface_min(medians[1], MOST_RED);
+        float likely = LIGHTER * eight_min(medians[0] - usual, MOST_LIGHTER) +
+                       REDDER * eight_min(medians[1], MOST_RED);
         if (likely > best) {
             best = likely;
             for (int k = 0; k < 3; ++k) start[k] = medians[k];
@@ -178,7 +178,7 @@ static inline float8 face_lanes(int i, int count) {
 }
 
 /* Fits a plane to each number of the samples, and measures how they vary around it. */
-SURFACE_STEP void face_fit(int count, const float *start, __global float *scratch) {
+EIGHT_STEP void face_fit(int count, const float *start, __global float *scratch) {
     const float spread[3] = {SPREAD_LIGHT, SPREAD_RED, SPREAD_BLUE};
     __global const float *numbers = scratch + NUMBERS_AT;
     __global const float *across = scratch + SAMPLE_AT + ACROSS * SAMPLES;
@@ -212,7 +212,7 @@ SURFACE_STEP void face_fit(int count, const float *start, __global float *scratc
         }
     }
     float sum[15];
-    for (int k = 0; k < 15; ++k) sum[k] = surface_sum8(sums[k]);
+    for (int k = 0; k < 15; ++k) sum[k] = eight_sum8(sums[k]);
     for (int k = 0; k < 3; ++k) {
         float normal[6], root[6];
         for (int i = 0; i < 6; ++i) normal[i] = sum[i];
@@ -244,7 +244,7 @@ SURFACE_STEP void face_fit(int count, const float *start, __global float *scratc
     }
     const int squares[3] = {0, 2, 5};
     float few = EXPECTED * (float)count, varies[6], inverse[6];
-    for (int k = 0; k < 6; ++k) varies[k] = surface_sum8(products[k]);
+    for (int k = 0; k < 6; ++k) varies[k] = eight_sum8(products[k]);
     for (int k = 0; k < 3; ++k) varies[squares[k]] += few * spread[k] * spread[k];
     for (int k = 0; k < 6; ++k) varies[k] /= sum[0] + few;
     face_root_inverse(varies, inverse);
@@ -252,28 +252,28 @@ SURFACE_STEP void face_fit(int count, const float *start, __global float *scratc
 }
 
 /* Learns this face's skin. */
-SURFACE_STEP void face_skin(
+EIGHT_STEP void face_skin(
     __global const float *given, __global const float *out, __global float *scratch) {
     __global float *skin = scratch + SKIN_AT;
     int count = face_collect(given, out, scratch);
     skin[IS_KNOWN] = 0.0f;
     if (count < FEWEST) return;
     float usual = face_median(scratch + SAMPLE_AT, count);
-    skin[DARKEST] = surface_max(DARK * usual, LEAST_LIGHT);
+    skin[DARKEST] = eight_max(DARK * usual, LEAST_LIGHT);
     for (int i = 0; i < count; i += 8) {
         float8 numbers[3];
         face_numbers(scratch + SAMPLE_AT + i, SAMPLES, skin[DARKEST], numbers);
         for (int k = 0; k < 3; ++k) PUT(scratch + NUMBERS_AT + k * SAMPLES + i, numbers[k]);
     }
     float start[3] = {0.0f, 0.0f, 0.0f};
-    float log_usual = 0.693147181f * colour_log2(surface_max(usual, LEAST_LIGHT));
+    float log_usual = 0.693147181f * colour_log2(eight_max(usual, LEAST_LIGHT));
     if (!face_start(count, log_usual, scratch, start)) return;
     face_fit(count, start, scratch);
     skin[IS_KNOWN] = 1.0f;
 }
 
 /* How much eight nodes look like the face's skin. */
-SURFACE_STEP float8 face_likeness(
+EIGHT_STEP float8 face_likeness(
     int at, __global const float *out, __global const float *scratch) {
     __global const float *skin = scratch + SKIN_AT, *deviations = skin + DEVIATIONS;
     if (skin[IS_KNOWN] == 0.0f) return (float8)1.0f;

@@ -12,10 +12,10 @@ from makeup_video.kernels.definitions import Definitions, offsets
 from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL, Environment, Material
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
-from makeup_video.kernels.runs import RUN, Coat
+from makeup_video.kernels.runs import RUN, WeightRuns
 from makeup_video.kernels.strokes import Line, PlacedLine, StrokeKernel
 
-# Rows and columns of a canvas are multiples, so that its pixels are whole pieces of Coat.
+# Rows and columns of a canvas are multiples, so that its pixels are whole pieces of WeightRuns.
 _ROWS, _COLUMNS = 64, 32
 _ROOM = ENVIRONMENT_PX**2  # words of an environment
 LAYERS = 4  # the most on one region
@@ -157,8 +157,8 @@ class Canvas:
         self._size = 0, 0, 0  # coats, rows, stride
         # of each region of this frame: the number of its coat, its first row, its rectangle
         self._places: list[tuple[int, int, Rect]] = []
-        self._coats: list[Coat] = []
-        self._placed: list[Coat] = []  # those of this frame
+        self._coats: list[WeightRuns] = []
+        self._placed: list[WeightRuns] = []  # those of this frame
         self._coding: Coding | None = None  # of the arguments that the kernels have
         self._paints: dict[tuple[int, int], Any] = {}  # kernels by coat, and 1 with layers
 
@@ -231,7 +231,7 @@ class Canvas:
         self._maps = self.device.memory((1,), np.float32)
         self._make_records(1)
         self._weights = self.device.memory((coats, rows, stride), np.float32)
-        self._coats = [Coat(self.device, weights, down) for weights in self._weights.array]
+        self._coats = [WeightRuns(self.device, weights, down) for weights in self._weights.array]
         self._coding = None
 
     def paint(

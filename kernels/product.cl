@@ -18,7 +18,7 @@
 
 /* How the region lies: from px of its rectangle to px of its grid, and to the skin's coordinates.
  * turn: (2, 2), the directions of the grid's axes in the frame. */
-SURFACE_STEP void product_place(
+EIGHT_STEP void product_place(
     __global const product_region *region, __global paint_product *record, float *turn) {
     __global const float *to_px = region->to_px;
     float a = to_px[0], b = to_px[1], x = to_px[2], c = to_px[3], d = to_px[4], y = to_px[5];
@@ -54,9 +54,9 @@ static inline void product_cells(
              ++doublings)
             cell *= 2.0f;
         float beyond = cell * skin_px / PRODUCT_LEAST_CELL_PX - 1.0f;
-        *seen = surface_clamp(beyond / PRODUCT_DISSOLVE, 0.0f, 1.0f);
-        if (doublings) *seen *= surface_clamp((1.0f - beyond) / PRODUCT_DISSOLVE, 0.0f, 1.0f);
-        spot = surface_clamp(
+        *seen = eight_clamp(beyond / PRODUCT_DISSOLVE, 0.0f, 1.0f);
+        if (doublings) *seen *= eight_clamp((1.0f - beyond) / PRODUCT_DISSOLVE, 0.0f, 1.0f);
+        spot = eight_clamp(
             PRODUCT_LEAST_SPOT_PX / (cell * skin_px), PRODUCT_SPOT, PRODUCT_LARGEST_SPOT);
     }
     m->cells = 1.0f / cell;
@@ -76,7 +76,7 @@ static inline void product_half_way(
 }
 
 /* A coat under the light of its region. */
-SURFACE_STEP void product_material(
+EIGHT_STEP void product_material(
     __global const product_coat *coat, __global const product_region *region,
     __global const product_coding *coding, const float *turn, material *m) {
     float amount = coat->strength * region->amount, seen;
@@ -131,7 +131,7 @@ static inline void product_normalise(float *shares, int count) {
 }
 
 /* Fills the rows of the layers and their mean root; returns how much each shines in `shines`. */
-SURFACE_STEP void product_layers(
+EIGHT_STEP void product_layers(
     const material *made, int count, __global const float *seen, __global paint_product *record,
     float *shines) {
     float most[3] = {0.0f, 0.0f, 0.0f}, ways[PAINT_LAYERS][3], roots[3] = {0.0f, 0.0f, 0.0f};
@@ -140,8 +140,8 @@ SURFACE_STEP void product_layers(
         const material *m = made + i;
         ways[i][0] = m->own_highlights;
         ways[i][1] = m->reflection;
-        ways[i][2] = m->shimmer * surface_max(m->sparkle[0], surface_max(m->sparkle[1], m->sparkle[2]));
-        for (int k = 0; k < 3; ++k) most[k] = surface_max(most[k], ways[i][k]);
+        ways[i][2] = m->shimmer * eight_max(m->sparkle[0], eight_max(m->sparkle[1], m->sparkle[2]));
+        for (int k = 0; k < 3; ++k) most[k] = eight_max(most[k], ways[i][k]);
     }
     for (int i = 0; i < PAINT_LAYERS; ++i) {
         __global float *row = record->layers + PAINT_ROW * i;
@@ -155,21 +155,21 @@ SURFACE_STEP void product_layers(
             row[k] = m->opacity * colour_sqrt(colour_positive(m->product[k]));
             roots[k] += row[k] * seen[i];
             row[4 + k] = m->glint[k];
-            if (most[k] > 0.0f) shines[i] = surface_max(shines[i], ways[i][k] / most[k]);
+            if (most[k] > 0.0f) shines[i] = eight_max(shines[i], ways[i][k] / most[k]);
         }
         opacity += m->opacity * seen[i];
         row[3] = m->opacity;
         row[7] = shines[i];
     }
     for (int k = 0; k < 3; ++k)
-        record->mean_root[k] = PAINT_FAINT * roots[k] / surface_max(opacity, PRODUCT_NONE);
+        record->mean_root[k] = PAINT_FAINT * roots[k] / eight_max(opacity, PRODUCT_NONE);
     record->layer_count = count;
 }
 
 /* The material of several coats: what is the same all over a surface, see _common in
  * blend_layers.py.
  * seen: how much each coat shows.  shines: how much it shines. */
-SURFACE_STEP void product_common(
+EIGHT_STEP void product_common(
     const material *made, int count, __global const float *seen, const float *shines,
     material *common) {
     float opaque[PAINT_LAYERS], glints[PAINT_LAYERS], mirrors[PAINT_LAYERS];
@@ -179,9 +179,9 @@ SURFACE_STEP void product_common(
         const material *m = made + i;
         float part = seen[i];
         float sparkling =
-            part * m->shimmer * surface_max(m->sparkle[0], surface_max(m->sparkle[1], m->sparkle[2]));
+            part * m->shimmer * eight_max(m->sparkle[0], eight_max(m->sparkle[1], m->sparkle[2]));
         opaque[i] = part * m->opacity;
-        glints[i] = part * surface_max(m->glint[0], surface_max(m->glint[1], m->glint[2]));
+        glints[i] = part * eight_max(m->glint[0], eight_max(m->glint[1], m->glint[2]));
         mirrors[i] = part * m->reflection;
         mirrored += mirrors[i];
         sparkled += sparkling;
@@ -193,14 +193,14 @@ SURFACE_STEP void product_common(
         }
     }
     /* where the map of shine is 1, what shines is as strong as the layers' own mean there */
-    shining = surface_max(shining, PRODUCT_NONE);
+    shining = eight_max(shining, PRODUCT_NONE);
     *common = made[brightest];
     float full = common->shimmer *
-                 surface_max(common->sparkle[0], surface_max(common->sparkle[1], common->sparkle[2]));
-    float dimmed = full > 0.0f ? surface_min(sparkled / shining / full, 1.0f) : 1.0f;
+                 eight_max(common->sparkle[0], eight_max(common->sparkle[1], common->sparkle[2]));
+    float dimmed = full > 0.0f ? eight_min(sparkled / shining / full, 1.0f) : 1.0f;
     for (int k = 0; k < 3; ++k) common->sparkle[k] *= dimmed;
     common->own_highlights = own / shining;
-    common->reflection = surface_min(mirrored / shining, 1.0f);
+    common->reflection = eight_min(mirrored / shining, 1.0f);
     product_normalise(opaque, count);
     product_normalise(mirrors, count);
     product_normalise(glints, count);
@@ -220,7 +220,7 @@ SURFACE_STEP void product_common(
 
 /* Blurs a room as a coat mirrors it, takes its mean off, and packs it into words; returns the step
  * of a channel. */
-SURFACE_STEP float product_room(
+EIGHT_STEP float product_room(
     __global const float *room, __global const product_coat *coat,
     __global const product_coding *coding, __global int *words) {
     float8 turned[PRODUCT_ROOM / 8], blurred[PRODUCT_ROOM / 8]; /* a plane for each channel */
@@ -251,14 +251,14 @@ SURFACE_STEP float product_room(
             total += sum;
             made[i] = sum;
         }
-        float veil = surface_sum8(total) * (PRODUCT_VEIL / MATERIAL_LAYER);
+        float veil = eight_sum8(total) * (PRODUCT_VEIL / MATERIAL_LAYER);
         for (int i = 0; i < MATERIAL_LAYER / 8; ++i) {
-            made[i] = surface_max8(made[i] - veil, (float8)0.0f);
-            brightest = surface_max8(brightest, made[i]);
+            made[i] = eight_max8(made[i] - veil, (float8)0.0f);
+            brightest = eight_max8(brightest, made[i]);
         }
     }
     float most = 0.0f;
-    for (int i = 0; i < 8; ++i) most = surface_max(most, ((const float *)&brightest)[i]);
+    for (int i = 0; i < 8; ++i) most = eight_max(most, ((const float *)&brightest)[i]);
     float step = most / (float)((1 << MATERIAL_ROOM_BITS) - 1);
     int is_dark = step < PRODUCT_FAINTEST_STEP;
     float steps = is_dark ? 0.0f : 1.0f / step;

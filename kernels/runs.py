@@ -12,7 +12,7 @@ _PIECE = 256  # runs: OpenBLAS sums so few in one thread
 _ONES = np.ones(RUN, np.float32)
 
 
-class Coat:
+class WeightRuns:
     """What is painted on the rectangles of a canvas in one go: weights, and the runs that hold any.
 
     numbers: of its regions.  used_rows: of the canvas.

@@ -30,16 +30,16 @@ typedef struct __attribute__((packed)) {
 static inline float8 surface_sample(
     __global const SAMPLE *plane, __global const float *of, __global const float *to, float8 x,
     float y) {
-    float8 u = surface_clamp8(to[0] * x + (to[1] * y + to[2]), 0.0f, of[LAST_X_AT]);
-    float8 v = surface_clamp8(to[3] * x + (to[4] * y + to[5]), 0.0f, of[LAST_Y_AT]);
-    int8 left = surface_whole8(u), top = surface_whole8(v);
-    float8 across = u - surface_float8(left), down = v - surface_float8(top);
+    float8 u = eight_clamp8(to[0] * x + (to[1] * y + to[2]), 0.0f, of[LAST_X_AT]);
+    float8 v = eight_clamp8(to[3] * x + (to[4] * y + to[5]), 0.0f, of[LAST_Y_AT]);
+    int8 left = eight_whole8(u), top = eight_whole8(v);
+    float8 across = u - eight_float8(left), down = v - eight_float8(top);
     int8 at = top * (int)of[ROW_STEP_AT] + left;
     int8 above = PAIRS(plane, at), below = PAIRS(plane + (int)of[ROW_STEP_AT], at);
     int mask = (1 << SAMPLE_BITS) - 1;
-    float8 high = surface_float8(above & mask), low = surface_float8(below & mask);
-    high += across * (surface_float8((above >> SAMPLE_BITS) & mask) - high);
-    low += across * (surface_float8((below >> SAMPLE_BITS) & mask) - low);
+    float8 high = eight_float8(above & mask), low = eight_float8(below & mask);
+    high += across * (eight_float8((above >> SAMPLE_BITS) & mask) - high);
+    low += across * (eight_float8((below >> SAMPLE_BITS) & mask) - low);
     return high + down * (low - high);
 }
 

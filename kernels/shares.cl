@@ -25,10 +25,10 @@
 /* The densities of all coats at eight places of a chart; row: theirs on the chart. */
 static inline void shares_found(
     __global const ushort *chart, float8 row, int x, float8 *densities) {
-    row = surface_clamp8(row, 0.0f, SHARES_LAST_ROW);
-    int8 top = surface_whole8(row);
-    float8 down = row - surface_float8(top);
-    int8 columns = top * LID_WIDE + surface_whole8((float)x + ROW8);
+    row = eight_clamp8(row, 0.0f, SHARES_LAST_ROW);
+    int8 top = eight_whole8(row);
+    float8 down = row - eight_float8(top);
+    int8 columns = top * LID_WIDE + eight_whole8((float)x + ROW8);
     const int *at = (const int *)&columns;
     const float *share = (const float *)&down;
     float4 found[8];
@@ -38,12 +38,12 @@ static inline void shares_found(
         float4 above = SHARES_FLOAT4(place[0]), under = SHARES_FLOAT4(place[LID_WIDE]);
         found[i] = above + share[i] * (under - above);
     }
-    surface_columns8(found, densities);
+    eight_columns8(found, densities);
     for (int i = 0; i < SHARES_COATS; ++i) densities[i] *= 1.0f / SHARES_ONE;
 }
 
 /* The densities above an eye and below it, in one. */
-SURFACE_STEP void shares_joined(
+EIGHT_STEP void shares_joined(
     const shares_given *eye, __global const ushort *charts, __global const float *lids, int x,
     int at, float8 *densities) {
     float8 lower[SHARES_COATS];
@@ -53,11 +53,11 @@ SURFACE_STEP void shares_joined(
     if (!eye->is_lower) return;
     shares_found(charts + SHARES_CHART, below * eye->rows_down, x, lower);
     float8 beyond = (EIGHT(lids + 2 * SHARES_LID + at) - below) * eye->fade;
-    float8 above_share = surface_clamp8(1.0f + beyond, 0.0f, 1.0f);
-    float8 below_share = surface_clamp8(1.0f - beyond, 0.0f, 1.0f);
+    float8 above_share = eight_clamp8(1.0f + beyond, 0.0f, 1.0f);
+    float8 below_share = eight_clamp8(1.0f - beyond, 0.0f, 1.0f);
     for (int i = 0; i < SHARES_COATS; ++i)
         densities[i] = eye->is_upper
-                           ? surface_max8(densities[i] * above_share, lower[i] * below_share)
+                           ? eight_max8(densities[i] * above_share, lower[i] * below_share)
                            : lower[i];
 }
 
@@ -84,12 +84,12 @@ __kernel void shares(
                 if (i >= count) continue;
                 float8 share = densities[i] * through;
                 through -= eye.opacities[i] * share;
-                most = surface_max8(most, densities[i]);
+                most = eight_max8(most, densities[i]);
                 sums[i] += share;
                 PUT(out->shares + 2 * i * SHARES_LID + at, share);
             }
             PUT(out->density + at, most > SHARES_FAINTEST ? (float8)1.0f : (float8)0.0f);
         }
     for (int i = 0; i < SHARES_COATS; ++i)
-        out->seen[number * SHARES_COATS + i] = surface_sum8(sums[i]);
+        out->seen[number * SHARES_COATS + i] = eight_sum8(sums[i]);
 }

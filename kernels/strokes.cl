@@ -13,8 +13,8 @@
 /* The four numbers of a grid at eight places, bilinear. */
 static inline void strokes_between(
     __global const float4 *map, int wide, float8 x, float8 y, float8 *numbers) {
-    int8 left = surface_whole8(x), top = surface_whole8(y);
-    float8 across = x - surface_float8(left), down = y - surface_float8(top);
+    int8 left = eight_whole8(x), top = eight_whole8(y);
+    float8 across = x - eight_float8(left), down = y - eight_float8(top);
     int8 places = top * wide + left;
     const int *at = (const int *)&places;
     const float *right = (const float *)&across, *below = (const float *)&down;
@@ -26,15 +26,15 @@ static inline void strokes_between(
         float4 low = second[0] + right[i] * (second[1] - second[0]);
         found[i] = high + below[i] * (low - high);
     }
-    surface_columns8(found, numbers);
+    eight_columns8(found, numbers);
 }
 
 /* How much of a window around each pixel a line covers: see draw_strokes.py. */
 static inline float8 strokes_covered(float8 above, float8 below, float blur) {
     float half_px = 0.5f * blur;
-    float8 covered = surface_min8(above, (float8)half_px) + surface_min8(below, (float8)half_px);
-    covered = surface_clamp8(covered * (1.0f / blur), 0.0f, 1.0f);
-    return blur > 1.0f ? covered * surface_clamp8(above + 0.5f, 0.0f, 1.0f) : covered;
+    float8 covered = eight_min8(above, (float8)half_px) + eight_min8(below, (float8)half_px);
+    covered = eight_clamp8(covered * (1.0f / blur), 0.0f, 1.0f);
+    return blur > 1.0f ? covered * eight_clamp8(above + 0.5f, 0.0f, 1.0f) : covered;
 }
 
 __kernel void strokes(
@@ -51,15 +51,15 @@ __kernel void strokes(
             float8 y = job.to_grid[3] * px + (job.to_grid[4] * (float)row + job.to_grid[5]);
             int8 is_inside = (px >= 0.0f) & (px < (float)job.wide) & (x >= 0.0f) & (x <= last_x) &
                              (y >= 0.0f) & (y <= last_y);
-            x = surface_clamp8(x, 0.0f, last_x - STROKES_INSIDE);
-            y = surface_clamp8(y, 0.0f, last_y - STROKES_INSIDE);
+            x = eight_clamp8(x, 0.0f, last_x - STROKES_INSIDE);
+            y = eight_clamp8(y, 0.0f, last_y - STROKES_INSIDE);
             float8 weight = (float8)0.0f, numbers[4];
             for (int i = 0; i < job.count; ++i) {
                 strokes_between(maps + job.maps + i * size, job.grid_wide, x, y, numbers);
                 weight =
-                    surface_max8(weight, strokes_covered(numbers[0], numbers[1], job.blur_px));
+                    eight_max8(weight, strokes_covered(numbers[0], numbers[1], job.blur_px));
                 weight =
-                    surface_max8(weight, strokes_covered(numbers[2], numbers[3], job.blur_px));
+                    eight_max8(weight, strokes_covered(numbers[2], numbers[3], job.blur_px));
             }
             PUT(out + job.first + row * stride + column, is_inside ? weight : (float8)0.0f);
         }

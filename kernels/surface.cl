@@ -17,7 +17,7 @@
 #include "surface.h"
 
 /* Replaces `count` points by 4 (count - 1) + 1 on a curve through them (Catmull and Rom, 1974). */
-SURFACE_STEP void surface_smooth(float *points, int count) {
+EIGHT_STEP void surface_smooth(float *points, int count) {
     float smooth[SMOOTH];
     int more = 4 * (count - 1) + 1;
     for (int i = 0; i < more; ++i) {
@@ -33,10 +33,10 @@ SURFACE_STEP void surface_smooth(float *points, int count) {
 }
 
 /* Carries a lash line on beyond the corners of the eye, in its direction there; it settles. */
-SURFACE_STEP void surface_settle(__global float *heights) {
+EIGHT_STEP void surface_settle(__global float *heights) {
     int inner_at = (int)LID_INNER_CORNER + 1, outer_at = (int)LID_OUTER_CORNER;
-    float inner = surface_clamp(0.5f * (heights[inner_at] - heights[inner_at + 2]), -1.0f, 1.0f);
-    float outer = surface_clamp(0.5f * (heights[outer_at] - heights[outer_at - 2]), -1.0f, 1.0f);
+    float inner = eight_clamp(0.5f * (heights[inner_at] - heights[inner_at + 2]), -1.0f, 1.0f);
+    float outer = eight_clamp(0.5f * (heights[outer_at] - heights[outer_at - 2]), -1.0f, 1.0f);
     for (int x = 0; x < inner_at; ++x) {
         float beyond = LID_INNER_CORNER - (float)x;
         heights[x] += inner * beyond / (1.0f + beyond / LID_SETTLE);
@@ -49,7 +49,7 @@ SURFACE_STEP void surface_settle(__global float *heights) {
 
 /* Computes a curve's heights and depths by column. Curves of the lips: eight half-rings by the
  * grid's columns, then borders and openings (rings 0, 3, 4, 7) by the patch's. Of a lid: LID_CURVES. */
-SURFACE_STEP void surface_curve(
+EIGHT_STEP void surface_curve(
     int region, int curve, __global const float *given, __global const int *rings,
     __global float *scratch) {
     int is_lid = region > 0, is_fine = !is_lid && curve >= 8;
@@ -80,7 +80,7 @@ SURFACE_STEP void surface_curve(
         count = 4 * (count - 1) + 1;
     }
     for (int i = 1; i < count; ++i)
-        x[i] = surface_max(x[i], x[i - 1]); /* seen from the side, rings fold over */
+        x[i] = eight_max(x[i], x[i - 1]); /* seen from the side, rings fold over */
     int columns = is_lid ? LID_WIDE : is_fine ? PATCH_WIDE : LIPS_WIDE;
     float step = is_lid || is_fine ? 1.0f : 2.0f, first = is_lid || is_fine ? 0.0f : 0.5f;
     __global float *heights = scratch + CURVES_AT + 2 * curve * PATCH_WIDE;
@@ -96,7 +96,7 @@ SURFACE_STEP void surface_curve(
 }
 
 /* Computes both lips' slopes between rings, and along the middle, at a column of the grid. */
-SURFACE_STEP void surface_bend(int x, __global float *scratch) {
+EIGHT_STEP void surface_bend(int x, __global float *scratch) {
     for (int lip = 0; lip < 2; ++lip) {
         __global const float *ring = scratch + CURVES_AT + lip * 8 * PATCH_WIDE;
         __global float *bends = scratch + BENDS_AT + lip * 5 * PATCH_WIDE + x;
@@ -105,7 +105,7 @@ SURFACE_STEP void surface_bend(int x, __global float *scratch) {
                                  *next = here + 2 * PATCH_WIDE;
             float slope =
                 (next[PATCH_WIDE] - here[PATCH_WIDE]) / surface_at_least_half(next[0] - here[0]);
-            bends[i * PATCH_WIDE] = surface_clamp(slope, -STEEPEST, STEEPEST);
+            bends[i * PATCH_WIDE] = eight_clamp(slope, -STEEPEST, STEEPEST);
         }
         for (int i = 0; i < 2; ++i) { /* of height and of depth */
             __global const float *outer = ring + (2 + i) * PATCH_WIDE,
@@ -117,7 +117,7 @@ SURFACE_STEP void surface_bend(int x, __global float *scratch) {
 }
 
 /* Computes what all pixels in a column of the lips' grid share. */
-SURFACE_STEP void surface_lips_column(int x, __global float *scratch) {
+EIGHT_STEP void surface_lips_column(int x, __global float *scratch) {
     __global const float *curves = scratch + CURVES_AT + x;
     __global float *columns = scratch + COLUMNS_AT + x;
     for (int lip = 0; lip < 2; ++lip) {
@@ -125,7 +125,7 @@ SURFACE_STEP void surface_lips_column(int x, __global float *scratch) {
         __global float *out = columns + (LIP + lip * OF_LIP) * PATCH_WIDE;
         float sums[5] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         for (int tap = -3; tap <= 3; ++tap) {
-            int at = surface_mirror(x + tap, LIPS_WIDE);
+            int at = eight_mirror(x + tap, LIPS_WIDE);
             for (int i = 0; i < 5; ++i) sums[i] += bends[i * PATCH_WIDE + at];
         }
         for (int i = 0; i < 5; ++i) out[(BEND + i) * PATCH_WIDE] = sums[i] * (1.0f / 7.0f);
@@ -137,7 +137,7 @@ SURFACE_STEP void surface_lips_column(int x, __global float *scratch) {
 }
 
 /* The same for a column of the patch. */
-SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
+EIGHT_STEP void surface_patch_column(int x, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT + 16 * PATCH_WIDE,
                          *corners = scratch + CORNERS_AT;
     __global float *out = scratch + COLUMNS_AT + x;
@@ -150,18 +150,18 @@ SURFACE_STEP void surface_patch_column(int x, __global float *scratch) {
     }
     float top = out[TOP * PATCH_WIDE], upper = out[UPPER * PATCH_WIDE];
     float bottom = out[BOTTOM * PATCH_WIDE], lower = out[LOWER * PATCH_WIDE];
-    float width = surface_max(corners[1] - corners[0], 1.0f), reach = REACH * width;
-    float open = surface_clamp((corners[3] - corners[2]) / (OPENED * width), 0.0f, 1.0f);
+    float width = eight_max(corners[1] - corners[0], 1.0f), reach = REACH * width;
+    float open = eight_clamp((corners[3] - corners[2]) / (OPENED * width), 0.0f, 1.0f);
     float across = 2.0f * (float)x - corners[0] - corners[1];
-    float out_of_middle = surface_max(across, -across) / width;
+    float out_of_middle = eight_max(across, -across) / width;
     float at_corner =
-        surface_clamp((out_of_middle - CORNER_FROM) / (CORNER_TO - CORNER_FROM), 0.0f, 1.0f);
+        eight_clamp((out_of_middle - CORNER_FROM) / (CORNER_TO - CORNER_FROM), 0.0f, 1.0f);
     float more = CORNER_MORE * at_corner * open;
     out[UPPER_MORE * PATCH_WIDE] = more;
     out[LOWER_MORE * PATCH_WIDE] = more - LOWER_LESS * (1.0f - at_corner) * (1.0f - open);
-    out[GAP * PATCH_WIDE] = 2.0f * surface_clamp((lower - upper) / reach, 0.0f, 1.0f) - 1.0f;
-    out[PER_UPPER * PATCH_WIDE] = 1.0f / surface_max(upper - top, 1.0f);
-    out[PER_LOWER * PATCH_WIDE] = 1.0f / surface_max(bottom - lower, 1.0f);
+    out[GAP * PATCH_WIDE] = 2.0f * eight_clamp((lower - upper) / reach, 0.0f, 1.0f) - 1.0f;
+    out[PER_UPPER * PATCH_WIDE] = 1.0f / eight_max(upper - top, 1.0f);
+    out[PER_LOWER * PATCH_WIDE] = 1.0f / eight_max(bottom - lower, 1.0f);
 }
 
 /* How many rows a curve of the mesh lies above row `from`, where the curve below it was put, in a
@@ -172,22 +172,22 @@ static inline float surface_lid_gap(
     float gap = from - higher[x];
     if (x < LID_INNER_SEED) {
         float seed = lower[LID_INNER_SEED] - higher[LID_INNER_SEED];
-        gap = surface_max(gap, seed - LID_INNER_FALL * (float)(LID_INNER_SEED - x));
+        gap = eight_max(gap, seed - LID_INNER_FALL * (float)(LID_INNER_SEED - x));
     }
     if (x > LID_OUTER_SEED) {
         float seed = lower[LID_OUTER_SEED] - higher[LID_OUTER_SEED];
-        gap = surface_max(gap, seed - LID_OUTER_FALL * (float)(x - LID_OUTER_SEED));
+        gap = eight_max(gap, seed - LID_OUTER_FALL * (float)(x - LID_OUTER_SEED));
     }
-    return surface_max(gap, LID_LEAST);
+    return eight_max(gap, LID_LEAST);
 }
 
 /* The row of a curve that is held on the grid, above the curve below it. */
 static inline float surface_lid_held(float row, float below, float share) {
-    return surface_clamp(row, share * below, below - LID_LEAST);
+    return eight_clamp(row, share * below, below - LID_LEAST);
 }
 
 /* The same for a column of a lid's grid. */
-SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scratch) {
+EIGHT_STEP void surface_lid_column(int x, float step_px, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT, *z = y + PATCH_WIDE;
     __global const float *creases = y + 2 * CREASE_LINE * PATCH_WIDE;
     __global const float *folds = y + 2 * FOLD_LINE * PATCH_WIDE;
@@ -196,7 +196,7 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     float at_lash = y[x], at_brow = y[x + 2 * BROW_LINE * PATCH_WIDE] + LID_BROW_BELOW;
     float crease = at_lash - surface_lid_gap(at_lash, y, creases, x);
     crease = surface_lid_held(crease, at_lash, LID_HELD);
-    float fold = crease - surface_max(
+    float fold = crease - eight_max(
                               surface_lid_gap(crease, creases, folds, x),
                               LID_FOLD_LEAST * (crease - at_brow));
     fold = surface_lid_held(fold, crease, LID_HELD);
@@ -206,9 +206,9 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     /* beyond the corners, where the curves end, the surface stays turned as just inside them */
     int turn = x < LID_TURN_FROM ? LID_TURN_FROM : x > LID_TURN_TO ? LID_TURN_TO : x;
     float crease_z = z[turn + 2 * CREASE_LINE * PATCH_WIDE];
-    float below = (crease_z - z[turn]) / surface_min(creases[turn] - y[turn], -1.0f);
+    float below = (crease_z - z[turn]) / eight_min(creases[turn] - y[turn], -1.0f);
     float above = (z[turn + 2 * FOLD_LINE * PATCH_WIDE] - crease_z) /
-                  surface_min(folds[turn] - creases[turn], -1.0f);
+                  eight_min(folds[turn] - creases[turn], -1.0f);
     out[LASH * PATCH_WIDE] = at_lash;
     out[CREASE * PATCH_WIDE] = crease;
     out[FOLD * PATCH_WIDE] = fold;
@@ -216,9 +216,9 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
     out[PER_LASH * PATCH_WIDE] = 1.0f / (at_lash - crease);
     out[PER_CREASE * PATCH_WIDE] = 1.0f / (crease - fold);
     out[PER_FOLD * PATCH_WIDE] = (2.0f - LID_FOLD_UP) / (fold - brow);
-    out[BELOW * PATCH_WIDE] = surface_clamp(below, -LID_STEEPEST, LID_STEEPEST);
-    out[ABOVE * PATCH_WIDE] = surface_clamp(above, -LID_STEEPEST, LID_STEEPEST);
-    out[ACROSS * PATCH_WIDE] = surface_clamp(
+    out[BELOW * PATCH_WIDE] = eight_clamp(below, -LID_STEEPEST, LID_STEEPEST);
+    out[ABOVE * PATCH_WIDE] = eight_clamp(above, -LID_STEEPEST, LID_STEEPEST);
+    out[ACROSS * PATCH_WIDE] = eight_clamp(
         surface_slope(z + 2 * CREASE_LINE * PATCH_WIDE, turn, LID_WIDE, 1.0f), -LID_STEEPEST,
         LID_STEEPEST);
     out[LASH_PX * PATCH_WIDE] = step_px / colour_sqrt(1.0f + slope * slope);
@@ -226,44 +226,44 @@ SURFACE_STEP void surface_lid_column(int x, float step_px, __global float *scrat
 }
 
 /* Computes where lipstick goes: odds and rim, for eight px of the patch. */
-SURFACE_STEP void surface_odds(
+EIGHT_STEP void surface_odds(
     int x, int y, __global const float *given, __global const float *scratch, __global float *out) {
     __global const float *column = scratch + COLUMNS_AT + x, *corners = scratch + CORNERS_AT;
     float left = corners[0], right = corners[1], row = (float)y;
-    float width = surface_max(right - left, 1.0f);
+    float width = eight_max(right - left, 1.0f);
     int at = y * PATCH_WIDE + x;
     float8 across = (float)x + ROW8;
     float8 from_top = row - EIGHT(column + TOP * PATCH_WIDE),
            to_bottom = EIGHT(column + BOTTOM * PATCH_WIDE) - row;
     float8 from_upper = row - EIGHT(column + UPPER * PATCH_WIDE),
            to_lower = EIGHT(column + LOWER * PATCH_WIDE) - row;
-    float8 border = surface_min8(
-        surface_min8(
+    float8 border = eight_min8(
+        eight_min8(
             from_top * EIGHT(column + AT_TOP * PATCH_WIDE),
             to_bottom * EIGHT(column + AT_BOTTOM * PATCH_WIDE)),
-        surface_min8(across - left, right - across));
-    float8 opening = surface_min8(
+        eight_min8(across - left, right - across));
+    float8 opening = eight_min8(
         from_upper * EIGHT(column + AT_UPPER * PATCH_WIDE),
         to_lower * EIGHT(column + AT_LOWER * PATCH_WIDE));
     float8 near = from_upper < to_lower ? from_top * EIGHT(column + PER_UPPER * PATCH_WIDE)
                                         : to_bottom * EIGHT(column + PER_LOWER * PATCH_WIDE);
     float8 more = from_upper < to_lower ? EIGHT(column + UPPER_MORE * PATCH_WIDE)
                                         : EIGHT(column + LOWER_MORE * PATCH_WIDE);
-    more *= surface_clamp8(1.0f - opening, 0.0f, 1.0f); /* not in the opening itself */
-    float8 inside = surface_min8(border, -opening);
-    float8 limit = surface_min8(border + REACH * width, OPENING_REACH * width - opening);
+    more *= eight_clamp8(1.0f - opening, 0.0f, 1.0f); /* not in the opening itself */
+    float8 inside = eight_min8(border, -opening);
+    float8 limit = eight_min8(border + REACH * width, OPENING_REACH * width - opening);
     float8 rim =
-        EIGHT(column + GAP * PATCH_WIDE) * surface_clamp8(2.0f * near - RIM_START, 0.0f, 1.0f);
+        EIGHT(column + GAP * PATCH_WIDE) * eight_clamp8(2.0f * near - RIM_START, 0.0f, 1.0f);
     float8 sum = (1.0f - CONTOUR_SHARE) * EIGHT(given + LOGITS_AT + at) +
-                 CONTOUR_SHARE * surface_clamp8(inside, -CONTOUR_MOST, CONTOUR_MOST) +
+                 CONTOUR_SHARE * eight_clamp8(inside, -CONTOUR_MOST, CONTOUR_MOST) +
                  more + (rim > 0.0f ? (float8)0.0f : (float8)WIDER);
-    PUT(out + at, surface_min8(sum, LIMIT_STEEPNESS * limit));
+    PUT(out + at, eight_min8(sum, LIMIT_STEEPNESS * limit));
     PUT(out + RIM_AT + at, rim > 0.0f ? ONTO_LIP * rim : OVER_SEAM * rim);
 }
 
 /* Reads the linear luminance of eight pixels of a grid in two rows. Chroma has no detail finer than
  * two by two pixels, so each sample of chroma serves four. */
-SURFACE_STEP void surface_light(
+EIGHT_STEP void surface_light(
     int x, int y, __global const float *given, __global const float *place,
     __global const SAMPLE *luma, __global const float *table, __global float *light, int wide) {
     __global const SAMPLE *cb = luma + (int)given[CHROMA_BEGINS_AT];
@@ -282,7 +282,7 @@ SURFACE_STEP void surface_light(
         for (int j = 0; j < 3; ++j) {
             __global const float *to = to_steps + 4 * j;
             float8 steps = to[0] * codes + to[1] * blue + to[2] * red + to[3];
-            int8 at = surface_whole8(surface_clamp8(steps, 0.0f, given[LAST_STEP_AT]));
+            int8 at = eight_whole8(eight_clamp8(steps, 0.0f, given[LAST_STEP_AT]));
             sum += weights[j] * (float8)(table[at.s0], table[at.s1], table[at.s2], table[at.s3],
                                          table[at.s4], table[at.s5], table[at.s6], table[at.s7]);
         }
@@ -295,18 +295,18 @@ SURFACE_STEP void surface_light(
 }
 
 /* Computes slopes, and the light of each lip, for eight pixels of the lips' grid. */
-SURFACE_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __global float *out) {
+EIGHT_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __global float *out) {
     __global const float *columns = scratch + COLUMNS_AT + x;
     __global const float *upper = columns + LIP * PATCH_WIDE, *lower = upper + OF_LIP * PATCH_WIDE;
     int at = y * LIPS_WIDE + x;
     float row = 2.0f * (float)y + 0.5f;
     /* with fractions of a px, or the line where the lips meet would have steps */
     float8 share =
-        surface_clamp8(0.5f * (EIGHT(columns + SEAM * PATCH_WIDE) - row) + 0.5f, 0.0f, 1.0f);
+        eight_clamp8(0.5f * (EIGHT(columns + SEAM * PATCH_WIDE) - row) + 0.5f, 0.0f, 1.0f);
     int8 is_upper = share > 0.5f;
 #define OF_EITHER(name) \
     (is_upper ? EIGHT(upper + (name) * PATCH_WIDE) : EIGHT(lower + (name) * PATCH_WIDE))
-    float8 across = surface_clamp8((row - OF_EITHER(FIRST)) * OF_EITHER(PER_HEIGHT), 0.0f, 1.0f);
+    float8 across = eight_clamp8((row - OF_EITHER(FIRST)) * OF_EITHER(PER_HEIGHT), 0.0f, 1.0f);
     float8 outer = OF_EITHER(BEND), middle = OF_EITHER(BEND + 1), inner = OF_EITHER(BEND + 2);
     float8 bend = across < MIDDLE_BETWEEN
                       ? (middle - outer) * (1.0f / (MIDDLE_BETWEEN - FIRST_BETWEEN))
@@ -314,7 +314,7 @@ SURFACE_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __g
     float8 down = middle + bend * (across - MIDDLE_BETWEEN);
     down += is_upper ? FULLER_UPPER_CHANGE * across + FULLER_UPPER
                      : FULLER_LOWER_CHANGE * across + FULLER_LOWER;
-    down = surface_clamp8(down, -STEEPEST, STEEPEST);
+    down = eight_clamp8(down, -STEEPEST, STEEPEST);
     float8 along = OF_EITHER(ALONG) - 0.5f * down * OF_EITHER(TILT);
     __global const float *four = out + 2 * y * PATCH_WIDE + 2 * x; /* odds */
     float8 left = EIGHT(four) + EIGHT(four + PATCH_WIDE),
@@ -323,7 +323,7 @@ SURFACE_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __g
         (float8)(left.even + left.odd, right.even + right.odd) > 0.0f ? (float8)1.0f : (float8)0.0f;
     float8 light = EIGHT(scratch + LIGHT_AT + at);
     __global float *layers = scratch + LAYERS_AT + at;
-    PUT(layers + SLOPE_X * LAYER, surface_clamp8(along, -STEEPEST, STEEPEST));
+    PUT(layers + SLOPE_X * LAYER, eight_clamp8(along, -STEEPEST, STEEPEST));
     PUT(layers + SLOPE_Y * LAYER, down);
     PUT(layers + LIGHT * LAYER, light * lips * share);
     PUT(layers + AREA * LAYER, lips * share);
@@ -333,7 +333,7 @@ SURFACE_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __g
 }
 
 /* Computes heights, normals and the light of the area, for eight pixels of a lid's grid. */
-SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __global float *out) {
+EIGHT_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __global float *out) {
     __global const float *column = scratch + COLUMNS_AT + x;
     int at = y * LID_WIDE + x;
     float8 above_lash = EIGHT(column + LASH * PATCH_WIDE) - (float)y;
@@ -347,8 +347,8 @@ SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __gl
     up = ring < 2.0f ? up : LID_FOLD_UP + above_fold * EIGHT(column + PER_FOLD * PATCH_WIDE);
     float8 below = EIGHT(column + BELOW * PATCH_WIDE), gx = EIGHT(column + ACROSS * PATCH_WIDE);
     float8 gy = below + (EIGHT(column + ABOVE * PATCH_WIDE) - below) *
-                            surface_clamp8(ring - 0.5f, 0.0f, 1.0f);
-    gy += LID_ROUNDNESS * surface_clamp8(0.5f - up, -0.5f, 0.5f);
+                            eight_clamp8(ring - 0.5f, 0.0f, 1.0f);
+    gy += LID_ROUNDNESS * eight_clamp8(0.5f - up, -0.5f, 0.5f);
     float8 shrink = surface_shrink8(gx, gy);
     float8 beside = LID_LEFT + LID_STEP * ((float)x + ROW8);
     int8 is_lid = (up > LID_LIGHT_FROM) & (up < LID_LIGHT_TO) & (beside > -LID_LIGHT_BESIDE) &
@@ -364,7 +364,7 @@ SURFACE_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __gl
 }
 
 /* The mean light of a region's areas; of all that was read where they hold less than one pixel. */
-SURFACE_STEP float surface_mean(__global const float *scratch, int is_lips, int wide, int high) {
+EIGHT_STEP float surface_mean(__global const float *scratch, int is_lips, int wide, int high) {
     float8 seen = (float8)0.0f, area = (float8)0.0f, all = (float8)0.0f;
     int first = is_lips ? 0 : LID_LIT_FROM, end = is_lips ? wide / 8 : LID_LIT_TO;
     for (int at_eight = 0; at_eight < (end - first) * high; ++at_eight) {
@@ -376,8 +376,8 @@ SURFACE_STEP float surface_mean(__global const float *scratch, int is_lips, int 
             EIGHT(at + AREA * LAYER) + (is_lips ? EIGHT(at + AREA_BELOW * LAYER) : (float8)0.0f);
         all += EIGHT(scratch + LIGHT_AT + i);
     }
-    float total = surface_sum8(area);
-    return total >= 1.0f ? surface_sum8(seen) / total : surface_sum8(all) / (float)(8 * (end - first) * high);
+    float total = eight_sum8(area);
+    return total >= 1.0f ? eight_sum8(seen) / total : eight_sum8(all) / (float)(8 * (end - first) * high);
 }
 
 /* Blurs eight pixels of `count` layers over the rows above and below. Stores them for
@@ -389,8 +389,8 @@ static inline void surface_blur_down(
         __global const float *layer = layers + k * LAYER + x;
         float8 sum = taps[0] * EIGHT(layer + y * wide);
         for (int i = 1; i <= sides; ++i)
-            sum += taps[i] * (EIGHT(layer + surface_mirror(y - i, high) * wide) +
-                              EIGHT(layer + surface_mirror(y + i, high) * wide));
+            sum += taps[i] * (EIGHT(layer + eight_mirror(y - i, high) * wide) +
+                              EIGHT(layer + eight_mirror(y + i, high) * wide));
         __global float *row = blurred + k * BLURRED + y * PADDED + PAD;
         PUT(row + x, sum);
         if (x < PAD) PUT(row - x - 7, sum.s76543210);
@@ -416,7 +416,7 @@ static inline float8 surface_blur_across(
 }
 
 /* Finishes shading and normals, for eight pixels of the lips' grid. */
-SURFACE_STEP void surface_finish_lips(
+EIGHT_STEP void surface_finish_lips(
     int x, int y, __global const float *blurred, __global float *out) {
     __global const float *from = blurred + y * PADDED + PAD + x;
     __global float *to = out + LIPS_AT + y * LIPS_WIDE + x;

@@ -51,7 +51,7 @@ static inline float surface_slope(__global const float *row, int at, int count, 
 }
 
 static inline float surface_at_least_half(float x) {
-    return x < 0.0f ? surface_min(x, -0.5f) : surface_max(x, 0.5f);
+    return x < 0.0f ? eight_min(x, -0.5f) : eight_max(x, 0.5f);
 }
 
 /* 1 / sqrt(1 + x x + y y), by Newton's method from a good guess. */

@@ -22,7 +22,7 @@ _BARE_SECONDS = 2.0  # how long to wait for a frame whose picture without makeup
 
 
 class Figures(Protocol):
-    """A dataclass: fps, latency_ms, latency_p95_ms, dropped, level, level_notice, notice, sinks."""
+    """A dataclass: fps, latency_ms, dropped, level, level_notice, notice, sinks."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 

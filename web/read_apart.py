@@ -1,8 +1,8 @@
 """Decodes visitors' photos in a process of its own, with limits on memory and time.
 
 A file that breaks a decoder ends only that process, and the live picture goes on. A thread would
-not
-do: Pillow sometimes holds Python's lock, and a large WebP stopped the picture for half a second.
+not do: Pillow sometimes holds Python's lock, and a large WebP stopped the picture for half a
+second.
 """
 
 import json

@@ -10,7 +10,7 @@ import threading
 from functools import partial
 
 import uvicorn
-from makeup_video.pipeline.errors import UsageError, option
+from makeup_video.pipeline.errors import InstallError, UsageError, option
 from makeup_video.web.app import Log, make_app
 from makeup_video.web.connection import Connection, Requests
 from makeup_video.web.rooms import Rooms
@@ -51,12 +51,14 @@ class Server:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._uvicorn: uvicorn.Server | None = None
         self._begun = threading.Event()
+        self._failed: BaseException | None = None
         self._thread: threading.Thread | None = None
 
     def start(self) -> str:
         """Start serving, and return the page's address, such as "http://127.0.0.1:8080/".
 
-        Raises UsageError when the port is taken, or host is not an address of this machine.
+        Raises UsageError when the port is taken, or host is not an address of this machine, and
+        InstallError when a library of the server cannot be loaded.
         """
         listening = _listen(self._host, self._port)
         port: int = listening.getsockname()[1]
@@ -65,6 +67,10 @@ class Server:
         )
         self._thread.start()
         self._begun.wait()
+        if self._failed is not None:
+            raise InstallError(
+                f"the page cannot be served: {self._failed}; install makeup-video again"
+            ) from self._failed
         name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._host, self._host)
         scheme = "http" if self._tls is None else "https"
         return f"{scheme}://{f'[{name}]' if ':' in name else name}:{port}/"
@@ -84,6 +90,17 @@ class Server:
         self._worker.stop()  # again: the server may not have run
 
     def _run(self, listening: socket.socket, port: int) -> None:
+        try:
+            self._serve_until_stopped(listening, port)
+        except BaseException as error:
+            if self._begun.is_set():
+                raise
+            self._failed = error
+        finally:
+            listening.close()
+            self._begun.set()
+
+    def _serve_until_stopped(self, listening: socket.socket, port: int) -> None:
         app = make_app(self._rooms, self._worker, self._host, port, self._log)
         config = uvicorn.Config(
             app,

@@ -4,9 +4,9 @@ A Show has one Session for all pages (live) or one for each page (demo). A Sessi
 the picture that it is painted on; it knows no sockets, and makes pictures only while a page
 watches.
 
-All methods but `read`, `record`, `whole_picture`, `take_portrait` and those of thumbnails are
-called on the server's loop and must not block. These are slow, and are called on the worker's
-thread, one at a time.
+`read`, `take_portrait`, `record`, `cameras`, `choose_camera`, `whole_picture` and the methods of
+thumbnails are slow: they are called on the worker's thread, one at a time. `show_again` is slow,
+too, and may be called on any thread. All others are called on the server's loop and must not block.
 """
 
 import struct

@@ -22,8 +22,8 @@ from makeup_video.pipeline.batch.ray_greeting import is_cluster
 from makeup_video.pipeline.engine.jobs import Progress, Result, Task
 from makeup_video.pipeline.engine.processes import Ended, InProgress, perform
 from makeup_video.pipeline.errors import StoppedError, UsageError, WorkerError, option
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
-from makeup_video.pipeline.media.input_file import local_file
 from makeup_video.pipeline.offline.settings import Settings
 from ray.exceptions import RayError, RayTaskError
 

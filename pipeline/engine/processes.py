@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from makeup_video.pipeline.engine.jobs import Job, Progress, Result, Task
 from makeup_video.pipeline.engine.machine import return_large_blocks
 from makeup_video.pipeline.engine.signals import stop_signals
-from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, WorkerError
+from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, WorkerError, option
 
 # a fork would copy locks of threads and of OpenCL
 _START = multiprocessing.get_context("spawn")
@@ -126,7 +126,10 @@ def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], No
     except MakeupVideoError as error:
         return Ended(None, error)
     except Exception as error:  # noqa: BLE001  # one line for whoever waits for the result
-        text = f"internal error: {type(error).__name__}: {error}; run this job alone with --debug"
+        text = (
+            f"internal error: {type(error).__name__}: {error}; "
+            f"run this job alone with {option('debug')}"
+        )
         return Ended(None, WorkerError(text), traceback.format_exc())
 
 

@@ -39,18 +39,17 @@ def close_shut_eyes(
     R'G'B', of eyes at the left of the face, or mirrored ones. weights: (NUMBERS + 1,) of the model,
     the constant last. span: width of a crop in IOD.
     """
-    narrow = [
-        min(max((_OPEN - opening_of(eye)) / (_OPEN - _NARROW), 0.0), 1.0) for eye in points
-    ]  # 0 for open eyes
+    # 0 for open eyes
+    narrow = [min(max((_OPEN - opening_of(eye)) / (_OPEN - _NARROW), 0.0), 1.0) for eye in points]
     if not any(narrow):
         return
     odds = [
         float(weights[:-1] @ numbers_of(eye, crop, span) + weights[-1]) if share else 0.0
         for eye, crop, share in zip(points, crops, narrow, strict=True)
     ]
-    told = sum(own * share for own, share in zip(odds, narrow, strict=True))
+    together = sum(own * share for own, share in zip(odds, narrow, strict=True))
     for eye, own, share in zip(points, odds, narrow, strict=True):
-        sure = own + _TOGETHER * (told - own * share)
+        sure = own + _TOGETHER * (together - own * share)
         share *= min(max((sure - _STAY) / (_MEET - _STAY), 0.0), 1.0)
         upper, lower = eye[_UPPER], eye[_LOWER]
         meet = upper + _MEETING_LINE * (lower - upper)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import av
-from makeup_video.pipeline.errors import OutputError, UsageError, option
+from makeup_video.pipeline.errors import MakeupVideoError, OutputError, UsageError, option
 from makeup_video.pipeline.files.part_file import PartFile, check_part
 
 _OVERWRITE = option("overwrite", True)
@@ -175,7 +175,7 @@ class write_errors(contextlib.AbstractContextManager[None]):  # lower case: used
         self.path = path
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, (av.FFmpegError, OSError)) and not isinstance(error, OutputError):
+        if isinstance(error, (av.FFmpegError, OSError)) and not isinstance(error, MakeupVideoError):
             reason = error.strerror or str(error)
             advice = _DISK_ADVICE.get(error.errno or 0, "choose another output or container")
             raise OutputError(f"{self.path} cannot be written: {reason}; {advice}") from error

@@ -17,7 +17,6 @@ FIELDS: Mapping[str, str] = {
     "shade": "the shade of a catalogue's row",
 }
 OF_LOOKS = ("look", "brand", "shade")  # fields that differ from look to look
-OF_INPUTS = ("name", "folder")  # fields that differ from input to input
 # Characters that some file system does not allow in a name.
 _NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]+')
 

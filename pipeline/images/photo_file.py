@@ -17,6 +17,7 @@ from typing import IO, Any
 
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 from makeup_video.pipeline.images.heif import HEAD_BYTES, is_heif, register_with_pillow, to_srgb
@@ -24,8 +25,8 @@ from makeup_video.pipeline.images.picture_size import MOST_PX
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
-# Formats of photos only: some others of Pillow's run programs (EPS) or open more files.
-# of Pillow's modules, one for each kind: loading all of them takes longer
+# Pillow's modules for photos, one for each format: loading all of Pillow's takes longer, and some
+# of the others run programs (EPS) or open more files.
 _PLUGINS = ("Jpeg", "Png", "WebP", "Avif", "Tiff", "Bmp", "Gif")
 _FORMATS = tuple(name.upper() for name in _PLUGINS)
 _KINDS = "JPEG, PNG, WebP, HEIC, AVIF, TIFF or BMP"
@@ -134,8 +135,6 @@ def _opened(photo: str | os.PathLike[str] | bytes, name: str) -> _Photo:
         if not photo:
             raise InputError(f"{name} is empty (0 bytes): give a photo file")
         return _Photo(io.BytesIO(photo), name)
-    from makeup_video.pipeline.media.input_file import local_file
-
     path = local_file(photo, "photo")
     try:
         return _Photo(open_ordinary(path, _MOST_BYTES), str(path), path)

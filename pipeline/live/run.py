@@ -53,8 +53,8 @@ class LiveFigures:
     """How a live run is doing.
 
     fps: pictures painted per second, over the last seconds.
-    latency_ms, latency_p95_ms: median and 95th percentile of the time from a frame's arrival until
-    it is painted, over the last seconds; None before the first picture.
+    latency_ms: median of the time from a frame's arrival until it is painted, over the last
+    seconds; None before the first picture.
     pictures: painted since the run began.
     dropped: frames since the run began that arrived while another one waited, or that the source
     dropped.
@@ -64,7 +64,6 @@ class LiveFigures:
 
     fps: float
     latency_ms: float | None
-    latency_p95_ms: float | None
     pictures: int
     dropped: int
     level: QualityLevel
@@ -162,7 +161,6 @@ class LiveRun:
         return LiveFigures(
             fps=fps,
             latency_ms=late_ms[len(late_ms) // 2] if late_ms else None,
-            latency_p95_ms=late_ms[int(0.95 * len(late_ms))] if late_ms else None,
             pictures=self._pictures,
             dropped=self._dropped,
             level=self._budget.level,

@@ -62,6 +62,7 @@ class LiveRunner:
         self.outlets = [_outlet(sink) for sink in sinks]
         self.stopped = False
         self._has_begun = False
+        self._takes_sinks = True
         self._others: set[str] = set()
         self._first_error: BaseException | None = None
         self._ended = threading.Condition()
@@ -106,7 +107,7 @@ class LiveRunner:
         """Start a further sink, from any thread. Raises UsageError before or after the run."""
         outlet = _outlet(sink)
         with self._ended:
-            if "paint" not in self._running or self.stopped:
+            if "paint" not in self._running or self.stopped or not self._takes_sinks:
                 raise UsageError("no live run is going on")
             name = f"sink {len(self.outlets)}"
             self.outlets = [*self.outlets, outlet]  # replaced, since other threads go over it
@@ -176,6 +177,8 @@ class LiveRunner:
                 self._hand_out(self._work(frame))
                 del frame
         finally:
+            with self._ended:  # a sink that came now would wait for pictures for ever
+                self._takes_sinks = False
             for outlet in self.outlets:
                 outlet.channel.close()
 

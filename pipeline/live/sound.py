@@ -48,15 +48,15 @@ class SoundTap:
         self.name, self.channels = name, channels
         self._blocks: deque[SoundBlock] = deque()
         self._lock = threading.Lock()
-        self._is_closed = False
+        self.is_closed = False
 
     def close(self) -> None:
         """Take no more blocks."""
-        self._is_closed = True
+        self.is_closed = True
         self.take()
 
     def put(self, block: SoundBlock) -> None:
-        if self._is_closed:
+        if self.is_closed:
             return
         with self._lock:
             self._blocks.append(block)
@@ -89,7 +89,8 @@ class LiveSound:
     def tap(self) -> SoundTap:
         """Make a further sink's end. Raises nothing; may be called while the sound runs."""
         tap = SoundTap(self._source.name, self._source.channels)
-        self._taps = [*self._taps, tap]  # replaced, since the thread goes over the old list
+        # replaced, since the thread goes over the old list
+        self._taps = [*(one for one in self._taps if not one.is_closed), tap]
         return tap
 
     def start(self) -> None:

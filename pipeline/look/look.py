@@ -131,7 +131,7 @@ class Look:
         slot.check(zone, "zone")
         given = list(layers)
         if eyes is None and (zone != ZONES[0] or intensity != 1):
-            raise LookError("zone and intensity are of the eyeshadow in eyes, which was not given")
+            raise LookError("zone and intensity belong to eyeshadow: give eyes, too")
         if eyes is not None:
             given.append(Layer("eyeshadow", eyes, {"slot": zone}, intensity))
         if lips is not None:

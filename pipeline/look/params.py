@@ -120,7 +120,7 @@ class GraphicsParams:
         return "#" + bytes(round(code) for code in (self.red, self.green, self.blue)).hex().upper()
 
     @classmethod
-    def from_dict(cls, values: Any, where: str = "region") -> Self:
+    def from_dict(cls, values: Any, where: str = "product") -> Self:
         """Raises LookError that names the key, what it may be, and what came."""
         if not isinstance(values, dict):
             raise LookError(f"{where} must be an object or null, got {shown(values)}")

@@ -40,7 +40,7 @@ class Clip:
             return False
         stop = seconds + (packet.duration or 0) * base
         is_before = stop <= self.shift if is_text else seconds < self.shift
-        # of a film of which nothing is cut, a late clock leaves out words alone
+        # of a film of which nothing is cut, a late clock leaves out only subtitles
         if is_before and (self.start is not None or (is_text and self.shift > 0)):
             return is_cover(packet.stream)
         if is_text and self.end is not None:

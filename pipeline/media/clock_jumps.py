@@ -39,8 +39,8 @@ class ClockJumps:
         if time is None:
             return
         base, index = packet.time_base, packet.stream.index
-        # a stream that begins behind a jump has made it, and words, whose packets are too few to
-        # show a jump, move as sound and picture do
+        # a stream that begins behind a jump has made it already; subtitles, whose packets are too
+        # few to show a jump, move as sound and picture do
         met = max((met for met, _ in self._states.values()), default=0)
         if index in self._states:
             met = self._met_by(index, time * base)

@@ -14,7 +14,7 @@ from makeup_video.pipeline.media.duration import beyond_end
 from makeup_video.pipeline.media.frame_times import FrameTimes
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover, late_streams, packets_of
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
-from makeup_video.pipeline.media.seek import seek_before, words_on_screen
+from makeup_video.pipeline.media.seek import seek_before, subtitles_on_screen
 from makeup_video.pipeline.media.segment_trim import SegmentTrim
 from makeup_video.pipeline.media.trim import Trim
 
@@ -104,7 +104,9 @@ class Decoder:
         """Raises DecodeError when nothing can be decoded or the picture's size changes, and
         UsageError when the film ends before `start_seconds`."""
         if self.trim.start is not None:
-            for packet in () if self._streams else words_on_screen(self.source, self.trim.start):
+            for packet in (
+                () if self._streams else subtitles_on_screen(self.source, self.trim.start)
+            ):
                 self._early.add((packet.stream.index, packet.pts))
                 self.muxer.copy(packet)
             seek_before(self.source, self._context, self.trim.start)

@@ -7,12 +7,12 @@ from typing import Any
 import av
 from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 
-_WORDS_SECONDS = 60  # subtitles that begin longer before a start are not looked for
+_SUBTITLE_SECONDS = 60  # subtitles that begin longer before a start are not looked for
 _BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
 _NEVER = Fraction(2**62)
 
 
-def words_on_screen(source: VideoSource, start: Fraction) -> list[Any]:
+def subtitles_on_screen(source: VideoSource, start: Fraction) -> list[Any]:
     """The packets of Matroska's subtitles that begin before `start` (seconds) and end after it.
 
     A seek to a key frame lands behind them; in other containers each stream is sought by itself.
@@ -23,7 +23,7 @@ def words_on_screen(source: VideoSource, start: Fraction) -> list[Any]:
         return []
     found, container = [], source.open_again()
     with suppress(av.FFmpegError):  # what was found until then is good
-        container.seek(int(max(Fraction(0), start - _WORDS_SECONDS) * av.time_base))
+        container.seek(int(max(Fraction(0), start - _SUBTITLE_SECONDS) * av.time_base))
         streams = [container.streams[index] for index in (source.video.index, *texts)]
         for packet in packets_of(container, *streams):
             if packet.pts is None or not packet.size:

@@ -15,11 +15,12 @@ from makeup_video.pipeline.engine.machine import (
     peak_memory_bytes,
 )
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import check_apart, check_place
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.duration import check_start
-from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
+from makeup_video.pipeline.media.input_file import VideoSource, open_video
 from makeup_video.pipeline.offline.encoding import choose_encoding
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import check_picture_settings

@@ -1,6 +1,7 @@
 """Paints several looks on one film in one go: decoded and searched for faces only once."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -123,7 +124,7 @@ class _Film:
             copy = CopyFrames(len(self.sinks))
 
             def share(item: FrameScene) -> list[FrameScene]:
-                return [FrameScene(one, item.coding, item.faces) for one in copy(item.frame)]
+                return [replace(item, frame=one) for one in copy(item.frame)]
 
             groups = [self.sinks[group.start : group.stop] for group in self._groups]
             self.fan = FanOut(groups, share)

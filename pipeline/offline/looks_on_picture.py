@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,7 @@ class _Work:
             painter, faces = None, self._settings.faces
             if not look.is_bare:
                 painter = PaintStage(Composite(look, canvas, faces), faces)
-                painter.composite(FrameScene(frame, self._scene.coding, self._scene.faces))
+                painter.composite(replace(self._scene, frame=frame))
             try:
                 report = write_picture(self._picture, output, frame, self._settings)
             except MakeupVideoError as error:

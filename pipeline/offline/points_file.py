@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
-from makeup_video.pipeline.media.sidecar import Sidecar
+from makeup_video.pipeline.files.sidecar import Sidecar
 
 
 class PointsFile(Sidecar):

@@ -9,9 +9,10 @@ from makeup_video.pipeline.engine.jobs import Worker
 from makeup_video.pipeline.engine.machine import COPY_VIDEO, FIND_FACES, check_memory
 from makeup_video.pipeline.engine.runner import Stage
 from makeup_video.pipeline.errors import DecodeError
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look, check_look
-from makeup_video.pipeline.media.input_file import VideoSource, local_file
+from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import check_name, run_stages
@@ -31,7 +32,7 @@ def process_video(
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
     few times a second.
     workers: what paints the segments of `split_minutes`; None: processes of this machine. They are
-    stopped in the end.
+    stopped when the segments end; a film that is painted whole does not use them.
     Raises TypeError for a look of another type, else one of `errors`; dst is then unchanged, or
     still does not exist.
     A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the

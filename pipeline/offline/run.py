@@ -10,10 +10,11 @@ from typing import Any, cast
 from makeup_video.pipeline.engine.machine import peak_memory_bytes
 from makeup_video.pipeline.engine.runner import Runner, Stage
 from makeup_video.pipeline.errors import UsageError, option
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.media.duration import check_start
-from makeup_video.pipeline.media.input_file import VideoSource, local_file, open_video
+from makeup_video.pipeline.media.input_file import VideoSource, open_video
 from makeup_video.pipeline.media.side_by_side import SideBySide
 from makeup_video.pipeline.offline.film import Progress, add_times, begin_film, channel_frames
 from makeup_video.pipeline.offline.picture import process_picture

@@ -76,7 +76,8 @@ class SegmentJob:
 class SegmentResult:
     """A painted segment, and what was counted; it can be pickled.
 
-    before, after, numbers: as in SegmentFaces.  chosen_frames, shown_numbers: as in Composite.
+    before, after, numbers: as in SegmentFaces.  chosen_frames: as in Composite.
+    shown_numbers: `numbers` of Composite.
     largest_first, largest_id: the largest face when the segment began, and the one that was painted
     last as the largest.
     Faces have the segment's own numbers, but in `shown_numbers` and those of the largest the film's

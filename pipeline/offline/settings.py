@@ -41,8 +41,6 @@ class Settings:
     bit_depth: 8, 10 or 12 bits a sample; None: that of the source, but 8 in H.264.
     sdr: turn HDR into SDR.
     faces: whom to paint: "all", "largest", or the number of a face, as inspect_video draws it.
-    An int in place of text is taken as its number, a float or Decimal in place of a Fraction by the
-    decimals that it is shown with.
     compare: show before and after side by side.
     split_minutes: paint the film in segments of about so many minutes, each in a process of its
     own, and join them; None: in one run.
@@ -54,7 +52,8 @@ class Settings:
     observe: called with the time that each stage took for each item, by the threads of the stages.
     on_whole: called, by any thread, when the output is whole and about to get its name.
 
-    Raises UsageError.
+    An int in place of text is taken as its number, a float or Decimal in place of a Fraction by the
+    decimals that it is shown with. Raises UsageError.
     """
 
     codec: str | None = None

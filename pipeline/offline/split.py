@@ -12,11 +12,12 @@ from pathlib import Path
 from makeup_video.pipeline.engine.jobs import Worker
 from makeup_video.pipeline.engine.machine import peak_memory_bytes
 from makeup_video.pipeline.errors import UsageError, option
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.decode import DecodeStats
 from makeup_video.pipeline.media.duration import check_start
-from makeup_video.pipeline.media.input_file import local_file, open_video
+from makeup_video.pipeline.media.input_file import open_video
 from makeup_video.pipeline.media.join import Join
 from makeup_video.pipeline.media.segments import Plan, plan_segments
 from makeup_video.pipeline.offline.film import Film, Progress, begin_film

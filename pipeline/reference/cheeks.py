@@ -15,8 +15,8 @@ from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.reference.film import Film
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.reference.product_film import ProductFilm
 from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.surfaces.face import face_kernel, face_surface
 
@@ -86,11 +86,11 @@ class Cheeks:
         mean: np.ndarray = np.einsum("hw,hwc->c", weights, self.roots) / total
         return mean
 
-    def film(self) -> Film:
+    def film(self) -> ProductFilm:
         """Bare cheeks at these nodes, and how blush shows on them."""
         bare = cv2.remap(_bare()[..., :3], *self.cells(), cv2.INTER_LINEAR)
         even = np.ones(bare.shape[:2], np.float32)
-        return Film(bare, even * np.float32(COVER), even * np.float32(RESPONSE))
+        return ProductFilm(bare, even * np.float32(COVER), even * np.float32(RESPONSE))
 
 
 def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:

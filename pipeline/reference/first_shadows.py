@@ -1,15 +1,15 @@
 """The colours of eyeshadow with which the fit begins: those of four usual places.
 
 Which four products, painted on the mean bare face, would look most like what is seen? Their colours
-follow by least squares, because films mix linearly in roots of light (film.py).
+follow by least squares, because films mix linearly in roots of light (product_film.py).
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 from makeup_video.pipeline.look.kinds.density_map import HW
-from makeup_video.pipeline.reference.film import bounded
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE
+from makeup_video.pipeline.reference.product_film import bounded
 from makeup_video.pipeline.reference.shadow_cells import LIGHTER, VIVID, Cells, density_of
 
 # In the order of painting.

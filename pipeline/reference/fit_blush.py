@@ -9,9 +9,9 @@ from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.cheeks import COVER, RESPONSE, Cheeks, density
-from makeup_video.pipeline.reference.film import likely_share
 from makeup_video.pipeline.reference.flush import Flush, find_flush
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
+from makeup_video.pipeline.reference.product_film import likely_share
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 _OPACITY = 0.5

@@ -14,9 +14,9 @@ from makeup_video.pipeline.look.finishes import nearest_finish, product
 from makeup_video.pipeline.look.kinds.density_map import heights, places_across, to_text
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.reference.film import likely_share
 from makeup_video.pipeline.reference.first_shadows import first_shadows
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
+from makeup_video.pipeline.reference.product_film import likely_share
 from makeup_video.pipeline.reference.shadow_cells import (
     columns_seen,
     density_of,

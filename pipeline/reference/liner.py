@@ -5,8 +5,8 @@ from dataclasses import replace
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer
-from makeup_video.pipeline.reference.film import likely_share
 from makeup_video.pipeline.reference.makeup_numbers import ReadLayer
+from makeup_video.pipeline.reference.product_film import likely_share
 from makeup_video.pipeline.reference.wing import Wing
 
 _LEAST_OPAQUE = 0.85  # a thin line in a small photo looks sheerer than it is

@@ -12,8 +12,8 @@ from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.density_map import heights, places_across
 from makeup_video.pipeline.look.kinds.ramps import fall, rise
 from makeup_video.pipeline.look.look import Layer
-from makeup_video.pipeline.reference.film import Film
 from makeup_video.pipeline.reference.flat_eyes import density, flat_places, is_seen
+from makeup_video.pipeline.reference.product_film import ProductFilm
 
 # Roots of bare eyes as shares of those measured: photos of makeup have more light there than most
 # faces on which a look is painted.
@@ -40,7 +40,7 @@ class Cells:
     reach: (27, 24), how much of all that is seen may be makeup, 0..1.
     """
 
-    film: Film
+    film: ProductFilm
     weights: np.ndarray
     reach: np.ndarray
 
@@ -50,7 +50,7 @@ def shadow_cells() -> Cells:
     """The cells of every face."""
     numbers = on_map(read_array("bare_eyes.npy").astype(np.float32))
     bare, hides, shows = numbers[..., :3], numbers[..., 3], numbers[..., 4]
-    film = Film(_DEEPER * bare, _HIDES * hides, _SHOWS * shows)
+    film = ProductFilm(_DEEPER * bare, _HIDES * hides, _SHOWS * shows)
     height, across = np.concatenate([heights(True), heights(False)]), places_across()
     reach = np.outer(
         rise(height, *_LOWER) * fall(height, *_UPPER), rise(across, *_INNER) * fall(across, *_OUTER)

@@ -2,8 +2,8 @@
 
 The colours to begin with lie in usual places. Then the shares of the colours in all cells and the
 colours themselves are fitted in turn, by least squares; where what is seen is still far off,
-another colour is tried. Films mix linearly in roots of light (film.py), so of a cell in which the
-share e of each colour shows, with the film's response r and cover c,
+another colour is tried. Films mix linearly in roots of light (product_film.py), so of a cell in
+which the share e of each colour shows, with the film's response r and cover c,
 
     seen = bare + sum(e (r root - c bare)).
 
@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from makeup_video.pipeline.look.kinds.density_map import HW, heights, places_across
-from makeup_video.pipeline.reference.film import Film, bounded
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE
+from makeup_video.pipeline.reference.product_film import ProductFilm, bounded
 from makeup_video.pipeline.reference.shadow_cells import LIGHTER, VIVID, Cells
 
 MOST = 4  # colours
@@ -118,7 +118,7 @@ class _Fit:
     def new_colour(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray | None:
         """(3,) the root of what is missing around the worst cell; None where nothing is."""
         film = self._cells.film
-        film = Film(film.bare, film.cover, np.maximum(film.response, _SHOWS))
+        film = ProductFilm(film.bare, film.cover, np.maximum(film.response, _SHOWS))
         pure = film.product_for(self._seen, _NEW_OPACITY)
         rest = self._rest(roots, shares)
         clipped = np.clip(pure, 0, self._most)
@@ -183,7 +183,7 @@ def _within(shares: np.ndarray, most: np.ndarray) -> np.ndarray:
     return within
 
 
-def _is_light(pure: np.ndarray, film: Film) -> np.ndarray:
+def _is_light(pure: np.ndarray, film: ProductFilm) -> np.ndarray:
     """(27, 24) bool: where products, (27, 24, 3) roots, would be pale and not vivid: that is light
     on the skin, or what lies behind the face."""
     off = film.response[..., None] / np.maximum(film.cover, _SHOWS)[..., None] * pure - film.bare

@@ -20,7 +20,7 @@ ANGLE_UNIT = 60.0  # degrees that are 1 for the net
 _INNER = (133, 362)
 # An eye that is narrower than this share of the other one is turned away, and does not count.
 _TURNED_AWAY = 0.8
-WORN_FROM = 0.6  # log-odds: on real photos few eyes without a wing reach it
+WING_FROM = 0.6  # log-odds: on real photos few eyes without a wing reach it
 _SURE_FROM = 2.0  # from here on what is dark beside the corner is the wing, not smoke
 
 
@@ -42,7 +42,7 @@ def read_wing(rgb8: np.ndarray, face: Face) -> Wing | None:
     rgb8: (H, W, 3) uint8, R'G'B'.  Raises InstallError without the net.
     """
     log_odds, length, angle = wing_numbers(rgb8, face)
-    if log_odds < WORN_FROM:
+    if log_odds < WING_FROM:
         return None
     length, angle = np.clip((length, angle), 0, 1).tolist()
     return Wing(round(length, 3), round(ANGLE_UNIT * angle, 1), log_odds >= _SURE_FROM)

@@ -92,7 +92,7 @@ class Part(NamedTuple):
     blur_px: float = 1.0
 
 
-class Job(NamedTuple):
+class PaintJob(NamedTuple):
     """Coats that are painted on one surface in one go.
 
     amount: 0..1, how much of all their products.
@@ -160,7 +160,7 @@ class Job(NamedTuple):
             part.surface.weigh(out, origin_xy, self._softness, part.density)
 
 
-def scaled(job: Job, to_new: AffineArray, share: float) -> Job:
+def scaled(job: PaintJob, to_new: AffineArray, share: float) -> PaintJob:
     """The same on a picture of another size.  share: its px for one of the frame."""
     part = job.part._replace(surface=job.surface.scaled(to_new))
     return job._replace(part=part, skin_px=job.skin_px * share, share=share)
@@ -232,7 +232,7 @@ def _worn(kind: str, product: GraphicsParams, strength: float) -> WornCoat:
 
 def jobs_of(
     item: FrameScene, scene: FaceScene, groups: Sequence[Group], reader: Reader
-) -> Iterator[Job]:
+) -> Iterator[PaintJob]:
     """The jobs of a look on one face, in the order of painting.
 
     groups: of `groups_of`.
@@ -247,7 +247,7 @@ def jobs_of(
         for part in parts:
             light = scene.light.for_veils if part.surface.is_broad else scene.light
             shade = region.shade(light, part.lit.mean)
-            yield Job(part, light, amount, shade, skin_px)
+            yield PaintJob(part, light, amount, shade, skin_px)
 
 
 def _areas(lits: Sequence[Lit], group: Group, amount: float, device: Device) -> Iterator[Part]:

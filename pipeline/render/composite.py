@@ -9,7 +9,7 @@ from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.render.coats import Group, Job, groups_of, jobs_of, scaled
+from makeup_video.pipeline.render.coats import Group, PaintJob, groups_of, jobs_of, scaled
 from makeup_video.pipeline.render.half_resolution import (
     LARGE_PX,
     SmallPlanes,
@@ -119,7 +119,7 @@ class Composite:
 
     def _jobs(
         self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]
-    ) -> list[Job]:
+    ) -> list[PaintJob]:
         """What there is to paint: all surfaces are read before anything is painted."""
         kept = self._reader.kept
         if item.cut:
@@ -146,7 +146,7 @@ class Composite:
         return tuple(stays[:1])
 
     def _paint_small(
-        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[Job], factor: int
+        self, item: FrameScene, planes: tuple[np.ndarray, ...], jobs: list[PaintJob], factor: int
     ) -> None:
         size = small_size((item.frame.width_px, item.frame.height_px), factor)
         jobs = [scaled(job, to_small(factor), 1 / factor) for job in jobs]
@@ -191,7 +191,7 @@ class _Pile:
 
 
 def _placed(
-    jobs: Iterable[Job], size_wh: tuple[int, int], block: tuple[int, int]
+    jobs: Iterable[PaintJob], size_wh: tuple[int, int], block: tuple[int, int]
 ) -> Iterator[PlacedJob]:
     """The jobs that lie on a frame, each with its rectangle."""
     for job in jobs:

@@ -9,7 +9,7 @@ from makeup_video.kernels.paint import MadeRegion
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.product import COAT, CODING, LitRegion, ProductKernel
 from makeup_video.kernels.program import Device
-from makeup_video.pipeline.render.coats import Job, WornCoat
+from makeup_video.pipeline.render.coats import PaintJob, WornCoat
 from makeup_video.pipeline.render.environment import blur_of, room_colours
 from makeup_video.pipeline.render.product_material import (
     LUMINANCE,
@@ -21,7 +21,7 @@ from makeup_video.pipeline.render.product_material import (
 )
 
 # A job, and the rectangle of the picture that holds all its weight.
-PlacedJob = tuple[Job, Rect]
+PlacedJob = tuple[PaintJob, Rect]
 
 
 def made_regions(
@@ -42,7 +42,7 @@ def made_regions(
     ]  # fmt: skip
 
 
-def _lit(job: Job, rect: Rect, coding: Coding) -> LitRegion:
+def _lit(job: PaintJob, rect: Rect, coding: Coding) -> LitRegion:
     (a, b, x), (c, d, y) = job.surface.grid.to_px.tolist()
     light = job.light
     return LitRegion(

@@ -33,8 +33,8 @@ _KEY_POINTS = [LIPS, EYE[:_LIDS], RIGHT_EYE[:_LIDS], _REST[::5]]
 _KEYS = (2 * np.concatenate(_KEY_POINTS)[:, None] + [0, 1]).ravel()  # columns of `values`
 _KEY_COUNTS = [len(points) for points in _KEY_POINTS]
 _PART_OF_POINT = np.full(POINTS, 3)
-for _region, _points in enumerate((LIPS, EYE, RIGHT_EYE)):
-    _PART_OF_POINT[_points] = _region
+for _part, _points in enumerate((LIPS, EYE, RIGHT_EYE)):
+    _PART_OF_POINT[_points] = _part
 PART_OF_COLUMN = np.concatenate([np.repeat(_PART_OF_POINT, 2), _PART_OF_POINT])  # of `values`
 PART_OF_POSE = np.repeat([POSE_PART, PLACE_PART], [4, 2])  # of columns of `pose`
 _EVERY = 8  # px between samples of the patch along each side; its logits are smoother than that
@@ -70,7 +70,7 @@ class Readings:
     patches: (N, H, W) float32, the logits in the track's crop.
     spans: (N,) float64, the widths of the crops that the logits were read from, in IOD.
     keys: (N, K) float64, what moments are compared by.
-    apart: (regions, N, N) float64, mean squared distances between moments: of points; for the pose,
+    apart: (parts, N, N) float64, mean squared distances between moments: of points; for the pose,
     of the stable points, and for the lips' place, in units of the later one; for the patch, of its
     samples.
 
@@ -102,13 +102,13 @@ class FaceSpace:
         self._span = face.lips.span  # the width of the track's crop in IOD
         self.patch_hw = face.lips.logits.shape
         sample = -(-self.patch_hw[0] // _EVERY) * -(-self.patch_hw[1] // _EVERY)
-        # Where the regions' key columns begin and end, and what the sum of their squares is divided
+        # Where the parts' key columns begin and end, and what the sum of their squares is divided
         # by to give a mean squared distance of points (for the pose: of the stable points).
         self.key_ends = np.cumsum([*(2 * n for n in _KEY_COUNTS), 4, 2, sample])
         self.key_starts = np.concatenate([[0], self.key_ends[:-1]])
         self.key_counts = np.array([*_KEY_COUNTS, 1, 1, sample], np.float64)
-        regions = np.repeat(np.arange(len(PARTS)), np.diff(self.key_ends, prepend=0))
-        self._shares = np.eye(len(PARTS))[regions] / self.key_counts  # (K, regions)
+        parts = np.repeat(np.arange(len(PARTS)), np.diff(self.key_ends, prepend=0))
+        self._shares = np.eye(len(PARTS))[parts] / self.key_counts  # (K, parts)
 
     def split(self, face: Face, readings: Readings, index: int, seconds: float) -> None:
         """Write the face, of that time of the film, to `index` of readings of the same track."""

@@ -24,10 +24,10 @@ _MAY_MOVE = np.array([[1, 1, 1, 1, 1, 1, 1], [1, 0, 0, 1, 1, 1, 1]])[..., None]
 def local_linear_taps(
     apart: np.ndarray, from_now: Sequence[float], now: int, variance: np.ndarray
 ) -> np.ndarray:
-    """How much each moment counts for the smoothed value at moment `now`, per region.
+    """How much each moment counts for the smoothed value at moment `now`, per part.
 
-    apart: (regions, N, N), see Readings. from_now: N seconds, NaN for a moment that does not count.
-    Returns (regions, N) float64 whose rows sum to 1. They give the value at `now` of the straight
+    apart: (parts, N, N), see Readings. from_now: N seconds, NaN for a moment that does not count.
+    Returns (parts, N) float64 whose rows sum to 1. They give the value at `now` of the straight
     line fitted by weighted least squares, so steady motion has no lag, even in a one-sided window
     (Fan, 1993). The weights fall with time, and with the distance from what `now` alone predicts:
     the bilateral filter (Tomasi & Manduchi, 1998) about a moving centre.

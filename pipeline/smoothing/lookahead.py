@@ -1,6 +1,6 @@
 """Smooths faces with frames ahead, for files: a still face in a noisy film does not shimmer.
 
-Time is that of the frames (pts * time_base), never a count of frames. The pose and each region of
+Time is that of the frames (pts * time_base), never a count of frames. The pose and each part of
 the shape are smoothed apart, and only as far as differences look like noise.
 """
 
@@ -26,7 +26,7 @@ from makeup_video.pipeline.smoothing.tracks import Tracks
 # Of score and mouth_visible, which must follow within a frame or two: standard deviation of the
 # weight by time here, time constant of the live filter.
 SCORE_SECONDS = 0.025
-# (regions, columns) values flattened -> each column from the region that it belongs to.
+# (parts, columns) values flattened -> each column from the part that it belongs to.
 _OWN = PART_OF_COLUMN * len(PART_OF_COLUMN) + np.arange(len(PART_OF_COLUMN))
 
 

@@ -1,4 +1,4 @@
-"""Estimates how noisy a track's readings are, per region, from the last moments."""
+"""Estimates how noisy a track's readings are, per part, from the last moments."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ import numpy as np
 from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.smoothing.face_space import LIPS_PART, PLACE_PART, POSE_PART
 
-# Variances per region of face_space.PARTS, in its units. _USUAL is taken before there is any
+# Variances per part of face_space.PARTS, in its units. _USUAL is taken before there is any
 # estimate; _LEAST and _MOST bound the estimates: numbers are rounded, and some motion is taken for
 # noise.
 _USUAL = np.array([2e-3, 2e-3, 2e-3, 2e-3, 1e-3, 2e-3, 0.02]) ** 2
@@ -27,7 +27,7 @@ _KEPT, _SLOT_SECONDS = 22, 1 / 15
 
 
 class NoiseLevel:
-    """The variance of a track's readings, per region.
+    """The variance of a track's readings, per part.
 
     Five consecutive moments are compared with the cubic nearest to them: what is left is noise, and
     very little motion (second differences were tried, and took a shaking head for noise). The
@@ -44,7 +44,7 @@ class NoiseLevel:
     def update(self, apart: np.ndarray, indices: Sequence[int], seconds: Sequence[float]) -> None:
         """Estimate the noise of the last moments.
 
-        apart: (regions, N, N), see Readings. indices, seconds: of the last moments, all different;
+        apart: (parts, N, N), see Readings. indices, seconds: of the last moments, all different;
         seconds of the film.
         """
         # A new estimate shares four moments of five with the one before, so one in a slot is enough
@@ -76,5 +76,5 @@ class NoiseLevel:
         self._variance = variance
 
     def variance(self) -> np.ndarray:
-        """(regions,) mean squared error of a point; for the patch, of a sample."""
+        """(parts,) mean squared error of a point; for the patch, of a sample."""
         return self._variance

@@ -1,11 +1,11 @@
-"""The One-Euro filter, for many numbers at once, which move together in regions."""
+"""The One-Euro filter, for many numbers at once, which move together in parts."""
 
 import math
 
 import numpy as np
 
 # Squared speeds up to this multiple of what noise alone makes count as rest. Noise that moves a
-# whole region at once varies by about its own size from moment to moment.
+# whole part at once varies by about its own size from moment to moment.
 _TOLERANCE = 2.5
 # Variance of the difference between the newest and the filtered value, in units of the noise: all
 # of the newest value's, and some of the filtered value's.
@@ -16,7 +16,7 @@ class OneEuro:
     """A low-pass filter whose cutoff rises with speed: steady at rest, prompt in motion.
 
     Casiez, Roussel and Vogel, "1 Euro Filter: A Simple Speed-based Low-pass Filter for Noisy Input
-    in Interactive Systems", CHI 2012. Two things differ. The speed is that of a region: the root
+    in Interactive Systems", CHI 2012. Two things differ. The speed is that of a part: the root
     mean square over its columns. And its unit is the speed that noise alone would show, so that one
     setting suits a sharp face and a blurred one.
 
@@ -34,7 +34,7 @@ class OneEuro:
         rise_hz: float,
         speed_cutoff_hz: float,
     ) -> None:
-        """starts: (R,) first column of each region.
+        """starts: (R,) first column of each part.
 
         counts: (R,) divisors of its sums of squares.
         """
@@ -45,7 +45,7 @@ class OneEuro:
         self._speed = np.zeros(0, np.float32)
 
     def __call__(self, x: np.ndarray, step_seconds: float, variance: np.ndarray) -> np.ndarray:
-        """How much the newest value counts in each region, (R,) in (0, 1]; 1 at the first call.
+        """How much the newest value counts in each part, (R,) in (0, 1]; 1 at the first call.
 
         x: (K,) float32. step_seconds: since the last call, more than 0. variance: (R,), of the
         noise of x.

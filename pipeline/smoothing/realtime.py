@@ -1,4 +1,4 @@
-"""Smooths faces without delay, for cameras: one One-Euro filter per face, region by region."""
+"""Smooths faces without delay, for cameras: one One-Euro filter per face, part by part."""
 
 import math
 

@@ -105,6 +105,13 @@ def test_a_list_gives_each_input_its_own_look(folder):
     assert frames_in(folder / "x" / "none.mkv") == 20
 
 
+def test_a_list_takes_the_words_for_faces_that_options_take(folder):
+    (folder / "jobs.csv").write_text("in,out,faces,end\nclips/a.mkv,x.mkv,Biggest,0.2\n")
+    done = run("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1")
+    assert done.exit_code == 0, done.stderr
+    assert frames_in(folder / "x.mkv") == 6
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -180,8 +180,8 @@ def test_no_browser_opens_without_a_display(monkeypatch):
 
 
 def figures(**given):
-    plain = {"fps": 29.97, "latency_ms": 12.4, "latency_p95_ms": 20.0, "pictures": 300,
-             "dropped": 0, "level": 0, "level_notice": "", "notice": "", "sinks": ()}  # fmt: skip
+    plain = {"fps": 29.97, "latency_ms": 12.4, "pictures": 300, "dropped": 0,
+             "level": 0, "level_notice": "", "notice": "", "sinks": ()}  # fmt: skip
     return LiveFigures(**{**plain, **given})
 
 
@@ -192,6 +192,11 @@ def test_the_terminal_line_has_speed_delay_and_notices():
     )
     assert live_text(figures(latency_ms=None)) == "waiting for the first frame"
     assert live_text(figures(latency_ms=None, notice="no camera")) == "no camera"
+
+
+class OpenTerminal(io.StringIO):
+    def isatty(self):
+        return True
 
 
 class ClosedTerminal(io.StringIO):
@@ -212,6 +217,16 @@ def test_a_terminal_that_is_closed_ends_no_run(monkeypatch):
     with show_live(quiet=False) as shown:
         shown(figures())
         log("a line on the way")
+
+
+@pytest.mark.parametrize("notice", ["rtmp://host/live/[/key]: refused", "[draft] camera"])
+def test_a_terminal_shows_brackets_as_they_are(monkeypatch, notice):
+    terminal = OpenTerminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with show_live(quiet=False) as shown:
+        shown(figures(notice=notice))
+        time.sleep(0.3)  # rich draws ten times a second
+    assert notice in terminal.getvalue()
 
 
 def test_the_closing_line_counts_every_output_but_the_page():

@@ -8,7 +8,7 @@ from looks import shapes
 from makeup import device, params, product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer, Look
-from makeup_video.pipeline.render.coats import Job, groups_of, jobs_of
+from makeup_video.pipeline.render.coats import PaintJob, groups_of, jobs_of
 from makeup_video.pipeline.render.scene import FrameScene
 from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Surface
@@ -42,13 +42,15 @@ def everything(**given: float) -> Look:
 SHOWN = {name: dict(kind.shown) for name, kind in KINDS.items()} | {"lipstick": {"rim": 0.5}}
 
 
-def jobs(scene: FrameScene, layers: Iterable[Layer]) -> list[Job]:
+def jobs(scene: FrameScene, layers: Iterable[Layer]) -> list[PaintJob]:
     """What is painted for some layers on all faces of a scene."""
     groups = groups_of(Look(layers).painted)
     return [job for face in scene.faces for job in jobs_of(scene, face, groups, Reader(device()))]
 
 
-def job_weight(job: Job, hw: tuple[int, int], origin_xy: tuple[int, int] = (0, 0)) -> np.ndarray:
+def job_weight(
+    job: PaintJob, hw: tuple[int, int], origin_xy: tuple[int, int] = (0, 0)
+) -> np.ndarray:
     """(h, w) float32: the weight of a job on the pixels from origin_xy on, its rect or not."""
     out = np.full(hw, np.nan, np.float32)
     job.weigh(out, origin_xy)

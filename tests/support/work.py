@@ -24,8 +24,9 @@ from makeup_video.benchmark.films import frame_of
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.faces.nets import load_nets
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.media.input_file import local_file, open_video
+from makeup_video.pipeline.media.input_file import open_video
 from makeup_video.pipeline.offline.stages import PaintRun
 
 # OpenCV functions that return pictures.

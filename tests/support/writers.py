@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 from makeup_video.pipeline import Settings
+from makeup_video.pipeline.files.sidecar import ReportFile
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
-from makeup_video.pipeline.media.sidecar import ReportFile
 from makeup_video.pipeline.offline.run import run_stages
 from media import make_clip, picture
 

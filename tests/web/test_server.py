@@ -8,7 +8,7 @@ import time
 
 import httpx
 import pytest
-from makeup_video.pipeline import UsageError
+from makeup_video.pipeline import InstallError, UsageError
 from makeup_video.web.rooms import MOST_VIEWERS
 from makeup_video.web.server import Server
 from makeup_video.web.worker import Worker
@@ -256,6 +256,15 @@ def test_a_port_that_is_taken_is_one_line_that_names_it():
             UsageError, match=rf"port {port} on 127.0.0.1 is taken: give another port, or port=0 "
         ):
             Server(StandIn(), Worker(), port=port, log=print).start()
+
+
+def test_a_server_that_cannot_begin_is_one_line(monkeypatch):
+    def broken(self):
+        raise ImportError("no module named websockets")
+
+    monkeypatch.setattr("uvicorn.Config.load", broken)
+    with pytest.raises(InstallError, match="cannot be served: no module named websockets; inst"):
+        Server(StandIn(), Worker(), log=print).start()
 
 
 @pytest.mark.parametrize(

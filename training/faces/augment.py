@@ -190,9 +190,7 @@ class Occluder:
     mouth: draws fingers and microphones right over the lips, too.
     """
 
-    def __init__(
-        self, pictures: list[list[np.ndarray]], rng: np.random.Generator, mouth: bool = False
-    ) -> None:
+    def __init__(self, pictures: list[list[np.ndarray]], mouth: bool = False) -> None:
         self.pictures, self.mouth = pictures, mouth
         self.chance = 0.25
 

@@ -12,10 +12,8 @@ from makeup_video.training.faces.augment import Occluder, harsh, photograph, res
 from makeup_video.training.faces.openings import Openings
 from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
 
-MASK_FOLDERS, MASK_SPAN = (
-    ("portraits", "talking", "wild", "sharp"),
-    1.4,
-)  # as lip_masks.py makes them
+# As lip_masks.py makes them.
+MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild", "sharp"), 1.4
 MASK_CERTAINTY = 0.44  # leaves out a sixteenth of `wild`, and hardly any of the others
 OUTLINED = 8.0  # how often a mouth outlined by hand is drawn, against another
 HARSH = 0.45  # share of lip crops with light and colours that spoil the border
@@ -158,7 +156,7 @@ class Cropper:
         self.faces, self.spec, self.augment = faces, spec, augment
         self.rng = np.random.default_rng(seed)
         self.p = faces.sampling(spec.share, OUTLINED if spec is SPECS["lips"] else 1.0)
-        self.occluder = Occluder(faces.pictures, self.rng, mouth=spec is SPECS["lips"])
+        self.occluder = Occluder(faces.pictures, mouth=spec is SPECS["lips"])
         self.openings = Openings(self.rng)
         w, h = spec.size_wh
         coarse = np.stack(np.meshgrid(np.linspace(0, w - 1, w // 8 + 1),
@@ -168,9 +166,8 @@ class Cropper:
     def geometry(self, index: np.ndarray) -> dict[str, np.ndarray]:
         """The source of each crop's pixels in picture px, and the targets of its points in IOD."""
         rng, faces, spec, n = self.rng, self.faces, self.spec, len(index)
-        wide = rng.random(n) < (
-            0.25 if self.augment else 0
-        )  # as in a first frame, whose error is larger
+        # as in a first frame, whose error is larger
+        wide = rng.random(n) < (0.25 if self.augment else 0)
         spread = np.where(wide, 2.5, 1.0)[:, None] * np.array([spec.jitter])
         turn, log_scale = rng.normal(size=(2, n)) * spread.T[:2]
         shift = rng.normal(size=(n, 2)) * spread[:, 2:]
@@ -213,9 +210,8 @@ class Cropper:
         straight = np.linalg.inv(rotation[:, :2, :2]).transpose(0, 2, 1)
         away = rotation[:, None, :2, 2]  # how depth moves a point
         here = goal @ straight
-        for _ in range(
-            4 if self.augment else 0
-        ):  # fixed-point iteration for the position before the turn
+        # fixed-point iteration for the position before the turn
+        for _ in range(4 if self.augment else 0):
             z = look_up(grids, here + pivot)[..., None]
             here = (goal - z * away) @ straight
         here = here + pivot

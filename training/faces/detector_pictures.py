@@ -32,9 +32,8 @@ def backdrops() -> list[np.ndarray]:
         try:
             picture = getattr(skimage.data, name)()
         except (AttributeError, OSError, ModuleNotFoundError) as error:
-            print(
-                "no backdrop", name, type(error).__name__
-            )  # not in the wheel: the others are enough
+            # not in the wheel: the others are enough
+            print("no backdrop", name, type(error).__name__)
             continue
         if picture.dtype == bool:
             picture = picture.astype(np.uint8) * 255
@@ -56,7 +55,7 @@ class Scenes:
         p = faces.sampling(share) * (1 + 6 * turned)
         self.cumulative = np.cumsum(p / p.sum())
         self.backdrops = backdrops()
-        self.occluder = Occluder(faces.pictures, self.rng)
+        self.occluder = Occluder(faces.pictures)
 
     def draw(self, kind: str | None = None) -> tuple[np.ndarray, np.ndarray]:
         rng = self.rng
@@ -66,7 +65,7 @@ class Scenes:
         scene, found = self._ground(w, h), []
         if kind in ("whole", "close"):
             found.append(self._fill(scene, close=kind == "close"))
-        self._decoys(scene, kind, found)
+        self._decoys(scene, kind)
         counts = {"whole": rng.choice([0, 1, 2], p=[0.7, 0.2, 0.1]), "mixed": rng.integers(1, 6),
                   "crowd": rng.integers(8, 25)}  # fmt: skip
         for _ in range(int(counts.get(kind, 0))):
@@ -159,8 +158,8 @@ class Scenes:
                 return None
         return self._paste(scene, self._face(), wanted, centre, whole=False)
 
-    def _decoys(self, scene: np.ndarray, kind: str, found: list[np.ndarray]) -> None:
-        """Add heads without faces, and hands and skin away from the faces in the scene."""
+    def _decoys(self, scene: np.ndarray, kind: str) -> None:
+        """Add heads without faces, and hands and skin anywhere."""
         rng = self.rng
         if kind == "empty" and rng.random() < 0.5:
             for _ in range(int(rng.integers(1, 4))):

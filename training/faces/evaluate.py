@@ -28,6 +28,7 @@ from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.training.faces.topology68 import EYES_68, MOUTH_68, POINTS_68
 
+CHEEKS = [50, 280, 101, 330]  # points of both cheeks, where hardly anything hides them
 MUCH = 0.25  # of a mouth's interior: where more is painted, the mouth is counted
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "portrait.jpg"
 NOISE_SIGMA, STILL_FRAMES = 4.0, 90  # code values; frames
@@ -82,7 +83,7 @@ def measure_points(folder: Path, nets: FaceNets) -> None:
 
 def skin_tone(rgb8: np.ndarray, points_px: np.ndarray) -> float:
     """The individual typology angle of the cheeks in degrees: over 41 light, under 10 dark."""
-    at = np.rint(points_px[[50, 280, 101, 330], :2]).astype(int)
+    at = np.rint(points_px[CHEEKS, :2]).astype(int)
     x, y = at.T.clip(4, np.array(rgb8.shape[1::-1])[:, None] - 5)
     patches = [rgb8[b - 4 : b + 5, a - 4 : a + 5].reshape(-1, 3) for a, b in zip(x, y, strict=True)]
     skin = np.median(np.concatenate(patches), 0).astype(np.float32)[None, None] / 255

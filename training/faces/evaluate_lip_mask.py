@@ -15,15 +15,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from makeup_video.training.faces.crops import SPECS, CropSpec
+from makeup_video.training.faces.crops import MASK_SPAN, SPECS, CropSpec
 from makeup_video.training.faces.evaluate import iou_of
 from makeup_video.training.faces.export import from_checkpoint
 from makeup_video.training.faces.infer import from_onnx, take
 from makeup_video.training.faces.lip_evidence import MASK_SPEC
 from makeup_video.training.faces.lip_outlines import Mouth, mouth_to_px, read_mouths
 
-SIZE_WH, SPAN = (500, 360), 1.4  # of the compared pictures: px, and width in IOD
-UNIT = SIZE_WH[0] / SPAN  # px per IOD
+SIZE_WH = 500, 360  # px of the compared pictures
+UNIT = SIZE_WH[0] / MASK_SPAN  # px per IOD
 SMALLEST = 40  # px: a smaller opening does not count
 BORDERS = ("outer upper", "outer lower", "inner upper", "inner lower", "corners")
 TRIALS = 4  # crops of each mouth for a net, misplaced as by a tracker
@@ -144,7 +144,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
     options = parser.parse_args()
     torch.set_num_threads(1)
-    mouths = read_mouths(SIZE_WH, SPAN)
+    mouths = read_mouths(SIZE_WH, MASK_SPAN)
     for path in options.masks:
         report(str(path), from_masks(path, mouths), mouths)
     for path in options.weights:

@@ -26,14 +26,8 @@ PIECE = 16  # least number of channels between convolutions
 CODE, GREY = np.float32(1 / 127.5), np.uint8(128)  # step of the input, and the code that means 0
 
 
-def pack(x: Tensor, span: int) -> Tensor:
-    """(N, C, H, W) -> (N, span * C, H, W / span): neighbouring px of a row become channels."""
-    n, c, h, w = (int(side) for side in x.shape)
-    return x.permute(0, 2, 3, 1).reshape(n, h, w // span, c * span).permute(0, 3, 1, 2)
-
-
 def unpack(x: Tensor, span: int) -> Tensor:
-    """The inverse of pack."""
+    """(N, span * C, H, W / span) -> (N, C, H, W): channels become neighbouring px of a row."""
     n, c, h, w = (int(side) for side in x.shape)
     return x.permute(0, 2, 3, 1).reshape(n, h, w * span, c // span).permute(0, 3, 1, 2)
 

@@ -12,7 +12,7 @@ from makeup_video.training.faces.crops import CropSpec
 Net = Callable[[np.ndarray], tuple[np.ndarray, ...]]
 
 
-def crop_to_px(pose: np.ndarray, centre: np.ndarray, spec: CropSpec) -> np.ndarray:
+def crop_to_px(pose: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """The map (2, 3) from the net's IOD offsets to image px. pose: (2, 3)."""
     return np.column_stack([pose[:, :2], pose[:, :2] @ centre + pose[:, 2]])
 

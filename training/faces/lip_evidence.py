@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
-from makeup_video.training.faces.crops import CropSpec
+from makeup_video.training.faces.crops import MASK_SPAN, CropSpec
 from makeup_video.training.faces.infer import Net, take
 
-MASK_SPEC = CropSpec((192, 144), 1.4, LIPS, LIPS)
+MASK_SPEC = CropSpec((192, 144), MASK_SPAN, LIPS, LIPS)
 IOD = MASK_SPEC.size_wh[0] / MASK_SPEC.span  # px of the mask crop
 TRIALS = 8  # crops of each mouth for a net
 UNSURE = 6.0  # logits are clipped here: beyond, they mean the same

@@ -20,10 +20,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import onnxruntime
 import torch
-from makeup_video.training.faces.crops import SPECS, CropSpec
-from makeup_video.training.faces.infer import take
+from makeup_video.training.faces.crops import MASK_FOLDERS, SPECS, CropSpec
+from makeup_video.training.faces.infer import from_onnx, take
 from makeup_video.training.faces.lip_evidence import MASK_SPEC, average_of, features, to_mask_px
 from makeup_video.training.faces.lip_labeller import (
     Labeller,
@@ -35,17 +34,12 @@ from makeup_video.training.faces.lip_labeller import (
 )
 from makeup_video.training.faces.lip_outlines import Mouth, mouth_to_px, read_mouths
 
-FOLDERS = ("portraits", "talking", "wild", "sharp")
 # A face: picture, points (478, 3) px, pose (2, 3)
 Face = tuple[np.ndarray, np.ndarray, np.ndarray]
 Place = tuple[str, int]  # of a face: its folder, and its index there
 
 
-@cache
-def session(path: Path) -> onnxruntime.InferenceSession:
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+_loaded = cache(from_onnx)
 
 
 def evidence(
@@ -56,10 +50,7 @@ def evidence(
     to_image = mouth_to_px(points, pose)
     average = np.zeros(MASK_SPEC.size_wh[::-1], np.float32)
     if net is not None:
-        run = session(net)
-        average = average_of(
-            lambda crops: run.run(None, {"rgb8": crops}), rgb8, to_image, spec, seed
-        )
+        average = average_of(_loaded(net), rgb8, to_image, spec, seed)
     crop = take(rgb8, to_image, MASK_SPEC)
     return features(crop, to_mask_px(points, to_image), average), crop
 
@@ -113,15 +104,15 @@ def main() -> None:
     options = parser.parse_args()
     spec = replace(SPECS["lips"], span=options.net_span)
     packed = np.load(options.data)
-    held_out = {name: packed[f"{name}_validation"] for name in FOLDERS}
-    faces = {name: read_faces(options.data, name) for name in FOLDERS}
+    held_out = {name: packed[f"{name}_validation"] for name in MASK_FOLDERS}
+    faces = {name: read_faces(options.data, name) for name in MASK_FOLDERS}
     every = outlined(read_mouths(MASK_SPEC.size_wh, MASK_SPEC.span))
     drawn = {face: part for face, part in every.items() if not held_out[face[0]][face[1]]}
     seen = {(name, index): evidence(options.net, spec, faces[name][index], i)
             for i, (name, index) in enumerate(drawn)}  # fmt: skip
     labeller, out = fitted(seen, drawn), {}
     with ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
-        for name in FOLDERS:
+        for name in MASK_FOLDERS:
             jobs = [(labeller, options.net, spec, faces[name][i : i + 50], i)
                     for i in range(0, len(faces[name]), 50)]  # fmt: skip
             parts = zip(*pool.map(label_part, jobs), strict=True)

@@ -101,9 +101,8 @@ def loss_of(net: Callable, batch: tuple[Tensor, ...], worth: Tensor) -> tuple[Te
     weight = weight * worth
     error = (point_error(points, target) * weight).sum() / weight.sum().clamp(min=1)
     judged = labels.clone()
-    importance = torch.stack(
-        [torch.ones(len(labels)), labels[:, 0]], 1
-    )  # without a face, the mouth does not count
+    # without a face, the mouth does not count
+    importance = torch.stack([torch.ones(len(labels)), labels[:, 0]], 1)
     score = nn.functional.binary_cross_entropy_with_logits(logits, judged, importance)
     loss = error + 0.02 * score
     if mask:

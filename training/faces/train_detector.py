@@ -12,11 +12,12 @@ import cv2
 import numpy as np
 import torch
 from makeup_video.pipeline.faces.nets import decode_cells
-from makeup_video.training.faces.checkpoint import Checkpoint
+from makeup_video.training.faces.checkpoint import Checkpoint, averaged_weights
 from makeup_video.training.faces.crops import Faces
 from makeup_video.training.faces.detector_pictures import FACE_CENTRE, SCENE, STRIDE, Scenes
 from makeup_video.training.faces.model import Conv, Join, Residual, normalise, stage
 from makeup_video.training.faces.occluders import blot_out
+from makeup_video.training.faces.train import IN_BFLOAT16
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
@@ -122,10 +123,8 @@ def hide_strangers(faces: Faces, net: nn.Module) -> int:
 
 def load_average(path: Path) -> nn.Module:
     """The averaged weights of a checkpoint."""
-    average = torch.load(path, weights_only=True)["average"]
     net = Detector().to(memory_format=torch.channels_last)
-    net.load_state_dict({key.removeprefix("module."): value for key, value in average.items()
-                         if key != "n_averaged"})  # fmt: skip
+    net.load_state_dict(averaged_weights(path))
     return net.eval()
 
 
@@ -197,13 +196,14 @@ def train(run: Checkpoint, faces: Faces, options: argparse.Namespace) -> None:
     steps, began = int(options.samples / BATCH), time.time()
     stream = Stream(faces, seed=run.step)
     loader = iter(DataLoader(stream, None, num_workers=1, prefetch_factor=8))
-    forward, since, running, counted = torch.compile(run.net), time.time(), 0.0, 0
+    forward = torch.compile(run.net) if IN_BFLOAT16 else run.net  # else no faster
+    since, running, counted = time.time(), 0.0, 0
     done = run.step / steps
     while done < 1:
         rate = options.rate * min(1, (run.step + 1) / 300, 2.5 * (1 - done) + 0.005)
         rgb8, heat, values = next(loader)
         x = normalise(rgb8).to(memory_format=torch.channels_last)
-        with torch.autocast("cpu", dtype=torch.bfloat16):
+        with torch.autocast("cpu", dtype=torch.bfloat16, enabled=IN_BFLOAT16):
             out = forward(x)
         loss = detector_loss(out, heat, values)
         run.learn(loss, rate, clip=2.0)

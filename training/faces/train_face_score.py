@@ -50,10 +50,8 @@ class NoFaces:
             picture, pose = self.faces.pictures[face][0], self.faces.poses[face]
             yield photograph(self._part(picture, pose), self.rng)
             yield photograph(self._tilted(picture, pose), self.rng)
-            if self.faces.folder[face] in (
-                "portraits",
-                "talking",
-            ):  # nobody else is in these pictures
+            # nobody else is in these pictures
+            if self.faces.folder[face] in ("portraits", "talking"):
                 yield from self._mistakes(picture, pose)
 
     def _backdrop(self) -> np.ndarray:
@@ -89,10 +87,10 @@ class NoFaces:
             detections = [g for g in detections if _is_elsewhere(g, middle, unit)]
         for detection in detections[:4]:
             for _ in range(3):
-                crop = take(picture, crop_to_px(detection, np.array(SPEC.centre), SPEC), SPEC)
+                crop = take(picture, crop_to_px(detection, np.array(SPEC.centre)), SPEC)
                 yield photograph(crop, self.rng)
                 points = self.mesh(crop[None])[0][0]
-                placed = place(points, crop_to_px(detection, np.array(SPEC.centre), SPEC))
+                placed = place(points, crop_to_px(detection, np.array(SPEC.centre)))
                 detection = poses_of(placed[None, :, :2], self.faces.mean[:, :2])[0]
                 if not 4 < np.linalg.norm(detection[:, 0]) < 2 * max(picture.shape):
                     break

@@ -23,9 +23,8 @@ from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
 
 COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
 COLOUR_SEEN = 0.4  # least opacity at which the colour of a product can be read
-MOST = np.array(
-    [1, 255, 255, 255, 4, 1, 1], np.float64
-)  # largest values of NUMBERS; all begin at 0
+# Largest values of NUMBERS; all begin at 0.
+MOST = np.array([1, 255, 255, 255, 4, 1, 1], np.float64)
 _WORDS = {"glitter": "shimmer", "retro matte": "matte", "lustre": "satin"}
 # Numbers bounded on both sides are normal as log-odds, numbers that are often 0 as square roots.
 _ODDS = np.array([True, True, True, True, False, True, False])

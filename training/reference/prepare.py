@@ -20,7 +20,7 @@ from makeup_video.pipeline.faces.lip_mask import lip_mask
 from makeup_video.pipeline.reference.crops import CROPPED
 from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
-from makeup_video.training.faces.evaluate import skin_tone
+from makeup_video.training.faces.evaluate import CHEEKS, skin_tone
 from makeup_video.training.worn.prepare import LABELS, rows
 
 # As in faces/prepare.py, the last pictures of each source are held out. The first half is for
@@ -28,15 +28,9 @@ from makeup_video.training.worn.prepare import LABELS, rows
 VALIDATION_SHARE, TEST_SHARE = 0.06, 0.08
 WORN_SHARE = 1 / 3  # of each skin tone: the portraits that look most made up
 SHOWS = {"lips": ("lips",), "eyes": ("shadow", "liner")}  # the labels of LABELS that a region shows
-TONES_DEGREES = (
-    -30,
-    10,
-    28,
-    41,
-    55,
-)  # limits of the individual typology angle: dark, brown, tan ... very light
+# Limits of the individual typology angle: dark, brown, tan ... very light.
+TONES_DEGREES = (-30, 10, 28, 41, 55)
 TONE_NAMES = ("dark", "brown", "tan", "medium", "light", "very light")
-CHEEKS = (50, 280, 101, 330)
 _GREY = 4.0  # least chroma of skin: a black and white photo shows no colour of a product
 _SHINE = 95  # percentile of lightness: the lips' highlights
 
@@ -53,7 +47,7 @@ def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
     None when a part cannot be seen.
     """
     height, width = rgb8.shape[:2]
-    at = np.rint(face.points_px[list(CHEEKS), :2]).astype(int)
+    at = np.rint(face.points_px[CHEEKS, :2]).astype(int)
     if (at < 4).any() or (at >= (width - 4, height - 4)).any():
         return None
     skin = np.concatenate([rgb8[y - 4 : y + 5, x - 4 : x + 5].reshape(-1, 3) for x, y in at])

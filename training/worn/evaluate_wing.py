@@ -15,7 +15,7 @@ import numpy as np
 from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.reference.checks import check_face, choose_face, faces_within
-from makeup_video.pipeline.reference.wing import WORN_FROM, wing_numbers
+from makeup_video.pipeline.reference.wing import WING_FROM, wing_numbers
 from makeup_video.training.worn.scores import area_under_curve
 
 
@@ -38,7 +38,7 @@ def evaluate(folder: Path) -> str:
             continue
         scores.append(wing_numbers(rgb8, face)[0])
         labels.append(has_wing)
-    found, there = np.array(scores) >= WORN_FROM, np.array(labels)
+    found, there = np.array(scores) >= WING_FROM, np.array(labels)
     return (
         f"area under curve {area_under_curve(np.array(scores), there):.3f}; a wing is read in "
         f"{found[there].sum()} of {there.sum()} with one, {found[~there].sum()} of "

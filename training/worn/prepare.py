@@ -54,9 +54,8 @@ def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
             if set(row["flags"]) & UNUSABLE:
                 continue
             labels = [{"0": 0, "2": 1}.get(row[name].strip(), UNKNOWN) for name in LABELS]
-            if (
-                "h" in row["flags"]
-            ):  # something is in front: what is not seen is not known to be bare
+            # something is in front: what is not seen is not known to be bare
+            if "h" in row["flags"]:
                 labels = [UNKNOWN if label == 0 else label for label in labels]
             yield folder / row["name"], labels
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import av
-from makeup_video.pipeline.errors import OutputError
+from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.files.output_file import (
     OutputFile,
     check_place,
@@ -87,16 +87,18 @@ class Recording:
         return self._seconds
 
     def __call__(self, picture: LivePicture) -> None:
-        frame = picture.frame
-        converted = self._convert(frame.picture)
-        if converted is not frame.picture:
-            tags = ColourTags.of(converted)
-            frame = Frame(converted, frame.pts, frame.time_base, tags, frame.rotation_degrees)
         try:
-            self._write(frame)
+            self._write(self._converted(picture.frame))
         except Exception as error:
             self._leave(error)
             raise
+
+    def _converted(self, frame: Frame) -> Frame:
+        converted = self._convert(frame.picture)
+        if converted is frame.picture:
+            return frame
+        tags = ColourTags.of(converted)
+        return Frame(converted, frame.pts, frame.time_base, tags, frame.rotation_degrees)
 
     def finish(self, stopped: bool) -> None:
         """Flush the encoder, close the file and rename it. Without any picture there is no file."""
@@ -161,6 +163,8 @@ class Recording:
 
     def _leave(self, error: Exception) -> None:
         """Close the file as far as possible, and add its name to the error."""
+        if self._sound is not None:
+            self._sound.close()
         with contextlib.suppress(Exception):
             self._container.close()
         if self._target is None:
@@ -169,5 +173,5 @@ class Recording:
             self._target.discard()
             return
         self._target.leave()
-        if isinstance(error, OutputError):
+        if isinstance(error, MakeupVideoError):
             error.extend(after=f"; the recording so far is {self._part}")

@@ -8,11 +8,12 @@ from fractions import Fraction
 from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError, UsageError, option
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.device import CameraRequest, DeviceCamera
 from makeup_video.pipeline.live.sources.file import FileCamera
 from makeup_video.pipeline.live.sources.file_sound import FileSound, has_sound
-from makeup_video.pipeline.media.input_file import local_file, open_video
+from makeup_video.pipeline.media.input_file import open_video
 
 PIXELS = ("mjpeg", "yuyv422")
 

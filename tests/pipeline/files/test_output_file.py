@@ -4,7 +4,14 @@ import errno
 import os
 
 import pytest
-from makeup_video.pipeline import OutputError, Settings, UsageError, process_video
+from makeup_video.pipeline import (
+    InputError,
+    OutputError,
+    Settings,
+    StoppedError,
+    UsageError,
+    process_video,
+)
 from makeup_video.pipeline.files.output_file import OutputFile, part_of, write_errors
 from media import decoded, make_clip
 
@@ -83,6 +90,13 @@ def test_a_name_too_long_for_the_disk_is_an_output_error(tmp_path, source, name)
 def test_an_output_that_names_a_folder_is_refused(tmp_path, source):
     with pytest.raises(UsageError, match="names a folder"):
         process_video(source, f"{tmp_path}/new.mp4/")
+
+
+@pytest.mark.parametrize("error", [InputError("in.mp4 is not a video"), StoppedError("stopped")])
+def test_errors_about_inputs_are_not_those_of_the_output(tmp_path, error):
+    with pytest.raises(type(error)) as caught, write_errors(tmp_path / "out.mp4"):
+        raise error
+    assert caught.value is error
 
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EACCES, errno.EROFS, errno.EIO])

@@ -318,6 +318,28 @@ def test_a_sink_joins_and_leaves_while_the_run_goes_on(camera):
         runner.add(List())
 
 
+def test_a_sink_that_comes_as_the_run_ends_is_refused(camera):
+    """Nobody would close its channel, and the run would wait for it for ever."""
+    first, refused = List("first"), []
+    runner = LiveRunner(camera, LivePicture, [first], log=pytest.fail)
+    channel = runner.outlets[0].channel
+    close = channel.close
+
+    def join_and_close():
+        with pytest.raises(UsageError, match="no live run"):
+            runner.add(List("late"))
+        refused.append(True)
+        close()
+
+    channel.close = join_and_close
+    thread, _ = started(runner)
+    camera.allowed.release()
+    until(lambda: first.pictures)
+    runner.stop()
+    thread.join(20)
+    assert refused and not thread.is_alive()
+
+
 def test_a_joined_sink_that_fails_leaves_the_others(camera):
     first, lines = List("first", waiting=9), []
     runner = LiveRunner(camera, LivePicture, [first], log=lines.append)

@@ -140,6 +140,13 @@ class Card:
         self.closed = True
 
 
+def test_a_tap_that_is_closed_is_forgotten():
+    sound = LiveSound(Card(iter([])), pytest.fail)
+    for _ in range(5):
+        sound.tap().close()
+    assert len(sound._taps) <= 1
+
+
 def test_every_tap_gets_every_block():
     blocks = list(card(1, []))
     source = Card(iter(blocks))

@@ -4,8 +4,7 @@ from fractions import Fraction
 
 import av
 import pytest
-from makeup_video.pipeline import InputError
-from makeup_video.pipeline.media.input_file import local_file, open_video
+from makeup_video.pipeline.media.input_file import open_video
 from media import add_video, encode_frames, make_clip
 
 
@@ -52,15 +51,6 @@ def test_depth_and_transparency_are_known_before_decoding(tmp_path, pix_fmt, alp
     source = open_video(make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt))
     assert (source.has_alpha, source.bit_depth) == (alpha, depth)
     source.close()
-
-
-def test_a_link_to_a_file_is_a_file_and_a_dangling_one_is_not(tmp_path):
-    make_clip(tmp_path / "in.mp4")
-    (tmp_path / "link.mp4").symlink_to(tmp_path / "in.mp4")
-    (tmp_path / "dangling.mp4").symlink_to(tmp_path / "no.mp4")
-    assert local_file(tmp_path / "link.mp4")
-    with pytest.raises(InputError, match="does not exist"):
-        local_file(tmp_path / "dangling.mp4")
 
 
 def test_a_name_in_any_script_opens(tmp_path):

@@ -202,7 +202,7 @@ def test_words_cost_a_film_no_frames_where_nothing_is_sought(tmp_path):
 
 @pytest.mark.parametrize("split", [None, Fraction(1, 60)])
 @pytest.mark.parametrize("codec", ["subrip", "ass"])
-def test_words_on_screen_at_the_start_are_kept_once(tmp_path, codec, split):
+def test_subtitles_on_screen_at_the_start_are_kept_once(tmp_path, codec, split):
     with av.open(str(tmp_path / "in.mkv"), "w") as out:
         video, text = add_video(out, options={"g": "30"}), add_titles(out, codec)
         for start, length in ((500, 3000), (1800, 400), (2100, 300), (3600, 100)):

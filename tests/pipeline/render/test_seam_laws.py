@@ -8,7 +8,7 @@ import pytest
 from layers import job_weight, jobs
 from makeup import close_up, product, scene_of, true_face, white_light
 from makeup_video.pipeline.look.look import Layer
-from makeup_video.pipeline.render.coats import Job
+from makeup_video.pipeline.render.coats import PaintJob
 from people import frame_of
 
 BOX, SCALE = (200, 60, 440, 300), 3.0
@@ -37,7 +37,7 @@ def eye_jobs(shut, layers):
     return points, side, jobs(scene, layers)
 
 
-def coverages(made: list[Job], side: int) -> dict[int, np.ndarray]:
+def coverages(made: list[PaintJob], side: int) -> dict[int, np.ndarray]:
     """By eye, (side, side): how much of the skin opaque products cover, one after another."""
     covered: dict[int, np.ndarray] = {}
     for job in made:

@@ -71,7 +71,7 @@ def test_float32_far_from_the_origin_is_fitted_precisely():
     np.testing.assert_allclose(fit_similarity(points, points), np.eye(2, 3), atol=1e-9)
 
 
-def test_regions_name_points_once_and_eyes_mirror_each_other():
+def test_parts_name_points_once_and_eyes_mirror_each_other():
     named = np.concatenate([LIPS, EYE, RIGHT_EYE])
     assert len(set(named)) == len(named) and named.min() >= 0 and named.max() < POINTS
     assert len(set(STABLE)) == len(STABLE) and not np.isin(STABLE, LIPS).any()

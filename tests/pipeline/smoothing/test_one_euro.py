@@ -23,7 +23,7 @@ def test_at_rest_the_filter_is_a_low_pass_of_minimum_cutoff():
     np.testing.assert_allclose(shares, turn / (1 + turn))
 
 
-def test_only_the_region_that_moves_follows_at_once():
+def test_only_the_part_that_moves_follows_at_once():
     smooth = new_filter()
     still, jump = np.zeros(5, np.float32), np.array([0, 0, 0, 1, 1], np.float32)
     smooth(still, 1 / 30, NOISE)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import IO, Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import OutputError, StoppedError, UsageError
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import OutputFile, part_of, target_of, write_errors
-from makeup_video.pipeline.media.input_file import local_file
 
 
 class Sidecar:

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline.reference.film import Film, bounded
+from makeup_video.pipeline.reference.product_film import ProductFilm, bounded
 
 ROOTS = st.lists(st.floats(0.05, 1.5), min_size=3, max_size=3).map(np.array)
 SHARE = st.floats(0.1, 1)
@@ -11,7 +11,7 @@ SHARE = st.floats(0.1, 1)
 
 @given(ROOTS, ROOTS, SHARE, SHARE, SHARE)
 def test_the_product_shows_as_what_was_seen(bare, seen, cover, response, opacity):
-    film = Film(bare, np.array(cover), np.array(response))
+    film = ProductFilm(bare, np.array(cover), np.array(response))
     roots = film.product_for(seen, opacity)
     shown = (1 - opacity * cover) * bare + opacity * response * roots
     np.testing.assert_allclose(shown, seen, atol=1e-9)

@@ -12,7 +12,7 @@ _SWEEPS = 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Film:
+class ProductFilm:
     """A place on bare faces, and how a product of opacity 1 shows there.
 
     bare: (..., 3) the median of bare faces.
