@@ -5,6 +5,7 @@ import json
 import socket
 import threading
 import time
+from unittest.mock import Mock
 
 import httpx
 import pytest
@@ -259,11 +260,8 @@ def test_a_port_that_is_taken_is_one_line_that_names_it():
 
 
 def test_a_server_that_cannot_begin_is_one_line(monkeypatch):
-    def broken(self):
-        raise ImportError("no module named websockets")
-
-    monkeypatch.setattr("uvicorn.Config.load", broken)
-    with pytest.raises(InstallError, match="cannot be served: no module named websockets; inst"):
+    monkeypatch.setattr("uvicorn.Config.load", Mock(side_effect=ImportError("no websockets")))
+    with pytest.raises(InstallError, match="cannot be served: no websockets; inst"):
         Server(StandIn(), Worker(), log=print).start()
 
 
@@ -333,8 +331,7 @@ def send_in_vain(page):
 
 
 def test_stopping_twice_or_before_the_start_is_harmless():
-    server = Server(StandIn(), Worker(), log=print)
-    server.stop()
+    Server(StandIn(), Worker(), log=print).stop()
     server = Server(StandIn(), Worker(), log=print)
     server.start()
     server.stop()

@@ -4,13 +4,7 @@ from fractions import Fraction
 
 import pytest
 from live_doubles import Camera, Frames, List, frame, numbers, our_threads, started, until
-from makeup_video.pipeline.errors import (
-    EncodeError,
-    InputError,
-    OutputError,
-    StoppedError,
-    UsageError,
-)
+from makeup_video.pipeline import EncodeError, InputError, OutputError, StoppedError, UsageError
 from makeup_video.pipeline.live import runner as live_runner
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
 from makeup_video.pipeline.live.runner import LiveRunner
