@@ -121,7 +121,7 @@ def crops_of(spec):
     """(4, H, W, 3) uint8: a net's crop of the sample portrait, at four places."""
     (face,) = find_faces(portrait())
     xy = face.points_px[:, 0] + 1j * face.points_px[:, 1]
-    to_px = crop_to_px(load_nets().fit_pose(xy).array(), np.array(spec.centre), spec)
+    to_px = crop_to_px(load_nets().fit_pose(xy).array(), np.array(spec.centre))
     shifts = [np.array([[0, 0, 3 * at], [0, 0, -2 * at]]) for at in range(4)]
     return np.stack([take(portrait(), to_px + shift, spec) for shift in shifts])
 
