@@ -213,9 +213,9 @@ EIGHT_STEP void face_light(
     __global const SAMPLE *cr = cb + (int)given[CHROMA_BEGINS_AT + 1];
     float8 columns = (float)x + ROW8, sum = (float8)0.0f;
     float row = (float)y;
-    float8 codes = surface_sample(luma, given + LUMA_AT, given + TO_LUMA_AT, columns, row);
-    float8 blue = surface_sample(cb, given + CHROMA_AT, given + TO_CHROMA_AT, columns, row);
-    float8 red = surface_sample(cr, given + CHROMA_AT, given + TO_CHROMA_AT, columns, row);
+    float8 codes = samples_bilinear(luma, given + LUMA_AT, given + TO_LUMA_AT, columns, row);
+    float8 blue = samples_bilinear(cb, given + CHROMA_AT, given + TO_CHROMA_AT, columns, row);
+    float8 red = samples_bilinear(cr, given + CHROMA_AT, given + TO_CHROMA_AT, columns, row);
     for (int j = 0; j < 3; ++j) {
         __global const float *to = to_steps + 4 * j;
         float8 steps = to[0] * codes + to[1] * blue + to[2] * red + to[3];

@@ -11,14 +11,14 @@
 #endif
 
 /* Two adjacent samples, as one number. */
-#define SURFACE_PAIR_uchar ushort
-#define SURFACE_PAIR_ushort uint
-#define SURFACE_JOIN(a, b) a##b
-#define SURFACE_PAIR_OF(sample) SURFACE_JOIN(SURFACE_PAIR_, sample)
+#define SAMPLES_PAIR_uchar ushort
+#define SAMPLES_PAIR_ushort uint
+#define SAMPLES_JOIN(a, b) a##b
+#define SAMPLES_PAIR_OF(sample) SAMPLES_JOIN(SAMPLES_PAIR_, sample)
 typedef struct __attribute__((packed)) {
-    SURFACE_PAIR_OF(SAMPLE) v;
-} surface_pair;
-#define PAIR(at) ((int)((__global const surface_pair *)(at))->v)
+    SAMPLES_PAIR_OF(SAMPLE) v;
+} samples_pair;
+#define PAIR(at) ((int)((__global const samples_pair *)(at))->v)
 #define PAIRS(plane, at)                                                     \
     (int8)(                                                                  \
         PAIR((plane) + at.s0), PAIR((plane) + at.s1), PAIR((plane) + at.s2), \
@@ -27,7 +27,7 @@ typedef struct __attribute__((packed)) {
 #define SAMPLE_BITS (8 * (int)sizeof(SAMPLE))
 
 /* Samples a plane at eight places, bilinear; its border is repeated. */
-static inline float8 surface_sample(
+static inline float8 samples_bilinear(
     __global const SAMPLE *plane, __global const float *of, __global const float *to, float8 x,
     float y) {
     float8 u = eight_clamp8(to[0] * x + (to[1] * y + to[2]), 0.0f, of[LAST_X_AT]);

@@ -272,11 +272,11 @@ EIGHT_STEP void surface_light(
     float8 twos = (float)x + (float8)(0.5f, 2.5f, 4.5f, 6.5f, 0.5f, 2.5f, 4.5f, 6.5f);
     float row = (float)y;
     float8 blue =
-        surface_sample(cb, given + CHROMA_AT, place + TO_CHROMA_AT, twos, row + 0.5f).s00112233;
+        samples_bilinear(cb, given + CHROMA_AT, place + TO_CHROMA_AT, twos, row + 0.5f).s00112233;
     float8 red =
-        surface_sample(cr, given + CHROMA_AT, place + TO_CHROMA_AT, twos, row + 0.5f).s00112233;
+        samples_bilinear(cr, given + CHROMA_AT, place + TO_CHROMA_AT, twos, row + 0.5f).s00112233;
     for (int i = 0; i < 2; ++i) {
-        float8 codes = surface_sample(
+        float8 codes = samples_bilinear(
             luma, given + LUMA_AT, place + TO_LUMA_AT, (float)x + ROW8, row + (float)i);
         float8 sum = (float8)0.0f;
         for (int j = 0; j < 3; ++j) {
