@@ -142,7 +142,7 @@ def test_the_page_in_chromium_tells_when_it_has_drawn():
 def test_a_viewer_that_saw_nothing_is_an_error_of_one_line():
     frames = table(3)
     for viewed in (viewer_times(frames)[:3], viewer_times(frames)[-1:]):
-        with pytest.raises(OutputError, match=r"none of 60 pictures.*--seconds"):
+        with pytest.raises(OutputError, match=r"none of 60 pictures.*seconds=20"):
             figures(frames, samples(3), viewed)
 
 
