@@ -10,6 +10,7 @@ The last line of an output counts. A line that a kill cut short is removed when 
 """
 
 import base64
+import contextlib
 import hashlib
 import json
 import os
@@ -38,12 +39,16 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._is_new = not path.exists()
+        if not self._is_new and not path.is_file():
+            raise UsageError(f"{path} is no ordinary file: give {option('journal')} another name")
         with write_errors(path):
             self._file: IO[bytes] = path.open("a+b")
             if not lock_file(self._file.fileno()):
                 self._file.close()
                 raise UsageError(f"another batch is writing {path}: wait for it to end")
         self._entries: dict[str, Entry] = {}
+        self._begun: dict[str, str] = {}  # keys of outputs, from before their inputs were read
         try:
             self._read()
         except BaseException:
@@ -57,15 +62,20 @@ class Journal:
         self.close()
 
     def close(self) -> None:
-        """Let another batch open the journal. One without a line is removed."""
-        if not os.fstat(self._file.fileno()).st_size:
+        """Let another batch open the journal. A new one without a line is removed."""
+        if self._is_new and not os.fstat(self._file.fileno()).st_size:
             self.path.unlink(missing_ok=True)
-        self._file.close()
+        with contextlib.suppress(OSError):  # of a line that a full disk refused already
+            self._file.close()
 
-    def entry(self, output: str, key: str) -> Entry | None:
+    def entry(self, job: Job, look: JobLook) -> Entry | None:
         """The last line about an output, unless it is about another look or another input."""
-        entry = self._entries.get(self._name(output))
-        return entry if entry is not None and entry["key"] == key else None
+        entry = self._entries.get(self._name(look.output))
+        return entry if entry is not None and entry["key"] == self._key(job, look) else None
+
+    def knows(self, output: str) -> bool:
+        """True for an output that the batch has begun to write, of whatever look and input."""
+        return self._name(output) in self._entries
 
     @property
     def outputs(self) -> list[Path]:
@@ -74,8 +84,9 @@ class Journal:
 
     def begin(self, job: Job) -> None:
         """Note that the outputs of a job are begun, and which files have their names now."""
+        self._begun |= {one.output: self._key(job, one) for one in job.looks}
         lines = [
-            {"event": "begun", "output": self._name(one.output), "key": key_of(job, one),
+            {"event": "begun", "output": self._name(one.output), "key": self._begun[one.output],
              "was": identity(one.output)}
             for one in job.looks
         ]  # fmt: skip
@@ -83,18 +94,22 @@ class Journal:
 
     def end(self, job: Job, results: list[Done | Failed]) -> None:
         """Note what became of the outputs of a job; the files are on the disk before."""
-        keys = {one.output: key_of(job, one) for one in job.looks}
+        # an input that was replaced meanwhile is not the one that was painted
+        keys = {one.output: self._begun.get(one.output) or self._key(job, one) for one in job.looks}
         for result in results:
             if isinstance(result, Done):
                 _to_disk(Path(result.output))
         lines = [{**_values(one), "key": keys[one.output]} for one in results]
         self._append([{**line, "output": self._name(line["output"])} for line in lines])
 
-    def _name(self, output: str) -> str:
-        """An output as lines name it: relative to the journal, so that a folder can be moved."""
-        return Path(
-            os.path.relpath(os.path.abspath(output), self.path.absolute().parent)
-        ).as_posix()
+    def _key(self, job: Job, look: JobLook) -> str:
+        return key_of(job, look, self._name(job.source))
+
+    def _name(self, file: str) -> str:
+        """A file as lines name it: relative to the journal, so that a folder can be moved."""
+        with contextlib.suppress(ValueError):  # it is on another drive
+            file = os.path.relpath(os.path.abspath(file), self.path.absolute().parent)
+        return Path(file).as_posix()
 
     def _append(self, lines: list[Entry]) -> None:
         text = "".join(json.dumps(line) + "\n" for line in lines)
@@ -128,13 +143,15 @@ class Journal:
         )
 
 
-def key_of(job: Job, look: JobLook) -> str:
-    """A number for all that an output depends on: the input, the look, the settings."""
-    try:
+def key_of(job: Job, look: JobLook, name: str) -> str:
+    """A number for all that an output depends on: the input, the look, the settings.
+
+    name: of the input, as in the journal.
+    """
+    source: list[str | int] = [name]
+    with contextlib.suppress(OSError, ValueError):  # no such file, or a name that no file can have
         status = os.stat(job.source)
-        source = [os.path.abspath(job.source), status.st_size, status.st_mtime_ns]
-    except (OSError, ValueError):  # no such file, or a name that no file can have
-        source = [os.path.abspath(job.source)]
+        source += [status.st_size, status.st_mtime_ns]
     settings = {
         field.name: str(getattr(job.settings, field.name))
         for field in fields(job.settings)

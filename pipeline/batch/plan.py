@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, Result
-from makeup_video.pipeline.batch.journal import Entry, Journal, identity, key_of, result_of
+from makeup_video.pipeline.batch.journal import Entry, Journal, identity, result_of
 from makeup_video.pipeline.batch.thumbnails import thumbnails
 from makeup_video.pipeline.errors import InputError, MakeupVideoError, UsageError, option
 from makeup_video.pipeline.files.output_file import check_place, part_of, target_of
@@ -37,7 +37,7 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
     for job in jobs:
         left = set()
         for look in job.looks:
-            entry = journal.entry(look.output, key_of(job, look))
+            entry = journal.entry(job, look)
             result = None if entry is None else _known(job, look, entry, journal, retry=retry)
             if isinstance(result, _Changed) and not overwrite:
                 result = Failed(look.output, result.error)
@@ -46,11 +46,21 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
                 continue
             if entry is not None:
                 _remove_part(part_of(target_of(Path(look.output))))
-            check_place(look.output, Path(job.source), overwrite=overwrite)
+            _check_place(job, look, journal, overwrite)
             left.add(look.output)
         if left:
             plan.todo.append(job.only(left))
     return plan
+
+
+def _check_place(job: Job, look: JobLook, journal: Journal, overwrite: bool) -> None:
+    """Raises UsageError, OutputError where a file is in the way, and why it does not count."""
+    try:
+        check_place(look.output, Path(job.source), overwrite=overwrite)
+    except MakeupVideoError as error:
+        if journal.knows(look.output):
+            error.extend(after=", since the journal has it from another input, look or settings")
+        raise
 
 
 def _remove_part(part: Path) -> None:

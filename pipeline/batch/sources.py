@@ -5,7 +5,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import InputError, UsageError
 
 # What a folder's files are taken for; other files of a folder are left alone.
 _ENDS = frozenset((
@@ -47,12 +47,17 @@ def _what(given: str) -> str:
 
 def _files_of(given: str) -> list[str]:
     if os.path.isdir(given):
-        # a name that begins with a dot is hidden: macOS writes ._clip.mp4 beside clip.mp4
-        files = sorted(
-            entry.path
-            for entry in os.scandir(given)
-            if entry.is_file() and not entry.name.startswith(".")
-        )
+        try:
+            # a name that begins with a dot is hidden: macOS writes ._clip.mp4 beside clip.mp4
+            files = sorted(
+                entry.path
+                for entry in os.scandir(given)
+                if entry.is_file() and not entry.name.startswith(".")
+            )
+        except OSError as error:
+            raise InputError(
+                f"{given} cannot be read: {error.strerror}; allow it, or give another folder"
+            ) from error
         return [file for file in files if os.path.splitext(file)[1].lower() in _ENDS]
     if os.path.lexists(given) or not glob.has_magic(given):
         return [given]

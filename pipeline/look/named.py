@@ -41,7 +41,12 @@ def look_files(place: str) -> list[Path]:
     Raises LookError where there is none.
     """
     if os.path.isdir(place):
-        found = [path for path in Path(place).iterdir() if path.suffix.lower() == _LOOK_FILES]
+        try:
+            found = [path for path in Path(place).iterdir() if path.suffix.lower() == _LOOK_FILES]
+        except OSError as error:
+            raise LookError(
+                f"{place} cannot be read: {error.strerror}; allow it, or give another folder"
+            ) from error
         if not found:
             raise LookError(f"{place} has no look files: give a folder with NAME{_LOOK_FILES}")
         return sorted(found)

@@ -59,7 +59,8 @@ class VideoCodec(NamedTuple):
     quiet: parameters that stop the library from printing.  quiet_environment: (variable, value)
     pairs for a library that reads its log level from the environment.
     bottom_first: the parameter for films that show the bottom field first.
-    hdr: None where the encoder cannot carry static HDR10 metadata.
+    hdr: None where the encoder cannot carry static HDR10 metadata.  captions: it can carry closed
+    captions.
     live_preset: the default preset of recordings, fast enough to be live; None: `preset`.
     live_options: (option, value) pairs for recordings, so that packets come out in order and
     without delay.
@@ -88,6 +89,7 @@ class VideoCodec(NamedTuple):
     quiet_environment: tuple[tuple[str, str], ...] = ()
     bottom_first: tuple[str, ...] = ()
     hdr: HdrParameters | None = None
+    captions: bool = False
     live_preset: str | None = None
     live_options: tuple[tuple[str, str], ...] = ()
     also: tuple[str, ...] = ()
@@ -118,7 +120,7 @@ CODECS = {
             interlaced=True, whole_chroma=True,
             memory_mb_per_mpx=130,
             options=lambda crf, preset: {"crf": str(crf), "preset": preset},
-            parameters="x264-params",
+            parameters="x264-params", captions=True,
             bottom_first=("bff=1",),  # x264 opens with the top field first
             hdr=HdrParameters("mastering-display", "cll", in_units=True),
             live_preset="superfast", live_options=(("bf", "0"),),
@@ -131,8 +133,8 @@ CODECS = {
             crf=(0, 51, 18), presets=_X26X_PRESETS, preset="superfast", depth=None,
             interlaced=False, whole_chroma=True,
             memory_mb_per_mpx=170,
-            options=lambda crf, preset: {"crf": str(crf), "preset": preset},
-            tag=APPLE_HEVC,
+            options=lambda crf, preset: {"crf": str(crf), "preset": preset, "a53cc": "1"},
+            tag=APPLE_HEVC, captions=True,
             parameters="x265-params", quiet=("log-level=none",),
             hdr=HdrParameters("master-display", "max-cll", in_units=True),
             live_preset="ultrafast", live_options=(("bf", "0"),),

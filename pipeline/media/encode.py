@@ -14,9 +14,10 @@ from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.codecs import MATROSKA, VideoCodec, codecs_with
 from makeup_video.pipeline.media.hardware import add_stream, handed_format
-from makeup_video.pipeline.media.hdr import hdr_parameters, side_data
+from makeup_video.pipeline.media.hdr import hdr_parameters
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.media.scheduling import open_encoder
+from makeup_video.pipeline.media.side_data import lost_side_data, side_data
 
 _STOP_SECONDS = 0.5  # after Ctrl-C, flushing the encoder may take no longer than this
 _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is shown first
@@ -34,6 +35,7 @@ class PacketWriter(Protocol):
     def open(self, source: VideoSource, add_video: Callable[[Any], Any]) -> Any: ...
     def start(self) -> None: ...
     def write(self, packet: Any) -> None: ...
+    def drop(self, what: str) -> None: ...
     def finish(self, keep_part: bool = False) -> None: ...
 
 
@@ -63,11 +65,15 @@ class VideoEncoder:
         self._stream: Any = None
         self._tick = Fraction(0)
         self._last_pts: int | None = None
+        self._is_interlaced = False
 
     def __call__(self, frame: Frame) -> None:
         """Raises EncodeError when the encoder refuses its settings or a frame."""
         self.open(frame)
         picture = frame.picture
+        if picture.interlaced_frame and not self._is_interlaced:
+            self._is_interlaced = True
+            self.muxer.drop(f"fields from {frame.seconds:.2f} s on: the video begins without any")
         duration = picture.duration
         # in the source's own ticks there is nothing to convert, and fractions are slow
         is_same = frame.time_base == self._tick
@@ -159,6 +165,7 @@ class VideoEncoder:
     def _keep_fields(self, context: Any, frame: Frame) -> None:
         if not frame.picture.interlaced_frame:
             return
+        self._is_interlaced = True
         if not self.codec.interlaced:
             others = codecs_with(lambda codec: codec.interlaced)
             raise UsageError(
@@ -173,7 +180,7 @@ class VideoEncoder:
 
     def _keep_hdr(self, frame: Frame) -> None:
         parameters, lost = hdr_parameters(frame.picture, self.codec)
-        self.muxer.dropped += lost
+        self.muxer.dropped += lost + lost_side_data(frame.picture, self.codec)
         add_parameters(self.options, self.codec, parameters)
 
 

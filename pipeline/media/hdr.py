@@ -5,8 +5,8 @@ from fractions import Fraction
 from typing import Any
 
 import av
-from av.sidedata.sidedata import Type as SideDataType
 from makeup_video.pipeline.media.codecs import VideoCodec, codecs_with
+from makeup_video.pipeline.media.side_data import side_data
 
 _DYNAMIC = {
     "DYNAMIC_HDR_PLUS": "HDR10+",
@@ -14,13 +14,6 @@ _DYNAMIC = {
     "DOVI_RPU_BUFFER": "Dolby Vision",
     "DOVI_METADATA": "Dolby Vision",
 }
-
-
-def side_data(picture: av.VideoFrame, name: str) -> bytes | None:
-    """The bytes of one kind of FFmpeg's frame side data; None when the frame has none."""
-    everything: Any = picture.side_data
-    data = everything.get(SideDataType[name])
-    return None if data is None else bytes(data)
 
 
 def hdr_parameters(picture: av.VideoFrame, codec: VideoCodec) -> tuple[list[str], list[str]]:

@@ -108,6 +108,11 @@ class Muxer:
             for packet in waiting:
                 self._copy(packet)
 
+    def drop(self, what: str) -> None:
+        """Note what is lost from now on. Raises StrictError."""
+        self.dropped.append(what)
+        self._refuse_loss()
+
     def _refuse_loss(self) -> None:
         if self.strict and (self.dropped or self.converted):
             lost = "; ".join([*self.dropped, *(f"{text} (converted)" for text in self.converted)])

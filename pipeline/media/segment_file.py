@@ -90,6 +90,10 @@ class SegmentWriter:
     def video_packets(self) -> int:
         return len(self._times)
 
+    def drop(self, what: str) -> None:
+        """Note what is lost from now on."""
+        self.dropped.append(what)
+
     def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None:
         """Nothing: only the painted video is written."""
 

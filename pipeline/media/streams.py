@@ -23,6 +23,7 @@ _QUICKTIME_LANGUAGES = {
     "fre": "fra", "deu": "ger", "nld": "dut", "swe": "sve", "zho": "chi", "ell": "gre",
     "isl": "ice", "ron": "rum", "slk": "slo", "ces": "cze", "msa": "may",
 }  # fmt: skip
+_LEAST_TICKS = 10_000  # a second, of edit lists
 _USUAL_LAYOUTS = {1: "mono", 2: "stereo", 3: "2.1", 4: "quad", 5: "5.0", 6: "5.1", 8: "7.1"}
 
 
@@ -44,6 +45,8 @@ def tags(holder: Any, container_format: str) -> dict[str, str]:
             continue
         if plain == "timecode" and container_format in ("mp4", "mov"):
             key = plain  # Matroska spells it in capitals; mp4 makes its timecode stream from it
+        if plain == "name":  # of a track: mp4's demuxer calls it so, and all muxers take a title
+            key = "title"
         if plain == "language" and container_format == "mov":
             value = _QUICKTIME_LANGUAGES.get(value, value)
         kept[key] = value
@@ -58,15 +61,21 @@ def container_options(
         # Without this Matroska's muxer would move everything later when an AAC packet begins before
         # 0, although its blocks can hold negative times.
         return {"avoid_negative_ts": "disabled"}, []
-    ticks = str(source.time_base.denominator)
+    ticks = source.time_base.denominator
     flags, dropped = "+faststart", []
     if odd := sorted(key for key in tags(source.container, container_format) if _is_odd(key)):
         if container_format == "mp4" and any(map(is_cover, source.container.streams)):
             dropped.append(f"tags {', '.join(odd)}: mp4 holds them or cover art, not both")
         else:
             flags += "+use_metadata_tags"
-    # ticks of streams and of edit lists are both as fine as the source's, so that times are exact
-    options = {"movflags": flags, "video_track_timescale": ticks, "movie_timescale": ticks}
+    # Ticks of streams are as fine as the source's, so that times are exact. Those of edit lists,
+    # which place the sound, are a whole number of times as fine, down to a tenth of a millisecond.
+    finer = -(-_LEAST_TICKS // ticks)
+    options = {
+        "movflags": flags,
+        "video_track_timescale": str(ticks),
+        "movie_timescale": str(ticks * finer),
+    }
     return options, dropped
 
 
@@ -109,14 +118,16 @@ def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str
     """Why the container cannot hold the stream as it is; None when it can.
 
     The only sure way to find out is to write a file with the stream into memory: some muxers
-    refuse only the first packet, or the whole file when it is closed.
+    refuse only the first packet, or the whole file when it is closed. And mp4 and mov take data
+    that they have no sample description for, and write a track that nobody can read, or none.
     """
     # these muxers take such streams and write nothing
     if is_cover(stream) and container_format == "mov":
         return "mov has no place for cover art"
     if stream.type == "attachment" and container_format == "webm":
         return "webm has no place for attachments"
-    trial = av.open(io.BytesIO(), "w", format=container_format)
+    written = io.BytesIO()
+    trial = av.open(written, "w", format=container_format)
     try:
         copy = copy_stream(trial, stream)
         copy.disposition = stream.disposition
@@ -128,9 +139,20 @@ def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str
             packet.duration, packet.is_keyframe = first_packet.duration, True
             trial.mux_one(packet)
         trial.close()
+        is_tried = first_packet is not None and container_format in ("mp4", "mov")
+        if is_tried and stream.type == "data" and not _has_data(written.getvalue()):
+            return f"{container_format} cannot hold it"
     except (av.FFmpegError, ValueError, RuntimeError):
         return f"{container_format} cannot hold it"
     return None
+
+
+def _has_data(file: bytes) -> bool:
+    """True when a file in memory holds a stream of data of a known kind."""
+    with av.open(io.BytesIO(file)) as container:
+        return any(
+            stream.type == "data" and getattr(stream, "name", None) for stream in container.streams
+        )
 
 
 def copy_stream(container: Any, stream: Any) -> Any:

@@ -1,6 +1,7 @@
 """The journal: only appended, read back whole after any cut, locked, strict about its lines."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, OutputError, Settings, UsageError, product
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
-from makeup_video.pipeline.batch.journal import Journal, identity, key_of, result_of
+from makeup_video.pipeline.batch.journal import Journal, identity, result_of
 
 RED, BLUE = (Look(lips=product(rgb, "satin")) for rgb in ((180, 0, 40), (10, 30, 140)))
 
@@ -35,8 +36,7 @@ def test_lines_are_read_back(tmp_path):
         failed = Failed(second.looks[0].output, OutputError("the disk is full"))
         journal.end(second, [failed])
     with Journal(tmp_path / "j.jsonl") as journal:
-        entries = [journal.entry(one.looks[0].output, key_of(one, one.looks[0]))
-                   for one in (first, second, third)]  # fmt: skip
+        entries = [journal.entry(one, one.looks[0]) for one in (first, second, third)]
         assert result_of(first.looks[0].output, entries[0]) == done(first)
         again = result_of(failed.output, entries[1])
         assert type(again.error) is OutputError and str(again.error) == "the disk is full"
@@ -60,7 +60,7 @@ def test_a_file_cut_anywhere_is_a_journal_of_fewer_lines(tmp_path, data):
     path.write_bytes(whole[:cut])
     kept = whole[:cut].count(b"\n")
     with Journal(path) as journal:
-        known = [journal.entry(job.looks[0].output, key_of(job, job.looks[0])) for job in jobs]
+        known = [journal.entry(job, job.looks[0]) for job in jobs]
         assert [entry is not None for entry in known] == [True] * kept + [False] * (4 - kept)
         journal.begin(jobs[3])
     lines = path.read_bytes().splitlines()
@@ -72,32 +72,41 @@ def test_an_entry_of_other_work_does_not_count(tmp_path):
     (look,) = job.looks
     with Journal(tmp_path / "j.jsonl") as journal:
         journal.begin(job)
-        key = key_of(job, look)
-        assert journal.entry(look.output, key) is not None
+        assert journal.entry(job, look) is not None
         other = job_in(tmp_path, look=BLUE)
-        assert journal.entry(look.output, key_of(other, other.looks[0])) is None
-        sharp = Job(job.source, job.looks, Settings(crf=10))
-        assert journal.entry(look.output, key_of(sharp, look)) is None
-        assert key_of(Job(job.source, job.looks, Settings(overwrite=True)), look) == key
+        assert journal.entry(other, other.looks[0]) is None
+        assert journal.entry(Job(job.source, job.looks, Settings(crf=10)), look) is None
+        assert journal.entry(Job(job.source, job.looks, Settings(overwrite=True)), look)
         (tmp_path / "a.mp4").write_bytes(b"another film")
-        assert journal.entry(look.output, key_of(job, look)) is None
+        assert journal.entry(job, look) is None and journal.knows(look.output)
+
+
+def test_an_input_that_was_replaced_meanwhile_is_not_done(tmp_path):
+    job = job_in(tmp_path)
+    (look,) = job.looks
+    with Journal(tmp_path / "j.jsonl") as journal:
+        journal.begin(job)
+        Path(look.output).write_bytes(b"done")
+        Path(job.source).write_bytes(b"another film")
+        journal.end(job, [done(job)])
+        assert journal.entry(job, look) is None
 
 
 def test_a_moved_folder_keeps_its_journal(tmp_path):
     old, new = tmp_path / "old", tmp_path / "new"
     old.mkdir()
-    source = tmp_path / "a.mp4"
-    source.write_bytes(b"film")
+    (old / "in.mp4").write_bytes(b"film")
 
     def job(folder):
-        return Job(str(source), (JobLook("red", RED, str(folder / "a.mp4")),), Settings())
+        look = JobLook("red", RED, str(folder / "a.mp4"))
+        return Job(str(folder / "in.mp4"), (look,), Settings())
 
     with Journal(old / "j.jsonl") as journal:
         journal.begin(job(old))
     old.rename(new)
     with Journal(new / "j.jsonl") as journal:
         moved = job(new)
-        assert journal.entry(str(new / "a.mp4"), key_of(moved, moved.looks[0])) is not None
+        assert journal.entry(moved, moved.looks[0]) is not None
 
 
 def test_a_journal_has_one_writer(tmp_path):
@@ -133,3 +142,17 @@ def test_identity_tells_files_of_one_name_apart(tmp_path):
     (tmp_path / "b").write_bytes(b"2")
     (tmp_path / "b").replace(path)
     assert identity(str(path)) != first
+
+
+def test_an_empty_file_that_was_there_stays(tmp_path):
+    (tmp_path / "notes.txt").touch()
+    Journal(tmp_path / "notes.txt").close()
+    assert (tmp_path / "notes.txt").exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names here")
+def test_a_journal_is_an_ordinary_file(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(UsageError, match="is no ordinary file: give journal another name"):
+        Journal(tmp_path / "pipe")
+    assert (tmp_path / "pipe").exists()

@@ -1,0 +1,118 @@
+"""What outputs keep of an input, and the line that says what they cannot: data, names, captions."""
+
+from fractions import Fraction
+
+import av
+import pytest
+from makeup_video.pipeline import (
+    InputError,
+    LookError,
+    Settings,
+    StrictError,
+    UsageError,
+    process_video,
+)
+from makeup_video.pipeline.batch.sources import inputs_of
+from makeup_video.pipeline.look.named import look_files
+from media import add_video, encode_frames, packets_of, tone
+
+ID3 = b"ID3\x04\x00\x00\x00\x00\x00\x1fTXXX\x00\x00\x00\x15\x00\x00\x03segmentmetadata\x00{}.."
+
+
+def with_id3(path):
+    """A recording of a stream with timed metadata, as services broadcast it."""
+    with av.open(str(path), "w") as out:
+        video, data = add_video(out, "h264"), out.add_data_stream("timed_id3")
+        data.time_base = Fraction(1, 90000)
+        out.start_encoding()
+        packet = av.Packet(ID3)
+        packet.stream, packet.time_base = data, data.time_base
+        packet.pts = packet.dts = 0
+        out.mux(packet)
+        encode_frames(out, video, range(10))
+    return path
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
+def test_data_that_a_container_cannot_describe_is_dropped(tmp_path, end):
+    out = tmp_path / f"out{end}"
+    report = process_video(with_id3(tmp_path / "in.ts"), out)
+    assert [text for text in report.dropped if "timed_id3" in text and "cannot hold it" in text]
+    with av.open(str(out)) as container:
+        assert [stream.type for stream in container.streams] == ["video"]
+
+
+@pytest.mark.parametrize("rate", [1, 5])
+@pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
+def test_sound_that_begins_later_stays_there(tmp_path, rate, end):
+    """The source's ticks are as long as a frame."""
+    src = tmp_path / "in.mp4"
+    options = {"video_track_timescale": str(rate), "movie_timescale": "1000"}
+    with av.open(str(src), "w", container_options=options) as out:
+        video = add_video(out, "h264", rate=rate, time_base=Fraction(1, rate))
+        sound = out.add_stream("aac", rate=48000, layout="mono")
+        encode_frames(out, video, range(4))
+        tone(out, sound, 1.0, start_seconds=0.768)
+    out = tmp_path / f"out{end}"
+    process_video(src, out)
+    began, begins = (float(packets_of(path, "audio")[0][0]) for path in (src, out))
+    assert began > 0.7 and begins == pytest.approx(began, abs=1e-3)
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
+def test_names_of_tracks_are_kept(tmp_path, end):
+    src = tmp_path / "in.mp4"
+    with av.open(str(src), "w") as out:
+        video, sound = add_video(out, "h264"), out.add_stream("aac", rate=48000, layout="mono")
+        sound.metadata["title"] = "Kommentar"
+        encode_frames(out, video, range(10))
+        tone(out, sound, 0.3)
+    process_video(src, tmp_path / f"out{end}")
+    with av.open(str(tmp_path / f"out{end}")) as container:
+        names = container.streams.audio[0].metadata
+        assert names.get("title", names.get("name")) == "Kommentar"
+
+
+def mpeg2(path, first, interlaced):
+    """A part of a broadcast: 12 pictures from number `first` on."""
+    flags = "+ilme+ildct" if interlaced else "0"
+    with av.open(str(path), "w", container_options={"mpegts_copyts": "1", "muxdelay": "0"}) as out:
+        video = out.add_stream("mpeg2video", rate=25, options={"flags": flags})
+        video.width, video.height, video.pix_fmt = 96, 64, "yuv420p"
+        video.codec_context.time_base = Fraction(1, 25)
+        encode_frames(out, video, range(first, first + 12))
+    return path.read_bytes()
+
+
+def test_fields_that_come_later_are_reported(tmp_path):
+    src = tmp_path / "in.ts"
+    src.write_bytes(mpeg2(tmp_path / "a.ts", 0, False) + mpeg2(tmp_path / "b.ts", 12, True))
+    report = process_video(src, tmp_path / "out.mp4")
+    assert report.frames_out == 24
+    assert [text for text in report.dropped if text.startswith("fields from 0.")]
+    with pytest.raises(StrictError, match="cannot keep fields from"):
+        process_video(src, tmp_path / "strict.mp4", settings=Settings(strict=True))
+
+
+def test_an_excerpt_before_the_first_picture_says_so(tmp_path):
+    src = tmp_path / "in.mkv"
+    with av.open(str(src), "w") as out:
+        video, sound = add_video(out), out.add_stream("aac", rate=48000, layout="mono")
+        tone(out, sound, 2.0)
+        encode_frames(out, video, range(45, 60))
+    with pytest.raises(
+        UsageError, match=r"end_seconds 1 s is before the first frame: .* from 1\.5"
+    ):
+        process_video(src, tmp_path / "out.mp4", settings=Settings(end_seconds=1))
+
+
+def test_folders_that_cannot_be_read_are_one_line(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("os.scandir", refuse)
+    monkeypatch.setattr("pathlib.Path.iterdir", refuse)
+    with pytest.raises(InputError, match="cannot be read: Permission denied; allow it"):
+        inputs_of([str(tmp_path)])
+    with pytest.raises(LookError, match="cannot be read: Permission denied; allow it"):
+        look_files(str(tmp_path))
