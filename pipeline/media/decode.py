@@ -297,7 +297,8 @@ class Decoder:
             first = times.last_pts * source.time_base - source.start_seconds
             raise UsageError(
                 f"{option('end_seconds')} {float(self.trim.end - source.start_seconds):g} s is "
-                f"before the first frame: {source.path} has frames from {float(first):.2f} s on; choose a later time"
+                f"before the first frame: {source.path} has frames from {float(first):.2f} s on; "
+                "choose a later time"
             )
         if start is None or times.last_pts is None or self.stats.decode_errors:
             return
