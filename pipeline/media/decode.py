@@ -293,14 +293,16 @@ class Decoder:
         The length of some files is known only once they have been read.
         """
         start, source, times = self.trim.start, self.source, self._times
-        if self.trim.is_past_end and self.trim.end is not None and times.last_pts is not None:
+        if times.last_pts is None or self.stats.decode_errors:
+            return
+        if self.trim.is_past_end and self.trim.end is not None:
             first = times.last_pts * source.time_base - source.start_seconds
             raise UsageError(
                 f"{option('end_seconds')} {float(self.trim.end - source.start_seconds):g} s is "
                 f"before the first frame: {source.path} has frames from {float(first):.2f} s on; "
                 "choose a later time"
             )
-        if start is None or times.last_pts is None or self.stats.decode_errors:
+        if start is None:
             return
         end = (times.last_pts + times.last_duration) * source.time_base
         origin = source.start_seconds

@@ -3,7 +3,7 @@
 import contextlib
 import errno
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any, TypeVar
 
@@ -144,7 +144,7 @@ class Muxer:
         stream, convert = route
         if packet.stream.name == "mov_text" and packet.size <= 2:
             return  # an empty title that fills a gap; the muxer makes its own
-        packets = [packet]
+        packets: Iterable[Any] = [packet]
         if convert is not None:
             packets = self._unless_damaged(convert, packet)
         elif self.format in MATROSKA and _is_cut_away(packet):
@@ -163,7 +163,7 @@ class Muxer:
             return True
         return False
 
-    def _mux_others(self, stream: Any, packets: list[Any]) -> None:
+    def _mux_others(self, stream: Any, packets: Iterable[Any]) -> None:
         """Mux packets of another stream; those that the muxer refuses are counted."""
         for packet in packets:
             self._unless_damaged(self._mux, stream, packet)

@@ -1,9 +1,10 @@
 """Adds the source's other streams to an output: copied, converted, or as attachments."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover
+from makeup_video.pipeline.media.pcm_gaps import FillPcmGaps, has_pcm
 from makeup_video.pipeline.media.streams import (
     codec_name,
     copy_stream,
@@ -20,7 +21,7 @@ from makeup_video.pipeline.media.transcode import (
     subtitle_codec_for,
 )
 
-Convert = Callable[[Any], list[Any]]
+Convert = Callable[[Any], Iterable[Any]]
 
 
 class OtherStreams:
@@ -61,7 +62,8 @@ class OtherStreams:
         reason = refusal(stream, self._format, self._first_packet(stream))
         if reason is None:
             added = copy_stream(self._container, stream)
-            self._routes[stream.index] = (added, None)
+            counts_samples = self._format in ("mp4", "mov") and has_pcm(stream)
+            self._routes[stream.index] = (added, FillPcmGaps(stream) if counts_samples else None)
         else:
             added = self._add_converted(stream)
             if added is None:

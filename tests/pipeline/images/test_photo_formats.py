@@ -91,7 +91,7 @@ def test_a_photo_that_is_gone_before_it_is_opened_is_one_line(tmp_path, monkeypa
         path.unlink()
         return path
 
-    monkeypatch.setattr("makeup_video.pipeline.media.input_file.local_file", find_then_remove)
+    monkeypatch.setattr("makeup_video.pipeline.images.photo_file.local_file", find_then_remove)
     with pytest.raises(InputError, match=r"in\.png cannot be read: No such file"):
         read_photo(path)
 

@@ -59,6 +59,29 @@ def test_sound_that_begins_later_stays_there(tmp_path, rate, end):
     assert began > 0.7 and begins == pytest.approx(began, abs=1e-3)
 
 
+@pytest.mark.parametrize("codec", ["pcm_s16le", "pcm_u8", "pcm_f32le", "pcm_s24le"])
+@pytest.mark.parametrize("end", [".mov", ".mkv"])
+def test_sound_after_a_gap_stays_there(tmp_path, codec, end):
+    """mp4 and mov count the samples of PCM, and know no gaps."""
+    src = tmp_path / "in.mkv"
+    with av.open(str(src), "w") as out:
+        video, sound = add_video(out), out.add_stream(codec, rate=8000, layout="mono")
+        encode_frames(out, video, range(90))
+        for begins in (0.0, 2.4):
+            for first in range(0, 4000, 1000):
+                width = int("".join(filter(str.isdigit, codec))) // 8
+                packet = av.Packet((bytes(range(1, 251)) * 4 * width)[: 1000 * width])
+                packet.stream, packet.time_base = sound, Fraction(1, 8000)
+                packet.pts = packet.dts = round(begins * 8000) + first
+                packet.duration = 1000
+                out.mux(packet)
+    process_video(src, tmp_path / f"out{end}")
+    packets = [(at, data) for at, data in packets_of(tmp_path / f"out{end}", "audio") if data]
+    loud = [float(at) for at, data in packets if len(set(data)) > 2]
+    assert min(loud) == pytest.approx(0, abs=0.01) and max(loud) > 2.5
+    assert not [at for at in loud if 0.6 < at < 2.2]
+
+
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
 def test_names_of_tracks_are_kept(tmp_path, end):
     src = tmp_path / "in.mp4"

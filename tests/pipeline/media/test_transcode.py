@@ -46,7 +46,8 @@ def test_rates_that_the_codec_lacks_become_the_nearest(tmp_path, rate, kept):
     report = process_video(tmp_path / "in.avi", tmp_path / "out.mp4")
     assert len(report.converted) == 1 and not report.damaged
     found, samples, _ = decoded_audio(tmp_path / "out.mp4", "aac")
-    assert found == kept and len(samples) / found == pytest.approx(1, abs=0.2)
+    # the tone and AAC's last frame are whole pieces of 1024 samples
+    assert found == kept and 1 <= len(samples) / found <= 1 + 1024 / rate + 1024 / found
 
 
 @pytest.mark.parametrize("layout", ["5.1", "5.1(side)", "quad", "4.0", "2.1", "3.0", "6.1"])
