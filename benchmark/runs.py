@@ -13,8 +13,20 @@ from typing import Any
 
 import av
 from makeup_video.benchmark.films import CODEC, CRF, LIKE_A_FILM, PRESET
-from makeup_video.pipeline import InputError, Look, Report, Settings, process_video
+from makeup_video.pipeline import (
+    InputError,
+    InstallError,
+    Look,
+    Report,
+    Settings,
+    process_video,
+)
 from makeup_video.pipeline.engine.runner import Observe
+
+try:
+    import resource
+except ImportError:  # on Windows
+    resource = None  # type: ignore[assignment]
 
 SETTINGS = Settings(codec="h264", preset=PRESET, crf=CRF, overwrite=True)
 LEAST_PAINTED = 0.95  # of the frames: a run that paints nothing is quick
@@ -157,9 +169,11 @@ def run_command(
 
 
 def _cpu_of_children() -> float:
-    """CPU seconds of the child processes that have ended, and of theirs."""
-    used = os.times()
-    return used.children_user + used.children_system
+    """CPU seconds of the child processes that have ended, and of theirs. Raises InstallError."""
+    if resource is None:
+        raise InstallError("this system tells no CPU time of child processes: run it on another")
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _as_installed(folder: Path) -> dict[str, str]:

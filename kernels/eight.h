@@ -55,7 +55,7 @@ static inline float eight_sum8(float8 x) {
 
 /* The four numbers of each of eight places, number by number. */
 static inline void eight_columns8(const float4 *places, float8 *numbers) {
-#define EIGHT_COLUMN(name)                                                           \
+#define EIGHT_COLUMN(name)                                                             \
     (float8)(                                                                          \
         places[0].name, places[1].name, places[2].name, places[3].name, places[4].name, \
         places[5].name, places[6].name, places[7].name)

@@ -67,10 +67,12 @@ class Server:
         )
         self._thread.start()
         self._begun.wait()
-        if self._failed is not None:
+        if isinstance(self._failed, ImportError):
             raise InstallError(
                 f"the page cannot be served: {self._failed}; install makeup-video again"
             ) from self._failed
+        if self._failed is not None:
+            raise self._failed
         name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._host, self._host)
         scheme = "http" if self._tls is None else "https"
         return f"{scheme}://{f'[{name}]' if ':' in name else name}:{port}/"

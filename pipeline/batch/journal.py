@@ -33,16 +33,18 @@ Entry = dict[str, Any]
 class Journal:
     """The journal file of a batch, locked while it is open.
 
-    Raises UsageError when another batch has it open, or when it is no journal; OutputError when it
-    cannot be written.
+    Raises UsageError when another batch has it open, or when it is no journal or no ordinary file;
+    OutputError when it cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._is_new = not path.exists()
-        if not self._is_new and not path.is_file():
-            raise UsageError(f"{path} is no ordinary file: give {option('journal')} another name")
         with write_errors(path):
+            self._is_new = not path.exists()
+            if not self._is_new and not path.is_file():
+                raise UsageError(
+                    f"{path} is no ordinary file: give {option('journal')} another name"
+                )
             self._file: IO[bytes] = path.open("a+b")
             if not lock_file(self._file.fileno()):
                 self._file.close()

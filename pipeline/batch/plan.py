@@ -46,19 +46,21 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
                 continue
             if entry is not None:
                 _remove_part(part_of(target_of(Path(look.output))))
-            _check_place(job, look, journal, overwrite)
+            is_of_other_work = entry is None and journal.knows(look.output)
+            _check_place(job, look, overwrite, is_of_other_work)
             left.add(look.output)
         if left:
             plan.todo.append(job.only(left))
     return plan
 
 
-def _check_place(job: Job, look: JobLook, journal: Journal, overwrite: bool) -> None:
-    """Raises UsageError, OutputError where a file is in the way, and why it does not count."""
+def _check_place(job: Job, look: JobLook, overwrite: bool, is_of_other_work: bool) -> None:
+    """Raises UsageError, OutputError where the place is not free; the message says when the file
+    there is from other work of the journal."""
     try:
         check_place(look.output, Path(job.source), overwrite=overwrite)
-    except MakeupVideoError as error:
-        if journal.knows(look.output):
+    except UsageError as error:
+        if is_of_other_work and os.path.lexists(look.output):
             error.extend(after=", since the journal has it from another input, look or settings")
         raise
 

@@ -102,7 +102,7 @@ class Decoder:
 
     def frames(self) -> Generator[Frame, None, None]:
         """Raises DecodeError when nothing can be decoded or the picture's size changes, and
-        UsageError when the film ends before `start_seconds`."""
+        UsageError when the film ends before `start_seconds` or begins after `end_seconds`."""
         if self.trim.start is not None:
             for packet in (
                 () if self._streams else subtitles_on_screen(self.source, self.trim.start)
@@ -117,6 +117,8 @@ class Decoder:
                     seconds = self._times(picture) * base
                     duration = picture.duration * base
                     yield from self._kept(self.trim(picture, seconds, duration))
+                    if self.trim.is_past_end:
+                        break  # a decoder with many threads gives many pictures at once
             elif packet.size:
                 self.muxer.copy(packet)
         yield from self._kept(self.trim.finish())

@@ -111,7 +111,12 @@ class Muxer:
     def drop(self, what: str) -> None:
         """Note what is lost from now on. Raises StrictError."""
         self.dropped.append(what)
-        self._refuse_loss()
+        if self.strict:
+            strict = option("strict")
+            raise StrictError(
+                f"{strict}: the output cannot keep {what}. "
+                f"Cut the video there, or leave {strict} out."
+            )
 
     def _refuse_loss(self) -> None:
         if self.strict and (self.dropped or self.converted):

@@ -10,22 +10,24 @@ from typing import Any
 
 import av
 
-_LEAST_SECONDS = Fraction(1, 20)  # a shorter gap is the rounding of some container's clock
+_LEAST_SECONDS = Fraction(1, 20)  # shorter ones may be the rounding of some container's clock
 _AT_ONCE_SECONDS = 1
-_LINEAR = re.compile(r"pcm_(s|u|f)(\d+)[lb]?e?$")
+_LINEAR = re.compile(r"pcm_[suf](\d+)[lb]?e?$")
+_LOGARITHMIC = {"pcm_alaw": 0xD5, "pcm_mulaw": 0xFF}  # silence in a byte (ITU-T G.711)
 
 
 class FillPcmGaps:
-    """A packet -> that packet, after silence for the time since the last one.
+    """A packet -> that packet, after silence for the time since the end of what was written.
 
     stream: of the source; see `has_pcm`.
     """
 
     def __init__(self, stream: Any) -> None:
-        kind, bits = _LINEAR.match(stream.name).groups()  # type: ignore[union-attr]
+        linear = _LINEAR.match(stream.name)
+        width = int(linear[1]) // 8 if linear else 1
+        middle = 0x80 if stream.name == "pcm_u8" else _LOGARITHMIC.get(stream.name, 0)
         self._rate = stream.codec_context.sample_rate
-        self._bytes = int(bits) // 8 * stream.codec_context.layout.nb_channels
-        middle = 0x80 if kind == "u" and bits == "8" else 0
+        self._bytes = width * stream.codec_context.layout.nb_channels
         self._silence = bytes([middle]) * (self._bytes * self._rate * _AT_ONCE_SECONDS)
         self._end: Fraction | None = None
 
@@ -34,9 +36,12 @@ class FillPcmGaps:
             yield packet
             return
         begins = packet.pts * packet.time_base
-        if self._end is not None and begins - self._end > _LEAST_SECONDS:
+        if self._end is None:
+            self._end = begins
+        elif begins - self._end > _LEAST_SECONDS:
             yield from self._silent(packet, self._end, begins)
-        self._end = begins + Fraction(packet.size // self._bytes, self._rate)
+            self._end = begins
+        self._end += Fraction(packet.size // self._bytes, self._rate)
         yield packet
 
     def _silent(self, packet: Any, begins: Fraction, ends: Fraction) -> Iterator[Any]:
@@ -44,7 +49,7 @@ class FillPcmGaps:
         while left > 0:
             samples = min(left, len(self._silence) // self._bytes)
             silent = av.Packet(self._silence[: samples * self._bytes])
-            silent.stream, silent.time_base = packet.stream, packet.time_base
+            silent.time_base = packet.time_base
             silent.pts = silent.dts = round(begins / packet.time_base)
             silent.duration = round(Fraction(samples, self._rate) / packet.time_base)
             silent.is_keyframe = True
@@ -54,4 +59,5 @@ class FillPcmGaps:
 
 def has_pcm(stream: Any) -> bool:
     """True for sound whose samples are stored as they are."""
-    return stream.type == "audio" and _LINEAR.match(str(stream.name)) is not None
+    name = str(stream.name)
+    return stream.type == "audio" and (name in _LOGARITHMIC or _LINEAR.match(name) is not None)

@@ -72,6 +72,7 @@ class SegmentWriter:
 
     format: of the output in which the segments are joined; times are in its ticks.
     Packets of other streams are not taken.
+    dropped: what is lost from the first frame on, as the joined film tells, too.  later: the rest.
     """
 
     strict = False
@@ -79,6 +80,7 @@ class SegmentWriter:
     def __init__(self, path: Path, container_format: str) -> None:
         self.path, self.format = path, container_format
         self.dropped: list[str] = []
+        self.later: list[str] = []
         self.is_finished = False
         self._own_format = _RAW
         self._container: Any = None
@@ -92,7 +94,7 @@ class SegmentWriter:
 
     def drop(self, what: str) -> None:
         """Note what is lost from now on."""
-        self.dropped.append(what)
+        self.later.append(what)
 
     def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None:
         """Nothing: only the painted video is written."""

@@ -23,7 +23,7 @@ _QUICKTIME_LANGUAGES = {
     "fre": "fra", "deu": "ger", "nld": "dut", "swe": "sve", "zho": "chi", "ell": "gre",
     "isl": "ice", "ron": "rum", "slk": "slo", "ces": "cze", "msa": "may",
 }  # fmt: skip
-_LEAST_TICKS = 10_000  # a second, of edit lists
+_LEAST_TICKS = 10_000  # per second: of the coarsest clock of edit lists
 _USUAL_LAYOUTS = {1: "mono", 2: "stereo", 3: "2.1", 4: "quad", 5: "5.0", 6: "5.1", 8: "7.1"}
 
 
@@ -38,15 +38,15 @@ def shown_wh(video: Any, source: VideoSource) -> tuple[int, int] | None:
 
 def tags(holder: Any, container_format: str) -> dict[str, str]:
     """The metadata of a file or a stream that holds for the output, spelled for its container."""
-    kept = {}
+    kept, is_track = {}, hasattr(holder, "index")
     for key, value in holder.metadata.items():
         plain = key.lower()
         if plain in OWN_TAGS or plain.startswith(("number_of_", "_statistics_", "bps-")):
             continue
         if plain == "timecode" and container_format in ("mp4", "mov"):
             key = plain  # Matroska spells it in capitals; mp4 makes its timecode stream from it
-        if plain == "name":  # of a track: mp4's demuxer calls it so, and all muxers take a title
-            key = "title"
+        if plain == "name" and is_track and "title" not in holder.metadata:
+            key = "title"  # mp4's demuxer calls it so, and muxers take it as a title alone
         if plain == "language" and container_format == "mov":
             value = _QUICKTIME_LANGUAGES.get(value, value)
         kept[key] = value
@@ -69,7 +69,7 @@ def container_options(
         else:
             flags += "+use_metadata_tags"
     # Ticks of streams are as fine as the source's, so that times are exact. Those of edit lists,
-    # which place the sound, are a whole number of times as fine, down to a tenth of a millisecond.
+    # which place the sound, divide them evenly, and are no longer than a tenth of a millisecond.
     finer = -(-_LEAST_TICKS // ticks)
     options = {
         "movflags": flags,

@@ -70,6 +70,8 @@ def process_in_segments(
                 jobs = _jobs(folder, source.path, target.path, plan, look, settings)
                 painted = paint_segments(jobs, settings, _ticker(film, on_progress), workers)
                 _count(film.decoder.stats, painted)
+                for text in [text for one in painted.results for text in one.report.dropped][:1]:
+                    film.muxer.drop(text)
                 join.finish([result.file for result in painted.results])
     finally:
         source.close()

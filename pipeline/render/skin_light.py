@@ -257,8 +257,9 @@ def _veil(skin: _Skin, gain: np.ndarray, optics: Optics) -> np.ndarray:
     deeper = np.clip(skin.log - gain - np.log(TYPICAL_SKIN), -_DEEPEST, 0)
     darker = math.log(np.exp(deeper) @ _SRGB_LUMINANCE)
     strength = math.log(np.exp(gain) @ _SRGB_LUMINANCE)
-    tint = np.clip(gain - strength, -_TINT, _TINT) + _VEIL_HUE * (deeper - darker)
-    return np.append(_VEIL_LIGHT * darker, _log_colour(skin.trust * tint, optics))
+    tint = np.clip(skin.trust * (gain - strength), -_TINT, _TINT)  # as the light's own colour
+    tint += skin.trust * _VEIL_HUE * (deeper - darker)
+    return np.append(_VEIL_LIGHT * darker, _log_colour(tint, optics))
 
 
 def _log_colour(tint: np.ndarray, optics: Optics) -> np.ndarray:

@@ -221,11 +221,14 @@ def test_a_terminal_that_is_closed_ends_no_run(monkeypatch):
 
 @pytest.mark.parametrize("notice", ["rtmp://host/live/[/key]: refused", "[draft] camera"])
 def test_a_terminal_shows_brackets_as_they_are(monkeypatch, notice):
+    monkeypatch.setenv("COLUMNS", "200")
     terminal = OpenTerminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     with show_live(quiet=False) as shown:
         shown(figures(notice=notice))
-        time.sleep(0.3)  # rich draws ten times a second
+        deadline = time.monotonic() + 20
+        while notice not in terminal.getvalue() and time.monotonic() < deadline:
+            time.sleep(0.01)
     assert notice in terminal.getvalue()
 
 

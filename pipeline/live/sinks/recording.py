@@ -36,8 +36,8 @@ class Recording:
     codec, crf, preset: as for a video; the default preset is one fast enough for a live run.
     rate: expected frames per second, for rate control alone.
     sound: the run's sound, which is recorded as well; None: no sound.
-    Raises UsageError or OutputError before anything is written. A call raises EncodeError or
-    OutputError, and the recording so far stays as the part file.
+    Raises UsageError or OutputError before anything is written. A call raises EncodeError,
+    OutputError, or DecodeError for another size, and the recording so far stays as the part file.
     """
 
     kind = "recording"

@@ -144,6 +144,11 @@ def test_identity_tells_files_of_one_name_apart(tmp_path):
     assert identity(str(path)) != first
 
 
+def test_a_name_that_no_file_can_have_is_one_line(tmp_path):
+    with pytest.raises(OutputError, match="File name too long"):
+        Journal(tmp_path / ("x" * 300))
+
+
 def test_an_empty_file_that_was_there_stays(tmp_path):
     (tmp_path / "notes.txt").touch()
     Journal(tmp_path / "notes.txt").close()

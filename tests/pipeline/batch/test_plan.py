@@ -57,10 +57,20 @@ def test_a_file_of_somebody_else_is_never_overwritten(case, begun):
     case.output.write_text("mine")
     if begun:
         case.journal.begin(case.job)
-    with pytest.raises(UsageError, match="exists already"):
+    with pytest.raises(UsageError, match="exists already") as caught:
         case.plan()
+    assert "since the journal" not in str(caught.value)
     assert case.plan(overwrite=True).todo == [case.job]
     assert case.output.read_text() == "mine"
+
+
+def test_an_output_of_another_look_says_so(case):
+    case.journal.begin(case.job)
+    case.journal.end(case.job, case.paint())
+    (look,) = case.job.looks
+    other = Job(case.job.source, (JobLook("red", RED, look.output),), Settings())
+    with pytest.raises(UsageError, match="since the journal has it from another input, look or"):
+        plan_batch([other], case.journal, retry=False, overwrite=False)
 
 
 def test_an_output_that_is_gone_is_made_again(case):

@@ -1,6 +1,7 @@
 """What outputs keep of an input, and the line that says what they cannot: data, names, captions."""
 
 from fractions import Fraction
+from types import SimpleNamespace
 
 import av
 import pytest
@@ -14,9 +15,14 @@ from makeup_video.pipeline import (
 )
 from makeup_video.pipeline.batch.sources import inputs_of
 from makeup_video.pipeline.look.named import look_files
+from makeup_video.pipeline.media.pcm_gaps import FillPcmGaps, has_pcm
+from makeup_video.pipeline.media.streams import tags
 from media import add_video, encode_frames, packets_of, tone
 
 ID3 = b"ID3\x04\x00\x00\x00\x00\x00\x1fTXXX\x00\x00\x00\x15\x00\x00\x03segmentmetadata\x00{}.."
+
+
+WIDTHS = {"pcm_s16le": 2, "pcm_u8": 1, "pcm_f32le": 4, "pcm_s24le": 3}
 
 
 def with_id3(path):
@@ -59,7 +65,7 @@ def test_sound_that_begins_later_stays_there(tmp_path, rate, end):
     assert began > 0.7 and begins == pytest.approx(began, abs=1e-3)
 
 
-@pytest.mark.parametrize("codec", ["pcm_s16le", "pcm_u8", "pcm_f32le", "pcm_s24le"])
+@pytest.mark.parametrize("codec", [*WIDTHS])
 @pytest.mark.parametrize("end", [".mov", ".mkv"])
 def test_sound_after_a_gap_stays_there(tmp_path, codec, end):
     """mp4 and mov count the samples of PCM, and know no gaps."""
@@ -69,8 +75,7 @@ def test_sound_after_a_gap_stays_there(tmp_path, codec, end):
         encode_frames(out, video, range(90))
         for begins in (0.0, 2.4):
             for first in range(0, 4000, 1000):
-                width = int("".join(filter(str.isdigit, codec))) // 8
-                packet = av.Packet((bytes(range(1, 251)) * 4 * width)[: 1000 * width])
+                packet = av.Packet(bytes(range(1, 251)) * 4 * WIDTHS[codec])
                 packet.stream, packet.time_base = sound, Fraction(1, 8000)
                 packet.pts = packet.dts = round(begins * 8000) + first
                 packet.duration = 1000
@@ -80,6 +85,42 @@ def test_sound_after_a_gap_stays_there(tmp_path, codec, end):
     loud = [float(at) for at, data in packets if len(set(data)) > 2]
     assert min(loud) == pytest.approx(0, abs=0.01) and max(loud) > 2.5
     assert not [at for at in loud if 0.6 < at < 2.2]
+
+
+def pcm(name):
+    """What FillPcmGaps sees of a stream: mono at 8000 Hz."""
+    context = SimpleNamespace(sample_rate=8000, layout=SimpleNamespace(nb_channels=1))
+    return SimpleNamespace(name=name, type="audio", codec_context=context)
+
+
+def filled(fill, data, milliseconds):
+    """The silence that comes before a packet of that time."""
+    packet = av.Packet(data)
+    packet.time_base = Fraction(1, 1000)
+    packet.pts = packet.dts = milliseconds
+    *silence, last = fill(packet)
+    assert last is packet
+    return b"".join(map(bytes, silence))
+
+
+@pytest.mark.parametrize("gap_ms", [0, 5, 40, 60, 300])
+def test_short_gaps_add_up_and_are_filled_together(gap_ms):
+    fill, written = FillPcmGaps(pcm("pcm_s16le")), 0
+    for number in range(100):
+        at = number * (20 + gap_ms)
+        written += len(filled(fill, b"\x01\x02" * 160, at)) // 2
+        assert abs(written / 8 - at) <= 50
+        written += 160
+
+
+@pytest.mark.parametrize(
+    ("name", "silence"), [("pcm_u8", 0x80), ("pcm_s8", 0), ("pcm_alaw", 0xD5), ("pcm_mulaw", 0xFF)]
+)
+def test_silence_is_the_middle_of_a_codes_range(name, silence):
+    assert has_pcm(pcm(name)) and not has_pcm(pcm("aac"))
+    fill = FillPcmGaps(pcm(name))
+    assert filled(fill, bytes(8), 0) == b""
+    assert set(filled(fill, bytes(8), 3000)) == {silence}
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
@@ -97,24 +138,42 @@ def test_names_of_tracks_are_kept(tmp_path, end):
 
 
 def mpeg2(path, first, interlaced):
-    """A part of a broadcast: 12 pictures from number `first` on."""
+    """A part of a broadcast: 60 pictures from number `first` on."""
     flags = "+ilme+ildct" if interlaced else "0"
-    with av.open(str(path), "w", container_options={"mpegts_copyts": "1", "muxdelay": "0"}) as out:
+    with av.open(str(path), "w") as out:
         video = out.add_stream("mpeg2video", rate=25, options={"flags": flags})
         video.width, video.height, video.pix_fmt = 96, 64, "yuv420p"
         video.codec_context.time_base = Fraction(1, 25)
-        encode_frames(out, video, range(first, first + 12))
-    return path.read_bytes()
+        encode_frames(out, video, range(first, first + 60))
+    return path
 
 
-def test_fields_that_come_later_are_reported(tmp_path):
-    src = tmp_path / "in.ts"
-    src.write_bytes(mpeg2(tmp_path / "a.ts", 0, False) + mpeg2(tmp_path / "b.ts", 12, True))
-    report = process_video(src, tmp_path / "out.mp4")
-    assert report.frames_out == 24
-    assert [text for text in report.dropped if text.startswith("fields from 0.")]
-    with pytest.raises(StrictError, match="cannot keep fields from"):
-        process_video(src, tmp_path / "strict.mp4", settings=Settings(strict=True))
+def joined(path, *parts):
+    """Parts one after the other; each key frame of MPEG-2 says anew how its pictures are stored."""
+    with av.open(str(path), "w") as out:
+        stream = None
+        for part in parts:
+            with av.open(str(part)) as container:
+                stream = stream or out.add_stream_from_template(container.streams.video[0])
+                for packet in container.demux(video=0):
+                    if packet.size:
+                        packet.stream = stream
+                        out.mux(packet)
+    return path
+
+
+@pytest.mark.parametrize("split", [None, 0.02])
+def test_fields_that_come_later_are_reported(tmp_path, split):
+    parts = mpeg2(tmp_path / "a.mkv", 0, False), mpeg2(tmp_path / "b.mkv", 60, True)
+    src = joined(tmp_path / "in.mkv", *parts)
+    settings = Settings(split_minutes=split)
+    report = process_video(src, tmp_path / "out.mp4", settings=settings)
+    assert report.frames_out == 120 and (split is None or report.segments > 1)
+    assert len([text for text in report.dropped if text.startswith("fields from 2.")]) == 1
+    settings = Settings(split_minutes=split, strict=True)
+    with pytest.raises(StrictError, match=r"cannot keep fields from .* Cut the video there"):
+        process_video(src, tmp_path / "strict.mp4", settings=settings)
+    assert not (tmp_path / "strict.mp4").exists()
 
 
 def test_an_excerpt_before_the_first_picture_says_so(tmp_path):
@@ -139,3 +198,14 @@ def test_folders_that_cannot_be_read_are_one_line(tmp_path, monkeypatch):
         inputs_of([str(tmp_path)])
     with pytest.raises(LookError, match="cannot be read: Permission denied; allow it"):
         look_files(str(tmp_path))
+
+
+@pytest.mark.parametrize("form", ["mp4", "mov", "matroska"])
+def test_a_name_becomes_a_title_only_of_a_track_without_one(form):
+    film, track = SimpleNamespace(), SimpleNamespace(index=0)
+    film.metadata = {"title": "Film", "NAME": "x"}
+    assert tags(film, form) == {"title": "Film", "NAME": "x"}
+    track.metadata = {"name": "Kommentar"}
+    assert tags(track, form) == {"title": "Kommentar"}
+    track.metadata = {"title": "Deutsch", "name": "Kommentar"}
+    assert tags(track, form)["title"] == "Deutsch"

@@ -73,6 +73,15 @@ def test_veils_share_what_makes_skin_darker_and_warmer():
     assert warmer == sorted(warmer) and warmer[0] < 0.25 and warmer[-1] > 0.6
 
 
+@settings(max_examples=15, deadline=None)
+@given(gain=CAST)
+def test_veils_on_pale_skin_have_the_light_of_the_face(gain):
+    pale = light(lit(*gain))
+    if pale.veil_share > 1 - 1e-9:  # no channel is darker than that of typical skin
+        np.testing.assert_allclose(pale.veil_colour, pale.colour, atol=1e-5)
+    assert 0.4 < pale.veil_share <= 1
+
+
 @pytest.mark.parametrize("depth", [0.5, 1.0, 1.5])
 def test_a_pink_blush_stays_a_pink_on_darker_skin(depth):
     """In the colours of pale skin it would be lilac on tanned skin, and ashes on dark skin."""

@@ -10,7 +10,7 @@ import av
 import media
 import numpy as np
 import pytest
-from makeup_video.pipeline import EncodeError, MakeupVideoError, OutputError, UsageError
+from makeup_video.pipeline import DecodeError, EncodeError, OutputError, UsageError
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline.live.sound import SoundTap
@@ -134,7 +134,7 @@ def test_the_other_codecs_record_too(tmp_path, codec):
 def test_pictures_of_another_size_end_it_in_one_line(tmp_path):
     path, sound = tmp_path / "out.mkv", SoundTap("microphone", 1)
     recording = Recording(path, sound=sound)
-    with pytest.raises(MakeupVideoError, match=r"; the recording so far is .*out\.part\.mkv"):
+    with pytest.raises(DecodeError, match=r"; the recording so far is .*out\.part\.mkv"):
         for one in [*live(range(0, 600, 33), "rgb24"), *live([700], "rgb24", (128, 96))]:
             recording(one)
     assert sound.is_closed and frames_that_play(tmp_path / "out.part.mkv") > 9
