@@ -151,7 +151,7 @@ def test_every_mistake_is_one_line_that_names_it(values, words):
         (lambda: layer_of("blush", strength=math.nan), "strength must be a number in 0..1"),
         (lambda: Look([layer_of("blush")] * 2), "a look has at most 1 layer of blush, got 2"),
         (lambda: Look(strength=2), "strength must be a number in 0..1, got 2"),
-        (lambda: Look(zone="outer"), "zone and intensity are of the eyeshadow in eyes"),
+        (lambda: Look(zone="outer"), "zone and intensity belong to eyeshadow: give eyes"),
         (lambda: Look(intensity=-1), "intensity must be a number in 0..1, got -1"),
         (lambda: Look(zone="nose"), "zone must be one of lid, crease,"),
     ],
