@@ -21,12 +21,8 @@ from makeup_video.pipeline import (
     Settings,
     process_video,
 )
+from makeup_video.pipeline.engine.machine import cpu_seconds_of_children
 from makeup_video.pipeline.engine.runner import Observe
-
-try:
-    import resource
-except ImportError:  # on Windows
-    resource = None  # type: ignore[assignment]
 
 SETTINGS = Settings(codec="h264", preset=PRESET, crf=CRF, overwrite=True)
 LEAST_PAINTED = 0.95  # of the frames: a run that paints nothing is quick
@@ -170,10 +166,10 @@ def run_command(
 
 def _cpu_of_children() -> float:
     """CPU seconds of the child processes that have ended, and of theirs. Raises InstallError."""
-    if resource is None:
+    seconds = cpu_seconds_of_children()
+    if seconds is None:
         raise InstallError("this system tells no CPU time of child processes: run it on another")
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+    return seconds
 
 
 def _as_installed(folder: Path) -> dict[str, str]:

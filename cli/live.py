@@ -216,13 +216,13 @@ class _Sound:
         """One output's end of the sound; None for none. Raises InputError, UsageError."""
         if self._opened_for != (path := self._camera.path):  # the page may choose another camera
             self.close()
-            self._sound, self._opened_for = None, "nothing yet"
             self._sound, self._opened_for = self._open(), path
         return None if self._sound is None else self._sound.tap()
 
     def close(self) -> None:
         if self._sound is not None:
             self._sound.close()
+        self._sound, self._opened_for = None, "nothing yet"
 
 
 def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":

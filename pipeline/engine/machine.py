@@ -161,6 +161,14 @@ def peak_memory_bytes() -> int:
     return peak if sys.platform == "darwin" else peak * 1024  # others count in kB
 
 
+def cpu_seconds_of_children() -> float | None:
+    """CPU time of the child processes that have ended, and of theirs; None on Windows."""
+    if resource is None:
+        return None
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def return_large_blocks() -> None:
     """Let glibc return every large block to the system as soon as it is freed, in this process.
 

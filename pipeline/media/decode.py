@@ -274,7 +274,7 @@ class Decoder:
             if stats.is_damaged:
                 stats.lost_frames = max(0, promised - stats.frames)
         if not stats.frames:
-            self._check_start()
+            self._check_excerpt()
             where = "in it" if is_whole else "in the chosen excerpt"
             raise DecodeError(
                 f"{source.path}: no frame could be decoded {where} "
@@ -289,7 +289,7 @@ class Decoder:
             return False
         return Fraction(container.duration, av.time_base) - self._file_end_seconds > _SHORT_SECONDS
 
-    def _check_start(self) -> None:
+    def _check_excerpt(self) -> None:
         """Raises UsageError when all pictures lie before the trim's start, or after its end.
 
         The length of some files is known only once they have been read.

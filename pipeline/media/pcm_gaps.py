@@ -11,7 +11,6 @@ from typing import Any
 import av
 
 _LEAST_SECONDS = Fraction(1, 20)  # shorter ones may be the rounding of some container's clock
-_AT_ONCE_SECONDS = 1
 _LINEAR = re.compile(r"pcm_[suf](\d+)[lb]?e?$")
 _LOGARITHMIC = {"pcm_alaw": 0xD5, "pcm_mulaw": 0xFF}  # silence in a byte (ITU-T G.711)
 
@@ -25,10 +24,9 @@ class FillPcmGaps:
     def __init__(self, stream: Any) -> None:
         linear = _LINEAR.match(stream.name)
         width = int(linear[1]) // 8 if linear else 1
-        middle = 0x80 if stream.name == "pcm_u8" else _LOGARITHMIC.get(stream.name, 0)
+        self._middle = 0x80 if stream.name == "pcm_u8" else _LOGARITHMIC.get(stream.name, 0)
         self._rate = stream.codec_context.sample_rate
         self._bytes = width * stream.codec_context.layout.nb_channels
-        self._silence = bytes([middle]) * (self._bytes * self._rate * _AT_ONCE_SECONDS)
         self._end: Fraction | None = None
 
     def __call__(self, packet: Any) -> Iterator[Any]:
@@ -47,8 +45,8 @@ class FillPcmGaps:
     def _silent(self, packet: Any, begins: Fraction, ends: Fraction) -> Iterator[Any]:
         left = round((ends - begins) * self._rate)
         while left > 0:
-            samples = min(left, len(self._silence) // self._bytes)
-            silent = av.Packet(self._silence[: samples * self._bytes])
+            samples = min(left, self._rate)  # a second at once
+            silent = av.Packet(bytes([self._middle]) * (samples * self._bytes))
             silent.time_base = packet.time_base
             silent.pts = silent.dts = round(begins / packet.time_base)
             silent.duration = round(Fraction(samples, self._rate) / packet.time_base)

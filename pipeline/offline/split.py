@@ -70,8 +70,9 @@ def process_in_segments(
                 jobs = _jobs(folder, source.path, target.path, plan, look, settings)
                 painted = paint_segments(jobs, settings, _ticker(film, on_progress), workers)
                 _count(film.decoder.stats, painted)
-                for text in [text for one in painted.results for text in one.report.dropped][:1]:
-                    film.muxer.drop(text)
+                lost = [text for result in painted.results for text in result.report.dropped]
+                if lost:
+                    film.muxer.drop(lost[0])  # the others are its continuations
                 join.finish([result.file for result in painted.results])
     finally:
         source.close()

@@ -183,9 +183,9 @@ def _no_blacker(root: np.ndarray, opacity: float, skin: TypicalSkin) -> tuple[np
     darkens skin as much, or at most 1."""
     linear = root * root * skin.linear
     more = max(_BLACK - float(linear @ LUMINANCE), 0.0)
-    lighter = np.sqrt((linear + more) / skin.linear)
     if not more:
         return root, opacity
+    lighter = np.sqrt((linear + more) / skin.linear)
     before, after = (1 - math.sqrt(float(one * one @ LUMINANCE)) for one in (root, lighter))
     return lighter, min(opacity * before / after, 1.0) if after > 0 else opacity
 

@@ -48,6 +48,7 @@ SKIN_COVARIANCE = np.array([
 ])  # fmt: skip
 # Plain skin of people in photos of makeup, in neutral light, the median: linear R, G, B.
 TYPICAL_SKIN = 0.753, 0.48, 0.374
+_LOG_TYPICAL = np.log(TYPICAL_SKIN)
 _USUAL_SKIN = float(np.log(to_xyz(1)[1] @ np.exp(SKIN_MEAN)))
 _EXPECTED_TINT = SKIN_MEAN - SKIN_MEAN.mean()
 # Mean log red - 2 log green + log blue: a warm or cold light leaves it as it is.
@@ -254,7 +255,7 @@ def _veil(skin: _Skin, gain: np.ndarray, optics: Optics) -> np.ndarray:
 
     gain: the log of the light on the face, (3,) in sRGB's primaries.
     """
-    deeper = np.clip(skin.log - gain - np.log(TYPICAL_SKIN), -_DEEPEST, 0)
+    deeper = np.clip(skin.log - gain - _LOG_TYPICAL, -_DEEPEST, 0)
     darker = math.log(np.exp(deeper) @ _SRGB_LUMINANCE)
     strength = math.log(np.exp(gain) @ _SRGB_LUMINANCE)
     tint = np.clip(skin.trust * (gain - strength), -_TINT, _TINT)  # as the light's own colour

@@ -8,15 +8,18 @@ import subprocess
 import sys
 import time
 import urllib.request
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import av
 import numpy as np
 import pytest
 from makeup_video.cli.app import app
 from makeup_video.cli.console import log
+from makeup_video.cli.live import _Sound
 from makeup_video.cli.progress import live_summary, live_text, show_live
 from makeup_video.cli.serve_page import has_screen, is_local
-from makeup_video.pipeline import Look, product
+from makeup_video.pipeline import InputError, Look, product
 from makeup_video.pipeline.live.run import LiveFigures, SinkFigures
 from media import decoded, times_of
 from people import SAMPLES, clip, film
@@ -192,6 +195,24 @@ def test_the_terminal_line_has_speed_delay_and_notices():
     )
     assert live_text(figures(latency_ms=None)) == "waiting for the first frame"
     assert live_text(figures(latency_ms=None, notice="no camera")) == "no camera"
+
+
+def test_sound_comes_back_after_a_camera_whose_sound_fails():
+    camera, opened = SimpleNamespace(path="a"), []
+
+    def sound():
+        if camera.path == "b":
+            raise InputError("the microphone is busy")
+        opened.append(Mock())
+        return opened[-1]
+
+    kept = _Sound(camera, sound)
+    assert kept.tap() is opened[0].tap()
+    camera.path = "b"
+    with pytest.raises(InputError, match="busy"):
+        kept.tap()
+    camera.path = "a"
+    assert opened[0].close.called and kept.tap() is opened[1].tap()
 
 
 class OpenTerminal(io.StringIO):

@@ -155,7 +155,6 @@ def test_an_empty_file_that_was_there_stays(tmp_path):
     assert (tmp_path / "notes.txt").exists()
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names here")
 def test_a_journal_is_an_ordinary_file(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(UsageError, match="is no ordinary file: give journal another name"):

@@ -6,6 +6,7 @@ import sys
 import cv2
 import numpy as np
 from makeup_video.pipeline.engine.machine import (
+    cpu_seconds_of_children,
     give_back_memory,
     one_opencv_thread,
     peak_memory_bytes,
@@ -116,3 +117,10 @@ def test_a_system_without_limits_has_none():
         "sys.platform = 'win32'; assert peak_memory_bytes() == 0"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_cpu_time_of_children_counts_once_they_have_ended():
+    before = cpu_seconds_of_children()
+    code = "import time\nwhile time.process_time() < 0.3: pass"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+    assert cpu_seconds_of_children() - before >= 0.3
