@@ -10,7 +10,7 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
-PATCH_SPAN = 0.96  # least width of a lip patch, in IOD; the lip net learned from such crops
+PATCH_SPAN = 0.88  # least width of a lip patch, in IOD: narrower than the lip net learned from
 MIN_FACE_PX = 40  # width; smaller faces are not painted
 _FURTHEST_PX = 1e6  # from the picture's corner: further than any picture reaches
 # mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score

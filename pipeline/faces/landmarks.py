@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from makeup_video.pipeline.faces.crop_layout import CropLayout, lip_patch_to_px
 from makeup_video.pipeline.faces.face import MIN_FACE_PX, POINTS, Face, LipPatch
-from makeup_video.pipeline.faces.nets import CropLayout, FaceNets, Mesh, Parts, lip_patch_to_px
+from makeup_video.pipeline.faces.nets import FaceNets, Mesh, Parts
 from makeup_video.pipeline.faces.optical_flow import LumaCrop, Motion
 from makeup_video.pipeline.faces.similarity import (
     STAY,
@@ -44,9 +45,7 @@ MESH_SECONDS = 0.1
 # IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of
 # the lip and eye nets lie in the wrong place.
 _STRAYED = 0.2
-# Where the crop of the lips would cut them off: IOD from its centre to theirs, and steps that it is
-# too narrow by.
-_OFF_CENTRE, _TOO_NARROW = 0.08, 1.0
+_NEAR_BORDER = 0.95  # of the way to the border of their crop, beyond which lips are cut off
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
 _SHRUNK = 0.3  # log scale in MESH_SECONDS: more than any face changes
 _CORRECTION = 0.3  # share of the way to the mesh net's pose; a full step would jolt the crops
@@ -259,8 +258,7 @@ def _read_parts(
     """
     parts = nets.read_parts(picture, layout)
     widening = nets.widening(parts.xy, layout.pose)
-    is_off = abs(parts.centres[0] - layout.centres[0]) > _OFF_CENTRE * iod_of(layout.pose)
-    if is_off or widening > layout.widening + _TOO_NARROW:
+    if nets.lips_reach(parts.xy, layout) > _NEAR_BORDER:
         layout = nets.layout_around(parts.centres, widening).rounded()
         parts = nets.read_parts(picture, layout)
         widening = nets.widening(parts.xy, layout.pose)

@@ -8,25 +8,32 @@ always see an upright face of the same size. docs/models.md describes how each n
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources.abc import Traversable
 from typing import NamedTuple
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.faces.crop_layout import (
+    EYE_CROP,
+    LIP_CROP,
+    MESH_CROP,
+    CropLayout,
+    eye_crops,
+    lip_patch_to_px,
+    lips_reach,
+    lips_widening,
+)
 from makeup_video.pipeline.faces.face import PATCH_SPAN, POINTS, LipPatch
 from makeup_video.pipeline.faces.net import SHIPPED, Net, read_array
 from makeup_video.pipeline.faces.shut_eyes import close_shut_eyes
 from makeup_video.pipeline.faces.similarity import (
     BELOW_EYES,
     Similarity,
-    distance,
     iod_of,
     middle_of,
 )
 from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS
-from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.frames.views import Picture
 
 _RIMS = slice(16, 48)  # of EYE: the two rings around the lids
@@ -38,109 +45,6 @@ _SIDE_MULTIPLE = 32  # px: the sides of the detector's input are multiples of th
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
 _LARGE_CELLS = 3.0  # IOD in cells: all neighbours of a face's cell then belong to the same face
 _LEAST_APART = 0.9  # IOD: two faces lie no closer than this
-
-
-@dataclass(frozen=True, slots=True)
-class _NetInput:
-    """The crop that a net reads."""
-
-    size_wh: tuple[int, int]  # px
-    span: float  # width of the crop in IOD
-
-    def to_px(self, pose: Similarity, centre: complex, mirrored: bool = False) -> list[list[float]]:
-        """(2, 3), crop px -> upright px: turned and scaled as the pose, its middle at centre."""
-        turn = pose.turn * (self.span / self.size_wh[0])
-        across = -turn if mirrored else turn
-        x, y = (self.size_wh[0] - 1) / 2, (self.size_wh[1] - 1) / 2
-        corner = centre - across * x - turn * complex(0, y)
-        return [
-            [across.real, -turn.imag, corner.real],
-            [across.imag, turn.real, corner.imag],
-        ]
-
-
-_MESH = _NetInput((96, 96), 2.56)
-_LIPS = _NetInput((112, 80), PATCH_SPAN)
-_EYE = _NetInput((64, 48), 0.72)
-# The crop of the lips is PATCH_SPAN wide, or for a wide or open mouth up to a third wider; while a
-# face is followed, in steps, so that it stays the same while a mouth hardly changes.
-_SPAN_STEP, _MOST_STEPS = 1.1, 3
-_AROUND_LIPS = 1.12  # width and height of the crop in those of the lips
-
-
-_LAYOUT_STEPS = 64  # to an IOD, at least: of the grid on which layouts lie
-_KEPT = 0.15  # of a step; more would let two runs keep different layouts for longer
-_SAME_IOD = 0.005  # a share: within it, two measurements of a still face differ
-
-
-class CropLayout(NamedTuple):
-    """Where the crops of a face lie, in upright px.
-
-    pose: turn and scale of all crops. centres: of the crops of the lips, the left and the right
-    eye. widening: of the crop of the lips, in steps above its least width.
-    """
-
-    pose: Similarity
-    centres: tuple[complex, complex, complex]
-    widening: float = 0.0
-
-    @property
-    def lip_span(self) -> float:
-        """The width of the crop of the lips, in IOD."""
-        return float(PATCH_SPAN * _SPAN_STEP**self.widening)
-
-    def distance(self, other: "CropLayout") -> float:
-        """How far two layouts differ: the largest of shift (IOD), log scale and turn (radians)."""
-        shifts = [a - b for a, b in zip(self.centres, other.centres, strict=True)]
-        furthest = max(max(abs(shift.real), abs(shift.imag)) for shift in shifts)
-        return max(furthest / iod_of(self.pose), distance(self.pose, other.pose))
-
-    def rounded(self, before: "CropLayout | None" = None) -> "CropLayout":
-        """This layout on a grid, whose step is a power of two and about 1/64 IOD at most.
-
-        Two runs that follow a face from different frames on differ by less. From one grid, the nets
-        read the same numbers, and the runs no longer differ. A number of the layout `before` is
-        kept while the new one lies at most _KEPT steps nearer to the next, and so is its grid where
-        the IOD may mean either of two: between them, noise would decide.
-        """
-        now = (*self.pose, *self.centres)
-        kept = now if before is None else (*before.pose, *before.centres)
-        old_widening = self.widening if before is None else before.widening
-        iod = iod_of(self.pose)
-        step = _step(iod * (1 + _SAME_IOD))
-        if not all(number.real % step == 0 == number.imag % step for number in kept):
-            step = _step(iod * (1 - _SAME_IOD))
-        turn, shift, *centres = (
-            complex(_snap(new.real, old.real, step), _snap(new.imag, old.imag, step))
-            for new, old in zip(now, kept, strict=True)
-        )
-        lips, left, right = centres
-        widening = _snap(self.widening, old_widening, 1)
-        return CropLayout(Similarity(turn, shift), (lips, left, right), widening)
-
-
-def _step(iod: float) -> float:
-    """The largest power of two of at most 1/64 IOD."""
-    return 2.0 ** math.floor(math.log2(max(iod, 1.0) / _LAYOUT_STEPS))
-
-
-def _snap(new: float, old: float, step: float) -> float:
-    """The multiple of step that is nearest to `new`; `old`, a multiple, while that is as near."""
-    is_kept = old % step == 0 and abs(new - old) < (0.5 + _KEPT) * step
-    return old if is_kept else round(new / step) * step
-
-
-def _eye_crops(layout: CropLayout) -> tuple[np.ndarray, tuple[int, int]]:
-    """The maps (2, 2, 3), crop px -> upright px, of both eyes; the right one is mirrored."""
-    pose, centres = layout.pose, layout.centres
-    to_px = [_EYE.to_px(pose, centres[1 + side], bool(side)) for side in (0, 1)]
-    return np.array(to_px), _EYE.size_wh
-
-
-def lip_patch_to_px(layout: CropLayout) -> AffineArray:
-    """(2, 3), px of the lip patch -> upright px."""
-    crop = _NetInput(_LIPS.size_wh, layout.lip_span)
-    return np.array(crop.to_px(layout.pose, layout.centres[0]))
 
 
 class Mesh(NamedTuple):
@@ -234,8 +138,8 @@ class FaceNets:
     def read_mesh(self, picture: Picture, pose: Similarity, mirrored: bool = False) -> Mesh:
         """Reads all points, coarsely. mirrored: from the mirror image of the crop."""
         centre = middle_of(pose)
-        to_px = np.array(_MESH.to_px(pose, centre, mirrored))
-        out = self.mesh(picture.crop(to_px, _MESH.size_wh)[None])
+        to_px = np.array(MESH_CROP.to_px(pose, centre, mirrored))
+        out = self.mesh(picture.crop(to_px, MESH_CROP.size_wh)[None])
         offsets = out["points"][0]
         if mirrored:
             offsets = offsets[self.mirror] * _MIRRORED
@@ -269,16 +173,12 @@ class FaceNets:
         return CropLayout(pose, (lips, left, right), widening)
 
     def widening(self, part_xy: np.ndarray, pose: Similarity) -> float:
-        """The steps above its least width by which the crop of these lips must be wider.
+        """lips_widening of the points `part_points`, (186,)."""
+        return lips_widening(part_xy[self._parts[0]], pose)
 
-        part_xy: (186,), the points `part_points`.
-        """
-        lips = part_xy[self._parts[0]]
-        off = (lips - lips.mean()) / (pose.turn or 1)
-        wide, high = _LIPS.size_wh
-        reach = max(float(np.abs(off.real).max()), float(np.abs(off.imag).max()) * wide / high)
-        steps = math.log(max(2 * _AROUND_LIPS * reach / PATCH_SPAN, 1)) / math.log(_SPAN_STEP)
-        return min(steps, _MOST_STEPS)
+    def lips_reach(self, part_xy: np.ndarray, layout: CropLayout) -> float:
+        """lips_reach of the points `part_points`, (186,)."""
+        return lips_reach(part_xy[self._parts[0]], layout)
 
     def read_parts(
         self, picture: Picture, layout: CropLayout, with_mirrored: bool = False
@@ -289,10 +189,10 @@ class FaceNets:
         """
         pose, centres, _ = layout
         to_px = lip_patch_to_px(layout)[None]
-        lips, eyes = picture.crops(((to_px, _LIPS.size_wh), _eye_crops(layout)))
+        lips, eyes = picture.crops(((to_px, LIP_CROP.size_wh), eye_crops(layout)))
         lip_offsets, logits = self._read_lips(lips, with_mirrored)
         eye_offsets = self.eye(eyes)["points"]
-        close_shut_eyes(eye_offsets, eyes, self._shut, _EYE.span)
+        close_shut_eyes(eye_offsets, eyes, self._shut, EYE_CROP.span)
         eye_offsets[1, :, 0] *= -1  # the crop of the right eye is mirrored
         lip_offsets *= layout.lip_span / PATCH_SPAN
         xy = _complex(np.concatenate([lip_offsets, *eye_offsets])) * pose.turn
@@ -305,8 +205,8 @@ class FaceNets:
     ) -> tuple[np.ndarray, np.ndarray, float]:
         """What `close_shut_eyes` is given: the points of both eyes as the net reads them, their
         crops, and the width of a crop in IOD."""
-        (eyes,) = picture.crops((_eye_crops(layout),))
-        return self.eye(eyes)["points"], eyes, _EYE.span
+        (eyes,) = picture.crops((eye_crops(layout),))
+        return self.eye(eyes)["points"], eyes, EYE_CROP.span
 
     def merge_mesh(self, xy: np.ndarray, z: np.ndarray, mesh: Mesh, strayed_px: float) -> bool:
         """Moves the points, in place, to those of the mesh.

@@ -50,8 +50,8 @@ _COMPANY: Mapping[str, tuple[Mapping[str, float], float, float]] = {
 WORN_FROM: Mapping[str, float] = {
     "lipstick": 0.3,
     "eyeshadow": 0.125,
-    "eyeliner": 0.165,
-    "blush": 0.039,
+    "eyeliner": 0.17,
+    "blush": 0.042,
 }
 
 

@@ -8,9 +8,9 @@ from torch import Tensor, nn
 # Log-odds by which a px must lie outside the mouth's opening to be painted: anywhere, and less
 # where the net doubts and the px is neither tooth nor dark beside its surroundings. There bare lip
 # is seen, but a little paint on the opening's side of the border is not.
-MARGIN, DOUBT_MARGIN = 0.9, -1.5
-TEETH_SURE = 2.0  # log-odds of teeth from which on, either way, one of the margins holds alone
-LIGHT, NEAR_PX = 0.5, 4  # dark: less than this share of the highest brightness so near
+MARGIN, DOUBT_MARGIN = 1.08, -2.4
+TEETH_SURE = 4.0  # log-odds of teeth from which on, either way, one of the margins holds alone
+LIGHT, NEAR_PX = 0.54, 4  # dark: less than this share of the highest brightness so near
 FOR_LIGHT = 120.0  # log-odds for all the range of brightness: as good as a yes or no
 # The net draws the border of the opening softer than it is.
 SHARPER = 3.0
