@@ -24,11 +24,12 @@ MATERIAL_INLINE float material_part(uint word) {
     return (float)(int)(word & ((1u << MATERIAL_ROOM_BITS) - 1u));
 }
 
-/* The environment, (MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index
- * `environment` of maps: words of three channels, in steps of room_step. */
+/* shine: the share of highlights and reflections that is seen. The environment,
+ * (MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index `environment` of maps: words of
+ * three channels, in steps of room_step. */
 MATERIAL_INLINE material_surface material_at(
-    float coarse, float mean, float nx, float ny, __global const float *maps, int environment,
-    float room_step, const material *m) {
+    float coarse, float mean, float nx, float ny, float shine, __global const float *maps,
+    int environment, float room_step, const material *m) {
     float sum = nx * nx + ny * ny;
     float shrink =
         MATERIAL_STEEPEST / (MATERIAL_STEEPEST + colour_positive(sum - MATERIAL_STEEPEST));
@@ -47,9 +48,10 @@ MATERIAL_INLINE material_surface material_at(
     /* Trowbridge and Reitz's lobe (GGX), 1 at its peak, without its tail */
     float lobe = m->lobe / (1.0f - facing * facing * (1.0f - m->lobe));
     lobe = colour_positive(lobe * lobe - MATERIAL_LOBE_TAIL);
-    s.lobe = lobe * (1.0f / (1.0f - MATERIAL_LOBE_TAIL));
+    s.lobe = shine * lobe * (1.0f / (1.0f - MATERIAL_LOBE_TAIL));
     float rim = 1.0f - nz;
-    s.mirror = room_step * m->reflection * (m->fresnel_front + m->fresnel_rim * rim * rim * rim);
+    float facing_away = m->fresnel_front + m->fresnel_rim * rim * rim * rim;
+    s.mirror = shine * room_step * m->reflection * facing_away;
     /* the reflected ray's x and y, from the middle of the environment's texels */
     float rx = 2.0f * nz * nx, ry = 2.0f * nz * ny;
     float ex = MATERIAL_MIDDLE + m->room[0] * rx + m->room[1] * ry;

@@ -131,12 +131,14 @@ __kernel void paint(
     float coarse = paint_between(maps, k, wide, fx, fy);
     float nx = paint_between(maps, k + layer, wide, fx, fy);
     float ny = paint_between(maps, k + 2 * layer, wide, fx, fy);
+    float shine = paint_between(maps, k + 3 * layer, wide, fx, fy);
 #ifdef PAINT_LAYERED
     paint_compose(
-        &product, region, maps, k + 3 * layer + MATERIAL_LAYER, wide, layer, fx, fy);
+        &product, region, maps, k + 4 * layer + MATERIAL_LAYER, wide, layer, fx, fy);
 #endif
     material_surface skin = material_at(
-        coarse, region->mean, nx, ny, maps, region->grid + 3 * layer, region->product.room_step, &product);
+        coarse, region->mean, nx, ny, shine, maps, region->grid + 4 * layer,
+        region->product.room_step, &product);
     float u = region->product.to_patch[0] * x + region->product.to_patch[1] * y + region->product.to_patch[2];
     float v = region->product.to_patch[3] * x + region->product.to_patch[4] * y + region->product.to_patch[5];
     colour_rgb bare = colour_decode(old_luma, old_cb, old_cr, &coding);

@@ -88,8 +88,8 @@ class PaintedRegion:
     weight: of the product, (h, w) float32, 0..1, one of the arrays that `Canvas.place` returned.
     shading: (H, W) float32 on a grid of at least 2 x 2, the linear luminance of the bare skin
     without its fine texture.
-    normals: (2, H, W) float32 on the same grid, x and y of the unit normal (x right, y down, in the
-    patch; z is towards the viewer).
+    normals: (2 or 3, H, W) float32 on the same grid, x and y of the unit normal (x right, y down,
+    in the patch; z is towards the viewer), and the share of highlights that are seen; else all.
     to_grid: (2, 3) by rows, from px of the rectangle to px of the grid, whose border is repeated.
     mean: luminance of the bare region.
     to_patch: (2, 3) by rows, from px of the rectangle to coordinates that stick to the skin, which
@@ -275,9 +275,11 @@ class Canvas:
             self._means[number] = region.mean
             self._products[number] = np.frombuffer(region.product, np.float32)
             maps[begin : begin + layer] = region.shading.ravel()
-            maps[begin + layer : begin + 3 * layer] = region.normals.ravel()
-            end = begin + 3 * layer + _ROOM
-            maps[begin + 3 * layer : end] = region.words.ravel().view(np.float32)
+            known = (1 + len(region.normals)) * layer
+            maps[begin + layer : begin + known] = region.normals.ravel()
+            maps[begin + known : begin + 4 * layer] = 1  # of highlights all are seen
+            end = begin + 4 * layer + _ROOM
+            maps[begin + 4 * layer : end] = region.words.ravel().view(np.float32)
             begin = end
             if region.shares is not None:
                 end += region.shares.size
@@ -375,5 +377,5 @@ def _whole(length: int, step: int) -> int:
 
 def _map_size(region: MadeRegion) -> int:
     """How many floats of maps a region takes."""
-    grids = 3 if region.shares is None else 3 + len(region.shares)
+    grids = 4 if region.shares is None else 4 + len(region.shares)
     return grids * region.shading.size + _ROOM

@@ -61,9 +61,9 @@ def region_twin(
     Returns the new luma codes, and the change of chroma (2, h, w).
     """
     codes = np.stack([luma, *chroma], axis=-1).astype(np.float64)
-    coarse, nx, ny = on_pixels(region)
+    coarse, nx, ny, *shine = on_pixels(region)
     environment = region.environment.linear()
-    skin = skin_at(coarse, region.mean, nx, ny, environment, region.material)
+    skin = skin_at(coarse, region.mean, nx, ny, environment, region.material, *shine)
     weight = region.weight.astype(np.float64)
     u, v = _mapped(region.to_patch, luma.shape)
     layers = region.layers
@@ -84,7 +84,7 @@ def composed(layers: Layers, shares: np.ndarray) -> Varying:
 
 
 def on_pixels(region: PaintedRegion) -> np.ndarray:
-    """Sample shading and normals at each pixel of the rectangle: (3, h, w)."""
+    """Sample shading and normals at each pixel of the rectangle: (3 or 4, h, w)."""
     return _sampled(np.concatenate([region.shading[None], region.normals]), region)
 
 

@@ -329,7 +329,7 @@ EIGHT_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __glo
     PUT(layers + AREA * LAYER, lips * share);
     PUT(layers + LIGHT_BELOW * LAYER, light * (lips - lips * share));
     PUT(layers + AREA_BELOW * LAYER, lips - lips * share);
-    PUT(out + LIPS_AT + 3 * LIPS_SIZE + at, share);
+    PUT(out + LIPS_AT + 4 * LIPS_SIZE + at, share);
 }
 
 /* Computes heights, normals and the light of the area, for eight pixels of a lid's grid. */
@@ -417,8 +417,8 @@ static inline float8 surface_blur_across(
 
 /* Finishes shading and normals, for eight pixels of the lips' grid. */
 EIGHT_STEP void surface_finish_lips(
-    int x, int y, __global const float *blurred, __global float *out) {
-    __global const float *from = blurred + y * PADDED + PAD + x;
+    int x, int y, __global const float *scratch, __global float *out) {
+    __global const float *from = scratch + BLURRED_AT + y * PADDED + PAD + x;
     __global float *to = out + LIPS_AT + y * LIPS_WIDE + x;
     float faint = FAINT * out[MEANS_AT];
     float8 gx = surface_blur_across(from + SLOPE_X * BLURRED, surface_seam_taps, 3);
@@ -429,9 +429,12 @@ EIGHT_STEP void surface_finish_lips(
         light[i] = surface_blur_across(from + i * BLURRED, surface_lip_taps, 12);
     float8 above = (light[LIGHT] + faint) / (light[AREA] + FAINT);
     float8 below = (light[LIGHT_BELOW] + faint) / (light[AREA_BELOW] + FAINT);
-    PUT(to, below + EIGHT(to + 3 * LIPS_SIZE) * (above - below));
+    float8 apart = EIGHT(scratch + COLUMNS_AT + SEAM * PATCH_WIDE + x) - (2.0f * (float)y + 0.5f);
+    apart = eight_max8(apart, -apart);
+    PUT(to, below + EIGHT(to + 4 * LIPS_SIZE) * (above - below));
     PUT(to + LIPS_SIZE, gx * shrink);
     PUT(to + 2 * LIPS_SIZE, gy * shrink);
+    PUT(to + 3 * LIPS_SIZE, eight_clamp8(FURROW_PER_PX * apart - FURROW, 0.0f, 1.0f));
 }
 
 __kernel void surface(
@@ -497,7 +500,7 @@ __kernel void surface(
     barrier(CLK_GLOBAL_MEM_FENCE);
     for
         EACH(i, is_lips ? LIPS_SIZE / 8 : 0)
-    surface_finish_lips(i % (LIPS_WIDE / 8) * 8, i / (LIPS_WIDE / 8), blurred, out);
+    surface_finish_lips(i % (LIPS_WIDE / 8) * 8, i / (LIPS_WIDE / 8), scratch, out);
     for
         EACH(i, is_lips ? 0 : LID_SIZE / 8) {
             int x = i % (LID_WIDE / 8) * 8, y = i / (LID_WIDE / 8);

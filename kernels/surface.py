@@ -94,6 +94,10 @@ LID_LIT = (
 
 # Light is blurred within an area: sigma in px of the grid, and how much the mean counts far away.
 LIPS_SIGMA_PX, LID_SIGMA_PX, SEAM_SIGMA_PX = 3.0, 1.8, 0.8
+# Where the lips meet there is a furrow without highlights, though between a lip that faces down and
+# one that faces up normals face the viewer: they grow from 1.5 to 5 px of the patch beside it.
+FURROW_PER_PX = 1 / 3.5
+FURROW = 1.5 * FURROW_PER_PX
 FAINT = 0.02
 
 # The buffers of surface.cl, all of float32. A point of the frame lies at
@@ -122,7 +126,7 @@ GIVEN = np.dtype([
 OUT = np.dtype([
     ("odds", np.float32, PATCH_HW),
     ("rim", np.float32, PATCH_HW),
-    ("lips", np.float32, (4, *LIPS_HW)),  # shading, x and y of the normal, upper
+    ("lips", np.float32, (5, *LIPS_HW)),  # shading, x and y of the normal, shine, upper
     ("lids", np.float32, (2, 6, *LID_HW)),  # of each up, lash_px, first three of the lips, below_px
     ("means", np.float32, _REGIONS),
 ])  # fmt: skip
@@ -173,6 +177,8 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LOWER_LESS": LOWER_LESS,
         "RIM_START": RIM_START,
         "OVER_SEAM": OVER_SEAM,
+        "FURROW_PER_PX": FURROW_PER_PX,
+        "FURROW": FURROW,
         "ONTO_LIP": ONTO_LIP,
         "LID_LEFT": LID_LEFT,
         "LID_STEP": LID_STEP,
@@ -232,7 +238,7 @@ class FaceSurfaces:
     """The surfaces of one face, float32. A region without a place holds undefined values.
 
     odds, rim: (80, 112), see LipsSurface.
-    lips: (4, 40, 56), shading, x and y of the normals, upper.
+    lips: (5, 40, 56), shading, x and y of the normals, shine, upper.
     lids: (2, 6, 32, 48), for each lid up, lash_px (see LidSurface), shading, x and y of normals,
     below_px.
     means: mean light of the lips and of both lids.

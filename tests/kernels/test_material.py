@@ -126,6 +126,16 @@ def test_a_surface_that_turns_away_reflects_more():
     assert even(nx=0.8, m=of(fresnel=1.0)).mirror == 0
 
 
+@given(st.floats(0, 1), st.floats(-0.7, 0.7), st.floats(-0.7, 0.7))
+def test_a_furrow_dims_highlights_and_reflections_alone(shine, nx, ny):
+    room, m = np.full((3, 16, 16), 0.4), of(gloss=1.5, reflection=0.5)
+    given_normals = np.full((1, 1), 0.2), 0.2, np.full((1, 1), nx), np.full((1, 1), ny), room, m
+    whole, dimmed = skin_at(*given_normals), skin_at(*given_normals, shine)
+    np.testing.assert_allclose(dimmed.lobe, shine * whole.lobe)
+    np.testing.assert_allclose(dimmed.mirror, shine * whole.mirror)
+    assert (dimmed.shade, dimmed.coarse) == (whole.shade, whole.coarse)
+
+
 def test_normals_facing_away_are_clamped_towards_the_viewer():
     for slope in (0.99, 1.2, 30.0):
         skin = even(nx=slope, ny=slope)

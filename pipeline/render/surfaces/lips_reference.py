@@ -11,6 +11,8 @@ from makeup_video.kernels.surface import (
     CORNER_TO,
     FULLER,
     FULLER_CHANGE,
+    FURROW,
+    FURROW_PER_PX,
     LIMIT_STEEPNESS,
     LOWER_LESS,
     ONTO_LIP,
@@ -122,7 +124,8 @@ def _more(xyz: np.ndarray, y: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(2, rows, columns) float32: x and y of the unit normal towards the viewer; `upper`."""
+    """(3, rows, columns) float32: x and y of the unit normal towards the viewer, and `shine`; and
+    `upper`, see LipsSurface."""
     y, z = curves[:, :, 0], curves[:, :, 1]  # (2, 4, C)
     down = _at_least_half(y[:, 1:] - y[:, :-1])
     slopes = np.clip((z[:, 1:] - z[:, :-1]) / down, -STEEPEST, STEEPEST)
@@ -137,7 +140,9 @@ def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarr
     # where the lips meet the slope would jump, and be seen as steps
     gx, gy = (cv2.GaussianBlur(slope, (0, 0), SEAM_SIGMA_PX) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
-    return np.stack([gx / length, gy / length]), upper
+    apart = np.abs(0.5 * (y[0, 3] + y[1, 3]) - rows)
+    shine = np.clip(FURROW_PER_PX * apart - FURROW, 0, 1)
+    return np.stack([gx / length, gy / length, shine]), upper
 
 
 def _at_least_half(length: np.ndarray) -> np.ndarray:

@@ -46,6 +46,13 @@ def test_a_part_of_the_mask_is_that_part_of_the_whole():
     assert part == pytest.approx(whole[y : y + 70, x : x + 90], abs=2e-3)
 
 
+@pytest.mark.parametrize("odds", [-3.0, -8.0, 5.0])
+def test_the_border_of_the_patch_has_no_line(odds):
+    (face,) = find_faces(portrait())
+    even = replace(face, lips=replace(face.lips, logits=np.full((80, 112), odds, np.float32)))
+    assert lip_mask(portrait(), even).max() <= 1 / (1 + np.exp(-odds)) + 1e-6
+
+
 def test_the_mask_fades_with_a_mouth_that_is_hidden():
     (face,) = find_faces(portrait())
     full = lip_mask(portrait(), face)
