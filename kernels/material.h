@@ -164,7 +164,8 @@ MATERIAL_INLINE colour_rgb material_paint(
     float lighter = colour_positive(bright * shade - 1.0f);
     float opaque = weight * m->opacity * (1.0f - colour_min(1.0f - kept, lighter));
     weight *= kept;
-    float highlight = weight * (fine - matte) * broad; /* at the edge bright skin is no highlight */
+    /* as a multiple of the pixel's light; at the edge bright skin is none */
+    float highlight = weight * (fine - matte) * broad / lit;
     float own = m->texture * m->keep_highlights * highlight;
     float mirror = weight * s->mirror;
     float breakup = MATERIAL_BREAKUP_GAIN * fine - MATERIAL_BREAKUP_START;
@@ -172,30 +173,41 @@ MATERIAL_INLINE colour_rgb material_paint(
     float lobe = weight * s->lobe * breakup;
     float shown = weight * m->own_highlights * highlight;
     float sparkle = weight * material_sparkle(px, py, s, m);
+    float white = (1.0f - MATERIAL_OWN_HUE) * lit;
+    colour_rgb seen = {
+        white + MATERIAL_OWN_HUE * colour_positive(under.red),
+        white + MATERIAL_OWN_HUE * colour_positive(under.green),
+        white + MATERIAL_OWN_HUE * colour_positive(under.blue)};
     colour_rgb film = {
         material_film(
-            under.red, material_lay(under.red, m->product[0], skin, below, above, own, m), opaque),
+            under.red,
+            material_lay(under.red, m->product[0], skin, below, above, own * seen.red, m), opaque),
         material_film(
-            under.green, material_lay(under.green, m->product[1], skin, below, above, own, m),
+            under.green,
+            material_lay(under.green, m->product[1], skin, below, above, own * seen.green, m),
             opaque),
         material_film(
-            under.blue, material_lay(under.blue, m->product[2], skin, below, above, own, m),
+            under.blue,
+            material_lay(under.blue, m->product[2], skin, below, above, own * seen.blue, m),
             opaque),
     };
     colour_rgb change = {
         film.red + material_more(
                        under.red + film.red,
-                       lobe * m->glint[0] + shown + sparkle * m->sparkle[0] + mirror * s->room.red,
+                       lobe * m->glint[0] + shown * seen.red + sparkle * m->sparkle[0] +
+                           mirror * s->room.red,
                        m->ceiling),
         film.green +
             material_more(
                 under.green + film.green,
-                lobe * m->glint[1] + shown + sparkle * m->sparkle[1] + mirror * s->room.green,
+                lobe * m->glint[1] + shown * seen.green + sparkle * m->sparkle[1] +
+                    mirror * s->room.green,
                 m->ceiling),
         film.blue +
             material_more(
                 under.blue + film.blue,
-                lobe * m->glint[2] + shown + sparkle * m->sparkle[2] + mirror * s->room.blue,
+                lobe * m->glint[2] + shown * seen.blue + sparkle * m->sparkle[2] +
+                    mirror * s->room.blue,
                 m->ceiling),
     };
     change = material_turn(change, m->from_film);

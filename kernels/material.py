@@ -19,6 +19,7 @@ _MIDDLE, _LAST = (ENVIRONMENT_PX - 1) / 2, ENVIRONMENT_PX - 1.001  # texels that
 _FINEST = 1.25  # times the broad light: brighter light is a highlight, not texture
 _BRIGHTEST = 6.0  # times the broad light
 _BRIGHTEST_SHADE = 4.0  # times the mean of the region
+_OWN_HUE = 0.6  # of the pixel's hue, in highlights that the skin has; with all they are orange
 _STEEPEST = 0.96  # of nx^2 + ny^2: a steeper normal would turn away from the viewer
 LEAST_ROOM = 1e-4
 _LOBE_TAIL = 0.3  # of the highlight's peak: the fainter rest would veil the product
@@ -66,6 +67,7 @@ DEFINITIONS = Definitions(
         "MATERIAL_BRIGHTEST": _BRIGHTEST,
         "MATERIAL_BRIGHTEST_SHADE": _BRIGHTEST_SHADE,
         "MATERIAL_STEEPEST": _STEEPEST,
+        "MATERIAL_OWN_HUE": _OWN_HUE,
         "MATERIAL_LEAST_ROOM": LEAST_ROOM,
         "MATERIAL_LOBE_TAIL": _LOBE_TAIL,
         "MATERIAL_BREAKUP_GAIN": _BREAKUP_GAIN,
@@ -310,7 +312,8 @@ def made_up(
     lighter = np.maximum(bright * shade - 1, 0)
     opaque = weight * local.opacity * (1 - np.minimum(1 - kept, lighter))
     weight = weight * kept
-    highlight = weight * (fine - matte) * broad  # at the edge bright skin is no highlight
+    # as a multiple of the pixel's light; at the edge bright skin is none
+    highlight = weight * (fine - matte) * broad / lit
     breakup = np.clip(_BREAKUP_GAIN * fine - _BREAKUP_START, 0, _BREAKUP_MOST)
     lobe = weight * skin.lobe * breakup
     shown = weight * local.shine * m.own_highlights * highlight
@@ -319,7 +322,8 @@ def made_up(
     seen = np.maximum(under, 0)
     own = m.texture * m.keep_highlights
     base = local.product * (1 - m.undertone) + seen * through[..., None]
-    extra = base * (shade - below)[..., None] + (own * highlight)[..., None]
+    shining = (1 - _OWN_HUE) * lit[..., None] + _OWN_HUE * seen
+    extra = base * (shade - below)[..., None] + (own * highlight)[..., None] * shining
     laid = added(base * below[..., None], extra, m.ceiling)
     # A thin film takes light from what is under it, so it deepens before it covers: mixing linear
     # light would look milky. The root of light is close to what painting programs mix.
@@ -327,7 +331,7 @@ def made_up(
     root = np.sqrt(seen)
     root = root + opaque * (np.sqrt(np.abs(laid)) - root)
     film = under + root * root - seen - opaque * (under - seen)
-    more = lobe[..., None] * local.glint + shown[..., None]
+    more = lobe[..., None] * local.glint + shown[..., None] * shining
     more = more + sparkle[..., None] * np.array(m.sparkle)
     more = more + (weight * local.shine * skin.mirror)[..., None] * skin.room
     made: np.ndarray = bare + (added(film, more, m.ceiling) - under) @ from_film.T

@@ -39,7 +39,7 @@ def lip_mask_part(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, in
     )
     # by itself, since cubics overshoot beside a step
     beyond = cv2.warpAffine(np.zeros_like(face.lips.logits), to_part, size_wh, borderValue=-30)
-    logits += beyond
+    logits = cv2.add(logits, beyond)
     weight: np.ndarray = 1 / (1 + np.exp(-logits.clip(-30, 30)))
     weight *= face.mouth_weight
     weight[weight < _INVISIBLE] = 0

@@ -126,6 +126,17 @@ def test_a_surface_that_turns_away_reflects_more():
     assert even(nx=0.8, m=of(fresnel=1.0)).mirror == 0
 
 
+@given(st.floats(0.002, 0.05), st.floats(0.002, 0.05), st.floats(0.0, 1.0))
+def test_highlights_have_much_of_the_hue_of_their_pixel(green, blue, gloss):
+    """On black, which shows nothing else: so brown skin at the lips' border has no white outline."""
+    bare, ones = np.array([[[0.1, green, blue]]]), np.ones((1, 1))
+    coarse = float(bare[0, 0].mean()) / 4
+    m = replace(of(red=0, green=0, blue=0, gloss=gloss), glint=(0, 0, 0), reflection=0.0)
+    shown = made_up(bare, ones, ones, ones, even(coarse=coarse, mean=coarse, m=m), m)[0, 0]
+    assert shown[0] > 0.01
+    assert (shown[1:] < shown[0] * (0.4 + 0.6 * bare[0, 0, 1:] / 0.1)).all()
+
+
 @given(st.floats(0, 1), st.floats(-0.7, 0.7), st.floats(-0.7, 0.7))
 def test_a_furrow_dims_highlights_and_reflections_alone(shine, nx, ny):
     room, m = np.full((3, 16, 16), 0.4), of(gloss=1.5, reflection=0.5)
