@@ -24,11 +24,11 @@ MATERIAL_INLINE float material_part(uint word) {
     return (float)(int)(word & ((1u << MATERIAL_ROOM_BITS) - 1u));
 }
 
-/* shine: the share of highlights and reflections that is seen. The environment,
+/* exposed: the share of the synthetic highlight and the reflection that is seen. The environment,
  * (MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index `environment` of maps: words of
  * three channels, in steps of room_step. */
 MATERIAL_INLINE material_surface material_at(
-    float coarse, float mean, float nx, float ny, float shine, __global const float *maps,
+    float coarse, float mean, float nx, float ny, float exposed, __global const float *maps,
     int environment, float room_step, const material *m) {
     float sum = nx * nx + ny * ny;
     float shrink =
@@ -48,10 +48,10 @@ MATERIAL_INLINE material_surface material_at(
     /* Trowbridge and Reitz's lobe (GGX), 1 at its peak, without its tail */
     float lobe = m->lobe / (1.0f - facing * facing * (1.0f - m->lobe));
     lobe = colour_positive(lobe * lobe - MATERIAL_LOBE_TAIL);
-    s.lobe = shine * lobe * (1.0f / (1.0f - MATERIAL_LOBE_TAIL));
+    s.lobe = exposed * lobe * (1.0f / (1.0f - MATERIAL_LOBE_TAIL));
     float rim = 1.0f - nz;
     float facing_away = m->fresnel_front + m->fresnel_rim * rim * rim * rim;
-    s.mirror = shine * room_step * m->reflection * facing_away;
+    s.mirror = exposed * room_step * m->reflection * facing_away;
     /* the reflected ray's x and y, from the middle of the environment's texels */
     float rx = 2.0f * nz * nx, ry = 2.0f * nz * ny;
     float ex = MATERIAL_MIDDLE + m->room[0] * rx + m->room[1] * ry;
@@ -174,39 +174,39 @@ MATERIAL_INLINE colour_rgb material_paint(
     float shown = weight * m->own_highlights * highlight;
     float sparkle = weight * material_sparkle(px, py, s, m);
     float white = (1.0f - MATERIAL_OWN_HUE) * lit;
-    colour_rgb seen = {
+    colour_rgb shining = {
         white + MATERIAL_OWN_HUE * colour_positive(under.red),
         white + MATERIAL_OWN_HUE * colour_positive(under.green),
         white + MATERIAL_OWN_HUE * colour_positive(under.blue)};
     colour_rgb film = {
         material_film(
             under.red,
-            material_lay(under.red, m->product[0], skin, below, above, own * seen.red, m), opaque),
+            material_lay(under.red, m->product[0], skin, below, above, own * shining.red, m), opaque),
         material_film(
             under.green,
-            material_lay(under.green, m->product[1], skin, below, above, own * seen.green, m),
+            material_lay(under.green, m->product[1], skin, below, above, own * shining.green, m),
             opaque),
         material_film(
             under.blue,
-            material_lay(under.blue, m->product[2], skin, below, above, own * seen.blue, m),
+            material_lay(under.blue, m->product[2], skin, below, above, own * shining.blue, m),
             opaque),
     };
     colour_rgb change = {
         film.red + material_more(
                        under.red + film.red,
-                       lobe * m->glint[0] + shown * seen.red + sparkle * m->sparkle[0] +
+                       lobe * m->glint[0] + shown * shining.red + sparkle * m->sparkle[0] +
                            mirror * s->room.red,
                        m->ceiling),
         film.green +
             material_more(
                 under.green + film.green,
-                lobe * m->glint[1] + shown * seen.green + sparkle * m->sparkle[1] +
+                lobe * m->glint[1] + shown * shining.green + sparkle * m->sparkle[1] +
                     mirror * s->room.green,
                 m->ceiling),
         film.blue +
             material_more(
                 under.blue + film.blue,
-                lobe * m->glint[2] + shown * seen.blue + sparkle * m->sparkle[2] +
+                lobe * m->glint[2] + shown * shining.blue + sparkle * m->sparkle[2] +
                     mirror * s->room.blue,
                 m->ceiling),
     };

@@ -197,11 +197,12 @@ def skin_at(
     ny: np.ndarray,
     environment: np.ndarray,
     m: Material,
-    shine: np.ndarray | float = 1.0,
+    exposed: np.ndarray | float = 1.0,
 ) -> Skin:
     """Compute the skin's surface: the twin of material_at.
 
-    environment: (3, 16, 16), linear.  shine: the share of highlights and reflections that is seen.
+    environment: (3, 16, 16), linear.
+    exposed: the share of the synthetic highlight and the reflection that is seen.
     """
     steep = nx * nx + ny * ny
     shrink = np.sqrt(_STEEPEST / (_STEEPEST + np.maximum(steep - _STEEPEST, 0)))
@@ -211,8 +212,8 @@ def skin_at(
     facing = np.maximum(nx * m.half_way[0] + ny * m.half_way[1] + nz * m.half_way[2], 0)
     # Trowbridge and Reitz's lobe (GGX), 1 at its peak, without its tail
     lobe = (m.lobe / (1 - facing * facing * (1 - m.lobe))) ** 2
-    lobe = shine * np.maximum(lobe - _LOBE_TAIL, 0) / (1 - _LOBE_TAIL)
-    mirror = shine * m.reflection * (m.fresnel_front + m.fresnel_rim * (1 - nz) ** 3)
+    lobe = exposed * np.maximum(lobe - _LOBE_TAIL, 0) / (1 - _LOBE_TAIL)
+    mirror = exposed * m.reflection * (m.fresnel_front + m.fresnel_rim * (1 - nz) ** 3)
     rx, ry = 2 * nz * nx, 2 * nz * ny
     ex = np.clip(_MIDDLE + m.room[0] * rx + m.room[1] * ry, 0, _LAST)
     ey = np.clip(_MIDDLE + m.room[2] * rx + m.room[3] * ry, 0, _LAST)

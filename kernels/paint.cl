@@ -9,9 +9,9 @@
  * - codes: f32, Cb and Cr of each luma pixel, likewise.
  * - weights: of the product, 0 to 1, for each pixel; those of a coat begin at `first`.
  * - maps: one region after another: luminance of the bare skin without its fine texture, x and y of
- *   the unit normal (z is towards the viewer), each (grid_high, grid_wide); and the environment, as
- *   material.h takes it. With PAINT_LAYERED then the shares of Layers, (count, grid_high,
- *   grid_wide).
+ *   the unit normal (z is towards the viewer), how exposed it is, each (grid_high, grid_wide); and
+ *   the environment, as material.h takes it. With PAINT_LAYERED then the shares of Layers, (count,
+ *   grid_high, grid_wide).
  * - rows: the region of each row of blocks.
  * - runs: the run that each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; runs
  *   without weight are left out.
@@ -131,13 +131,13 @@ __kernel void paint(
     float coarse = paint_between(maps, k, wide, fx, fy);
     float nx = paint_between(maps, k + layer, wide, fx, fy);
     float ny = paint_between(maps, k + 2 * layer, wide, fx, fy);
-    float shine = paint_between(maps, k + 3 * layer, wide, fx, fy);
+    float exposed = paint_between(maps, k + 3 * layer, wide, fx, fy);
 #ifdef PAINT_LAYERED
     paint_compose(
         &product, region, maps, k + 4 * layer + MATERIAL_LAYER, wide, layer, fx, fy);
 #endif
     material_surface skin = material_at(
-        coarse, region->mean, nx, ny, shine, maps, region->grid + 4 * layer,
+        coarse, region->mean, nx, ny, exposed, maps, region->grid + 4 * layer,
         region->product.room_step, &product);
     float u = region->product.to_patch[0] * x + region->product.to_patch[1] * y + region->product.to_patch[2];
     float v = region->product.to_patch[3] * x + region->product.to_patch[4] * y + region->product.to_patch[5];

@@ -89,7 +89,8 @@ class PaintedRegion:
     shading: (H, W) float32 on a grid of at least 2 x 2, the linear luminance of the bare skin
     without its fine texture.
     normals: (2 or 3, H, W) float32 on the same grid, x and y of the unit normal (x right, y down,
-    in the patch; z is towards the viewer), and the share of highlights that are seen; else all.
+    in the patch; z is towards the viewer), and how exposed it is: the share of the synthetic
+    highlight and the reflection that is seen. With two, all of them is seen.
     to_grid: (2, 3) by rows, from px of the rectangle to px of the grid, whose border is repeated.
     mean: luminance of the bare region.
     to_patch: (2, 3) by rows, from px of the rectangle to coordinates that stick to the skin, which
@@ -277,7 +278,7 @@ class Canvas:
             maps[begin : begin + layer] = region.shading.ravel()
             known = (1 + len(region.normals)) * layer
             maps[begin + layer : begin + known] = region.normals.ravel()
-            maps[begin + known : begin + 4 * layer] = 1  # of highlights all are seen
+            maps[begin + known : begin + 4 * layer] = 1  # exposed everywhere
             end = begin + 4 * layer + _ROOM
             maps[begin + 4 * layer : end] = region.words.ravel().view(np.float32)
             begin = end

@@ -61,9 +61,9 @@ def region_twin(
     Returns the new luma codes, and the change of chroma (2, h, w).
     """
     codes = np.stack([luma, *chroma], axis=-1).astype(np.float64)
-    coarse, nx, ny, *shine = on_pixels(region)
+    coarse, nx, ny, *exposed = on_pixels(region)
     environment = region.environment.linear()
-    skin = skin_at(coarse, region.mean, nx, ny, environment, region.material, *shine)
+    skin = skin_at(coarse, region.mean, nx, ny, environment, region.material, *exposed)
     weight = region.weight.astype(np.float64)
     u, v = _mapped(region.to_patch, luma.shape)
     layers = region.layers

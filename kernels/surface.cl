@@ -415,7 +415,7 @@ static inline float8 surface_blur_across(
     return sum;
 }
 
-/* Finishes shading and normals, for eight pixels of the lips' grid. */
+/* Finishes shading and normals, and how exposed they are, for eight pixels of the lips' grid. */
 EIGHT_STEP void surface_finish_lips(
     int x, int y, __global const float *scratch, __global float *out) {
     __global const float *from = scratch + BLURRED_AT + y * PADDED + PAD + x;

@@ -126,7 +126,7 @@ GIVEN = np.dtype([
 OUT = np.dtype([
     ("odds", np.float32, PATCH_HW),
     ("rim", np.float32, PATCH_HW),
-    ("lips", np.float32, (5, *LIPS_HW)),  # shading, x and y of the normal, shine, upper
+    ("lips", np.float32, (5, *LIPS_HW)),  # shading, x and y of the normal, exposed, upper
     ("lids", np.float32, (2, 6, *LID_HW)),  # of each up, lash_px, first three of the lips, below_px
     ("means", np.float32, _REGIONS),
 ])  # fmt: skip
@@ -238,7 +238,7 @@ class FaceSurfaces:
     """The surfaces of one face, float32. A region without a place holds undefined values.
 
     odds, rim: (80, 112), see LipsSurface.
-    lips: (5, 40, 56), shading, x and y of the normals, shine, upper.
+    lips: (5, 40, 56), shading, x and y of the normals, exposed, upper.
     lids: (2, 6, 32, 48), for each lid up, lash_px (see LidSurface), shading, x and y of normals,
     below_px.
     means: mean light of the lips and of both lids.

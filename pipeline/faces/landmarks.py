@@ -45,7 +45,8 @@ MESH_SECONDS = 0.1
 # IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of
 # the lip and eye nets lie in the wrong place.
 _STRAYED = 0.2
-_NEAR_BORDER = 0.95  # of the way to the border of their crop, beyond which lips are cut off
+# Shares of the way to their crop's border: lips beyond it are read again, where it is so much less.
+_NEAR_BORDER, _CLEARLY_LESS = 0.97, 0.05
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
 _SHRUNK = 0.3  # log scale in MESH_SECONDS: more than any face changes
 _CORRECTION = 0.3  # share of the way to the mesh net's pose; a full step would jolt the crops
@@ -258,10 +259,12 @@ def _read_parts(
     """
     parts = nets.read_parts(picture, layout)
     widening = nets.widening(parts.xy, layout.pose)
-    if nets.lips_reach(parts.xy, layout) > _NEAR_BORDER:
-        layout = nets.layout_around(parts.centres, widening).rounded()
-        parts = nets.read_parts(picture, layout)
-        widening = nets.widening(parts.xy, layout.pose)
+    reach = nets.lips_reach(parts.xy, layout)
+    if reach > _NEAR_BORDER:
+        better = nets.layout_that_holds(parts, layout.pose, _NEAR_BORDER)
+        if nets.lips_reach(parts.xy, better) < reach - _CLEARLY_LESS:
+            layout, parts = better, nets.read_parts(picture, better)
+            widening = nets.widening(parts.xy, layout.pose)
     return layout, parts, widening
 
 

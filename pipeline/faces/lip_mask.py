@@ -35,7 +35,11 @@ def lip_mask_part(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, in
     to_part[:, 2] -= origin_xy
     # Logits are interpolated rather than weights: their zero crossing is the border at any scale.
     logits = cv2.warpAffine(
-        face.lips.logits, to_part, size_wh, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+        face.lips.logits.clip(-20, 20),
+        to_part,
+        size_wh,
+        flags=cv2.INTER_CUBIC,
+        borderMode=cv2.BORDER_REPLICATE,
     )
     # by itself, since cubics overshoot beside a step
     beyond = cv2.warpAffine(np.zeros_like(face.lips.logits), to_part, size_wh, borderValue=-30)

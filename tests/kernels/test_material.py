@@ -138,12 +138,12 @@ def test_highlights_have_much_of_the_hue_of_their_pixel(green, blue, gloss):
 
 
 @given(st.floats(0, 1), st.floats(-0.7, 0.7), st.floats(-0.7, 0.7))
-def test_a_furrow_dims_highlights_and_reflections_alone(shine, nx, ny):
+def test_a_furrow_dims_highlights_and_reflections_alone(exposed, nx, ny):
     room, m = np.full((3, 16, 16), 0.4), of(gloss=1.5, reflection=0.5)
     given_normals = np.full((1, 1), 0.2), 0.2, np.full((1, 1), nx), np.full((1, 1), ny), room, m
-    whole, dimmed = skin_at(*given_normals), skin_at(*given_normals, shine)
-    np.testing.assert_allclose(dimmed.lobe, shine * whole.lobe)
-    np.testing.assert_allclose(dimmed.mirror, shine * whole.mirror)
+    whole, dimmed = skin_at(*given_normals), skin_at(*given_normals, exposed)
+    np.testing.assert_allclose(dimmed.lobe, exposed * whole.lobe)
+    np.testing.assert_allclose(dimmed.mirror, exposed * whole.mirror)
     assert (dimmed.shade, dimmed.coarse) == (whole.shade, whole.coarse)
 
 

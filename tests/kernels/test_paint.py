@@ -300,8 +300,8 @@ def test_more_opacity_moves_every_channel_to_the_laid_colour(p, light, coding, s
 def laid_light(luma, chroma, surface, lit, coding):
     """The linear light that the twin paints, before encoding."""
     codes = np.stack([luma, *chroma], axis=-1).astype(float)
-    coarse, nx, ny, *shine = on_pixels(surface)
-    skin = skin_at(coarse, surface.mean, nx, ny, surface.environment.linear(), lit, *shine)
+    coarse, nx, ny, *exposed = on_pixels(surface)
+    skin = skin_at(coarse, surface.mean, nx, ny, surface.environment.linear(), lit, *exposed)
     y, x = np.mgrid[: luma.shape[0], : luma.shape[1]]
     weight = surface.weight.astype(float)
     return made_up(decode(codes, coding), weight, x * 0.01, y * 0.01, skin, lit)

@@ -151,7 +151,7 @@ def test_coats_on_the_same_rectangle_lie_over_each_other(kinds, block):
     for got, expected, one_by_one in zip(planes, want, alone, strict=True):
         off = np.abs(got.astype(int) - expected)
         # a step by which a coat below is rounded otherwise may count more in the coat above
-        assert off.max() <= 3 and (off > 1).mean() < 0.002
+        assert off.max() <= 3 and (off > 1).sum() <= 3
         if block == (1, 1):
             assert np.abs(got.astype(int) - one_by_one).max() <= len(kinds)
 

@@ -138,10 +138,10 @@ def test_highlights_leave_out_the_furrow_between_the_lips(shape):
     rgb8, points = close_up(shape)
     (scene,) = BuildScene()(FrameFaces(frame_of(rgb8), (heads.face(points),))).faces
     lips = lit_of(scene)[0].surface
-    shine, upper = lips.normals[2], lips.upper
-    assert shine.min() >= 0 and shine.max() <= 1
-    assert (shine[(upper > 0) & (upper < 1)] == 0).all()
-    both_sides = shine[:, shine.shape[1] // 2]
+    exposed, upper = lips.normals[2], lips.upper
+    assert exposed.min() >= 0 and exposed.max() <= 1
+    assert (exposed[(upper > 0) & (upper < 1)] == 0).all()
+    both_sides = exposed[:, exposed.shape[1] // 2]
     assert both_sides[0] == both_sides[-1] == 1 and (both_sides == 0).any()
 
 

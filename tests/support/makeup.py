@@ -132,10 +132,10 @@ def any_surface(
     step = np.array([[1, 0], [0, 1]]) / place.skin_px
     to_patch = np.column_stack([step @ np.array(place.turn), rng.uniform(-1, 1, 2)])
     room = rng.uniform(0, brightest, (3, 16, 16)).astype(np.float32)
-    shine = rng.uniform(-0.5, 1.5, (1, *coarse.shape)).clip(0, 1).astype(np.float32)
+    exposed = rng.uniform(-0.5, 1.5, (1, *coarse.shape)).clip(0, 1).astype(np.float32)
     return PaintedRegion(
         Rect(0, 0, w, h), weight.astype(np.float32), coarse.astype(np.float32),
-        np.concatenate([normals, shine]),
+        np.concatenate([normals, exposed]),
         to_grid, mean, to_patch.ravel().tolist(), Environment.of(room), NOTHING,
     )  # fmt: skip
 

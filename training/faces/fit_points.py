@@ -18,7 +18,7 @@ from makeup_video.training.faces.train import point_worth, tensors
 from torch import Tensor
 
 BATCH = 128
-RIDGE = 0.05  # of the variance of each coefficient, towards coefficients that stay
+RIDGE = 0.05  # of the mean square of each coefficient, towards coefficients that stay
 ROUNDS = 6  # of the fit, in which crops count less the further off they are
 HIDDEN = 0.5  # mean weight of a crop's points below which it does not count: most are hidden
 DEPTH = 0.3  # how much an error of depth counts, of one in the picture

@@ -53,8 +53,8 @@ class LipsSurface:
     grid: where the coarse grid lies on the frame.  odds: (H, W) log-odds of lipstick, limited to
     the contours' neighbourhood.  rim: (H, W), by how many half widths of the edge it is pushed
     inwards: 0.5 at the rim of an open mouth, -0.3 where shut lips meet, 0 at the outer border.
-    normals: (3, H/2, W/2), x and y, and the share of highlights that are seen: none in the furrow
-    where the lips meet.
+    normals: (3, H/2, W/2), x and y, and how exposed they are to light: not in the furrow where the
+    lips meet.
     upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
     boxes: of the patch, where weight was found by softness.
     """

@@ -124,7 +124,7 @@ def _more(xyz: np.ndarray, y: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(3, rows, columns) float32: x and y of the unit normal towards the viewer, and `shine`; and
+    """(3, rows, columns) float32: x and y of the unit normal towards the viewer, and `exposed`; and
     `upper`, see LipsSurface."""
     y, z = curves[:, :, 0], curves[:, :, 1]  # (2, 4, C)
     down = _at_least_half(y[:, 1:] - y[:, :-1])
@@ -141,8 +141,8 @@ def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarr
     gx, gy = (cv2.GaussianBlur(slope, (0, 0), SEAM_SIGMA_PX) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
     apart = np.abs(0.5 * (y[0, 3] + y[1, 3]) - rows)
-    shine = np.clip(FURROW_PER_PX * apart - FURROW, 0, 1)
-    return np.stack([gx / length, gy / length, shine]), upper
+    exposed = np.clip(FURROW_PER_PX * apart - FURROW, 0, 1)
+    return np.stack([gx / length, gy / length, exposed]), upper
 
 
 def _at_least_half(length: np.ndarray) -> np.ndarray:

@@ -1,10 +1,11 @@
 """Crops follow a face: a still one's rest, two runs' agree; shortcuts equal the plain fit."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from makeup_video.pipeline.faces.crop_layout import CropLayout, lip_patch_to_px
@@ -158,7 +159,7 @@ def test_the_crop_of_the_lips_holds_every_mouth(turn, shift, wide, high):
     assert y.min() > -0.5 and y.max() < 79.5
 
 
-@given(TURNS, SHIFTS, st.floats(0.1, 1.0), st.floats(0.05, 0.7), st.integers(0, 3))
+@given(TURNS, SHIFTS, st.floats(0.1, 1.0), st.floats(0.05, 0.7), st.integers(0, 4))
 def test_lips_reach_the_border_where_their_crop_ends(turn, shift, wide, high, steps):
     nets, pose = load_nets(), Similarity(turn, shift)
     part_xy = a_mouth(wide, high, pose)
@@ -182,7 +183,7 @@ def test_the_crop_of_still_lips_keeps_its_width(wide, seed):
     assert (np.diff(seen) != 0).sum() <= 1
 
 
-@given(st.floats(0, 3), st.floats(0, 3))
+@given(st.floats(0, 4), st.floats(0, 4))
 def test_a_wider_mouth_gets_a_wider_crop_soon(before, now):
     for _ in range(5):
         before = _steady_number(before, now)
@@ -210,3 +211,34 @@ def test_lips_that_reach_the_border_are_read_again(wide, moved, again, monkeypat
     assert layout.lip_span > 1.12 * wide * 0.94
     _read_parts(nets, None, layout)
     assert len(layouts) == 2 + again
+
+
+@pytest.mark.parametrize(("wide", "high"), [(0.7, 0.585), (0.7, 0.6), (0.7, 0.9), (1.35, 0.3)])
+@given(st.floats(60, 130), st.floats(-1, 1), st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_a_still_mouth_is_not_read_again_for_ever(wide, high, iod, shift, seed):
+    """Nor does its crop jump: even one that is larger than any crop, or as large as its crop."""
+    nets, rng, layouts = load_nets(), np.random.default_rng(seed), []
+    pose = Similarity(iod + 0j, complex(shift, shift / 3))
+    xy = a_mouth(wide, high, pose)
+
+    def read(self, picture, layout):
+        noise = rng.standard_normal(len(xy)) + 1j * rng.standard_normal(len(xy))
+        noisy = xy + 0.0005 * iod * noise
+        layouts.append(layout)
+        return Parts(noisy, LipPatch(np.zeros((80, 112)), np.eye(2, 3)), self.part_centres(noisy))
+
+    before, steady, width = None, nets.part_centres(xy), nets.widening(xy, pose)
+    kept = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FaceNets, "read_parts", read)
+        for _ in range(30):
+            expected = nets.layout_around(steady, width).rounded(before)
+            before, parts, now = _read_parts(nets, None, expected)
+            steady = [
+                mean + 0.1 * (new - mean) for mean, new in zip(steady, parts.centres, strict=True)
+            ]
+            width = _steady_number(width, now)
+            kept.append(before)
+    assert len(layouts) <= 30 + 3
+    assert sum(a != b for a, b in pairwise(kept)) <= 4

@@ -213,8 +213,8 @@ def test_the_same_picture_looks_the_same_in_every_coding(p, seed, brightest):
 
 def painted_without_rounding(codes, lit, coding):
     """Paint codes in floating point, without any rounding."""
-    coarse, nx, ny, *shine = on_pixels(SURFACE)
-    skin = skin_at(coarse, SURFACE.mean, nx, ny, SURFACE.environment.linear(), lit, *shine)
+    coarse, nx, ny, *exposed = on_pixels(SURFACE)
+    skin = skin_at(coarse, SURFACE.mean, nx, ny, SURFACE.environment.linear(), lit, *exposed)
     return encode(made_up(decode(codes, coding), SURFACE.weight, coarse, coarse, skin, lit), coding)
 
 
