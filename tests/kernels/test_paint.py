@@ -113,7 +113,7 @@ def last_bits(coding):
 def test_boundless_gloss_matches_but_for_the_last_bits(case):
     """Such gloss is a gain of thousands on differences of light that float32 barely resolves."""
     off, is_colour, moved = difference(case)
-    assert (off <= 1 + last_bits(case[4]) + 2 * moved)[:, is_colour].all()
+    assert (off <= 1 + last_bits(case[4]) + 4 * moved)[:, is_colour].all()
 
 
 @settings(max_examples=300, deadline=None)
