@@ -50,8 +50,8 @@ MATERIAL_INLINE material_surface material_at(
     lobe = colour_positive(lobe * lobe - MATERIAL_LOBE_TAIL);
     s.lobe = exposed * lobe * (1.0f / (1.0f - MATERIAL_LOBE_TAIL));
     float rim = 1.0f - nz;
-    float facing_away = m->fresnel_front + m->fresnel_rim * rim * rim * rim;
-    s.mirror = exposed * room_step * m->reflection * facing_away;
+    float fresnel = m->fresnel_front + m->fresnel_rim * rim * rim * rim;
+    s.mirror = exposed * room_step * m->reflection * fresnel;
     /* the reflected ray's x and y, from the middle of the environment's texels */
     float rx = 2.0f * nz * nx, ry = 2.0f * nz * ny;
     float ex = MATERIAL_MIDDLE + m->room[0] * rx + m->room[1] * ry;

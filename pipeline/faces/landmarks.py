@@ -261,7 +261,7 @@ def _read_parts(
     widening = nets.widening(parts.xy, layout.pose)
     reach = nets.lips_reach(parts.xy, layout)
     if reach > _NEAR_BORDER:
-        better = nets.layout_that_holds(parts, layout.pose, _NEAR_BORDER)
+        better = nets.layout_that_holds(parts, widening, _NEAR_BORDER)
         if nets.lips_reach(parts.xy, better) < reach - _CLEARLY_LESS:
             layout, parts = better, nets.read_parts(picture, better)
             widening = nets.widening(parts.xy, layout.pose)

@@ -172,10 +172,9 @@ class FaceNets:
         pose = Similarity(turn, middle - turn * self._middle_of_centres)
         return CropLayout(pose, (lips, left, right), widening)
 
-    def layout_that_holds(self, parts: "Parts", pose: Similarity, most: float) -> CropLayout:
+    def layout_that_holds(self, parts: "Parts", widening: float, most: float) -> CropLayout:
         """A layout around parts in which lips reach at most that share of the way to the border of
-        their crop, if any crop is wide enough."""
-        widening = self.widening(parts.xy, pose)
+        their crop, if any crop is wide enough.  widening: of these parts."""
         layout = self.layout_around(parts.centres, widening).rounded()
         if self.lips_reach(parts.xy, layout) > most:
             layout = self.layout_around(parts.centres, math.ceil(widening)).rounded()
