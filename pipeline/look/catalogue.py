@@ -1,8 +1,6 @@
 """A table of real products, and which of them come nearest to a colour."""
 
-import csv
 import io
-import itertools
 import os
 import re
 from array import array
@@ -12,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 from makeup_video.pipeline.errors import CatalogueError
-from makeup_video.pipeline.files.ordinary import open_ordinary
+from makeup_video.pipeline.files.table import open_table, table_rows
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.params import rgb_of_hex
@@ -129,16 +127,8 @@ def rows_of(path: str | os.PathLike[str]) -> Iterator[Row]:
     """
     if not os.fspath(path):
         raise CatalogueError("the name of the catalogue is empty: give a CSV file")
-    try:
-        with (
-            open_ordinary(path, _MOST_BYTES) as data,
-            io.TextIOWrapper(data, encoding="utf-8-sig", newline="") as lines,
-        ):
-            yield from _rows(lines, path)
-    except UnicodeDecodeError as error:
-        raise CatalogueError(f"{path}: a catalogue cannot be read: not UTF-8 text") from error
-    except OSError as error:
-        raise CatalogueError(f"{path}: a catalogue cannot be read: {error.strerror}") from error
+    with open_table(path, "a catalogue", _MOST_BYTES, CatalogueError) as lines:
+        yield from _rows(lines, path)
 
 
 def rows_in(data: bytes, name: str) -> Iterator[Row]:
@@ -150,35 +140,27 @@ def rows_in(data: bytes, name: str) -> Iterator[Row]:
 
 
 def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
-    first = next(lines, "")
-    if not first:
-        raise CatalogueError(f"{path} is empty: a catalogue needs the columns {', '.join(COLUMNS)}")
-    between = "," if "," in first else ";"
-    reader = csv.reader(itertools.chain([first], lines), strict=True, delimiter=between)
-    try:
-        names = [name.strip().lower() for name in next(reader, [])]
+    def columns(names: list[str]) -> list[str]:
         missing = [name for name in COLUMNS if names.count(name) != 1]
+        if not names:
+            raise CatalogueError(
+                f"{path}, line 1 is empty: a catalogue needs the columns {', '.join(COLUMNS)}"
+            )
         if missing:
             raise CatalogueError(
                 f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated "
                 f"by commas or semicolons; missing or twice: {', '.join(missing)}"
             )
-        for row in reader:
-            if reader.line_num > _MOST_LINES:
-                raise CatalogueError(
-                    f"{path} has more than {_MOST_LINES} lines: give a catalogue of fewer products"
-                )
-            if "".join(row).strip():
-                where = f"{path}, line {reader.line_num}"
-                if len(row) != len(names):
-                    raise CatalogueError(
-                        f"{where}: {len(names)} cells were expected, as in line 1, got {len(row)}"
-                    )
-                cells = dict(zip(names, map(str.strip, row), strict=True))
-                kind = " ".join(cells[name] for name in cells if name in KIND_COLUMNS).lower()
-                yield Row(where, cells, _shade(cells, _parts_of(kind), where))
-    except csv.Error as error:
-        raise CatalogueError(f"{path}, line {reader.line_num}: no proper CSV: {error}") from error
+        return names
+
+    for row in table_rows(lines, path, columns, CatalogueError):
+        if row.line > _MOST_LINES:
+            raise CatalogueError(
+                f"{path} has more than {_MOST_LINES} lines: give a catalogue of fewer products"
+            )
+        cells = row.cells
+        kind = " ".join(cells[name] for name in cells if name in KIND_COLUMNS).lower()
+        yield Row(row.where, cells, _shade(cells, _parts_of(kind), row.where))
 
 
 def _shade(cells: Mapping[str, str], parts: tuple[str, ...], where: str) -> Shade:

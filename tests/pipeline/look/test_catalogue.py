@@ -41,8 +41,9 @@ def test_quotes_empty_lines_and_other_columns_are_ignored(tmp_path, data):
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"", "shades.csv is empty: a catalogue needs the columns brand"),
-        (b"\n", "line 1: the columns brand, product, shade, hex are needed"),
+        (b"", "line 1 is empty: a catalogue needs the columns brand"),
+        (b"\n", "line 1 is empty: a catalogue needs the columns brand"),
+        (b" \n", "line 1: the columns brand, product, shade, hex are needed"),
         (b"brand,shade,hex\n", "missing or twice: product"),
         (b"brand\tproduct\tshade\thex\n", "by commas or semicolons; missing or twice: brand"),
         (b"brand,product,shade,hex,hex\n", "missing or twice: hex"),

@@ -1,0 +1,82 @@
+"""A table: a CSV file (UTF-8) whose first line names the columns."""
+
+import csv
+import io
+import itertools
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TextIO
+
+from makeup_video.pipeline.errors import MakeupVideoError
+from makeup_video.pipeline.files.ordinary import open_ordinary
+
+Columns = Callable[[list[str]], list[str]]
+
+
+@dataclass(frozen=True, slots=True)
+class TableRow:
+    """A row of a table.
+
+    where: its file and line, for messages.  line: the number of its first line, from 1.
+    cells: by column, without blanks around them.
+    """
+
+    where: str
+    line: int
+    cells: Mapping[str, str]
+
+
+@contextmanager
+def open_table(
+    path: str | os.PathLike[str], kind: str, most_bytes: int, fault: type[MakeupVideoError]
+) -> Iterator[TextIO]:
+    """Open a table for `table_rows`.
+
+    kind: what it is, for messages, such as "a list of jobs".  Raises `fault` where it cannot be
+    read.
+    """
+    try:
+        with (
+            open_ordinary(path, most_bytes) as data,
+            io.TextIOWrapper(data, encoding="utf-8-sig", newline="") as lines,
+        ):
+            yield lines
+    except UnicodeDecodeError as error:
+        raise fault(f"{path}: {kind} cannot be read: not UTF-8 text") from error
+    except OSError as error:
+        raise fault(f"{path}: {kind} cannot be read: {error.strerror}") from error
+
+
+def table_rows(
+    lines: Iterator[str],
+    path: str | os.PathLike[str],
+    columns: Columns,
+    fault: type[MakeupVideoError],
+) -> Iterator[TableRow]:
+    """The rows of a table whose cells are not all blank.
+
+    Cells are separated by commas, or by semicolons where line 1 has no comma.
+    columns: checks the names of the columns, which are in lower case, and returns what rows call
+    them.  Raises `fault`, naming file and line, for what is no proper CSV.
+    """
+    first = next(lines, "")
+    between = "," if "," in first or ";" not in first else ";"
+    reader = csv.reader(itertools.chain([first], lines), strict=True, delimiter=between)
+    begin = 1
+    try:
+        names = columns([name.strip().lower() for name in next(reader, [])])
+        begin = reader.line_num + 1
+        for row in reader:
+            line, begin = begin, reader.line_num + 1  # a cell in quotes may hold several lines
+            if not "".join(row).strip():
+                continue
+            where = f"{path}, line {line}"
+            if len(row) != len(names):
+                raise fault(
+                    f"{where}: {len(names)} cells were expected, as in line 1, got {len(row)}"
+                )
+            yield TableRow(where, line, dict(zip(names, map(str.strip, row), strict=True)))
+    except csv.Error as error:
+        raise fault(f"{path}, line {begin}: no proper CSV: {error}") from error
