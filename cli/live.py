@@ -210,13 +210,16 @@ class _Sound:
     def __init__(self, camera: "CameraSwitch", opened: "Callable[[], LiveSound | None]") -> None:
         self._camera, self._open = camera, opened
         self._sound: LiveSound | None = None
-        self._opened_for: Path | str | None = "nothing yet"
+        self._opened_for: tuple[Path, int] | str | None = "nothing yet"
 
     def tap(self) -> "SoundTap | None":
         """One output's end of the sound; None for none. Raises InputError, UsageError."""
-        if self._opened_for != (path := self._camera.path):  # the page may choose another camera
+        camera = self._camera
+        # the page may choose another camera, or the same file again, which then begins anew
+        playing = None if camera.path is None else (camera.path, camera.changes)
+        if self._opened_for != playing:
             self.close()
-            self._sound, self._opened_for = self._open(), path
+            self._sound, self._opened_for = self._open(), playing
         return None if self._sound is None else self._sound.tap()
 
     def close(self) -> None:

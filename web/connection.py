@@ -8,12 +8,15 @@ from typing import Any, cast
 from uvicorn._types import ASGIReceiveEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import Frame
 
 # How long a request's header may take, from the start of the connection or from the last response.
 # A waiting connection occupies one of the few that the server accepts.
 _HEADER_SECONDS = 10.0
 # One message, and unread answers to pings. The largest pictures have 10 MB, with the one before.
 _MOST_BYTES = 32_000_000
+# Parts of a message: they may be empty, and then no limit on bytes ends them.
+_MOST_PARTS = 1024
 # Bytes read from a WebSocket at once: a look or two, or hundreds of the smallest WebSocket frames
 # (20 ms of work).
 _READ_BYTES = 4096
@@ -87,6 +90,11 @@ class Connection(WebSocketsSansIOProtocol):
         self._unread += data
         if not self._rests:
             self._read_some()
+
+    def handle_cont(self, event: Frame) -> None:
+        super().handle_cont(event)
+        if len(self.frames) > _MOST_PARTS:
+            self.transport.abort()
 
     def _read_some(self) -> None:
         data, self._unread = self._unread[:_READ_BYTES], self._unread[_READ_BYTES:]

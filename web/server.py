@@ -152,7 +152,7 @@ def _listen(host: str, port: int) -> socket.socket:
         raise UsageError(f"{option('port')} must be in 0..65535, got {port}")
     try:
         family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        listening = socket.create_server(address[:2], family=family)
+        listening = socket.create_server(address, family=family)
         # asyncio sends without delay (TCP_NODELAY) where a socket names its protocol, and accepted
         # sockets take it over. Otherwise the kernel may hold back the end of a picture, until the
         # page acknowledges what came before: up to 40 ms.

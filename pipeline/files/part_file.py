@@ -153,7 +153,7 @@ def _remove_old(path: Path) -> None:
 def lock_file(fd: int) -> bool:
     """Lock an open file until it is closed; False when another run has locked it.
 
-    True on systems without such locks.
+    True on systems and file systems without such locks.
     """
     try:
         import fcntl
@@ -161,8 +161,10 @@ def lock_file(fd: int) -> bool:
         return True
     try:
         fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except (BlockingIOError, PermissionError):  # NFS tells of another's lock by the second
         return False
+    except OSError:
+        return True
     return True
 
 

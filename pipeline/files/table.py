@@ -43,6 +43,8 @@ def open_table(
             io.TextIOWrapper(data, encoding="utf-8-sig", newline="") as lines,
         ):
             yield lines
+    except MakeupVideoError:
+        raise  # some are OSErrors, but none is of this file
     except UnicodeDecodeError as error:
         raise fault(f"{path}: {kind} cannot be read: not UTF-8 text") from error
     except OSError as error:

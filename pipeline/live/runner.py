@@ -209,3 +209,10 @@ class LiveRunner:
                 self._fail(error)  # raised by `run`, so not logged here
             else:
                 self._log(f"{type(error).__name__}: {error}{goes_on}")
+        except ChannelClosed:
+            raise
+        except Exception:
+            outlet.is_over = True
+            with suppress(Exception):
+                outlet.sink.finish(True)  # closes its device, file or child process
+            raise

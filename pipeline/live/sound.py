@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from makeup_video.pipeline.errors import MakeupVideoError
 
 RATE = 48_000  # samples per second of every source
 _KEPT_SECONDS = 10.0  # for a sink that takes no sound, such as one whose camera is gone
@@ -108,6 +107,6 @@ class LiveSound:
             for block in self._source.blocks():
                 for tap in self._taps:
                     tap.put(block)
-        except MakeupVideoError as error:
+        except Exception as error:  # noqa: BLE001  # whatever a library raises of odd sound
             if not self._is_closing:
                 self._log(f"{error}; the video continues without audio")

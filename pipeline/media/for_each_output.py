@@ -6,7 +6,6 @@ from typing import Any
 
 import av
 from av.filter import Graph
-from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.mux import Muxer
 
@@ -72,13 +71,15 @@ class CopyToAll:
         for index, muxer in enumerate(self._muxers):
             if self._errors[index] is None:
                 try:
-                    muxer.copy(copy_of(packet))
-                except MakeupVideoError as error:
+                    # PyAV cannot set this flag of the copy
+                    muxer.copy(copy_of(packet), is_hidden=packet.is_discard)
+                except Exception as error:  # noqa: BLE001  # as in FanOut, it ends this output
                     self._errors[index] = self._errors[index] or error
 
 
 def copy_of(packet: Any) -> Any:
-    """A packet of the same stream with the same content, times, flags and side data.
+    """A packet of the same stream with the same content, times and side data, and the flags of key
+    frames and damage.
 
     Muxers change a packet's stream and its times.
     """

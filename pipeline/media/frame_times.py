@@ -6,6 +6,7 @@ import av
 from makeup_video.pipeline.media.input_file import VideoSource
 
 _LONGEST_SECONDS = 2**52  # no film lasts that long; in milliseconds it still fits into 64 bits
+_LITTLE_SECONDS = 1  # what is further behind begins a clock anew
 
 
 def has_guessed_times(source: VideoSource) -> bool:
@@ -30,6 +31,8 @@ class FrameTimes:
     def __init__(self, source: VideoSource) -> None:
         # in ticks, since fractions for every picture would take several times as long
         self._longest = math.floor(_LONGEST_SECONDS / source.time_base)
+        self._little = math.floor(_LITTLE_SECONDS / source.time_base)
+        self._own: int | None = None  # what the file gives for the last picture
         self.mended = 0
         self.last_pts: int | None = None
         self.last_duration = 1
@@ -43,13 +46,25 @@ class FrameTimes:
             pts = None
         if picture.duration > self._longest:
             picture.duration = 0
-        last = self.last_pts
+        last, own = self.last_pts, pts
         if pts is None or (last is not None and pts <= last):
             self.mended += 1
-            pts = 0 if last is None else last + self.last_duration
+            pts = 0 if last is None else last + self._step(last, own)
+        if own is not None:
+            self._own = own
         self.last_pts = pts
         self.last_duration = max(1, picture.duration or self.last_duration)
         return int(pts)
+
+    def _step(self, last: int, pts: int | None) -> int:
+        """From the last picture's time to that of one whose own time does not increase.
+
+        Where the file's own times go on a little behind, half of their step: the mended ones are
+        ahead, and would stay so where pictures last longer than the file's steps.
+        """
+        if pts is None or self._own is None or pts <= self._own or last - pts > self._little:
+            return self.last_duration
+        return max(1, min(self.last_duration, (pts - self._own) // 2))
 
     def _pts_from_dts(self, picture: av.VideoFrame) -> int | None:
         """AVI's decoding times, moved so that the first picture keeps its own time."""

@@ -52,7 +52,8 @@ class Muxer:
         self._covers: set[int] = set()
         self._begun: set[int] = set()  # other video tracks that had a key frame
         self._headless: set[str] = set()
-        self._waiting: list[Any] | None = []  # packets that come before the header; then None
+        # packets that come before the header, and whether they are hidden; then None
+        self._waiting: list[tuple[Any, bool]] | None = []
         self._lock = threading.Lock()
 
     # -- opening -------------------------------------------------------------------------------
@@ -80,7 +81,8 @@ class Muxer:
         return self._video
 
     def _add_streams(self, source: VideoSource, add_video: Callable[[Any], Any]) -> None:
-        self._others = OtherStreams(self._container, self.format, source, self._waiting or [])
+        first = [packet for packet, _ in self._waiting or []]
+        self._others = OtherStreams(self._container, self.format, source, first)
         for stream in source.container.streams:
             if stream.index == source.video.index:
                 self._add_video(add_video(self._container), source)
@@ -105,8 +107,8 @@ class Muxer:
         with self._lock, write_errors(self.part):
             self._container.start_encoding()
             waiting, self._waiting = self._waiting or [], None
-            for packet in waiting:
-                self._copy(packet)
+            for packet, is_hidden in waiting:
+                self._copy(packet, is_hidden)
 
     def drop(self, what: str) -> None:
         """Note what is lost from now on. Raises StrictError."""
@@ -134,15 +136,19 @@ class Muxer:
             self._mux(self._video, packet)
             self.video_packets += 1
 
-    def copy(self, packet: Any) -> None:
-        """Mux a packet of another stream of the source, once the output is open."""
+    def copy(self, packet: Any, *, is_hidden: bool | None = None) -> None:
+        """Mux a packet of another stream of the source, once the output is open.
+
+        is_hidden: the source does not show or play it; None: as the packet itself says.
+        """
+        hidden = packet.is_discard if is_hidden is None else is_hidden
         with self._lock, write_errors(self.part):
             if self._waiting is not None:
-                self._waiting.append(packet)
+                self._waiting.append((packet, hidden))
             else:
-                self._copy(packet)
+                self._copy(packet, hidden)
 
-    def _copy(self, packet: Any) -> None:
+    def _copy(self, packet: Any, is_hidden: bool) -> None:
         route = self._others.route(packet.stream.index)
         if route is None or not self._clip.take(packet) or self._is_undecodable(packet):
             return
@@ -152,7 +158,7 @@ class Muxer:
         packets: Iterable[Any] = [packet]
         if convert is not None:
             packets = self._unless_damaged(convert, packet)
-        elif self.format in MATROSKA and _is_cut_away(packet):
+        elif self.format in MATROSKA and is_hidden and _is_before_0(packet):
             return
         self._mux_others(stream, packets)
 
@@ -245,10 +251,10 @@ class Muxer:
             self.target.discard()
 
 
-def _is_cut_away(packet: Any) -> bool:
-    """True for sound before 0 that an edit list hides: Matroska has no such lists, and would play
-    it. The packet before 0 stays, since a decoder needs it to get going."""
-    if packet.stream.type != "audio" or not packet.is_discard or packet.pts is None:
+def _is_before_0(packet: Any) -> bool:
+    """True for sound before 0. Where an edit list hides it, Matroska, which has no such lists,
+    would play it. The packet before 0 stays, since a decoder needs it to get going."""
+    if packet.stream.type != "audio" or packet.pts is None:
         return False
     return bool(packet.pts + 2 * (packet.duration or 0) <= 0)
 

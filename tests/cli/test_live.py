@@ -198,7 +198,7 @@ def test_the_terminal_line_has_speed_delay_and_notices():
 
 
 def test_sound_comes_back_after_a_camera_whose_sound_fails():
-    camera, opened = SimpleNamespace(path="a"), []
+    camera, opened = SimpleNamespace(path="a", changes=0), []
 
     def sound():
         if camera.path == "b":
@@ -213,6 +213,8 @@ def test_sound_comes_back_after_a_camera_whose_sound_fails():
         kept.tap()
     camera.path = "a"
     assert opened[0].close.called and kept.tap() is opened[1].tap()
+    camera.changes += 1  # the same file, from its beginning
+    assert kept.tap() is opened[2].tap() and opened[1].close.called
 
 
 class OpenTerminal(io.StringIO):

@@ -5,6 +5,7 @@ import json
 import socket
 import time
 from dataclasses import replace
+from unittest.mock import Mock
 from urllib.parse import urlsplit
 
 import httpx
@@ -14,6 +15,7 @@ from makeup_video.web.connection import Connection
 from shows import RED, Page, StandIn, serving
 from uvicorn import Config
 from uvicorn.server import ServerState
+from websockets.frames import Frame, Opcode
 
 HOST = b"GET / HTTP/1.1\r\nHost: "
 
@@ -97,6 +99,18 @@ def test_an_unwanted_body_is_not_read_for_ever(hurried):
             raw.sendall(b"x")
             time.sleep(0.02)
         pytest.fail("it was read for ever")
+
+
+def test_a_message_of_endless_empty_parts_closes_the_connection():
+    peer = Connection.__new__(Connection)
+    peer.frames, peer.transport = [b"look"], Mock()
+    empty = Frame(Opcode.CONT, b"", fin=False)
+    for _ in range(1000):
+        peer.handle_cont(empty)
+    assert not peer.transport.abort.called
+    for _ in range(100):
+        peer.handle_cont(empty)
+    assert peer.transport.abort.called
 
 
 def test_photos_and_web_sockets_may_outlast_the_header_limit(hurried):

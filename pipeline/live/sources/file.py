@@ -13,6 +13,7 @@ from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from makeup_video.pipeline.media.input_file import VideoSource, open_video, packets_of
 
 _GAP_SECONDS = 10.0  # a longer gap between two frames is an error in the file's times
+_LEAST_SECONDS = 1e-4  # from a frame to the next
 _LATE_FRAMES = 3  # frames that are later than so many are dropped, as a camera would
 _FAR_BEHIND_SECONDS = 1.0  # beyond this delay, decoding skips to the next key frame that is due
 
@@ -21,17 +22,19 @@ class Timeline:
     """Converts frame times of repeated passes of a file to strictly increasing seconds from 0.
 
     A time that is missing or goes back becomes that of the last frame plus its duration, a jump
-    counts as a reset of the clock, and each pass goes on where the last one ended.
+    counts as a reset of the clock, and each pass goes on where the last one ended. Where times go
+    on behind such a frame, half of their steps count until they have caught up.
     """
 
     def __init__(self, frame_seconds: float) -> None:
         self._length = self._usual = frame_seconds
         self._last: float | None = None
+        self._own: float | None = None  # what the file gives for the last frame
         self._shift: float | None = None
 
     def begin_pass(self) -> None:
         """Take the next time as the first of another pass."""
-        self._shift = None
+        self._shift = self._own = None
 
     def __call__(self, seconds: float | None, length: float = 0.0) -> float:
         """Convert a frame's time.
@@ -39,6 +42,7 @@ class Timeline:
         seconds: in the file; None when missing.  length: the frame's duration; 0 when missing.
         """
         due = self._last = self.peek(seconds)
+        self._own = self._own if seconds is None else seconds
         self._length = length if 0 < length <= _GAP_SECONDS else self._usual
         return due
 
@@ -50,7 +54,11 @@ class Timeline:
         if self._shift is None or abs(seconds + self._shift - after) > _GAP_SECONDS:
             self._shift = after - seconds
         due = seconds + self._shift
-        return due if self._last is None or due > self._last else after
+        if self._last is None or due > self._last:
+            return due
+        if self._own is None or seconds <= self._own:
+            return after
+        return min(after, self._last + max((seconds - self._own) / 2, _LEAST_SECONDS))
 
 
 class FileCamera:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import av
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
-from makeup_video.pipeline.media.input_file import open_container
+from makeup_video.pipeline.media.input_file import lacks_format, open_container
 
 _POLL_SECONDS = 0.005
 _CHANNELS = {1: "mono", 2: "stereo"}
@@ -26,7 +26,7 @@ class Playing(Protocol):
 
 
 class FileSound:
-    """Plays the first audio stream of a file, each block when it is due.
+    """Plays the first audio stream of a file that can be decoded, each block when it is due.
 
     playing: the file's pictures.
     """
@@ -36,7 +36,7 @@ class FileSound:
         self._closing = Event()
         self.name = path.name
         with open_container(path) as container:
-            self.channels = min(2, container.streams.audio[0].codec_context.channels)
+            self.channels = min(2, _sound_in(container).codec_context.channels)
 
     def close(self) -> None:
         self._closing.set()
@@ -79,13 +79,20 @@ class FileSound:
 def has_sound(path: Path) -> bool:
     """Whether a file has an audio stream that can be decoded."""
     with open_container(path) as container:
-        return any(one.codec_context is not None for one in container.streams.audio)
+        return _sound_in(container) is not None
+
+
+def _sound_in(container: Any) -> Any:
+    """The first audio stream that can be decoded; None without one."""
+    for stream in container.streams.audio:
+        if stream.codec_context is not None and not lacks_format(stream):
+            return stream
+    return None
 
 
 def _frames(container: Any) -> Generator[av.AudioFrame, None, None]:
-    """Decode the first audio stream; what is damaged is left out."""
-    stream = container.streams.audio[0]
-    for packet in container.demux(stream):
+    """Decode the audio; what is damaged is left out."""
+    for packet in container.demux(_sound_in(container)):
         try:
             yield from packet.decode()
         except av.FFmpegError:

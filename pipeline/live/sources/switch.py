@@ -20,6 +20,7 @@ SIZES = ("640x360", "640x480", "1280x720", "1920x1080")  # what most cameras kno
 class CameraSwitch:
     """The source of a live run: the frames of one camera after another.
 
+    changes: how often a camera was opened after the first, also the same one again.
     Raises InputError or DecodeError when the first camera cannot be opened.
     """
 
@@ -31,6 +32,7 @@ class CameraSwitch:
         self._is_switching = self._is_closed = self._is_lost = False
         self._opening = Lock()
         self._dropped_before = self._damaged_before = 0  # by cameras that are closed
+        self.changes = 0
 
     def choose(self, name: str, size: str) -> None:
         """Close the camera and open another one, or the same in another size.
@@ -77,6 +79,7 @@ class CameraSwitch:
             self._dropped_before += self._camera.dropped
             self._damaged_before += self._camera.damaged
             self._camera, self._settings, self._is_lost = camera, settings, False
+            self.changes += 1
             if self._is_closed:
                 camera.close()
 

@@ -1,9 +1,11 @@
 """The part file of an output: whatever stands at its path, no other file is written."""
 
+import errno
 import os
 import subprocess
 import sys
 from fractions import Fraction
+from unittest.mock import Mock
 
 import pytest
 from makeup_video.pipeline import OutputError, UsageError, process_video
@@ -147,6 +149,24 @@ def test_empty_open_parts_are_removed_at_exit(tmp_path):
     assert names(tmp_path) == ["b", "c"]
     empty.close()
     begun.close()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such locks")
+@pytest.mark.parametrize(
+    ("number", "is_busy"),
+    [(errno.EWOULDBLOCK, True), (errno.EACCES, True), (errno.ENOLCK, False),
+     (errno.ENOSYS, False), (errno.EOPNOTSUPP, False)],
+)  # fmt: skip
+def test_a_file_system_without_locks_is_no_other_run(tmp_path, monkeypatch, number, is_busy):
+    import fcntl
+
+    monkeypatch.setattr(fcntl, "flock", Mock(side_effect=OSError(number, os.strerror(number))))
+    if is_busy:
+        with pytest.raises(UsageError, match="another run is writing"):
+            PartFile(tmp_path / "part", overwrite=False)
+    else:
+        PartFile(tmp_path / "part", overwrite=False).remove()
+        assert names(tmp_path) == []
 
 
 STOPPED_WHILE_OPENING = """

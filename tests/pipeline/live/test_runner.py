@@ -151,11 +151,10 @@ def test_an_error_ends_the_run_and_the_sinks_still_finish(where):
             if where == "sink" and picture.frame.pts == 2:
                 raise ZeroDivisionError
 
+    bad = Bad("bad")
     with pytest.raises(ZeroDivisionError if where == "sink" else InputError):
-        LiveRunner(Frames(frames()), work, [good, Bad("bad")], log=pytest.fail).run(
-            tick_seconds=0.01
-        )
-    assert good.finished == "stopped"
+        LiveRunner(Frames(frames()), work, [good, bad], log=pytest.fail).run(tick_seconds=0.01)
+    assert good.finished == bad.finished == "stopped"
     until(lambda: not our_threads())
 
 

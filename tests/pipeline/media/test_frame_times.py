@@ -52,3 +52,20 @@ def test_absurd_durations_do_not_move_the_next_picture():
 def test_h264_in_avi_is_timed_by_its_decoding_order():
     got, times = times_for([80, 0, 40], dts=[-40, 0, 40], container="avi")
     assert got == [80, 120, 160] and times.mended == 0
+
+
+@given(
+    st.integers(2, 40), st.integers(0, 5), st.lists(st.integers(2, 60), min_size=400, max_size=400)
+)
+def test_after_a_repeated_time_the_clock_returns_to_the_files(before, again, steps):
+    own = [sum(steps[:at]) for at in range(before)]
+    own += own[-1 - min(again, before - 1) :]  # times that came before
+    own += [own[-1] + sum(steps[: at + 1]) for at in range(400)]
+    got, _ = times_for(own, durations=[60] * len(own))  # longer than all steps
+    assert all(a < b for a, b in pairwise(got))
+    assert got[-1] == own[-1]
+
+
+def test_after_a_clock_that_begins_anew_pictures_keep_their_length():
+    got, _ = times_for([9000, 9040, 0, 40, 80])
+    assert got == [9000, 9040, 9080, 9120, 9160]

@@ -6,7 +6,7 @@ from fractions import Fraction
 import av
 import pytest
 from av.stream import Disposition
-from makeup_video.pipeline import Settings, StrictError, process_video
+from makeup_video.pipeline import Look, Settings, StrictError, process_looks, process_video
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.media.mux import Muxer
 from media import add_video, decoded, encode_frames, make_clip, packets_of
@@ -269,8 +269,10 @@ def test_sound_that_an_edit_list_hides_stays_hidden(tmp_path, end):
                 packet.dts -= round(1 / packet.time_base)
                 packet.stream = streams[packet.stream.index]
                 out.mux(packet)
-    dst = tmp_path / f"out{end}"
+    dst, many = tmp_path / f"out{end}", [tmp_path / f"{name}{end}" for name in "ab"]
     process_video(src, dst)
-    with av.open(str(dst)) as container:
-        first = next(container.decode(audio=0))
-    assert float(first.pts * first.time_base) > -0.05
+    process_looks(src, dict.fromkeys(many, Look()))
+    for path in (dst, *many):
+        with av.open(str(path)) as container:
+            first = next(container.decode(audio=0))
+        assert float(first.pts * first.time_base) > -0.05

@@ -27,6 +27,13 @@ def test_missing_and_repeated_times_are_fixed_without_drift():
     assert got == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
 
 
+def test_frames_that_last_longer_than_their_steps_do_not_drift_apart():
+    line = Timeline(0.1)
+    got = [line(t, 0.1) for t in (0.0, 0.04, 0.08, 0.08, *(0.08 + 0.04 * i for i in range(1, 30)))]
+    assert got[4] > got[3] > got[2]
+    assert got[-5:] == pytest.approx([0.08 + 0.04 * i for i in range(25, 30)])
+
+
 @pytest.mark.parametrize("jump", [3600.0, -3600.0])
 def test_a_clock_that_jumps_is_one_frame_long(jump):
     line = Timeline(0.1)

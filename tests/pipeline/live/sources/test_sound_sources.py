@@ -3,8 +3,10 @@
 import subprocess
 import sys
 import time
+from fractions import Fraction
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 from claps import clap_clip, marks
@@ -56,6 +58,42 @@ def test_a_film_without_sound_gives_none(tmp_path):
     camera = Camera(CameraSettings(name=str(make_clip(tmp_path / "in.mp4", frames=3))), pytest.fail)
     assert camera.file_sound() is None
     camera.close()
+
+
+def test_sound_that_a_file_announces_but_lacks_is_none(tmp_path):
+    path = tmp_path / "in.ts"
+    with av.open(str(path), "w", format="mpegts") as container:
+        video = container.add_stream("libx264", rate=25)
+        video.width, video.height, video.pix_fmt = 64, 64, "yuv420p"
+        container.add_stream("aac", rate=48000)
+        for pts in range(10):
+            picture = av.VideoFrame(64, 64, "yuv420p")
+            picture.pts, picture.time_base = pts, Fraction(1, 25)
+            container.mux(video.encode(picture))
+        container.mux(video.encode(None))
+    with av.open(str(path)) as container:
+        assert len(container.streams.audio) == 1
+    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
+    assert camera.file_sound() is None
+    camera.close()
+
+
+def test_whatever_ends_the_sound_the_video_goes_on():
+    class Odd:
+        name, channels = "odd", 1
+
+        def blocks(self):
+            raise KeyError(0)
+            yield
+
+        def close(self):
+            pass
+
+    lines = []
+    sound = LiveSound(Odd(), lines.append)
+    sound.start()
+    sound._thread.join(10)
+    assert lines == ["0; the video continues without audio"]
 
 
 ALSA = """
