@@ -101,7 +101,7 @@ def test_an_unwanted_body_is_not_read_for_ever(hurried):
         pytest.fail("it was read for ever")
 
 
-def test_a_message_of_endless_empty_parts_closes_the_connection():
+def test_endless_empty_parts_of_a_message_close_it():
     peer = Connection.__new__(Connection)
     peer.frames, peer.transport = [b"look"], Mock()
     empty = Frame(Opcode.CONT, b"", fin=False)

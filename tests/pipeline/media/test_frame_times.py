@@ -66,6 +66,6 @@ def test_after_a_repeated_time_the_clock_returns_to_the_files(before, again, ste
     assert got[-1] == own[-1]
 
 
-def test_after_a_clock_that_begins_anew_pictures_keep_their_length():
+def test_after_a_clock_begins_anew_pictures_keep_their_length():
     got, _ = times_for([9000, 9040, 0, 40, 80])
     assert got == [9000, 9040, 9080, 9120, 9160]
