@@ -24,7 +24,7 @@ def test_a_catalogue_becomes_titles_hex_digits_and_parts():
 @pytest.mark.parametrize(
     ("data", "fault"),
     [
-        (b"", "shades.csv is empty"),
+        (b"", "shades.csv, line 1 is empty"),
         (b"a,b\n1,2\n", "shades.csv, line 1: the columns brand, product, shade, hex"),
         (TABLE + b"Acme,Velvet,Wrong,#12345,\n", "shades.csv, line 4: hex must be"),
         (b"brand,product,shade,hex\n", "shades.csv has no rows"),
