@@ -194,10 +194,12 @@ class Decoder:
             return []
         return pictures
 
-    def _kept(self, kept: list[tuple[av.VideoFrame, Fraction]]) -> Generator[Frame, None, None]:
-        """The frames of pictures that are kept, with their times in the clip."""
+    def _kept(
+        self, kept: list[tuple[av.VideoFrame, Fraction, Fraction]]
+    ) -> Generator[Frame, None, None]:
+        """The frames of pictures that are kept, with their times and durations in the clip."""
         base = self._base
-        for picture, seconds in kept:
+        for picture, seconds, duration in kept:
             if not self.stats.frames:
                 self._begin()
             self.source.tags.complete(picture)
@@ -212,6 +214,7 @@ class Decoder:
             self.stats.frames += 1
             picture.pict_type = 0  # the source's I/P/B choices must not become the encoder's
             picture.pts, picture.time_base = int(seconds / base), base
+            picture.duration = int(duration / base)
             self._last = seconds, max(1, picture.duration)
             rotation = round(picture.rotation / 90) * 90 % 360
             yield Frame(picture, picture.pts, base, ColourTags.of(picture), rotation)

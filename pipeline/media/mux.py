@@ -16,6 +16,7 @@ from makeup_video.pipeline.media.input_file import VideoSource, is_cover
 from makeup_video.pipeline.media.matroska import set_display_size
 from makeup_video.pipeline.media.other_streams import OtherStreams
 from makeup_video.pipeline.media.streams import container_options, label_of, shown_wh, tags
+from makeup_video.pipeline.media.timecode import moved_timecode
 from makeup_video.pipeline.media.verify import SentStream, missing_from, sent_stream
 
 T = TypeVar("T")
@@ -75,7 +76,7 @@ class Muxer:
                 f"file:{self.target.own_path}", "w", format=self.format, container_options=options
             )
             self._add_streams(source, add_video)
-            self._container.metadata.update(tags(source.container, self.format))
+            self._container.metadata.update(self._tags(source.container, source))
             self._container.set_chapters(self._clip.chapters(source.container.chapters()))
             self._refuse_loss()
         return self._video
@@ -96,11 +97,21 @@ class Muxer:
     def _add_video(self, video: Any, source: VideoSource) -> None:
         self._video = video
         self._sent[video.index] = sent_stream("the painted video", video, exact=True)
-        video.metadata.update(tags(source.video, self.format))
+        video.metadata.update(self._tags(source.video, source))
         video.disposition = source.video.disposition
         self._shown_wh = shown_wh(video, source)
         # Matroska counts its tracks from 1, and attachments are none
         self._video_number = sum(s.type != "attachment" for s in self._container.streams)
+
+    def _tags(self, holder: Any, source: VideoSource) -> dict[str, str]:
+        """The tags of the file or video; the timecode of an excerpt is that of its first frame."""
+        kept = tags(holder, self.format)
+        if self._clip.start is not None:
+            begin = self._clip.shift - (source.video.start_time or 0) * source.time_base
+            for key in kept:
+                if key.lower() == "timecode":
+                    kept[key] = moved_timecode(kept[key], begin, source.rate)
+        return kept
 
     def start(self) -> None:
         """Write the header, then the packets that came before it."""

@@ -22,7 +22,7 @@ class SegmentTrim(Trim[av.VideoFrame]):
 
     def __call__(
         self, picture: av.VideoFrame, seconds: Fraction, duration: Fraction
-    ) -> list[tuple[av.VideoFrame, Fraction]]:
+    ) -> list[tuple[av.VideoFrame, Fraction, Fraction]]:
         if self.is_past_end or (self.start is not None and seconds < self.start):
             return []
         in_film = seconds - self._shift
@@ -31,9 +31,9 @@ class SegmentTrim(Trim[av.VideoFrame]):
                 self.is_past_end = True
                 return []
             self._left -= 1
-        return [(picture, in_film)]
+        return [(picture, in_film, duration)]
 
-    def finish(self) -> list[tuple[av.VideoFrame, Fraction]]:
+    def finish(self) -> list[tuple[av.VideoFrame, Fraction, Fraction]]:
         return []
 
     def is_counted(self, seconds: Fraction) -> bool:

@@ -101,6 +101,8 @@ def plan_segments(
     kept = _Kept(source, times, part)
     if kept.begins_with_a_still:
         return _whole("its first frame was already on screen before the start")
+    if kept.ends_with_a_still:
+        return _whole("its last frame stays on screen beyond the end")
     if not (times := kept.times):
         return _whole("")
     keys = [key for key in sorted(keys) if _is_apart(times, key, source.time_base)]
@@ -134,8 +136,11 @@ class _Kept:
         self.begins_at = self.times[0] if is_cut and self.times else None
         self.ends_at = times[last] if last < len(times) else None
         self.shift = 0
-        self.begins_with_a_still = False
+        self.begins_with_a_still = self.ends_with_a_still = False
         if self.times:
+            self.ends_with_a_still = (
+                self.ends_at is not None and (self.ends_at - self.times[-1]) * tick > STILL_SECONDS
+            )
             late_start = int(source.late_start / tick)
             self.shift = self.times[0] if is_cut else min(late_start, self.times[0])
             self.begins_with_a_still = (

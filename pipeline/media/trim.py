@@ -11,7 +11,8 @@ STILL_SECONDS = Fraction(1, 10)
 
 
 class Trim(Generic[T]):
-    """Takes pictures in order of time and returns those to keep, with their times in the clip.
+    """Takes pictures in order of time and returns those to keep, with their times and durations in
+    the clip.
 
     start, end: seconds on the container's clock, None where nothing is cut.
     tick: seconds; the shift is a whole number of ticks, so that times stay exact.
@@ -34,8 +35,9 @@ class Trim(Generic[T]):
 
     def __call__(
         self, picture: T, seconds: Fraction, duration: Fraction
-    ) -> list[tuple[T, Fraction]]:
-        """The pictures to keep now, with their times in the clip, which are at least 0."""
+    ) -> list[tuple[T, Fraction, Fraction]]:
+        """The pictures to keep now, with their times in the clip, which are at least 0, and their
+        durations."""
         if self.start is not None and seconds < self.start:
             self._held, self._held_until = picture, seconds + duration
             return []
@@ -43,22 +45,24 @@ class Trim(Generic[T]):
         if self.end is not None and seconds >= self.end:
             self.is_past_end = True
             return self.finish()
+        if self.end is not None and duration > STILL_SECONDS:
+            duration = min(duration, self.end - seconds)
         if self.shift is not None:
-            return [(picture, seconds - self.shift if self.shift else seconds)]
+            return [(picture, seconds - self.shift if self.shift else seconds, duration)]
         if self.start is None:
             # players do not show what lies before 0
             self.shift = min(self.late_start, seconds)
-            return [(picture, seconds - self.shift)]
+            return [(picture, seconds - self.shift, duration)]
         if seconds - self.start <= STILL_SECONDS:
             self.shift = seconds
-            return [(picture, Fraction(0))]
-        return [*self.finish(), (picture, seconds - self._begin())]
+            return [(picture, Fraction(0), duration)]
+        return [*self.finish(), (picture, seconds - self._begin(), duration)]
 
     def is_counted(self, seconds: Fraction) -> bool:
         """True when a picture of the film at that time counts in the report."""
         return True
 
-    def finish(self) -> list[tuple[T, Fraction]]:
+    def finish(self) -> list[tuple[T, Fraction, Fraction]]:
         """The picture that is on screen at `start`, if any.
 
         Called at the end of the film, or before a picture that comes late.
@@ -67,8 +71,8 @@ class Trim(Generic[T]):
             return []
         if self._held_until <= self.start:
             return []
-        self._begin()
-        return [(self._held, Fraction(0))]
+        until = self._held_until if self.end is None else min(self._held_until, self.end)
+        return [(self._held, Fraction(0), until - self._begin())]
 
     def _begin(self) -> Fraction:
         """Let the clip begin at `start`, rounded down to a tick."""

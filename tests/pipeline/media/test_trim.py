@@ -39,11 +39,14 @@ def test_what_was_on_screen_is_kept_in_order_from_zero(gaps, start, length):
         for i, seconds in enumerate(times)
         if (begin or 0) <= seconds and (end is None or seconds < end)
     ]
-    indices = [index for index, _ in result]
+    indices = [index for index, *_ in result]
     assert indices[-len(inside) :] == inside if inside else len(indices) <= 1
-    assert all(a < b for (_, a), (_, b) in pairwise(result))
-    for index, seconds in result:
-        assert seconds >= 0
+    assert all(a < b for (_, a, _), (_, b, _) in pairwise(result))
+    for index, seconds, duration in result:
+        assert seconds >= 0 and duration > 0
+        stop = seconds + duration + (trim.shift or 0)  # on the clock of the film
+        assert stop <= sum(gaps) / 1000 + 1 / 30
+        assert end is None or stop <= end or duration <= Fraction(1, 10)
         if index in inside:
             assert seconds == times[index] - (trim.shift or 0)
     if result and begin is not None:
@@ -53,7 +56,7 @@ def test_what_was_on_screen_is_kept_in_order_from_zero(gaps, start, length):
 def test_a_clip_that_begins_before_zero_is_moved_whole():
     result, trim = kept([Fraction(-1), Fraction(0), Fraction(1)], None, None)
     assert trim.shift == -1
-    assert [seconds for _, seconds in result] == [0, 1, 2]
+    assert [seconds for _, seconds, _ in result] == [0, 1, 2]
 
 
 @pytest.mark.parametrize(("start", "end", "want"), [
@@ -74,6 +77,24 @@ def test_a_picture_shown_for_seconds_keeps_its_sound(tmp_path, start, end, want)
     expected = (end or 11) - float(start)
     assert len(sound) * 4608 / 48000 == pytest.approx(expected, abs=0.3)
     assert 0 <= sound[0][0] < Fraction(15, 100)
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
+@pytest.mark.parametrize(("start", "stop", "seconds"), [
+    (2, 4, 2), (0, 3, 3), (5, 8, 3), (3, 9.5, 6.5), (9.5, 9.8, 0.3),
+])  # fmt: skip
+def test_a_picture_ends_where_the_clip_ends(tmp_path, end, start, stop, seconds):
+    """Frames at 0, 1, 2, 3, 9 and 10 s; mp4 tells how long each is shown."""
+    src = tmp_path / "in.mp4"
+    with av.open(str(src), "w") as out:
+        video = add_video(out, time_base=Fraction(1, 1000))
+        encode_frames(out, video, [0, 1000, 2000, 3000, 9000, 10000])
+    dst = tmp_path / f"out{end}"
+    settings = Settings(start_seconds=Fraction(start), end_seconds=Fraction(stop))
+    report = process_video(src, dst, None, settings)
+    assert float(report.media_seconds) == pytest.approx(seconds, abs=0.05)
+    with av.open(str(dst)) as container:
+        assert container.duration / 1e6 == pytest.approx(seconds, abs=0.05)
 
 
 @pytest.mark.parametrize("name", ["in.ts", "in.mp4", "in.mkv", "in.avi", "in.flv"])
