@@ -9,6 +9,7 @@ import av
 from makeup_video.pipeline.errors import DecodeError, StrictError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.orientation import turn_of
 from makeup_video.pipeline.media.clock_jumps import ClockJumps
 from makeup_video.pipeline.media.duration import beyond_end
 from makeup_video.pipeline.media.frame_times import FrameTimes
@@ -216,8 +217,7 @@ class Decoder:
             picture.pts, picture.time_base = int(seconds / base), base
             picture.duration = int(duration / base)
             self._last = seconds, max(1, picture.duration)
-            rotation = round(picture.rotation / 90) * 90 % 360
-            yield Frame(picture, picture.pts, base, ColourTags.of(picture), rotation)
+            yield Frame(picture, picture.pts, base, ColourTags.of(picture), turn_of(picture))
 
     def _begin(self) -> None:
         """The time of the first frame is known: all other streams move with it."""

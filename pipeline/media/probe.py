@@ -5,6 +5,7 @@ from pathlib import Path
 import av
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError
+from makeup_video.pipeline.frames.orientation import turn_of
 from makeup_video.pipeline.media.input_file import open_video
 
 
@@ -58,7 +59,7 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
                 raise DecodeError(f"{path} cannot be decoded: {error.strerror}") from error
         if last is None:
             raise DecodeError(f"{path} has no frame at {start_seconds:g} s")
-        turned = np.rot90(last.to_ndarray(format="bgr24"), round(last.rotation / 90))
+        turned = np.rot90(last.to_ndarray(format="bgr24"), turn_of(last) // 90)
         return np.ascontiguousarray(turned)
     finally:
         source.close()

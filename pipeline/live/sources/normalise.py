@@ -7,6 +7,7 @@ from av.video.reformatter import ColorRange
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.orientation import turn_of
 from makeup_video.pipeline.frames.transform import fitted, squared
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
 from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
@@ -50,7 +51,7 @@ class NormaliseCamera:
         source = (picture.width, picture.height, picture.format.name)
         if source != self._source:
             self._convert, self._source = ConvertPixelFormat(_LIVE), source
-        turned = round(picture.rotation / 90) * 90 % 360
+        turned = turn_of(picture)
         picture = squared(self._converted(picture), self._aspect)
         if self._is_device:
             _fill_in_tags(picture)
