@@ -12,7 +12,7 @@ from av.codec.context import Flags
 from makeup_video.pipeline.errors import EncodeError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.media.codecs import MATROSKA, VideoCodec, codecs_with
+from makeup_video.pipeline.media.codecs import CODECS, MATROSKA, VideoCodec, codecs_with
 from makeup_video.pipeline.media.hardware import add_stream, handed_format
 from makeup_video.pipeline.media.hdr import hdr_parameters
 from makeup_video.pipeline.media.input_file import VideoSource
@@ -167,16 +167,25 @@ class VideoEncoder:
             return
         self._is_interlaced = True
         if not self.codec.interlaced:
-            others = codecs_with(lambda codec: codec.interlaced)
             raise UsageError(
                 f"the source is interlaced and {self.codec.name} cannot keep its fields: "
-                f"use {option('codec')} {others}, or deinterlace it first"
+                f"{self._field_keepers()}, or deinterlace it first"
             )
         context.flags |= Flags.interlaced_dct | Flags.interlaced_me
         order = self.source.video.codec_context.field_order
         context.field_order = order
         if order in _BOTTOM_FIRST:
             add_parameters(self.options, self.codec, self.codec.bottom_first)
+
+    def _field_keepers(self) -> str:
+        """What to use for interlaced video in this container."""
+
+        def fits(codec: VideoCodec) -> bool:
+            return codec.interlaced and self.muxer.format in codec.containers
+
+        if any(map(fits, CODECS.values())):
+            return f"use {option('codec')} {codecs_with(fits)}"
+        return "choose another container, such as .mkv"
 
     def _keep_hdr(self, frame: Frame) -> None:
         parameters, lost = hdr_parameters(frame.picture, self.codec)

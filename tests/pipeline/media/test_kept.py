@@ -176,6 +176,17 @@ def test_fields_that_come_later_are_reported(tmp_path, split):
     assert not (tmp_path / "strict.mp4").exists()
 
 
+@pytest.mark.parametrize(("end", "codec", "advice"), [
+    (".webm", None, r"choose another container, such as \.mkv, or deinterlace"),
+    (".mp4", "hevc", "use codec h264, or deinterlace"),
+    (".mkv", "av1", "use codec h264, ffv1 or prores, or deinterlace"),
+])  # fmt: skip
+def test_advice_for_fields_names_what_the_container_holds(tmp_path, end, codec, advice):
+    src = mpeg2(tmp_path / "in.mkv", 0, True)
+    with pytest.raises(UsageError, match=f"cannot keep its fields: {advice}"):
+        process_video(src, tmp_path / f"out{end}", settings=Settings(codec=codec))
+
+
 def test_an_excerpt_before_the_first_picture_says_so(tmp_path):
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
