@@ -263,8 +263,8 @@ class Muxer:
 
 
 def _is_before_0(packet: Any) -> bool:
-    """True for sound before 0. Where an edit list hides it, Matroska, which has no such lists,
-    would play it. The packet before 0 stays, since a decoder needs it to get going."""
+    """True for sound before 0, which Matroska would play: it has no edit lists that hide sound. The
+    packet before 0 stays, since a decoder needs it to get going."""
     if packet.stream.type != "audio" or packet.pts is None:
         return False
     return bool(packet.pts + 2 * (packet.duration or 0) <= 0)

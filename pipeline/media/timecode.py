@@ -18,10 +18,10 @@ def moved_timecode(text: str, seconds: Fraction, rate: Fraction) -> str:
     if parts is None or whole < 1:
         return text
     hours, minutes, second, frame = (int(parts[at]) for at in (1, 2, 3, 5))
-    dropped = round(whole / 15) if parts[4] != ":" else 0  # in a minute
+    dropped = 2 * (whole // 30) if parts[4] != ":" else 0  # in a minute
     minutes += 60 * hours
     count = (60 * minutes + second) * whole + frame - dropped * (minutes - minutes // 10)
-    count = (count + round(seconds * rate)) % (1440 * 60 * whole - dropped * 1296)
+    count = (count + round(seconds * rate)) % (1440 * 60 * whole - dropped * (1440 - 144))
     # back: tens of minutes, then minutes of which all but the first leave out numbers
     tens, rest = divmod(count, 600 * whole - 9 * dropped)
     ones = max(0, rest - dropped) // (60 * whole - dropped)
