@@ -1,14 +1,6 @@
-"""How stored pictures become upright: EXIF's eight orientations (Exif 2.32, section 4.6.5), and the
-display matrix of videos."""
+"""How stored pictures become upright: EXIF's eight orientations (Exif 2.32, section 4.6.5)."""
 
-import math
-import struct
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    import av
-
-_MATRIX = struct.Struct("=9i")  # display x and y of px (x, y, 1): columns 1 and 2, by rows
+from typing import Any, NamedTuple
 
 
 class Orientation(NamedTuple):
@@ -39,16 +31,3 @@ UPRIGHT = ORIENTATIONS[1]
 def orientation_of(value: Any) -> Orientation:
     """The orientation of the number in an EXIF block; upright for any number but 1 to 8."""
     return ORIENTATIONS.get(int(value), UPRIGHT)
-
-
-def turn_of(picture: "av.VideoFrame") -> int:
-    """The counter-clockwise turn in degrees, 0, 90, 180 or 270, that makes a decoded picture
-    upright, as its display matrix says.
-
-    PyAV's `rotation` calls a picture that is mirrored left and right turned by 180 degrees.
-    """
-    matrix: Any = picture.side_data.get("DISPLAYMATRIX")
-    if matrix is None:
-        return 0
-    _, down_by_x, _, _, down_by_y, *_ = _MATRIX.unpack_from(bytes(matrix))
-    return round(-math.degrees(math.atan2(down_by_x, down_by_y)) / 90) * 90 % 360

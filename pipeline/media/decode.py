@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import av
 from makeup_video.pipeline.errors import DecodeError, StrictError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.display_matrix import turn_of
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.orientation import turn_of
 from makeup_video.pipeline.media.clock_jumps import ClockJumps
 from makeup_video.pipeline.media.duration import beyond_end
 from makeup_video.pipeline.media.frame_times import FrameTimes

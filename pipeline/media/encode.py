@@ -12,12 +12,13 @@ from av.codec.context import Flags
 from makeup_video.pipeline.errors import EncodeError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.side_data import side_data
 from makeup_video.pipeline.media.codecs import CODECS, MATROSKA, VideoCodec, codecs_with
 from makeup_video.pipeline.media.hardware import add_stream, handed_format
 from makeup_video.pipeline.media.hdr import hdr_parameters
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.media.scheduling import open_encoder
-from makeup_video.pipeline.media.side_data import lost_side_data, side_data
+from makeup_video.pipeline.media.side_data import lost_side_data
 
 _STOP_SECONDS = 0.5  # after Ctrl-C, flushing the encoder may take no longer than this
 _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is shown first

@@ -2,11 +2,10 @@
 
 import struct
 from fractions import Fraction
-from typing import Any
 
 import av
+from makeup_video.pipeline.frames.side_data import all_side_data, side_data
 from makeup_video.pipeline.media.codecs import VideoCodec, codecs_with
-from makeup_video.pipeline.media.side_data import side_data
 
 _DYNAMIC = {
     "DYNAMIC_HDR_PLUS": "HDR10+",
@@ -43,8 +42,8 @@ def hdr_parameters(picture: av.VideoFrame, codec: VideoCodec) -> tuple[list[str]
 
 
 def _lost_dynamic(picture: av.VideoFrame) -> list[str]:
-    everything: Any = picture.side_data
-    kinds = {_DYNAMIC[data.type.name] for data in everything if data.type.name in _DYNAMIC}
+    names = (kind.name for kind in all_side_data(picture))
+    kinds = {_DYNAMIC[name] for name in names if name in _DYNAMIC}
     return [
         f"{kind} dynamic metadata: it describes the unpainted picture" for kind in sorted(kinds)
     ]

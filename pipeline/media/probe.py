@@ -5,7 +5,7 @@ from pathlib import Path
 import av
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError
-from makeup_video.pipeline.frames.orientation import turn_of
+from makeup_video.pipeline.frames.display_matrix import turn_of
 from makeup_video.pipeline.media.input_file import open_video
 
 

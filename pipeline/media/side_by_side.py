@@ -9,7 +9,7 @@ import numpy as np
 from av.video.reformatter import Interpolation
 from makeup_video.pipeline.frames.frame import Frame, plane_views
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation
-from makeup_video.pipeline.media.side_data import side_data
+from makeup_video.pipeline.frames.side_data import side_data
 
 
 class SideBySide:

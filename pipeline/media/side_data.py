@@ -1,17 +1,8 @@
-"""What FFmpeg hands over beside the samples of a picture."""
-
-from typing import Any
+"""Which side data of a picture an output cannot keep."""
 
 import av
-from av.sidedata.sidedata import Type as SideDataType
+from makeup_video.pipeline.frames.side_data import side_data
 from makeup_video.pipeline.media.codecs import VideoCodec, codecs_with
-
-
-def side_data(picture: av.VideoFrame, name: str) -> bytes | None:
-    """The bytes of one kind of FFmpeg's frame side data; None when the frame has none."""
-    everything: Any = picture.side_data
-    data = everything.get(SideDataType[name])
-    return None if data is None else bytes(data)
 
 
 def lost_side_data(picture: av.VideoFrame, codec: VideoCodec) -> list[str]:

@@ -6,8 +6,8 @@ import av
 from av.video.reformatter import ColorRange
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags
+from makeup_video.pipeline.frames.display_matrix import turn_of
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.orientation import turn_of
 from makeup_video.pipeline.frames.transform import fitted, squared
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
 from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE

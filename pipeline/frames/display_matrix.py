@@ -1,0 +1,22 @@
+"""How decoded pictures of a video become upright: FFmpeg's display matrix."""
+
+import math
+import struct
+
+import av
+from makeup_video.pipeline.frames.side_data import side_data
+
+_MATRIX = struct.Struct("=9i")  # display x and y of px (x, y, 1): columns 1 and 2, by rows
+
+
+def turn_of(picture: av.VideoFrame) -> int:
+    """The counter-clockwise turn in degrees, 0, 90, 180 or 270, that makes a decoded picture
+    upright, as its display matrix says.
+
+    PyAV's `rotation` calls a picture that is mirrored left and right turned by 180 degrees.
+    """
+    matrix = side_data(picture, "DISPLAYMATRIX")
+    if matrix is None:
+        return 0
+    _, down_by_x, _, _, down_by_y, *_ = _MATRIX.unpack_from(matrix)
+    return round(-math.degrees(math.atan2(down_by_x, down_by_y)) / 90) * 90 % 360
