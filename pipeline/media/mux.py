@@ -220,7 +220,7 @@ class Muxer:
         file does not hold everything that was sent to it.
         """
         with self._lock, write_errors(self.part):
-            for converter in self._others.audio_converters:
+            for converter in self._others.converters:
                 self._mux_others(converter.stream, self._unless_damaged(converter.flush))
             self._container.close()
             if not self._keep_pixel_aspect():

@@ -29,7 +29,7 @@ class OtherStreams:
 
     container: the output.  first_packets: those that came before the output was opened.
     dropped, converted: one line for each stream that is left out, or changes its codec.
-    audio_converters: to be flushed at the end.
+    converters: to be flushed at the end.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class OtherStreams:
         self._routes: dict[int, tuple[Any, Convert | None]] = {}
         self.dropped: list[str] = []
         self.converted: list[str] = []
-        self.audio_converters: list[AudioConverter] = []
+        self.converters: list[AudioConverter | SubtitleConverter] = []
 
     def route(self, index: int) -> tuple[Any, Convert | None] | None:
         """(the output's stream, what converts its packets) for a stream of the source.
@@ -82,10 +82,11 @@ class OtherStreams:
             codec = audio_codec_for(self._format)
             decoder = self._source.decoder_of(stream)
             audio = AudioConverter(self._container, stream, codec, decoder)
-            self.audio_converters.append(audio)
+            self.converters.append(audio)
             self._routes[stream.index] = (audio.stream, audio)
         elif stream.type == "subtitle" and (codec := subtitle_codec_for(self._format, stream)):
             text = SubtitleConverter(self._container, codec, self._source.decoder_of(stream))
+            self.converters.append(text)
             self._routes[stream.index] = (text.stream, text)
         else:
             return None

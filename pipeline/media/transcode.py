@@ -4,6 +4,8 @@ from fractions import Fraction
 from typing import Any
 
 import av
+from av.subtitles.subtitle import SubtitleSet
+from makeup_video.pipeline.media.titles import OneAtATime, Title, joined
 
 _AUDIO = {"webm": "libopus", "mp4": "aac", "mov": "aac", "matroska": "flac"}
 _SUBTITLES = {"webm": "webvtt", "mp4": "mov_text", "mov": "mov_text", "matroska": "subrip"}
@@ -86,6 +88,8 @@ class AudioConverter:
 class SubtitleConverter:
     """Converts the packets of one text subtitle stream to another codec, at the same times.
 
+    mp4 and mov cannot show two subtitles at a time: those that overlap become one after another,
+    with the lines of both while both are shown.
     decoder: of the source's stream, used by nobody else.
     """
 
@@ -97,15 +101,30 @@ class SubtitleConverter:
         context.subtitle_header = self._decoder.subtitle_header
         context.time_base = Fraction(1, 1000)
         self.stream.time_base = Fraction(1, 1000)
+        self._tick = Fraction(1, 1000)  # of the packets
+        self._one_at_a_time = OneAtATime() if codec == "mov_text" else None
 
     def __call__(self, packet: Any) -> list[Any]:
         subtitles = self._decoder.decode2(packet)
         if subtitles is None or not len(subtitles):
             return []  # mp4 fills the gaps between subtitles with empty ones
-        out = self.stream.codec_context.encode_subtitle(subtitles)
-        out.stream, out.time_base = self.stream, packet.time_base
-        out.pts, out.dts, out.duration = packet.pts, packet.pts, packet.duration
-        return [out]
+        self._tick = packet.time_base
+        end = packet.pts + packet.duration if packet.duration else None
+        title = Title(packet.pts, end, joined([event.ass for event in subtitles]))
+        titles = [title] if self._one_at_a_time is None else self._one_at_a_time(title)
+        return [self._encoded(one) for one in titles]
+
+    def flush(self) -> list[Any]:
+        """The packets of the subtitles that are still held."""
+        titles = [] if self._one_at_a_time is None else self._one_at_a_time.drain()
+        return [self._encoded(one) for one in titles]
+
+    def _encoded(self, title: Title) -> Any:
+        out = self.stream.codec_context.encode_subtitle(SubtitleSet.create(title.line, 0, 0))
+        out.stream, out.time_base = self.stream, self._tick
+        out.pts = out.dts = title.begin
+        out.duration = 0 if title.end is None else title.end - title.begin
+        return out
 
 
 def _rate_for(codec: str, rate: int) -> int:

@@ -7,7 +7,6 @@ import av
 from makeup_video.pipeline.frames.side_data import all_side_data, side_data
 from media import add_video, encode_frames
 
-
 WIDTH = 336  # of no other test's pictures
 
 

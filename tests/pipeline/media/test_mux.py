@@ -18,6 +18,7 @@ from rich_clips import (
     make_cover,
     rich_clip,
     titles_of,
+    write_title,
     write_titles,
 )
 
@@ -93,6 +94,25 @@ def test_subtitles_arrive_with_their_words_and_times(tmp_path, start, codec, end
     want = [(a, b, text) for a, b, text in TITLES]
     assert [(a, b) for a, b, _ in got] == [(a, b) for a, b, _ in want]
     assert [text.strip() for _, _, text in got] == [text for _, _, text in want]
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov"])
+@pytest.mark.parametrize("codec", ["subrip", "ass"])
+def test_subtitles_that_overlap_are_shown_below_one_another(tmp_path, codec, end):
+    src, dst = tmp_path / "in.mkv", tmp_path / f"out{end}"
+    with av.open(str(src), "w") as out:
+        video, text = add_video(out), add_titles(out, codec)
+        encode_frames(out, video, range(30))
+        write_title(out, text, 100, 600, b"first")
+        write_title(out, text, 300, 200, b"second")
+        write_title(out, text, 800, 100, b"third")
+    run(src, dst)
+    assert titles_of(dst) == [
+        (100, 200, b"first"),
+        (300, 200, b"first\nsecond"),
+        (500, 200, b"first"),
+        (800, 100, b"third"),
+    ]
 
 
 def test_aac_into_webm_becomes_opus_and_stays_in_sync(tmp_path):
