@@ -55,7 +55,7 @@ def test_a_title_without_an_end_lasts_until_the_next_one():
     assert told(titles) == [(2, 6, [b"one"]), (6, 6, [b"two"])]
 
 
-def test_titles_without_an_end_that_begin_together_are_shown_together():
+def test_titles_without_an_end_that_begin_together_stay_so():
     titles = [
         Title(2, None, event(b"one")),
         Title(2, None, event(b"two")),
