@@ -21,7 +21,7 @@ from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 from makeup_video.pipeline.images.heif import HEAD_BYTES, is_heif, register_with_pillow, to_srgb
-from makeup_video.pipeline.images.picture_size import MOST_PX
+from makeup_video.pipeline.images.picture_size import MOST_PX, TIFF_MARKS
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
@@ -35,7 +35,6 @@ _KINDS = "JPEG, PNG, WebP, HEIC, AVIF, TIFF or BMP"
 LARGE_PX = 4096
 _SEQUENCES = (b"hevc", b"hevx", b"msf1")
 _AVIF = (b"avif", b"avis")
-_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _BEGINNINGS = (b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF8", b"BM")  # of JPEG, PNG, GIF, BMP
 # Behind transparent pixels: the middle grey for which cameras expose, since whatever shows through
 # is not part of the photo and must not change its light.
@@ -272,7 +271,7 @@ def _unknown(file: _Photo) -> str:
         return f"{file} holds several pictures: save the one that shows the makeup"
     if brand in _AVIF and not features.check("avif"):
         return f"{file} is an AVIF photo, which cannot be read here: save it as JPEG or PNG"
-    if head.startswith(_TIFF):
+    if head.startswith(TIFF_MARKS):
         return (
             f"{file} is damaged, or a kind of TIFF that cannot be read here: save it as JPEG or PNG"
         )

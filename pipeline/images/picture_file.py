@@ -12,13 +12,15 @@ from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.images.exif import EXIF_MARK
 from makeup_video.pipeline.images.heif import DamagedHeifError, decode, is_heif
-from makeup_video.pipeline.images.picture_size import check_size
+from makeup_video.pipeline.images.picture_size import TIFF_MARKS, check_size
 from makeup_video.pipeline.media.input_file import PNG_MARK
 
 # The extensions of pictures that we write.
 WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
 # APP1 segments of a JPEG begin with what they hold (XMP specification part 3, section 1.1.3)
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
+# sizes of the second header of a BMP, by its versions
+_BMP_HEADERS = [size.to_bytes(4, "little") for size in (12, 40, 52, 56, 64, 108, 124)]
 _ANIMATION = 2  # of the flags in WebP's VP8X
 _MOST_BYTES = 1_000_000_000  # the largest picture has no more, even uncompressed
 _NO_MEMORY = -4  # cv2.Error.StsNoMem
@@ -28,8 +30,8 @@ def is_picture(path: Path) -> bool:
     """True when the file begins as a still JPEG, PNG, WebP or HEIC.
 
     Motion JPEG without a container begins as a JPEG, too, and is known by its extension. Raises
-    DecodeError for an animated WebP, which neither OpenCV nor FFmpeg reads as a whole, InputError
-    when the file is gone.
+    DecodeError for an animated WebP, which neither OpenCV nor FFmpeg reads as a whole, and for
+    stills of other kinds, InputError when the file is gone.
     """
     try:
         with path.open("rb") as file:
@@ -44,7 +46,20 @@ def is_picture(path: Path) -> bool:
         return True
     if is_heif(head):
         return True
+    if (kind := _other_still(head)) is not None:
+        raise DecodeError(
+            f"{path} is {kind} picture, which cannot be painted: save it as PNG first"
+        )
     return head.startswith(b"\xff\xd8\xff") and path.suffix.lower() not in (".mjpeg", ".mjpg")
+
+
+def _other_still(head: bytes) -> str | None:
+    """The kind of a still picture that is not painted, in words; a GIF counts as a video."""
+    if head[:4] in TIFF_MARKS:
+        return "a TIFF"
+    if head[:2] == b"BM" and head[14:18] in _BMP_HEADERS:
+        return "a BMP"
+    return "an AVIF" if head[4:12] == b"ftypavif" else None
 
 
 def _is_animated_png(file: IO[bytes]) -> bool:
@@ -95,7 +110,9 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.nd
     if pixels.ndim == 2:
         pixels = pixels[..., None]
     metadata = {
-        int(kind): np.asarray(blob).ravel() for kind, blob in zip(kinds, blobs, strict=True)
+        int(kind): np.asarray(blob).ravel()
+        for kind, blob in zip(kinds, blobs, strict=True)
+        if kind != cv2.IMAGE_METADATA_CICP  # of PNG alone: see file_tags
     }
     if (xmp := metadata.get(int(cv2.IMAGE_METADATA_XMP))) is not None:
         plain = xmp.tobytes().removeprefix(_XMP_IN_JPEG)
@@ -135,7 +152,8 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarra
     suffix = path.suffix.lower()
     options = {
         ".png": [],
-        ".webp": [cv2.IMWRITE_WEBP_QUALITY, 101],  # over 100 means lossless
+        # with the colours of pixels that are transparent
+        ".webp": [cv2.IMWRITE_WEBP_LOSSLESS_MODE, cv2.IMWRITE_WEBP_LOSSLESS_PRESERVE_COLOR],
     }.get(
         suffix,
         [

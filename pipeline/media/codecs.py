@@ -195,7 +195,7 @@ def container_of(path: str | os.PathLike[str]) -> str:
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     if suffix not in CONTAINERS:
         raise UsageError(
-            f"{option('output')} must end in {', '.join(CONTAINERS)} for a video, got "
+            f"{option('output')} must end in {', '.join(CONTAINERS)} for a video or a GIF, got "
             f"{os.fspath(path)!r}"
         )
     return CONTAINERS[suffix]

@@ -17,6 +17,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.orientation import Orientation
 from makeup_video.pipeline.frames.rgb import merge, to_frame, with_colour
 from makeup_video.pipeline.images.exif import orientation, without_thumbnail
+from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
 from makeup_video.pipeline.images.picture_file import (
     WRITERS,
     decode_picture,
@@ -36,7 +37,7 @@ class OpenedPicture:
     """A picture file that was read.
 
     stored: its pixels, as decode_picture returns them, with the metadata.  frame: the same for the
-    painter.  bytes_in: size of the file.
+    painter.  tags: what its file tells beside that.  bytes_in: size of the file.
     """
 
     path: Path
@@ -44,6 +45,7 @@ class OpenedPicture:
     metadata: dict[int, np.ndarray]
     orientation: Orientation
     frame: Frame
+    tags: FileTags
     bytes_in: int
 
 
@@ -53,7 +55,7 @@ def open_picture(path: Path) -> OpenedPicture:
     stored, metadata = decode_picture(data, path)
     stored_as = orientation(metadata)
     frame = to_frame(stored, rotation_degrees=stored_as.turn_degrees)
-    return OpenedPicture(path, stored, metadata, stored_as, frame, len(data))
+    return OpenedPicture(path, stored, metadata, stored_as, frame, file_tags(data), len(data))
 
 
 def check_suffix(src: Path, dst: Path) -> None:
@@ -67,7 +69,7 @@ def check_suffix(src: Path, dst: Path) -> None:
 def process_picture(
     src: Path, dst: Path, paint: Callable[[Frame], Frame], settings: Settings
 ) -> Report:
-    """Paint one picture and keep its EXIF (with the orientation), XMP and ICC profile.
+    """Paint one picture and keep its EXIF (with the orientation), XMP, ICC profile and file tags.
 
     Raises InputError, DecodeError, OutputError, UsageError, StrictError.
     """
@@ -120,10 +122,12 @@ def _write(
         painted = side_by_side(untouched, painted, picture.orientation)
     metadata = _of_these_colours(_without_thumbnail(picture.metadata), painted, report)
     written = encode_picture(target.part, _fitting(painted, report), metadata)
+    report.dropped += _lost_metadata(written, target.part, metadata)
+    written, lost_tags = with_file_tags(written, codec, picture.tags)
+    report.dropped += lost_tags
     report.bytes_in, report.bytes_out = picture.bytes_in, len(written)
     with write_errors(target.part):
         target.own_path.write_bytes(written)
-    report.dropped += _lost_metadata(written, target.part, metadata)
     if settings.strict and (lost := report.dropped + report.conversions):
         advice = "Leave" if suffix == ".png" else "Use .png, or leave"
         raise StrictError(

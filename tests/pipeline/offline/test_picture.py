@@ -21,6 +21,7 @@ from makeup_video.pipeline.images.exif import orientation as exif_orientation
 from media import picture
 from people import portrait
 from picture_files import EXIF, ICC, XMP, exif, read_picture, scene, write
+from PIL import Image
 
 # An RGB display profile with one text tag (ICC.1, section 7). The text is noise because libpng
 # rejects profiles whose compressed form is very small.
@@ -175,6 +176,22 @@ def test_a_picture_is_recognised_by_its_bytes_not_its_name(tmp_path):
     write(tmp_path / "in.png", scene()).rename(tmp_path / "photo")
     process_video(tmp_path / "photo", tmp_path / "out.png")
     assert (tmp_path / "out.png").exists()
+
+
+@pytest.mark.parametrize("kind", ["a TIFF", "a BMP", "an AVIF"])
+def test_pictures_of_other_kinds_are_named(tmp_path, kind):
+    src = tmp_path / "photo"
+    Image.fromarray(scene()).save(src, format=kind.split()[1])
+    with pytest.raises(DecodeError, match=f"is {kind} picture, .* save it as PNG first"):
+        process_video(src, tmp_path / "out.png")
+
+
+@pytest.mark.parametrize("end", [".png", ".webp"])
+def test_colours_of_transparent_pixels_are_kept(tmp_path, end):
+    pixels = scene((40, 60, 4))
+    pixels[:20, :, 3] = 0
+    process_video(write(tmp_path / "in.png", pixels), tmp_path / f"out{end}")
+    np.testing.assert_array_equal(read_picture(tmp_path / f"out{end}")[0], pixels)
 
 
 @pytest.mark.parametrize("name", ["out.mp4", "out", "out.gif"])

@@ -1,0 +1,110 @@
+"""Resolution, texts, comments and marks of colours, as Pillow reads them from what is written."""
+
+import struct
+import zlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from makeup_video.pipeline import process_video
+from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
+from picture_files import exif, scene, write
+from PIL import Image, PngImagePlugin
+
+KINDS = {".png": "png", ".jpg": "jpeg", ".webp": "webp"}
+
+
+def chunk(name, content):
+    sum_ = struct.pack(">I", zlib.crc32(name + content))
+    return struct.pack(">I", len(content)) + name + content + sum_
+
+
+def png_with(path, *chunks):
+    data = write(path, scene()).read_bytes()
+    path.write_bytes(data[:33] + b"".join(chunks) + data[33:])
+    return path
+
+
+def info_of(path):
+    with Image.open(path) as picture:
+        picture.load()
+        return picture.info
+
+
+@pytest.mark.parametrize("start", [".png", ".jpg"])
+@pytest.mark.parametrize("end", [".png", ".jpg", ".webp"])
+@pytest.mark.parametrize("dpi", [(300, 300), (72, 144)])
+def test_the_resolution_of_prints_is_kept_or_reported(tmp_path, start, end, dpi):
+    src, dst = tmp_path / f"in{start}", tmp_path / f"out{end}"
+    Image.fromarray(scene()).save(src, dpi=dpi)
+    report = process_video(src, dst)
+    if end == ".webp":
+        assert report.dropped == ["resolution: not accepted in .webp"]
+    else:
+        assert report.dropped == []
+        assert info_of(dst)["dpi"] == pytest.approx(dpi, abs=0.02)
+
+
+@pytest.mark.parametrize("dpi", [72, 96])
+def test_a_resolution_that_programs_invent_is_no_loss(tmp_path, dpi):
+    Image.fromarray(scene()).save(tmp_path / "in.jpg", dpi=(dpi, dpi))
+    assert process_video(tmp_path / "in.jpg", tmp_path / "out.webp").dropped == []
+
+
+def test_texts_of_a_png_are_kept(tmp_path):
+    texts = PngImagePlugin.PngInfo()
+    texts.add_text("Author", "Jane")
+    texts.add_itxt("Title", "Grüße")
+    texts.add_text("Comment", "long " * 99, zip=True)
+    Image.fromarray(scene()).save(tmp_path / "in.png", pnginfo=texts)
+    assert process_video(tmp_path / "in.png", tmp_path / "out.png").dropped == []
+    assert info_of(tmp_path / "out.png") == info_of(tmp_path / "in.png")
+    report = process_video(tmp_path / "in.png", tmp_path / "out.jpg")
+    assert report.dropped == ["texts: not accepted in .jpg"]
+
+
+def test_old_copies_of_exif_in_texts_are_left_out(tmp_path):
+    """They would show the thumbnail of the face as it was."""
+    block = b"Exif\0\0" + exif(1)
+    text = b"\nexif\n%8d\n%s\n" % (len(block), block.hex().encode())
+    old = chunk(b"zTXt", b"Raw profile type exif\0\0" + zlib.compress(text))
+    process_video(png_with(tmp_path / "in.png", old), tmp_path / "out.png")
+    assert b"Raw profile" not in (tmp_path / "out.png").read_bytes()
+
+
+def test_comments_of_a_jpeg_are_kept(tmp_path):
+    Image.fromarray(scene()).save(tmp_path / "in.jpg", comment=b"by Jane")
+    assert process_video(tmp_path / "in.jpg", tmp_path / "out.jpg").dropped == []
+    assert info_of(tmp_path / "out.jpg")["comment"] == b"by Jane"
+    report = process_video(tmp_path / "in.jpg", tmp_path / "out.png")
+    assert report.dropped == ["comment: not accepted in .png"]
+
+
+MARKS = {
+    "gamma": chunk(b"gAMA", struct.pack(">I", 100000)),
+    "primaries": chunk(b"cHRM", struct.pack(">8I", *range(8))),
+    "code of its colours": chunk(b"cICP", bytes([12, 13, 0, 1])),
+    "": chunk(b"sRGB", b"\0"),
+}
+
+
+@pytest.mark.parametrize("name", MARKS)
+def test_marks_of_a_pngs_colours_are_kept_once(tmp_path, name):
+    src = png_with(tmp_path / "in.png", MARKS[name])
+    for end in KINDS:
+        report = process_video(src, tmp_path / f"out{end}")
+        is_lost = name and end != ".png"
+        assert report.dropped == ([f"{name}: not accepted in {end}"] if is_lost else [])
+    assert (tmp_path / "out.png").read_bytes().count(MARKS[name]) == 1
+
+
+@given(data=st.binary(max_size=120), kind=st.sampled_from(["\x89PNG\r\n\x1a\n", "\xff\xd8", ""]))
+def test_any_bytes_have_tags_or_none(data, kind):
+    tags = file_tags(kind.encode("latin-1") + data)
+    assert isinstance(tags, FileTags) and bool(tags.kind) == bool(kind or tags.kind)
+
+
+@pytest.mark.parametrize("end", KINDS)
+def test_without_tags_a_file_stays_as_it_is(tmp_path, end):
+    data = write(tmp_path / f"a{end}", scene()).read_bytes()
+    assert with_file_tags(data, KINDS[end], FileTags("")) == (data, [])
