@@ -40,10 +40,10 @@ _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on p
 # Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
 _WARMEST, _LID_TO = 75, 1.4
 # Red as a share of blue in light that is taken for warm, a little and wholly. In warm light no
-# product is colder than this percentile of the cells where it lies, which are those with half of
-# its highest density; where that is green or blue itself, than so many times as much.
+# product is colder than the first percentile of the cells where it lies, which are those with half
+# of its highest density; where the second is green or blue itself, than so many times as much.
 _WARM = 1.0, 1.15
-_COLDEST, _DENSE, _COLDER = 5, 0.5, 4.0
+_COLDEST, _COLD, _DENSE, _COLDER = 5, 25, 0.5, 4.0
 # The probability from which all of the opacity is painted, and what share of it is painted of a
 # shadow that is hardly likely.
 _ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
@@ -154,9 +154,9 @@ def _no_colder(found: Spread, seen: np.ndarray, skin: TypicalSkin, light: np.nda
     for root, density in zip(roots, found.densities, strict=True):
         there = labs[density > _DENSE * density.max()]
         if warm and len(there):
-            coldest = np.percentile(there, _COLDEST, axis=0)
+            coldest, cold = np.percentile(there, (_COLDEST, _COLD), axis=0)
             lab = skin.lab(root)
-            colder = np.maximum(np.minimum(coldest, _COLDER * coldest) - lab, 0)
+            colder = np.maximum(np.minimum(coldest, _COLDER * cold) - lab, 0)
             lab[1:] += warm * colder[1:]
             root[:] = skin.roots_of(lab)
     return roots

@@ -18,6 +18,7 @@ from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.flat_eyes import density, flat_eyes, flat_places
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.pipeline.reference.spread_shadows import Spread
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 from people import portrait
 from reference_photos import face
@@ -97,3 +98,33 @@ def test_sheer_black_darkens_skin_as_much_as_before(red, green, blue, opacity):
         for part, one in ((opacity, root), (denser, lighter))
     )
     assert after == pytest.approx(before) or denser == 1.0
+
+
+@given(st.floats(0.02, 0.98), st.floats(-20, -5), st.floats(1.15, 1.6))
+def test_few_cold_cells_make_no_product_cold_if_light_is_warm(share, b, red):
+    """The whites of the eyes, beside a brown lid, are as cold in warm light as blue shadow is."""
+    skin = TypicalSkin.of(bare(), 1.0)
+    plain, dense = skin.lab(np.ones(3)), np.ones((1, 27, 24))
+    labs = np.tile(plain, (27 * 24, 1))
+    cold = labs[: round(share * len(labs))]
+    cold[:, 2] = b
+    seen = skin.roots_of(labs).reshape(27, 24, 3)
+    blue = skin.roots_of(np.array([[50.0, 0.0, -60.0]]))
+    found = Spread(blue, dense, np.ones(1))
+    light = np.array([red, 1.0, 1.0])
+    least = skin.lab(shadows._no_colder(found, seen, skin, light))[0, 2]
+    assert least >= 4 * b - 0.1
+    if share < 0.04:  # less than a twentieth
+        assert least == pytest.approx(plain[2], abs=0.1)
+    elif share < 0.24:  # less than a quarter
+        assert least >= b - 0.1
+    elif share > 0.26:
+        assert least == pytest.approx(max(4 * b, skin.lab(blue)[0, 2]), abs=0.1)
+
+
+def test_in_cool_light_products_are_as_cold_as_they_were_fitted():
+    skin = TypicalSkin.of(bare(), 1.0)
+    found = Spread(skin.roots_of(np.array([[50.0, 0, -60]])), np.ones((1, 27, 24)), np.ones(1))
+    seen = np.ones((27, 24, 3))
+    same = shadows._no_colder(found, seen, skin, np.array([0.9, 1.0, 1.1]))
+    np.testing.assert_array_equal(same, found.roots)
