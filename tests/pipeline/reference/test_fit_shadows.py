@@ -122,7 +122,7 @@ def test_few_cold_cells_make_no_product_cold_if_light_is_warm(share, b, red):
         assert least == pytest.approx(max(4 * b, skin.lab(blue)[0, 2]), abs=0.1)
 
 
-def test_in_cool_light_products_are_as_cold_as_they_were_fitted():
+def test_in_cool_light_products_stay_as_cold_as_fitted():
     skin = TypicalSkin.of(bare(), 1.0)
     found = Spread(skin.roots_of(np.array([[50.0, 0, -60]])), np.ones((1, 27, 24)), np.ones(1))
     seen = np.ones((27, 24, 3))
