@@ -104,7 +104,7 @@ def apply(
             raise UsageError(
                 "--ray paints the segments of --split MINUTES: add it, or use makeup-video batch"
             )
-        wanted = look.wanted()
+        wanted = look.wanted(quiet)
         run = _Run(source, look.files, report, save_look, quiet)
         outputs = name_outputs(output, source, wanted)
         if outputs != [output]:  # of a template

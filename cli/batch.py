@@ -61,7 +61,7 @@ def batch(
             "--output",
             metavar="TEMPLATE",
             help="The names of the outputs, with {name}, {ext} and {folder} of the input, {look}, "
-            "or {brand} and {shade} of a catalogue. Missing folders are made.",
+            "or {brand}, {product} and {shade} of a catalogue. Missing folders are made.",
             rich_help_panel=OUTPUT,
         ),
     ] = None,
@@ -113,7 +113,7 @@ def batch(
     with report_errors("batch", debug=debug), NewFolders() as folders:
         settings = how.settings(look, overwrite=overwrite)
         work = open_batch(
-            inputs or [], listed, look, how, output, journal, overwrite, resume, folders
+            inputs or [], listed, look, how, output, journal, overwrite, resume, folders, quiet
         )
         with work.journal, cluster.workers(jobs, local_workers) as workers:
             results = _run(work, settings.overwrite, retry, workers, quiet)
@@ -134,7 +134,7 @@ def _run(
     check_page(work.page, overwrite=overwrite)
     plan = plan_batch(work.jobs, work.journal, retry=retry, overwrite=overwrite)
     if plan.known and not quiet:
-        log(f"{len(plan.known)} outputs are in the journal already; {work.count} in all")
+        log(f"{len(plan.known)} of {work.count} outputs are in the journal already")
     try:
         with show_batch(quiet) as (log_line, show):
             events = _Events(plan.todo, log_line, show)

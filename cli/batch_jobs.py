@@ -18,13 +18,16 @@ from makeup_video.pipeline.batch.plan import check_inputs_apart
 from makeup_video.pipeline.batch.sources import inputs_of
 from makeup_video.pipeline.files.output_file import check_apart
 from makeup_video.pipeline.files.template import OF_LOOKS, Template
+from makeup_video.pipeline.images.picture_file import WRITERS
 from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.media.codecs import CONTAINERS
 
 _JOURNAL, _PAGE = "makeup-video.jsonl", "index.html"
 _LOOK_COLUMNS = ("look", "ref")  # each is a whole look
 _FACES = ("ref_face", "faces")
 _CHANGES = (*_FACES, *PARTS, "color", "finish", "parts", "zone", "intensity", "strength")
 _TIMES = ("start", "end")
+_ENDINGS = (*CONTAINERS, *WRITERS)  # of videos and of pictures
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,7 @@ def open_batch(
     overwrite: bool,
     resume: bool,
     folders: NewFolders,
+    quiet: bool = False,
 ) -> BatchJobs:
     """Check everything that can be checked before the work, and open the journal.
 
@@ -81,7 +85,7 @@ def open_batch(
     try:
         sources = inputs_of(inputs, opened.outputs) if inputs else []
         wanted = [_Wanted(one, output or "", look, how) for one in sources] + rows
-        jobs = _jobs(wanted, overwrite)
+        jobs = _jobs(wanted, overwrite, quiet)
         folders.make([look.output for job in jobs for look in job.looks])
     except BaseException:
         opened.close()
@@ -110,7 +114,7 @@ def _listed(
         )
 
 
-def _jobs(wanted: Sequence[_Wanted], overwrite: bool) -> list[Job]:
+def _jobs(wanted: Sequence[_Wanted], overwrite: bool, quiet: bool) -> list[Job]:
     """The jobs, after a check that no output is another one or a file that is read."""
     looks: dict[str, list[tuple[Mapping[str, str], Look]]] = {}
     jobs, files = [], set()
@@ -118,7 +122,7 @@ def _jobs(wanted: Sequence[_Wanted], overwrite: bool) -> list[Job]:
         try:
             key = repr(one.look)
             if key not in looks:  # the same for all inputs but those of some lists
-                looks[key] = [(w.fields, w.load(True)) for w in one.look.wanted()]
+                looks[key] = [(w.fields, w.load(True)) for w in one.look.wanted(quiet)]
                 files.update(one.look.files)
             jobs.append(_job(one, looks[key], overwrite))
         except MakeupVideoError as error:
@@ -133,6 +137,14 @@ def _jobs(wanted: Sequence[_Wanted], overwrite: bool) -> list[Job]:
 
 def _job(one: _Wanted, looks: Sequence[tuple[Mapping[str, str], Look]], overwrite: bool) -> Job:
     template = Template(one.output)
+    end = Path(one.output).suffix.lower()
+    if "{" not in end and end not in _ENDINGS:
+        names = "{name}-{look}" if len(looks) > 1 else "{name}"
+        example = os.path.join(os.path.dirname(one.output) if end else one.output, f"{names}.mp4")
+        raise UsageError(
+            f"--output must name files that end in {', '.join(_ENDINGS)}, as in -o {example!r}, "
+            f"got {one.output!r}"
+        )
     if len(looks) > 1 and not set(OF_LOOKS) & set(template.fields):
         raise UsageError(
             f"{len(looks)} looks need a name each: put {{look}} in -o, got {one.output}"

@@ -1,5 +1,6 @@
 """The options of `apply` and `batch` that say which looks to paint: one, or several."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -7,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from makeup_video.cli.console import log
 from makeup_video.cli.look_options import (
     LOOK_HELP,
     Changes,
@@ -105,17 +107,18 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         folder = [] if self.looks is None else map(str, look_files(self.looks))
         return [*files, *(self.ref or []), *folder, *filter(None, [self.catalogue])]
 
-    def wanted(self) -> list[WantedLook]:
+    def wanted(self, quiet: bool = False) -> list[WantedLook]:
         """All looks, in the order --look, --ref, --looks, --catalogue; those of one name numbered.
 
-        Photos are not read before `load`. Raises UsageError, LookError, CatalogueError.
+        Photos are not read before `load`. Rows that are left out are logged, unless quiet. Raises
+        UsageError, LookError, CatalogueError.
         """
         from makeup_video.pipeline.look.named import numbered
         from makeup_video.pipeline.look.options import check_options
 
         self._check()
         check_options(self.choice())
-        found = [*self._named(), *self._rows()] or [_at_once({}, lambda: self._painted(None))]
+        found = [*self._named(), *self._rows(quiet)] or [_at_once({}, lambda: self._painted(None))]
         names = numbered([one.fields.get("look", "") for one in found])
         return [
             replace(one, fields=one.fields | {"look": name})
@@ -159,8 +162,9 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
             log_changes(base, painted)
         return painted
 
-    def _rows(self) -> Iterator[WantedLook]:
+    def _rows(self, quiet: bool) -> Iterator[WantedLook]:
         """The looks of the catalogue's rows."""
+        from makeup_video.cli.many import some_of
         from makeup_video.pipeline.look.named import looks_of_catalogue
         from makeup_video.pipeline.look.options import parse_finish, parse_parts
 
@@ -168,13 +172,33 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
             return
         finish = None if self.finish is None else parse_finish(self.finish)
         parts = () if self.parts is None else parse_parts(self.parts)
-        for row in looks_of_catalogue(self.catalogue, self.where or (), finish, parts):
+        others: Counter[str] = Counter()
+        found = looks_of_catalogue(
+            self.catalogue, self.where or (), finish, parts, lambda kind: others.update([kind])
+        )
+        if others and not quiet:
+            out, rows = others.total(), others.total() + len(found)
+            log(
+                f"{self.catalogue}: {out} of {rows} rows left out, since they are for no part that "
+                f"is painted: {some_of(list(others))}"
+            )
+        for row in found:
             yield _at_once(row.fields, partial(self._on_row, row))
 
     def _on_row(self, row: "NamedLook") -> "Look":
-        """The look of a row with what the other options change; they chose its part already."""
+        """The look of a row with what the other options change; they chose its part already.
+
+        Raises UsageError where an option gives that part, too: all rows would look alike.
+        """
+        from makeup_video.pipeline import UsageError
+        from makeup_video.pipeline.look.kinds import KINDS
         from makeup_video.pipeline.look.options import choose_look
 
+        for part in {KINDS[layer.kind].part for layer in row.look.layers} & set(self.worn):
+            raise UsageError(
+                f"--catalogue gives the {part} of {row.name}, and --{part} gives them, too: leave "
+                f"--{part} out"
+            )
         return choose_look(replace(self.choice(), base=row.look, parts=None))
 
     def _painted(self, base: "Look | None") -> "Look":

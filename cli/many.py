@@ -53,6 +53,8 @@ def _written_as(path: Path) -> str:
 
 def _with_look(output: str) -> str:
     path = Path(output)
+    if output.endswith(("/", os.sep)) or path.is_dir():
+        return os.fspath(path / "{name}-{look}.mp4")
     return os.fspath(path.with_name(f"{path.stem}-{{look}}{path.suffix}")) if path.name else output
 
 

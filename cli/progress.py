@@ -208,8 +208,11 @@ def live_text(figures: "LiveFigures") -> str:
 
 def live_summary(figures: "LiveFigures", seconds: float) -> str:
     """The closing line: pictures painted, and what each output got of them."""
+    from makeup_video.pipeline.offline.report import frames_in_words
+
     fps = figures.pictures / seconds if seconds else 0.0
-    text = f"{figures.pictures} frames in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"
+    count = frames_in_words(figures.pictures)
+    text = f"{count} in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"
     for sink in figures.sinks:
         if sink.name != "preview":
             lost = f" ({sink.dropped} dropped)" if sink.dropped else ""

@@ -27,6 +27,16 @@ def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
             ctx.fail(f"{word} has no colour: quote one that begins with #, as in {word} '#B4002E'")
 
 
+def check_one_look(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
+    """Raise a usage error where a command that takes one look is given several of an option: the
+    last one would count, and nobody would notice."""
+    single = {name for param in params if not param.multiple for name in param.opts}
+    for name in {"--look", "--ref"} & single:
+        given = [word for word in args if word.partition("=")[0] == name]
+        if len(given) > 1:
+            ctx.fail(f"{name} is given {len(given)} times, and this command takes one look")
+
+
 def _takes_colour(param: Any) -> bool:
     return str(param.metavar or "").startswith(COLOUR)
 
@@ -58,9 +68,14 @@ def _message(error: Any) -> str:
     if extra := re.fullmatch(r"Got unexpected extra argument\S* \((.*)\)", typers):
         from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
 
-        is_photo = " " not in extra[1] and extra[1].lower().endswith(PHOTO_ENDINGS)
-        photo = f"; the photo of a look is --ref {extra[1]}" if is_photo else ""
-        return f"too many arguments: {extra[1]}{photo}"
+        words = extra[1].split()
+        options = _options(error.ctx.command.params) if getattr(error, "ctx", None) else []
+        if len(words) == 1 and words[0].lower().endswith(PHOTO_ENDINGS) and "--ref" in options:
+            return f"too many arguments: {extra[1]}; the photo of a look is --ref {extra[1]}"
+        if all(word.lower().endswith(".json") for word in words) and "--looks" in options:
+            return f"too many arguments: {extra[1]}; quote a pattern, as in --looks 'looks/*.json'"
+        several = "; makeup-video batch takes several inputs" if "--save-look" in options else ""
+        return f"too many arguments: {extra[1]}{several}"
     return typers
 
 

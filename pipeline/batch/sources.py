@@ -23,7 +23,8 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
     written: outputs of this batch, which may lie in the same folder; they are no inputs, and
     neither are parts of outputs. A file that is given by its name always counts, even if it does
     not exist: its job then fails alone.
-    Raises UsageError for a folder or a pattern without any file.
+    Raises UsageError for a folder or a pattern without any file, and where nothing given exists and
+    no output was written before.
     """
     outputs = {os.path.realpath(path) for path in written}
     found: dict[str, str] = {}
@@ -35,6 +36,9 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
             files = [file for file in files if _is_input(file, outputs)]
         for file in files:
             found.setdefault(os.path.realpath(file), file)
+    if not outputs and not any(map(os.path.lexists, found)):
+        missing = next(iter(found.values()))
+        raise UsageError(_NOTHING_IN.format(missing, "does not exist"))
     return list(found.values())
 
 

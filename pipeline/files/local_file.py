@@ -5,8 +5,10 @@ from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError
 
+_ANY = "video or picture"
 
-def local_file(path: str | os.PathLike[str], wanted: str = "video or picture") -> Path:
+
+def local_file(path: str | os.PathLike[str], wanted: str = _ANY) -> Path:
     """The path of an existing, non-empty, ordinary file; `wanted` names it in messages.
 
     Raises InputError with the reason.
@@ -16,7 +18,8 @@ def local_file(path: str | os.PathLike[str], wanted: str = "video or picture") -
     file = Path(path)
     try:
         if file.is_dir():
-            raise InputError(f"{path} is a folder: give one {wanted} file")
+            many = ", or makeup-video batch, which paints them all" if wanted == _ANY else ""
+            raise InputError(f"{path} is a folder: give one {wanted} file{many}")
         if not file.exists():
             if "://" in str(path):
                 raise InputError(f"{path} is an address: give a {wanted} file on this machine")

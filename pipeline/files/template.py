@@ -14,9 +14,10 @@ FIELDS: Mapping[str, str] = {
     "ext": "the input's extension without the dot, jpg for a HEIC photo",
     "look": "the look's name",
     "brand": "the brand of a catalogue's row",
+    "product": "the product of a catalogue's row",
     "shade": "the shade of a catalogue's row",
 }
-OF_LOOKS = ("look", "brand", "shade")  # fields that differ from look to look
+OF_LOOKS = ("look", "brand", "product", "shade")  # fields that differ from look to look
 # Characters that some file system does not allow in a name.
 _NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]+')
 

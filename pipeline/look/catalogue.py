@@ -102,11 +102,13 @@ class Row:
     """One row of a catalogue.
 
     where: its file and line, for messages.  cells: all of its cells by column, names in lower case.
+    kind: what product it is, in its own words, in lower case.
     """
 
     where: str
     cells: Mapping[str, str]
     shade: Shade
+    kind: str
 
 
 def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
@@ -160,7 +162,7 @@ def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
             )
         cells = row.cells
         kind = " ".join(cells[name] for name in cells if name in KIND_COLUMNS).lower()
-        yield Row(row.where, cells, _shade(cells, _parts_of(kind), row.where))
+        yield Row(row.where, cells, _shade(cells, _parts_of(kind), row.where), kind.strip())
 
 
 def _shade(cells: Mapping[str, str], parts: tuple[str, ...], where: str) -> Shade:

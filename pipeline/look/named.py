@@ -3,7 +3,7 @@
 import glob
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,24 +15,27 @@ from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.words import did_you_mean, finish_names, finish_of
 
 _LOOK_FILES = ".json"
+_MOST_NAMES = 5  # in a message
 
 
 @dataclass(frozen=True, slots=True)
 class NamedLook:
     """A look and what it is called in names of outputs.
 
-    brand, shade: of a catalogue's row, else empty.
+    brand, shade, product: of a catalogue's row, else empty.
     """
 
     name: str
     look: Look
     brand: str = ""
     shade: str = ""
+    product: str = ""
 
     @property
     def fields(self) -> dict[str, str]:
         """The values of a template's fields."""
-        return {"look": self.name, "brand": self.brand, "shade": self.shade}
+        row = {"brand": self.brand, "product": self.product, "shade": self.shade}
+        return {"look": self.name, **row}
 
 
 def look_files(place: str) -> list[Path]:
@@ -61,6 +64,7 @@ def looks_of_catalogue(
     where: Sequence[str] = (),
     finish: str | None = None,
     parts: Sequence[str] = (),
+    on_left_out: Callable[[str], object] = lambda kind: None,
 ) -> list[NamedLook]:
     """A look for each row of a catalogue: its colour and its finish on the part that it is for.
 
@@ -68,20 +72,46 @@ def looks_of_catalogue(
     finish: for all rows; None: the column `finish`, or where a row has none what suits the part.
     parts: those to paint; empty: every row counts. A row that may be for several parts is for the
     first of them in the order of PARTS.
+    on_left_out: called for each row of a product for no part, such as a mascara, with what it is.
     Raises UsageError for a condition, CatalogueError naming file, line and fault.
     """
     conditions = [_condition(text) for text in where]
-    looks = []
+    looks, others = [], Counter[str]()
+    values: dict[str, Counter[str]] = {name: Counter() for name, _ in conditions}
     for row in rows_of(path):
-        if all(_meets(row, name, value) for name, value in conditions):
+        for name, value in conditions:
+            if not _meets(row, name, value):
+                values[name][row.cells[name]] += 1
+                break
+        else:
             fitting = [part for part in row.shade.parts if not parts or part in parts]
             if fitting:
                 looks.append(_look_of(row, fitting[0], finish))
-    if not looks:
-        asked = [*where, *(f"{option('parts')} {part}" for part in parts)]
-        which = f" that meets {' and '.join(asked)}" if asked else ""
-        raise CatalogueError(f"{path} has no row{which}: give a catalogue with at least one")
-    return looks
+            elif not row.shade.parts:
+                others[row.kind] += 1
+                on_left_out(row.kind)
+    if looks:
+        return looks
+    if others and not parts:
+        which = f" where {' and '.join(where)}" if where else ""
+        raise CatalogueError(
+            f"{path} has only products that are not painted{which} ({_few(others)}): give some for "
+            f"{', '.join(PARTS)}"
+        )
+    asked = [*where, *(f"{option('parts')} {part}" for part in parts)]
+    if not asked:
+        raise CatalogueError(f"{path} has no row: give a catalogue with at least one")
+    there = [f"; {name} is {_few(counts)}" for name, counts in values.items() if counts]
+    raise CatalogueError(
+        f"{path} has no row that meets {' and '.join(asked)}{''.join(there)}: choose another one"
+    )
+
+
+def _few(names: Counter[str]) -> str:
+    """The most frequent names, at most five."""
+    shown = [name or "empty" for name, _ in names.most_common(_MOST_NAMES)]
+    more = len(names) - len(shown)
+    return ", ".join(shown) + (f" and {more} more" if more else "")
 
 
 def _condition(text: str) -> tuple[str, str]:
@@ -113,7 +143,7 @@ def _look_of(row: Row, part: str, finish: str | None) -> NamedLook:
     kind = PARTS[part]
     layer = Layer(kind.name, product(shade.rgb, finish or kind.first_finish, part))
     name = "-".join(filter(None, (shade.brand, shade.shade))) or "#" + bytes(shade.rgb).hex()
-    return NamedLook(name, Look([layer]), shade.brand, shade.shade)
+    return NamedLook(name, Look([layer]), shade.brand, shade.shade, shade.product)
 
 
 def numbered(names: Sequence[str]) -> list[str]:

@@ -122,7 +122,7 @@ class Report:
     @property
     def size_in_words(self) -> str:
         """How much was written: "300 frames, 1.2 MB"."""
-        count = "one picture" if self.is_picture else f"{self.frames_out} frames"
+        count = "one picture" if self.is_picture else frames_in_words(self.frames_out)
         return f"{count}, {size_in_words(self.bytes_out)}"
 
     def summary(self) -> str:
@@ -130,10 +130,14 @@ class Report:
         if self.is_picture:
             return f"{self.output}: {self.size_in_words}"
         return (
-            f"{self.output}: {self.frames_out} frames in {self.seconds:.1f} s "
+            f"{self.output}: {frames_in_words(self.frames_out)} in {self.seconds:.1f} s "
             f"({self.frames_per_second:.0f} fps, {self.times_real_time:.1f}x real time), "
             f"{size_in_words(self.bytes_out)}"
         )
+
+
+def frames_in_words(count: int) -> str:
+    return f"{count} frame{'' if count == 1 else 's'}"
 
 
 def size_in_words(count: int) -> str:

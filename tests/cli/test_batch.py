@@ -58,7 +58,7 @@ def test_running_again_does_nothing_twice(folder):
     for more in ((), ("--resume",), ("-y",), ("--retry",)):
         again = run(*words, *more)
         assert again.exit_code == 0, again.stderr
-        assert "4 outputs are in the journal already; 4 in all" in again.stderr
+        assert "4 of 4 outputs are in the journal already" in again.stderr
     now = {path.name: path.stat() for path in (folder / "clips").glob("?-*.mkv")}
     assert now == files
 
@@ -124,6 +124,9 @@ def test_a_list_takes_the_words_for_faces_that_options_take(folder):
         (["--look", "none", "-o", "out/{name}.mkv"], "no input given"),
         (["clips", "-o", "out/{name}.mkv"], "no look given"),
         (["clips", "--look", "none", "-o", "o/{name}.mkv", "--ship"], "--ship is for a cluster"),
+        (["gone.mkv", "--look", "none", "-o", "o/{name}.mkv"], "gone.mkv does not exist: give files"),
+        (["clips", "--look", "none", "-o", "out2/"], "that end in .mp4, .m4v, .mov, .mkv, .webm, .jpg,"),
+        (["clips", "--look", "none", "-o", "o/{name}.avi"], "as in -o 'o/{name}.mp4', got 'o/{name}.avi'"),
         (["clips/*.avi", "--look", "none", "-o", "{name}.mkv"], "clips/*.avi matches no file"),
         (["empty", "--look", "none", "-o", "{name}.mkv"], "empty has no videos or pictures"),
         (["clips", "--look", "none", "-o", "o/{name}.mkv", "--resume"], "there is no journal o/"),

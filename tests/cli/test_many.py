@@ -60,6 +60,9 @@ def test_a_film_in_several_looks_has_one_report(folder):
     [
         (["-o", "out.jpg"], "2 looks need a name each: put {look} in -o, as in -o 'out-{look}.jpg'"),
         (["-o", "{name}.jpg"], "2 looks need a name each"),
+        (["-o", "out/"], "put {look} in -o, as in -o 'out/{name}-{look}.mp4'"),
+        (["-o", "{look}.jpg", "--catalogue", "shades.csv", "--lips", "red"],
+         "--catalogue gives the lips of A-Red, and --lips gives them, too: leave --lips out"),
         (["-o", "{look}{x}.jpg"], "--output has {x}: the fields are {name}, {folder}, {ext}"),
         (["-o", "{brand}.jpg"], "--output has {brand}, the brand of a catalogue's row, and plum has"),
         (["-o", "{look}.jpg", "--save-look", "a.json"], "--save-look writes one look"),
@@ -81,6 +84,17 @@ def test_an_unreadable_row_is_named_with_its_line(folder):
     (folder / "shades.csv").write_text(TABLE + "C,P,lips,Bad,#GG0000\n")
     done = run("in.jpg", "--catalogue", "shades.csv", "-o", "{look}.jpg")
     assert done.exit_code == 2 and "CatalogueError: shades.csv, line 4: hex must be" in done.stderr
+
+
+def test_rows_that_are_left_out_are_told_unless_quiet(folder):
+    (folder / "shades.csv").write_text(TABLE + "C,P,mascara,Black,#000000\nC,P,nail,Red,#F00\n")
+    for quiet in ([], ["-q"]):
+        done = run(
+            "in.jpg", "--catalogue", "shades.csv", "-o", "{product}-{shade}.jpg", "-y", *quiet
+        )
+        assert done.exit_code == 0 and (folder / "P-Dusk.jpg").exists()
+        line = "shades.csv: 2 of 4 rows left out, since they are for no part that is painted: "
+        assert (line + "mascara and nail\n" in done.stderr) == (not quiet)
 
 
 def looks_named(*names):

@@ -214,13 +214,13 @@ bare faces differ as well. Photos count in the zones where they are clearly made
 
 {zones}
 
-ROC curves over all these faces, bare, labelled and made up: of the clear ones so many are found
-where that many of the bare ones are read as worn:
+ROC curves over all these faces, bare, labelled and made up. Each column is a rate of false alarms:
+bare faces that are read as wearing the kind. Below it stands the share of clear ones that is found:
 
 {roc}
 
-Of the same faces with a probability in each column, so many wear that
-kind clearly:
+The columns group the same faces by the probability that was read. Below each stands the share that
+clearly wear the kind:
 
 {curves}
 """

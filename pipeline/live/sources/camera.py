@@ -10,6 +10,7 @@ from pathlib import Path
 from makeup_video.pipeline.errors import InputError, UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.live.sources.device import CameraRequest, DeviceCamera
 from makeup_video.pipeline.live.sources.file import FileCamera
 from makeup_video.pipeline.live.sources.file_sound import FileSound, has_sound
@@ -124,7 +125,13 @@ def _file_of(name: str | None) -> Path | None:
             return None
     except OSError as error:  # such as a name that is too long
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
-    return local_file(path, "video")
+    file = local_file(path, "video")
+    if is_picture(file):
+        raise InputError(
+            f"{path} is a picture, and a camera needs a video: give one, or paint the picture with "
+            f"makeup-video {path} -o OUT"
+        )
+    return file
 
 
 def _is_device(path: Path) -> bool:

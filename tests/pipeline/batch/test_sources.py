@@ -23,7 +23,7 @@ def folder(tmp_path, monkeypatch):
         (["clips/**/*.m*"], ["clips/b-red.mp4", "clips/b.mp4", "clips/deep/d.mkv"]),
         (["clips/b.mp4", "clips", "./clips/b.mp4"],
          ["clips/b.mp4", "clips/a.MOV", "clips/b-red.mp4", "clips/f.jpg"]),
-        (["missing.mp4"], ["missing.mp4"]),
+        (["missing.mp4", "clips/f.jpg"], ["missing.mp4", "clips/f.jpg"]),
         (["clips/note.txt"], ["clips/note.txt"]),
     ],
 )  # fmt: skip
@@ -45,3 +45,10 @@ def test_outputs_of_the_batch_are_no_inputs(folder):
 def test_nothing_found_is_an_error(folder, given, message):
     with pytest.raises(UsageError, match=message):
         inputs_of([given])
+
+
+def test_inputs_of_which_none_exists_are_a_mistake(folder):
+    with pytest.raises(UsageError, match=r"^gone.mp4 does not exist: give files"):
+        inputs_of(["gone.mp4", "lost.mp4"])
+    written = [folder / "clips" / "b-red.mp4"]  # of a batch that went on until its inputs were lost
+    assert inputs_of(["gone.mp4"], written) == ["gone.mp4"]

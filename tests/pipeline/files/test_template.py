@@ -9,14 +9,14 @@ from makeup_video.pipeline import UsageError
 from makeup_video.pipeline.files.template import FIELDS, Template, in_name
 
 VALUES = {"name": "talk", "look": "cat-eye", "brand": "A/B", "shade": "No. 5?", "ext": "mp4",
-          "folder": "clips"}  # fmt: skip
+          "folder": "clips", "product": "Velvet"}  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("text", "path"),
     [
         ("out/{name}-{look}.mp4", "out/talk-cat-eye.mp4"),
-        ("{brand}/{shade}.{ext}", "A-B/No. 5-.mp4"),
+        ("{brand}/{product}/{shade}.{ext}", "A-B/Velvet/No. 5-.mp4"),
         ("a{{b}}/{folder}.mkv", "a{b}/clips.mkv"),
         ("plain.mp4", "plain.mp4"),
     ],

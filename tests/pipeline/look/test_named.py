@@ -32,7 +32,14 @@ def test_every_row_is_a_look_on_its_part(table):
         ("Rosa-Coral", ("lipstick",)),
     ]  # fmt: skip
     assert looks[0].look == Look(lips=product((0x7C, 0x3F, 0x35), "satin"))
-    assert looks[0].fields == {"look": "Rosa-Berry", "brand": "Rosa", "shade": "Berry"}
+    row = {"brand": "Rosa", "product": "Velvet", "shade": "Berry"}
+    assert looks[0].fields == {"look": "Rosa-Berry", **row}
+
+
+def test_rows_of_what_is_not_painted_are_told(table):
+    left_out = []
+    looks_of_catalogue(table, finish="satin", on_left_out=left_out.append)
+    assert left_out == ["eyebrow"]
 
 
 def test_the_finish_of_a_row_counts_unless_one_is_given(table):
@@ -50,7 +57,12 @@ def test_the_finish_of_a_row_counts_unless_one_is_given(table):
     ("where", "parts", "message"),
     [
         ((), (), r"shades.csv, line 7: finish must be one of .*, got 'lustre'.*finish gives one"),
-        (["brand=Nobody"], (), "has no row that meets brand=Nobody"),
+        (
+            ["brand=Nobody"],
+            (),
+            "no row that meets brand=Nobody; brand is Rosa, Nero: choose",
+        ),
+        (["category=eyebrow"], (), r"only .* not painted where category=eyebrow \(eyebrow\): give"),
         (["brand=Nero"], ("lips",), "no row that meets brand=Nero and parts lips"),
     ],
 )
