@@ -4,6 +4,7 @@ import pytest
 from makeup_video.pipeline import InputError, UsageError
 from makeup_video.pipeline.live.sources import device
 from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from PIL import Image
 
 
 def test_a_name_too_long_for_any_file_is_refused_in_one_line():
@@ -35,3 +36,10 @@ def test_without_a_camera_the_error_lists_what_was_tried(monkeypatch):
     monkeypatch.setattr(device, "devices_found", list)
     with pytest.raises(InputError, match=r"no camera was found.*give a video file in its place"):
         Camera(CameraSettings(), pytest.fail)
+
+
+def test_a_picture_is_no_camera(tmp_path):
+    path = tmp_path / "photo.png"
+    Image.new("RGB", (8, 8)).save(path)
+    with pytest.raises(InputError, match="is a picture, and a camera needs a video: give one"):
+        Camera(CameraSettings(name=str(path)), pytest.fail)
