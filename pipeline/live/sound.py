@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from makeup_video.pipeline.errors import MakeupVideoError
 
 RATE = 48_000  # samples per second of every source
 _KEPT_SECONDS = 10.0  # for a sink that takes no sound, such as one whose camera is gone
@@ -109,4 +110,7 @@ class LiveSound:
                     tap.put(block)
         except Exception as error:  # noqa: BLE001  # whatever a library raises of odd sound
             if not self._is_closing:
-                self._log(f"{error}; the video continues without audio")
+                what = str(error)
+                if not isinstance(error, MakeupVideoError):  # a library's own, which names nothing
+                    what = f"{self.name} cannot be heard ({type(error).__name__}: {error})"
+                self._log(f"{what}; the video continues without audio")

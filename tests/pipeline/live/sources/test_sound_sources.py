@@ -93,7 +93,7 @@ def test_whatever_ends_the_sound_the_video_goes_on():
     sound = LiveSound(Odd(), lines.append)
     sound.start()
     sound._thread.join(10)
-    assert lines == ["0; the video continues without audio"]
+    assert lines == ["odd cannot be heard (KeyError: 0); the video continues without audio"]
 
 
 ALSA = """
