@@ -96,7 +96,8 @@ def apply(
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.files.output_file import check_apart
 
-    with report_errors("apply", output, debug), NewFolders() as folders:
+    outputs: list[str] = []
+    with report_errors("apply", outputs, debug), NewFolders() as folders:
         settings = how.settings(
             look, overwrite=overwrite, split=split, jobs=jobs, on_whole=mark_output_whole
         )
@@ -106,7 +107,7 @@ def apply(
             )
         wanted = look.wanted(quiet)
         run = _Run(source, look.files, report, save_look, quiet)
-        outputs = name_outputs(output, source, wanted)
+        outputs += name_outputs(output, source, wanted)
         if outputs != [output]:  # of a template
             check_apart(list(map(Path, outputs)))
             folders.make(outputs)

@@ -70,7 +70,7 @@ def estimate(
     from makeup_video.pipeline.look.kinds import KINDS, PARTS
     from makeup_video.pipeline.reference.estimate import estimate_photo
 
-    with report_errors("estimate", output, debug):
+    with report_errors("estimate", [output] if output else (), debug):
         shades = None if catalogue is None else read_catalogue(catalogue)
         with ExitStack() as stack:
             file = None

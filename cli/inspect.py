@@ -50,7 +50,7 @@ def inspect(
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import Settings, inspect_video
 
-    with report_errors("inspect", output, debug):
+    with report_errors("inspect", [output], debug):
         settings = Settings(
             start_seconds=parse_time(start, "--start"),
             end_seconds=parse_time(end, "--end"),

@@ -128,7 +128,7 @@ def live(
     from makeup_video.web.read_look import look_of_file
     from makeup_video.web.worker import Worker
 
-    with report_errors("live", None, debug), ExitStack() as stack:
+    with report_errors("live", debug=debug), ExitStack() as stack:
         log_line = _discard if quiet else log
         settings = CameraSettings(name=camera, size=size, rate=fps, pixels=pixels, loop=loop)
         base = look.base_look(quiet)

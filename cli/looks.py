@@ -37,7 +37,7 @@ def looks(
     from makeup_video.pipeline.look.ready import ready_look
     from makeup_video.pipeline.look.strict_json import written
 
-    with report_errors("looks", output, debug):
+    with report_errors("looks", [output] if output else (), debug):
         if name is None:
             if output is not None:
                 raise UsageError("-o writes one look: add its NAME, or leave -o out")

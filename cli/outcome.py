@@ -28,21 +28,21 @@ _NAMES = {
 
 @contextmanager
 def report_errors(
-    command: str, output: str | None = None, debug: bool = False
+    command: str, outputs: Sequence[str] = (), debug: bool = False
 ) -> Generator[None, None, None]:
     """Turn every error of the pipeline into one line and its exit code.
 
-    command: whose help page a usage error points to.  output: after Ctrl-C the line names the part
-    file of this output, if there is one.  debug: print the traceback, too.
+    command: whose help page a usage error points to.  outputs: after Ctrl-C the line names the part
+    files of these, as far as there are any.  debug: print the traceback, too.
     """
     from makeup_video.pipeline import MakeupVideoError, SeveralFacesError, StoppedError
 
     try:
         yield
     except StoppedError:
-        part = None if output is None else _part_of(Path(output))
-        kept = f"; {part} holds what was done" if part is not None and part.exists() else ""
-        log(f"stopped{kept}")
+        parts = [part for output in outputs if (part := _part_of(Path(output))).exists()]
+        hold = "holds" if len(parts) == 1 else "hold"
+        log(f"stopped; {join_words(map(str, parts))} {hold} what was done" if parts else "stopped")
         raise typer.Exit(StoppedError.exit_code) from None
     except MakeupVideoError as error:
         if debug:

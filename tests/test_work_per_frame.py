@@ -11,7 +11,9 @@ import av
 import pytest
 from makeup_video.benchmark.renderer import full_look
 from makeup_video.pipeline import Settings, process_video
+from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.surfaces.eyes import BothEyes
 from people import film
 from work import measure_work
 
@@ -75,7 +77,10 @@ def test_no_frame_waits_for_the_garbage_collector(tmp_path):
     gc.disable()
     try:
         process_video(SAMPLE, tmp_path / "out.mp4", full_look(), Settings(end_seconds=FRAMES / 30))
-        pictures = [one for one in gc.get_objects() if isinstance(one, av.VideoFrame)]
+        objects = gc.get_objects()
+        pictures = [one for one in objects if isinstance(one, av.VideoFrame)]
         assert not [one for one in pictures if one.width == 1280]
+        # of a frame's faces: what is kept for the next frame, but not of all
+        assert sum(isinstance(one, BothEyes | Face) for one in objects) < FRAMES / 2
     finally:
         gc.enable()

@@ -129,8 +129,12 @@ class Runner:
                 raise
         for thread in threads:
             thread.join()
-        if self._first_error is not None:
-            raise self._first_error
+        first, self._first_error = self._first_error, None
+        if first is not None:
+            try:
+                raise first
+            finally:
+                del first  # its traceback refers to this frame, and so to the whole film
         if self.stopped and not self._is_whole:
             raise StoppedError("stopped by the user")
 

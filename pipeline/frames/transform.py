@@ -78,9 +78,10 @@ def with_tags(out: av.VideoFrame, picture: av.VideoFrame) -> av.VideoFrame:
 
 
 def upright_rgb(frame: Frame) -> np.ndarray:
-    """(H, W, 3) uint8 R'G'B' of the upright frame. HDR is not tone-mapped."""
+    """(H, W, 3) uint8 R'G'B' of an upright copy of an 8-bit frame, which other threads may read."""
     coding = coding_of(frame)
-    picture = frame.picture.reformat(
+    # a copy: PyAV keeps its converter with a picture, and changes the picture's tags meanwhile
+    picture = copied(frame.picture).reformat(
         format="rgb24",
         src_colorspace=ffmpeg_matrix(coding),
         src_color_range=ffmpeg_range(coding.full_range),

@@ -138,6 +138,11 @@ class Decoder:
             for stream in late_streams(self.source.container)
         ]
 
+    def close(self) -> None:
+        """Read no more. A film that is not read to its end would keep this decoder in memory, since
+        `packets` refers to it, until Python looks for garbage."""
+        self.packets.close()
+
     def _read(self) -> Generator[Any, None, None]:
         """All packets up to the end of the file or of the trim. A read error ends the file."""
         video, packets = self.source.video.index, packets_of(self.source.container, *self._streams)
@@ -205,7 +210,8 @@ class Decoder:
                 self._begin()
             self.source.tags.complete(picture)
             is_damaged, mended = picture.is_corrupt, self.convert.mended
-            picture = self.convert(picture)
+            in_file = seconds + (self.trim.shift or 0) - self.source.start_seconds
+            picture = self.convert(picture, float(in_file))
             is_damaged |= self.convert.mended > mended
             if is_damaged and self.trim.is_counted(seconds + (self.trim.shift or 0)):
                 self.stats.corrupt_frames += 1

@@ -74,9 +74,12 @@ class ConvertPixelFormat:
         self._seen: tuple[int, int, str] | None = None
         self._to_sdr: ToSdr | None = None
 
-    def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
+    def __call__(self, picture: av.VideoFrame, seconds: float | None = None) -> av.VideoFrame:
         """Raises DecodeError when size or pixel format differ from the first picture's, UsageError
-        for a depth that the codec does not have."""
+        for a depth that the codec does not have.
+
+        seconds: where the picture is in its file, for that message; None: not known.
+        """
         name = picture.format.name  # each attribute of PyAV's makes objects anew
         self.mended += _clip_to_depth(picture, name)  # before anything converts it
         key = (picture.width, picture.height, name)
@@ -84,9 +87,10 @@ class ConvertPixelFormat:
             self._begin(picture)
             self._seen = key
         elif key != self._seen:
+            place = "" if seconds is None else f" at {seconds:.2f} s"
             raise DecodeError(
-                f"the picture changes from {_text(self._seen)} to {_text(key)} at pts "
-                f"{picture.pts}: one output holds one size; cut the file there and run the parts"
+                f"the picture changes from {_text(self._seen)} to {_text(key)}{place}: one output "
+                "holds one size; cut the file there and run the parts"
             )
         picture = self._converted(picture, name)
         padded_wh = self._padded_wh(picture)

@@ -1,7 +1,7 @@
 """What every run over a film needs: its decoder and its report."""
 
 from collections.abc import Callable, Generator, Iterable, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -57,7 +57,8 @@ def begin_film(
     try:
         decoder = open_decoder(source, encoding, muxer, settings)
         encoder = encoding.encoder(muxer, source, settings.encoder_threads)
-        yield Film(source, output, bytes_in, muxer, decoder, encoder)
+        with closing(decoder):
+            yield Film(source, output, bytes_in, muxer, decoder, encoder)
     except BaseException:
         if not muxer.is_finished:
             muxer.abort()

@@ -1,6 +1,7 @@
 """Paints several looks on one film in one go: decoded and searched for faces only once."""
 
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -75,7 +76,8 @@ def paint_film(
     runner = film.runner(source, stages)
     expected = film.decoder.expected_frames
     try:
-        runner.run(on_progress and (lambda done: on_progress(done, expected, source.rate)))
+        with closing(film.decoder):
+            runner.run(on_progress and (lambda done: on_progress(done, expected, source.rate)))
     except BaseException:
         film.fan.cancel()
         film.remove_parts()

@@ -62,7 +62,8 @@ def check_suffix(src: Path, dst: Path) -> None:
     """Raises UsageError for an output whose name is not that of a picture."""
     if dst.suffix.lower() not in WRITERS:
         raise UsageError(
-            f"{src} is a picture: the output must end in .jpg, .png or .webp, got {dst}"
+            f"{src} is a picture: the output must end in .jpg, .png or .webp, got "
+            f"{dst.suffix or dst.name}"
         )
 
 

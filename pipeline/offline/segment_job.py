@@ -135,6 +135,7 @@ def _painted(
         encoder = encoding.encoder(writer, opening, job.settings.encoder_threads)
         begin = open_decoder(opening, encoding, writer, job.settings)
         encoder.open(first_frame(begin, compare=job.settings.compare))
+        begin.close()
     finally:
         opening.close()
     trim = SegmentTrim(job.segment, painting.ahead_frames, source.time_base)

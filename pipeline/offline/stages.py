@@ -38,7 +38,8 @@ class FaceRun:
     def __init__(
         self, rest: Callable[[], Stages], video: Need = SHOW_VIDEO, picture: Need = FIND_FACES
     ) -> None:
-        self._rest, self._video, self._picture = rest, video, picture
+        self._rest: Callable[[], Stages] | None = rest
+        self._video, self._picture = video, picture
         self._found: FindFaces | _FindOnce
 
     def __call__(self, source: VideoSource | None) -> Stages:
@@ -47,7 +48,10 @@ class FaceRun:
             check_memory(self._picture)
         else:
             check_memory(self._video, source.frame_px)
-        rest = self._rest()
+        assert self._rest is not None, "a run has its stages made once"
+        # it may refer to who holds this run: encoders and decoders would stay in memory
+        make_rest, self._rest = self._rest, None
+        rest = make_rest()
         if source is None:
             self._found = _FindOnce()
             return [("faces", self._found), *rest]

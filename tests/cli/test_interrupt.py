@@ -81,6 +81,24 @@ def test_ctrl_c_leaves_a_playable_part_within_two_seconds(folder, long_clip, nam
     assert 0 < len(decoded(part)) < 400
 
 
+def test_ctrl_c_names_the_part_of_every_output_of_a_template(folder, long_clip):
+    words = ["--look", "none", "--look", "berry", "-o", "{look}.mp4", "--preset", "slow"]
+    process = command(long_clip, *words)
+    parts = [folder / "none.part.mp4", folder / "berry.part.mp4"]
+    deadline = time.monotonic() + 60
+    while not all(map(_has_begun, parts)) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=30)
+    assert process.returncode == 130
+    last = stderr.splitlines()[-1]
+    assert last == "stopped; none.part.mp4 and berry.part.mp4 hold what was done"
+
+
+def _has_begun(part):
+    return part.exists() and part.stat().st_size > 20000
+
+
 def _ctrl_c_turned_into_an_import_error():
     try:
         signal.raise_signal(signal.SIGINT)

@@ -73,12 +73,15 @@ class Recording:
         self._encoder: LiveEncoder | None = None
         self._sound = sound
         self._sound_encoder: SoundEncoder | None = None
+        self._state: str | None = None  # once it has ended
         self._began = self._seconds = 0.0
         self.sent = 0
 
     @property
     def state(self) -> str:
         """What the file holds: its length, and whose sound."""
+        if self._state is not None:
+            return self._state
         return f", {self._seconds:.1f} s{sound_in_words(self._sound, self._sound_encoder)}"
 
     @property
@@ -116,6 +119,12 @@ class Recording:
         except Exception as error:
             self._leave(error)
             raise
+        self._release()
+
+    def _release(self) -> None:
+        """Free the encoders, which hold frames and threads: a run keeps its recordings."""
+        self._state = self.state
+        self._container = self._encoder = self._sound_encoder = None
 
     def _write(self, frame: Frame) -> None:
         with write_errors(self._part):
@@ -167,6 +176,7 @@ class Recording:
             self._sound.close()
         with contextlib.suppress(Exception):
             self._container.close()
+        self._release()
         if self._target is None:
             return
         if not self.sent:

@@ -8,7 +8,7 @@ from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.pipeline.errors import OutputError, UsageError
 from makeup_video.pipeline.frames.colour_tags import resolve
 from makeup_video.pipeline.frames.frame import Frame, plane_views
-from makeup_video.pipeline.frames.transform import ffmpeg_matrix, ffmpeg_range, upright
+from makeup_video.pipeline.frames.transform import copied, ffmpeg_matrix, ffmpeg_range, upright
 from makeup_video.pipeline.live.interfaces import LivePicture
 
 _HELP = (
@@ -88,7 +88,8 @@ def as_webcam(frame: Frame) -> tuple[np.ndarray, ...]:
     picture = upright(frame)
     coding = resolve(frame.tags, frame.width_px, frame.height_px, 8)
     if ffmpeg_matrix(coding) != Colorspace.ITU601 or coding.full_range:
-        picture = picture.reformat(
+        # a copy, as in upright_rgb: other outputs have the frame, too
+        picture = (copied(picture) if picture is frame.picture else picture).reformat(
             format="yuv420p",
             src_colorspace=ffmpeg_matrix(coding),
             dst_colorspace=Colorspace.ITU601,

@@ -11,7 +11,7 @@ with it, as lids do.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, reduce
+from functools import cache, cached_property, partial, reduce
 from typing import ClassVar
 
 import cv2
@@ -248,7 +248,9 @@ class BothEyes:
     def _fields(self, *, is_upper: bool) -> EyeFields:
         wide = np.array(self._widths_px, np.float32)[:, None, None]
         heights = self._up, self._lash_px, self._below_px
-        return EyeFields(is_upper, _ACROSS, _RISE, heights, wide, self._lid_rise)
+        # not a method: the fields are kept here, and would refer back
+        lid_rise = partial(_lid_rise, self._lash_px)
+        return EyeFields(is_upper, _ACROSS, _RISE, heights, wide, lid_rise)
 
     def on_chart(self, is_upper: bool) -> tuple[np.ndarray, np.ndarray]:
         """See Surface. What lies beyond the lash line has its density."""
@@ -269,13 +271,14 @@ class BothEyes:
         np.maximum(above, lower * np.minimum(np.maximum(1 - beyond, 0), 1), out=above)
         return above
 
-    def _lid_rise(self) -> np.ndarray:
-        """(2, 1, 1): how far the upper lash line rises at LID_RISE_AT, in widths of the eye."""
-        rises = []
-        for first, second in self._lash_px[:, :2, _AT_LID_RISE].tolist():
-            row = first / max(first - second, 1e-6)  # heights fall evenly from row to row
-            rises.append(-_TOP - LID_STEP * row)
-        return np.array(rises, np.float32)[:, None, None]
+
+def _lid_rise(lash_px: np.ndarray) -> np.ndarray:
+    """(2, 1, 1): how far the upper lash line rises at LID_RISE_AT, in widths of the eye."""
+    rises = []
+    for first, second in lash_px[:, :2, _AT_LID_RISE].tolist():
+        row = first / max(first - second, 1e-6)  # heights fall evenly from row to row
+        rises.append(-_TOP - LID_STEP * row)
+    return np.array(rises, np.float32)[:, None, None]
 
 
 @cache

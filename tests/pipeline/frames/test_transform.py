@@ -1,5 +1,6 @@
 """FFmpeg's converter uses the matrix and range of the frame."""
 
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 
 import av
@@ -43,6 +44,20 @@ def test_a_webcam_shows_the_colours_of_every_matrix(matrix, full_range):
     codes = [int(plane[5, 5]) for plane in as_webcam(frame_of(matrix, full_range, "yuv420p"))]
     shown, want = rgb_of(codes, Coding(6)), rgb_of(CODES, Coding(matrix, full_range))
     assert np.abs(shown - want).max() < 4  # codes are rounded before and after
+
+
+def test_several_outputs_may_convert_a_frame_at_once():
+    """FFmpeg's converter, which PyAV keeps with a picture, would crash, and change its tags."""
+    frame = NormaliseCamera(is_device=True)(picture(5, 640, 480), 3.0)
+    frame.picture.colorspace, frame.picture.color_range = 1, 2
+    frame.tags = ColourTags.of(frame.picture)
+    rgb, codes = upright_rgb(frame), as_webcam(frame)[0].copy()
+    with ThreadPoolExecutor(2) as pool:
+        for _ in range(40):
+            one, two = pool.submit(upright_rgb, frame), pool.submit(as_webcam, frame)
+            np.testing.assert_array_equal(one.result(), rgb)
+            np.testing.assert_array_equal(two.result()[0], codes)
+            assert (frame.picture.colorspace, frame.picture.color_range) == (1, 2)
 
 
 @pytest.mark.parametrize("degrees", [0, 90, 180, 270])

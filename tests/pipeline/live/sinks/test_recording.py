@@ -79,6 +79,19 @@ def test_the_pictures_are_only_read(tmp_path):
             np.testing.assert_array_equal(now, then)
 
 
+def test_a_recording_that_has_ended_keeps_no_encoder(tmp_path):
+    """The run keeps it, for its figures, and a page may record often."""
+    tasks = Path("/proc/self/task")  # of the system: FFmpeg's threads are not Python's
+    threads = len(list(tasks.iterdir())) if tasks.exists() else 0
+    recording = Recording(tmp_path / "out.mp4")
+    for live_picture in live([0, 40, 80]):
+        recording(live_picture)
+    state = recording.state
+    recording.finish(False)
+    assert recording.state == state and "0.1 s" in state
+    assert not threads or len(list(tasks.iterdir())) == threads
+
+
 def test_a_rotation_is_kept(tmp_path):
     clip = make_clip(tmp_path / "in.mp4", frames=3, rotation_degrees=90)
     camera = Camera(CameraSettings(name=str(clip)), pytest.fail)

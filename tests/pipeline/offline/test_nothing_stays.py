@@ -1,0 +1,80 @@
+"""What a run opened is gone when it ends: no encoder waits for Python's garbage collector, which
+may come by only after dozens of runs."""
+
+import gc
+from fractions import Fraction
+
+import av
+import pytest
+from makeup_video.pipeline import (
+    DecodeError,
+    Settings,
+    process_looks,
+    process_video,
+    ready_look,
+)
+from makeup_video.pipeline.files.output_file import OutputFile
+from makeup_video.pipeline.media.decode import Decoder
+from makeup_video.pipeline.media.encode import VideoEncoder
+from makeup_video.pipeline.offline.stages import FaceRun
+from media import add_video, encode_frames, make_clip
+from people import SAMPLES
+
+HELD = (VideoEncoder, Decoder, OutputFile, FaceRun)
+LOOK = ready_look("berry").look
+
+
+class InThisProcess:
+    def run(self, task, job, report):
+        return task(job, report)
+
+    def stop(self):
+        pass
+
+
+def one_look(folder):
+    process_video(SAMPLES / "in.mp4", folder / "out.mp4", LOOK, Settings(end_seconds=0.2))
+
+
+def several_looks(folder):
+    looks = {folder / f"{name}.mp4": ready_look(name).look for name in ("berry", "glam")}
+    process_looks(SAMPLES / "in.mp4", looks, Settings(end_seconds=0.2))
+
+
+def pictures(folder):
+    process_video(SAMPLES / "portrait.jpg", folder / "one.jpg", LOOK)
+    process_looks(SAMPLES / "portrait.jpg", {folder / "a.jpg": LOOK, folder / "b.jpg": LOOK})
+
+
+def segments(folder):
+    src = make_clip(folder / "in.mp4", frames=60, options={"g": "15", "sc_threshold": "0"})
+    settings = Settings(split_minutes=Fraction(1, 60))
+    report = process_video(src, folder / "out.mp4", LOOK, settings, workers=[InThisProcess()])
+    assert report.segments > 1
+
+
+def a_film_that_fails(folder):
+    data = b""
+    for size_wh in ((96, 64), (128, 96)):
+        part = folder / "part.h264"
+        with av.open(str(part), "w", format="h264") as out:
+            encode_frames(out, add_video(out, size_wh=size_wh), range(10))
+        data += part.read_bytes()
+    (folder / "in.h264").write_bytes(data)
+    message = ""
+    try:  # pytest.raises would keep the traceback
+        process_video(folder / "in.h264", folder / "out.mp4", LOOK)
+    except DecodeError as error:
+        message = str(error)
+    assert "changes from 96x64 yuv420p to 128x96 yuv420p at 0." in message
+
+
+@pytest.mark.parametrize("run", [one_look, several_looks, pictures, segments, a_film_that_fails])
+def test_nothing_waits_for_the_garbage_collector(tmp_path, run):
+    gc.collect()
+    gc.disable()
+    try:
+        run(tmp_path)
+        assert not [one for one in gc.get_objects() if isinstance(one, HELD)]
+    finally:
+        gc.enable()
