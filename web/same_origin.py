@@ -49,7 +49,10 @@ class SameOrigin:
     def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str] | None:
         hosts = headers.getlist("host")
         if len(hosts) != 1 or not self._is_ours(hosts[0], _PORTS[_scheme(scope)]):
-            return 421, "unknown server name: use the IP address, or start it with --host NAME"
+            return 421, (
+                f"unknown server name: use the IP address and port {self._port}, or start it with "
+                "--host NAME and --port N"
+            )
         acts = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
         if acts and headers.getlist("origin") != [f"{_scheme(scope)}://{hosts[0]}"]:
             return 403, "only the server's own page may do this, and this request is from elsewhere"

@@ -269,3 +269,30 @@ def test_the_page_shows_a_stopped_server_and_reconnects(chromium, visit):
     page.until(lambda: not page.page.is_visible("#veil"))
     page.until(lambda: is_blue(page.lips()))  # the page sends its own look
     assert again.stop() == 0
+
+
+def test_what_is_chosen_while_the_connection_is_lost_is_kept(chromium, visit):
+    words = "live", "--camera", SAMPLES / "in.mp4", "--loop", "--look", "none"
+    served = Served(*words)
+    page = visit(served)
+    page.server_may_stop = True
+    assert served.stop() == 0
+    page.until(lambda: page.page.is_visible("#veil"))
+    wear(page, BLUE)
+    page.page.wait_for_timeout(300)
+    again = Served(*words, port=served.port)
+    page.until(lambda: not page.page.is_visible("#veil"))
+    page.until(lambda: is_blue(page.lips()))
+    assert page.page.is_hidden("#look-words")
+    assert again.stop() == 0
+
+
+def test_zoomed_to_twice_the_size_nothing_covers_the_tools(demo, visit):
+    page = visit(demo, viewport={"width": 640, "height": 400})
+    page.page.evaluate(
+        """() => import("/static/status.js").then((status) => status.showFigures(
+            {fps: 30, level: 3, level_notice: "slow machine ".repeat(6), viewers: 1, sinks: []}))"""
+    )
+    notice, bar = (page.page.locator(one).bounding_box() for one in ("#notice", "#bar"))
+    assert notice["y"] + notice["height"] <= bar["y"]
+    assert page.page.evaluate("() => document.documentElement.scrollWidth") == 640

@@ -28,7 +28,6 @@ export function colourField(label, onInput) {
   const well = el("input", { type: "color", "aria-label": label });
   const hex = el("input", {
     className: "hex",
-    maxLength: 7,
     spellcheck: false,
     autocomplete: "off",
     "aria-label": `${label}, as hex digits`,
@@ -54,6 +53,7 @@ export function colourField(label, onInput) {
   });
   hex.addEventListener("blur", () => (hex.value = current));
   const set = (params) => {
+    if (hexOf(params) !== current) error.textContent = ""; // of an older text
     current = hexOf(params);
     if (well.value.toUpperCase() !== current) well.value = current.toLowerCase();
     if (document.activeElement !== hex) hex.value = current;

@@ -11,6 +11,7 @@ const button = (id) => document.getElementById(id);
 /** Show an error near the buttons for files, for some time; "" clears it. */
 export function showError(text) {
   error.textContent = text;
+  if (text) error.scrollIntoView({ block: "nearest" }); // on a phone it is far below the picture
   clearTimeout(clearing);
   clearing = setTimeout(() => (error.textContent = ""), ERROR_MS);
 }

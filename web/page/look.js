@@ -28,13 +28,14 @@ export class LookStore extends EventTarget {
   photoLook = null; // the look that was last read from a photo
   #send;
   #sendScheduled = false;
+  isUnsent = false; // the last look was not sent, since the connection was lost
   #count = 0; // of our own looks on this connection, with the one about to be sent
   #past = [];
   #future = [];
   #settled = true;
   #settleTimer = 0;
 
-  /** send(look, n): called at most once per refresh of the screen. */
+  /** send(look, n): called at most once per refresh of the screen; returns whether it was sent. */
   constructor(send) {
     super();
     this.#send = send;
@@ -56,7 +57,7 @@ export class LookStore extends EventTarget {
   start(look, photoLook) {
     this.photoLook = photoLook;
     this.#count = 0;
-    this.#sendScheduled = false;
+    this.#sendScheduled = this.isUnsent = false;
     this.#adopt(look);
   }
 
@@ -135,7 +136,7 @@ export class LookStore extends EventTarget {
     requestAnimationFrame(() => {
       if (!this.#sendScheduled) return; // a new connection has started meanwhile
       this.#sendScheduled = false;
-      this.#send(this.look, this.#count);
+      this.isUnsent = !this.#send(this.look, this.#count);
     });
   }
 

@@ -19,6 +19,7 @@ import { Zoom } from "./zoom.js";
 
 const LOST = "The connection was lost. Reconnecting …";
 const STOPPED = "makeup-video was stopped. Start it again to see the picture here.";
+const NOT_SENT = "The look could not be opened: the connection is lost.";
 const WAITING = "Waiting for the first frame …";
 
 const byId = (id) => document.getElementById(id);
@@ -39,7 +40,7 @@ const picture = new Picture(
 );
 const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
 // without a count: the server returns the look with its defaults filled in
-const sendFile = (look) => connection.send({ type: "look", look });
+const sendFile = (look) => connection.send({ type: "look", look }) || showError(NOT_SENT);
 const looks = new Looks(store, {
   onChoose: nameAs,
   nameOfLook: () => byId("name").value.trim() || "look",
@@ -83,7 +84,7 @@ const connection = new Connection({
 
 function welcome(message) {
   const forgotten = hello !== null && message.mode === "demo" && message.session !== hello.session;
-  const mine = store.look;
+  const [mine, isUnsent] = [store.look, store.isUnsent];
   if (hello === null && message.photo) nameAfter(message.photo); // a page that is reloaded
   hello = message;
   document.title = `makeup-video ${hello.mode}`;
@@ -96,7 +97,8 @@ function welcome(message) {
   photos.start(hello);
   looks.start(hello);
   if (hello.photo) showPhoto(hello.photo);
-  if (forgotten) store.replace(mine);
+  else if (!forgotten) byId("look-words").hidden = true; // of a photo that the server has no more
+  if (forgotten || isUnsent) store.replace(mine);
   compare.askAgain();
   if (hello.has_video) {
     pictureKind.then(({ isVideo, why }) => {

@@ -5,10 +5,12 @@ const NO_ANSWER = "The recording could not be changed: the server does not answe
 
 /** Show the button before a camera. session(): its name.  onError(text): shows a refusal. */
 export function wireRecord(session, onError) {
+  let isBusy = false; // not `disabled`, which would take the focus from the button
   button.onclick = async () => {
+    if (isBusy) return;
     const on = button.getAttribute("aria-pressed") !== "true";
     onError("");
-    button.disabled = true;
+    isBusy = true;
     try {
       const address = `/recording?session=${encodeURIComponent(session())}&on=${on ? 1 : 0}`;
       const response = await fetch(address, { method: "POST" });
@@ -16,7 +18,7 @@ export function wireRecord(session, onError) {
     } catch {
       onError(NO_ANSWER);
     }
-    button.disabled = false;
+    isBusy = false;
   };
 }
 

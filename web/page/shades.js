@@ -191,9 +191,11 @@ export class ShadeRow {
     const key = JSON.stringify(shades);
     if (row.dataset.shades === key) return;
     row.dataset.shades = key;
+    const focused = row.contains(document.activeElement) && document.activeElement.dataset.hex;
     row.replaceChildren(...shades.map((shade) => this.#makeButton(shade)));
     if (row.firstElementChild) stopAt(row, row.firstElementChild);
     row.hidden = !shades.length;
+    if (focused) row.querySelector(`[data-hex="${focused}"]`)?.focus();
   }
 
   #makeButton({ hex, title, isKept }) {
