@@ -5,6 +5,7 @@ import gc
 import os
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -24,6 +25,8 @@ _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # of glibc's mallopt
 # the system fills a large block with zeros, page by page, whenever it gives one out.
 _LARGE_BLOCK_BYTES = 3 << 18
 _KEPT_BYTES = 1 << 20
+_GIVE_BACK_SECONDS = 1.0
+_given_back_at = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +182,20 @@ def return_large_blocks() -> None:
     if set_option is not None:
         set_option(_M_MMAP_THRESHOLD, _LARGE_BLOCK_BYTES)
         set_option(_M_TRIM_THRESHOLD, _KEPT_BYTES)
+
+
+def give_back_last_run() -> None:
+    """Free what a run has left, at most once a second, since that takes 30 ms.
+
+    OpenCL's devices and what was made of them refer to each other. Python itself looks for such
+    garbage only after dozens of runs, of several MB each.
+    """
+    global _given_back_at
+    now = time.monotonic()
+    if now - _given_back_at >= _GIVE_BACK_SECONDS:
+        gc.collect()
+        give_back_memory()
+        _given_back_at = time.monotonic()
 
 
 def give_back_memory() -> None:

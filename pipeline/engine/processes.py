@@ -1,11 +1,9 @@
 """Processes of our own that do jobs, one after the other."""
 
-import gc
 import multiprocessing
 import os
 import signal
 import threading
-import time
 import traceback
 from collections.abc import Callable
 from multiprocessing.connection import Connection, wait
@@ -19,7 +17,6 @@ from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, WorkerE
 # a fork would copy locks of threads and of OpenCL
 _START = multiprocessing.get_context("spawn")
 _SOON_SECONDS = 5.0
-_LONG_SECONDS = 1.0  # a job beside which a search for garbage, 30 ms, does not count
 
 
 class InProgress(NamedTuple):
@@ -124,7 +121,6 @@ class ChildProcess:
 
 def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], None]) -> Ended:
     """Do a job in this process. An error that is none of ours becomes a WorkerError."""
-    began = time.monotonic()
     try:
         return Ended(task(job, lambda progress: send(InProgress(progress))))
     except MakeupVideoError as error:
@@ -135,9 +131,6 @@ def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], No
             f"run this job alone with {option('debug')}"
         )
         return Ended(None, WorkerError(text), traceback.format_exc())
-    finally:
-        if time.monotonic() - began > _LONG_SECONDS:
-            gc.collect()  # OpenCL's devices and what was made of them refer to each other
 
 
 def _serve(pipe: Connection) -> None:

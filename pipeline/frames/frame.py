@@ -55,7 +55,7 @@ class Frame:
     pix_fmt: str = field(init=False)
     width_px: int = field(init=False)
     height_px: int = field(init=False)
-    _planes: tuple[np.ndarray, ...] | None = field(default=None, repr=False)
+    _planes: tuple[np.ndarray, ...] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         self.width_px, self.height_px = self.picture.width, self.picture.height

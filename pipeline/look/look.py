@@ -130,6 +130,9 @@ class Look:
         (slot,) = (dial for dial in KINDS["eyeshadow"].dials if dial.name == "slot")
         slot.check(zone, "zone")
         given = list(layers)
+        for layer in given:
+            if not isinstance(layer, Layer):
+                raise TypeError(f"a look's layers must be Layer, got {type(layer).__name__}")
         if eyes is None and (zone != ZONES[0] or intensity != 1):
             raise LookError("zone and intensity belong to eyeshadow: give eyes, too")
         if eyes is not None:
@@ -164,7 +167,15 @@ class Look:
         return tuple(layer for layer in self.layers if layer.kind == kind)
 
     def with_kind(self, kind: str, layers: Iterable[Layer]) -> Self:
-        """The same look with other layers of one kind; none takes it off."""
+        """The same look with other layers of one kind; none takes it off.
+
+        Raises LookError for a word that is no kind, or a layer of another one.
+        """
+        _kind(kind, "kind")
+        layers = tuple(layers)
+        for layer in layers:
+            if isinstance(layer, Layer) and layer.kind != kind:
+                raise LookError(f"layers must be of the kind {kind}, got one of {layer.kind}")
         others = [layer for layer in self.layers if layer.kind != kind]
         return replace(self, layers=(*others, *layers))
 

@@ -123,7 +123,7 @@ class GraphicsParams:
     def from_dict(cls, values: Any, where: str = "product") -> Self:
         """Raises LookError that names the key, what it may be, and what came."""
         if not isinstance(values, dict):
-            raise LookError(f"{where} must be an object or null, got {shown(values)}")
+            raise LookError(f"{where} must be an object, got {shown(values)}")
         specs = {spec.name: spec for spec in fields(cls)}
         refuse_unknown(where, values, specs)
         for name, spec in specs.items():

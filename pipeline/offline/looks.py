@@ -11,6 +11,7 @@ from makeup_video.pipeline.engine.machine import (
     FIND_FACES,
     check_memory,
     free_memory_bytes,
+    give_back_last_run,
     one_opencv_thread,
     peak_memory_bytes,
 )
@@ -53,16 +54,18 @@ def process_looks(
     on_progress(outputs, frames done, frames expected or None, frames per second of the source) is
     called a few times a second while a video is painted; outputs: those of the look that are being
     written.
-    Returns by output its report, or the error that ended this look alone, such as a full disk. The
-    seconds of a report are those of all looks that were painted at the same time.
+    Returns by output, as a Path, its report, or the error that ended this look alone, such as a
+    full disk. The seconds of a report are those of all looks that were painted at the same time.
     Raises TypeError for a look of another type; one of `errors` before anything is written, or for
     what ends all looks: an input that cannot be read, Ctrl-C.
     """
+    if not isinstance(looks, Mapping):
+        raise TypeError(f"looks must be a dict of outputs and looks, got {type(looks).__name__}")
     for look in looks.values():
         check_look(look)
     settings, path = settings or Settings(), local_file(src)
+    _check_outputs(path, [Path(output) for output in looks], settings)
     outputs = {Path(output): look for output, look in looks.items()}
-    _check_outputs(path, list(outputs), settings)
     check_memory(FIND_FACES)
     with one_opencv_thread():
         if is_picture(path):
@@ -70,7 +73,9 @@ def process_looks(
             from makeup_video.pipeline.offline.looks_on_picture import paint_picture
 
             check_picture_settings(src, settings)
-            return _timed(partial(paint_picture, path, outputs, settings))
+            done = _timed(partial(paint_picture, path, outputs, settings))
+            give_back_last_run()
+            return done
         return _on_film(path, outputs, settings, on_progress, memory_share)
 
 
@@ -102,6 +107,7 @@ def _on_film(
             done |= _timed(partial(paint_film, source, now, settings, tick))
         finally:
             source.close()
+        give_back_last_run()
     if settings.on_whole is not None:
         settings.on_whole()
     return done

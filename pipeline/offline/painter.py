@@ -101,12 +101,15 @@ def paint_frames(
     frames ahead, so that faces are smoothed without lag, as in `process_video`; each array may be
     used again as soon as the next one is asked for.
     faces, device: as for Painter.
-    Yields new arrays, encoded alike.  Raises TypeError and UsageError at once; while frames are
-    read, ValueError for another shape, dtype, size or order of times, and InstallError.
+    Yields new arrays, encoded alike.  Raises TypeError, and UsageError for `faces`, at once; with
+    the first frame InstallError, and UsageError for `device`; while frames are read, ValueError for
+    another shape, dtype, size or order of times.
     """
     faces, device = str(faces), str(device)
     check_look(look)
     check_faces(faces)
+    if not isinstance(frames, Iterable):
+        raise TypeError(f"frames must be several arrays, got {type(frames).__name__}: put it in []")
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be more than 0, got {fps}")
     if isinstance(frames, np.ndarray) and frames.ndim == 3:

@@ -46,13 +46,15 @@ def process_video(
         return run_stages(src, dst, _copy, settings, on_progress)
     check_memory(FIND_FACES)
     # late: the face nets and OpenCL take long to load, and only painting needs them
-    from makeup_video.pipeline.engine.machine import one_opencv_thread
+    from makeup_video.pipeline.engine.machine import give_back_last_run, one_opencv_thread
     from makeup_video.pipeline.offline.stages import PaintRun
 
     run = PaintRun(look, settings.faces, settings.device)
     with one_opencv_thread():
         report = run_stages(src, dst, run, settings, on_progress)
     run.count(report)
+    del run
+    give_back_last_run()
     return report
 
 

@@ -10,7 +10,6 @@ from makeup_video.pipeline.faces.net import Net
 
 # The nets of the whole face and of the eyes' corners; the others are named like their crops.
 MAKEUP, WING = "makeup", "wing"
-_THREADS = 2  # of each net; a photo is read once, before the film needs the cores
 _LOADING = threading.Lock()  # no net is loaded twice
 
 
@@ -22,7 +21,8 @@ def reference_net(name: str) -> Net:
 
 @cache
 def _loaded(name: str) -> Net:
-    return Net(f"reference_{name}", threads=_THREADS)
+    # one thread: a second saves nothing, and a process that is forked would wait for it for ever
+    return Net(f"reference_{name}", threads=1)
 
 
 @contextmanager

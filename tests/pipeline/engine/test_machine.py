@@ -5,6 +5,7 @@ import sys
 
 import cv2
 import numpy as np
+from makeup_video.pipeline.engine import machine
 from makeup_video.pipeline.engine.machine import (
     cpu_seconds_of_children,
     give_back_memory,
@@ -124,3 +125,13 @@ def test_cpu_time_of_children_counts_once_they_have_ended():
     code = "import time\nwhile time.process_time() < 0.3: pass"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
     assert cpu_seconds_of_children() - before >= 0.3
+
+
+def test_what_runs_have_left_is_freed_at_most_once_a_second(monkeypatch):
+    clock, searches = [100.0], []
+    monkeypatch.setattr(machine.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(machine.gc, "collect", lambda generation=2: searches.append(generation))
+    monkeypatch.setattr(machine, "_given_back_at", 0.0)
+    for clock[0] in (100.0, 100.5, 100.9, 101.1, 101.2, 109.0):
+        machine.give_back_last_run()
+    assert searches.count(2) == 3

@@ -95,3 +95,10 @@ def test_the_numbers_of_the_tags_are_those_of_h273_in_ffmpeg():
     assert (ColorRange.MPEG, ColorRange.JPEG) == (1, 2)
     assert (ColorTrc.IEC61966_2_1, ColorTrc.SMPTE2084, ColorTrc.ARIB_STD_B67) == (13, 16, 18)
     assert (ColorPrimaries.BT709, ColorPrimaries.BT2020, ColorPrimaries.SMPTE432) == (1, 9, 12)
+
+
+def test_frames_can_be_compared_with_or_without_planes_read():
+    one = picture(0, 64, 48)
+    first, second = (Frame(one, 0, Fraction(1, 30), ColourTags()) for _ in range(2))
+    assert first == second and first.planes and second.planes
+    assert first == second != Frame(one, 1, Fraction(1, 30), ColourTags())

@@ -220,3 +220,16 @@ def test_a_layer_keeps_its_shape_when_the_callers_changes():
     )
     shape["gradient"] = 7
     assert all(layer.shape == {"gradient": 0.5} for layer in layers)
+
+
+def test_layers_are_asked_for_by_the_name_of_their_kind():
+    look = Look(lips=product("#B4002E", "gloss"))
+    with pytest.raises(LookError, match="kind must be one of lipstick"):
+        look.with_kind("lips", [])
+    with pytest.raises(
+        LookError, match="layers must be of the kind eyeshadow, got one of lipstick"
+    ):
+        look.with_kind("eyeshadow", look.layers)
+    for layers in ([look.lips], [look.to_dict()]):
+        with pytest.raises(TypeError, match="layers must be Layer, got"):
+            Look(layers)

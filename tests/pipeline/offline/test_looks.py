@@ -2,6 +2,7 @@
 
 import os
 from collections import Counter
+from pathlib import Path
 
 import av
 import cv2
@@ -207,3 +208,12 @@ def test_a_gone_face_number_is_explained_for_each_look(tmp_path):
         assert report.warnings() == [
             "nothing was painted: face 7 was chosen, but the only face seen was 0"
         ]
+
+
+def test_one_file_that_is_spelled_twice_is_two_outputs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for other in ("./out.mp4", Path("out.mp4"), tmp_path / "out.mp4"):
+        with pytest.raises(UsageError, match=r"two outputs (have the name|are one file)"):
+            process_looks(SAMPLES / "in.mp4", {"out.mp4": BERRY, other: PLUM})
+    with pytest.raises(TypeError, match="looks must be a dict"):
+        process_looks(SAMPLES / "in.mp4", [BERRY])

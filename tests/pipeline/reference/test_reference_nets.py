@@ -1,5 +1,8 @@
 """The nets of a photo: loaded in a thread while the photo is decoded, and given back."""
 
+import os
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -32,3 +35,22 @@ def test_nets_that_are_missing_end_with_the_usual_line(monkeypatch):
     monkeypatch.setattr(nets, "Net", missing)
     with pytest.raises(InstallError, match="the weights are missing"):
         look_from_photo(SAMPLES / "look.jpg")
+
+
+_FORKED = """
+import os, sys
+from makeup_video.pipeline import look_from_photo
+look_from_photo(sys.argv[1])
+child = os.fork()
+if child == 0:
+    look_from_photo(sys.argv[1])
+    os._exit(0)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_photo_is_read_in_a_forked_process_as_well():
+    """Threads of a net stay in the process that loaded it, and its end would wait for them."""
+    command = [sys.executable, "-W", "ignore", "-c", _FORKED, str(SAMPLES / "look.jpg")]
+    assert subprocess.run(command, timeout=60, check=False).returncode == 0
