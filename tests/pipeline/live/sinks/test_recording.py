@@ -89,7 +89,7 @@ def test_a_recording_that_has_ended_keeps_no_encoder(tmp_path):
     state = recording.state
     recording.finish(False)
     assert recording.state == state and "0.1 s" in state
-    assert not threads or len(list(tasks.iterdir())) == threads
+    assert not threads or len(list(tasks.iterdir())) <= threads
 
 
 def test_a_rotation_is_kept(tmp_path):
