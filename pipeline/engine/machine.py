@@ -194,13 +194,17 @@ def give_back_last_run() -> None:
     now = time.monotonic()
     if now - _given_back_at >= _GIVE_BACK_SECONDS:
         gc.collect()
-        give_back_memory()
+        _trim()
         _given_back_at = time.monotonic()
 
 
 def give_back_memory() -> None:
     """Return freed memory to the system: glibc would keep it, and the film would allocate more."""
     gc.collect(1)  # what was made of late; to look through all modules, too, takes 30 ms
+    _trim()
+
+
+def _trim() -> None:
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # not in musl, which keeps less
         if trim is not None:

@@ -109,21 +109,27 @@ class SubtitleConverter:
         if subtitles is None or not len(subtitles):
             return []  # mp4 fills the gaps between subtitles with empty ones
         self._tick = packet.time_base
+        line = joined([event.ass for event in subtitles])
+        if self._one_at_a_time is None or packet.pts is None:
+            return [self._encoded(line, packet.pts, packet.duration)]
         end = packet.pts + packet.duration if packet.duration else None
-        title = Title(packet.pts, end, joined([event.ass for event in subtitles]))
-        titles = [title] if self._one_at_a_time is None else self._one_at_a_time(title)
-        return [self._encoded(one) for one in titles]
+        return self._of_titles(self._one_at_a_time(Title(packet.pts, end, line)))
 
     def flush(self) -> list[Any]:
         """The packets of the subtitles that are still held."""
-        titles = [] if self._one_at_a_time is None else self._one_at_a_time.drain()
-        return [self._encoded(one) for one in titles]
+        return [] if self._one_at_a_time is None else self._of_titles(self._one_at_a_time.drain())
 
-    def _encoded(self, title: Title) -> Any:
-        out = self.stream.codec_context.encode_subtitle(SubtitleSet.create(title.line, 0, 0))
+    def _of_titles(self, titles: list[Title]) -> list[Any]:
+        return [
+            self._encoded(one.line, one.begin, 0 if one.end is None else one.end - one.begin)
+            for one in titles
+        ]
+
+    def _encoded(self, line: bytes, begin: int | None, duration: int | None) -> Any:
+        out = self.stream.codec_context.encode_subtitle(SubtitleSet.create(line, 0, 0))
         out.stream, out.time_base = self.stream, self._tick
-        out.pts = out.dts = title.begin
-        out.duration = 0 if title.end is None else title.end - title.begin
+        out.pts = out.dts = begin
+        out.duration = duration
         return out
 
 

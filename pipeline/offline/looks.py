@@ -73,9 +73,7 @@ def process_looks(
             from makeup_video.pipeline.offline.looks_on_picture import paint_picture
 
             check_picture_settings(src, settings)
-            done = _timed(partial(paint_picture, path, outputs, settings))
-            give_back_last_run()
-            return done
+            return _timed(partial(paint_picture, path, outputs, settings))
         return _on_film(path, outputs, settings, on_progress, memory_share)
 
 
@@ -107,7 +105,6 @@ def _on_film(
             done |= _timed(partial(paint_film, source, now, settings, tick))
         finally:
             source.close()
-        give_back_last_run()
     if settings.on_whole is not None:
         settings.on_whole()
     return done
@@ -136,7 +133,7 @@ def _check_outputs(source: Path, outputs: Sequence[Path], settings: Settings) ->
 
 
 def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:
-    """Do the work, and write its times and its memory into the reports."""
+    """Do the work, write its times and its memory into the reports, and free what it has left."""
     began, cpu_began = time.monotonic(), time.process_time()
     done = work()
     seconds, cpu_seconds = time.monotonic() - began, time.process_time() - cpu_began
@@ -144,4 +141,5 @@ def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:
         if isinstance(outcome, Report):
             outcome.seconds, outcome.cpu_seconds = seconds, cpu_seconds
             outcome.peak_memory_bytes = peak_memory_bytes()
+    give_back_last_run()
     return done

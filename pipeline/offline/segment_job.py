@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
@@ -10,6 +11,7 @@ from makeup_video.pipeline.engine.machine import (
     COPY_VIDEO,
     FIND_FACES,
     check_memory,
+    give_back_last_run,
     one_opencv_thread,
     peak_memory_bytes,
 )
@@ -117,6 +119,7 @@ def paint_segment(job: SegmentJob, on_tick: Callable[[int], None]) -> SegmentRes
     result.report.seconds = time.monotonic() - began
     result.report.cpu_seconds = time.process_time() - cpu_began
     result.report.peak_memory_bytes = peak_memory_bytes()
+    give_back_last_run()
     return result
 
 
@@ -133,9 +136,8 @@ def _painted(
     opening = open_video(job.source)
     try:
         encoder = encoding.encoder(writer, opening, job.settings.encoder_threads)
-        begin = open_decoder(opening, encoding, writer, job.settings)
-        encoder.open(first_frame(begin, compare=job.settings.compare))
-        begin.close()
+        with closing(open_decoder(opening, encoding, writer, job.settings)) as begin:
+            encoder.open(first_frame(begin, compare=job.settings.compare))
     finally:
         opening.close()
     trim = SegmentTrim(job.segment, painting.ahead_frames, source.time_base)

@@ -9,6 +9,7 @@ from av.stream import Disposition
 from makeup_video.pipeline import Look, Settings, StrictError, process_looks, process_video
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.media.mux import Muxer
+from makeup_video.pipeline.media.transcode import SubtitleConverter
 from media import add_video, decoded, encode_frames, make_clip, packets_of
 from rich_clips import (
     TITLES,
@@ -113,6 +114,22 @@ def test_subtitles_that_overlap_are_shown_below_one_another(tmp_path, codec, end
         (500, 200, b"first"),
         (800, 100, b"third"),
     ]
+
+
+def test_a_subtitle_without_a_time_does_not_end_the_run(tmp_path):
+    src = tmp_path / "in.mkv"
+    with av.open(str(src), "w") as out:
+        video, text = add_video(out), add_titles(out, "subrip")
+        encode_frames(out, video, range(3))
+        write_title(out, text, 0, 100, b"first")
+    with av.open(str(src)) as container, av.open(str(tmp_path / "out.mp4"), "w") as out:
+        stream = container.streams.subtitles[0]
+        convert = SubtitleConverter(out, "mov_text", av.CodecContext.create("subrip", "r"))
+        packet = next(container.demux(stream))
+        packet.pts = packet.dts = None
+        (converted,) = convert(packet)
+        assert converted.pts is None and b"first" in bytes(converted)
+        assert convert.flush() == []
 
 
 def test_aac_into_webm_becomes_opus_and_stays_in_sync(tmp_path):
