@@ -1,6 +1,5 @@
 """A decoded video frame: its planes, time and colour tags."""
 
-import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -11,7 +10,7 @@ import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
 
-_HIGH_BITS = re.compile("p[024]1")  # p010le, p210le, p416le ...
+_INTERLEAVED = ("nv12", "nv16")  # a plane of luma, and one of Cb and Cr in turn
 
 
 class Layout(NamedTuple):
@@ -21,10 +20,13 @@ class Layout(NamedTuple):
     need one for every frame.
 
     chroma: px of a picture for a chroma sample, across and down.
+    in_planes: luma, Cb and Cr lie in planes that numpy reads as they are: of bytes, or of
+    little-endian words whose high bits are empty.
     """
 
     bit_depth: int
     chroma: tuple[int, int]
+    in_planes: bool
 
 
 @lru_cache
@@ -33,7 +35,14 @@ def layout_of(pix_fmt: str) -> Layout:
     fmt = av.VideoFormat(pix_fmt)
     # 64 is a multiple of every factor there is, so the quotient is the factor itself
     chroma = 64 // fmt.chroma_width(64), 64 // fmt.chroma_height(64)
-    return Layout(fmt.components[0].bits, chroma)
+    depth, planes = fmt.components[0].bits, [component.plane for component in fmt.components]
+    in_planes = (
+        depth >= 8
+        and not (fmt.is_rgb or fmt.is_big_endian or fmt.has_palette)
+        and (planes == list(range(len(planes))) or pix_fmt in _INTERLEAVED)
+        and "msb" not in pix_fmt  # yuv444p10msble has its samples in the high bits
+    )
+    return Layout(depth, chroma, in_planes)
 
 
 @dataclass(slots=True)
@@ -65,10 +74,10 @@ class Frame:
                 f"a frame has at least 1x1 pixels, got {self.width_px}x{self.height_px}"
                 f" at pts {self.pts}"
             )
-        if _HIGH_BITS.match(self.pix_fmt) or self.pix_fmt in ("nv21", "nv42"):
+        if not layout_of(self.pix_fmt).in_planes:
             raise ValueError(
-                f"a frame cannot be {self.pix_fmt}: its samples lie in the high bits, "
-                "or Cr before Cb"
+                f"a frame must have planes of luma, Cb and Cr, such as yuv420p or nv12, got "
+                f"{self.pix_fmt}"
             )
         if self.rotation_degrees not in (0, 90, 180, 270):
             raise ValueError(
@@ -126,7 +135,7 @@ def plane_views(picture: av.VideoFrame, bit_depth: int) -> tuple[np.ndarray, ...
     See Frame.planes.
     """
     dtype = np.dtype(np.uint8 if bit_depth <= 8 else np.uint16)
-    interleaved = picture.format.name in ("nv12", "nv16")
+    interleaved = picture.format.name in _INTERLEAVED
     views = []
     for index, plane in enumerate(picture.planes):
         hw, line, size = (plane.height, plane.width), plane.line_size, dtype.itemsize

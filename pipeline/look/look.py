@@ -19,6 +19,7 @@ ignored key.
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import LookError, OutputError
@@ -38,8 +39,8 @@ class Layer:
     """A product of one kind.
 
     kind: a key of KINDS.  shape: values of some of the kind's dials; the others have those of the
-    zone (`slot`), or their defaults.  strength: how much of the product, 0 to 1.
-    Raises LookError for a kind that is unknown, and for a value out of range.
+    zone (`slot`), or their defaults; kept as a read-only copy.  strength: how much of the product,
+    0 to 1.  Raises LookError for a kind that is unknown, and for a value out of range.
     """
 
     kind: str
@@ -57,7 +58,12 @@ class Layer:
             )
         kind.check_shape(self.shape, "shape")
         check_number("strength", self.strength, 0, 1)
-        object.__setattr__(self, "shape", dict(self.shape))  # the caller may change its own
+        # a copy, since the caller may change its own, and one that nobody can change
+        object.__setattr__(self, "shape", MappingProxyType(dict(self.shape)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # a MappingProxyType can neither be pickled nor copied
+        return type(self), (self.kind, self.product, dict(self.shape), self.strength)
 
     def __hash__(self) -> int:
         return hash((self.kind, self.product, tuple(sorted(self.shape.items())), self.strength))

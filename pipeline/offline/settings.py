@@ -4,12 +4,23 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from numbers import Integral
 
 from makeup_video.pipeline.engine.runner import Observe
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.media.hardware import NONE, check_hardware
 
 BIT_DEPTHS = (8, 10, 12)
+_FLAGS = ("overwrite", "strict", "sdr", "compare")
+_TEXTS = ("codec", "preset")
+# the least of each whole number; the codec knows the range of crf
+_LEAST = {
+    "crf": None,
+    "jobs": 1,
+    "decoder_threads": 0,
+    "encoder_threads": 0,
+    "stage_threads": 1,
+}
 # settings that a picture does not have
 _OF_VIDEOS = (
     "codec",
@@ -82,12 +93,13 @@ class Settings:
             object.__setattr__(self, name, str(getattr(self, name)))
         for name in ("start_seconds", "end_seconds", "split_minutes"):
             object.__setattr__(self, name, _exact(getattr(self, name), name))
+        self._check_types()
         check_faces(self.faces)
         check_hardware(self.hardware)
         if self.bit_depth not in (None, *BIT_DEPTHS):
             raise UsageError(
                 f"{option('bit_depth')} must be one of {', '.join(map(str, BIT_DEPTHS))}, got "
-                f"{self.bit_depth}"
+                f"{self.bit_depth!r}"
             )
         start, end = self.start_seconds or Fraction(0), self.end_seconds
         if start < 0 or (end is not None and end <= start):
@@ -96,8 +108,25 @@ class Settings:
                 f"than it, got {float(start):g} s to "
                 f"{'the end' if end is None else f'{float(end):g} s'}"
             )
-
         self._check_split()
+
+    def _check_types(self) -> None:
+        for name in _FLAGS:
+            value = getattr(self, name)
+            if value not in (True, False):
+                raise UsageError(f"{option(name)} must be True or False, got {value!r}")
+        for name in _TEXTS:
+            value = getattr(self, name)
+            if not isinstance(value, str | None):
+                raise UsageError(f"{option(name)} must be text or None, got {value!r}")
+        for name, least in _LEAST.items():
+            value = getattr(self, name)
+            if value is None:
+                continue
+            whole = isinstance(value, Integral) and not isinstance(value, bool)
+            if not whole or (least is not None and value < least):
+                of = "" if least is None else f" of at least {least}"
+                raise UsageError(f"{option(name)} must be a whole number{of}, got {value!r}")
 
     def _check_split(self) -> None:
         minutes, jobs = self.split_minutes, self.jobs
@@ -109,8 +138,6 @@ class Settings:
             raise UsageError(
                 f"{option('split_minutes')} must be more than 0, got {float(minutes):g}"
             )
-        if jobs is not None and jobs < 1:
-            raise UsageError(f"{option('jobs')} must be at least 1, got {jobs}")
         if self.hardware != NONE:
             # other machines and later attempts must write the same headers
             raise UsageError(

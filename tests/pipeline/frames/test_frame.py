@@ -102,3 +102,32 @@ def test_frames_can_be_compared_with_or_without_planes_read():
     first, second = (Frame(one, 0, Fraction(1, 30), ColourTags()) for _ in range(2))
     assert first == second and first.planes and second.planes
     assert first == second != Frame(one, 1, Fraction(1, 30), ColourTags())
+
+
+@pytest.mark.parametrize(
+    "pix_fmt",
+    [
+        "nv21",
+        "nv24",
+        "p010le",
+        "p210le",
+        "p416le",
+        "yuv444p10msble",
+        "yuv420p10be",
+        "yuyv422",
+        "uyvy422",
+        "v30xle",
+        "vuya",
+        "ya8",
+        "rgb24",
+        "rgba",
+        "gbrp",
+        "gbrp10le",
+        "pal8",
+        "monow",
+        "xyz12le",
+    ],
+)
+def test_only_planes_of_luma_and_chroma_are_a_frame(pix_fmt):
+    with pytest.raises(ValueError, match=f"a frame must have planes .* got {pix_fmt}"):
+        Frame(av.VideoFrame(34, 18, pix_fmt), 0, TICK, ColourTags())

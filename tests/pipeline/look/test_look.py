@@ -1,7 +1,9 @@
 """Looks: reading and writing look files of version 2, checking every value, bare looks."""
 
+import copy
 import json
 import math
+import pickle
 
 import pytest
 from hypothesis import given
@@ -220,6 +222,17 @@ def test_a_layer_keeps_its_shape_when_the_callers_changes():
     )
     shape["gradient"] = 7
     assert all(layer.shape == {"gradient": 0.5} for layer in layers)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nobody_can_change_the_shape_of_a_layer(kind):
+    """Ready looks are shared, and what has been checked must stay within its range."""
+    layer = layer_of(kind)
+    copies = copy.copy(layer), copy.deepcopy(layer), pickle.loads(pickle.dumps(layer))
+    for one in (layer, *copies):
+        assert one == layer and hash(one) == hash(layer)
+        with pytest.raises(TypeError):
+            one.shape["gradient"] = 7
 
 
 def test_layers_are_asked_for_by_the_name_of_their_kind():

@@ -8,7 +8,7 @@ from makeup import close_up_scene, paint_planes, painter
 from makeup_video.pipeline import Look, Settings, apply_look, find_faces, process_video, product
 from makeup_video.pipeline.render.surfaces.eyes import LidSurface
 from media import decoded
-from people import clip, film, frame_of, portrait
+from people import clip, film, portrait
 
 RED = Look(lips=product((180, 0, 46), "matte"))
 EYES = product((0, 90, 40), "matte", "eyes")
@@ -59,9 +59,3 @@ def test_a_look_set_during_a_frame_waits_for_the_next(monkeypatch):
     monkeypatch.setattr(LidSurface, "weigh", weigh_and_set)
     for new, plane in zip(paint_planes(scene, old), wanted, strict=True):
         np.testing.assert_array_equal(new, plane)
-
-
-@pytest.mark.parametrize("pix_fmt", ["nv21", "p010le", "p210le", "p416le"])
-def test_a_layout_of_other_planes_is_no_frame(pix_fmt):
-    with pytest.raises(ValueError, match=f"a frame cannot be {pix_fmt}"):
-        frame_of(portrait(), pix_fmt=pix_fmt)

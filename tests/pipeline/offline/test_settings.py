@@ -23,6 +23,16 @@ from people import SAMPLES
         ({"end_seconds": "soon"}, "end_seconds must be a number, got 'soon'"),
         ({"end_seconds": "1/0"}, "end_seconds must be a number, got '1/0'"),
         ({"faces": -1}, "faces must be"),
+        ({"bit_depth": "8"}, "bit_depth must be one of 8, 10, 12, got '8'"),
+        ({"stage_threads": 0}, "stage_threads must be a whole number of at least 1, got 0"),
+        ({"stage_threads": True}, "stage_threads must be a whole number"),
+        ({"decoder_threads": -3}, "decoder_threads must be a whole number of at least 0, got -3"),
+        ({"encoder_threads": "2"}, "encoder_threads must be a whole number of at least 0, got '2'"),
+        ({"split_minutes": 1, "jobs": 2.5}, "jobs must be a whole number of at least 1, got 2.5"),
+        ({"split_minutes": 1, "jobs": 0}, "jobs must be a whole number of at least 1, got 0"),
+        ({"crf": 20.5}, "crf must be a whole number, got 20.5"),
+        ({"codec": 5}, "codec must be text or None, got 5"),
+        ({"overwrite": "no"}, "overwrite must be True or False, got 'no'"),
     ],
 )
 def test_settings_that_do_not_fit_are_refused(values, message):
