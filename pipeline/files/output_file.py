@@ -23,7 +23,12 @@ _DISK_ADVICE = {
 
 
 def target_of(path: Path) -> Path:
-    """The file to write for `path`: the target of a link, so that the link itself stays."""
+    """The file to write for `path`: the target of a link, so that the link itself stays.
+
+    Raises OutputError for a name that no file can have.
+    """
+    if "\0" in str(path):
+        raise OutputError(f"the output {str(path)!r} has a NUL in its name: leave it out")
     return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 

@@ -253,8 +253,9 @@ class Look:
         """Write the look as indented UTF-8 JSON. Raises OutputError."""
         try:
             Path(path).write_text(written(self.to_dict()), encoding="utf-8")
-        except OSError as error:
-            raise OutputError(f"{path} cannot be written: {error.strerror}") from error
+        except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+            reason = getattr(error, "strerror", None) or "no file has such a name"
+            raise OutputError(f"{path} cannot be written: {reason}") from error
 
 
 def check_look(look: object) -> None:

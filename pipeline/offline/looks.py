@@ -63,6 +63,8 @@ def process_looks(
         raise TypeError(f"looks must be a dict of outputs and looks, got {type(looks).__name__}")
     for look in looks.values():
         check_look(look)
+    if not 0 < memory_share <= 1:
+        raise UsageError(f"memory_share must be more than 0 and at most 1, got {memory_share}")
     settings, path = settings or Settings(), local_file(src)
     _check_outputs(path, [Path(output) for output in looks], settings)
     outputs = {Path(output): look for output, look in looks.items()}

@@ -21,6 +21,7 @@ from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
 _FPS = 30.0
+_MOST_SECONDS = 1e12  # RgbFrame counts microseconds, in 64 bits
 
 
 class Painter:
@@ -71,9 +72,9 @@ class Painter:
         seconds: the frame's time, later than that of the frame before. An earlier or equal time and
         another size begin a new video, in which faces are found anew.
         Returns a new (H, W, 3) uint8 array, encoded like rgb8.  Raises ValueError for another
-        shape or dtype, and for a time that is not finite.
+        shape or dtype, and for a time that is not finite; TypeError for one that is no number.
         """
-        check_frame(rgb8, seconds)
+        seconds = check_frame(rgb8, seconds)
         size_wh = rgb8.shape[1], rgb8.shape[0]
         if seconds <= self._last_seconds or size_wh != self._size_wh:
             self._begin()
@@ -131,11 +132,19 @@ def paint_pictures(pictures: Iterable[np.ndarray], look: Look) -> Iterator[np.nd
     return (paint(rgb8, look) for rgb8 in pictures)
 
 
-def check_frame(rgb8: np.ndarray, seconds: float) -> None:
-    """Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture and the time is finite."""
+def check_frame(rgb8: np.ndarray, seconds: float) -> float:
+    """The time of a frame as a float, of whatever type of number it is.
+
+    Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture and the time is finite and no longer
+    than FFmpeg can count, TypeError for a time that is no number.
+    """
     check_rgb8(rgb8)
-    if not math.isfinite(seconds):
+    if isinstance(seconds, str) or not hasattr(seconds, "__float__"):
+        raise TypeError(f"the time of a frame must be a number of seconds, got {seconds!r}")
+    exact = float(seconds)
+    if not abs(exact) <= _MOST_SECONDS:
         raise ValueError(f"the time of a frame must be a finite number of seconds, got {seconds}")
+    return exact
 
 
 def _timed(
@@ -149,7 +158,7 @@ def _timed(
         if len(pair) != 2:
             _refuse(number, f"give a picture, or a picture and its seconds, got {len(pair)} items")
         rgb8, seconds = pair
-        check_frame(rgb8, seconds)
+        seconds = check_frame(rgb8, seconds)
         if seconds <= last:
             _refuse(number, f"its time must be later than {last:g} s, got {seconds:g} s")
         if size and rgb8.shape != size:

@@ -6,10 +6,12 @@ import os
 import pytest
 from makeup_video.pipeline import (
     InputError,
+    Look,
     OutputError,
     Settings,
     StoppedError,
     UsageError,
+    process_looks,
     process_video,
 )
 from makeup_video.pipeline.files.output_file import OutputFile, part_of, write_errors
@@ -35,6 +37,18 @@ def test_the_part_becomes_the_output_stays_or_is_removed(tmp_path, source):
     target.discard()
     assert names(tmp_path) == ["a.mp4", "b.part.mp4", "in.mp4"]
     assert (tmp_path / "a.mp4").read_text() == "whole"
+
+
+def test_a_nul_in_the_name_of_an_output_is_one_line(tmp_path, source):
+    looks = {tmp_path / "a\0.mp4": Look(), tmp_path / "b.mp4": Look()}
+    gone = r"'.*\\x00\.mp4' has a NUL"
+    with pytest.raises(OutputError, match=gone):
+        process_video(source, tmp_path / "a\0.mp4", None)
+    with pytest.raises(OutputError, match=gone):
+        process_looks(source, looks)
+    with pytest.raises(OutputError, match="no file has such a name"):
+        Look().save(tmp_path / "a\0.json")
+    assert names(tmp_path) == ["in.mp4"]
 
 
 @pytest.mark.parametrize("overwrite", [False, True])

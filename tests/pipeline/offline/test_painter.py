@@ -1,5 +1,8 @@
 """Frames in memory: painted like a film's, in order, and everything else stays as it was."""
 
+from decimal import Decimal
+from fractions import Fraction
+
 import cv2
 import numpy as np
 import pytest
@@ -124,6 +127,7 @@ BAD_FRAMES = [
     (np.zeros((4, 4), np.uint8), "must be \\(H, W, 3\\) uint8"),
     (np.zeros((4, 4, 3), np.float32), "must be \\(H, W, 3\\) uint8"),
     ((np.zeros((4, 4, 3), np.uint8), float("nan")), "finite number of seconds, got nan"),
+    ((np.zeros((4, 4, 3), np.uint8), 1e305), "finite number of seconds, got 1e\\+305"),
 ]
 
 
@@ -133,6 +137,22 @@ def test_a_frame_of_another_kind_is_one_line(frame, words):
         list(paint_frames([frame], BLUE))
     with pytest.raises(ValueError, match=words):
         Painter(BLUE)(*(frame if isinstance(frame, tuple) else (frame, 0.0)))
+
+
+@pytest.mark.parametrize(
+    "seconds", [Decimal("0.5"), Fraction(1, 2), np.float32(0.5), np.array(0.5)]
+)
+def test_a_time_may_be_any_type_of_number(seconds):
+    frame = portrait()
+    painter = Painter(BLUE)
+    np.testing.assert_array_equal(painter(frame, seconds), Painter(BLUE)(frame, 0.5))
+    assert not np.array_equal(painter(frame, 1), frame)
+
+
+@pytest.mark.parametrize("seconds", ["1", None, 1j])
+def test_a_time_that_is_no_number_is_one_line(seconds):
+    with pytest.raises(TypeError, match="time of a frame must be a number of seconds, got"):
+        Painter(BLUE)(np.zeros((4, 4, 3), np.uint8), seconds)
 
 
 def test_times_and_sizes_that_do_not_fit_name_the_frame():
