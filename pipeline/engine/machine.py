@@ -240,6 +240,7 @@ class _OpenCVThreads:
         self._lock = threading.Lock()
         self._wanted = 0  # blocks that have not ended
         self._before = 0
+        self._at_fork: int | None = None
 
     def enter(self) -> None:
         import cv2  # late: `check_memory` must run before large libraries are loaded
@@ -258,5 +259,26 @@ class _OpenCVThreads:
             if not self._wanted:
                 cv2.setNumThreads(self._before)
 
+    def before_fork(self) -> None:
+        """End OpenCV's threads: a forked process has none of them, and would wait for them."""
+        self._lock.acquire()
+        cv2 = sys.modules.get("cv2")
+        if cv2 is not None and hasattr(cv2, "setNumThreads"):  # else it is being imported
+            self._at_fork = cv2.getNumThreads()
+            cv2.setNumThreads(1)
+
+    def after_fork(self) -> None:
+        """Let parent and child have as many threads as before; OpenCV starts them when needed."""
+        if self._at_fork is not None:
+            sys.modules["cv2"].setNumThreads(self._at_fork)
+            self._at_fork = None
+        self._lock.release()
+
 
 _opencv = _OpenCVThreads()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(
+        before=_opencv.before_fork,
+        after_in_parent=_opencv.after_fork,
+        after_in_child=_opencv.after_fork,
+    )

@@ -128,13 +128,16 @@ def iod_px(face: Face) -> float:
 
 
 def check_faces(faces: Iterable[Face]) -> tuple[Face, ...]:
-    """The faces as a tuple. Raises TypeError for anything else, and for a face without a list."""
+    """The faces as a tuple, none of them twice, or it would be painted twice.
+
+    Raises TypeError for anything else, and for a face without a list.
+    """
     if isinstance(faces, Face):
         raise TypeError("faces must be a list of faces, got one Face: give [face]")
     found = tuple(faces)
     for face in found:
         check_face_type(face)
-    return found
+    return tuple({id(face): face for face in found}.values())
 
 
 def check_face_type(face: object) -> None:
@@ -152,10 +155,11 @@ def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
     Their numbers are finite, or one NaN would spread through the smoothing, and not larger than any
     picture.
     """
-    return tuple(face for face in item.faces if _is_sound(face))
+    return tuple(face for face in item.faces if is_sound(face))
 
 
-def _is_sound(face: Face) -> bool:
+def is_sound(face: Face) -> bool:
+    """True for a face whose numbers are finite and not larger than any picture."""
     across, down = face.lips.to_px.tolist()
     numbers = face.score, face.mouth_visible, *across, *down
     is_near = max(map(abs, numbers)) < _FURTHEST_PX and math.isfinite(sum(numbers))

@@ -35,9 +35,12 @@ def layout_of(pix_fmt: str) -> Layout:
     fmt = av.VideoFormat(pix_fmt)
     # 64 is a multiple of every factor there is, so the quotient is the factor itself
     chroma = 64 // fmt.chroma_width(64), 64 // fmt.chroma_height(64)
+    if not fmt.components:
+        raise ValueError(f"{pix_fmt} has no planes in memory: give frames as yuv420p or nv12")
     depth, planes = fmt.components[0].bits, [component.plane for component in fmt.components]
     in_planes = (
-        depth >= 8
+        8 <= depth <= 16
+        and "f" not in pix_fmt  # grayf32le has floats
         and not (fmt.is_rgb or fmt.is_big_endian or fmt.has_palette)
         and (planes == list(range(len(planes))) or pix_fmt in _INTERLEAVED)
         and "msb" not in pix_fmt  # yuv444p10msble has its samples in the high bits

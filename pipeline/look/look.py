@@ -19,11 +19,11 @@ ignored key.
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NoReturn, Self
 
 from makeup_video.pipeline.errors import LookError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
+from makeup_video.pipeline.files.part_file import PartFile
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import GraphicsParams, check_number, refuse_unknown, shown
@@ -32,6 +32,23 @@ from makeup_video.pipeline.look.strict_json import read_json, written
 _MOST_BYTES = 1_000_000  # a look has 2 to 6 kB
 _ORDER = {name: place for place, name in enumerate(PAINTED)}
 _KEYS = ("kind", "strength", "product", "shape")
+
+
+class _Fixed(dict[str, Any]):
+    """A dict that nobody can change. Unlike MappingProxyType it can be pickled, copied and written
+    as JSON."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError(
+            "the shape of a layer cannot be changed: dataclasses.replace(layer, shape=...) makes "
+            "another layer"
+        )
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self),)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +76,7 @@ class Layer:
         kind.check_shape(self.shape, "shape")
         check_number("strength", self.strength, 0, 1)
         # a copy, since the caller may change its own, and one that nobody can change
-        object.__setattr__(self, "shape", MappingProxyType(dict(self.shape)))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        # a MappingProxyType can neither be pickled nor copied
-        return type(self), (self.kind, self.product, dict(self.shape), self.strength)
+        object.__setattr__(self, "shape", _Fixed(self.shape))
 
     def __hash__(self) -> int:
         return hash((self.kind, self.product, tuple(sorted(self.shape.items())), self.strength))
@@ -250,12 +263,29 @@ class Look:
             raise LookError(f"{path}: {error}") from None
 
     def save(self, path: str | Path) -> None:
-        """Write the look as indented UTF-8 JSON. Raises OutputError."""
+        """Write the look as indented UTF-8 JSON.
+
+        Raises OutputError, and UsageError while another program is writing the same file; a file
+        that was there before is then as it was.
+        """
         try:
-            Path(path).write_text(written(self.to_dict()), encoding="utf-8")
+            self._write(Path(path))
         except (OSError, ValueError) as error:  # ValueError: a NUL in the name
             reason = getattr(error, "strerror", None) or "no file has such a name"
             raise OutputError(f"{path} cannot be written: {reason}") from error
+
+    def _write(self, path: Path) -> None:
+        text, target = written(self.to_dict()), path.resolve()
+        if target.exists() and not target.is_file():  # such as /dev/stdout
+            target.write_text(text, encoding="utf-8")
+            return
+        # what was there before stays whole until the new file is
+        part = PartFile(target.with_name(f"{target.stem}.part{target.suffix}"), overwrite=True)
+        try:
+            part.own_path.write_text(text, encoding="utf-8")
+            part.rename(target, overwrite=True)
+        finally:
+            part.remove()
 
 
 def check_look(look: object) -> None:

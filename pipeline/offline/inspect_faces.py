@@ -4,6 +4,7 @@ import contextlib
 import os
 
 from makeup_video.pipeline.engine.machine import one_opencv_thread
+from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.overlay import DrawFaces
 from makeup_video.pipeline.offline.points_file import PointsFile
@@ -23,9 +24,14 @@ def inspect_video(
     """Draw points, lip mask, number and scores of every face in src, and write dst.
 
     points: a file for the points as JSON, one frame per line. After Ctrl-C the points so far stay
-    under the name of the part, beside the part of dst. Raises one of `errors`.
+    under the name of the part, beside the part of dst.
+    settings: as in process_video, but without `split_minutes` and `faces`.
+    Raises TypeError for settings of another type, else one of `errors`.
     """
-    settings = settings or Settings()
+    settings = Settings.checked(settings)
+    for name in ("split_minutes", "faces"):
+        if getattr(settings, name) != getattr(Settings(), name):
+            raise UsageError(f"all faces are drawn, in one run: leave out {option(name)}")
     sidecar: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
     if points is not None:
         sidecar = PointsFile(points, src, dst, overwrite=settings.overwrite)

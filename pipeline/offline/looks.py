@@ -65,7 +65,7 @@ def process_looks(
         check_look(look)
     if not 0 < memory_share <= 1:
         raise UsageError(f"memory_share must be more than 0 and at most 1, got {memory_share}")
-    settings, path = settings or Settings(), local_file(src)
+    settings, path = Settings.checked(settings), local_file(src)
     _check_outputs(path, [Path(output) for output in looks], settings)
     outputs = {Path(output): look for output, look in looks.items()}
     check_memory(FIND_FACES)
@@ -137,11 +137,13 @@ def _check_outputs(source: Path, outputs: Sequence[Path], settings: Settings) ->
 def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:
     """Do the work, write its times and its memory into the reports, and free what it has left."""
     began, cpu_began = time.monotonic(), time.process_time()
-    done = work()
+    try:
+        done = work()
+    finally:
+        give_back_last_run()
     seconds, cpu_seconds = time.monotonic() - began, time.process_time() - cpu_began
     for outcome in done.values():
         if isinstance(outcome, Report):
             outcome.seconds, outcome.cpu_seconds = seconds, cpu_seconds
             outcome.peak_memory_bytes = peak_memory_bytes()
-    give_back_last_run()
     return done

@@ -38,7 +38,7 @@ def process_video(
     A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the
     processes of the segments import it.
     """
-    look, settings = Look() if look is None else look, settings or Settings()
+    look, settings = Look() if look is None else look, Settings.checked(settings)
     check_look(look)
     if settings.split_minutes is not None and not is_picture(local_file(src)):
         return _in_segments(src, dst, look, settings, settings.split_minutes, on_progress, workers)
@@ -50,11 +50,13 @@ def process_video(
     from makeup_video.pipeline.offline.stages import PaintRun
 
     run = PaintRun(look, settings.faces, settings.device)
-    with one_opencv_thread():
-        report = run_stages(src, dst, run, settings, on_progress)
-    run.count(report)
-    del run
-    give_back_last_run()
+    try:
+        with one_opencv_thread():
+            report = run_stages(src, dst, run, settings, on_progress)
+        run.count(report)
+    finally:
+        del run
+        give_back_last_run()
     return report
 
 

@@ -1,10 +1,12 @@
 """The settings of an offline run: what to keep, how to write it, and who is painted."""
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from numbers import Integral
+from typing import Self
 
 from makeup_video.pipeline.engine.runner import Observe
 from makeup_video.pipeline.errors import UsageError, option
@@ -13,13 +15,14 @@ from makeup_video.pipeline.media.hardware import NONE, check_hardware
 BIT_DEPTHS = (8, 10, 12)
 _FLAGS = ("overwrite", "strict", "sdr", "compare")
 _TEXTS = ("codec", "preset")
-# the least of each whole number; the codec knows the range of crf
-_LEAST = {
-    "crf": None,
-    "jobs": 1,
-    "decoder_threads": 0,
-    "encoder_threads": 0,
-    "stage_threads": 1,
+# The least and the most of each whole number. The codec knows the range of crf; of processes that
+# are given by their number there may be any, and each thread of a decoder takes some MB.
+_RANGES = {
+    "crf": (-math.inf, math.inf),
+    "jobs": (1, math.inf),
+    "decoder_threads": (0, 128),
+    "encoder_threads": (0, 128),
+    "stage_threads": (1, 128),
 }
 # settings that a picture does not have
 _OF_VIDEOS = (
@@ -119,14 +122,14 @@ class Settings:
             value = getattr(self, name)
             if not isinstance(value, str | None):
                 raise UsageError(f"{option(name)} must be text or None, got {value!r}")
-        for name, least in _LEAST.items():
+        for name, (least, most) in _RANGES.items():
             value = getattr(self, name)
-            if value is None:
-                continue
             whole = isinstance(value, Integral) and not isinstance(value, bool)
-            if not whole or (least is not None and value < least):
-                of = "" if least is None else f" of at least {least}"
-                raise UsageError(f"{option(name)} must be a whole number{of}, got {value!r}")
+            if value is None or (whole and least <= value <= most):
+                continue
+            of = f" in {least}..{most}" if most < math.inf else ""
+            of = of or (f" of at least {least}" if least > -math.inf else "")
+            raise UsageError(f"{option(name)} must be a whole number{of}, got {value!r}")
 
     def _check_split(self) -> None:
         minutes, jobs = self.split_minutes, self.jobs
@@ -144,6 +147,18 @@ class Settings:
                 f"{option('hardware')} cannot be combined with {option('split_minutes')}: leave "
                 "one of them out"
             )
+
+    @classmethod
+    def checked(cls, settings: object) -> Self:
+        """The settings, those by default for None. Raises TypeError for another type."""
+        if settings is None:
+            return cls()
+        if not isinstance(settings, cls):
+            raise TypeError(
+                f"settings must be Settings, got {type(settings).__name__}: Settings(crf=24) makes "
+                "them"
+            )
+        return settings
 
     def of_videos(self) -> list[str]:
         """Names of the settings that are given and apply to videos only."""

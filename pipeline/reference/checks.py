@@ -7,7 +7,7 @@ from functools import cache
 import cv2
 import numpy as np
 from makeup_video.pipeline.errors import PhotoError, SeveralFacesError
-from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.face import Face, is_sound
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.lip_mask import lip_mask
 from makeup_video.pipeline.faces.net import read_array
@@ -74,6 +74,8 @@ def faces_within(rgb8: np.ndarray) -> tuple[Face, ...]:
 
 def check_face(rgb8: np.ndarray, face: Face) -> None:
     """Raises PhotoError when makeup cannot be read from this face."""
+    if not is_sound(face):
+        raise PhotoError("the face has numbers that are not finite: give one of find_faces")
     if width_px(face) < MIN_WIDTH_PX:
         raise PhotoError(
             f"the face is {math.floor(width_px(face))} px wide, and at least {MIN_WIDTH_PX} px are "

@@ -37,7 +37,7 @@ def first_shadows(
     are left out: their skin is in strong light, and white on other skin would be a grey veil.
     """
     shapes = [density_of(shape) for shape in _SHAPES]
-    while True:
+    while shapes:
         roots = _fit(seen, cells, _shares(shapes, [_MOST_OPAQUE] * len(shapes), cells), most)
         opacities = [
             _opacity(shape, root, cells) for shape, root in zip(shapes, roots, strict=True)
@@ -48,6 +48,7 @@ def first_shadows(
         if not white.any():
             return roots, shares
         del shapes[int(white.argmax())]
+    return np.zeros((0, 3)), np.zeros((0, *HW), np.float32)
 
 
 def _fit(seen: np.ndarray, cells: Cells, shares: np.ndarray, most: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """FrameFaces -> FrameScene: each face's lips and lids as surfaces, and the light on them."""
 
 import math
+import os
 from collections.abc import Mapping
 from functools import cache
 from typing import NamedTuple
@@ -49,7 +50,7 @@ class BuildScene:
     """
 
     def __init__(self, device: str = "", *, exclusive: bool = False) -> None:
-        self._surface = _surface(device) if exclusive else _shared_surface(device)
+        self._surface = _surface(device) if exclusive else _shared_surface(device, os.getpid())
         self._light = EstimateLight()
         self._means: TrackMemory[tuple[int, str], _Mean] = TrackMemory(_FORGET_SECONDS)
 
@@ -114,8 +115,9 @@ class BuildScene:
 
 
 @cache
-def _shared_surface(device: str) -> SurfaceKernel:
-    """One kernel for all threads: single pictures build a scene each."""
+def _shared_surface(device: str, _process_id: int) -> SurfaceKernel:
+    """One kernel for all threads of a process: single pictures build a scene each. A forked process
+    cannot use its parent's."""
     return _surface(device)
 
 

@@ -57,11 +57,11 @@ def true_px(number):
     return stored["points"][number].astype(float) * float(stored["unit"])
 
 
-def share_changed(number, contour, shrunk_px, look):
+def share_changed(number, contour, shrunk_px, look, codes=2):
     """Share of the pixels at least shrunk_px inside a contour whose luma changed by more than
-    2 codes."""
+    some codes."""
     scene = film_scenes()[number]
     old, new = scene.frame.planes[0].astype(int), paint_planes(scene, look)[0]
     within = inside(true_px(number)[contour], old.shape, shrunk_px)
     assert (np.abs(new - old) > 2).any()
-    return (np.abs(new - old) > 2)[within].mean()
+    return (np.abs(new - old) > codes)[within].mean()

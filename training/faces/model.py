@@ -10,8 +10,10 @@ from torch import Tensor, nn
 # is seen, but a little paint on the opening's side of the border is not.
 MARGIN, DOUBT_MARGIN = 1.08, -2.4
 TEETH_SURE = 4.0  # log-odds of teeth from which on, either way, one of the margins holds alone
-LIGHT, NEAR_PX = 0.54, 4  # dark: less than this share of the highest brightness so near
-FOR_LIGHT = 120.0  # log-odds for all the range of brightness: as good as a yes or no
+LIGHT, NEAR_PX = 0.42, 4  # dark: less than this share of the highest brightness so near
+# Log-odds for all the range of brightness. Px of the border mix lip and dark, and are painted in
+# part; with a yes or no, what was left bare of them stood out as a pale line.
+FOR_LIGHT = 14.0
 # The net draws the border of the opening softer than it is.
 SHARPER = 3.0
 

@@ -1,10 +1,12 @@
 """Memory of the process: the peak, and giving freed memory back to the system."""
 
+import os
 import subprocess
 import sys
 
 import cv2
 import numpy as np
+import pytest
 from makeup_video.pipeline.engine import machine
 from makeup_video.pipeline.engine.machine import (
     cpu_seconds_of_children,
@@ -106,6 +108,28 @@ def test_opencv_has_its_threads_back_after_the_last_block():
     assert cv2.getNumThreads() == 1
     second.__exit__(None, None, None)
     assert cv2.getNumThreads() == 2
+
+
+_FORKED = """
+import os, sys
+import cv2, numpy as np
+from makeup_video.pipeline import Look, Painter, product
+cv2.setNumThreads(2)
+for _ in range(20):
+    cv2.GaussianBlur(np.zeros((2000, 2000, 3), np.uint8), (0, 0), 5)
+child = os.fork()
+if child == 0:
+    Painter(Look(lips=product("red", "matte")))(np.zeros((360, 640, 3), np.uint8), 0)
+    os._exit(0 if cv2.getNumThreads() == 2 else 5)
+assert cv2.getNumThreads() == 2
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_does_not_wait_for_threads_it_lacks():
+    command = [sys.executable, "-W", "ignore", "-c", _FORKED]
+    assert subprocess.run(command, timeout=60, check=False).returncode == 0
 
 
 def test_a_system_without_limits_has_none():

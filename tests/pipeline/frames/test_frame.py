@@ -125,6 +125,9 @@ def test_frames_can_be_compared_with_or_without_planes_read():
         "gbrp10le",
         "pal8",
         "monow",
+        "gray32le",
+        "grayf32le",
+        "grayf16le",
         "xyz12le",
     ],
 )

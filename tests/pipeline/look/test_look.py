@@ -4,6 +4,8 @@ import copy
 import json
 import math
 import pickle
+from dataclasses import asdict
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -214,6 +216,25 @@ def test_a_look_that_cannot_be_saved_names_its_file(tmp_path):
         Look().save(tmp_path / "no" / "look.json")
 
 
+def test_a_look_that_cannot_be_written_leaves_the_old_file(tmp_path, monkeypatch):
+    path, (old, new) = tmp_path / "look.json", (Look(), Look(lips=product("red", "matte")))
+    old.save(path)
+    before = path.read_bytes()
+
+    def full(self, text, **_):
+        self.write_bytes(text[:20].encode())
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_text", full)
+        with pytest.raises(OutputError, match="cannot be written: No space left"):
+            new.save(path)
+    assert [file.name for file in tmp_path.iterdir()] == ["look.json"]
+    assert path.read_bytes() == before
+    new.save(path)
+    assert Look.load(path) == new
+
+
 def test_a_layer_keeps_its_shape_when_the_callers_changes():
     red, shape = product("red", "matte"), {"gradient": 0.5}
     layers = (
@@ -231,8 +252,11 @@ def test_nobody_can_change_the_shape_of_a_layer(kind):
     copies = copy.copy(layer), copy.deepcopy(layer), pickle.loads(pickle.dumps(layer))
     for one in (layer, *copies):
         assert one == layer and hash(one) == hash(layer)
-        with pytest.raises(TypeError):
+        assert asdict(one)["shape"] == one.shape == json.loads(json.dumps(one.shape))
+        with pytest.raises(TypeError, match="shape of a layer cannot be changed: dataclasses"):
             one.shape["gradient"] = 7
+        with pytest.raises(TypeError):
+            one.shape.update(gradient=7)
 
 
 def test_layers_are_asked_for_by_the_name_of_their_kind():

@@ -6,7 +6,14 @@ from fractions import Fraction
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import Settings, UsageError, process_video
+from makeup_video.pipeline import (
+    Look,
+    Settings,
+    UsageError,
+    inspect_video,
+    process_looks,
+    process_video,
+)
 from people import SAMPLES
 
 
@@ -24,10 +31,11 @@ from people import SAMPLES
         ({"end_seconds": "1/0"}, "end_seconds must be a number, got '1/0'"),
         ({"faces": -1}, "faces must be"),
         ({"bit_depth": "8"}, "bit_depth must be one of 8, 10, 12, got '8'"),
-        ({"stage_threads": 0}, "stage_threads must be a whole number of at least 1, got 0"),
+        ({"stage_threads": 0}, r"stage_threads must be a whole number in 1\.\.128, got 0"),
+        ({"decoder_threads": 3000}, "decoder_threads must be a whole number in"),
         ({"stage_threads": True}, "stage_threads must be a whole number"),
-        ({"decoder_threads": -3}, "decoder_threads must be a whole number of at least 0, got -3"),
-        ({"encoder_threads": "2"}, "encoder_threads must be a whole number of at least 0, got '2'"),
+        ({"decoder_threads": -3}, r"decoder_threads must be a whole number in 0\.\.128, got -3"),
+        ({"encoder_threads": "2"}, r"encoder_threads must be a whole number in 0\.\.128, got '2'"),
         ({"split_minutes": 1, "jobs": 2.5}, "jobs must be a whole number of at least 1, got 2.5"),
         ({"split_minutes": 1, "jobs": 0}, "jobs must be a whole number of at least 1, got 0"),
         ({"crf": 20.5}, "crf must be a whole number, got 20.5"),
@@ -38,6 +46,23 @@ from people import SAMPLES
 def test_settings_that_do_not_fit_are_refused(values, message):
     with pytest.raises(UsageError, match=message):
         Settings(**values)
+
+
+def test_settings_of_another_type_say_how_to_make_them(tmp_path):
+    source, output = SAMPLES / "portrait.jpg", tmp_path / "out.png"
+    for run in (
+        lambda given: process_video(source, output, None, given),
+        lambda given: process_looks(source, {output: Look()}, given),
+        lambda given: inspect_video(source, output, None, given),
+    ):
+        with pytest.raises(TypeError, match=r"settings must be Settings, got dict: Settings\("):
+            run({"overwrite": True})
+
+
+@pytest.mark.parametrize("values", [{"faces": "largest"}, {"split_minutes": 1}])
+def test_a_drawing_of_faces_refuses_what_it_would_ignore(tmp_path, values):
+    with pytest.raises(UsageError, match=f"in one run: leave out {next(iter(values))}"):
+        inspect_video(SAMPLES / "portrait.jpg", tmp_path / "out.png", None, Settings(**values))
 
 
 @given(tenths=st.integers(0, 10**6), kind=st.sampled_from([float, Decimal, str]))

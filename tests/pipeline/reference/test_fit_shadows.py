@@ -51,6 +51,12 @@ def test_what_may_be_brow_hair_is_not_painted_below_the_brow(hair):
     assert opacity_read(hair, 1.5) < 0.15 < opacity_read(hair, 0.2)
 
 
+def test_eyes_in_glaring_light_have_no_shadow():
+    """All of their products would have to be white."""
+    glare = np.full_like(flat_eyes(bare()), 4)
+    assert fit_shadows(bare(), glare, LID) == []
+
+
 @pytest.mark.parametrize("shadow", [(20, 40, 150), (0, 110, 40), (110, 20, 160)])
 def test_colours_that_no_hair_has_go_up_to_the_brow(shadow):
     assert opacity_read(shadow, 1.5) > 0.3

@@ -15,6 +15,7 @@ from makeup_video.pipeline import (
     InstallError,
     Layer,
     Look,
+    PhotoError,
     Settings,
     UsageError,
     apply_look,
@@ -262,6 +263,20 @@ def test_a_face_that_cannot_be_painted_is_left_alone(flaw):
     points[40] = flaw
     broken = replace(face, points_px=points)
     np.testing.assert_array_equal(apply_look(rgb8, BOTH, [broken]), rgb8)
+
+
+def test_a_face_that_is_given_twice_is_painted_once():
+    rgb8, (face, *_) = portrait(), find_faces(portrait())
+    once = apply_look(rgb8, BOTH, [face])
+    np.testing.assert_array_equal(apply_look(rgb8, BOTH, [face, face]), once)
+
+
+def test_no_look_is_read_from_a_face_with_numbers_that_are_not_finite():
+    rgb8, (face, *_) = portrait(), find_faces(portrait())
+    points = face.points_px.copy()
+    points[5] = np.nan
+    with pytest.raises(PhotoError, match="not finite: give one of find_faces"):
+        estimate_look(rgb8, replace(face, points_px=points))
 
 
 def test_lips_whose_patch_has_no_area_are_left_alone():

@@ -11,10 +11,14 @@ from makeup_video.pipeline.look.look import Look
 @pytest.mark.parametrize("finish", ["matte", "gloss", "shimmer"])
 @pytest.mark.parametrize("number", OPEN_MOUTHS)
 def test_little_of_an_open_mouth_changes(number, finish):
-    """Less than a hundredth of a mouth; up to a twentieth of one that gapes."""
+    """Less than a hundredth of a mouth is seen to change, of one that gapes a thirtieth.
+
+    A twentieth may change by as little as 2 codes: px that mix lip and dark are painted in part.
+    """
     look = Look(lips=product((180, 0, 46), finish))
     gapes = number in GAPING_MOUTHS
-    assert share_changed(number, LIPS_INNER, 2, look) < (0.05 if gapes else 0.01)
+    assert share_changed(number, LIPS_INNER, 2, look, 12) < (0.03 if gapes else 0.01)
+    assert share_changed(number, LIPS_INNER, 2, look) < 0.05
 
 
 def test_little_of_a_mouth_that_opens_fast_changes():
